@@ -1,0 +1,22 @@
+# What each room links is in its CMakeLists.txt; porthosConfig.cmake.in and porthos.pc.in repeat the list for installed use.
+find_package(PkgConfig REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt 9 REQUIRED)
+find_package(tinyxml2 REQUIRED)
+find_package(nlohmann_json 3.10 REQUIRED)
+include(${CMAKE_CURRENT_LIST_DIR}/sundials.cmake)
+
+# The serial flavour by name: libsundials-dev brings the OpenMPI one along, and plain "hdf5" would find that.
+pkg_check_modules(PORTHOS_HDF5 REQUIRED IMPORTED_TARGET hdf5-serial)
+
+# toml++ header-only, so that an installed Porthos does not ask for its shared library.
+find_path(PORTHOS_TOML_INCLUDE_DIR toml++/toml.h REQUIRED)
+mark_as_advanced(PORTHOS_TOML_INCLUDE_DIR)
+add_library(porthos_toml INTERFACE)
+target_include_directories(porthos_toml SYSTEM INTERFACE ${PORTHOS_TOML_INCLUDE_DIR})
+target_compile_definitions(porthos_toml INTERFACE TOML_HEADER_ONLY=1)
+
+# GPL-3, therefore for the tests alone.
+if(PORTHOS_GSL AND PORTHOS_BUILD_TESTS)
+  find_package(GSL QUIET)
+endif()

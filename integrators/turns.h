@@ -1,0 +1,31 @@
+#pragma once
+#include <vector>
+
+#include "phs/state.h"
+#include "phs/system.h"
+
+namespace porthos::integrators {
+
+/// Tells a system the turn counts of a state when they have changed.
+template <class T>
+class TurnKeeper {
+ public:
+  explicit TurnKeeper(const phs::Description& d) {
+    for (const auto& b : d.blocks)
+      if (b.kind == phs::BlockKind::angle) told_.push_back(0);
+    angles_.resize(told_.size());
+  }
+
+  void synchronise(const phs::State& s, phs::System<T>& system) {
+    if (s.turns == told_) return;
+    std::copy(s.turns.begin(), s.turns.end(), told_.begin());
+    for (size_t i = 0; i < told_.size(); ++i) angles_[i] = T(double(told_[i]) * phs::two_pi_hi);
+    system.set_turn_angles(angles_);
+  }
+
+ private:
+  std::vector<std::int64_t> told_;
+  std::vector<T> angles_;
+};
+
+}  // namespace porthos::integrators

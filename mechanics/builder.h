@@ -1,0 +1,64 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+
+namespace porthos::mechanics {
+
+/// Mass properties of a body as users give them.
+struct MassProperties {
+  double mass = 0;                        ///< [kg]
+  Vec3d com{0, 0, 0};                     ///< centre of mass in the body frame [m]
+  Sym3<double> inertia{0, 0, 0, 0, 0, 0}; ///< about the centre of mass, along `axes` [kg m²], tensor elements
+  Mat3<double> axes = Mat3<double>::identity();  ///< inertia axes in the body frame
+};
+
+/// A joint as users give it.
+struct JointSpec {
+  std::string name;                       ///< empty: the body's name
+  std::string type = "fixed";             ///< one of joint_type_names()
+  Vec3d axis{0, 0, 1};                    ///< in the joint frame; need not be unit. Ignored by spherical and free
+  std::optional<Vec3d> second_axis;       ///< universal: second rotation axis; planar: first translation axis
+  double pitch = 0;                       ///< helical [m/rad]
+  double damping = 0, stiffness = 0, rest = 0, friction = 0;  ///< see JointProperties; joints of one freedom only
+  std::optional<double> lower, upper;
+};
+
+/// A body, the joint that carries it and where the joint sits.
+struct BodySpec {
+  std::string name;
+  std::string parent;                     ///< name of another body, or "world"
+  JointSpec joint;
+  Pose placement{Mat3<double>::identity(), {0, 0, 0}};  ///< joint frame (= body frame at q = 0) in the parent's body frame
+  MassProperties mass;
+  std::string where;                      ///< "file:line" for messages, may be empty
+};
+
+/// Collects bodies in any order, validates, and makes the immutable Mechanism.
+class MechanismBuilder {
+ public:
+  explicit MechanismBuilder(std::string name = "mechanism") : name_(std::move(name)) {}
+  MechanismBuilder& add(BodySpec body);
+  MechanismBuilder& gravity(const Vec3d& g);
+  /// Takes inertias that are positive but break the triangle inequality, as some published robots have; each becomes a
+  /// remark of the mechanism. Off by default.
+  MechanismBuilder& accept_unphysical_inertia(bool accept);
+
+  /// @throws InvalidArgument naming the offender (and file:line if known): duplicate or unknown names, a cycle, a
+  ///   negative or non-finite mass, an inertia that is not positive or breaks the triangle inequality, a zero axis, an
+  ///   unknown joint type, a moving part without inertia about its joint, negative damping or stiffness.
+  Mechanism build() const;
+
+ private:
+  std::string name_;
+  std::vector<BodySpec> bodies_;
+  Vec3d gravity_{0, 0, 0};
+  bool accept_unphysical_ = false;
+};
+
+/// The rotation matrix of URDF's roll-pitch-yaw: Rz(yaw) Ry(pitch) Rx(roll), rounded once.
+Mat3<double> rotation_from_rpy(double roll, double pitch, double yaw);
+
+}  // namespace porthos::mechanics

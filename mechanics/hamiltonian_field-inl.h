@@ -1,0 +1,102 @@
+#pragma once
+#include "mechanics/hamiltonian_field.h"
+#include "mechanics/passes-inl.h"
+
+namespace porthos::mechanics {
+namespace field_detail {
+
+/// Root → leaf: w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
+template <class T>
+void load_bodies(const Mechanism& m, Workspace<T>& w, std::span<const Force<T>> wrench) {
+  const auto& nodes = m.nodes();
+  const Vec3<T> g_world(m.gravity());
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    const Vec3<T> g = w.X[i].R.tmul(n.parent < 0 ? g_world : w.a[size_t(n.parent)].v);
+    w.a[i].v = g;  // gravity in the body's axes
+    const auto I = passes::rigid<T>(n);
+    w.g[i] = {cross(I.mc, g), I.m * g};
+    if (!wrench.empty()) w.g[i] += wrench[i];
+  }
+}
+
+/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too.
+template <class T>
+void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
+  const auto& nodes = m.nodes();
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    w.A[i] = ArticulatedInertia<T>(nodes[i].inertia);
+    w.b[i] = passes::zero_force<T>();
+  }
+  for (size_t i = nodes.size(); i-- > 0;) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      Joint::momentum(q + n.q, p + n.q, w.mu.data() + n.v);
+      passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
+      if (n.parent < 0) return;
+      passes::pass_to_parent<Joint>(n, w, i);
+      if (loaded) w.g[size_t(n.parent)] += w.X[i].to_parent(w.g[i]);
+    });
+  }
+}
+
+}  // namespace field_detail
+
+template <class T>
+void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p,
+                       const Loads<T>& loads, std::span<T> q_dot, std::span<T> p_dot) {
+  const auto& nodes = m.nodes();
+  const bool loaded = m.has_gravity() || !loads.wrench.empty();
+  passes::place_bodies(m, w, q.data());
+  if (loaded) field_detail::load_bodies(m, w, loads.wrench);
+
+  // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the elimination of S,
+  // A_i' V' + b_i' with V' = X_i V_λ is the same h_i, because A' S = 0: the momentum of the subtree needs no old A.
+  field_detail::factor(m, w, q.data(), p.data(), loaded);
+
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      const bool root = n.parent < 0;
+      const Motion<T> carried = root ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
+      Motion<T> V = carried;
+      passes::back_substitute<Joint>(n, w, V, w.rate.data());
+      w.V[i] = V;
+
+      const Force<T> h = root ? w.b[i] : w.A[i] * carried + w.b[i];
+      T load[Joint::nv];
+      unroll<Joint::nv>([&](auto k) {
+        load[k] = loads.tau.empty() ? T(0.0) : loads.tau[size_t(n.v + k)];
+        if (loaded) load[k] = load[k] + Joint::template project<k>(n, w.g[i]);
+      });
+      const T* rate = w.rate.data() + n.v;
+      if constexpr (Joint::lifted) {
+        Joint::field(q.data() + n.q, p.data() + n.q, rate, V, h, load, q_dot.data() + n.q, p_dot.data() + n.q);
+      } else {
+        Joint::rates(q.data() + n.q, rate, q_dot.data() + n.q);
+        const Force<T> gyroscopic = cross(V, h);
+        unroll<Joint::nv>([&](auto k) {
+          p_dot[size_t(n.q + k)] = load[k] - Joint::template project<k>(n, gyroscopic);
+        });
+      }
+    });
+  }
+}
+
+template <class T>
+void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p) {
+  const auto& nodes = m.nodes();
+  passes::place_bodies(m, w, q.data());
+  field_detail::factor(m, w, q.data(), p.data(), false);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      w.V[i] = n.parent < 0 ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
+      passes::back_substitute<decltype(J)>(n, w, w.V[i], w.rate.data());
+    });
+  }
+}
+
+}  // namespace porthos::mechanics

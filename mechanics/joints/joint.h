@@ -1,0 +1,94 @@
+#pragma once
+#include <array>
+#include <string_view>
+
+#include "mechanics/rotation.h"
+#include "phs/description.h"
+
+/// What a joint is to the kernels.
+///
+/// The builder turns the child frame so that a joint's axis is always z. A primitive joint has nv degrees of freedom
+/// with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and provides
+///
+///   place             child pose in the parent, from q (turn_angle = 2π·turns of an angle block)
+///   project<k>        S_kᵀ f
+///   add<k>            v += S_k·rate
+///   column<k>         A S_k for an articulated inertia A
+///   momentum, lift    joint momentum μ = Sᵀh from the flat (q, p), and back
+///   rates             q' from q and the joint rates
+///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's momentum h and the load
+///                     Sᵀg + τ. Of plain joints q' = rates and p' = Sᵀ(g - V ×* h) + τ.
+///
+/// A joint of several freedoms is eliminated one S_k at a time, so the recursions know only single freedoms.
+/// A chain joint (universal, planar, ...) is a row of primitives with massless bodies between.
+namespace porthos::mechanics {
+
+/// The constants of one moving body and its joint, in the frames the kernels use.
+struct Node {
+  int type = 0;    ///< index in PrimitiveJoints
+  int parent = -1; ///< node index, -1 for the world
+  int q = 0;       ///< offset in q and in p
+  int v = 0;       ///< offset in v
+  int turn = -1;   ///< index among the angle blocks, -1 if the joint has none
+  Transform<double> placement;   ///< joint frame in the parent's frame at q = 0
+  double pitch = 0;              ///< helical: advance per radian [m/rad]
+  RigidInertia<double> inertia;
+};
+
+/// What one coordinate block of a joint means.
+struct CoordinateBlock {
+  phs::BlockKind kind;
+  int size;
+  const char* suffix;  ///< appended to the joint's name where a joint has several blocks
+  const char *unit, *momentum_unit, *effort_unit, *rate_unit;
+};
+
+/// S made of unit twists: axes 0 1 2 rotate about x y z, 3 4 5 translate along x y z.
+template <int... axes>
+struct AxisJoint {
+  static constexpr int nv = sizeof...(axes);
+  static constexpr std::array<int, sizeof...(axes)> axis{axes...};
+
+  template <int k, class T>
+  static T project(const Node&, const Force<T>& f) {
+    return f[axis[k]];
+  }
+  template <int k, class T>
+  static void add(const Node&, T rate, Motion<T>& v) {
+    v[axis[k]] = v[axis[k]] + rate;
+  }
+  template <int k, class T>
+  static Force<T> column(const Node&, const ArticulatedInertia<T>& A) {
+    return A.template column<axis[k]>();
+  }
+};
+
+/// Joints whose coordinates are their own joint rates' integrals: q' = v, μ = p.
+template <int n>
+struct PlainCoordinates {
+  static constexpr bool lifted = false;
+  static constexpr int nq = n;
+  template <class T>
+  static void momentum(const T*, const T* p, T* mu) {
+    for (int k = 0; k < n; ++k) mu[k] = p[k];
+  }
+  template <class T>
+  static void lift(const T*, const T* mu, T* p) {
+    for (int k = 0; k < n; ++k) p[k] = mu[k];
+  }
+  template <class T>
+  static void rates(const T*, const T* v, T* q_dot) {
+    for (int k = 0; k < n; ++k) q_dot[k] = v[k];
+  }
+};
+
+/// P Rz(angle): a rotation by `angle` about the joint's z axis after the placement P.
+template <class T>
+Mat3<T> turned(const Mat3<double>& P, T angle) {
+  T s, c;
+  sincos(angle, s, c);
+  const Vec3<T> px(P.x), py(P.y);
+  return {c * px + s * py, c * py - s * px, Vec3<T>(P.z)};
+}
+
+}  // namespace porthos::mechanics

@@ -1,0 +1,18 @@
+#pragma once
+#include "mechanics/joints/joint.h"
+
+namespace porthos::mechanics {
+
+/// One translation along z.
+struct Prismatic : AxisJoint<5>, PlainCoordinates<1> {
+  static constexpr std::string_view name = "prismatic";
+  static constexpr bool frees_rotation_about_z = false;
+  static constexpr std::array blocks{CoordinateBlock{phs::BlockKind::linear, 1, "", "m", "kg m/s", "N", "m/s"}};
+
+  template <class T>
+  static Transform<T> place(const Node& n, const T* q, T) {
+    return {Mat3<T>(n.placement.R), Vec3<T>(n.placement.r) + q[0] * Vec3<T>(n.placement.R.z)};
+  }
+};
+
+}  // namespace porthos::mechanics

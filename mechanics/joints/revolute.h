@@ -1,0 +1,19 @@
+#pragma once
+#include "mechanics/joints/joint.h"
+
+namespace porthos::mechanics {
+
+/// One rotation about z. The coordinate is an angle, wrapped by the integrators.
+struct Revolute : AxisJoint<2>, PlainCoordinates<1> {
+  static constexpr std::string_view name = "revolute";
+  static constexpr bool frees_rotation_about_z = true;
+  static constexpr std::array blocks{
+      CoordinateBlock{phs::BlockKind::angle, 1, "", "rad", "kg m^2/s", "N m", "rad/s"}};
+
+  template <class T>
+  static Transform<T> place(const Node& n, const T* q, T) {
+    return {turned(n.placement.R, q[0]), Vec3<T>(n.placement.r)};
+  }
+};
+
+}  // namespace porthos::mechanics

@@ -1,0 +1,219 @@
+#include "mechanics/mechanical_model.h"
+
+#include "mechanics/hamiltonian_field.h"
+#include "mechanics/joint_list.h"
+#include "mechanics/momentum.h"
+
+namespace porthos::mechanics {
+namespace {
+
+using phs::BlockKind;
+
+bool is_type(const Node& n, std::string_view name) {
+  bool is = false;
+  visit_joint(n.type, [&](auto J) { is = decltype(J)::name == name; });
+  return is;
+}
+
+phs::Description describe(const Mechanism& m) {
+  phs::Description d;
+  d.name = m.name();
+  d.nx = 2 * m.nq();
+  d.nu = m.nv();
+  d.traits.canonical = true;
+  for (const auto& j : m.joint_properties()) d.traits.lossless = d.traits.lossless && j.damping == 0;
+
+  for (const auto& c : m.coordinates()) {
+    d.blocks.push_back({c.name, c.kind, c.q, c.nq, m.nq() + c.q, c.unit, c.momentum_unit});
+  }
+  for (size_t i = 0; i < m.nodes().size(); ++i) {
+    const JointCoordinates* first = nullptr;
+    int nv = 0;
+    for (const auto& c : m.coordinates())
+      if (c.node == int(i)) {
+        if (!first) first = &c;
+        nv += c.nv;
+      }
+    const bool single = nv == 1;
+    const std::string name = single ? first->name : first->joint;
+    const char* suffix = !single ? ".wrench" : first->rate_unit == "rad/s" ? ".torque" : ".force";
+    d.ports.push_back({name + suffix, phs::PortKind::effort_in, nv, m.nodes()[i].v,
+                       single ? first->effort_unit : "N m; N", single ? first->rate_unit : "rad/s; m/s"});
+  }
+
+  bool free_in_world = !m.has_gravity();
+  int roots = 0;
+  bool pivot_at_origin = false;
+  for (const auto& n : m.nodes()) {
+    if (n.parent >= 0) continue;
+    ++roots;
+    free_in_world = free_in_world && is_type(n, "free");
+    pivot_at_origin = is_type(n, "spherical") && norm(n.placement.r) == 0;
+  }
+  int at = 0;
+  const auto declare = [&](std::string name, int size, int degree, const char* unit) {
+    d.invariants.push_back({std::move(name), size, at, degree, unit});
+    at += size;
+  };
+  if (free_in_world) declare("linear_momentum", 3, 1, "kg m/s");
+  if (free_in_world || (roots == 1 && pivot_at_origin && !m.has_gravity())) declare("angular_momentum", 3, 2, "kg m^2/s");
+  for (const auto& c : m.coordinates())
+    if (c.kind == BlockKind::rotation) {
+      declare("quaternion_norm." + c.name, 1, 2, "1");
+      declare("quaternion_gauge." + c.name, 1, 2, "kg m^2/s");
+    }
+  return d;
+}
+
+template <class T>
+class MechanicalSystem : public phs::System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  MechanicalSystem(const Mechanism& m, const phs::Description& d)
+      : m_(m), d_(d), w_(m), nq_(size_t(m.nq())), scratch_(size_t(m.nq())) {}
+
+  const phs::Description& description() const override { return d_; }
+  std::unique_ptr<phs::System<T>> clone() const override {
+    auto copy = std::make_unique<MechanicalSystem>(m_, d_);
+    copy->w_.turn_angle = w_.turn_angle;
+    return copy;
+  }
+
+  T hamiltonian(In x) override {
+    T H = kinetic_energy(m_, w_, q(x), p(x)) + potential_energy(m_, w_, q(x));
+    for (const auto& j : m_.joint_properties()) {
+      const T d = deflection(j, x);
+      H = H + T(0.5 * j.stiffness) * d * d;
+    }
+    return H;
+  }
+
+  void gradient(In x, Out e) override {
+    // The conservative field is J e:  ∂H/∂p = q',  ∂H/∂q = -p'.
+    hamiltonian_field(m_, w_, q(x), p(x), {}, e.subspan(nq_), Out(scratch_));
+    for (size_t i = 0; i < nq_; ++i) e[i] = -scratch_[i];
+    for (const auto& j : m_.joint_properties()) e[slot(j)] = e[slot(j)] + T(j.stiffness) * deflection(j, x);
+  }
+
+  void field(T, In x, In u, Out dx) override {
+    hamiltonian_field(m_, w_, q(x), p(x), {u, {}}, dx.first(nq_), dx.subspan(nq_));
+    for (const auto& j : m_.joint_properties()) {
+      T& p_dot = dx[nq_ + slot(j)];
+      p_dot = p_dot - T(j.stiffness) * deflection(j, x) - T(j.damping) * dx[slot(j)];
+    }
+  }
+
+  void apply_structure(In, In e, Out Je) override {
+    for (size_t i = 0; i < nq_; ++i) Je[i] = e[nq_ + i], Je[nq_ + i] = -e[i];
+  }
+  void apply_dissipation(In, In e, Out Re) override {
+    for (auto& r : Re) r = T(0.0);
+    for (const auto& j : m_.joint_properties()) Re[nq_ + slot(j)] = T(j.damping) * e[nq_ + slot(j)];
+  }
+  void apply_input(In x, In u, Out Gu) override {
+    for (auto& g : Gu) g = T(0.0);
+    for (const auto& n : m_.nodes())
+      visit_joint(n.type, [&](auto J) {
+        const T *q = x.data() + n.q, *f = u.data() + n.v;
+        T* out = Gu.data() + nq_ + n.q;
+        if constexpr (decltype(J)::lifted)
+          decltype(J)::lift(q, f, out);  // p' = G u has the same form as p = lift(μ)
+        else
+          for (int k = 0; k < decltype(J)::nv; ++k) out[k] = f[k];
+      });
+  }
+  void output(In x, In e, Out y) override {
+    // y = Gᵀ e = joint rates when e is the gradient: the transpose of lift, by its rows.
+    for (const auto& n : m_.nodes())
+      visit_joint(n.type, [&](auto J) {
+        using Joint = decltype(J);
+        const T* ep = e.data() + nq_ + n.q;
+        for (int k = 0; k < Joint::nv; ++k) {
+          if constexpr (Joint::lifted) {
+            T unit[Joint::nv], column[Joint::nq];
+            for (int l = 0; l < Joint::nv; ++l) unit[l] = T(l == k ? 1.0 : 0.0);
+            Joint::lift(x.data() + n.q, unit, column);
+            T sum(0.0);
+            for (int i = 0; i < Joint::nq; ++i) sum = sum + column[i] * ep[i];
+            y[size_t(n.v + k)] = sum;
+          } else {
+            y[size_t(n.v + k)] = ep[k];
+          }
+        }
+      });
+  }
+
+  void invariants(In x, Out values) override {
+    Momentum<T> total;
+    for (const auto& i : d_.invariants)
+      if (i.size == 3) {
+        total = momentum(m_, w_, q(x), p(x));
+        break;
+      }
+    size_t k = 0;
+    for (const auto& i : d_.invariants) {
+      if (i.size != 3) continue;
+      const Vec3<T>& v = i.name == "linear_momentum" ? total.linear : total.angular;
+      for (int c = 0; c < 3; ++c) values[k++] = v[c];
+    }
+    for (const auto& c : m_.coordinates()) {
+      if (c.kind != BlockKind::rotation) continue;
+      const auto xi = Quaternion<T>::load(x.data() + c.q), pi = Quaternion<T>::load(x.data() + nq_ + c.q);
+      values[k++] = xi.norm2();
+      values[k++] = xi.w * pi.w + dot(xi.v, pi.v);
+    }
+  }
+
+  void set_turn_angles(In angles) override { std::copy(angles.begin(), angles.end(), w_.turn_angle.begin()); }
+
+ private:
+  In q(In x) const { return x.first(nq_); }
+  In p(In x) const { return x.subspan(nq_); }
+  size_t slot(const JointProperties& j) const { return size_t(j.q); }
+  T deflection(const JointProperties& j, In x) const {
+    const T turn = j.turn >= 0 ? w_.turn_angle[size_t(j.turn)] : T(0.0);
+    return (x[slot(j)] - T(j.rest)) + turn;
+  }
+
+  const Mechanism& m_;
+  const phs::Description& d_;
+  Workspace<T> w_;
+  size_t nq_;
+  std::vector<T> scratch_;
+};
+
+}  // namespace
+
+MechanicalModel::MechanicalModel(std::shared_ptr<const Mechanism> mechanism)
+    : mechanism_(std::move(mechanism)), description_(describe(*mechanism_)) {}
+
+template <class T>
+std::unique_ptr<phs::System<T>> MechanicalModel::make_system() const {
+  return std::make_unique<MechanicalSystem<T>>(*mechanism_, description_);
+}
+
+#define PORTHOS_INSTANTIATE(T) template std::unique_ptr<phs::System<T>> MechanicalModel::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+std::vector<double> MechanicalModel::state(std::span<const double> q, std::span<const double> v) const {
+  require_size("q", q.size(), size_t(mechanism_->nq()));
+  require_size("v", v.size(), size_t(mechanism_->nv()));
+  Workspace<double> w(*mechanism_);
+  std::vector<double> x(q.begin(), q.end());
+  x.resize(2 * q.size());
+  momenta_from_rates<double>(*mechanism_, w, q, v, std::span(x).subspan(q.size()));
+  return x;
+}
+
+std::vector<double> MechanicalModel::rates(std::span<const double> x) const {
+  require_size("x", x.size(), size_t(2 * mechanism_->nq()));
+  Workspace<double> w(*mechanism_);
+  const size_t nq = size_t(mechanism_->nq());
+  rates_from_momenta<double>(*mechanism_, w, x.first(nq), x.subspan(nq));
+  return w.rate;
+}
+
+}  // namespace porthos::mechanics

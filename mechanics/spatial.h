@@ -1,0 +1,251 @@
+#pragma once
+#include "phs/scalar.h"
+
+/// Spatial algebra (Featherstone 2008, chapter 2). Spatial vectors are [angular; linear].
+namespace porthos::mechanics {
+
+using phs::abs;
+using phs::max;
+using phs::select;
+using phs::sincos;
+using phs::sqrt;
+
+/// A vector of 3-space.
+template <class T>
+struct Vec3 {
+  T x, y, z;
+
+  Vec3() = default;
+  Vec3(T a, T b, T c) : x(a), y(b), z(c) {}
+  template <class S>
+    requires(!std::is_same_v<S, T>)
+  explicit Vec3(const Vec3<S>& v) : x(v.x), y(v.y), z(v.z) {}
+
+  friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+  friend Vec3 operator*(T s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+  Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
+  Vec3& operator-=(const Vec3& b) { return *this = *this - b; }
+  T& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
+  const T& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
+};
+
+template <class T>
+T dot(const Vec3<T>& a, const Vec3<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+T norm(const Vec3<T>& a) {
+  return sqrt(dot(a, a));
+}
+
+/// A 3x3 matrix by its columns x, y, z. A rotation's columns are the child's axes in the parent.
+template <class T>
+struct Mat3 {
+  Vec3<T> x, y, z;
+
+  Mat3() = default;
+  Mat3(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) : x(a), y(b), z(c) {}
+  template <class S>
+    requires(!std::is_same_v<S, T>)
+  explicit Mat3(const Mat3<S>& m) : x(m.x), y(m.y), z(m.z) {}
+  static Mat3 identity() { return {{T(1.0), T(0.0), T(0.0)}, {T(0.0), T(1.0), T(0.0)}, {T(0.0), T(0.0), T(1.0)}}; }
+
+  friend Vec3<T> operator*(const Mat3& m, const Vec3<T>& v) {
+    return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
+            m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
+  }
+  /// mᵀ v
+  Vec3<T> tmul(const Vec3<T>& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
+  friend Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
+  friend Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Mat3 operator-(const Mat3& a, const Mat3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  Mat3 transposed() const { return {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}; }
+};
+
+/// A symmetric 3x3 matrix.
+template <class T>
+struct Sym3 {
+  T xx, xy, xz, yy, yz, zz;
+
+  Sym3() = default;
+  Sym3(T a, T b, T c, T d, T e, T f) : xx(a), xy(b), xz(c), yy(d), yz(e), zz(f) {}
+  template <class S>
+    requires(!std::is_same_v<S, T>)
+  explicit Sym3(const Sym3<S>& m) : xx(m.xx), xy(m.xy), xz(m.xz), yy(m.yy), yz(m.yz), zz(m.zz) {}
+
+  friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) {
+    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+            m.xz * v.x + m.yz * v.y + m.zz * v.z};
+  }
+  friend Sym3 operator+(const Sym3& a, const Sym3& b) {
+    return {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+  }
+  Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
+};
+
+/// R m Rᵀ
+template <class T>
+Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
+  const Vec3<T> a = m * Vec3<T>{R.x.x, R.y.x, R.z.x};  // columns of m Rᵀ
+  const Vec3<T> b = m * Vec3<T>{R.x.y, R.y.y, R.z.y};
+  const Vec3<T> c = m * Vec3<T>{R.x.z, R.y.z, R.z.z};
+  return {R.x.x * a.x + R.y.x * a.y + R.z.x * a.z, R.x.x * b.x + R.y.x * b.y + R.z.x * b.z,
+          R.x.x * c.x + R.y.x * c.y + R.z.x * c.z, R.x.y * b.x + R.y.y * b.y + R.z.y * b.z,
+          R.x.y * c.x + R.y.y * c.y + R.z.y * c.z, R.x.z * c.x + R.y.z * c.y + R.z.z * c.z};
+}
+
+/// Twist: angular velocity and velocity of the frame origin.
+template <class T>
+struct Motion {
+  Vec3<T> w, v;
+  friend Motion operator+(const Motion& a, const Motion& b) { return {a.w + b.w, a.v + b.v}; }
+  friend Motion operator-(const Motion& a, const Motion& b) { return {a.w - b.w, a.v - b.v}; }
+  Motion& operator+=(const Motion& b) { return *this = *this + b; }
+  T& operator[](int i) { return i < 3 ? w[i] : v[i - 3]; }
+  const T& operator[](int i) const { return i < 3 ? w[i] : v[i - 3]; }
+};
+
+/// Wrench or momentum: moment about the frame origin and force.
+template <class T>
+struct Force {
+  Vec3<T> n, f;
+  friend Force operator+(const Force& a, const Force& b) { return {a.n + b.n, a.f + b.f}; }
+  friend Force operator-(const Force& a, const Force& b) { return {a.n - b.n, a.f - b.f}; }
+  friend Force operator*(T s, const Force& a) { return {s * a.n, s * a.f}; }
+  Force& operator+=(const Force& b) { return *this = *this + b; }
+  Force& operator-=(const Force& b) { return *this = *this - b; }
+  T& operator[](int i) { return i < 3 ? n[i] : f[i - 3]; }
+  const T& operator[](int i) const { return i < 3 ? n[i] : f[i - 3]; }
+};
+
+template <class T>
+T dot(const Motion<T>& v, const Force<T>& f) {
+  return dot(v.w, f.n) + dot(v.v, f.f);
+}
+/// v × m
+template <class T>
+Motion<T> cross(const Motion<T>& v, const Motion<T>& m) {
+  return {cross(v.w, m.w), cross(v.w, m.v) + cross(v.v, m.w)};
+}
+/// v ×* f
+template <class T>
+Force<T> cross(const Motion<T>& v, const Force<T>& f) {
+  return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
+}
+
+/// Pose of a child frame in its parent: rotation child -> parent and origin of the child in the parent.
+template <class T>
+struct Transform {
+  Mat3<T> R;
+  Vec3<T> r;
+
+  /// A twist from the parent's to the child's frame: X v.
+  Motion<T> to_child(const Motion<T>& m) const { return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))}; }
+  /// A wrench from the child's to the parent's frame: Xᵀ f.
+  Force<T> to_parent(const Force<T>& g) const {
+    const Vec3<T> f = R * g.f;
+    return {R * g.n + cross(r, f), f};
+  }
+  Motion<T> to_parent(const Motion<T>& m) const {
+    const Vec3<T> w = R * m.w;
+    return {w, R * m.v + cross(r, w)};
+  }
+  Force<T> to_child(const Force<T>& g) const { return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)}; }
+  friend Transform operator*(const Transform& a, const Transform& b) { return {a.R * b.R, a.r + a.R * b.r}; }
+};
+
+/// Inertia of a rigid body: mass, first moment m·c, rotational inertia about the frame origin.
+template <class T>
+struct RigidInertia {
+  T m;
+  Vec3<T> mc;
+  Sym3<T> I;
+
+  Force<T> operator*(const Motion<T>& v) const { return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)}; }
+};
+
+/// Articulated inertia [I H; Hᵀ M]: 21 numbers.
+template <class T>
+struct ArticulatedInertia {
+  Sym3<T> I;
+  Mat3<T> H;
+  Sym3<T> M;
+
+  ArticulatedInertia() = default;
+  explicit ArticulatedInertia(const RigidInertia<double>& r)
+      : I(r.I),
+        H({T(0.0), T(r.mc.z), T(-r.mc.y)}, {T(-r.mc.z), T(0.0), T(r.mc.x)}, {T(r.mc.y), T(-r.mc.x), T(0.0)}),
+        M(T(r.m), T(0.0), T(0.0), T(r.m), T(0.0), T(r.m)) {}
+
+  Force<T> operator*(const Motion<T>& v) const { return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v}; }
+  ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
+    I = I + b.I, H = H + b.H, M = M + b.M;
+    return *this;
+  }
+  /// Column k, i.e. the product with the k-th unit twist.
+  template <int k>
+  Force<T> column() const {
+    if constexpr (k == 0) return {{I.xx, I.xy, I.xz}, {H.x.x, H.y.x, H.z.x}};
+    if constexpr (k == 1) return {{I.xy, I.yy, I.yz}, {H.x.y, H.y.y, H.z.y}};
+    if constexpr (k == 2) return {{I.xz, I.yz, I.zz}, {H.x.z, H.y.z, H.z.z}};
+    if constexpr (k == 3) return {H.x, {M.xx, M.xy, M.xz}};
+    if constexpr (k == 4) return {H.y, {M.xy, M.yy, M.yz}};
+    if constexpr (k == 5) return {H.z, {M.xz, M.yz, M.zz}};
+  }
+  /// this - s·U Uᵀ
+  void subtract(const Force<T>& U, T s) {
+    const Force<T> W = s * U;
+    I.xx -= W.n.x * U.n.x, I.xy -= W.n.x * U.n.y, I.xz -= W.n.x * U.n.z;
+    I.yy -= W.n.y * U.n.y, I.yz -= W.n.y * U.n.z, I.zz -= W.n.z * U.n.z;
+    H.x -= W.f.x * U.n, H.y -= W.f.y * U.n, H.z -= W.f.z * U.n;
+    M.xx -= W.f.x * U.f.x, M.xy -= W.f.x * U.f.y, M.xz -= W.f.x * U.f.z;
+    M.yy -= W.f.y * U.f.y, M.yz -= W.f.y * U.f.z, M.zz -= W.f.z * U.f.z;
+  }
+};
+
+/// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own origin lies at r.
+template <class T>
+ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I, const Mat3<T>& H, const Sym3<T>& M) {
+  // H' = H + r×M,  I' = I - H r× + r× H'ᵀ
+  ArticulatedInertia<T> a;
+  a.M = M;
+  const Mat3<T> m = M.full();
+  a.H = H + Mat3<T>{cross(r, m.x), cross(r, m.y), cross(r, m.z)};
+  const Mat3<T>& G = a.H;
+  // -H r× : row i is r × (row i of H);   r× H'ᵀ : column j is r × (row j of H')
+  const Vec3<T> h0{H.x.x, H.y.x, H.z.x}, h1{H.x.y, H.y.y, H.z.y}, h2{H.x.z, H.y.z, H.z.z};
+  const Vec3<T> g0{G.x.x, G.y.x, G.z.x}, g1{G.x.y, G.y.y, G.z.y}, g2{G.x.z, G.y.z, G.z.z};
+  a.I.xx = I.xx + (r.y * h0.z - r.z * h0.y) + (r.y * g0.z - r.z * g0.y);
+  a.I.xy = I.xy + (r.z * h0.x - r.x * h0.z) + (r.y * g1.z - r.z * g1.y);
+  a.I.xz = I.xz + (r.x * h0.y - r.y * h0.x) + (r.y * g2.z - r.z * g2.y);
+  a.I.yy = I.yy + (r.z * h1.x - r.x * h1.z) + (r.z * g1.x - r.x * g1.z);
+  a.I.yz = I.yz + (r.x * h1.y - r.y * h1.x) + (r.z * g2.x - r.x * g2.z);
+  a.I.zz = I.zz + (r.x * h2.y - r.y * h2.x) + (r.x * g2.y - r.y * g2.x);
+  return a;
+}
+
+/// Xᵀ A X: an articulated inertia from the child's to the parent's frame.
+template <class T>
+ArticulatedInertia<T> to_parent(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+  return translated(X.r, rotated(X.R, A.I), X.R * A.H * X.R.transposed(), rotated(X.R, A.M));
+}
+
+/// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves it.
+template <class T>
+ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+  const Mat3<T>& R = X.R;
+  const Vec3<T> a = A.I.xx * R.x + A.I.xy * R.y, b = A.I.xy * R.x + A.I.yy * R.y;
+  const Sym3<T> I{a.x * R.x.x + b.x * R.y.x, a.x * R.x.y + b.x * R.y.y, a.x * R.x.z + b.x * R.y.z,
+                  a.y * R.x.y + b.y * R.y.y, a.y * R.x.z + b.y * R.y.z, a.z * R.x.z + b.z * R.y.z};
+  const Vec3<T> t0 = R * Vec3<T>{A.H.x.x, A.H.y.x, A.H.z.x}, t1 = R * Vec3<T>{A.H.x.y, A.H.y.y, A.H.z.y};
+  const Mat3<T> H{t0.x * R.x + t1.x * R.y, t0.y * R.x + t1.y * R.y, t0.z * R.x + t1.z * R.y};
+  return translated(X.r, I, H, rotated(R, A.M));
+}
+
+}  // namespace porthos::mechanics

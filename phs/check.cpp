@@ -1,0 +1,148 @@
+#include "phs/check.h"
+
+#include <cmath>
+#include <random>
+#include <sstream>
+
+namespace porthos::phs {
+namespace {
+
+using Vec = std::vector<double>;
+
+double dot(const Vec& a, const Vec& b) {
+  double s = 0;
+  for (size_t i = 0; i < a.size(); ++i) s += a[i] * b[i];
+  return s;
+}
+double norm(const Vec& a) { return std::sqrt(dot(a, a)); }
+Vec sub(Vec a, const Vec& b) {
+  for (size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
+  return a;
+}
+/// |a| over its scale, with 0/0 = 0; a NaN counts as infinite.
+double relative(double a, double scale) {
+  if (std::isnan(a) || std::isnan(scale)) return INFINITY;
+  return a == 0 ? 0 : std::fabs(a) / std::max(scale, 1e-300);
+}
+
+class Checker {
+ public:
+  Checker(const Model& m, const CheckOptions& o)
+      : d_(m.description()), o_(o), rng_(o.seed), f_(m.instantiate<double>()), dual_(m.instantiate<Dual>()) {}
+
+  CheckReport run() {
+    for (int k = 0; k < o_.samples; ++k) sample();
+    return report_;
+  }
+
+ private:
+  Vec random(int n) {
+    Vec v(static_cast<size_t>(n));
+    for (auto& x : v) x = o_.spread * normal_(rng_);
+    return v;
+  }
+  Vec random_state() {
+    Vec x = random(d_.nx);
+    for (const auto& b : d_.blocks) {
+      if (b.kind != BlockKind::rotation) continue;
+      double n = 0;
+      for (int i = 0; i < 4; ++i) n += x[b.at + i] * x[b.at + i];
+      for (int i = 0; i < 4; ++i) x[b.at + i] /= std::sqrt(n);
+      if (b.momentum < 0) continue;
+      double along = 0;  // ξ·π = 0
+      for (int i = 0; i < 4; ++i) along += x[b.at + i] * x[b.momentum + i];
+      for (int i = 0; i < 4; ++i) x[b.momentum + i] -= along * x[b.at + i];
+    }
+    return x;
+  }
+
+  void sample() {
+    const Vec x = random_state(), a = random(d_.nx), b = random(d_.nx), u = random(d_.nu);
+    const size_t n = x.size();
+    Vec Ja(n), Jb(n), Ra(n), Rb(n), e(n), Je(n), Re(n), Gu(n), dx(n), y(u.size());
+
+    f_->apply_structure(x, a, Ja), f_->apply_structure(x, b, Jb);
+    note("J skew", x, relative(dot(a, Jb) + dot(b, Ja), norm(a) * norm(Jb) + norm(b) * norm(Ja)));
+    f_->apply_dissipation(x, a, Ra), f_->apply_dissipation(x, b, Rb);
+    note("R symmetric", x, relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
+    note("R >= 0", x, relative(std::min(0.0, dot(a, Ra)), norm(a) * norm(Ra)));
+
+    f_->gradient(x, e);
+    if (const Vec g = dual_gradient(x); !g.empty()) note("gradient", x, relative(norm(sub(e, g)), norm(e) + norm(g)));
+
+    f_->apply_structure(x, e, Je), f_->apply_dissipation(x, e, Re), f_->apply_input(x, u, Gu), f_->output(x, e, y);
+    Vec expected(n);
+    for (size_t i = 0; i < n; ++i) expected[i] = Je[i] - Re[i] + Gu[i];
+    f_->field(0.0, x, u, dx);
+    note("field", x, relative(norm(sub(dx, expected)), norm(Je) + norm(Re) + norm(Gu)));
+    note("power balance", x,
+         relative(dot(e, dx) - dot(y, u) + dot(e, Re), norm(e) * norm(dx) + norm(y) * norm(u) + norm(e) * norm(Re)));
+    invariants(x);
+  }
+
+  /// ∂H/∂x by one dual evaluation per coordinate.
+  Vec dual_gradient(const Vec& x) {
+    std::vector<Dual> xd(x.begin(), x.end());
+    Vec g(x.size());
+    for (size_t i = 0; i < x.size(); ++i) {
+      xd[i].d = 1;
+      g[i] = dual_->hamiltonian(xd).d;
+      xd[i].d = 0;
+    }
+    return g;
+  }
+
+  /// dI/dt = 0 along the conservative field J e.
+  void invariants(const Vec& x) {
+    const auto m = static_cast<size_t>(d_.invariant_count());
+    if (m == 0) return;
+    Vec e(x.size()), Je(x.size());
+    f_->gradient(x, e), f_->apply_structure(x, e, Je);
+    std::vector<Dual> xd(x.size()), values(m);
+    for (size_t i = 0; i < x.size(); ++i) xd[i] = Dual(x[i], Je[i]);
+    dual_->invariants(xd, values);
+    for (const auto& inv : d_.invariants)
+      for (int k = 0; k < inv.size; ++k)
+        note("invariant " + inv.name, x, relative(values[inv.at + k].d, std::fabs(values[inv.at + k].v) + norm(x) * norm(Je)));
+  }
+
+  void note(const std::string& axiom, const Vec& x, double violation) {
+    auto it = std::find_if(report_.axioms.begin(), report_.axioms.end(), [&](auto& r) { return r.axiom == axiom; });
+    if (it == report_.axioms.end()) it = report_.axioms.insert(report_.axioms.end(), {axiom, -1, o_.tolerance, {}});
+    if (violation > it->worst) it->worst = violation, it->state = x;
+  }
+
+  const Description& d_;
+  CheckOptions o_;
+  std::mt19937_64 rng_;
+  std::normal_distribution<double> normal_;
+  std::unique_ptr<System<double>> f_;
+  std::unique_ptr<System<Dual>> dual_;
+  CheckReport report_;
+};
+
+}  // namespace
+
+bool CheckReport::holds() const {
+  for (const auto& a : axioms)
+    if (!a.holds()) return false;
+  return !axioms.empty();
+}
+
+std::string CheckReport::text() const {
+  std::ostringstream s;
+  for (const auto& a : axioms) {
+    s << (a.holds() ? "holds    " : "VIOLATED ") << a.axiom << ": worst " << a.worst << ", limit " << a.limit;
+    if (!a.holds()) {
+      s << ", at x = [";
+      for (size_t i = 0; i < a.state.size(); ++i) s << (i ? ", " : "") << a.state[i];
+      s << "]";
+    }
+    s << "\n";
+  }
+  return s.str();
+}
+
+CheckReport check(const Model& model, const CheckOptions& options) { return Checker(model, options).run(); }
+
+}  // namespace porthos::phs

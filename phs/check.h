@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "phs/system.h"
+
+/// The axioms of the contract, checked by number on a user's own system.
+namespace porthos::phs {
+
+struct CheckOptions {
+  int samples = 32;          ///< random states
+  double spread = 1.0;       ///< states are normal with this deviation; rotation blocks are unit quaternions
+  double tolerance = 1e-11;  ///< relative to the sizes of the terms compared
+  std::uint64_t seed = 1;
+};
+
+/// One axiom: the worst relative violation found and the state where it was found.
+struct AxiomResult {
+  std::string axiom;   ///< "J skew", "R symmetric", "R >= 0", "gradient", "field", "power balance", "invariant ..."
+  double worst = 0;
+  double limit = 0;
+  std::vector<double> state;
+  bool holds() const { return worst <= limit; }
+};
+
+struct CheckReport {
+  std::vector<AxiomResult> axioms;
+  bool holds() const;
+  /// One line per axiom; a violated one names the worst value, the limit and the state.
+  std::string text() const;
+};
+
+/// Checks J skew, R symmetric and >= 0, e = ∂H/∂x against forward duals, field = (J - R)e + Gu,
+/// H' = yᵀu - eᵀRe, and the declared invariants, at random states. Cost: about 3·nx evaluations per sample.
+CheckReport check(const Model& model, const CheckOptions& options = {});
+
+}  // namespace porthos::phs

@@ -1,0 +1,66 @@
+#pragma once
+#include <string>
+#include <vector>
+
+/// What a port-Hamiltonian system says of itself: the meaning of its state numbers, its ports and its invariants.
+namespace porthos::phs {
+
+/// linear: any real number. angle: 2π-periodic, kept in (-π, π] plus a turn count (State::turns).
+/// rotation: a quaternion (w, x, y, z), body to parent, whose conjugate block is its T*R⁴ lift π.
+enum class BlockKind { linear, angle, rotation };
+
+/// A slice of the state vector.
+struct Block {
+  std::string name;       ///< e.g. "joint_1"
+  BlockKind kind;
+  int at;                 ///< offset of the slice in x
+  int size;               ///< 1 for an angle, 4 for a rotation
+  int momentum = -1;      ///< offset of the conjugate slice, or -1 where there is none
+  std::string unit;       ///< "rad", "m", "1", ...
+  std::string momentum_unit;
+};
+
+/// effort in, flow out (a force or torque drives; a rate answers), or the other way round.
+enum class PortKind { effort_in, flow_in };
+
+/// A power port. Sign: u . y is the power flowing *into* the system [W].
+struct Port {
+  std::string name;       ///< "joint_1.torque"
+  PortKind kind;
+  int size;
+  int at;                 ///< offset of this port in u and in y
+  std::string input_unit, output_unit;
+};
+
+/// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other function.
+struct Invariant {
+  std::string name;       ///< "angular_momentum", "quaternion_norm.base", ...
+  int size, at;           ///< number of components, offset in the vector of all invariants
+  int degree;
+  std::string unit;
+};
+
+struct Traits {
+  bool autonomous = true;
+  bool canonical = false;  ///< x = (q, p) in two halves and J = [0 I; -I 0]
+  bool separable = false;  ///< H = T(p) + V(q)
+  bool lossless = true;    ///< R = 0
+};
+
+struct Description {
+  std::string name;
+  int nx = 0;              ///< numbers in the state
+  int nu = 0;              ///< numbers in the input, and in the output
+  std::vector<Block> blocks;
+  std::vector<Port> ports;
+  std::vector<Invariant> invariants;  ///< besides H
+  Traits traits;
+
+  int invariant_count() const {
+    int n = 0;
+    for (const auto& i : invariants) n += i.size;
+    return n;
+  }
+};
+
+}  // namespace porthos::phs

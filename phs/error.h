@@ -1,0 +1,19 @@
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace porthos {
+
+/// A user's mistake: the text names what was wrong, its value and what was expected (and file:line for files).
+struct InvalidArgument : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Throws InvalidArgument unless `got == expected`; `what` names the array.
+inline void require_size(const char* what, std::size_t got, std::size_t expected) {
+  if (got != expected)
+    throw InvalidArgument(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
+                          std::to_string(expected));
+}
+
+}  // namespace porthos

@@ -1,0 +1,154 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+/// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one number.
+/// Each lane performs exactly the IEEE operations the scalar kernel performs, so lane k equals the scalar run bit
+/// for bit. Comparisons give a mask; kernels use select(mask, a, b) and never branch on a Pack.
+namespace porthos::phs {
+
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+inline constexpr const char* simd_name = "AVX-512";
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+inline constexpr const char* simd_name = "AVX";
+#else
+inline constexpr int native_lanes = 2;
+inline constexpr const char* simd_name = "SSE2";
+#endif
+
+template <int W>
+struct NativeVector;
+template <>
+struct NativeVector<2> {
+  typedef double type __attribute__((vector_size(16)));
+  typedef std::int64_t mask __attribute__((vector_size(16)));
+};
+template <>
+struct NativeVector<4> {
+  typedef double type __attribute__((vector_size(32)));
+  typedef std::int64_t mask __attribute__((vector_size(32)));
+};
+template <>
+struct NativeVector<8> {
+  typedef double type __attribute__((vector_size(64)));
+  typedef std::int64_t mask __attribute__((vector_size(64)));
+};
+
+/// A mask of W lanes, one register where the machine has one that wide, else two halves.
+template <int W, bool native = (W <= native_lanes)>
+struct Mask {
+  typename NativeVector<W>::mask m;
+  friend Mask operator&(Mask a, Mask b) { return {a.m & b.m}; }
+  friend Mask operator|(Mask a, Mask b) { return {a.m | b.m}; }
+  friend Mask operator!(Mask a) { return {~a.m}; }
+  bool operator[](int i) const { return m[i] != 0; }
+};
+template <int W>
+struct Mask<W, false> {
+  Mask<W / 2> lo, hi;
+  friend Mask operator&(Mask a, Mask b) { return {a.lo & b.lo, a.hi & b.hi}; }
+  friend Mask operator|(Mask a, Mask b) { return {a.lo | b.lo, a.hi | b.hi}; }
+  friend Mask operator!(Mask a) { return {!a.lo, !a.hi}; }
+  bool operator[](int i) const { return i < W / 2 ? lo[i] : hi[i - W / 2]; }
+};
+
+template <class T, int W, bool native = (W <= native_lanes)>
+struct Pack;
+
+/// W lanes that fit one machine register.
+template <int W>
+struct Pack<double, W, true> {
+  static constexpr int width = W;
+  using V = typename NativeVector<W>::type;
+  V v;
+
+  Pack() = default;
+  Pack(V x) : v(x) {}
+  Pack(double x) : v(x - V{}) {}  // x - 0, not x + 0: keeps the sign of a zero
+
+  double operator[](int i) const { return v[i]; }
+  void set(int i, double x) { v[i] = x; }
+
+  friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
+  friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
+  friend Pack operator*(Pack a, Pack b) { return a.v * b.v; }
+  friend Pack operator/(Pack a, Pack b) { return a.v / b.v; }
+  friend Pack operator-(Pack a) { return -a.v; }
+  friend Mask<W> operator<(Pack a, Pack b) { return {a.v < b.v}; }
+  friend Mask<W> operator>(Pack a, Pack b) { return {a.v > b.v}; }
+  friend Mask<W> operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
+  friend Mask<W> operator>=(Pack a, Pack b) { return {a.v >= b.v}; }
+  friend Mask<W> operator==(Pack a, Pack b) { return {a.v == b.v}; }
+  friend Pack select(Mask<W> m, Pack a, Pack b) { return m.m ? a.v : b.v; }
+
+  friend Pack sqrt(Pack a) {
+#if defined(__AVX512F__)
+    if constexpr (W == 8) return Pack(V(_mm512_sqrt_pd(a.v)));
+#endif
+#if defined(__AVX__)
+    if constexpr (W == 4) return Pack(V(_mm256_sqrt_pd(a.v)));
+#endif
+    Pack r;
+    for (int i = 0; i < W; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
+    return r;
+  }
+};
+
+/// W lanes in two halves.
+template <int W>
+struct Pack<double, W, false> {
+  static constexpr int width = W;
+  using Half = Pack<double, W / 2>;
+  Half lo, hi;
+
+  Pack() = default;
+  Pack(Half a, Half b) : lo(a), hi(b) {}
+  Pack(double x) : lo(x), hi(x) {}
+
+  double operator[](int i) const { return i < W / 2 ? lo[i] : hi[i - W / 2]; }
+  void set(int i, double x) { i < W / 2 ? lo.set(i, x) : hi.set(i - W / 2, x); }
+
+  friend Pack operator+(Pack a, Pack b) { return {a.lo + b.lo, a.hi + b.hi}; }
+  friend Pack operator-(Pack a, Pack b) { return {a.lo - b.lo, a.hi - b.hi}; }
+  friend Pack operator*(Pack a, Pack b) { return {a.lo * b.lo, a.hi * b.hi}; }
+  friend Pack operator/(Pack a, Pack b) { return {a.lo / b.lo, a.hi / b.hi}; }
+  friend Pack operator-(Pack a) { return {-a.lo, -a.hi}; }
+  friend Mask<W> operator<(Pack a, Pack b) { return {a.lo < b.lo, a.hi < b.hi}; }
+  friend Mask<W> operator>(Pack a, Pack b) { return {a.lo > b.lo, a.hi > b.hi}; }
+  friend Mask<W> operator<=(Pack a, Pack b) { return {a.lo <= b.lo, a.hi <= b.hi}; }
+  friend Mask<W> operator>=(Pack a, Pack b) { return {a.lo >= b.lo, a.hi >= b.hi}; }
+  friend Mask<W> operator==(Pack a, Pack b) { return {a.lo == b.lo, a.hi == b.hi}; }
+  friend Pack select(Mask<W> m, Pack a, Pack b) { return {select(m.lo, a.lo, b.lo), select(m.hi, a.hi, b.hi)}; }
+  friend Pack sqrt(Pack a) { return {sqrt(a.lo), sqrt(a.hi)}; }
+};
+
+template <int W, bool n>
+bool any(Mask<W, n> m) {
+  bool r = false;
+  for (int i = 0; i < W; ++i) r |= m[i];
+  return r;
+}
+
+template <int W, bool n>
+Pack<double, W, n>& operator+=(Pack<double, W, n>& a, Pack<double, W, n> b) {
+  return a = a + b;
+}
+template <int W, bool n>
+Pack<double, W, n>& operator-=(Pack<double, W, n>& a, Pack<double, W, n> b) {
+  return a = a - b;
+}
+template <int W, bool n>
+Pack<double, W, n>& operator*=(Pack<double, W, n>& a, Pack<double, W, n> b) {
+  return a = a * b;
+}
+
+using Pack4 = Pack<double, 4>;
+using Pack8 = Pack<double, 8>;
+
+}  // namespace porthos::phs

@@ -1,0 +1,84 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "phs/description.h"
+#include "phs/error.h"
+#include "phs/scalar.h"
+
+/// The port-Hamiltonian contract
+///
+///   x' = (J(x) - R(x)) e + G(x) u,    y = G(x)ᵀ e,    e = ∂H/∂x(x)
+///   H' = yᵀu - eᵀR e
+///
+/// with J = -Jᵀ and R = Rᵀ >= 0, so the balance holds by structure.
+namespace porthos::phs {
+
+/// One system evaluated in the scalar T: an immutable model seen through a workspace of its own. Use one object per
+/// thread; `clone` gives another. One virtual call per whole evaluation, static inside. No evaluation allocates.
+///
+/// Sizes: x, e, dx have nx numbers, u and y have nu, invariants have description().invariant_count().
+/// An empty u means u = 0.
+template <class T>
+class System {
+ public:
+  virtual ~System() = default;
+  virtual const Description& description() const = 0;
+  virtual std::unique_ptr<System> clone() const = 0;
+
+  /// H(x) [J].
+  virtual T hamiltonian(std::span<const T> x) = 0;
+  /// e = ∂H/∂x.
+  virtual void gradient(std::span<const T> x, std::span<T> e) = 0;
+  /// dx = (J - R) e + G u at time t.
+  virtual void field(T t, std::span<const T> x, std::span<const T> u, std::span<T> dx) = 0;
+  /// Je = J(x) e, for any e.
+  virtual void apply_structure(std::span<const T> x, std::span<const T> e, std::span<T> Je) = 0;
+  /// Re = R(x) e, for any e. Zero for a lossless system.
+  virtual void apply_dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) = 0;
+  /// Gu = G(x) u.
+  virtual void apply_input(std::span<const T> x, std::span<const T> u, std::span<T> Gu) = 0;
+  /// y = G(x)ᵀ e.
+  virtual void output(std::span<const T> x, std::span<const T> e, std::span<T> y) = 0;
+  /// The declared invariants, one after another.
+  virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
+  /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by integrators after a wrap.
+  virtual void set_turn_angles(std::span<const T>) {}
+};
+
+/// A system before a scalar is chosen: immutable, shared by threads.
+class Model {
+ public:
+  virtual ~Model() = default;
+  virtual const Description& description() const = 0;
+
+  /// The evaluator for scalar T; it refers to this model, which must outlive it.
+  template <class T>
+  std::unique_ptr<System<T>> instantiate() const {
+    std::unique_ptr<System<T>> s;
+    make(s);
+    return s;
+  }
+
+ protected:
+  virtual void make(std::unique_ptr<System<double>>&) const = 0;
+  virtual void make(std::unique_ptr<System<long double>>&) const = 0;
+  virtual void make(std::unique_ptr<System<Quad>>&) const = 0;
+  virtual void make(std::unique_ptr<System<Dual>>&) const = 0;
+  virtual void make(std::unique_ptr<System<Pack4>>&) const = 0;
+  virtual void make(std::unique_ptr<System<Pack8>>&) const = 0;
+};
+
+/// Fills Model's six `make` overloads from one template: Derived has
+///   template <class T> std::unique_ptr<System<T>> make_system() const;
+template <class Derived>
+class ModelFor : public Model {
+ protected:
+#define PORTHOS_MAKE(T) \
+  void make(std::unique_ptr<System<T>>& s) const override { s = static_cast<const Derived*>(this)->template make_system<T>(); }
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_MAKE)
+#undef PORTHOS_MAKE
+};
+
+}  // namespace porthos::phs

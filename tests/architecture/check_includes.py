@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Keeps the doors between the rooms: who includes whom, what public headers show, how long files are.
+
+    check_includes.py ROOT          print every offence as file:line: reason; exit 1 if any
+    check_includes.py --self-test   negative control: each rule must catch a tree that breaks it
+"""
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+# Room -> the rooms right below it. A room may include itself and everything it reaches downwards.
+BELOW = {
+    "phs": [],
+    "mechanics": ["phs"],
+    "integrators": ["phs"],
+    "energy_shaping": ["mechanics"],
+    "vsa": ["mechanics"],
+    "scene": ["integrators", "energy_shaping", "vsa"],
+    "apps": ["scene"],
+    "python": ["scene"],
+}
+LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "scene"]
+ANYTHING_GOES = ["tests", "bench", "examples"]
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+STANDARD = re.compile(r"[a-z0-9_]+")  # <vector>, <cmath>; nothing standard in C++ ends in .h
+COMPILER = ["immintrin.h"]  # part of GCC and Clang, not a dependency
+
+
+def reach(room):
+    return {room}.union(*(reach(lower) for lower in BELOW[room]))
+
+
+def line_cap(path):
+    """The longest a file may be, and what kind of file that is. `path` is relative to the root."""
+    if path.parts[0] == "tests":
+        return 500, "test"
+    if path.suffix != ".h" or path.name.endswith("-inl.h"):
+        return 600, "source"
+    if path.parts[:2] == ("mechanics", "joints"):
+        return 150, "joint header"
+    return 400, "public header"
+
+
+def include_offence(path, mark, target):
+    """Why the file at `path` must not include `target`, or None."""
+    room, first = path.parts[0], target.split("/")[0]
+    if room in ANYTHING_GOES:
+        return None
+    if first in BELOW or first in ANYTHING_GOES:
+        if first not in reach(room):
+            return f"{room}/ must not include {first}/ ({target})"
+    elif mark == '"':
+        return f'"{target}" does not start at the repository root'
+    if room in LIBRARIES and path.suffix == ".h" and not path.name.endswith("-inl.h"):
+        if target.endswith("-inl.h"):
+            return f"a public header must not include a definition header ({target})"
+        known = first == "Eigen" or target in COMPILER or STANDARD.fullmatch(target)
+        if mark == "<" and not known:
+            return f"a public header includes std and Eigen only, not <{target}>"
+    return None
+
+
+def offences(root):
+    files = [p for room in [*BELOW, *ANYTHING_GOES] for p in sorted((root / room).rglob("*"))]
+    for file in files:
+        if file.suffix not in (".h", ".cpp") or not file.is_file():
+            continue
+        path = file.relative_to(root)
+        lines = file.read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, 1):
+            if found := INCLUDE.match(line):
+                if reason := include_offence(path, *found.groups()):
+                    yield f"{path}:{number}: {reason}"
+        cap, kind = line_cap(path)
+        if len(lines) > cap:
+            yield f"{path}:{len(lines)}: a {kind} has at most {cap} lines"
+
+
+def self_test():
+    good = {
+        "phs/a.h": "#include <vector>\n#include <Eigen/Core>\n#include <immintrin.h>\n",
+        "phs/b.h": "#include \"phs/a.h\"\n",
+        "phs/a-inl.h": "#include \"phs/a.h\"\n",
+        "phs/a.cpp": "#include <quadmath.h>\n#include \"phs/a-inl.h\"\n",
+        "mechanics/joints/j.h": "#include \"phs/a.h\"\n" + "\n" * 149,
+        "vsa/v.h": "#include \"mechanics/joints/j.h\"\n#include \"phs/a.h\"\n",
+        "scene/s.cpp": "#include <hdf5.h>\n#include \"vsa/v.h\"\n#include \"integrators/i.h\"\n",
+        "apps/main.cpp": "#include <CLI/CLI.hpp>\n#include \"scene/s.h\"\n",
+        "tests/phs/t.cpp": "#include \"scene/s.h\"\n#include \"phs/a-inl.h\"\n",
+    }
+    bad = {  # one file each, added to the good tree, and words its report must have
+        "phs/x.h": ('#include "mechanics/m.h"\n', "phs/ must not include mechanics/"),
+        "mechanics/x.cpp": ('  #  include "integrators/i.h"\n', "mechanics/ must not include integrators"),
+        "integrators/x.h": ("#include <mechanics/m.h>\n", "integrators/ must not include mechanics/"),
+        "vsa/x.h": ('#include "energy_shaping/e.h"\n', "vsa/ must not include energy_shaping/"),
+        "scene/x.cpp": ('#include "apps/main.h"\n', "scene/ must not include apps/"),
+        "phs/y.cpp": ('#include "tests/helper.h"\n', "phs/ must not include tests/"),
+        "phs/z.cpp": ('#include "z.h"\n', "does not start at the repository root"),
+        "phs/q.h": ("#include <quadmath.h>\n", "std and Eigen only, not <quadmath.h>"),
+        "scene/t.h": ("#include <toml++/toml.h>\n", "std and Eigen only, not <toml++/toml.h>"),
+        "phs/i.h": ('#include "phs/a-inl.h"\n', "must not include a definition header"),
+        "phs/long.h": ("\n" * 401, "a public header has at most 400 lines"),
+        "phs/long.cpp": ("\n" * 601, "a source has at most 600 lines"),
+        "mechanics/joints/long.h": ("\n" * 151, "a joint header has at most 150 lines"),
+        "tests/phs/long.cpp": ("\n" * 501, "a test has at most 500 lines"),
+    }
+
+    def report(tree):
+        with tempfile.TemporaryDirectory() as root:
+            for name, text in tree.items():
+                file = Path(root, name)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text, encoding="utf-8")
+            return list(offences(Path(root)))
+
+    failures = [f"the good tree was refused: {line}" for line in report(good)]
+    for name, (text, words) in bad.items():
+        found = report(good | {name: text})
+        if len(found) != 1 or not found[0].startswith(name) or words not in found[0]:
+            failures.append(f"{name}: expected one report with '{words}', got {found}")
+    print("\n".join(failures) or f"self-test: the good tree passes, {len(bad)} bad ones are caught")
+    return 1 if failures else 0
+
+
+def main(arguments):
+    if arguments == ["--self-test"]:
+        return self_test()
+    if len(arguments) != 1:
+        print(__doc__, file=sys.stderr)
+        return 2
+    found = list(offences(Path(arguments[0])))
+    print("\n".join(found) or "includes and lengths: as architecture says")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
