@@ -32,7 +32,7 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
       using Joint = decltype(J);
       passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
       if (n.parent < 0) return;
-      w.b[i] += w.A[i] * w.a[i];
+      if constexpr (Joint::nv < 6) w.b[i] += w.A[i] * w.a[i];
       passes::pass_to_parent<Joint>(n, w, i);
     });
   }

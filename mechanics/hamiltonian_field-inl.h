@@ -65,7 +65,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       passes::back_substitute<Joint>(n, w, V, w.rate.data());
       w.V[i] = V;
 
-      const Force<T> h = root ? w.b[i] : w.A[i] * carried + w.b[i];
+      // Of a root or a free joint, carried is zero or nothing is left of A: h = b.
+      const Force<T> h = root || Joint::nv == 6 ? w.b[i] : w.A[i] * carried + w.b[i];
       T load[Joint::nv];
       unroll<Joint::nv>([&](auto k) {
         load[k] = loads.tau.empty() ? T(0.0) : loads.tau[size_t(n.v + k)];

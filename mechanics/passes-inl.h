@@ -34,13 +34,18 @@ template <class J, class T>
     w.b[i] += (D_inverse * u) * U;
     if (k > 0 || !root) A.subtract(U, D_inverse);  // of the world's own inertia nobody asks
   });
+  // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the rounding of it.
+  if constexpr (J::nv == 6)
+    for (int k = 0; k < 6; ++k) w.b[i][k] = f[size_t(n.v + k)];
 }
 
 /// Adds what body i passes on to its parent.
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_to_parent(const Node& n, Workspace<T>& w, size_t i) {
   const size_t parent = size_t(n.parent);
-  if constexpr (J::frees_rotation_about_z)
+  if constexpr (J::nv == 6) {
+    // nothing is left of A
+  } else if constexpr (J::frees_rotation_about_z)
     w.A[parent] += to_parent_free_about_z(w.X[i], w.A[i]);
   else
     w.A[parent] += to_parent(w.X[i], w.A[i]);

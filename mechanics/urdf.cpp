@@ -26,9 +26,10 @@ constexpr std::string_view blanks = " \t\r\n";
 
 std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
 
-std::string number(double x) {
+std::string number(double x, int digits = 9) {
   std::array<char, 32> text;
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), x).ptr};
+  const auto form = std::chars_format::general;
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), x, form, digits).ptr};
 }
 
 /// The file's name and what is noted about it.
@@ -178,10 +179,10 @@ class Reader {
     return *root;
   }
 
-  /// "XML_ERROR_MISMATCHED_ELEMENT" and its details as words.
+  /// "XML_ERROR_MISMATCHED_ELEMENT" and its details as words: "error mismatched element (...)".
   static std::string xml_error(const tinyxml2::XMLDocument& document) {
     std::string words = document.ErrorName();
-    if (words.starts_with("XML_ERROR_")) words.erase(0, 10);
+    if (words.starts_with("XML_")) words.erase(0, 4);
     for (char& c : words) c = c == '_' ? ' ' : char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
     const std::string all = document.ErrorStr();
     const auto line = all.find("Line number=");
@@ -300,7 +301,7 @@ class Reader {
     const double radius = std::sqrt(std::max({I.xx, I.yy, I.zz, 0.0}) / m.mass);
     if (m.mass > 0 && m.mass < 1 && radius > 1)
       note(inertia, "a mass of " + number(m.mass) + " kg with a radius of gyration of " +
-                        number(std::round(radius)) + " m is implausible, expected kg m^2");
+                        number(radius, 2) + " m is implausible, expected kg m^2");
     return m;
   }
 
