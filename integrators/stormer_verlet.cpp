@@ -84,7 +84,15 @@ class StormerVerlet final : public Integrator {
       for (auto& r : rotations_) {
         double excess = -1;
         for (size_t k = 0; k < 4; ++k) excess += x1_[r.q + k] * x1_[r.q + k];
-        r.lambda += excess / (h_ * h_ * r.kappa);  // ∂|ξ'|²/∂λ = -h² κ to leading order
+        // ∂|ξ'|²/∂λ = -h² κ to leading order. The move of λ is carried into p½ and q' at once: left to the next sweeps
+        // it would arrive two sweeps late and the iteration would oscillate.
+        const double d = excess / (h_ * h_ * r.kappa);
+        r.lambda += d;
+        for (size_t k = 0; k < 4; ++k) {
+          const double kick = 0.5 * h_ * d * start_[r.q + k];
+          x0_[n_ + r.q + k] -= kick, x1_[n_ + r.q + k] -= kick;
+          x1_[r.q + k] -= h_ * r.kappa * kick;
+        }
       }
       if (!(change < HUGE_VAL)) return Outcome::not_finite;
       if (change < smallest) {

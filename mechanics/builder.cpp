@@ -25,7 +25,7 @@ std::string number(double x) {
   throw InvalidArgument(at(b.where) + "body '" + b.name + "': " + text);
 }
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text) {
-  throw InvalidArgument(at(b.where) + "joint '" + (b.joint.name.empty() ? b.name : b.joint.name) + "': " + text);
+  throw InvalidArgument(at(b.joint.where.empty() ? b.where : b.joint.where) + "joint '" + (b.joint.name.empty() ? b.name : b.joint.name) + "': " + text);
 }
 
 bool finite(const Vec3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -275,6 +275,7 @@ class Assembly {
     Vec3d second = body_->joint.second_axis ? axis(*body_->joint.second_axis) : basis.x;
     if (norm(cross(second, first)) < 1e-9 * norm(second) * norm(first))
       refuse_joint(*body_, "its two axes are parallel, expected different directions");
+    if (body_->joint.type == "planar") second = second - (dot(second, first) / dot(first, first)) * first;
     if (which == ChainAxis::second) return second;
     return cross(first, second);
   }

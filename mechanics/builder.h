@@ -20,10 +20,11 @@ struct JointSpec {
   std::string name;                       ///< empty: the body's name
   std::string type = "fixed";             ///< one of joint_type_names()
   Vec3d axis{0, 0, 1};                    ///< in the joint frame; need not be unit. Ignored by spherical and free
-  std::optional<Vec3d> second_axis;       ///< universal: second rotation axis; planar: first translation axis
+  std::optional<Vec3d> second_axis;       ///< universal: second rotation axis; planar: first translation (its part in the plane)
   double pitch = 0;                       ///< helical [m/rad]
   double damping = 0, stiffness = 0, rest = 0, friction = 0;  ///< see JointProperties; joints of one freedom only
   std::optional<double> lower, upper;
+  std::string where;                      ///< "file:line" for messages; empty: the body's
 };
 
 /// A body, the joint that carries it and where the joint sits.

@@ -32,7 +32,10 @@ template <class J, class T>
     const T u = f[j] - J::template project<k>(n, w.b[i]);
     w.U[j] = U, w.D_inverse[j] = D_inverse, w.u[j] = u;
     w.b[i] += (D_inverse * u) * U;
-    if (k > 0 || !root) A.subtract(U, D_inverse);  // of the world's own inertia nobody asks
+    if constexpr (J::nv == 6)
+      A.template subtract_below<k>(U, D_inverse);
+    else if (k > 0 || !root)
+      A.subtract(U, D_inverse);  // of the world's own inertia nobody asks
   });
   // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the rounding of it.
   if constexpr (J::nv == 6)

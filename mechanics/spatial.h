@@ -4,6 +4,9 @@
 /// Spatial algebra (Featherstone 2008, chapter 2). Spatial vectors are [angular; linear].
 namespace porthos::mechanics {
 
+/// Every operation here is a handful of multiplications: a call, and the copies of its 9 to 21 numbers, would cost more.
+#define PORTHOS_INLINE [[gnu::always_inline]] inline
+
 using phs::abs;
 using phs::max;
 using phs::select;
@@ -21,26 +24,26 @@ struct Vec3 {
     requires(!std::is_same_v<S, T>)
   explicit Vec3(const Vec3<S>& v) : x(v.x), y(v.y), z(v.z) {}
 
-  friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-  friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-  friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
-  friend Vec3 operator*(T s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
-  Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
-  Vec3& operator-=(const Vec3& b) { return *this = *this - b; }
+  PORTHOS_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  PORTHOS_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  PORTHOS_INLINE friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+  PORTHOS_INLINE friend Vec3 operator*(T s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+  PORTHOS_INLINE Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
+  PORTHOS_INLINE Vec3& operator-=(const Vec3& b) { return *this = *this - b; }
   T& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   const T& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 
 template <class T>
-T dot(const Vec3<T>& a, const Vec3<T>& b) {
+PORTHOS_INLINE T dot(const Vec3<T>& a, const Vec3<T>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 template <class T>
-Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
+PORTHOS_INLINE Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class T>
-T norm(const Vec3<T>& a) {
+PORTHOS_INLINE T norm(const Vec3<T>& a) {
   return sqrt(dot(a, a));
 }
 
@@ -56,16 +59,16 @@ struct Mat3 {
   explicit Mat3(const Mat3<S>& m) : x(m.x), y(m.y), z(m.z) {}
   static Mat3 identity() { return {{T(1.0), T(0.0), T(0.0)}, {T(0.0), T(1.0), T(0.0)}, {T(0.0), T(0.0), T(1.0)}}; }
 
-  friend Vec3<T> operator*(const Mat3& m, const Vec3<T>& v) {
+  PORTHOS_INLINE friend Vec3<T> operator*(const Mat3& m, const Vec3<T>& v) {
     return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
             m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
   }
   /// mᵀ v
-  Vec3<T> tmul(const Vec3<T>& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
-  friend Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
-  friend Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-  friend Mat3 operator-(const Mat3& a, const Mat3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-  Mat3 transposed() const { return {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}; }
+  PORTHOS_INLINE Vec3<T> tmul(const Vec3<T>& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
+  PORTHOS_INLINE friend Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
+  PORTHOS_INLINE friend Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  PORTHOS_INLINE friend Mat3 operator-(const Mat3& a, const Mat3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  PORTHOS_INLINE Mat3 transposed() const { return {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}; }
 };
 
 /// A symmetric 3x3 matrix.
@@ -79,19 +82,19 @@ struct Sym3 {
     requires(!std::is_same_v<S, T>)
   explicit Sym3(const Sym3<S>& m) : xx(m.xx), xy(m.xy), xz(m.xz), yy(m.yy), yz(m.yz), zz(m.zz) {}
 
-  friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) {
+  PORTHOS_INLINE friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) {
     return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
             m.xz * v.x + m.yz * v.y + m.zz * v.z};
   }
-  friend Sym3 operator+(const Sym3& a, const Sym3& b) {
+  PORTHOS_INLINE friend Sym3 operator+(const Sym3& a, const Sym3& b) {
     return {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
   }
-  Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
+  PORTHOS_INLINE Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
 };
 
 /// R m Rᵀ
 template <class T>
-Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
+PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
   const Vec3<T> a = m * Vec3<T>{R.x.x, R.y.x, R.z.x};  // columns of m Rᵀ
   const Vec3<T> b = m * Vec3<T>{R.x.y, R.y.y, R.z.y};
   const Vec3<T> c = m * Vec3<T>{R.x.z, R.y.z, R.z.z};
@@ -104,9 +107,9 @@ Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
 template <class T>
 struct Motion {
   Vec3<T> w, v;
-  friend Motion operator+(const Motion& a, const Motion& b) { return {a.w + b.w, a.v + b.v}; }
-  friend Motion operator-(const Motion& a, const Motion& b) { return {a.w - b.w, a.v - b.v}; }
-  Motion& operator+=(const Motion& b) { return *this = *this + b; }
+  PORTHOS_INLINE friend Motion operator+(const Motion& a, const Motion& b) { return {a.w + b.w, a.v + b.v}; }
+  PORTHOS_INLINE friend Motion operator-(const Motion& a, const Motion& b) { return {a.w - b.w, a.v - b.v}; }
+  PORTHOS_INLINE Motion& operator+=(const Motion& b) { return *this = *this + b; }
   T& operator[](int i) { return i < 3 ? w[i] : v[i - 3]; }
   const T& operator[](int i) const { return i < 3 ? w[i] : v[i - 3]; }
 };
@@ -115,27 +118,27 @@ struct Motion {
 template <class T>
 struct Force {
   Vec3<T> n, f;
-  friend Force operator+(const Force& a, const Force& b) { return {a.n + b.n, a.f + b.f}; }
-  friend Force operator-(const Force& a, const Force& b) { return {a.n - b.n, a.f - b.f}; }
-  friend Force operator*(T s, const Force& a) { return {s * a.n, s * a.f}; }
-  Force& operator+=(const Force& b) { return *this = *this + b; }
-  Force& operator-=(const Force& b) { return *this = *this - b; }
+  PORTHOS_INLINE friend Force operator+(const Force& a, const Force& b) { return {a.n + b.n, a.f + b.f}; }
+  PORTHOS_INLINE friend Force operator-(const Force& a, const Force& b) { return {a.n - b.n, a.f - b.f}; }
+  PORTHOS_INLINE friend Force operator*(T s, const Force& a) { return {s * a.n, s * a.f}; }
+  PORTHOS_INLINE Force& operator+=(const Force& b) { return *this = *this + b; }
+  PORTHOS_INLINE Force& operator-=(const Force& b) { return *this = *this - b; }
   T& operator[](int i) { return i < 3 ? n[i] : f[i - 3]; }
   const T& operator[](int i) const { return i < 3 ? n[i] : f[i - 3]; }
 };
 
 template <class T>
-T dot(const Motion<T>& v, const Force<T>& f) {
+PORTHOS_INLINE T dot(const Motion<T>& v, const Force<T>& f) {
   return dot(v.w, f.n) + dot(v.v, f.f);
 }
 /// v × m
 template <class T>
-Motion<T> cross(const Motion<T>& v, const Motion<T>& m) {
+PORTHOS_INLINE Motion<T> cross(const Motion<T>& v, const Motion<T>& m) {
   return {cross(v.w, m.w), cross(v.w, m.v) + cross(v.v, m.w)};
 }
 /// v ×* f
 template <class T>
-Force<T> cross(const Motion<T>& v, const Force<T>& f) {
+PORTHOS_INLINE Force<T> cross(const Motion<T>& v, const Force<T>& f) {
   return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
 }
 
@@ -146,18 +149,18 @@ struct Transform {
   Vec3<T> r;
 
   /// A twist from the parent's to the child's frame: X v.
-  Motion<T> to_child(const Motion<T>& m) const { return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))}; }
+  PORTHOS_INLINE Motion<T> to_child(const Motion<T>& m) const { return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))}; }
   /// A wrench from the child's to the parent's frame: Xᵀ f.
-  Force<T> to_parent(const Force<T>& g) const {
+  PORTHOS_INLINE Force<T> to_parent(const Force<T>& g) const {
     const Vec3<T> f = R * g.f;
     return {R * g.n + cross(r, f), f};
   }
-  Motion<T> to_parent(const Motion<T>& m) const {
+  PORTHOS_INLINE Motion<T> to_parent(const Motion<T>& m) const {
     const Vec3<T> w = R * m.w;
     return {w, R * m.v + cross(r, w)};
   }
-  Force<T> to_child(const Force<T>& g) const { return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)}; }
-  friend Transform operator*(const Transform& a, const Transform& b) { return {a.R * b.R, a.r + a.R * b.r}; }
+  PORTHOS_INLINE Force<T> to_child(const Force<T>& g) const { return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)}; }
+  PORTHOS_INLINE friend Transform operator*(const Transform& a, const Transform& b) { return {a.R * b.R, a.r + a.R * b.r}; }
 };
 
 /// Inertia of a rigid body: mass, first moment m·c, rotational inertia about the frame origin.
@@ -167,7 +170,7 @@ struct RigidInertia {
   Vec3<T> mc;
   Sym3<T> I;
 
-  Force<T> operator*(const Motion<T>& v) const { return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)}; }
+  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const { return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)}; }
 };
 
 /// Articulated inertia [I H; Hᵀ M]: 21 numbers.
@@ -183,14 +186,14 @@ struct ArticulatedInertia {
         H({T(0.0), T(r.mc.z), T(-r.mc.y)}, {T(-r.mc.z), T(0.0), T(r.mc.x)}, {T(r.mc.y), T(-r.mc.x), T(0.0)}),
         M(T(r.m), T(0.0), T(0.0), T(r.m), T(0.0), T(r.m)) {}
 
-  Force<T> operator*(const Motion<T>& v) const { return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v}; }
-  ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
+  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const { return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v}; }
+  PORTHOS_INLINE ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
     I = I + b.I, H = H + b.H, M = M + b.M;
     return *this;
   }
   /// Column k, i.e. the product with the k-th unit twist.
   template <int k>
-  Force<T> column() const {
+  PORTHOS_INLINE Force<T> column() const {
     if constexpr (k == 0) return {{I.xx, I.xy, I.xz}, {H.x.x, H.y.x, H.z.x}};
     if constexpr (k == 1) return {{I.xy, I.yy, I.yz}, {H.x.y, H.y.y, H.z.y}};
     if constexpr (k == 2) return {{I.xz, I.yz, I.zz}, {H.x.z, H.y.z, H.z.z}};
@@ -199,7 +202,7 @@ struct ArticulatedInertia {
     if constexpr (k == 5) return {H.z, {M.xz, M.yz, M.zz}};
   }
   /// this - s·U Uᵀ
-  void subtract(const Force<T>& U, T s) {
+  PORTHOS_INLINE void subtract(const Force<T>& U, T s) {
     const Force<T> W = s * U;
     I.xx -= W.n.x * U.n.x, I.xy -= W.n.x * U.n.y, I.xz -= W.n.x * U.n.z;
     I.yy -= W.n.y * U.n.y, I.yz -= W.n.y * U.n.z, I.zz -= W.n.z * U.n.z;
@@ -207,11 +210,21 @@ struct ArticulatedInertia {
     M.xx -= W.f.x * U.f.x, M.xy -= W.f.x * U.f.y, M.xz -= W.f.x * U.f.z;
     M.yy -= W.f.y * U.f.y, M.yz -= W.f.y * U.f.z, M.zz -= W.f.z * U.f.z;
   }
+  /// The same where only rows and columns below k are asked for afterwards.
+  template <int k>
+  PORTHOS_INLINE void subtract_below(const Force<T>& U, T s) {
+    const Force<T> W = s * U;
+    if constexpr (k > 0) I.xx -= W.n.x * U.n.x;
+    if constexpr (k > 1) I.xy -= W.n.x * U.n.y, I.yy -= W.n.y * U.n.y;
+    if constexpr (k > 2) I.xz -= W.n.x * U.n.z, I.yz -= W.n.y * U.n.z, I.zz -= W.n.z * U.n.z;
+    if constexpr (k > 3) H.x -= W.f.x * U.n, M.xx -= W.f.x * U.f.x;
+    if constexpr (k > 4) H.y -= W.f.y * U.n, M.xy -= W.f.x * U.f.y, M.yy -= W.f.y * U.f.y;
+  }
 };
 
 /// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own origin lies at r.
 template <class T>
-ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I, const Mat3<T>& H, const Sym3<T>& M) {
+PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I, const Mat3<T>& H, const Sym3<T>& M) {
   // H' = H + r×M,  I' = I - H r× + r× H'ᵀ
   ArticulatedInertia<T> a;
   a.M = M;
@@ -232,13 +245,13 @@ ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I, const Mat3<
 
 /// Xᵀ A X: an articulated inertia from the child's to the parent's frame.
 template <class T>
-ArticulatedInertia<T> to_parent(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+PORTHOS_INLINE ArticulatedInertia<T> to_parent(const Transform<T>& X, const ArticulatedInertia<T>& A) {
   return translated(X.r, rotated(X.R, A.I), X.R * A.H * X.R.transposed(), rotated(X.R, A.M));
 }
 
 /// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves it.
 template <class T>
-ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X, const ArticulatedInertia<T>& A) {
   const Mat3<T>& R = X.R;
   const Vec3<T> a = A.I.xx * R.x + A.I.xy * R.y, b = A.I.xy * R.x + A.I.yy * R.y;
   const Sym3<T> I{a.x * R.x.x + b.x * R.y.x, a.x * R.x.y + b.x * R.y.y, a.x * R.x.z + b.x * R.y.z,

@@ -28,8 +28,8 @@ std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
 
 std::string number(double x, int digits = 9) {
   std::array<char, 32> text;
-  const auto form = std::chars_format::general;
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), x, form, digits).ptr};
+  constexpr auto general = std::chars_format::general;
+  return {text.begin(), std::to_chars(text.begin(), text.end(), x, general, digits).ptr};
 }
 
 /// The file's name and what is noted about it.
@@ -73,7 +73,7 @@ struct Link {
 };
 
 struct Joint {
-  int line;
+  int line = 0;
   std::string parent, child;
   JointSpec spec;
   Pose placement;
@@ -269,23 +269,20 @@ class Reader {
     numbers(e, attribute(e, name), x);
     return {x[0], x[1], x[2]};
   }
-  Vec3d vector_or_zero(const XMLElement& e, const char* name) const {
-    return e.FindAttribute(name) ? vector(e, name) : Vec3d{0, 0, 0};
-  }
 
   Pose origin(const XMLElement& of) {
     const XMLElement* e = of.FirstChildElement("origin");
     if (!e) return {Mat3<double>::identity(), {0, 0, 0}};
     expect(*e, {"xyz", "rpy"});
-    const Vec3d rpy = vector_or_zero(*e, "rpy");
-    return {rotation_from_rpy(rpy.x, rpy.y, rpy.z), vector_or_zero(*e, "xyz")};
+    const Vec3d none{0, 0, 0}, rpy = e->FindAttribute("rpy") ? vector(*e, "rpy") : none;
+    return {rotation_from_rpy(rpy.x, rpy.y, rpy.z),
+            e->FindAttribute("xyz") ? vector(*e, "xyz") : none};
   }
 
   Link link(const XMLElement& e) {
-    Link l{required(e, "name"), e.GetLineNum(), {}};
     expect(e, {"name"}, {"inertial"});
-    if (const auto* i = e.FirstChildElement("inertial")) l.mass = inertial(*i);
-    return l;
+    const auto* i = e.FirstChildElement("inertial");
+    return {required(e, "name"), e.GetLineNum(), i ? std::optional(inertial(*i)) : std::nullopt};
   }
 
   MassProperties inertial(const XMLElement& e) {
@@ -306,7 +303,8 @@ class Reader {
   }
 
   Joint joint(const XMLElement& e) {
-    Joint j{e.GetLineNum(), {}, {}, {}, {}};
+    Joint j;
+    j.line = e.GetLineNum();
     j.spec.name = required(e, "name");
     j.spec.type = joint_type(e);
     expect(e, {"name", "type"},
@@ -366,13 +364,13 @@ class Reader {
     if (!l) return;
     expect(*l, {"lower", "upper", "effort", "velocity"});
     const auto effort = optional_scalar(*l, "effort"), velocity = optional_scalar(*l, "velocity");
-    if (effort || velocity)
-      log_.count(l->GetLineNum(), "<limit> effort or velocity", "not enforced");
+    const int line = l->GetLineNum();
+    if (effort || velocity) log_.count(line, "<limit> effort or velocity", "not enforced");
     const auto lower = optional_scalar(*l, "lower"), upper = optional_scalar(*l, "upper");
     if (freedoms(spec.type) == 1)
       spec.lower = lower, spec.upper = upper;
     else if (lower || upper)
-      log_.count(l->GetLineNum(), "<limit> lower or upper of a " + spec.type + " joint", "ignored");
+      log_.count(line, "<limit> lower or upper of a " + spec.type + " joint", "ignored");
   }
 
   void dynamics(const XMLElement& e, JointSpec& spec) {
@@ -467,11 +465,10 @@ class Assembler {
                               " are no joint's child, expected one root link");
       root = i;
     }
-    if (!root) refuse_cycle(0);
-    return *root;
+    return root ? *root : refuse_cycle(0);
   }
   /// `i` has no way up to a root.
-  [[noreturn]] void refuse_cycle(std::size_t i) const {
+  [[noreturn]] std::size_t refuse_cycle(std::size_t i) const {
     std::set<std::size_t> seen;
     while (seen.insert(i).second) i = parent(i);  // ends on the cycle itself
     const Joint& j = *carrier_[i];
