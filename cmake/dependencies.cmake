@@ -4,6 +4,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt 9 REQUIRED)
 find_package(tinyxml2 REQUIRED)
 find_package(nlohmann_json 3.10 REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)   # SHA-256
 include(${CMAKE_CURRENT_LIST_DIR}/sundials.cmake)
 
 # The serial flavour by name: libsundials-dev brings the OpenMPI one along, and plain "hdf5" would find that.

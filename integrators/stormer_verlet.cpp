@@ -26,6 +26,7 @@ class StormerVerlet final : public Integrator {
                             model.description().name + "' is not one");
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::rotation) rotations_.push_back({size_t(b.at)});
+    scale_rotations();
   }
 
   const Declaration& declaration() const override { return declaration_; }
@@ -35,7 +36,6 @@ class StormerVerlet final : public Integrator {
     turns_.synchronise(s, *system_);
     t_ = double(s.step) * h_;
     for (size_t i = 0; i < 2 * n_; ++i) start_[i] = s.x[i] + s.lo[i];
-    if (!scaled_) scale_rotations();
 
     const Outcome o = solve();
     if (o != Outcome::ok) return o;
@@ -50,14 +50,13 @@ class StormerVerlet final : public Integrator {
   }
 
   std::vector<double> memory() const override {
-    std::vector<double> m{scaled_ ? 1.0 : 0.0};
-    for (const auto& r : rotations_) m.push_back(r.kappa), m.push_back(r.lambda);
+    std::vector<double> m;
+    for (const auto& r : rotations_) m.push_back(r.lambda);
     return m;
   }
   void restore(std::span<const double> m) override {
-    require_size("memory of Stormer-Verlet", m.size(), 1 + 2 * rotations_.size());
-    scaled_ = m[0] != 0;
-    for (size_t i = 0; i < rotations_.size(); ++i) rotations_[i].kappa = m[1 + 2 * i], rotations_[i].lambda = m[2 + 2 * i];
+    require_size("memory of Stormer-Verlet", m.size(), rotations_.size());
+    for (size_t i = 0; i < rotations_.size(); ++i) rotations_[i].lambda = m[i];
   }
 
  private:
@@ -134,24 +133,20 @@ class StormerVerlet final : public Integrator {
     }
   }
 
-  /// κ from the field itself: ξ' = ½ ξ∘ω with ω = I⁻¹m, so for π along the three directions normal to ξ the mean of
-  /// π·ξ'/|π|² is a quarter of the mean inverse inertia.
+  /// κ from the field at the zero configuration, so that it belongs to the system and not to a state: ξ' = ½ ξ∘ω with
+  /// ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a quarter of the mean inverse inertia.
   void scale_rotations() {
     std::vector<double> &x = x0_, &f = f0_;
+    std::fill(x.begin(), x.end(), 0.0);
+    for (const auto& r : rotations_) x[r.q] = 1;
     for (auto& r : rotations_) {
-      const double *xi = &start_[r.q], w = xi[0], a = xi[1], b = xi[2], c = xi[3];
-      const double normal[3][4] = {{-a, w, c, -b}, {-b, -c, w, a}, {-c, b, -a, w}};
-      double sum = 0;
-      for (const auto& d : normal) {
-        x = start_;
-        std::fill(x.begin() + long(n_), x.end(), 0.0);
-        for (size_t k = 0; k < 4; ++k) x[n_ + r.q + k] = d[k];
-        system_->field(t_, x, {}, f);
-        for (size_t k = 0; k < 4; ++k) sum += d[k] * f[r.q + k];
+      for (size_t k = 1; k < 4; ++k) {
+        x[n_ + r.q + k] = 1;
+        system_->field(0, x, {}, f);
+        x[n_ + r.q + k] = 0;
+        r.kappa += f[r.q + k] / 3;
       }
-      r.kappa = sum / 3;
     }
-    scaled_ = true;
   }
 
   Declaration declaration_;
@@ -162,7 +157,6 @@ class StormerVerlet final : public Integrator {
   size_t n_;
   std::vector<double> start_, x0_, x1_, f0_, f1_;
   std::vector<Rotation> rotations_;
-  bool scaled_ = false;
 };
 
 }  // namespace

@@ -196,7 +196,7 @@ class Assembly {
     std::vector<JointCoordinates> coordinates;
     std::vector<BodyFrame> bodies;
     std::vector<JointProperties> properties;
-    std::vector<std::string> remarks;
+    std::vector<Remark> remarks;
     int nq = 0, nv = 0, angles = 0;
   };
 
@@ -244,9 +244,9 @@ class Assembly {
       const int node = r_.bodies[frames_.at(b->name)].node;
       const std::string fault = inertia_fault(b->mass.mass, b->mass.inertia);
       if (fault.empty() || node < 0) continue;
-      r_.remarks.push_back(at(b->where) + "body '" + b->name + "': " + fault + "; tolerated because " +
+      r_.remarks.push_back({b->where, "body '" + b->name + "': " + fault + "; tolerated because " +
                            (accept_unphysical ? "unphysical inertias were accepted"
-                                              : "the moving body it is fixed to is sound as a whole"));
+                                              : "the moving body it is fixed to is sound as a whole")});
       if (!culprit.count(node)) culprit[node] = b;
     }
     for (const auto& [node, b] : culprit) {

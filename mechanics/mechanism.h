@@ -43,6 +43,12 @@ struct JointProperties {
   std::optional<double> lower, upper;  ///< limits as read from a file; reported, not enforced
 };
 
+/// Something noticed in the input that does not stop a run.
+struct Remark {
+  std::string where;  ///< "file:line", may be empty
+  std::string text;
+};
+
 /// An articulated mechanism: an immutable tree of bodies, shared by threads. Made by MechanismBuilder.
 ///
 /// q = joint coordinates, v = joint rates (body-frame twists of ball and free joints, [angular; linear]),
@@ -61,8 +67,8 @@ class Mechanism {
   const std::vector<JointCoordinates>& coordinates() const { return coordinates_; }
   const std::vector<BodyFrame>& bodies() const { return bodies_; }
   const std::vector<JointProperties>& joint_properties() const { return properties_; }
-  /// Faults of the input that do not reach the dynamics, one sentence each.
-  const std::vector<std::string>& remarks() const { return remarks_; }
+  /// Faults of the input that do not reach the dynamics or that the user accepted.
+  const std::vector<Remark>& remarks() const { return remarks_; }
   int angle_count() const { return angles_; }
 
   /// The coordinates of the block of that name. @throws InvalidArgument naming the known ones.
@@ -80,7 +86,7 @@ class Mechanism {
   std::vector<JointCoordinates> coordinates_;
   std::vector<BodyFrame> bodies_;
   std::vector<JointProperties> properties_;
-  std::vector<std::string> remarks_;
+  std::vector<Remark> remarks_;
   Vec3d gravity_{0, 0, 0};
   double total_mass_ = 0;
   int nq_ = 0, nv_ = 0, angles_ = 0;

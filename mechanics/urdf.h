@@ -19,10 +19,8 @@ struct UrdfOptions {
   bool use_damping = true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
 };
 
-/// Something read but not simulated, or worth knowing: "file:line: text".
-struct UrdfNote {
-  std::string where, text;
-};
+/// Something read but not simulated, or worth knowing.
+using UrdfNote = Remark;
 
 struct UrdfResult {
   Mechanism mechanism;

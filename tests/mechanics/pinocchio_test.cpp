@@ -178,7 +178,7 @@ TEST_P(Pinocchio, Agrees) {
 INSTANTIATE_TEST_SUITE_P(Robots, Pinocchio,
                          testing::Values("ur5", "panda7", "sat_panda", "hyq", "chain30", "dpend", "mixed",
                                          "mixed_freeflyer", "tiago_continuous"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& robot) { return std::string(robot.param); });
 
 }  // namespace
 }  // namespace porthos::mechanics

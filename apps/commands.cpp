@@ -1,0 +1,175 @@
+#include "apps/commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "apps/progress.h"
+#include "apps/verdict.h"
+#include "scene/run.h"
+
+namespace porthos::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+// --- Ctrl-C --------------------------------------------------------------------------------------------------------
+
+std::atomic<bool> stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// A signal asks the run to save and stop. A second one changes nothing: wrappers such as timeout send two at once.
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = SA_RESTART;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
+// --- arguments -----------------------------------------------------------------------------------------------------
+
+std::optional<double> seconds(const char* name, const std::optional<std::string>& text) {
+  if (!text) return {};
+  double x = 0;
+  const char* const end = text->data() + text->size();
+  const auto [rest, error] = std::from_chars(text->data(), end, x);
+  if (error != std::errc() || rest != end)
+    throw InvalidArgument(
+        fmt::format("--{0}: {0} is '{1}', expected a number of seconds", name, *text));
+  return x;
+}
+
+scene::Scene read(const Arguments& a) {
+  scene::Scene s = scene::read_scene(a.scene);
+  scene::apply(s, {a.method, seconds("step", a.step), seconds("duration", a.duration)});
+  return s;
+}
+
+/// examples/ets_vii/scene.toml -> "ets_vii", arm.toml -> "arm"
+std::string name_of(const std::string& scene) {
+  const fs::path path = fs::absolute(scene);
+  const std::string folder = path.parent_path().filename().string();
+  return path.filename() == "scene.toml" && !folder.empty() ? folder : path.stem().string();
+}
+
+std::string quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::string_view("/._-+=:").find(char(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string q = "'";
+  for (const char c : word) q += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return q + "'";
+}
+
+std::string resume_line(const Arguments& a, const std::string& out) {
+  std::string line = fmt::format("porthos run {} --out {}", quoted(a.scene), quoted(out));
+  if (a.method) line += " --method " + quoted(*a.method);
+  if (a.step) line += " --step " + quoted(*a.step);
+  if (a.duration) line += " --duration " + quoted(*a.duration);
+  return line + " --resume";
+}
+
+bool resumable(const std::string& method) {
+  for (const auto& d : integrators::catalogue())
+    if (d.name == method) return d.resumable;
+  return false;
+}
+
+// --- output --------------------------------------------------------------------------------------------------------
+
+void print(const std::string& text) {
+  std::fputs(text.c_str(), stdout);
+  if (std::fflush(stdout) != 0) throw InvalidArgument("standard output cannot be written");
+}
+
+void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
+
+std::string file_text(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file) throw InvalidArgument(fmt::format("'{}' cannot be read", path));
+  return text.str();
+}
+
+scene::RunReport run_with_progress(const scene::Scene& s, const scene::Assembly& assembly,
+                                   scene::RunOptions options) {
+  Progress progress;
+  stop_on_signals();
+  options.stop = &stop;
+  options.progress = [&](double fraction, double spent, double left) {
+    progress.update(fraction, spent, left);
+  };
+  return scene::run(s, assembly, options);
+}
+
+int finish(const Arguments& a, const scene::RunOptions& options, const scene::RunReport& r) {
+  if (r.interrupted) {
+    log(resumable(r.method)
+            ? fmt::format("interrupted after {} steps, checkpoint saved; continue with: {}",
+                          r.steps, resume_line(a, options.out))
+            : fmt::format("interrupted after {} steps; {} cannot resume, run it again", r.steps,
+                          r.method));
+    return exit_interrupted;
+  }
+  if (r.outcome != integrators::Outcome::ok) {
+    log(fmt::format(
+        "stopped after {} steps at t = {} s: {}; the last good state is in {}/checkpoint", r.steps,
+        r.simulated_s, integrators::to_string(r.outcome), options.out));
+    return exit_numerical;
+  }
+  return r.passed() ? exit_ok : exit_verdict_failed;
+}
+
+/// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if it is not symmetric.
+constexpr double default_symmetry_limit = 1e-9;
+
+int run_and_judge(const Arguments& a, const scene::RunOptions& options) {
+  scene::Scene s = read(a);
+  if (options.check_symmetry && !s.verify.symmetry) s.verify.symmetry = default_symmetry_limit;
+  const scene::Assembly assembly = scene::assemble(s);
+  if (!assembly.notes.empty())
+    log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
+                    assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  const scene::RunReport r = run_with_progress(s, assembly, options);
+  if (!r.interrupted)
+    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out));
+  return finish(a, options, r);
+}
+
+}  // namespace
+
+int run_command(const Arguments& a) {
+  scene::RunOptions options;
+  options.out = a.out.value_or("results/" + name_of(a.scene));
+  options.resume = a.resume;
+  return run_and_judge(a, options);
+}
+
+int verify_command(const Arguments& a) {
+  scene::RunOptions options;
+  options.out = a.out.value_or("results/" + name_of(a.scene) + "-verify");
+  options.check_symmetry = true;
+  return run_and_judge(a, options);
+}
+
+int info_command(const Arguments& a) {
+  const scene::Scene s = read(a);
+  print(scene::info_text(s, scene::assemble(s)));
+  return exit_ok;
+}
+
+int methods_command() {
+  print(methods_text());
+  return exit_ok;
+}
+
+}  // namespace porthos::apps

@@ -1,0 +1,29 @@
+#pragma once
+#include <optional>
+#include <string>
+
+namespace porthos::apps {
+
+enum ExitCode {
+  exit_ok = 0,
+  exit_verdict_failed = 1,
+  exit_bad_input = 2,
+  exit_numerical = 3,
+  exit_interrupted = 130
+};
+
+/// The arguments of all commands, as typed.
+struct Arguments {
+  std::string scene;
+  std::optional<std::string> out, method, step, duration;
+  bool resume = false, json = false;
+};
+
+/// Each prints its results to stdout, everything else to stderr, and returns the exit code.
+/// @throws InvalidArgument for bad input
+int run_command(const Arguments& arguments);
+int verify_command(const Arguments& arguments);
+int info_command(const Arguments& arguments);
+int methods_command();
+
+}  // namespace porthos::apps

@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <string>
+#include <string_view>
+
+#include "apps/commands.h"
+#include "phs/error.h"
+#include "scene/scene.h"
+
+namespace {
+
+using namespace porthos::apps;
+
+CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char* what,
+                      const char* example) {
+  CLI::App* c = app.add_subcommand(name, what);
+  c->footer(fmt::format("Example:\n  {}\n", example));
+  if (std::string_view(name) != "methods")
+    c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
+  return c;
+}
+
+void add_results(CLI::App* c, Arguments& a, const char* default_out) {
+  c->add_option("--out", a.out, fmt::format("results folder [{}]", default_out))->type_name("DIR");
+  c->add_flag("--json", a.json, "print summary.json instead of the table");
+}
+
+void add_commands(CLI::App& app, Arguments& a) {
+  auto* run =
+      add_command(app, a, "run", "run a scene, record it and judge it",
+                  "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1");
+  add_results(run, a, "results/<name of the scene>");
+  run->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
+  run->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
+      ->type_name("M");
+  run->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
+  run->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+
+  auto* verify = add_command(app, a, "verify",
+                             "run a scene with every check: energy, momenta, balance, symmetry",
+                             "porthos verify examples/ets_vii/scene.toml");
+  add_results(verify, a, "results/<name of the scene>-verify");
+
+  add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
+              "porthos info examples/ets_vii/scene.toml");
+  add_command(app, a, "methods", "the integrators and what they keep", "porthos methods");
+}
+
+/// What was wrong with the arguments, in our words where CLI11's do not say it.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
+  const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
+  if (first && *first != '-' && app.get_subcommands(named).empty())
+    return fmt::format("there is no command '{}', expected run, verify, info or methods", first);
+  return e.what();
+}
+
+int dispatch(const CLI::App& app, const Arguments& a) {
+  if (app.got_subcommand("run")) return run_command(a);
+  if (app.got_subcommand("verify")) return verify_command(a);
+  if (app.got_subcommand("info")) return info_command(a);
+  return methods_command();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Port-Hamiltonian symplectic toolkit for articulated mechanisms and spacecraft",
+               "porthos");
+  app.set_version_flag("--version", porthos::scene::version_text());
+  app.footer(
+      "Example:\n  porthos run examples/ets_vii/scene.toml\n\n"
+      "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 130 "
+      "interrupted.\n");
+  app.require_subcommand(1);
+  add_commands(app, arguments);
+  try {
+    app.parse(argc, argv);
+    return dispatch(app, arguments);
+  } catch (const CLI::Success& e) {  // --help and --version
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    fmt::print(stderr, "porthos: {} (see porthos --help)\n",
+               usage_error(app, e, argc > 1 ? argv[1] : nullptr));
+  } catch (const porthos::InvalidArgument& e) {
+    fmt::print(stderr, "porthos: {}\n", e.what());
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "porthos: could not run: {}\n", e.what());
+  }
+  return exit_bad_input;
+}

@@ -1,0 +1,24 @@
+#pragma once
+#include <chrono>
+
+namespace porthos::apps {
+
+/// Progress on stderr: a bar with the time left on a terminal, otherwise a line about every five seconds.
+class Progress {
+ public:
+  Progress();
+  ~Progress() { finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// @param fraction  0 to 1;  spent, left  wall-clock seconds
+  void update(double fraction, double spent, double left);
+  /// Takes the bar away, so that what follows starts on a clean line.
+  void finish();
+
+ private:
+  bool terminal_, drawn_ = false;
+  std::chrono::steady_clock::time_point last_;
+};
+
+}  // namespace porthos::apps

@@ -1,0 +1,74 @@
+#include "apps/verdict.h"
+
+#include <fmt/format.h>
+
+#include "scene/text_table.h"
+
+namespace porthos::apps {
+namespace {
+
+using scene::RunReport;
+using scene::TextRows;
+
+std::string checks_text(const RunReport& r) {
+  if (r.checks.empty()) return "No checks: [verify] asks for none that this model has.\n";
+  TextRows rows{{"check", "value", "limit"}};
+  for (const auto& c : r.checks)
+    rows.push_back({c.name, fmt::format("{:.3g}", c.value), fmt::format("{:.3g}", c.limit),
+                    c.pass ? "pass" : "FAIL"});
+  return scene::aligned(rows);
+}
+
+std::string energy_text(const RunReport& r) {
+  const auto& e = r.energy;
+  return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
+                     e.initial_J, e.max_abs_error_J, e.max_rel_error, e.rms_rel_error) +
+         fmt::format(
+             "            growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, "
+             "{}",
+             e.growth_exponent, e.drift_per_s,
+             e.drift_is_significant ? "significant" : "not significant");
+}
+
+std::string cost_text(const RunReport& r) {
+  const double steps = r.cost.steps > 0 ? double(r.cost.steps) : 1;
+  return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} sweeps per step, {} evaluations",
+                     r.cpu_s, 1e6 * r.cpu_s / steps, double(r.cost.sweeps) / steps,
+                     r.cost.evaluations);
+}
+
+const char* mark(integrators::Claim c) {
+  using integrators::Claim;
+  return c == Claim::holds ? "yes" : c == Claim::fails ? "no" : "?";
+}
+
+}  // namespace
+
+std::string verdict_text(const RunReport& r, const std::string& out) {
+  std::string text = fmt::format("{}: {}, {} steps of {} s, {} s simulated\n\n", r.title, r.method,
+                                 r.steps, r.step_s, r.simulated_s);
+  text += checks_text(r) + "\n";
+  text += "energy      " + energy_text(r) + "\n";
+  text += "cost        " + cost_text(r) + "\n";
+  text += "results     " + out + "/: summary.json, run.h5, energy_error.svg\n";
+  for (const auto& note : r.notes) text += "note        " + note + "\n";
+  text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
+  return text;
+}
+
+std::string methods_text() {
+  TextRows rows{{"name", "order", "symmetric", "symplectic", "energy", "passivity", "quadratic",
+                 "resumes", "what"}};
+  for (const auto& d : integrators::catalogue())
+    rows.push_back({d.name, d.order ? std::to_string(d.order) : "-", mark(d.symmetric),
+                    mark(d.symplectic), mark(d.energy_exact), mark(d.passivity_exact),
+                    mark(d.quadratic_invariants), d.resumable ? "yes" : "no", d.title});
+  return scene::aligned(rows) +
+         "\nenergy: kept to rounding for any H.  passivity: the discrete power balance closes for "
+         "any H.\n"
+         "quadratic: linear and quadratic invariants are kept.  resumes: continues from a "
+         "checkpoint bit for bit.\n"
+         "order -: varies with the tolerance.\n";
+}
+
+}  // namespace porthos::apps

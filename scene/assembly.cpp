@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+
+#include "scene/scene.h"
+
+namespace porthos::scene {
+namespace {
+
+using mechanics::JointCoordinates;
+using mechanics::Mechanism;
+using mechanics::Vec3d;
+
+/// q and v while they are filled in.
+struct Start {
+  std::vector<double> q, v;
+};
+
+std::string at(const std::string& where) { return where.empty() ? "" : where + ": "; }
+
+/// Coordinates that one number and one rate describe.
+bool is_single(const JointCoordinates& c) { return c.nq == 1 && c.nv == 1; }
+
+/// Uniform in [-bound, bound) from the top 53 bits: the standard's distributions differ between libraries.
+double symmetric_uniform(std::mt19937_64& rng, double bound) {
+  const double unit = double(rng() >> 11) * 0x1p-53;
+  return bound * (2 * unit - 1);
+}
+
+void put_random(const RandomStart& random, const Mechanism& m, Start& s) {
+  std::mt19937_64 rng(random.seed);
+  for (const auto& c : m.coordinates()) {
+    if (!is_single(c)) continue;
+    s.q[size_t(c.q)] = symmetric_uniform(rng, random.joint_position);
+    s.v[size_t(c.v)] = symmetric_uniform(rng, random.joint_velocity);
+  }
+}
+
+[[noreturn]] void refuse_joint(const std::string& name, const JointStart& start,
+                               const Mechanism& m) {
+  std::string known;
+  const char* reason = "the model has no joint of this name";
+  for (const auto& c : m.coordinates()) {
+    if (is_single(c)) known += (known.empty() ? "" : ", ") + c.name;
+    if (!is_single(c) && (c.name == name || c.joint == name))
+      reason = "it has several freedoms, start values are for joints of one";
+  }
+  throw InvalidArgument(fmt::format("{}[initial] joints.{}: {}, expected one of: {}",
+                                    at(start.where), name, reason,
+                                    known.empty() ? "(none)" : known));
+}
+
+void put_joint(const std::string& name, const JointStart& start, const Mechanism& m, Start& s) {
+  const auto& all = m.coordinates();
+  const auto c = std::find_if(all.begin(), all.end(),
+                              [&](const auto& k) { return is_single(k) && k.name == name; });
+  if (c == all.end()) refuse_joint(name, start, m);
+  s.q[size_t(c->q)] = start.position;
+  s.v[size_t(c->v)] = start.velocity;
+}
+
+void store(const Vec3d& a, std::vector<double>& to, int offset) {
+  for (int k = 0; k < 3; ++k) to[size_t(offset + k)] = a[k];
+}
+
+/// Rates of a free joint are the twist in the base's own axes: the world velocity of its origin is turned into them.
+void put_base(const BaseStart& b, const Mechanism& m, Start& s) {
+  const std::string joint = mechanics::base_joint_name;
+  const auto& position = m.coordinate(joint + ".position");
+  const auto& attitude = m.coordinate(joint + ".attitude");
+  store(b.position, s.q, position.q);
+  std::copy_n(b.attitude_wxyz, 4, s.q.begin() + attitude.q);
+  const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(b.attitude_wxyz));
+  store(b.angular_velocity, s.v, attitude.v);
+  store(R.tmul(b.linear_velocity), s.v, position.v);
+}
+
+}  // namespace
+
+Assembly assemble(const Scene& scene) {
+  const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  if (!free_base && !scene.base.where.empty())
+    throw InvalidArgument(scene.base.where +
+                          ": [initial] base is given, but the base is \"fixed\": expected no start "
+                          "values of the base, "
+                          "or [model] base = \"free\"");
+  auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, scene.urdf);
+
+  Assembly a;
+  a.notes = std::move(urdf.notes);
+  a.mechanism = std::make_shared<const Mechanism>(std::move(urdf.mechanism));
+  const auto& remarks = a.mechanism->remarks();
+  a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
+  a.model = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
+
+  Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
+  if (scene.random) put_random(*scene.random, *a.mechanism, start);
+  for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
+  if (free_base) put_base(scene.base, *a.mechanism, start);
+  a.initial = phs::State(a.model->description(), a.model->state(start.q, start.v));
+  phs::wrap_angles(a.model->description(), a.initial);
+  return a;
+}
+
+}  // namespace porthos::scene

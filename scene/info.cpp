@@ -1,0 +1,216 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "phs/pack.h"
+#include "scene/build_info.h"
+#include "scene/scene.h"
+#include "scene/text_table.h"
+
+namespace porthos::scene {
+namespace {
+
+using mechanics::Mechanism;
+using phs::BlockKind;
+
+// --- the model -----------------------------------------------------------------------------------------------------
+
+struct Merging {
+  int links = 0, to_world = 0, to_parent = 0;
+};
+
+Merging count_merged(const Mechanism& m) {
+  Merging n;
+  std::set<int> carried;
+  for (const auto& b : m.bodies()) {
+    ++n.links;
+    if (b.node < 0)
+      ++n.to_world;
+    else if (!carried.insert(b.node).second)
+      ++n.to_parent;
+  }
+  return n;
+}
+
+std::string merged_text(const Mechanism& m) {
+  const Merging n = count_merged(m);
+  if (n.to_parent + n.to_world == 0) return "none";
+  return fmt::format("{} merged into the body that carries them, {} fixed to the world",
+                     n.to_parent, n.to_world);
+}
+
+std::string model_section(const Scene& s, const Mechanism& m) {
+  const bool free = s.urdf.base == mechanics::UrdfOptions::Base::free;
+  return "Model\n" +
+         aligned(
+             {{"name", m.name()},
+              {"file", s.urdf_path},
+              {"base", free ? "free" : "fixed"},
+              {"links", fmt::format("{}, in {} moving bodies", m.bodies().size(), m.body_count())},
+              {"mass", fmt::format("{} kg (moving)", m.total_mass())},
+              {"freedoms", std::to_string(m.nv())}},
+             "  ");
+}
+
+const char* name_of(BlockKind k) {
+  return k == BlockKind::linear ? "linear" : k == BlockKind::angle ? "angle" : "rotation";
+}
+
+std::string numbers(const double* x, int n) {
+  std::string text;
+  for (int k = 0; k < n; ++k) text += fmt::format("{}{:.6g}", k ? " " : "", x[k] + 0.0);  // no -0
+  return text;
+}
+
+std::string slice(int at, int size) {
+  return size == 1 ? fmt::format("x[{}]", at) : fmt::format("x[{}..{}]", at, at + size - 1);
+}
+
+std::string states_section(const Assembly& a) {
+  const auto& d = a.model->description();
+  TextRows rows{
+      {"name", "kind", "where", "unit", "momentum", "unit", "start", "momentum at start"}};
+  auto turns = a.initial.turns.begin();
+  for (const auto& b : d.blocks) {
+    std::vector<double> start(&a.initial.x[size_t(b.at)], &a.initial.x[size_t(b.at)] + b.size);
+    if (b.kind == BlockKind::angle) start[0] += phs::two_pi_hi * double(*turns++);
+    rows.push_back({b.name, name_of(b.kind), slice(b.at, b.size), b.unit, slice(b.momentum, b.size),
+                    b.momentum_unit, numbers(start.data(), b.size),
+                    numbers(&a.initial.x[size_t(b.momentum)], b.size)});
+  }
+  return fmt::format("States, {} numbers\n", d.nx) + aligned(rows, "  ");
+}
+
+std::string ports_section(const phs::Description& d) {
+  TextRows rows{{"name", "size", "input", "output"}};
+  for (const auto& p : d.ports)
+    rows.push_back({p.name, std::to_string(p.size), p.input_unit, p.output_unit});
+  return "Ports\n" + aligned(rows, "  ");
+}
+
+std::string invariants_section(const phs::Description& d) {
+  TextRows rows{{"name", "size", "degree", "unit"}};
+  rows.push_back(
+      {"energy", "1", "-", d.traits.lossless ? "J" : "J (falls by what the damping takes)"});
+  for (const auto& i : d.invariants)
+    rows.push_back(
+        {i.name, std::to_string(i.size), i.degree ? std::to_string(i.degree) : "-", i.unit});
+  return "Invariants, without inputs\n" + aligned(rows, "  ");
+}
+
+// --- the plan ------------------------------------------------------------------------------------------------------
+
+template <class Has>
+std::string joints_with(const Mechanism& m, Has has) {
+  const auto& all = m.joint_properties();
+  const auto n = std::count_if(all.begin(), all.end(), has);
+  return n ? fmt::format("active in {} joint{}", n, n > 1 ? "s" : "") : "absent";
+}
+
+std::string plan_section(const Scene& s, const Mechanism& m) {
+  const auto& g = m.gravity();
+  const bool free = s.urdf.base == mechanics::UrdfOptions::Base::free;
+  const double steps = std::round(s.duration / s.step);
+  const double stride = std::max(1.0, std::round(s.record_every / s.step));
+  return "Plan\n" +
+         aligned(
+             {{"gravity", m.has_gravity()
+                              ? fmt::format("active, uniform ({}, {}, {}) m/s^2", g.x, g.y, g.z)
+                              : "absent"},
+              {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
+              {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
+              {"translation of the base", free ? "active" : "absent"},
+              {"links on fixed joints", merged_text(m)},
+              {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
+              {"method", fmt::format("{}, {:.0f} steps of {} s = {} s", s.method, steps, s.step,
+                                     steps * s.step)},
+              {"records", fmt::format("every {} s", stride * s.step)}},
+             "  ");
+}
+
+std::string bound(const std::optional<double>& x, const char* none) {
+  return x ? fmt::format("{}", *x) : none;
+}
+
+/// Properties of joints the file states and the simulation leaves out.
+std::string left_out_section(const Mechanism& m) {
+  TextRows rows;
+  for (const auto& j : m.joint_properties()) {
+    const bool turns = j.turn >= 0;
+    if (j.lower || j.upper)
+      rows.push_back(
+          {j.joint, fmt::format("limits {} .. {} {}, not enforced", bound(j.lower, "-inf"),
+                                bound(j.upper, "inf"), turns ? "rad" : "m")});
+    if (j.friction > 0)
+      rows.push_back(
+          {j.joint, fmt::format("friction {} {}, not simulated", j.friction, turns ? "N m" : "N")});
+  }
+  return rows.empty() ? "" : "Read but left out\n" + aligned(rows, "  ");
+}
+
+std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
+  if (notes.empty()) return "";
+  std::string text = "Notes\n";
+  for (const auto& n : notes) text += fmt::format("  {}{}{}\n", n.where, n.where.empty() ? "" : ": ", n.text);
+  return text;
+}
+
+// --- cost ----------------------------------------------------------------------------------------------------------
+
+/// Median over batches of the time of one field evaluation [ns].
+template <class T>
+double nanoseconds_per_evaluation(const Assembly& a) {
+  using Clock = std::chrono::steady_clock;
+  const auto system = a.model->instantiate<T>();
+  std::vector<T> x(a.initial.x.begin(), a.initial.x.end()), dx(x.size());
+  const auto batch = [&](int n) {
+    const auto start = Clock::now();
+    for (int i = 0; i < n; ++i) system->field(T(0.0), x, {}, dx);
+    return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+  };
+  int n = 1;
+  while (batch(n) < 1e6 && n < (1 << 24)) n *= 2;  // a batch takes a millisecond or more
+  std::vector<double> times(31);
+  for (double& t : times) t = batch(n) / n;
+  std::nth_element(times.begin(), times.begin() + 15, times.end());
+  return times[15];
+}
+
+std::string cost_section(const Assembly& a) {
+  const double one = nanoseconds_per_evaluation<double>(a);
+  const double lanes = nanoseconds_per_evaluation<phs::Pack8>(a);
+  return "Cost of one evaluation, measured now\n" +
+         aligned({{"one state", fmt::format("{:.0f} ns", one)},
+                  {"eight states in lanes", fmt::format("{:.0f} ns each, {:.1f} times as fast",
+                                                        lanes / 8, 8 * one / lanes)}},
+                 "  ");
+}
+
+}  // namespace
+
+std::string info_text(const Scene& scene, const Assembly& assembly) {
+  const Mechanism& m = *assembly.mechanism;
+  const auto& d = assembly.model->description();
+  std::string text = scene.title + "\n";
+  for (const std::string& section :
+       {model_section(scene, m), states_section(assembly), ports_section(d), invariants_section(d),
+        plan_section(scene, m), left_out_section(m), notes_section(assembly.notes),
+        cost_section(assembly)})
+    if (!section.empty()) text += "\n" + section;
+  return text;
+}
+
+std::string version_text() {
+  return fmt::format("porthos {}\n", build::version) + aligned({{"commit", build::git_hash},
+                                                                {"compiler", build::compiler},
+                                                                {"flags", build::flags},
+                                                                {"build", build::build_type},
+                                                                {"SIMD", phs::simd_name}},
+                                                               "  ");
+}
+
+}  // namespace porthos::scene

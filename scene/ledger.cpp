@@ -1,0 +1,86 @@
+#include "scene/ledger.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "phs/error.h"
+
+namespace porthos::scene {
+namespace {
+
+double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
+
+/// Errors are relative to the first scale that is not zero; an error without any scale stays
+/// absolute.
+double relative(double error, double scale, double later_scale) {
+  const double s = scale > 0 ? scale : later_scale;
+  return s > 0 ? error / s : error;
+}
+
+/// A start that is (almost) without energy is no scale; motion that begins from it is.
+double energy_scale(const Meter& m, double max_kinetic) {
+  const double at_start = std::max(std::fabs(m.initial_J()), m.kinetic_at_start_J());
+  if (at_start > 1e-6 * max_kinetic) return at_start;
+  return max_kinetic > 0 ? max_kinetic : 1;
+}
+
+}  // namespace
+
+double Ledger::add(double t, const Measured& m, bool regular) {
+  Totals& s = totals_;
+  if (energy_.count() > 0) s.dissipated_J += 0.5 * (t - s.t) * (s.power_W + m.dissipation_W);
+  s.t = t, s.power_W = m.dissipation_W;
+  s.stored_J = m.energy_change_J;
+  s.max_kinetic_J = std::max(s.max_kinetic_J, m.kinetic_J);
+  s.max_linear = std::max(s.max_linear, norm(m.linear));
+  s.max_angular = std::max(s.max_angular, norm(m.angular));
+  s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
+  s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
+  s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
+  const double error = m.energy_change_J + s.dissipated_J;
+  energy_.add(error, regular);
+  return error;
+}
+
+void Ledger::fill(RunReport& r, const Meter& meter) const {
+  const Totals& s = totals_;
+  EnergyReport& e = r.energy;
+  e.initial_J = meter.initial_J();
+  e.scale_J = energy_scale(meter, s.max_kinetic_J);
+  e.max_abs_error_J = energy_.max_abs();
+  e.max_rel_error = energy_.max_abs() / e.scale_J;
+  e.rms_rel_error = energy_.rms() / e.scale_J;
+  e.growth_exponent = energy_.growth_exponent();
+  e.drift_per_s = s.t > 0 ? energy_.change() / e.scale_J / s.t : 0;
+  e.drift_is_significant = energy_.drift_is_significant();
+
+  const auto size = meter.momentum_at_start();
+  r.linear_momentum_error = relative(s.max_linear, size.linear, s.max_linear_scale);
+  r.angular_momentum_error = relative(s.max_angular, size.angular, s.max_angular_scale);
+  r.quaternion_norm_error = s.max_quaternion_norm;
+
+  r.records = energy_.count();
+  r.stored_J = s.stored_J;
+  r.dissipated_J = s.dissipated_J;
+  r.supplied_J = 0;  // no sources are built into scenes yet
+  r.defect_J = r.stored_J + r.dissipated_J - r.supplied_J;
+}
+
+std::vector<double> Ledger::memory() const {
+  const auto totals = std::bit_cast<Numbers>(totals_);
+  std::vector<double> m(totals.begin(), totals.end());
+  const auto rest = energy_.memory();
+  m.insert(m.end(), rest.begin(), rest.end());
+  return m;
+}
+
+void Ledger::restore(std::span<const double> m) {
+  Numbers totals;
+  if (m.size() < totals.size()) require_size("memory of the ledger", m.size(), totals.size());
+  std::copy_n(m.begin(), totals.size(), totals.begin());
+  totals_ = std::bit_cast<Totals>(totals);
+  energy_.restore(m.subspan(totals.size()));
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,114 @@
+#include "scene/record_log.h"
+
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+
+#include "phs/error.h"
+#include "scene/files.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr size_t buffer_size = 1 << 18;
+
+/// FNV-1a over 8-byte words: finds damage, keeps no enemy out.
+void digest_into(std::uint64_t& digest, std::span<const double> words) {
+  for (const double w : words) {
+    digest = (digest ^ std::bit_cast<std::uint64_t>(w)) * 0x100000001b3u;
+    digest ^= digest >> 29;
+  }
+}
+
+}  // namespace
+
+std::int64_t integer(double bits) { return std::bit_cast<std::int64_t>(bits); }
+
+RecordLayout::RecordLayout(const phs::Description& d) : nx(size_t(d.nx)), turns(0) {
+  for (const auto& b : d.blocks) turns += b.kind == phs::BlockKind::angle;
+}
+
+void fill_record(const RecordLayout& l, const phs::State& s, const Measured& m, double energy_error,
+                 std::span<double> row) {
+  row[0] = std::bit_cast<double>(s.step);
+  std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
+  for (size_t i = 0; i < l.turns; ++i) row[l.turn() + i] = std::bit_cast<double>(s.turns[i]);
+  row[l.energy()] = energy_error;
+  for (size_t k = 0; k < 3; ++k)
+    row[l.linear() + k] = m.linear[k], row[l.angular() + k] = m.angular[k];
+  row[l.quaternion()] = m.quaternion_norm;
+}
+
+RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)
+    : path_(path), layout_(layout) {
+  open("a+b");
+  if (ftruncate(fileno(file_.get()), 0) != 0) cannot("write", path_);
+}
+
+RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout,
+                     const LogMark& mark)
+    : path_(path), layout_(layout), mark_(mark) {
+  open("r+b");
+  const auto bytes = static_cast<std::uintmax_t>(mark.records) * layout.size() * sizeof(double);
+  const auto present = std::filesystem::file_size(path);
+  if (present < bytes)
+    throw InvalidArgument(fmt::format("{} is truncated: it has {} bytes, the checkpoint needs {}",
+                                      path.string(), present, bytes));
+  if (ftruncate(fileno(file_.get()), static_cast<off_t>(bytes)) != 0) cannot("write", path_);
+
+  std::uint64_t digest = 0;
+  RecordReader reader(path, layout);
+  std::vector<double> rows;
+  while (const size_t n = reader.read(rows, 4096))
+    digest_into(digest, std::span(rows).first(n * layout.size()));
+  if (digest != mark.digest)
+    throw InvalidArgument(path.string() +
+                          " is damaged: its records do not fit the checkpoint's digest");
+  if (std::fseek(file_.get(), 0, SEEK_END) != 0) cannot("write", path_);
+}
+
+void RecordLog::open(const char* mode) {
+  file_.reset(std::fopen(path_.c_str(), mode));
+  if (!file_) cannot("write", path_);
+  std::setvbuf(file_.get(), nullptr, _IOFBF, buffer_size);
+  if (flock(fileno(file_.get()), LOCK_EX | LOCK_NB) == 0) return;
+  if (errno == EWOULDBLOCK)
+    throw InvalidArgument("another run is writing into " +
+                          path_.parent_path().parent_path().string());
+  cannot("lock", path_);
+}
+
+void RecordLog::append(std::span<const double> row) {
+  if (std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size())
+    cannot("write", path_);
+  digest_into(mark_.digest, row);
+  ++mark_.records;
+}
+
+void RecordLog::flush() {
+  if (std::fflush(file_.get()) != 0) cannot("write", path_);
+}
+
+void RecordLog::sync() {
+  flush();
+  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL)
+    cannot("write", path_);  // EINVAL: a device
+}
+
+RecordReader::RecordReader(const std::filesystem::path& path, const RecordLayout& layout)
+    : path_(path), layout_(layout), file_(std::fopen(path.c_str(), "rb")) {
+  if (!file_) cannot("read", path_);
+}
+
+size_t RecordReader::read(std::vector<double>& rows, size_t most) {
+  rows.resize(most * layout_.size());
+  const size_t got = std::fread(rows.data(), layout_.size() * sizeof(double), most, file_.get());
+  if (std::ferror(file_.get())) cannot("read", path_);
+  return got;
+}
+
+}  // namespace porthos::scene

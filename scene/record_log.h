@@ -1,0 +1,82 @@
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "phs/description.h"
+#include "phs/state.h"
+#include "scene/measure.h"
+
+namespace porthos::scene {
+
+/// A record is a row of 8-byte numbers: step (bits of an integer), x, turns (integers too), energy
+/// error [J], errors of linear and angular momentum (3 each), quaternion norm error.
+struct RecordLayout {
+  size_t nx, turns;
+  explicit RecordLayout(const phs::Description& d);
+  size_t x() const { return 1; }
+  size_t turn() const { return 1 + nx; }
+  size_t energy() const { return turn() + turns; }
+  size_t linear() const { return energy() + 1; }
+  size_t angular() const { return energy() + 4; }
+  size_t quaternion() const { return energy() + 7; }
+  size_t size() const { return energy() + 8; }
+};
+
+/// One row. `energy_error` stands by itself because it contains the dissipated energy.
+void fill_record(const RecordLayout& layout, const phs::State& state, const Measured& m,
+                 double energy_error, std::span<double> row);
+
+/// How far a log had come when a checkpoint was written.
+struct LogMark {
+  std::int64_t records = 0;
+  std::uint64_t digest = 0;
+};
+
+struct FileCloser {
+  void operator()(std::FILE* f) const { std::fclose(f); }
+};
+
+/// Append-only file of records. While it is open no second process can open it.
+class RecordLog {
+ public:
+  /// Starts an empty log, or continues one: cuts it to the mark and checks what is left against the
+  /// digest.
+  /// @throws InvalidArgument if the file cannot be written, is in use, too short for the mark or
+  /// damaged
+  RecordLog(const std::filesystem::path& path, const RecordLayout& layout);
+  RecordLog(const std::filesystem::path& path, const RecordLayout& layout, const LogMark& mark);
+
+  void append(std::span<const double> row);
+  void flush();  ///< hands everything to the operating system
+  void sync();   ///< and brings it to the disk
+  const LogMark& mark() const { return mark_; }
+
+ private:
+  void open(const char* mode);
+  std::filesystem::path path_;
+  RecordLayout layout_;
+  std::unique_ptr<std::FILE, FileCloser> file_;
+  LogMark mark_;
+};
+
+/// Reads a log in chunks.
+class RecordReader {
+ public:
+  RecordReader(const std::filesystem::path& path, const RecordLayout& layout);
+  /// The next rows, at most `most`; 0 at the end.
+  size_t read(std::vector<double>& rows, size_t most);
+
+ private:
+  std::filesystem::path path_;
+  RecordLayout layout_;
+  std::unique_ptr<std::FILE, FileCloser> file_;
+};
+
+/// The integer whose bits a record holds.
+std::int64_t integer(double bits);
+
+}  // namespace porthos::scene

@@ -1,0 +1,233 @@
+#include "scene/run.h"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "scene/checkpoint.h"
+#include "scene/files.h"
+#include "scene/ledger.h"
+#include "scene/results.h"
+#include "scene/verdict.h"
+
+namespace porthos::scene {
+namespace fs = std::filesystem;
+namespace {
+
+using integrators::Outcome;
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double cpu_now() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+/// Says when to look at the clock: every so many steps that about a hundredth of a second lies
+/// between.
+class Pace {
+ public:
+  bool due() {
+    if (--left_ > 0) return false;
+    const double passed = since(last_);
+    last_ = Clock::now();
+    every_ = passed < 0.005  ? std::min(2 * every_, 1 << 20)
+             : passed > 0.02 ? std::max(1, every_ / 2)
+                             : every_;
+    left_ = every_;
+    return true;
+  }
+
+ private:
+  int every_ = 1, left_ = 1;
+  Clock::time_point last_ = Clock::now();
+};
+
+/// A run at work: state, integrator, record log and what is known of the errors so far.
+class Session {
+ public:
+  Session(const Scene& scene, const Assembly& assembly, const RunOptions& options)
+      : scene_(scene),
+        assembly_(assembly),
+        options_(options),
+        folder_(fs::path(options.out) / "checkpoint"),
+        integrator_(integrators::make_integrator(scene.method, *assembly.model, scene.step,
+                                                 {.rtol = scene.rtol})),
+        meter_(assembly),
+        layout_(assembly.model->description()),
+        row_(layout_.size()),
+        state_(assembly.initial),
+        total_(std::llround(scene.duration / scene.step)),
+        every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))) {}
+
+  RunReport run() {
+    options_.resume ? resume() : start();
+    loop();
+    return interrupted_ ? report() : finish();
+  }
+
+ private:
+  fs::path log_path() const { return folder_ / "records.bin"; }
+  bool resumable() const { return integrator_->declaration().resumable; }
+
+  void start() {
+    if (has_checkpoint(folder_) && read_checkpoint(folder_).outcome == Outcome::ok)
+      throw InvalidArgument(fmt::format(
+          "{} holds an unfinished run: use --resume to continue it, or remove the folder",
+          options_.out));
+    make_folder(folder_);
+    log_ = std::make_unique<RecordLog>(log_path(), layout_);
+    remember();
+    record();
+    if (outcome_ != Outcome::ok || resumable()) checkpoint();
+  }
+
+  void resume() {
+    if (!resumable())
+      throw InvalidArgument(fmt::format(
+          "a run by {} cannot be continued from a checkpoint: start it without --resume",
+          scene_.method));
+    const Checkpoint c = read_checkpoint(folder_);
+    if (const auto changes = difference(c.fingerprint, fingerprint(scene_)); !changes.empty())
+      throw InvalidArgument(
+          fmt::format("the checkpoint in {} is of another run: {}", folder_.string(), changes));
+    require_size("state of the checkpoint", c.state.x.size(), state_.x.size());
+    state_ = c.state;
+    integrator_->restore(c.memory);
+    integrator_->set_cost(c.cost);
+    ledger_.restore(c.statistics);
+    cpu_before_ = c.cpu_s, wall_before_ = c.wall_s;
+    log_ = std::make_unique<RecordLog>(log_path(), layout_, c.log);
+    remember();
+  }
+
+  void loop() {
+    cpu_start_ = cpu_now(), wall_start_ = Clock::now();
+    first_step_ = state_.step;
+    auto saved = Clock::now(), told = saved;
+    Pace pace;
+    while (outcome_ == Outcome::ok && state_.step < total_) {
+      if (options_.stop && options_.stop->load(std::memory_order_relaxed)) {
+        interrupted_ = true;
+        break;
+      }
+      outcome_ = integrator_->step(state_);
+      if (outcome_ != Outcome::ok) break;
+      if (state_.step % every_ == 0 || state_.step == total_) record();
+      if (!pace.due()) continue;
+      if (since(told) > 0.25) tell(), told = Clock::now();
+      if (since(saved) > scene_.checkpoint_every && resumable()) checkpoint(), saved = Clock::now();
+    }
+    cpu_before_ += cpu_now() - cpu_start_, wall_before_ += since(wall_start_);
+    stopped_ = true;
+    if (outcome_ != Outcome::ok || (interrupted_ && resumable())) checkpoint();
+  }
+
+  /// Measures and appends. A state whose energy is not a number is a failure, and the last record
+  /// the last good state.
+  void record() {
+    const Measured m = meter_(state_);
+    if (!m.finite() || !std::isfinite(meter_.initial_J())) {
+      outcome_ = Outcome::not_finite;
+      recall();
+      return;
+    }
+    const double error =
+        ledger_.add(double(state_.step) * scene_.step, m, state_.step % every_ == 0);
+    fill_record(layout_, state_, m, error, row_);
+    log_->append(row_);
+    remember();
+  }
+
+  struct Moment {
+    phs::State state;
+    std::vector<double> memory;
+    integrators::Cost cost;
+  };
+  void remember() { good_ = {state_, integrator_->memory(), integrator_->cost()}; }
+  void recall() {
+    state_ = good_.state;
+    integrator_->restore(good_.memory);
+    integrator_->set_cost(good_.cost);
+  }
+
+  double cpu() const { return cpu_before_ + (stopped_ ? 0 : cpu_now() - cpu_start_); }
+  double wall() const { return wall_before_ + (stopped_ ? 0 : since(wall_start_)); }
+
+  void checkpoint() {
+    log_->sync();
+    write_checkpoint(folder_, {fingerprint(scene_), outcome_, state_, integrator_->memory(),
+                               integrator_->cost(), ledger_.memory(), log_->mark(), cpu(), wall()});
+  }
+
+  void tell() const {
+    if (!options_.progress || total_ == 0) return;
+    const double here = since(wall_start_);
+    const double left = here * double(total_ - state_.step) /
+                        double(std::max<std::int64_t>(1, state_.step - first_step_));
+    options_.progress(double(state_.step) / double(total_), wall(), left);
+  }
+
+  RunReport report() const {
+    RunReport r;
+    r.title = scene_.title, r.method = scene_.method;
+    r.step_s = scene_.step, r.simulated_s = double(state_.step) * scene_.step;
+    r.cpu_s = cpu(), r.wall_s = wall();
+    r.steps = state_.step;
+    r.cost = integrator_->cost();
+    ledger_.fill(r, meter_);
+    for (const auto& p : assembly_.model->description().ports) r.ports.emplace_back(p.name, 0.0);
+    r.outcome = outcome_, r.interrupted = interrupted_;
+    r.final_state = state_;
+    if (interrupted_ && !resumable())
+      r.notes.push_back(fmt::format(
+          "a run by {} cannot be continued from a checkpoint, none was written", scene_.method));
+    return r;
+  }
+
+  RunReport finish() {
+    RunReport r = report();
+    judge(r, scene_, meter_);
+    if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
+    log_->sync();
+    write_results(options_.out, scene_, assembly_, r, log_path());
+    if (outcome_ != Outcome::ok) return r;  // the last good state stays
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    return r;
+  }
+
+  const Scene& scene_;
+  const Assembly& assembly_;
+  const RunOptions& options_;
+  const fs::path folder_;
+  std::unique_ptr<integrators::Integrator> integrator_;
+  Meter meter_;
+  RecordLayout layout_;
+  std::vector<double> row_;
+  phs::State state_;
+  const std::int64_t total_, every_;  ///< steps of the run, steps from record to record
+  Ledger ledger_;
+  std::unique_ptr<RecordLog> log_;
+  Moment good_;
+  Outcome outcome_ = Outcome::ok;
+  bool interrupted_ = false, stopped_ = false;
+  std::int64_t first_step_ = 0;
+  double cpu_before_ = 0, wall_before_ = 0, cpu_start_ = cpu_now();
+  Clock::time_point wall_start_ = Clock::now();
+};
+
+}  // namespace
+
+RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
+  return Session(scene, assembly, options).run();
+}
+
+}  // namespace porthos::scene

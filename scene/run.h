@@ -1,0 +1,67 @@
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "scene/scene.h"
+
+namespace porthos::scene {
+
+/// One line of the verdict.
+struct Check {
+  std::string name;
+  double value = 0, limit = 0;
+  bool pass = false;
+};
+
+/// Errors of the energy over a run, measured in extended precision from value + low word.
+struct EnergyReport {
+  double initial_J = 0, scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
+                                      ///< or the largest kinetic energy where that is (almost) 0
+  double max_abs_error_J = 0, max_rel_error = 0, rms_rel_error = 0;
+  double growth_exponent = 0;         ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
+  double drift_per_s = 0;             ///< mean relative change per second
+  bool drift_is_significant = false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
+};
+
+struct RunReport {
+  std::string title, method;
+  double step_s = 0, simulated_s = 0, cpu_s = 0, wall_s = 0;
+  std::int64_t steps = 0, records = 0;
+  integrators::Cost cost;
+  EnergyReport energy;
+  double linear_momentum_error = 0, angular_momentum_error = 0, quaternion_norm_error = 0;  ///< relative, maxima
+  double stored_J = 0, supplied_J = 0, dissipated_J = 0, defect_J = 0;  ///< balance over the run
+  std::vector<std::pair<std::string, double>> ports;  ///< energy through each port [J]
+  std::vector<Check> checks;
+  std::vector<std::string> notes;
+  integrators::Outcome outcome = integrators::Outcome::ok;
+  bool interrupted = false;
+  phs::State final_state;             ///< the last good one
+  bool passed() const;                ///< ran to the end and every check holds
+};
+
+struct RunOptions {
+  std::string out = "results";        ///< results folder, made if missing
+  bool resume = false;                ///< continue from out/checkpoint
+  bool check_symmetry = false;        ///< `verify`: forth and back, and the axioms of the system
+  const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
+  /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
+  std::function<void(double, double, double)> progress;
+};
+
+/// Runs a scene: steps, records, checkpoints, judges; writes run.h5, summary.json and energy_error.svg into the folder.
+/// Records go to an append-only file in out/checkpoint first and become run.h5 at the end (written aside, then
+/// renamed), so that a run killed at any moment continues bit for bit with `resume`.
+/// Results of an earlier finished run in the folder are replaced, after the new run has finished.
+/// @throws InvalidArgument for an unwritable or full folder, a folder that holds an unfinished run (without `resume`), a
+///   method that cannot be continued, a missing, truncated or damaged checkpoint, or one of another run (names what
+///   differs). Nothing is overwritten then.
+RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options);
+
+/// summary.json of a report, as documented in docs/results.md.
+std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& report, const phs::State& final_state);
+
+}  // namespace porthos::scene

@@ -1,0 +1,158 @@
+#include "scene/run_file.h"
+
+#include <cerrno>
+#include <set>
+#include <vector>
+
+#include "scene/files.h"
+#include "scene/hdf5_file.h"
+#include "scene/provenance.h"
+
+namespace porthos::scene {
+namespace {
+
+/// A dataset and the columns of the log it is filled from.
+struct Series {
+  Hdf5File::Dataset data;
+  size_t first, columns;
+  Hdf5File::Kind kind;
+};
+
+/// A link name of its own for a block: '/' would open a group.
+std::string link_name(std::string name, std::set<std::string>& taken) {
+  for (char& c : name)
+    if (c == '/') c = '_';
+  while (!taken.insert(name).second) name += "_";
+  return name;
+}
+
+class RunFile {
+ public:
+  RunFile(const std::filesystem::path& path, const RecordLayout& layout, std::int64_t records)
+      : file_(path), layout_(layout), records_(records) {}
+
+  void declare(const Assembly& a, const RunReport& r) {
+    const phs::Description& d = a.model->description();
+    time_.push_back(series("time", 0, 1, Hdf5File::Kind::real, "s"));
+    step_.push_back(series("step", 0, 1, Hdf5File::Kind::integer, "1"));
+    declare_state(d);
+    if (layout_.turns > 0) declare_turns(d);
+    declare_errors(r);
+  }
+
+  void fill(const std::filesystem::path& log, double h) {
+    RecordReader reader(log, layout_);
+    std::vector<double> rows;
+    std::int64_t at = 0;
+    while (const size_t n = reader.read(rows, 4096)) {
+      fill_time(rows, n, at, h);
+      for (auto& s : series_) fill_series(s, rows, n, at);
+      at += std::int64_t(n);
+    }
+  }
+
+  void describe(const Scene& scene) {
+    file_.attribute("/", "title", scene.title);
+    file_.attribute("/", "method", scene.method);
+    file_.attribute("/", "step_s", scene.step);
+    file_.group("provenance");
+    for (const auto& [name, value] : provenance(scene)) file_.attribute("provenance", name, value);
+    if (scene.random) file_.attribute("provenance", "seed", std::to_string(scene.random->seed));
+    file_.text("provenance/scene", scene.text);
+    file_.text("provenance/model", scene.urdf_text);
+  }
+
+  void close() {
+    time_.clear(), step_.clear(), series_.clear();
+    file_.close();
+  }
+
+ private:
+  Series series(const std::string& name, size_t first, size_t columns, Hdf5File::Kind kind,
+                const std::string& unit) {
+    Series s{file_.dataset(name, records_, columns > 1 ? std::int64_t(columns) : 0, kind), first,
+             columns, kind};
+    s.data.attribute("unit", unit);
+    return s;
+  }
+
+  void declare_state(const phs::Description& d) {
+    using enum Hdf5File::Kind;
+    file_.group("state"), file_.group("momentum");
+    std::set<std::string> taken;
+    for (const auto& b : d.blocks) {
+      const std::string name = link_name(b.name, taken);
+      series_.push_back(
+          series("state/" + name, layout_.x() + size_t(b.at), size_t(b.size), real, b.unit));
+      if (b.momentum >= 0)
+        series_.push_back(series("momentum/" + name, layout_.x() + size_t(b.momentum),
+                                 size_t(b.size), real, b.momentum_unit));
+    }
+  }
+
+  void declare_turns(const phs::Description& d) {
+    std::string names;
+    for (const auto& b : d.blocks)
+      if (b.kind == phs::BlockKind::angle) names += (names.empty() ? "" : "\n") + b.name;
+    Series s{file_.dataset("turns", records_, std::int64_t(layout_.turns), Hdf5File::Kind::integer),
+             layout_.turn(), layout_.turns, Hdf5File::Kind::integer};
+    s.data.attribute("unit", "1");
+    s.data.attribute("columns", names);
+    series_.push_back(std::move(s));
+  }
+
+  void declare_errors(const RunReport& r) {
+    using enum Hdf5File::Kind;
+    series_.push_back(series("energy_error", layout_.energy(), 1, real, "J"));
+    series_.back().data.attribute("scale_J", r.energy.scale_J);
+    series_.push_back(series("linear_momentum_error", layout_.linear(), 3, real, "kg m/s"));
+    series_.push_back(series("angular_momentum_error", layout_.angular(), 3, real, "kg m^2/s"));
+    series_.push_back(series("quaternion_norm_error", layout_.quaternion(), 1, real, "1"));
+  }
+
+  void fill_time(const std::vector<double>& rows, size_t n, std::int64_t at, double h) {
+    integers_.resize(n), reals_.resize(n);
+    for (size_t i = 0; i < n; ++i) {
+      integers_[i] = integer(rows[i * layout_.size()]);
+      reals_[i] = double(integers_[i]) * h;
+    }
+    time_.front().data.write(at, std::span<const double>(reals_));
+    step_.front().data.write(at, std::span<const std::int64_t>(integers_));
+  }
+
+  void fill_series(Series& s, const std::vector<double>& rows, size_t n, std::int64_t at) {
+    reals_.clear(), integers_.clear();
+    for (size_t i = 0; i < n; ++i) {
+      const double* row = rows.data() + i * layout_.size() + s.first;
+      if (s.kind == Hdf5File::Kind::real)
+        reals_.insert(reals_.end(), row, row + s.columns);
+      else
+        for (size_t c = 0; c < s.columns; ++c) integers_.push_back(integer(row[c]));
+    }
+    if (s.kind == Hdf5File::Kind::real)
+      s.data.write(at, std::span<const double>(reals_));
+    else
+      s.data.write(at, std::span<const std::int64_t>(integers_));
+  }
+
+  Hdf5File file_;  // closed last
+  RecordLayout layout_;
+  std::int64_t records_;
+  std::vector<Series> time_, step_, series_;
+  std::vector<double> reals_;
+  std::vector<std::int64_t> integers_;
+};
+
+}  // namespace
+
+void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
+                    const RunReport& report, const std::filesystem::path& log) {
+  errno = 0;
+  RunFile file(aside(path), RecordLayout(assembly.model->description()), report.records);
+  file.declare(assembly, report);
+  file.describe(scene);
+  file.fill(log, scene.step);
+  file.close();
+}
+
+}  // namespace porthos::scene

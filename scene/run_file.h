@@ -1,0 +1,15 @@
+#pragma once
+#include <filesystem>
+
+#include "scene/record_log.h"
+#include "scene/run.h"
+
+namespace porthos::scene {
+
+/// Writes aside(path): the record log as HDF5, in chunks of constant memory. Contents:
+/// docs/results.md.
+/// @throws InvalidArgument "cannot write <path>: ..."
+void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
+                    const RunReport& report, const std::filesystem::path& log);
+
+}  // namespace porthos::scene

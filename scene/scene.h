@@ -1,0 +1,93 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanical_model.h"
+#include "mechanics/urdf.h"
+#include "phs/state.h"
+
+/// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
+namespace porthos::scene {
+
+/// Start values of one joint.
+struct JointStart {
+  double position = 0, velocity = 0;  ///< [rad | m], [rad/s | m/s]
+  std::string where;                  ///< "file:line"
+};
+
+/// Start of the free base: velocity of the base origin in the world frame, body rates.
+struct BaseStart {
+  mechanics::Vec3d position{0, 0, 0}, linear_velocity{0, 0, 0}, angular_velocity{0, 0, 0};
+  double attitude_wxyz[4] = {1, 0, 0, 0};  ///< unit after reading (a non-unit one is normalised once, here)
+  std::string where;
+};
+
+/// Seeded random joint states on top of nothing else: uniform in ± the bounds.
+struct RandomStart {
+  std::uint64_t seed = 1;
+  double joint_position = 0, joint_velocity = 0;
+};
+
+/// Limits of the verdict. An absent one is not checked; defaults apply where a scene has no [verify] table at all.
+struct Limits {
+  std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance, symmetry;
+};
+
+struct Scene {
+  std::string path;                   ///< as given; its folder resolves relative paths
+  std::string text;                   ///< whole text, for provenance
+  std::string title;
+
+  std::string urdf_path, urdf_text;   ///< resolved path and content
+  mechanics::UrdfOptions urdf;        ///< base, gravity, links without inertia, stated inertias
+
+  BaseStart base;
+  std::map<std::string, JointStart> joints;
+  std::optional<RandomStart> random;
+
+  std::string method = "gauss16";
+  double step = 0;                    ///< [s]
+  double rtol = 1e-12;                ///< of rivals that work to a tolerance
+
+  double duration = 0;                ///< [s]; the run takes round(duration / step) steps
+  double record_every = 0;            ///< [s]; rounded to whole steps, at least one
+  bool record_every_given = false;    ///< by the file; if not, it follows overrides of step and duration
+  double checkpoint_every = 60;       ///< wall-clock seconds
+
+  Limits verify;
+};
+
+/// Reads and validates a scene. @throws InvalidArgument, one sentence "file:line:column: ..." for a missing file,
+/// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
+Scene read_scene(const std::string& path);
+
+/// Command-line overrides; a bad one is refused like a bad key.
+struct Overrides {
+  std::optional<std::string> method;
+  std::optional<double> step, duration;
+};
+void apply(Scene& scene, const Overrides& overrides);
+
+/// Everything a run needs, put together from a scene.
+struct Assembly {
+  std::shared_ptr<const mechanics::Mechanism> mechanism;
+  std::shared_ptr<const mechanics::MechanicalModel> model;
+  phs::State initial;
+  std::vector<mechanics::UrdfNote> notes;
+};
+
+/// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
+Assembly assemble(const Scene& scene);
+
+/// What `porthos info` prints: states, ports, invariants, the plan (active and absent effects) and the measured cost of
+/// one evaluation.
+std::string info_text(const Scene& scene, const Assembly& assembly);
+
+/// What `porthos --version` prints: version, git hash, compiler, flags, SIMD.
+std::string version_text();
+
+}  // namespace porthos::scene

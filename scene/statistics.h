@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace porthos::scene {
+
+/// Statistics of a series of errors taken at equal distances in time. O(log n) memory for n
+/// records.
+///
+/// For every j the squares of the non-overlapping increments over 2^j records are summed:
+///   S_j = mean (e((i+1) 2^j) - e(i 2^j))²,
+/// whose growth with 2^j tells a bounded error (S constant), a random walk (S ~ τ) and a drift (S ~
+/// τ²) apart.
+class ErrorStatistics {
+ public:
+  /// regular: one record distance after the one before. A last record at another distance counts in
+  /// the maximum, the mean square and the end value only.
+  void add(double error, bool regular = true);
+
+  std::int64_t count() const { return static_cast<std::int64_t>(count_); }
+  double max_abs() const { return max_abs_; }
+  double rms() const;
+  double change() const { return end_ - start_; }  ///< last - first
+
+  /// Least-squares slope of log sqrt(S_j) against log 2^j over the levels of at least 8 increments;
+  /// NaN for fewer than 3 such levels.
+  double growth_exponent() const;
+
+  /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, s_j their standard
+  /// deviation and n_j their number: three standard errors of a random walk with these increments.
+  /// Level 0 alone would take a slow oscillation seen for less than a period for a drift.
+  bool drift_is_significant() const;
+
+  std::vector<double> memory() const;  ///< everything, for checkpoints
+  /// @throws InvalidArgument if the size does not fit
+  void restore(std::span<const double> memory);
+
+ private:
+  struct Level {
+    double last = 0, sum_of_squares = 0, count = 0;
+  };
+  double count_ = 0, regular_ = 0, max_abs_ = 0, sum_of_squares_ = 0, start_ = 0, end_ = 0;
+  std::vector<Level> levels_;
+};
+
+}  // namespace porthos::scene

@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "scene/provenance.h"
+#include "scene/run.h"
+
+namespace porthos::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;  // writes numbers that are not finite as null
+
+Json slice(std::span<const double> values, int at, int size) {
+  if (size == 1) return values[size_t(at)];
+  return std::vector<double>(values.begin() + at, values.begin() + at + size);
+}
+
+/// The true angle of an angle block: x + lo + 2π·turns.
+double angle(const phs::State& s, int at, size_t turn) {
+  constexpr long double two_pi = 6.283185307179586476925286766559005768394L;
+  const long double x = static_cast<long double>(s.x[size_t(at)]) + s.lo[size_t(at)];
+  return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
+}
+
+Json final_state(const mechanics::MechanicalModel& model, const phs::State& s) {
+  const auto& m = model.mechanism();
+  const auto v = model.rates(s.x);
+  Json q = Json::object(), rates = Json::object(), p = Json::object();
+  size_t turn = 0;
+  for (const auto& c : m.coordinates()) {
+    q[c.name] = slice(s.x, c.q, c.nq);
+    if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
+    rates[c.name] = slice(v, c.v, c.nv);
+    p[c.name] = slice(s.x, m.nq() + c.q, c.nq);
+  }
+  return {{"q", q}, {"v", rates}, {"p", p}};
+}
+
+Json energy(const EnergyReport& e) {
+  return {{"initial_J", e.initial_J},
+          {"scale_J", e.scale_J},
+          {"max_abs_error_J", e.max_abs_error_J},
+          {"max_rel_error", e.max_rel_error},
+          {"rms_rel_error", e.rms_rel_error},
+          {"growth_exponent", e.growth_exponent},
+          {"drift_per_s", e.drift_per_s},
+          {"drift_is_significant", e.drift_is_significant}};
+}
+
+Json balance(const RunReport& r) {
+  Json ports = Json::object();
+  for (const auto& [name, joule] : r.ports) ports[name] = joule;
+  return {{"stored_J", r.stored_J},
+          {"supplied_J", r.supplied_J},
+          {"dissipated_J", r.dissipated_J},
+          {"defect_J", r.defect_J},
+          {"ports", ports}};
+}
+
+Json checks(const RunReport& r) {
+  Json list = Json::array();
+  for (const Check& c : r.checks)
+    list.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"pass", c.pass}});
+  return list;
+}
+
+}  // namespace
+
+std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                         const phs::State& last) {
+  Json j;
+  j["title"] = r.title;
+  j["method"] = r.method;
+  j["step_s"] = r.step_s;
+  j["steps"] = r.steps;
+  j["simulated_s"] = r.simulated_s;
+  j["records"] = r.records;
+  j["cpu_s"] = r.cpu_s;
+  j["wall_s"] = r.wall_s;
+  j["evaluations"] = r.cost.evaluations;
+  j["sweeps_per_step"] = r.cost.steps > 0 ? double(r.cost.sweeps) / double(r.cost.steps) : 0.0;
+  j["outcome"] = to_string(r.outcome);
+  j["energy"] = energy(r.energy);
+  j["linear_momentum"] = {{"max_rel_error", r.linear_momentum_error}};
+  j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
+  j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
+  j["balance"] = balance(r);
+  j["final_state"] = final_state(*assembly.model, last);
+  j["checks"] = checks(r);
+  j["verdict"] = r.passed() ? "pass" : "fail";
+  j["notes"] = r.notes;
+  for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
+  // A title or a joint name that is no UTF-8 must not cost the summary.
+  return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace porthos::scene

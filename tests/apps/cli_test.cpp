@@ -1,0 +1,244 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "integrators/integrator.h"
+
+/// The porthos command as a user meets it: exit codes, and what goes to stdout and to stderr.
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* pendulum = R"(<robot name="pendulum">
+  <link name="world"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+    <inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="1 0 0"/></joint>
+</robot>)";
+
+constexpr const char* scene = R"(title = "Pendulum"
+[model]
+urdf = "pendulum.urdf"
+base = "fixed"
+[environment]
+gravity = "uniform"
+vector = [0, 0, -9.81]
+[initial]
+joints.hinge = { position = 1.0 }
+[integrator]
+method = "gauss8"
+step = 0.01
+[run]
+duration = 2.0
+[verify]
+energy = 1e-11
+)";
+
+struct Answer {
+  int code;
+  std::string out, err;
+};
+
+std::string file_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class Cli : public testing::Test {
+ protected:
+  void SetUp() override {
+#ifndef PORTHOS_CLI
+    GTEST_SKIP() << "built without the porthos command";
+#endif
+    folder_ = fs::path(testing::TempDir()) / ("porthos_cli_" + std::to_string(getpid()));
+    fs::create_directories(folder_ / "swing");
+    write("swing/scene.toml", scene);
+    write("swing/pendulum.urdf", pendulum);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+
+  /// Runs the command in the test's folder; `before` goes in front of it.
+  Answer porthos(const std::string& arguments, const std::string& before = "") const {
+#ifdef PORTHOS_CLI
+    const std::string command = "cd '" + folder_.string() + "' && " + before + " '" + PORTHOS_CLI +
+                                "' " + arguments + " 2>stderr.txt </dev/null";
+    FILE* pipe = popen(command.c_str(), "r");
+    std::string out;
+    char piece[4096];
+    for (size_t n; (n = fread(piece, 1, sizeof piece, pipe)) > 0;) out.append(piece, n);
+    const int status = pclose(pipe);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out, file_text(folder_ / "stderr.txt")};
+#else
+    return {-1, arguments, before};
+#endif
+  }
+
+  fs::path folder_;
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
+  write("bad.toml",
+        "[model]\nurdf = \"swing/pendulum.urdf\"\nbase = \"fixed\"\n[integrator]\nstpe = 1\n");
+  const std::pair<std::string, std::string> cases[] = {
+      {"run absent.toml",
+       "porthos: scene file 'absent.toml' cannot be opened: No such file or directory\n"},
+      {"info absent.toml",
+       "porthos: scene file 'absent.toml' cannot be opened: No such file or directory\n"},
+      {"run bad.toml",
+       "porthos: bad.toml:5:1: unknown key 'stpe' in [integrator], the nearest known one is 'step' "
+       "(known: method, step, rtol)\n"},
+      {"run swing/scene.toml --step 0", "porthos: --step: step is 0 s, expected more than 0 s\n"},
+      {"run swing/scene.toml --step -1", "porthos: --step: step is -1 s, expected more than 0 s\n"},
+      {"run swing/scene.toml --step ''",
+       "porthos: --step: step is '', expected a number of seconds\n"},
+      {"run swing/scene.toml --duration 2m",
+       "porthos: --duration: duration is '2m', expected a number of seconds\n"},
+      {"run swing/scene.toml --duration nan",
+       "porthos: --duration: duration is nan, expected a finite number of seconds\n"},
+      {"run swing/scene.toml --duration 0.001",
+       "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
+      {"walk",
+       "porthos: there is no command 'walk', expected run, verify, info or methods (see porthos "
+       "--help)\n"},
+      {"run swing/scene.toml --fast",
+       "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
+      {"run", "porthos: SCENE is required (see porthos --help)\n"},
+      {"", "porthos: A subcommand is required (see porthos --help)\n"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    const Answer a = porthos(arguments);
+    EXPECT_EQ(a.code, 2) << arguments;
+    EXPECT_EQ(a.err, message) << arguments;
+    EXPECT_EQ(a.out, "") << arguments;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "results")) << "nothing is made for bad input";
+}
+
+TEST_F(Cli, AnUnknownMethodListsTheKnownOnes) {
+  const Answer a = porthos("run swing/scene.toml --method gauss17");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_TRUE(a.err.starts_with("porthos: --method: method is 'gauss17', expected one of "))
+      << a.err;
+  for (const auto& d : porthos::integrators::catalogue())
+    EXPECT_TRUE(contains(a.err, d.name)) << d.name;
+}
+
+TEST_F(Cli, MethodsPrintsTheCatalogue) {
+  const Answer a = porthos("methods");
+  EXPECT_EQ(a.code, 0);
+  EXPECT_EQ(a.err, "");
+  for (const auto& d : porthos::integrators::catalogue()) {
+    EXPECT_TRUE(contains(a.out, "\n" + d.name + " ")) << d.name;
+    EXPECT_TRUE(contains(a.out, d.title)) << d.title;
+  }
+}
+
+TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
+  for (const std::string command : {"", "run ", "verify ", "info ", "methods "}) {
+    const Answer a = porthos(command + "--help");
+    EXPECT_EQ(a.code, 0) << command;
+    EXPECT_TRUE(
+        contains(a.out, "Example:\n  porthos " +
+                            (command.empty() ? "run " : command.substr(0, command.size() - 1))))
+        << a.out;
+  }
+}
+
+TEST_F(Cli, VersionNamesTheBuild) {
+  const Answer a = porthos("--version");
+  EXPECT_EQ(a.code, 0);
+  for (const char* part : {"porthos ", "commit", "compiler", "-ffp-contract=off"})
+    EXPECT_TRUE(contains(a.out, part)) << part;
+}
+
+TEST_F(Cli, InfoGoesToStdout) {
+  const Answer a = porthos("info swing/scene.toml");
+  EXPECT_EQ(a.code, 0) << a.err;
+  EXPECT_EQ(a.err, "");
+  for (const char* part : {"Pendulum\n", "hinge.torque", "active, uniform (0, 0, -9.81) m/s^2",
+                           "Cost of one evaluation"})
+    EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+}
+
+TEST_F(Cli, OutputThatCannotBeWrittenIsAnError) {
+  const Answer a = porthos("methods >/dev/full");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.err, "porthos: standard output cannot be written\n");
+}
+
+TEST_F(Cli, RunPrintsAVerdictAndFillsTheDefaultFolder) {
+  const Answer a = porthos("run swing/scene.toml");
+  EXPECT_EQ(a.code, 0) << a.err;
+  for (const char* part : {"Pendulum: gauss8, 200 steps of 0.01 s", "energy", "pass", "us per step",
+                           "sweeps per step", "results/swing/: summary.json, run.h5"})
+    EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+  EXPECT_TRUE(fs::exists(folder_ / "results/swing/summary.json"));
+}
+
+TEST_F(Cli, JsonIsTheSummaryAndNothingElse) {
+  const Answer a = porthos(
+      "run swing/scene.toml --json --out 'a folder' --method gauss4 --step 0.02 --duration 1");
+  ASSERT_TRUE(a.code == 0 || a.code == 1) << a.err;
+  const auto summary = nlohmann::json::parse(a.out);
+  EXPECT_EQ(summary.at("method"), "gauss4");
+  EXPECT_EQ(summary.at("step_s"), 0.02);
+  EXPECT_EQ(summary.at("steps"), 50);
+  EXPECT_EQ(a.out, file_text(folder_ / "a folder/summary.json"));
+}
+
+TEST_F(Cli, AFailedVerdictIsExitCode1) {
+  const Answer a = porthos("run swing/scene.toml --method rk4 --step 0.1 --out failed");
+  EXPECT_EQ(a.code, 1) << a.err;
+  EXPECT_TRUE(contains(a.out, "FAIL")) << a.out;
+}
+
+TEST_F(Cli, VerifyUsesAFolderOfItsOwn) {
+  const Answer a = porthos("verify swing/scene.toml");
+  EXPECT_EQ(a.code, 0) << a.out << a.err;
+  EXPECT_TRUE(contains(a.out, "symmetry")) << a.out;
+  EXPECT_TRUE(fs::exists(folder_ / "results/swing-verify/summary.json"));
+  EXPECT_FALSE(fs::exists(folder_ / "results/swing"));
+}
+
+TEST_F(Cli, NumericalFailureIsExitCode3) {
+  const Answer a = porthos("run swing/scene.toml --step 50 --duration 5000 --out stuck");
+  EXPECT_EQ(a.code, 3) << a.out << a.err;
+  EXPECT_TRUE(contains(a.err, "did not converge")) << a.err;
+  EXPECT_TRUE(contains(a.err, "the last good state is in stuck/checkpoint")) << a.err;
+}
+
+TEST_F(Cli, CtrlCSavesAndSaysHowToResume) {
+  const std::string run = "run swing/scene.toml --out long --duration 1e6";
+  for (const std::string signal : {"INT", "TERM"}) {
+    // Twice, as timeout and some terminals do: the second must not kill what the first asked to save.
+    const std::string interrupted = "twice() { \"$@\" & sleep 1; kill -" + signal +
+                                    " $!; sleep 0.001; kill -" + signal + " $!; wait $!; }; twice";
+    const Answer a = porthos(run + (signal == "TERM" ? " --resume" : ""), interrupted);
+    EXPECT_EQ(a.code, 130) << a.err;
+    EXPECT_TRUE(contains(a.err,
+                         "checkpoint saved; continue with: porthos run swing/scene.toml --out long "
+                         "--duration 1e6 --resume\n"))
+        << a.err;
+    EXPECT_EQ(a.out, "");
+  }
+}
+
+}  // namespace

@@ -1,0 +1,225 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "scene/checkpoint.h"
+#include "tests/run/scenes.h"
+
+/// A run that is stopped, or killed, and continued gives the bits of the run that was not.
+namespace porthos::test {
+namespace {
+
+using scene::RunReport;
+
+constexpr const char* results[] = {"run.h5", "summary.json", "energy_error.svg"};
+
+/// What must agree of two runs: the files hold no times, so run.h5 is compared byte by byte.
+void expect_same(const RunReport& a, const RunReport& b, const fs::path& out_a,
+                 const fs::path& out_b) {
+  EXPECT_TRUE(a.final_state == b.final_state);
+  EXPECT_EQ(a.records, b.records);
+  EXPECT_EQ(a.cost.evaluations, b.cost.evaluations);
+  EXPECT_EQ(a.energy.rms_rel_error, b.energy.rms_rel_error);
+  EXPECT_EQ(a.energy.growth_exponent, b.energy.growth_exponent);
+  EXPECT_EQ(a.angular_momentum_error, b.angular_momentum_error);
+  EXPECT_TRUE(read_bytes(out_a / "run.h5") == read_bytes(out_b / "run.h5"));
+  EXPECT_FALSE(fs::exists(out_b / "checkpoint"));
+}
+
+/// Runs until the progress says so, then sets the stop flag.
+RunReport run_until(const Case& c, const fs::path& out, bool resume, std::atomic<bool>& stop) {
+  auto options = into(out, resume);
+  options.stop = &stop;
+  options.progress = [&](double, double, double) { stop = true; };
+  return scene::run(c.scene, c.assembly, options);
+}
+
+class Resume : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Resume, AfterTheStopFlagAtSeveralPoints) {
+  TemporaryFolder folder;
+  const Case c = floating_arm(folder, 1600, GetParam());
+  const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
+
+  std::atomic<bool> stop = true;  // at once: before the first step
+  auto report = run_until(c, folder / "parts", false, stop);
+  EXPECT_TRUE(report.interrupted);
+  EXPECT_EQ(report.steps, 0);
+  int parts = 1;
+  for (; report.interrupted && parts < 200; ++parts) {
+    for (const char* name : results) EXPECT_FALSE(fs::exists(folder / "parts" / name));
+    stop = false;
+    report = run_until(c, folder / "parts", true, stop);
+  }
+  EXPECT_GE(parts, 2);
+  ASSERT_FALSE(report.interrupted);
+  expect_same(whole, report, folder / "whole", folder / "parts");
+  RecordProperty("parts", parts);
+}
+
+TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
+  TemporaryFolder folder;
+  Case c = floating_arm(folder, 1600, GetParam());
+  const auto started = std::chrono::steady_clock::now();
+  const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  c.scene.checkpoint_every = 0;  // as often as the clock is looked at
+
+  std::srand(11);
+  int killed = 0;
+  for (; killed < 6; ++killed) {
+    const bool resume = scene::has_checkpoint(folder / "parts" / "checkpoint");
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      try {
+        scene::run(c.scene, c.assembly, into(folder / "parts", resume));
+      } catch (const std::exception& e) {
+        std::fprintf(stderr, "child: %s\n", e.what());
+        _exit(1);
+      }
+      _exit(0);
+    }
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(0.3 * seconds * std::rand() / RAND_MAX));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (WIFEXITED(status)) {
+      ASSERT_EQ(WEXITSTATUS(status), 0);
+      break;
+    }
+  }
+  EXPECT_GE(killed, 1) << "the run was over before it could be killed";
+  RecordProperty("killed", killed);
+  const auto report =
+      scene::run(c.scene, c.assembly,
+                 into(folder / "parts", scene::has_checkpoint(folder / "parts" / "checkpoint")));
+  expect_same(whole, report, folder / "whole", folder / "parts");
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Resume, ::testing::Values("gauss8", "stormer_verlet", "rk4"),
+                         [](const auto& i) { return std::string(i.param); });
+
+TEST(Run, OfOneSceneTwiceGivesTheSameBits) {
+  TemporaryFolder folder;
+  const Case c = floating_arm(folder);
+  const auto a = scene::run(c.scene, c.assembly, into(folder / "a"));
+  const auto b = scene::run(c.scene, c.assembly, into(folder / "b"));
+  expect_same(a, b, folder / "a", folder / "b");
+}
+
+/// A stopped run in folder / "out".
+struct Stopped {
+  TemporaryFolder folder;
+  Case c = floating_arm(folder);
+  fs::path out = folder / "out", state = out / "checkpoint" / "state.bin",
+           log = out / "checkpoint" / "records.bin";
+  Stopped() {
+    const std::atomic<bool> stop = true;
+    auto options = into(out);
+    options.stop = &stop;
+    scene::run(c.scene, c.assembly, options);
+  }
+  std::string resume() {
+    return refusal([&] { scene::run(c.scene, c.assembly, into(out, true)); });
+  }
+};
+
+TEST(Provenance, DigestIsSha256) {  // FIPS 180-4, example "abc"
+  EXPECT_EQ(scene::sha256("abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Checkpoint, AnUnfinishedRunIsNotOverwritten) {
+  Stopped s;
+  const auto text = refusal([&] { scene::run(s.c.scene, s.c.assembly, into(s.out)); });
+  EXPECT_EQ(text,
+            s.out.string() +
+                " holds an unfinished run: use --resume to continue it, or remove the folder");
+  EXPECT_EQ(s.resume(), "(nothing was thrown)");
+}
+
+TEST(Checkpoint, Missing) {
+  TemporaryFolder folder;
+  const Case c = floating_arm(folder);
+  const auto text = refusal([&] { scene::run(c.scene, c.assembly, into(folder / "none", true)); });
+  EXPECT_EQ(text, "there is no checkpoint in " + (folder / "none" / "checkpoint").string());
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
+TEST(Checkpoint, TruncatedAtEveryLength) {
+  Stopped s;
+  const auto bytes = read_bytes(s.state);
+  for (size_t n = 0; n < bytes.size(); n += 41) {
+    write_bytes(s.state, bytes.substr(0, n));
+    EXPECT_TRUE(says(s.resume(), "the checkpoint " + s.state.string() + " is truncated: it has " +
+                                     std::to_string(n)));
+  }
+  write_bytes(s.state, bytes);
+  EXPECT_EQ(s.resume(), "(nothing was thrown)");
+}
+
+TEST(Checkpoint, WithOneWrongByteAnywhere) {
+  Stopped s;
+  const auto bytes = read_bytes(s.state);
+  for (size_t at = 0; at < bytes.size(); at += 23) {
+    auto wrong = bytes;
+    wrong[at] = char(wrong[at] ^ 0x10);
+    write_bytes(s.state, wrong);
+    EXPECT_TRUE(says(s.resume(), s.state.string())) << "byte " << at;
+  }
+  auto wrong = bytes;
+  wrong[bytes.size() / 2] ^= 1;
+  write_bytes(s.state, wrong);
+  EXPECT_EQ(s.resume(),
+            "the checkpoint " + s.state.string() + " is damaged: its checksum does not fit");
+}
+
+TEST(Checkpoint, WithADamagedOrShortRecordLog) {
+  Stopped s;
+  const auto bytes = read_bytes(s.log);
+  auto wrong = bytes;
+  wrong[20] ^= 1;
+  write_bytes(s.log, wrong);
+  EXPECT_TRUE(says(s.resume(), s.log.string() + " is damaged"));
+  write_bytes(s.log, bytes.substr(0, 100));
+  EXPECT_TRUE(says(s.resume(), s.log.string() + " is truncated: it has 100 bytes"));
+  write_bytes(s.log, bytes + std::string(1000, 'x'));  // written after the checkpoint: cut off
+  EXPECT_EQ(s.resume(), "(nothing was thrown)");
+}
+
+TEST(Checkpoint, OfAnotherScene) {
+  Stopped s;
+  const auto before = s.c.scene;
+  s.c.scene.step = 0.04;
+  EXPECT_EQ(s.resume(), "the checkpoint in " + (s.out / "checkpoint").string() +
+                            " is of another run: the step was 0.02 s and is 0.04 s now");
+  s.c.scene = before;
+  s.c.scene.method = "gauss6";
+  EXPECT_TRUE(says(s.resume(), "the method was gauss8 and is gauss6 now"));
+  s.c.scene = before;
+  s.c.scene.duration = 21;
+  EXPECT_TRUE(says(s.resume(), "the duration was 20 s and is 21 s now"));
+  s.c.scene = before;
+  s.c.scene.text += " ", s.c.scene.urdf_text += " ";
+  EXPECT_TRUE(says(s.resume(), "the scene file has changed; the model has changed"));
+  s.c.scene = before;
+  EXPECT_EQ(s.resume(), "(nothing was thrown)");
+}
+
+TEST(Checkpoint, AMethodThatCannotBeContinued) {
+  Stopped s;
+  s.c.scene.method = "cvode_adams";
+  EXPECT_EQ(
+      s.resume(),
+      "a run by cvode_adams cannot be continued from a checkpoint: start it without --resume");
+}
+
+}  // namespace
+}  // namespace porthos::test

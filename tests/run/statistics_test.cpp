@@ -1,0 +1,103 @@
+#include "scene/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace {
+
+using porthos::scene::ErrorStatistics;
+
+ErrorStatistics random_walk(unsigned seed, int n) {
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> step(0, 1e-16);
+  ErrorStatistics s;
+  double e = 0;
+  for (int i = 0; i < n; ++i) s.add(e), e += step(rng);
+  return s;
+}
+
+TEST(Statistics, RandomWalkGrowsWithTheRootOfTime) {
+  double sum = 0;
+  int significant = 0;
+  constexpr int seeds = 200;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const auto s = random_walk(unsigned(seed), 4096);
+    sum += s.growth_exponent();
+    significant += s.drift_is_significant();
+  }
+  EXPECT_NEAR(sum / seeds, 0.5, 0.05);  // measured 0.49
+  EXPECT_LE(significant, 3);  // 3 standard errors: 0.27 % of them, fewer as all levels must agree
+}
+
+TEST(Statistics, LinearDriftGrowsWithTimeAndIsSignificant) {
+  std::mt19937_64 rng(1);
+  std::normal_distribution<double> noise(0, 1e-17);
+  ErrorStatistics exact, noisy;
+  for (int i = 0; i < 10000; ++i) exact.add(1e-18 * i), noisy.add(1e-16 * i + noise(rng));
+  EXPECT_NEAR(exact.growth_exponent(), 1.0, 1e-6);
+  EXPECT_NEAR(noisy.growth_exponent(), 1.0, 0.01);
+  EXPECT_TRUE(exact.drift_is_significant());
+  EXPECT_TRUE(noisy.drift_is_significant());
+  EXPECT_NEAR(exact.change(), 9999e-18, 1e-28);
+}
+
+TEST(Statistics, WhiteNoiseDoesNotGrow) {
+  std::mt19937_64 rng(7);
+  std::normal_distribution<double> noise(0, 1e-15);
+  ErrorStatistics s;
+  for (int i = 0; i < 100000; ++i) s.add(noise(rng));
+  EXPECT_NEAR(s.growth_exponent(), 0.0, 0.05);
+  EXPECT_NEAR(s.rms(), 1e-15, 2e-17);
+  EXPECT_FALSE(s.drift_is_significant());
+}
+
+TEST(Statistics, AnOscillationIsNoDrift) {
+  ErrorStatistics many, part;
+  for (int i = 0; i < 5000; ++i) many.add(std::sin(0.05 * i));
+  for (int i = 0; i < 60; ++i)
+    part.add(std::sin(0.5 * i));  // a few periods, increments of one sign in a row
+  EXPECT_FALSE(many.drift_is_significant());
+  EXPECT_FALSE(part.drift_is_significant());
+  EXPECT_LT(many.growth_exponent(), 0.4);
+}
+
+TEST(Statistics, FewRecordsHaveNoExponentAndNoDrift) {
+  ErrorStatistics s;
+  for (int i = 0; i < 20; ++i) s.add(i);  // 19, 9 and 4 increments: two levels count
+  EXPECT_TRUE(std::isnan(s.growth_exponent()));
+  EXPECT_FALSE(ErrorStatistics().drift_is_significant());
+  EXPECT_EQ(ErrorStatistics().rms(), 0);
+}
+
+TEST(Statistics, ZeroErrorHasNoExponentAndNoDrift) {
+  ErrorStatistics s;
+  for (int i = 0; i < 1000; ++i) s.add(0);
+  EXPECT_TRUE(std::isnan(s.growth_exponent()));
+  EXPECT_FALSE(s.drift_is_significant());
+}
+
+TEST(Statistics, ALastRecordAtAnotherDistanceIsNoIncrement) {
+  ErrorStatistics with = random_walk(3, 500), without = with;
+  with.add(1.0, false);
+  EXPECT_EQ(with.growth_exponent(), without.growth_exponent());
+  EXPECT_EQ(with.max_abs(), 1.0);
+  EXPECT_EQ(with.count(), 501);
+}
+
+TEST(Statistics, ContinuesFromItsMemoryAndStaysSmall) {
+  ErrorStatistics whole, first, second;
+  std::mt19937_64 rng(5);
+  std::normal_distribution<double> noise(0, 1);
+  for (int i = 0; i < 3000; ++i) {
+    const double e = noise(rng);
+    whole.add(e);
+    if (i == 1234) second.restore(first.memory());
+    (i < 1234 ? first : second).add(e);
+  }
+  EXPECT_EQ(whole.memory(), second.memory());
+  EXPECT_LE(whole.memory().size(), 6u + 3 * 12);
+}
+
+}  // namespace
