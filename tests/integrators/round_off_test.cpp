@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "integrators/gauss.h"
+#include "scene/statistics.h"
 #include "tests/support/robots.h"
 
 namespace porthos::integrators {
@@ -59,6 +60,31 @@ TEST(RoundOff, Rk4FailsTheSameVerdict) {
   EXPECT_GT(w.energy, 2e-13);
   EXPECT_GT(w.angular, 1e-14);
   EXPECT_GT(w.norm, 1e-14);
+}
+
+// The growth law of the energy error from 1e3 to 1e5 s: the square root of time, not time.
+TEST(RoundOff, EtsViiGrowthExponent) {
+  const auto robot = test::ets_vii();
+  const auto exponent = [&](const char* name, double from, double to, bool& drifts) {
+    test::Gauge gauge(*robot.model);
+    const auto method = make_integrator(name, *robot.model, 0.5);
+    phs::State s = robot.start;
+    scene::ErrorStatistics errors;
+    const auto H0 = gauge.energy(s);
+    while (double(s.step) * 0.5 < to) {
+      for (int i = 0; i < 4; ++i)
+        if (method->step(s) != Outcome::ok) return HUGE_VAL;
+      if (double(s.step) * 0.5 >= from) errors.add(double((gauge.energy(s) - H0) / H0));
+    }
+    drifts = errors.drift_is_significant();
+    return errors.growth_exponent();
+  };
+  bool drifts = true, control = false;
+  const double ours = exponent("gauss16", 1e3, 1e5, drifts), rk4 = exponent("rk4", 0, 1e4, control);
+  std::printf("  growth exponent: gauss16 %.2f (0.65), rk4 %.2f (must drift)\n", ours, rk4);
+  EXPECT_LE(ours, 0.65);
+  EXPECT_FALSE(drifts);
+  EXPECT_TRUE(control);
 }
 
 TEST(RoundOff, FastChaoticCase) {

@@ -1,0 +1,76 @@
+// No step allocates: every operator new of the program is counted.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "integrators/integrator.h"
+#include "tests/support/robots.h"
+
+namespace {
+std::atomic<long> allocations{0};
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  if (void* p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)) return p;
+  throw std::bad_alloc();
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t a) { return counted(size, std::size_t(a)); }
+void* operator new[](std::size_t size, std::align_val_t a) { return counted(size, std::size_t(a)); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+namespace porthos::integrators {
+namespace {
+
+TEST(Allocation, CounterCounts) {
+  const long before = allocations;
+  std::vector<double> v(100);
+  EXPECT_EQ(allocations - before, 1) << v.size();
+}
+
+TEST(Allocation, NoneInAStepOfAnyMethod) {
+  const auto robot = test::ets_vii(8);
+  for (const auto& d : catalogue()) {
+    if (!d.resumable) continue;  // CVODE's own memory is its own affair
+    for (bool lanes : {true, false}) {
+      Options o;
+      o.lanes = lanes;
+      const auto method = make_integrator(d.name, *robot.model, 0.05, o);
+      phs::State s = robot.start;
+      ASSERT_EQ(method->step(s), Outcome::ok);
+      const auto turns = s.turns;
+      const long before = allocations;
+      bool ok = true;
+      for (int i = 0; i < 1000; ++i) ok = ok && method->step(s) == Outcome::ok;
+      const long made = allocations - before;
+      EXPECT_TRUE(ok) << d.name;
+      EXPECT_EQ(made, 0) << d.name << (lanes ? " with" : " without") << " lanes";
+      EXPECT_NE(turns, s.turns) << "the run must include wraps of the angles, which tell the systems their turns";
+    }
+  }
+}
+
+TEST(Allocation, NoneInAnEvaluation) {
+  const auto robot = test::ets_vii();
+  const auto system = robot.model->instantiate<double>();
+  std::vector<double> x = robot.start.x, e(x), u(12, 0.1), y(12);
+  std::vector<double> values(size_t(robot.model->description().invariant_count()));
+  const long before = allocations;
+  system->hamiltonian(x), system->gradient(x, e), system->field(0, x, u, e), system->invariants(x, values);
+  system->output(x, e, y), system->apply_input(x, u, e), system->apply_structure(x, x, e), system->apply_dissipation(x, x, e);
+  EXPECT_EQ(allocations - before, 0);
+}
+
+}  // namespace
+}  // namespace porthos::integrators
