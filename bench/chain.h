@@ -16,7 +16,9 @@ inline std::shared_ptr<const mechanics::Mechanism> chain(int n, bool free_base) 
     s.parent = i == 0 ? "world" : "body" + std::to_string(i - 1);
     const bool base = free_base && i == 0;
     s.joint.type = base ? "free" : "revolute";
-    s.joint.axis = i % 3 == 0 ? mechanics::Vec3d{0, 0, 1} : i % 3 == 1 ? mechanics::Vec3d{0, 1, 0} : mechanics::Vec3d{1, 0, 0};
+    s.joint.axis = i % 3 == 0   ? mechanics::Vec3d{0, 0, 1}
+                   : i % 3 == 1 ? mechanics::Vec3d{0, 1, 0}
+                                : mechanics::Vec3d{1, 0, 0};
     s.placement.r = {0.3, 0.02, -0.01};
     const double k = base ? 20 : 0.05;
     s.mass = {base ? 150.0 : 2.0, {0.15, 0, 0.01}, {k, 0, 0, 1.1 * k, 0, 1.2 * k}};

@@ -36,8 +36,8 @@ struct States {
 
 void per_body(benchmark::State& state, const Mechanism& m, int per_call = 1) {
   using benchmark::Counter;
-  state.counters["time_per_body"] =
-      Counter(double(m.body_count() * per_call), Counter::kIsIterationInvariantRate | Counter::kInvert);
+  state.counters["time_per_body"] = Counter(double(m.body_count() * per_call),
+                                            Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
 void field(benchmark::State& state, Model m) {
@@ -107,7 +107,11 @@ void crba(benchmark::State& state, Model m) {
 
 void gauss16_step(benchmark::State& state, Model m, double h, bool lanes) {
   const mechanics::MechanicalModel model(m);
-  phs::State s(model.description(), model.state(configuration(*m), numbers(size_t(m->nv()), 5.0 / double(m->nv() * m->nv()))));  // long chains amplify: slower joints
+  phs::State s(
+      model.description(),
+      model.state(configuration(*m),
+                  numbers(size_t(m->nv()),
+                          5.0 / double(m->nv() * m->nv()))));  // long chains amplify: slower joints
   integrators::Options o;
   o.lanes = lanes;
   const auto method = integrators::make_integrator("gauss16", model, h, o);
@@ -140,8 +144,10 @@ int main(int argc, char** argv) {
   using namespace porthos::bench;
   benchmark::Initialize(&argc, argv);
   add("ets_vii", read(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", true));
-  const std::filesystem::path shared = std::filesystem::path(PORTHOS_SOURCE_DIR) / "../shared/reference/pinocchio/urdf";
-  for (const auto& [name, free_base] : {std::pair{"panda7", false}, {"ur5", false}, {"sat_panda", true}, {"hyq", true}})
+  const std::filesystem::path shared =
+      std::filesystem::path(PORTHOS_SOURCE_DIR) / "../shared/reference/pinocchio/urdf";
+  for (const auto& [name, free_base] :
+       {std::pair{"panda7", false}, {"ur5", false}, {"sat_panda", true}, {"hyq", true}})
     if (std::filesystem::exists(shared / (std::string(name) + ".urdf")))
       add(name, read((shared / (std::string(name) + ".urdf")).string(), free_base));
   for (int n : {10, 100, 1000}) {
@@ -150,7 +156,8 @@ int main(int argc, char** argv) {
     benchmark::RegisterBenchmark(("field/" + name).c_str(), field, m);
     benchmark::RegisterBenchmark(("aba/" + name).c_str(), aba, m);
     benchmark::RegisterBenchmark(("gauss16_step/" + name).c_str(), gauss16_step, m, 0.02, true);
-    benchmark::RegisterBenchmark(("gauss16_step_scalar_stages/" + name).c_str(), gauss16_step, m, 0.02, false);
+    benchmark::RegisterBenchmark(("gauss16_step_scalar_stages/" + name).c_str(), gauss16_step, m,
+                                 0.02, false);
   }
   benchmark::RunSpecifiedBenchmarks();
 }

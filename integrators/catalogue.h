@@ -10,7 +10,9 @@ namespace porthos::integrators {
 /// A method of the catalogue: what it says of itself and how it is made.
 struct Entry {
   Declaration declaration;
-  std::function<std::unique_ptr<Integrator>(const Declaration&, const phs::Model&, double h, const Options&)> make;
+  std::function<std::unique_ptr<Integrator>(const Declaration&, const phs::Model&, double h,
+                                            const Options&)>
+      make;
 };
 
 const std::vector<Entry>& entries();

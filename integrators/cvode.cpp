@@ -2,8 +2,8 @@
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
-#include <sunmatrix/sunmatrix_dense.h>
 #include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <cmath>
@@ -20,8 +20,12 @@ void require(bool ok, const char* what) {
 class Cvode final : public Integrator {
  public:
   Cvode(const Declaration& d, const phs::Model& model, double h, const Options& o, int lmm)
-      : declaration_(d), h_(h), system_(model.instantiate<double>()), turns_(model.description()),
-        n_(size_t(model.description().nx)), before_(n_) {
+      : declaration_(d),
+        h_(h),
+        system_(model.instantiate<double>()),
+        turns_(model.description()),
+        n_(size_t(model.description().nx)),
+        before_(n_) {
     require(SUNContext_Create(nullptr, &context_) == 0, "making a context");
     y_ = N_VNew_Serial(sunindextype(n_), context_);
     memory_ = CVodeCreate(lmm, context_);
@@ -35,10 +39,12 @@ class Cvode final : public Integrator {
     if (lmm == CV_BDF) {
       matrix_ = SUNDenseMatrix(sunindextype(n_), sunindextype(n_), context_);
       linear_ = SUNLinSol_Dense(y_, matrix_, context_);
-      require(CVodeSetLinearSolver(memory_, linear_, matrix_) == CV_SUCCESS, "attaching the linear solver");
+      require(CVodeSetLinearSolver(memory_, linear_, matrix_) == CV_SUCCESS,
+              "attaching the linear solver");
     } else {
       fixed_point_ = SUNNonlinSol_FixedPoint(y_, 0, context_);
-      require(CVodeSetNonlinearSolver(memory_, fixed_point_) == CV_SUCCESS, "attaching the fixed-point solver");
+      require(CVodeSetNonlinearSolver(memory_, fixed_point_) == CV_SUCCESS,
+              "attaching the fixed-point solver");
     }
   }
   ~Cvode() override {
@@ -59,7 +65,8 @@ class Cvode final : public Integrator {
     turns_.synchronise(s, *system_);
     double* y = N_VGetArrayPointer(y_);
     const double t = double(s.step) * h_, end = double(s.step + 1) * h_;
-    if (s.step != next_step_ || s.x != before_) {  // a state that is not ours to continue: start anew from it
+    if (s.step != next_step_ ||
+        s.x != before_) {  // a state that is not ours to continue: start anew from it
       for (size_t i = 0; i < n_; ++i) y[i] = s.x[i] + s.lo[i];
       if (CVodeReInit(memory_, t, y_) != CV_SUCCESS) return Outcome::failed;
     }
@@ -110,10 +117,12 @@ class Cvode final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_cvode_adams(const Declaration& d, const phs::Model& m, double h, const Options& o) {
+std::unique_ptr<Integrator> make_cvode_adams(const Declaration& d, const phs::Model& m, double h,
+                                             const Options& o) {
   return std::make_unique<Cvode>(d, m, h, o, CV_ADAMS);
 }
-std::unique_ptr<Integrator> make_cvode_bdf(const Declaration& d, const phs::Model& m, double h, const Options& o) {
+std::unique_ptr<Integrator> make_cvode_bdf(const Declaration& d, const phs::Model& m, double h,
+                                           const Options& o) {
   return std::make_unique<Cvode>(d, m, h, o, CV_BDF);
 }
 

@@ -17,10 +17,23 @@ class Gauss final : public Integrator {
   using Lanes = Pack<double, W>;
 
  public:
-  Gauss(Declaration d, const GaussTable<double>& t, const phs::Model& model, double h, const Options& o)
-      : declaration_(std::move(d)), s_(t.s), n_(size_t(model.description().nx)), h_(h), options_(o),
-        system_(model.instantiate<double>()), turns_(model.description()), lane_turns_(model.description()), Y_(n_), L_(n_), F_(n_), smallest_(n_),
-        stage_(n_), rate_(n_), L_before_(n_, Lanes(0.0)) {
+  Gauss(Declaration d, const GaussTable<double>& t, const phs::Model& model, double h,
+        const Options& o)
+      : declaration_(std::move(d)),
+        s_(t.s),
+        n_(size_t(model.description().nx)),
+        h_(h),
+        options_(o),
+        system_(model.instantiate<double>()),
+        turns_(model.description()),
+        lane_turns_(model.description()),
+        Y_(n_),
+        L_(n_),
+        F_(n_),
+        smallest_(n_),
+        stage_(n_),
+        rate_(n_),
+        L_before_(n_, Lanes(0.0)) {
     if (o.lanes) lane_system_ = model.instantiate<Lanes>();
     const auto hb = t.weights(h);
     for (int i = 0; i < W; ++i) {
@@ -47,7 +60,8 @@ class Gauss final : public Integrator {
       have_before_ = false;
       return o;
     }
-    for (size_t k = 0; k < n_; ++k) phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(L_[k]));
+    for (size_t k = 0; k < n_; ++k)
+      phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(L_[k]));
     std::swap(L_, L_before_);
     have_before_ = true;
     ++state.step, ++cost_.steps;
@@ -65,7 +79,8 @@ class Gauss final : public Integrator {
     require_size("memory of the Gauss method", m.size(), 2 + n_ * size_t(s_));
     have_before_ = m[0] != 0, distrust_ = int(m[1]);
     for (size_t k = 0; k < n_; ++k)
-      for (int i = 0; i < W; ++i) L_before_[k].set(i, m[2 + k * size_t(s_) + size_t(std::min(i, s_ - 1))]);
+      for (int i = 0; i < W; ++i)
+        L_before_[k].set(i, m[2 + k * size_t(s_) + size_t(std::min(i, s_ - 1))]);
   }
 
  private:
@@ -118,7 +133,8 @@ class Gauss final : public Integrator {
   void start_from_extrapolation(const phs::State& state) {
     for (size_t k = 0; k < n_; ++k) Y_[k] = stage_values(state, k, nu_, L_before_[k]);
   }
-  Lanes stage_values(const phs::State& state, size_t k, const Lanes* coefficients, const Lanes& L) const {
+  Lanes stage_values(const phs::State& state, size_t k, const Lanes* coefficients,
+                     const Lanes& L) const {
     Lanes sum(0.0);
     for (int j = 0; j < s_; ++j) sum += coefficients[j] * Lanes(L[j]);
     return Lanes(state.x[k]) + (Lanes(state.lo[k]) + sum);
@@ -143,8 +159,10 @@ class Gauss final : public Integrator {
 
   struct Progress {
     bool finite = true, changed = false, improved = false;
-    double change = 0;    ///< largest move of a stage value in this sweep, relative to its component's size
-    double distance = 0;  ///< largest distance of a stage value from the start of the step, likewise
+    double change =
+        0;  ///< largest move of a stage value in this sweep, relative to its component's size
+    double distance =
+        0;  ///< largest distance of a stage value from the start of the step, likewise
   };
 
   Progress sweep_once(const phs::State& state) {
@@ -199,18 +217,19 @@ class Gauss final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table, const phs::Model& model,
-                                       double h, const Options& options) {
-  if (table.s <= 4) return std::make_unique<Gauss<4>>(std::move(declaration), table, model, h, options);
+std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table,
+                                       const phs::Model& model, double h, const Options& options) {
+  if (table.s <= 4)
+    return std::make_unique<Gauss<4>>(std::move(declaration), table, model, h, options);
   return std::make_unique<Gauss<8>>(std::move(declaration), table, model, h, options);
 }
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model, double h,
-                                       const Options& options) {
+std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model,
+                                       double h, const Options& options) {
   return make_gauss(std::move(declaration), gauss_table<double>(s), model, h, options);
 }
 
-std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs::Quad> x, phs::Quad h,
-                                       std::int64_t steps, int s) {
+std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs::Quad> x,
+                                       phs::Quad h, std::int64_t steps, int s) {
   using phs::Quad;
   const auto table = gauss_table<Quad>(s);
   const auto hb = table.weights(h);
@@ -219,7 +238,8 @@ std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs:
   std::vector<Quad> L(n * S, Quad(0)), before(n * S, Quad(0)), y(n), f(n);
   for (std::int64_t step = 0; step < steps; ++step) {
     Quad last = HUGE_VAL;
-    for (size_t i = 0; i < S; ++i)  // extrapolated start, as increments expressed in the new step's L
+    for (size_t i = 0; i < S;
+         ++i)  // extrapolated start, as increments expressed in the new step's L
       for (size_t k = 0; k < n; ++k) L[i * n + k] = before[i * n + k];
     for (int sweep = 0;; ++sweep) {
       Quad change = 0;
@@ -237,7 +257,8 @@ std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs:
       for (size_t j = 0; j < n * S; ++j) change = std::max(change, phs::abs(fresh[j] - L[j]));
       L.swap(fresh);
       if (change == 0 || (sweep > 3 && change >= last)) break;
-      if (sweep > 200 || change != change) throw InvalidArgument("the 113-bit reference run does not converge at this step");
+      if (sweep > 200 || change != change)
+        throw InvalidArgument("the 113-bit reference run does not converge at this step");
       last = change;
     }
     for (size_t k = 0; k < n; ++k) {

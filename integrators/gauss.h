@@ -8,16 +8,16 @@ namespace porthos::integrators {
 
 /// Gauss collocation with s = 1 … 8 stages, order 2s: symplectic, symmetric, keeps quadratic invariants.
 /// Iterated to stagnation from the extrapolated collocation polynomial; compensated state; wrapped angles.
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model, double h,
-                                       const Options& options);
-/// The same with a given table, for negative controls.
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table, const phs::Model& model,
+std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model,
                                        double h, const Options& options);
+/// The same with a given table, for negative controls.
+std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table,
+                                       const phs::Model& model, double h, const Options& options);
 
 /// A reference run in 113-bit arithmetic: steps of size h with s stages from x (size nx), fixed-point to stagnation.
 /// Angles are not wrapped. Returns the state after `steps`. Slow (a software float): for tests and `compare`.
 /// @throws InvalidArgument if the iteration does not converge
-std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs::Quad> x, phs::Quad h,
-                                       std::int64_t steps, int s = 12);
+std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs::Quad> x,
+                                       phs::Quad h, std::int64_t steps, int s = 12);
 
 }  // namespace porthos::integrators

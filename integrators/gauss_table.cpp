@@ -15,7 +15,8 @@ std::vector<Quad> legendre(int n, Quad x) {
   std::vector<Quad> p(size_t(n) + 1);
   p[0] = 1;
   if (n > 0) p[1] = x;
-  for (int k = 1; k < n; ++k) p[size_t(k) + 1] = ((2 * k + 1) * x * p[size_t(k)] - k * p[size_t(k) - 1]) / (k + 1);
+  for (int k = 1; k < n; ++k)
+    p[size_t(k) + 1] = ((2 * k + 1) * x * p[size_t(k)] - k * p[size_t(k) - 1]) / (k + 1);
   return p;
 }
 
@@ -69,7 +70,8 @@ GaussTable<T> make(int s, bool round_lower) {
     }
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j)
-      if (i != j && (i > j) != round_lower) t.mu[size_t(i * s + j)] = T(1.0) - t.mu[size_t(j * s + i)];
+      if (i != j && (i > j) != round_lower)
+        t.mu[size_t(i * s + j)] = T(1.0) - t.mu[size_t(j * s + i)];
   return t;
 }
 
@@ -91,7 +93,8 @@ template <class T>
 GaussTable<T> gauss_table(int s) {
   const int most = std::is_same_v<T, double> ? 8 : 12;
   if (s < 1 || s > most)
-    throw InvalidArgument("Gauss with " + std::to_string(s) + " stages: expected 1 to " + std::to_string(most));
+    throw InvalidArgument("Gauss with " + std::to_string(s) + " stages: expected 1 to " +
+                          std::to_string(most));
   return make<T>(s, true);
 }
 GaussTable<double> gauss_table_wrong_triangle(int s) { return make<double>(s, false); }

@@ -14,7 +14,8 @@ struct GaussTable {
   std::vector<T> c;   ///< nodes
   std::vector<T> b;   ///< weights
   std::vector<T> mu;  ///< s × s row-major
-  std::vector<T> nu;  ///< s × s: Y_i ≈ y_n + Σ_j nu_ij L_j extrapolates the step before to the nodes of this one
+  std::vector<T>
+      nu;  ///< s × s: Y_i ≈ y_n + Σ_j nu_ij L_j extrapolates the step before to the nodes of this one
 
   /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h.
   std::vector<T> weights(T h) const;

@@ -10,8 +10,14 @@ namespace {
 class RungeKutta4 final : public Integrator {
  public:
   RungeKutta4(const Declaration& d, const phs::Model& model, double h)
-      : declaration_(d), h_(h), system_(model.instantiate<double>()), turns_(model.description()),
-        n_(size_t(model.description().nx)), k_(n_), y_(n_), sum_(n_) {}
+      : declaration_(d),
+        h_(h),
+        system_(model.instantiate<double>()),
+        turns_(model.description()),
+        n_(size_t(model.description().nx)),
+        k_(n_),
+        y_(n_),
+        sum_(n_) {}
 
   const Declaration& declaration() const override { return declaration_; }
   double step_size() const override { return h_; }
@@ -19,7 +25,8 @@ class RungeKutta4 final : public Integrator {
   Outcome step(phs::State& s) override {
     turns_.synchronise(s, *system_);
     const double t = double(s.step) * h_;
-    static constexpr double at[] = {0.0, 0.5, 0.5, 1.0}, weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    static constexpr double at[] = {0.0, 0.5, 0.5, 1.0},
+                            weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
     std::fill(sum_.begin(), sum_.end(), 0.0);
     for (int stage = 0; stage < 4; ++stage) {
       for (size_t i = 0; i < n_; ++i) y_[i] = stage == 0 ? s.x[i] : s.x[i] + at[stage] * h_ * k_[i];
@@ -46,7 +53,8 @@ class RungeKutta4 final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_rk4(const Declaration& d, const phs::Model& model, double h, const Options&) {
+std::unique_ptr<Integrator> make_rk4(const Declaration& d, const phs::Model& model, double h,
+                                     const Options&) {
   return std::make_unique<RungeKutta4>(d, model, h);
 }
 

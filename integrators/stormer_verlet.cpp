@@ -11,18 +11,28 @@ namespace {
 class StormerVerlet final : public Integrator {
   /// A quaternion block and its multiplier.
   struct Rotation {
-    size_t q;             ///< offset of ξ in q; π stands at the same place in p
+    size_t q;  ///< offset of ξ in q; π stands at the same place in p
     double kappa = 0;
-    double lambda = 0;    ///< multiplier of the first kick, kept as the next start value
+    double lambda = 0;  ///< multiplier of the first kick, kept as the next start value
   };
 
  public:
   StormerVerlet(const Declaration& d, const phs::Model& model, double h, const Options& o)
-      : declaration_(d), h_(h), options_(o), system_(model.instantiate<double>()), turns_(model.description()),
-        n_(size_t(model.description().nx) / 2), start_(2 * n_), x0_(2 * n_), x1_(2 * n_), f0_(2 * n_), f1_(2 * n_) {
+      : declaration_(d),
+        h_(h),
+        options_(o),
+        system_(model.instantiate<double>()),
+        turns_(model.description()),
+        n_(size_t(model.description().nx) / 2),
+        start_(2 * n_),
+        x0_(2 * n_),
+        x1_(2 * n_),
+        f0_(2 * n_),
+        f1_(2 * n_) {
     const auto& traits = model.description().traits;
     if (!traits.canonical || !traits.lossless)
-      throw InvalidArgument("method '" + d.name + "' needs a canonical system without dissipation, '" +
+      throw InvalidArgument("method '" + d.name +
+                            "' needs a canonical system without dissipation, '" +
                             model.description().name + "' is not one");
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::rotation) rotations_.push_back({size_t(b.at)});
@@ -136,7 +146,7 @@ class StormerVerlet final : public Integrator {
   /// κ from the field at the zero configuration, so that it belongs to the system and not to a state: ξ' = ½ ξ∘ω with
   /// ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a quarter of the mean inverse inertia.
   void scale_rotations() {
-    std::vector<double> &x = x0_, &f = f0_;
+    std::vector<double>&x = x0_, &f = f0_;
     std::fill(x.begin(), x.end(), 0.0);
     for (const auto& r : rotations_) x[r.q] = 1;
     for (auto& r : rotations_) {
@@ -161,7 +171,8 @@ class StormerVerlet final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_stormer_verlet(const Declaration& d, const phs::Model& model, double h, const Options& o) {
+std::unique_ptr<Integrator> make_stormer_verlet(const Declaration& d, const phs::Model& model,
+                                                double h, const Options& o) {
   return std::make_unique<StormerVerlet>(d, model, h, o);
 }
 

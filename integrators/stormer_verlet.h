@@ -9,6 +9,7 @@ namespace porthos::integrators {
 /// a multiplier along ξ (RATTLE, op. cit. VII.1.4) for the Hamiltonian H + (κ/2)(ξ·π)², which equals H on ξ·π = 0 and
 /// makes the multiplier well defined; κ = a quarter of the mean inverse inertia at the zero configuration.
 /// Needs a canonical lossless system, x = (q, p). @throws InvalidArgument otherwise
-std::unique_ptr<Integrator> make_stormer_verlet(const Declaration&, const phs::Model&, double h, const Options&);
+std::unique_ptr<Integrator> make_stormer_verlet(const Declaration&, const phs::Model&, double h,
+                                                const Options&);
 
 }  // namespace porthos::integrators

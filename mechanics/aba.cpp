@@ -5,8 +5,8 @@
 namespace porthos::mechanics {
 
 template <class T>
-void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v, const Loads<T>& loads,
-         std::span<T> vdot) {
+void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+         const Loads<T>& loads, std::span<T> vdot) {
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
 
@@ -49,9 +49,9 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
   }
 }
 
-#define PORTHOS_INSTANTIATE(T)                                                                                      \
-  template void aba<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>, const Loads<T>&, \
-                       std::span<T>);
+#define PORTHOS_INSTANTIATE(T)                                                                  \
+  template void aba<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>, \
+                       const Loads<T>&, std::span<T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

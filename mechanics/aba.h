@@ -9,7 +9,7 @@ namespace porthos::mechanics {
 /// @param loads  joint forces and body wrenches
 /// Allocates nothing.  Source: Featherstone 2008, table 7.1.
 template <class T>
-void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v, const Loads<T>& loads,
-         std::span<T> vdot);
+void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+         const Loads<T>& loads, std::span<T> vdot);
 
 }  // namespace porthos::mechanics

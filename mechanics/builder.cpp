@@ -1,5 +1,6 @@
 #include "mechanics/builder.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -25,33 +26,19 @@ std::string number(double x) {
   throw InvalidArgument(at(b.where) + "body '" + b.name + "': " + text);
 }
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text) {
-  throw InvalidArgument(at(b.joint.where.empty() ? b.where : b.joint.where) + "joint '" + (b.joint.name.empty() ? b.name : b.joint.name) + "': " + text);
+  throw InvalidArgument(at(b.joint.where.empty() ? b.where : b.joint.where) + "joint '" +
+                        (b.joint.name.empty() ? b.name : b.joint.name) + "': " + text);
 }
 
-bool finite(const Vec3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(const Vec3d& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
-/// Eigenvalues of a symmetric 3x3, ascending (Jacobi rotations; not a hot path).
-std::array<double, 3> eigenvalues(const Sym3<double>& S) {
-  double a[3][3] = {{S.xx, S.xy, S.xz}, {S.xy, S.yy, S.yz}, {S.xz, S.yz, S.zz}};
-  for (int sweep = 0; sweep < 30; ++sweep)
-    for (int p = 0; p < 2; ++p)
-      for (int q = p + 1; q < 3; ++q) {
-        if (a[p][q] == 0) continue;
-        const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-        const double t = (theta >= 0 ? 1 : -1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
-        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        for (auto& row : a) {
-          const double x = row[p], y = row[q];
-          row[p] = c * x - s * y, row[q] = s * x + c * y;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const double x = a[p][k], y = a[q][k];
-          a[p][k] = c * x - s * y, a[q][k] = s * x + c * y;
-        }
-      }
-  std::array<double, 3> e{a[0][0], a[1][1], a[2][2]};
-  std::sort(e.begin(), e.end());
-  return e;
+/// Principal moments, ascending.
+Eigen::Vector3d eigenvalues(const Sym3<double>& S) {
+  Eigen::Matrix3d m;
+  m << S.xx, S.xy, S.xz, S.xy, S.yy, S.yz, S.xz, S.yz, S.zz;
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
 /// Real files hold rounded digits: a triangle inequality broken by less than this is rounding.
@@ -63,16 +50,28 @@ std::string inertia_fault(double mass, const Sym3<double>& inertia) {
   if (e[0] < -triangle_slack * e[2])
     return "inertia is not positive: its smallest principal moment is " + number(e[0]) + " kg m^2";
   if (e[0] + e[1] < e[2] * (1 - triangle_slack))
-    return "inertia breaks the triangle inequality: principal moments " + number(e[0]) + ", " + number(e[1]) + ", " +
-           number(e[2]) + " kg m^2, expected the largest <= the sum of the other two";
+    return "inertia breaks the triangle inequality: principal moments " + number(e[0]) + ", " +
+           number(e[1]) + ", " + number(e[2]) +
+           " kg m^2, expected the largest <= the sum of the other two";
   if (mass == 0 && e[2] > 0) return "has inertia but no mass";
   return "";
 }
 
+/// Orthonormal and right-handed to the digits files are written with.
+bool is_rotation(const Mat3<double>& R) {
+  const auto near = [](double a, double b) { return std::fabs(a - b) < 1e-6; };
+  return near(dot(R.x, R.x), 1) && near(dot(R.y, R.y), 1) && near(dot(R.z, R.z), 1) &&
+         near(dot(R.x, R.y), 0) && near(dot(cross(R.x, R.y), R.z), 1);
+}
+
 void check_numbers(const BodySpec& b) {
   const MassProperties& m = b.mass;
-  if (!std::isfinite(m.mass) || m.mass < 0) refuse(b, "mass is " + number(m.mass) + " kg, expected a number >= 0");
+  if (!std::isfinite(m.mass) || m.mass < 0)
+    refuse(b, "mass is " + number(m.mass) + " kg, expected a number >= 0");
   if (!finite(m.com)) refuse(b, "centre of mass is not finite");
+  if (!is_rotation(m.axes)) refuse(b, "inertia axes are not a rotation");
+  if (!finite(b.placement.r) || !is_rotation(b.placement.R))
+    refuse_joint(b, "placement is not a finite pose");
   const auto& I = m.inertia;
   if (!std::isfinite(I.xx + I.xy + I.xz + I.yy + I.yz + I.zz)) refuse(b, "inertia is not finite");
 }
@@ -130,7 +129,8 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
       refuse_joint(b, "there is already a joint of this name");
   }
   for (const auto& b : bodies) {
-    if (b.parent != "world" && !by_name.count(b.parent)) refuse(b, "its parent '" + b.parent + "' does not exist");
+    if (b.parent != "world" && !by_name.count(b.parent))
+      refuse(b, "its parent '" + b.parent + "' does not exist");
     children[b.parent].push_back(&b);
   }
   std::vector<const BodySpec*> order, stack(children["world"].rbegin(), children["world"].rend());
@@ -144,7 +144,8 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
   if (order.size() < bodies.size()) {  // whoever was not reached hangs on a cycle
     std::set<const BodySpec*> reached(order.begin(), order.end());
     for (const auto& b : bodies)
-      if (!reached.count(&b)) refuse(b, "is part of a cycle of joints that never reaches the world");
+      if (!reached.count(&b))
+        refuse(b, "is part of a cycle of joints that never reaches the world");
   }
   return order;
 }
@@ -167,7 +168,7 @@ Mat3<double> rotation_from_rpy(double roll, double pitch, double yaw) {
   sincos(E(roll), sr, cr), sincos(E(pitch), sp, cp), sincos(E(yaw), sy, cy);
   // A right angle written with 15 or more digits is meant to be exact.
   for (E* t : {&sr, &cr, &sp, &cp, &sy, &cy})
-    if (std::fabs(double(*t)) < 1e-15) *t = 0;
+    if (std::fabs(double(*t)) < 1e-14) *t = 0;
   return Mat3<double>(Mat3<E>{{cy * cp, sy * cp, -sp},
                               {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
                               {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}});
@@ -214,6 +215,7 @@ class Assembly {
     body_ = &b;
     node_ = parent.node;
     here_ = parent.pose * b.placement;
+    const int first_freedom = r_.nv;
 
     bool known = false;
     if (primitive_index(b.joint.type) >= 0) {
@@ -223,14 +225,15 @@ class Assembly {
     for_each_joint(ChainJoints{}, [&](auto J) {
       if (decltype(J)::name != b.joint.type) return;
       known = true;
-      for (const ChainLink& link : decltype(J)::chain) append(link.primitive, chain_axis(link.axis), link.suffix);
+      for (const ChainLink& link : decltype(J)::chain)
+        append(link.primitive, chain_axis(link.axis), link.suffix);
     });
     if (!known) {
       std::string list;
       for (const auto& n : joint_type_names()) list += (list.empty() ? "" : ", ") + n;
       refuse_joint(b, "unknown type '" + b.joint.type + "', expected one of " + list);
     }
-    add_properties(b);
+    add_properties(b, r_.nv - first_freedom);
     frames_[b.name] = r_.bodies.size();
     r_.bodies.push_back({b.name, node_, here_});
     if (node_ >= 0) add_to(r_.nodes[size_t(node_)].inertia, inertia_in(b.mass, here_));
@@ -244,9 +247,11 @@ class Assembly {
       const int node = r_.bodies[frames_.at(b->name)].node;
       const std::string fault = inertia_fault(b->mass.mass, b->mass.inertia);
       if (fault.empty() || node < 0) continue;
-      r_.remarks.push_back({b->where, "body '" + b->name + "': " + fault + "; tolerated because " +
-                           (accept_unphysical ? "unphysical inertias were accepted"
-                                              : "the moving body it is fixed to is sound as a whole")});
+      r_.remarks.push_back(
+          {b->where,
+           "body '" + b->name + "': " + fault + "; tolerated because " +
+               (accept_unphysical ? "unphysical inertias were accepted"
+                                  : "the moving body it is fixed to is sound as a whole")});
       if (!culprit.count(node)) culprit[node] = b;
     }
     for (const auto& [node, b] : culprit) {
@@ -260,12 +265,14 @@ class Assembly {
   static Sym3<double> about_centre(const RigidInertia<double>& r) {
     const Vec3d c = (1 / r.m) * r.mc;
     const double d = dot(c, c);
-    return {r.I.xx - r.m * (d - c.x * c.x), r.I.xy + r.m * c.x * c.y, r.I.xz + r.m * c.x * c.z,
-            r.I.yy - r.m * (d - c.y * c.y), r.I.yz + r.m * c.y * c.z, r.I.zz - r.m * (d - c.z * c.z)};
+    return {r.I.xx - r.m * (d - c.x * c.x), r.I.xy + r.m * c.x * c.y,
+            r.I.xz + r.m * c.x * c.z,       r.I.yy - r.m * (d - c.y * c.y),
+            r.I.yz + r.m * c.y * c.z,       r.I.zz - r.m * (d - c.z * c.z)};
   }
 
   Vec3d axis(const Vec3d& a) const {
-    if (!finite(a) || norm(a) == 0) refuse_joint(*body_, "its axis is zero or not finite, expected a direction");
+    if (!finite(a) || norm(a) == 0)
+      refuse_joint(*body_, "its axis is zero or not finite, expected a direction");
     return a;
   }
   Vec3d chain_axis(ChainAxis which) const {
@@ -275,7 +282,8 @@ class Assembly {
     Vec3d second = body_->joint.second_axis ? axis(*body_->joint.second_axis) : basis.x;
     if (norm(cross(second, first)) < 1e-9 * norm(second) * norm(first))
       refuse_joint(*body_, "its two axes are parallel, expected different directions");
-    if (body_->joint.type == "planar") second = second - (dot(second, first) / dot(first, first)) * first;
+    if (body_->joint.type == "planar")
+      second = second - (dot(second, first) / dot(first, first)) * first;
     if (which == ChainAxis::second) return second;
     return cross(first, second);
   }
@@ -297,10 +305,23 @@ class Assembly {
       int q = r_.nq, v = r_.nv;
       for (const CoordinateBlock& c : decltype(J)::blocks) {
         const int nv = c.kind == phs::BlockKind::rotation ? 3 : c.size;
-        JointCoordinates jc{joint + suffix + c.suffix, joint, c.kind, int(r_.nodes.size()), q, c.size, v, nv,
-                            c.unit,  c.momentum_unit, c.effort_unit, c.rate_unit};
-        if (decltype(J)::name == "free") jc.v = c.kind == phs::BlockKind::rotation ? r_.nv : r_.nv + 3;
+        JointCoordinates jc{joint + suffix + c.suffix,
+                            joint,
+                            c.kind,
+                            int(r_.nodes.size()),
+                            q,
+                            c.size,
+                            v,
+                            nv,
+                            c.unit,
+                            c.momentum_unit,
+                            c.effort_unit,
+                            c.rate_unit};
+        if (decltype(J)::name == "free")
+          jc.v = c.kind == phs::BlockKind::rotation ? r_.nv : r_.nv + 3;
         if (c.kind == phs::BlockKind::angle) n.turn = r_.angles++;
+        if (!coordinate_names_.insert(jc.name).second)
+          refuse_joint(*body_, "its coordinate '" + jc.name + "' has the name of another joint's");
         r_.coordinates.push_back(jc);
         q += c.size, v += nv;
       }
@@ -311,24 +332,34 @@ class Assembly {
     r_.nodes.push_back(n);
   }
 
-  void add_properties(const BodySpec& b) {
+  void add_properties(const BodySpec& b, int freedoms) {
     const JointSpec& j = b.joint;
     const bool has = j.damping != 0 || j.stiffness != 0 || j.friction != 0 || j.lower || j.upper;
-    if (!(j.damping >= 0)) refuse_joint(b, "damping is " + number(j.damping) + ", expected >= 0");
-    if (!(j.stiffness >= 0)) refuse_joint(b, "stiffness is " + number(j.stiffness) + ", expected >= 0");
-    if (!(j.friction >= 0)) refuse_joint(b, "friction is " + number(j.friction) + ", expected >= 0");
-    if (!has || j.type == "fixed") return;
+    if (!(j.damping >= 0 && j.damping < HUGE_VAL))
+      refuse_joint(b, "damping is " + number(j.damping) + ", expected a finite number >= 0");
+    if (!(j.stiffness >= 0 && j.stiffness < HUGE_VAL))
+      refuse_joint(b, "stiffness is " + number(j.stiffness) + ", expected a finite number >= 0");
+    if (!(j.friction >= 0 && j.friction < HUGE_VAL))
+      refuse_joint(b, "friction is " + number(j.friction) + ", expected a finite number >= 0");
+    if (!std::isfinite(j.rest)) refuse_joint(b, "rest is not finite");
+    if (j.lower && j.upper && !(*j.lower <= *j.upper))
+      refuse_joint(
+          b, "lower limit " + number(*j.lower) + " is above the upper one, " + number(*j.upper));
+    if (!has || freedoms == 0) return;
     const Node& n = r_.nodes.back();
-    if (r_.nv - n.v != 1 || j.type == "universal" || j.type == "planar") {
+    if (freedoms != 1) {
       if (j.damping != 0 || j.stiffness != 0)
-        refuse_joint(b, "damping and stiffness need a joint of one freedom, '" + j.type + "' has several");
+        refuse_joint(
+            b, "damping and stiffness need a joint of one freedom, '" + j.type + "' has several");
       return;
     }
-    r_.properties.push_back({j.name.empty() ? b.name : j.name, n.q, n.v, n.turn, j.damping, j.stiffness, j.rest, j.friction, j.lower, j.upper});
+    r_.properties.push_back({j.name.empty() ? b.name : j.name, n.q, n.v, n.turn, j.damping,
+                             j.stiffness, j.rest, j.friction, j.lower, j.upper});
   }
 
   Result r_;
   std::map<std::string, size_t> frames_;
+  std::set<std::string> coordinate_names_;
   const BodySpec* body_ = nullptr;
   int node_ = -1;
   Pose here_{};
@@ -343,15 +374,20 @@ void check_moving_inertia(const Mechanism& m) {
   for (int sample = 0; sample < 3; ++sample) {
     passes::place_bodies(m, w, q.data());
     field_detail::factor(m, w, q.data(), p.data(), false);
-    for (const auto& c : m.coordinates())
+    for (size_t i = m.coordinates().size();
+         i-- > 0;) {  // leaf to root: a zero pivot spoils what is above it
+      const auto& c = m.coordinates()[i];
       for (int k = 0; k < c.nv; ++k) {
         const double D_inverse = w.D_inverse[size_t(c.v + k)];
         const double scale = norm(w.U[size_t(c.v + k)].n) + norm(w.U[size_t(c.v + k)].f);
         // What is left after an elimination that should give zero is rounding, 1e-16 of what was there.
-        if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale || 1 / D_inverse < 1e-250)
-          throw InvalidArgument("joint '" + c.joint + "' moves no inertia: the bodies beyond it are massless about it (" +
+        if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
+            1 / D_inverse < 1e-250)
+          throw InvalidArgument("joint '" + c.joint +
+                                "' moves no inertia: the bodies beyond it are massless about it (" +
                                 "give them mass properties, or fix the joint)");
       }
+    }
     for (const auto& c : m.coordinates())
       if (c.kind == phs::BlockKind::angle) q[size_t(c.q)] = angle(rng);
   }
@@ -373,7 +409,8 @@ Mechanism MechanismBuilder::build() const {
   m.gravity_ = gravity_;
   m.nq_ = parts.nq, m.nv_ = parts.nv, m.angles_ = parts.angles;
   for (const auto& n : m.nodes_) m.total_mass_ += n.inertia.m;
-  if (m.nodes_.empty()) throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
+  if (m.nodes_.empty())
+    throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
   check_moving_inertia(m);
   return m;
 }
@@ -386,7 +423,8 @@ auto& find_named(const Items& items, std::string_view name, const char* what, Na
     if (get(i) == name) return i;
     known += (known.empty() ? "" : ", ") + get(i);
   }
-  throw InvalidArgument("there is no " + std::string(what) + " '" + std::string(name) + "'; known: " + known);
+  throw InvalidArgument("there is no " + std::string(what) + " '" + std::string(name) +
+                        "'; known: " + known);
 }
 }  // namespace
 

@@ -9,32 +9,36 @@ namespace porthos::mechanics {
 
 /// Mass properties of a body as users give them.
 struct MassProperties {
-  double mass = 0;                        ///< [kg]
-  Vec3d com{0, 0, 0};                     ///< centre of mass in the body frame [m]
-  Sym3<double> inertia{0, 0, 0, 0, 0, 0}; ///< about the centre of mass, along `axes` [kg m²], tensor elements
+  double mass = 0;     ///< [kg]
+  Vec3d com{0, 0, 0};  ///< centre of mass in the body frame [m]
+  Sym3<double> inertia{0, 0, 0, 0,
+                       0, 0};  ///< about the centre of mass, along `axes` [kg m²], tensor elements
   Mat3<double> axes = Mat3<double>::identity();  ///< inertia axes in the body frame
 };
 
 /// A joint as users give it.
 struct JointSpec {
-  std::string name;                       ///< empty: the body's name
-  std::string type = "fixed";             ///< one of joint_type_names()
-  Vec3d axis{0, 0, 1};                    ///< in the joint frame; need not be unit. Ignored by spherical and free
-  std::optional<Vec3d> second_axis;       ///< universal: second rotation axis; planar: first translation (its part in the plane)
-  double pitch = 0;                       ///< helical [m/rad]
-  double damping = 0, stiffness = 0, rest = 0, friction = 0;  ///< see JointProperties; joints of one freedom only
+  std::string name;            ///< empty: the body's name
+  std::string type = "fixed";  ///< one of joint_type_names()
+  Vec3d axis{0, 0, 1};  ///< in the joint frame; need not be unit. Ignored by spherical and free
+  std::optional<Vec3d>
+      second_axis;  ///< universal: second rotation axis; planar: first translation (its part in the plane)
+  double pitch = 0;  ///< helical [m/rad]
+  double damping = 0, stiffness = 0, rest = 0,
+         friction = 0;  ///< see JointProperties; joints of one freedom only
   std::optional<double> lower, upper;
-  std::string where;                      ///< "file:line" for messages; empty: the body's
+  std::string where;  ///< "file:line" for messages; empty: the body's
 };
 
 /// A body, the joint that carries it and where the joint sits.
 struct BodySpec {
   std::string name;
-  std::string parent;                     ///< name of another body, or "world"
+  std::string parent;  ///< name of another body, or "world"
   JointSpec joint;
-  Pose placement{Mat3<double>::identity(), {0, 0, 0}};  ///< joint frame (= body frame at q = 0) in the parent's body frame
+  Pose placement{Mat3<double>::identity(),
+                 {0, 0, 0}};  ///< joint frame (= body frame at q = 0) in the parent's body frame
   MassProperties mass;
-  std::string where;                      ///< "file:line" for messages, may be empty
+  std::string where;  ///< "file:line" for messages, may be empty
 };
 
 /// Collects bodies in any order, validates, and makes the immutable Mechanism.

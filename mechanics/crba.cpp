@@ -33,7 +33,9 @@ void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T
   // A_i holds the composite inertia in its rigid form; only mass, first moment and I are used.
   std::span<ArticulatedInertia<T>> C(w.A);
   const auto load = [&](size_t i) { return RigidInertia<T>{C[i].M.xx, C[i].H.x, C[i].I}; };
-  const auto store = [&](size_t i, const RigidInertia<T>& r) { C[i].M.xx = r.m, C[i].H.x = r.mc, C[i].I = r.I; };
+  const auto store = [&](size_t i, const RigidInertia<T>& r) {
+    C[i].M.xx = r.m, C[i].H.x = r.mc, C[i].I = r.I;
+  };
   for (size_t i = 0; i < nodes.size(); ++i) store(i, passes::rigid<T>(nodes[i]));
 
   for (size_t i = nodes.size(); i-- > 0;) {
@@ -50,7 +52,8 @@ void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T
         Motion<T> S = passes::zero_motion<T>();
         Joint::template add<k>(n, T(1.0), S);
         Force<T> F = composite * S;
-        unroll<Joint::nv>([&](auto l) { M[size_t(n.v + l) + nv * column] = Joint::template project<l>(n, F); });
+        unroll<Joint::nv>(
+            [&](auto l) { M[size_t(n.v + l) + nv * column] = Joint::template project<l>(n, F); });
         for (int j = int(i); nodes[size_t(j)].parent >= 0;) {  // up the supporting path
           F = w.X[size_t(j)].to_parent(F);
           j = nodes[size_t(j)].parent;
@@ -68,7 +71,8 @@ void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T
   }
 }
 
-#define PORTHOS_INSTANTIATE(T) template void crba<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<T>);
+#define PORTHOS_INSTANTIATE(T) \
+  template void crba<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

@@ -44,8 +44,9 @@ void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool lo
 }  // namespace field_detail
 
 template <class T>
-void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p,
-                       const Loads<T>& loads, std::span<T> q_dot, std::span<T> p_dot) {
+void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                       std::span<const T> p, const Loads<T>& loads, std::span<T> q_dot,
+                       std::span<T> p_dot) {
   const auto& nodes = m.nodes();
   const bool loaded = m.has_gravity() || !loads.wrench.empty();
   passes::place_bodies(m, w, q.data());
@@ -60,7 +61,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       const bool root = n.parent < 0;
-      const Motion<T> carried = root ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
+      const Motion<T> carried =
+          root ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
       Motion<T> V = carried;
       passes::back_substitute<Joint>(n, w, V, w.rate.data());
       w.V[i] = V;
@@ -74,7 +76,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       });
       const T* rate = w.rate.data() + n.v;
       if constexpr (Joint::lifted) {
-        Joint::field(q.data() + n.q, p.data() + n.q, rate, V, h, load, q_dot.data() + n.q, p_dot.data() + n.q);
+        Joint::field(q.data() + n.q, p.data() + n.q, rate, V, h, load, q_dot.data() + n.q,
+                     p_dot.data() + n.q);
       } else {
         Joint::rates(q.data() + n.q, rate, q_dot.data() + n.q);
         const Force<T> gyroscopic = cross(V, h);
@@ -87,7 +90,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
 }
 
 template <class T>
-void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p) {
+void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                        std::span<const T> p) {
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
   field_detail::factor(m, w, q.data(), p.data(), false);

@@ -2,10 +2,12 @@
 
 namespace porthos::mechanics {
 
-#define PORTHOS_INSTANTIATE(T)                                                                                   \
-  template void hamiltonian_field<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>, \
-                                     const Loads<T>&, std::span<T>, std::span<T>);                            \
-  template void rates_from_momenta<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>);
+#define PORTHOS_INSTANTIATE(T)                                                             \
+  template void hamiltonian_field<T>(const Mechanism&, Workspace<T>&, std::span<const T>,  \
+                                     std::span<const T>, const Loads<T>&, std::span<T>,    \
+                                     std::span<T>);                                        \
+  template void rates_from_momenta<T>(const Mechanism&, Workspace<T>&, std::span<const T>, \
+                                      std::span<const T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

@@ -65,7 +65,9 @@ template <int n, class F>
 }
 template <int n, class F>
 [[gnu::always_inline]] inline void unroll_descending(F&& f) {
-  [&]<int... k>(std::integer_sequence<int, k...>) { (f(std::integral_constant<int, n - 1 - k>{}), ...); }
+  [&]<int... k>(std::integer_sequence<int, k...>) {
+    (f(std::integral_constant<int, n - 1 - k>{}), ...);
+  }
   (std::make_integer_sequence<int, n>{});
 }
 

@@ -5,7 +5,8 @@
 namespace porthos::mechanics {
 
 template <class T>
-void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<Transform<T>> pose) {
+void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                        std::span<Transform<T>> pose) {
   passes::place_bodies(m, w, q.data());
   for (size_t i = 0; i < m.nodes().size(); ++i) {
     const int parent = m.nodes()[i].parent;
@@ -14,17 +15,19 @@ void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> 
 }
 
 template <class T>
-Transform<T> body_pose(const Mechanism&, const BodyFrame& body, std::span<const Transform<T>> node_pose) {
+Transform<T> body_pose(const Mechanism&, const BodyFrame& body,
+                       std::span<const Transform<T>> node_pose) {
   const Transform<T> own{Mat3<T>(body.pose.R), Vec3<T>(body.pose.r)};
   return body.node < 0 ? own : node_pose[size_t(body.node)] * own;
 }
 
 template <class T>
-void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body, JacobianAxes axes,
-              std::span<T> J) {
+void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,
+              JacobianAxes axes, std::span<T> J) {
   passes::place_bodies(m, w, q.data());
   for (auto& e : J) e = T(0.0);
-  Transform<T> X{Mat3<T>(body.pose.R), Vec3<T>(body.pose.r)};  // pose of the frame in node j, walking to the root
+  Transform<T> X{Mat3<T>(body.pose.R),
+                 Vec3<T>(body.pose.r)};  // pose of the frame in node j, walking to the root
   for (int j = body.node; j >= 0; j = m.nodes()[size_t(j)].parent) {
     const Node& n = m.nodes()[size_t(j)];
     visit_joint(n.type, [&](auto K) {
@@ -40,23 +43,30 @@ void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const B
   if (axes == JacobianAxes::body) return;
   for (int c = 0; c < m.nv(); ++c) {
     T* col = J.data() + 6 * c;
-    const Vec3<T> a = X.R * Vec3<T>{col[0], col[1], col[2]}, l = X.R * Vec3<T>{col[3], col[4], col[5]};
+    const Vec3<T> a = X.R * Vec3<T>{col[0], col[1], col[2]},
+                  l = X.R * Vec3<T>{col[3], col[4], col[5]};
     for (int r = 0; r < 3; ++r) col[r] = a[r], col[3 + r] = l[r];
   }
 }
 
 template <class T>
-void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v, std::span<T> q_dot) {
+void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v,
+                      std::span<T> q_dot) {
   for (const Node& n : m.nodes())
-    visit_joint(n.type, [&](auto J) { decltype(J)::rates(q.data() + n.q, v.data() + n.v, q_dot.data() + n.q); });
+    visit_joint(n.type, [&](auto J) {
+      decltype(J)::rates(q.data() + n.q, v.data() + n.v, q_dot.data() + n.q);
+    });
 }
 
-#define PORTHOS_INSTANTIATE(T)                                                                                          \
-  template void forward_kinematics<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<Transform<T>>); \
-  template Transform<T> body_pose<T>(const Mechanism&, const BodyFrame&, std::span<const Transform<T>>);             \
-  template void jacobian<T>(const Mechanism&, Workspace<T>&, std::span<const T>, const BodyFrame&, JacobianAxes,     \
-                            std::span<T>);                                                                           \
-  template void coordinate_rates<T>(const Mechanism&, std::span<const T>, std::span<const T>, std::span<T>);
+#define PORTHOS_INSTANTIATE(T)                                                                     \
+  template void forward_kinematics<T>(const Mechanism&, Workspace<T>&, std::span<const T>,         \
+                                      std::span<Transform<T>>);                                    \
+  template Transform<T> body_pose<T>(const Mechanism&, const BodyFrame&,                           \
+                                     std::span<const Transform<T>>);                               \
+  template void jacobian<T>(const Mechanism&, Workspace<T>&, std::span<const T>, const BodyFrame&, \
+                            JacobianAxes, std::span<T>);                                           \
+  template void coordinate_rates<T>(const Mechanism&, std::span<const T>, std::span<const T>,      \
+                                    std::span<T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 

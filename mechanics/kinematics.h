@@ -6,11 +6,13 @@ namespace porthos::mechanics {
 /// Pose of the moving bodies' frames in the world, root to leaf.
 /// @param q size nq;  pose written, one per moving body (Mechanism::nodes order; a user's body: body_pose)
 template <class T>
-void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<Transform<T>> pose);
+void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                        std::span<Transform<T>> pose);
 
 /// Pose of a user's body in the world, given the node poses.
 template <class T>
-Transform<T> body_pose(const Mechanism& m, const BodyFrame& body, std::span<const Transform<T>> node_pose);
+Transform<T> body_pose(const Mechanism& m, const BodyFrame& body,
+                       std::span<const Transform<T>> node_pose);
 
 /// The axes a Jacobian's rows are written in; both are about the body frame's origin.
 enum class JacobianAxes { body, world };
@@ -18,11 +20,12 @@ enum class JacobianAxes { body, world };
 /// Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the frame's origin.
 /// @param J  written, 6 × nv column-major
 template <class T>
-void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body, JacobianAxes axes,
-              std::span<T> J);
+void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,
+              JacobianAxes axes, std::span<T> J);
 
 /// Flat coordinate derivatives q' from joint rates v.
 template <class T>
-void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v, std::span<T> q_dot);
+void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v,
+                      std::span<T> q_dot);
 
 }  // namespace porthos::mechanics

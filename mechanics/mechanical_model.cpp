@@ -21,7 +21,8 @@ phs::Description describe(const Mechanism& m) {
   d.nx = 2 * m.nq();
   d.nu = m.nv();
   d.traits.canonical = true;
-  for (const auto& j : m.joint_properties()) d.traits.lossless = d.traits.lossless && j.damping == 0;
+  for (const auto& j : m.joint_properties())
+    d.traits.lossless = d.traits.lossless && j.damping == 0;
 
   for (const auto& c : m.coordinates()) {
     d.blocks.push_back({c.name, c.kind, c.q, c.nq, m.nq() + c.q, c.unit, c.momentum_unit});
@@ -29,16 +30,18 @@ phs::Description describe(const Mechanism& m) {
   for (size_t i = 0; i < m.nodes().size(); ++i) {
     const JointCoordinates* first = nullptr;
     int nv = 0;
-    for (const auto& c : m.coordinates())
-      if (c.node == int(i)) {
-        if (!first) first = &c;
-        nv += c.nv;
-      }
+    std::string effort, rate;  // of a joint that turns and slides: "N m; N"
+    for (const auto& c : m.coordinates()) {
+      if (c.node != int(i)) continue;
+      effort = !first || c.effort_unit == first->effort_unit ? c.effort_unit : "N m; N";
+      rate = !first || c.rate_unit == first->rate_unit ? c.rate_unit : "rad/s; m/s";
+      if (!first) first = &c;
+      nv += c.nv;
+    }
     const bool single = nv == 1;
     const std::string name = single ? first->name : first->joint;
     const char* suffix = !single ? ".wrench" : first->rate_unit == "rad/s" ? ".torque" : ".force";
-    d.ports.push_back({name + suffix, phs::PortKind::effort_in, nv, m.nodes()[i].v,
-                       single ? first->effort_unit : "N m; N", single ? first->rate_unit : "rad/s; m/s"});
+    d.ports.push_back({name + suffix, phs::PortKind::effort_in, nv, m.nodes()[i].v, effort, rate});
   }
 
   bool free_in_world = !m.has_gravity();
@@ -56,7 +59,8 @@ phs::Description describe(const Mechanism& m) {
     at += size;
   };
   if (free_in_world) declare("linear_momentum", 3, 1, "kg m/s");
-  if (free_in_world || (roots == 1 && pivot_at_origin && !m.has_gravity())) declare("angular_momentum", 3, 2, "kg m^2/s");
+  if (free_in_world || (roots == 1 && pivot_at_origin && !m.has_gravity()))
+    declare("angular_momentum", 3, 2, "kg m^2/s");
   for (const auto& c : m.coordinates())
     if (c.kind == BlockKind::rotation) {
       declare("quaternion_norm." + c.name, 1, 2, "1");
@@ -94,7 +98,8 @@ class MechanicalSystem : public phs::System<T> {
     // The conservative field is J e:  ∂H/∂p = q',  ∂H/∂q = -p'.
     hamiltonian_field(m_, w_, q(x), p(x), {}, e.subspan(nq_), Out(scratch_));
     for (size_t i = 0; i < nq_; ++i) e[i] = -scratch_[i];
-    for (const auto& j : m_.joint_properties()) e[slot(j)] = e[slot(j)] + T(j.stiffness) * deflection(j, x);
+    for (const auto& j : m_.joint_properties())
+      e[slot(j)] = e[slot(j)] + T(j.stiffness) * deflection(j, x);
   }
 
   void field(T, In x, In u, Out dx) override {
@@ -160,13 +165,16 @@ class MechanicalSystem : public phs::System<T> {
     }
     for (const auto& c : m_.coordinates()) {
       if (c.kind != BlockKind::rotation) continue;
-      const auto xi = Quaternion<T>::load(x.data() + c.q), pi = Quaternion<T>::load(x.data() + nq_ + c.q);
+      const auto xi = Quaternion<T>::load(x.data() + c.q),
+                 pi = Quaternion<T>::load(x.data() + nq_ + c.q);
       values[k++] = xi.norm2();
       values[k++] = xi.w * pi.w + dot(xi.v, pi.v);
     }
   }
 
-  void set_turn_angles(In angles) override { std::copy(angles.begin(), angles.end(), w_.turn_angle.begin()); }
+  void set_turn_angles(In angles) override {
+    std::copy(angles.begin(), angles.end(), w_.turn_angle.begin());
+  }
 
  private:
   In q(In x) const { return x.first(nq_); }
@@ -194,11 +202,13 @@ std::unique_ptr<phs::System<T>> MechanicalModel::make_system() const {
   return std::make_unique<MechanicalSystem<T>>(*mechanism_, description_);
 }
 
-#define PORTHOS_INSTANTIATE(T) template std::unique_ptr<phs::System<T>> MechanicalModel::make_system<T>() const;
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<phs::System<T>> MechanicalModel::make_system<T>() const;
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
 
-std::vector<double> MechanicalModel::state(std::span<const double> q, std::span<const double> v) const {
+std::vector<double> MechanicalModel::state(std::span<const double> q,
+                                           std::span<const double> v) const {
   require_size("q", q.size(), size_t(mechanism_->nq()));
   require_size("v", v.size(), size_t(mechanism_->nv()));
   Workspace<double> w(*mechanism_);

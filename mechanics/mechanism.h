@@ -15,31 +15,32 @@ using Pose = Transform<double>;
 
 /// A coordinate block of the mechanism: where a joint's numbers stand in q (and p) and in v (and tau).
 struct JointCoordinates {
-  std::string name;   ///< joint name, with a suffix where a joint has several blocks ("base.attitude")
+  std::string
+      name;  ///< joint name, with a suffix where a joint has several blocks ("base.attitude")
   std::string joint;  ///< name of the joint it belongs to
   phs::BlockKind kind;
   int node;
-  int q, nq;          ///< offset and size in q and p
-  int v, nv;          ///< offset and size in v and tau
+  int q, nq;  ///< offset and size in q and p
+  int v, nv;  ///< offset and size in v and tau
   std::string unit, momentum_unit, effort_unit, rate_unit;
 };
 
 /// A body of the user's, in the frame the user gave it. Bodies on fixed joints share a node.
 struct BodyFrame {
   std::string name;
-  int node;     ///< -1: fixed to the world
-  Pose pose;    ///< the body's frame in the node's frame (in the world for node -1)
+  int node;   ///< -1: fixed to the world
+  Pose pose;  ///< the body's frame in the node's frame (in the world for node -1)
 };
 
 /// Joint properties that are not part of the kinematics.
 struct JointProperties {
   std::string joint;
-  int q = 0, v = 0;          ///< its coordinate in q and its freedom in v
-  int turn = -1;             ///< its angle block, -1 for a translation
-  double damping = 0;        ///< viscous torque per rate [N m s/rad | N s/m], >= 0
-  double stiffness = 0;      ///< spring constant [N m/rad | N/m], >= 0
-  double rest = 0;           ///< spring's rest coordinate [rad | m]
-  double friction = 0;       ///< Coulomb friction as read from a file; reported, not simulated
+  int q = 0, v = 0;      ///< its coordinate in q and its freedom in v
+  int turn = -1;         ///< its angle block, -1 for a translation
+  double damping = 0;    ///< viscous torque per rate [N m s/rad | N s/m], >= 0
+  double stiffness = 0;  ///< spring constant [N m/rad | N/m], >= 0
+  double rest = 0;       ///< spring's rest coordinate [rad | m]
+  double friction = 0;   ///< Coulomb friction as read from a file; reported, not simulated
   std::optional<double> lower, upper;  ///< limits as read from a file; reported, not enforced
 };
 
@@ -58,9 +59,11 @@ class Mechanism {
   const std::string& name() const { return name_; }
   int nq() const { return nq_; }
   int nv() const { return nv_; }
-  int body_count() const { return static_cast<int>(nodes_.size()); }  ///< moving bodies, fixed joints merged
-  double total_mass() const { return total_mass_; }                   ///< of the moving bodies [kg]
-  const Vec3d& gravity() const { return gravity_; }                   ///< uniform, world axes [m/s²]
+  int body_count() const {
+    return static_cast<int>(nodes_.size());
+  }                                                  ///< moving bodies, fixed joints merged
+  double total_mass() const { return total_mass_; }  ///< of the moving bodies [kg]
+  const Vec3d& gravity() const { return gravity_; }  ///< uniform, world axes [m/s²]
   bool has_gravity() const { return gravity_.x != 0 || gravity_.y != 0 || gravity_.z != 0; }
 
   const std::vector<Node>& nodes() const { return nodes_; }
@@ -96,23 +99,31 @@ class Mechanism {
 template <class T>
 struct Workspace {
   explicit Workspace(const Mechanism& m)
-      : X(m.nodes().size()), A(m.nodes().size()), b(m.nodes().size()), g(m.nodes().size()), a(m.nodes().size()),
-        V(m.nodes().size()), U(static_cast<size_t>(m.nv())), D_inverse(static_cast<size_t>(m.nv())),
-        u(static_cast<size_t>(m.nv())), rate(static_cast<size_t>(m.nv())), mu(static_cast<size_t>(m.nv())),
+      : X(m.nodes().size()),
+        A(m.nodes().size()),
+        b(m.nodes().size()),
+        g(m.nodes().size()),
+        a(m.nodes().size()),
+        V(m.nodes().size()),
+        U(static_cast<size_t>(m.nv())),
+        D_inverse(static_cast<size_t>(m.nv())),
+        u(static_cast<size_t>(m.nv())),
+        rate(static_cast<size_t>(m.nv())),
+        mu(static_cast<size_t>(m.nv())),
         turn_angle(static_cast<size_t>(m.angle_count()), T(0.0)) {}
 
   // kinematics (place_bodies)
-  std::vector<Transform<T>> X;            ///< pose of body i in its parent
+  std::vector<Transform<T>> X;  ///< pose of body i in its parent
   // articulated inertias (factor)
   std::vector<ArticulatedInertia<T>> A;
-  std::vector<Force<T>> b;                ///< momentum or force bias
-  std::vector<Force<T>> g;                ///< external wrench on the subtree
-  std::vector<Motion<T>> a;               ///< accelerations
-  std::vector<Motion<T>> V;               ///< twists in body frames
-  std::vector<Force<T>> U;                ///< per freedom: A S
+  std::vector<Force<T>> b;   ///< momentum or force bias
+  std::vector<Force<T>> g;   ///< external wrench on the subtree
+  std::vector<Motion<T>> a;  ///< accelerations
+  std::vector<Motion<T>> V;  ///< twists in body frames
+  std::vector<Force<T>> U;   ///< per freedom: A S
   std::vector<T> D_inverse, u;
-  std::vector<T> rate, mu;                ///< joint rates and momenta, size nv
-  std::vector<T> turn_angle;              ///< 2π·turns of each angle block
+  std::vector<T> rate, mu;    ///< joint rates and momenta, size nv
+  std::vector<T> turn_angle;  ///< 2π·turns of each angle block
 };
 
 }  // namespace porthos::mechanics

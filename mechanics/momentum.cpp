@@ -18,7 +18,8 @@ void subtree_momenta(const Mechanism& m, Workspace<T>& w) {
 }  // namespace
 
 template <class T>
-void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v, std::span<T> p) {
+void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                        std::span<const T> v, std::span<T> p) {
   passes::place_bodies(m, w, q.data());
   passes::twists(m, w, v.data());
   subtree_momenta(m, w);
@@ -33,7 +34,8 @@ void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> 
 }
 
 template <class T>
-Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p) {
+Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                     std::span<const T> p) {
   const Vec3<T> zero{T(0.0), T(0.0), T(0.0)};
   Momentum<T> sum{zero, zero};
   bool computed = false;
@@ -63,7 +65,8 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q, 
 }
 
 template <class T>
-void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T> A) {
+void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                                std::span<T> A) {
   // Column j: the momentum of the whole for a unit rate of freedom j, which is that of the subtree it moves.
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
@@ -100,7 +103,8 @@ Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
   Vec3<T> sum{T(0.0), T(0.0), T(0.0)};
-  for (size_t i = 0; i < nodes.size(); ++i) w.g[i] = {Vec3<T>(nodes[i].inertia.mc), {T(nodes[i].inertia.m), T(0.0), T(0.0)}};
+  for (size_t i = 0; i < nodes.size(); ++i)
+    w.g[i] = {Vec3<T>(nodes[i].inertia.mc), {T(nodes[i].inertia.m), T(0.0), T(0.0)}};
   for (size_t i = nodes.size(); i-- > 0;) {  // first moment and mass of each subtree
     const T mass = w.g[i].f.x;
     const Vec3<T> mc = w.X[i].R * w.g[i].n + mass * w.X[i].r;
@@ -128,7 +132,8 @@ T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q) {
   return -T(m.total_mass()) * dot(Vec3<T>(m.gravity()), centre_of_mass(m, w, q));
 }
 
-MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q, std::span<const double> v) {
+MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q,
+                             std::span<const double> v) {
   std::vector<Pose> pose(m.nodes().size());
   forward_kinematics<double>(m, w, q, pose);
   passes::twists(m, w, v.data());
@@ -145,13 +150,16 @@ MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span
   return s;
 }
 
-#define PORTHOS_INSTANTIATE(T)                                                                                            \
-  template void momenta_from_rates<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>,         \
-                                      std::span<T>);                                                                   \
-  template Momentum<T> momentum<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>);           \
-  template void centroidal_momentum_matrix<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<T>);      \
-  template Vec3<T> centre_of_mass<T>(const Mechanism&, Workspace<T>&, std::span<const T>);                             \
-  template T kinetic_energy<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>);               \
+#define PORTHOS_INSTANTIATE(T)                                                                     \
+  template void momenta_from_rates<T>(const Mechanism&, Workspace<T>&, std::span<const T>,         \
+                                      std::span<const T>, std::span<T>);                           \
+  template Momentum<T> momentum<T>(const Mechanism&, Workspace<T>&, std::span<const T>,            \
+                                   std::span<const T>);                                            \
+  template void centroidal_momentum_matrix<T>(const Mechanism&, Workspace<T>&, std::span<const T>, \
+                                              std::span<T>);                                       \
+  template Vec3<T> centre_of_mass<T>(const Mechanism&, Workspace<T>&, std::span<const T>);         \
+  template T kinetic_energy<T>(const Mechanism&, Workspace<T>&, std::span<const T>,                \
+                               std::span<const T>);                                                \
   template T potential_energy<T>(const Mechanism&, Workspace<T>&, std::span<const T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE

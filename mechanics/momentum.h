@@ -6,23 +6,26 @@ namespace porthos::mechanics {
 /// Momentum and energy of a mechanism.
 template <class T>
 struct Momentum {
-  Vec3<T> linear;         ///< world axes [kg m/s]
-  Vec3<T> angular;        ///< about the world's origin, world axes [kg m²/s]
+  Vec3<T> linear;   ///< world axes [kg m/s]
+  Vec3<T> angular;  ///< about the world's origin, world axes [kg m²/s]
 };
 
 /// p = flat momenta of the joint rates v; also leaves twists in w.V. Cost: one momentum pass, no articulated inertia.
 template <class T>
-void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v, std::span<T> p);
+void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                        std::span<const T> v, std::span<T> p);
 
 /// Total momentum at (q, p). Of bodies free in the world it is read off p, so that it is linear and bilinear in the
 /// state: angular = Σ ½ Im(π ξ̄) + x × P.
 template <class T>
-Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p);
+Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                     std::span<const T> p);
 
 /// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear].
 /// @param A  written, 6 × nv column-major.  Source: Orin, Goswami, Lee 2013.
 template <class T>
-void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T> A);
+void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                                std::span<T> A);
 
 /// Centre of mass of the moving bodies in the world [m].
 template <class T>
@@ -40,6 +43,7 @@ T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 struct MomentumScale {
   double linear, angular;
 };
-MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q, std::span<const double> v);
+MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q,
+                             std::span<const double> v);
 
 }  // namespace porthos::mechanics

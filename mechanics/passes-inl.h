@@ -23,11 +23,15 @@ void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
 ///   U = A S,  D = Sᵀ U,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
 /// f: joint momenta (Hamiltonian field) or joint forces (ABA).
 template <class J, class T>
-[[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, size_t i, const T* f, bool root) {
+[[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, size_t i, const T* f,
+                                             bool root) {
   ArticulatedInertia<T>& A = w.A[i];
   unroll_descending<J::nv>([&](auto k) {
     const size_t j = size_t(n.v) + k;
-    const Force<T> U = J::template column<k>(n, A);
+    Force<T> U = J::template column<k>(n, A);
+    if constexpr (J::nv == 6)
+      for (int r = k + 1; r < 6; ++r)
+        U[r] = T(0.0);  // already eliminated; A keeps no track of those rows
     const T D_inverse = T(1.0) / J::template project<k>(n, U);
     const T u = f[j] - J::template project<k>(n, w.b[i]);
     w.U[j] = U, w.D_inverse[j] = D_inverse, w.u[j] = u;
@@ -58,7 +62,8 @@ template <class J, class T>
 /// Root → leaf at one body: the joint rates from the eliminated freedoms and the parent's motion in the body frame;
 /// v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
 template <class J, class T>
-[[gnu::always_inline]] inline void back_substitute(const Node& n, const Workspace<T>& w, Motion<T>& v, T* rate) {
+[[gnu::always_inline]] inline void back_substitute(const Node& n, const Workspace<T>& w,
+                                                   Motion<T>& v, T* rate) {
   unroll<J::nv>([&](auto k) {
     const size_t j = size_t(n.v) + k;
     rate[j] = w.D_inverse[j] * (w.u[j] - dot(v, w.U[j]));

@@ -5,8 +5,8 @@
 namespace porthos::mechanics {
 
 template <class T>
-void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v, std::span<const T> vdot,
-          std::span<const Force<T>> wrench, std::span<T> tau) {
+void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+          std::span<const T> vdot, std::span<const Force<T>> wrench, std::span<T> tau) {
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -Vec3<T>(m.gravity())};
@@ -17,7 +17,8 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       const bool root = n.parent < 0;
-      const Motion<T> own = v.empty() ? passes::zero_motion<T>() : passes::joint_twist<Joint>(n, v.data());
+      const Motion<T> own =
+          v.empty() ? passes::zero_motion<T>() : passes::joint_twist<Joint>(n, v.data());
       w.V[i] = root ? own : w.X[i].to_child(w.V[size_t(n.parent)]) + own;
       w.a[i] = w.X[i].to_child(root ? world : w.a[size_t(n.parent)]) + cross(w.V[i], own);
       if (!vdot.empty()) w.a[i] += passes::joint_twist<Joint>(n, vdot.data());
@@ -30,14 +31,15 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
-      unroll<decltype(J)::nv>([&](auto k) { tau[size_t(n.v + k)] = decltype(J)::template project<k>(n, w.b[i]); });
+      unroll<decltype(J)::nv>(
+          [&](auto k) { tau[size_t(n.v + k)] = decltype(J)::template project<k>(n, w.b[i]); });
     });
     if (n.parent >= 0) w.b[size_t(n.parent)] += w.X[i].to_parent(w.b[i]);
   }
 }
 
-#define PORTHOS_INSTANTIATE(T)                                                                                  \
-  template void rnea<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>,             \
+#define PORTHOS_INSTANTIATE(T)                                                                   \
+  template void rnea<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>, \
                         std::span<const T>, std::span<const Force<T>>, std::span<T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE

@@ -21,11 +21,14 @@ struct Vec3 {
   Vec3() = default;
   Vec3(T a, T b, T c) : x(a), y(b), z(c) {}
   template <class S>
-    requires(!std::is_same_v<S, T>)
-  explicit Vec3(const Vec3<S>& v) : x(v.x), y(v.y), z(v.z) {}
+  requires(!std::is_same_v<S, T>) explicit Vec3(const Vec3<S>& v) : x(v.x), y(v.y), z(v.z) {}
 
-  PORTHOS_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-  PORTHOS_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  PORTHOS_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  PORTHOS_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
   PORTHOS_INLINE friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
   PORTHOS_INLINE friend Vec3 operator*(T s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
   PORTHOS_INLINE Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
@@ -55,9 +58,10 @@ struct Mat3 {
   Mat3() = default;
   Mat3(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) : x(a), y(b), z(c) {}
   template <class S>
-    requires(!std::is_same_v<S, T>)
-  explicit Mat3(const Mat3<S>& m) : x(m.x), y(m.y), z(m.z) {}
-  static Mat3 identity() { return {{T(1.0), T(0.0), T(0.0)}, {T(0.0), T(1.0), T(0.0)}, {T(0.0), T(0.0), T(1.0)}}; }
+  requires(!std::is_same_v<S, T>) explicit Mat3(const Mat3<S>& m) : x(m.x), y(m.y), z(m.z) {}
+  static Mat3 identity() {
+    return {{T(1.0), T(0.0), T(0.0)}, {T(0.0), T(1.0), T(0.0)}, {T(0.0), T(0.0), T(1.0)}};
+  }
 
   PORTHOS_INLINE friend Vec3<T> operator*(const Mat3& m, const Vec3<T>& v) {
     return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
@@ -65,10 +69,18 @@ struct Mat3 {
   }
   /// mᵀ v
   PORTHOS_INLINE Vec3<T> tmul(const Vec3<T>& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
-  PORTHOS_INLINE friend Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
-  PORTHOS_INLINE friend Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-  PORTHOS_INLINE friend Mat3 operator-(const Mat3& a, const Mat3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-  PORTHOS_INLINE Mat3 transposed() const { return {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}; }
+  PORTHOS_INLINE friend Mat3 operator*(const Mat3& a, const Mat3& b) {
+    return {a * b.x, a * b.y, a * b.z};
+  }
+  PORTHOS_INLINE friend Mat3 operator+(const Mat3& a, const Mat3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  PORTHOS_INLINE friend Mat3 operator-(const Mat3& a, const Mat3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  PORTHOS_INLINE Mat3 transposed() const {
+    return {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
+  }
 };
 
 /// A symmetric 3x3 matrix.
@@ -79,8 +91,8 @@ struct Sym3 {
   Sym3() = default;
   Sym3(T a, T b, T c, T d, T e, T f) : xx(a), xy(b), xz(c), yy(d), yz(e), zz(f) {}
   template <class S>
-    requires(!std::is_same_v<S, T>)
-  explicit Sym3(const Sym3<S>& m) : xx(m.xx), xy(m.xy), xz(m.xz), yy(m.yy), yz(m.yz), zz(m.zz) {}
+  requires(!std::is_same_v<S, T>) explicit Sym3(const Sym3<S>& m)
+      : xx(m.xx), xy(m.xy), xz(m.xz), yy(m.yy), yz(m.yz), zz(m.zz) {}
 
   PORTHOS_INLINE friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) {
     return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
@@ -107,8 +119,12 @@ PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
 template <class T>
 struct Motion {
   Vec3<T> w, v;
-  PORTHOS_INLINE friend Motion operator+(const Motion& a, const Motion& b) { return {a.w + b.w, a.v + b.v}; }
-  PORTHOS_INLINE friend Motion operator-(const Motion& a, const Motion& b) { return {a.w - b.w, a.v - b.v}; }
+  PORTHOS_INLINE friend Motion operator+(const Motion& a, const Motion& b) {
+    return {a.w + b.w, a.v + b.v};
+  }
+  PORTHOS_INLINE friend Motion operator-(const Motion& a, const Motion& b) {
+    return {a.w - b.w, a.v - b.v};
+  }
   PORTHOS_INLINE Motion& operator+=(const Motion& b) { return *this = *this + b; }
   T& operator[](int i) { return i < 3 ? w[i] : v[i - 3]; }
   const T& operator[](int i) const { return i < 3 ? w[i] : v[i - 3]; }
@@ -118,8 +134,12 @@ struct Motion {
 template <class T>
 struct Force {
   Vec3<T> n, f;
-  PORTHOS_INLINE friend Force operator+(const Force& a, const Force& b) { return {a.n + b.n, a.f + b.f}; }
-  PORTHOS_INLINE friend Force operator-(const Force& a, const Force& b) { return {a.n - b.n, a.f - b.f}; }
+  PORTHOS_INLINE friend Force operator+(const Force& a, const Force& b) {
+    return {a.n + b.n, a.f + b.f};
+  }
+  PORTHOS_INLINE friend Force operator-(const Force& a, const Force& b) {
+    return {a.n - b.n, a.f - b.f};
+  }
   PORTHOS_INLINE friend Force operator*(T s, const Force& a) { return {s * a.n, s * a.f}; }
   PORTHOS_INLINE Force& operator+=(const Force& b) { return *this = *this + b; }
   PORTHOS_INLINE Force& operator-=(const Force& b) { return *this = *this - b; }
@@ -149,7 +169,9 @@ struct Transform {
   Vec3<T> r;
 
   /// A twist from the parent's to the child's frame: X v.
-  PORTHOS_INLINE Motion<T> to_child(const Motion<T>& m) const { return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))}; }
+  PORTHOS_INLINE Motion<T> to_child(const Motion<T>& m) const {
+    return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))};
+  }
   /// A wrench from the child's to the parent's frame: Xᵀ f.
   PORTHOS_INLINE Force<T> to_parent(const Force<T>& g) const {
     const Vec3<T> f = R * g.f;
@@ -159,8 +181,12 @@ struct Transform {
     const Vec3<T> w = R * m.w;
     return {w, R * m.v + cross(r, w)};
   }
-  PORTHOS_INLINE Force<T> to_child(const Force<T>& g) const { return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)}; }
-  PORTHOS_INLINE friend Transform operator*(const Transform& a, const Transform& b) { return {a.R * b.R, a.r + a.R * b.r}; }
+  PORTHOS_INLINE Force<T> to_child(const Force<T>& g) const {
+    return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)};
+  }
+  PORTHOS_INLINE friend Transform operator*(const Transform& a, const Transform& b) {
+    return {a.R * b.R, a.r + a.R * b.r};
+  }
 };
 
 /// Inertia of a rigid body: mass, first moment m·c, rotational inertia about the frame origin.
@@ -170,7 +196,9 @@ struct RigidInertia {
   Vec3<T> mc;
   Sym3<T> I;
 
-  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const { return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)}; }
+  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const {
+    return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)};
+  }
 };
 
 /// Articulated inertia [I H; Hᵀ M]: 21 numbers.
@@ -183,10 +211,13 @@ struct ArticulatedInertia {
   ArticulatedInertia() = default;
   explicit ArticulatedInertia(const RigidInertia<double>& r)
       : I(r.I),
-        H({T(0.0), T(r.mc.z), T(-r.mc.y)}, {T(-r.mc.z), T(0.0), T(r.mc.x)}, {T(r.mc.y), T(-r.mc.x), T(0.0)}),
+        H({T(0.0), T(r.mc.z), T(-r.mc.y)}, {T(-r.mc.z), T(0.0), T(r.mc.x)},
+          {T(r.mc.y), T(-r.mc.x), T(0.0)}),
         M(T(r.m), T(0.0), T(0.0), T(r.m), T(0.0), T(r.m)) {}
 
-  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const { return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v}; }
+  PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const {
+    return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v};
+  }
   PORTHOS_INLINE ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
     I = I + b.I, H = H + b.H, M = M + b.M;
     return *this;
@@ -224,7 +255,8 @@ struct ArticulatedInertia {
 
 /// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own origin lies at r.
 template <class T>
-PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I, const Mat3<T>& H, const Sym3<T>& M) {
+PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I,
+                                                const Mat3<T>& H, const Sym3<T>& M) {
   // H' = H + r×M,  I' = I - H r× + r× H'ᵀ
   ArticulatedInertia<T> a;
   a.M = M;
@@ -245,18 +277,21 @@ PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>&
 
 /// Xᵀ A X: an articulated inertia from the child's to the parent's frame.
 template <class T>
-PORTHOS_INLINE ArticulatedInertia<T> to_parent(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+PORTHOS_INLINE ArticulatedInertia<T> to_parent(const Transform<T>& X,
+                                               const ArticulatedInertia<T>& A) {
   return translated(X.r, rotated(X.R, A.I), X.R * A.H * X.R.transposed(), rotated(X.R, A.M));
 }
 
 /// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves it.
 template <class T>
-PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X, const ArticulatedInertia<T>& A) {
+PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X,
+                                                            const ArticulatedInertia<T>& A) {
   const Mat3<T>& R = X.R;
   const Vec3<T> a = A.I.xx * R.x + A.I.xy * R.y, b = A.I.xy * R.x + A.I.yy * R.y;
   const Sym3<T> I{a.x * R.x.x + b.x * R.y.x, a.x * R.x.y + b.x * R.y.y, a.x * R.x.z + b.x * R.y.z,
                   a.y * R.x.y + b.y * R.y.y, a.y * R.x.z + b.y * R.y.z, a.z * R.x.z + b.z * R.y.z};
-  const Vec3<T> t0 = R * Vec3<T>{A.H.x.x, A.H.y.x, A.H.z.x}, t1 = R * Vec3<T>{A.H.x.y, A.H.y.y, A.H.z.y};
+  const Vec3<T> t0 = R * Vec3<T>{A.H.x.x, A.H.y.x, A.H.z.x},
+                t1 = R * Vec3<T>{A.H.x.y, A.H.y.y, A.H.z.y};
   const Mat3<T> H{t0.x * R.x + t1.x * R.y, t0.y * R.x + t1.y * R.y, t0.z * R.x + t1.z * R.y};
   return translated(X.r, I, H, rotated(R, A.M));
 }

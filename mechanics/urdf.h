@@ -16,7 +16,8 @@ struct UrdfOptions {
   /// Mass properties for links the file gives none, by link name; naming a link that has an <inertial> is an error.
   std::map<std::string, MassProperties> link_inertia;
   bool accept_unphysical_inertia = false;  ///< see MechanismBuilder::accept_unphysical_inertia
-  bool use_damping = true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
+  bool use_damping =
+      true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
 };
 
 /// Something read but not simulated, or worth knowing.
@@ -24,7 +25,8 @@ using UrdfNote = Remark;
 
 struct UrdfResult {
   Mechanism mechanism;
-  std::vector<UrdfNote> notes;  ///< unknown tags and attributes, mimic, limits, friction, ignored geometry counts
+  std::vector<UrdfNote>
+      notes;  ///< unknown tags and attributes, mimic, limits, friction, ignored geometry counts
   std::string root_link;
 };
 
@@ -37,6 +39,7 @@ inline constexpr const char* base_joint_name = "base";
 UrdfResult read_urdf(const std::string& path, const UrdfOptions& options = {});
 
 /// The same from text; `name` stands for the file in messages.
-UrdfResult parse_urdf(const std::string& text, const std::string& name, const UrdfOptions& options = {});
+UrdfResult parse_urdf(const std::string& text, const std::string& name,
+                      const UrdfOptions& options = {});
 
 }  // namespace porthos::mechanics

@@ -1,5 +1,6 @@
 #include "phs/check.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 #include <sstream>
@@ -28,7 +29,11 @@ double relative(double a, double scale) {
 class Checker {
  public:
   Checker(const Model& m, const CheckOptions& o)
-      : d_(m.description()), o_(o), rng_(o.seed), f_(m.instantiate<double>()), dual_(m.instantiate<Dual>()) {}
+      : d_(m.description()),
+        o_(o),
+        rng_(o.seed),
+        f_(m.instantiate<double>()),
+        dual_(m.instantiate<Dual>()) {}
 
   CheckReport run() {
     for (int k = 0; k < o_.samples; ++k) sample();
@@ -64,20 +69,42 @@ class Checker {
     f_->apply_structure(x, a, Ja), f_->apply_structure(x, b, Jb);
     note("J skew", x, relative(dot(a, Jb) + dot(b, Ja), norm(a) * norm(Jb) + norm(b) * norm(Ja)));
     f_->apply_dissipation(x, a, Ra), f_->apply_dissipation(x, b, Rb);
-    note("R symmetric", x, relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
-    note("R >= 0", x, relative(std::min(0.0, dot(a, Ra)), norm(a) * norm(Ra)));
+    note("R symmetric", x,
+         relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
+    note("R >= 0", x, dissipation_defect(x));
 
     f_->gradient(x, e);
-    if (const Vec g = dual_gradient(x); !g.empty()) note("gradient", x, relative(norm(sub(e, g)), norm(e) + norm(g)));
+    if (const Vec g = dual_gradient(x); !g.empty())
+      note("gradient", x, relative(norm(sub(e, g)), norm(e) + norm(g)));
 
-    f_->apply_structure(x, e, Je), f_->apply_dissipation(x, e, Re), f_->apply_input(x, u, Gu), f_->output(x, e, y);
+    f_->apply_structure(x, e, Je), f_->apply_dissipation(x, e, Re), f_->apply_input(x, u, Gu),
+        f_->output(x, e, y);
     Vec expected(n);
     for (size_t i = 0; i < n; ++i) expected[i] = Je[i] - Re[i] + Gu[i];
     f_->field(0.0, x, u, dx);
     note("field", x, relative(norm(sub(dx, expected)), norm(Je) + norm(Re) + norm(Gu)));
     note("power balance", x,
-         relative(dot(e, dx) - dot(y, u) + dot(e, Re), norm(e) * norm(dx) + norm(y) * norm(u) + norm(e) * norm(Re)));
+         relative(dot(e, dx) - dot(y, u) + dot(e, Re),
+                  norm(e) * norm(dx) + norm(y) * norm(u) + norm(e) * norm(Re)));
     invariants(x);
+  }
+
+  /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss a weak one.
+  double dissipation_defect(const Vec& x) {
+    const auto n = Eigen::Index(x.size());
+    Eigen::MatrixXd R(n, n);
+    Vec unit(x.size(), 0.0), column(x.size());
+    for (Eigen::Index j = 0; j < n; ++j) {
+      unit[size_t(j)] = 1;
+      f_->apply_dissipation(x, unit, column);
+      unit[size_t(j)] = 0;
+      for (Eigen::Index i = 0; i < n; ++i) R(i, j) = column[size_t(i)];
+    }
+    if (!R.allFinite()) return INFINITY;
+    const Eigen::VectorXd e = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
+                                  (R + R.transpose()) / 2, Eigen::EigenvaluesOnly)
+                                  .eigenvalues();
+    return relative(std::min(0.0, e.minCoeff()), e.cwiseAbs().maxCoeff());
   }
 
   /// ∂H/∂x by one dual evaluation per coordinate.
@@ -103,12 +130,15 @@ class Checker {
     dual_->invariants(xd, values);
     for (const auto& inv : d_.invariants)
       for (int k = 0; k < inv.size; ++k)
-        note("invariant " + inv.name, x, relative(values[inv.at + k].d, std::fabs(values[inv.at + k].v) + norm(x) * norm(Je)));
+        note("invariant " + inv.name, x,
+             relative(values[inv.at + k].d, std::fabs(values[inv.at + k].v) + norm(x) * norm(Je)));
   }
 
   void note(const std::string& axiom, const Vec& x, double violation) {
-    auto it = std::find_if(report_.axioms.begin(), report_.axioms.end(), [&](auto& r) { return r.axiom == axiom; });
-    if (it == report_.axioms.end()) it = report_.axioms.insert(report_.axioms.end(), {axiom, -1, o_.tolerance, {}});
+    auto it = std::find_if(report_.axioms.begin(), report_.axioms.end(),
+                           [&](auto& r) { return r.axiom == axiom; });
+    if (it == report_.axioms.end())
+      it = report_.axioms.insert(report_.axioms.end(), {axiom, -1, o_.tolerance, {}});
     if (violation > it->worst) it->worst = violation, it->state = x;
   }
 
@@ -132,7 +162,8 @@ bool CheckReport::holds() const {
 std::string CheckReport::text() const {
   std::ostringstream s;
   for (const auto& a : axioms) {
-    s << (a.holds() ? "holds    " : "VIOLATED ") << a.axiom << ": worst " << a.worst << ", limit " << a.limit;
+    s << (a.holds() ? "holds    " : "VIOLATED ") << a.axiom << ": worst " << a.worst << ", limit "
+      << a.limit;
     if (!a.holds()) {
       s << ", at x = [";
       for (size_t i = 0; i < a.state.size(); ++i) s << (i ? ", " : "") << a.state[i];
@@ -143,6 +174,8 @@ std::string CheckReport::text() const {
   return s.str();
 }
 
-CheckReport check(const Model& model, const CheckOptions& options) { return Checker(model, options).run(); }
+CheckReport check(const Model& model, const CheckOptions& options) {
+  return Checker(model, options).run();
+}
 
 }  // namespace porthos::phs

@@ -9,15 +9,17 @@
 namespace porthos::phs {
 
 struct CheckOptions {
-  int samples = 32;          ///< random states
-  double spread = 1.0;       ///< states are normal with this deviation; rotation blocks are unit quaternions
+  int samples = 32;  ///< random states
+  double spread =
+      1.0;  ///< states are normal with this deviation; rotation blocks are unit quaternions
   double tolerance = 1e-11;  ///< relative to the sizes of the terms compared
   std::uint64_t seed = 1;
 };
 
 /// One axiom: the worst relative violation found and the state where it was found.
 struct AxiomResult {
-  std::string axiom;   ///< "J skew", "R symmetric", "R >= 0", "gradient", "field", "power balance", "invariant ..."
+  std::string
+      axiom;  ///< "J skew", "R symmetric", "R >= 0", "gradient", "field", "power balance", "invariant ..."
   double worst = 0;
   double limit = 0;
   std::vector<double> state;

@@ -11,12 +11,12 @@ enum class BlockKind { linear, angle, rotation };
 
 /// A slice of the state vector.
 struct Block {
-  std::string name;       ///< e.g. "joint_1"
+  std::string name;  ///< e.g. "joint_1"
   BlockKind kind;
-  int at;                 ///< offset of the slice in x
-  int size;               ///< 1 for an angle, 4 for a rotation
-  int momentum = -1;      ///< offset of the conjugate slice, or -1 where there is none
-  std::string unit;       ///< "rad", "m", "1", ...
+  int at;             ///< offset of the slice in x
+  int size;           ///< 1 for an angle, 4 for a rotation
+  int momentum = -1;  ///< offset of the conjugate slice, or -1 where there is none
+  std::string unit;   ///< "rad", "m", "1", ...
   std::string momentum_unit;
 };
 
@@ -25,17 +25,17 @@ enum class PortKind { effort_in, flow_in };
 
 /// A power port. Sign: u . y is the power flowing *into* the system [W].
 struct Port {
-  std::string name;       ///< "joint_1.torque"
+  std::string name;  ///< "joint_1.torque"
   PortKind kind;
   int size;
-  int at;                 ///< offset of this port in u and in y
+  int at;  ///< offset of this port in u and in y
   std::string input_unit, output_unit;
 };
 
 /// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other function.
 struct Invariant {
-  std::string name;       ///< "angular_momentum", "quaternion_norm.base", ...
-  int size, at;           ///< number of components, offset in the vector of all invariants
+  std::string name;  ///< "angular_momentum", "quaternion_norm.base", ...
+  int size, at;      ///< number of components, offset in the vector of all invariants
   int degree;
   std::string unit;
 };
@@ -49,8 +49,8 @@ struct Traits {
 
 struct Description {
   std::string name;
-  int nx = 0;              ///< numbers in the state
-  int nu = 0;              ///< numbers in the input, and in the output
+  int nx = 0;  ///< numbers in the state
+  int nu = 0;  ///< numbers in the input, and in the output
   std::vector<Block> blocks;
   std::vector<Port> ports;
   std::vector<Invariant> invariants;  ///< besides H

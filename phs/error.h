@@ -12,8 +12,8 @@ struct InvalidArgument : std::invalid_argument {
 /// Throws InvalidArgument unless `got == expected`; `what` names the array.
 inline void require_size(const char* what, std::size_t got, std::size_t expected) {
   if (got != expected)
-    throw InvalidArgument(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
-                          std::to_string(expected));
+    throw InvalidArgument(std::string(what) + " has " + std::to_string(got) +
+                          " entries, expected " + std::to_string(expected));
 }
 
 }  // namespace porthos

@@ -124,7 +124,9 @@ struct Pack<double, W, false> {
   friend Mask<W> operator<=(Pack a, Pack b) { return {a.lo <= b.lo, a.hi <= b.hi}; }
   friend Mask<W> operator>=(Pack a, Pack b) { return {a.lo >= b.lo, a.hi >= b.hi}; }
   friend Mask<W> operator==(Pack a, Pack b) { return {a.lo == b.lo, a.hi == b.hi}; }
-  friend Pack select(Mask<W> m, Pack a, Pack b) { return {select(m.lo, a.lo, b.lo), select(m.hi, a.hi, b.hi)}; }
+  friend Pack select(Mask<W> m, Pack a, Pack b) {
+    return {select(m.lo, a.lo, b.lo), select(m.hi, a.hi, b.hi)};
+  }
   friend Pack sqrt(Pack a) { return {sqrt(a.lo), sqrt(a.hi)}; }
 };
 

@@ -34,14 +34,12 @@ inline constexpr int lanes<Pack<double, W, n>> = W;
 template <class T>
 inline constexpr bool is_pack = lanes<T> > 1;
 template <class T>
-inline constexpr bool is_real = std::is_same_v<T, double> || std::is_same_v<T, long double> || std::is_same_v<T, Quad>;
+inline constexpr bool is_real =
+    std::is_same_v<T, double> || std::is_same_v<T, long double> || std::is_same_v<T, Quad>;
 
 // --- select: the only conditional of a kernel -------------------------------------------------------------------
 template <class T>
-  requires(!is_pack<T>)
-T select(bool mask, T a, T b) {
-  return mask ? a : b;
-}
+requires(!is_pack<T>) T select(bool mask, T a, T b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
 
 // --- elementary functions, one name for every scalar ------------------------------------------------------------
@@ -74,17 +72,17 @@ Pack<double, W, n> map_lanes(F f, Pack<double, W, n> x) {
   return r;
 }
 
-#define PORTHOS_UNARY(name, quad_name, derivative)                   \
-  inline double name(double x) { return std::name(x); }              \
-  inline long double name(long double x) { return std::name(x); }    \
-  inline Quad name(Quad x) { return quad_name(x); }                  \
-  inline Dual name(Dual x) {                                         \
-    const double f = std::name(x.v);                                 \
-    return {f, x.d * (derivative)};                                  \
-  }                                                                  \
-  template <int W, bool n>                                           \
-  Pack<double, W, n> name(Pack<double, W, n> x) {                    \
-    return map_lanes([](double y) { return std::name(y); }, x);      \
+#define PORTHOS_UNARY(name, quad_name, derivative)                \
+  inline double name(double x) { return std::name(x); }           \
+  inline long double name(long double x) { return std::name(x); } \
+  inline Quad name(Quad x) { return quad_name(x); }               \
+  inline Dual name(Dual x) {                                      \
+    const double f = std::name(x.v);                              \
+    return {f, x.d * (derivative)};                               \
+  }                                                               \
+  template <int W, bool n>                                        \
+  Pack<double, W, n> name(Pack<double, W, n> x) {                 \
+    return map_lanes([](double y) { return std::name(y); }, x);   \
   }
 PORTHOS_UNARY(exp, expq, f)
 PORTHOS_UNARY(log, logq, 1 / x.v)

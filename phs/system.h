@@ -75,8 +75,10 @@ class Model {
 template <class Derived>
 class ModelFor : public Model {
  protected:
-#define PORTHOS_MAKE(T) \
-  void make(std::unique_ptr<System<T>>& s) const override { s = static_cast<const Derived*>(this)->template make_system<T>(); }
+#define PORTHOS_MAKE(T)                                               \
+  void make(std::unique_ptr<System<T>>& s) const override {           \
+    s = static_cast<const Derived*>(this)->template make_system<T>(); \
+  }
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_MAKE)
 #undef PORTHOS_MAKE
 };

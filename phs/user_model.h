@@ -23,25 +23,45 @@
 namespace porthos::phs {
 
 template <class S, class T>
-concept HasGradient = requires(const S& s, std::span<const T> x, std::span<T> o) { s.gradient(x, o); };
+concept HasGradient = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.gradient(x, o);
+};
 template <class S, class T>
-concept HasStructure = requires(const S& s, std::span<const T> x, std::span<T> o) { s.structure(x, x, o); };
+concept HasStructure = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.structure(x, x, o);
+};
 template <class S, class T>
-concept HasDissipation = requires(const S& s, std::span<const T> x, std::span<T> o) { s.dissipation(x, x, o); };
+concept HasDissipation = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.dissipation(x, x, o);
+};
 template <class S, class T>
-concept HasInput = requires(const S& s, std::span<const T> x, std::span<T> o) { s.input(x, x, o); };
+concept HasInput = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.input(x, x, o);
+};
 template <class S, class T>
-concept HasDrive = requires(const S& s, T t, std::span<const T> x, std::span<T> o) { s.drive(t, x, o); };
+concept HasDrive = requires(const S& s, T t, std::span<const T> x, std::span<T> o) {
+  s.drive(t, x, o);
+};
 template <class S, class T>
-concept HasInvariants = requires(const S& s, std::span<const T> x, std::span<T> o) { s.invariants(x, o); };
+concept HasInvariants = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.invariants(x, o);
+};
 
 /// Says what a user's class lacks, as the first line of the compiler's error.
 template <class S>
 consteval bool is_user_system() {
-  static_assert(requires(const S& s) { { s.description() } -> std::convertible_to<Description>; },
-                "a phs system needs:  phs::Description description() const  -- its state blocks, ports and invariants");
-  static_assert(requires(const S& s, std::span<const double> x) { { s.hamiltonian(x) } -> std::convertible_to<double>; },
-                "a phs system needs:  template <class T> T hamiltonian(std::span<const T> x) const  -- its energy H(x)");
+  static_assert(
+      requires(const S& s) {
+        { s.description() } -> std::convertible_to<Description>;
+      },
+      "a phs system needs:  phs::Description description() const  -- its state blocks, ports and "
+      "invariants");
+  static_assert(
+      requires(const S& s, std::span<const double> x) {
+        { s.hamiltonian(x) } -> std::convertible_to<double>;
+      },
+      "a phs system needs:  template <class T> T hamiltonian(std::span<const T> x) const  -- its "
+      "energy H(x)");
   return true;
 }
 
@@ -60,7 +80,10 @@ class UserModel : public ModelFor<UserModel<S>> {
 
    public:
     explicit Evaluator(const UserModel& m)
-        : m_(m), e_(size_t(m.description_.nx)), w_(size_t(m.description_.nx)), u_(size_t(m.description_.nu)) {
+        : m_(m),
+          e_(size_t(m.description_.nx)),
+          w_(size_t(m.description_.nx)),
+          u_(size_t(m.description_.nu)) {
       if constexpr (!HasGradient<S, T>) dual_.resize(e_.size());
     }
     const Description& description() const override { return m_.description_; }
@@ -142,7 +165,8 @@ class UserModel : public ModelFor<UserModel<S>> {
         }
       } else {
         throw InvalidArgument("system '" + m_.description_.name +
-                              "' has no gradient(x, e): duals give it in double and lanes only, not in duals or 113 bits");
+                              "' has no gradient(x, e): duals give it in double and lanes only, "
+                              "not in duals or 113 bits");
       }
     }
     static double at(const T& x, int lane) {

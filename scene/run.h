@@ -18,12 +18,15 @@ struct Check {
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
-  double initial_J = 0, scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
-                                      ///< or the largest kinetic energy where that is (almost) 0
+  double initial_J = 0,
+         scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
+                       ///< or the largest kinetic energy where that is (almost) 0
   double max_abs_error_J = 0, max_rel_error = 0, rms_rel_error = 0;
-  double growth_exponent = 0;         ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
-  double drift_per_s = 0;             ///< mean relative change per second
-  bool drift_is_significant = false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
+  double growth_exponent =
+      0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
+  double drift_per_s = 0;  ///< mean relative change per second
+  bool drift_is_significant =
+      false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
 };
 
 struct RunReport {
@@ -32,21 +35,22 @@ struct RunReport {
   std::int64_t steps = 0, records = 0;
   integrators::Cost cost;
   EnergyReport energy;
-  double linear_momentum_error = 0, angular_momentum_error = 0, quaternion_norm_error = 0;  ///< relative, maxima
+  double linear_momentum_error = 0, angular_momentum_error = 0,
+         quaternion_norm_error = 0;                                     ///< relative, maxima
   double stored_J = 0, supplied_J = 0, dissipated_J = 0, defect_J = 0;  ///< balance over the run
   std::vector<std::pair<std::string, double>> ports;  ///< energy through each port [J]
   std::vector<Check> checks;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
   bool interrupted = false;
-  phs::State final_state;             ///< the last good one
-  bool passed() const;                ///< ran to the end and every check holds
+  phs::State final_state;  ///< the last good one
+  bool passed() const;     ///< ran to the end and every check holds
 };
 
 struct RunOptions {
-  std::string out = "results";        ///< results folder, made if missing
-  bool resume = false;                ///< continue from out/checkpoint
-  bool check_symmetry = false;        ///< `verify`: forth and back, and the axioms of the system
+  std::string out = "results";  ///< results folder, made if missing
+  bool resume = false;          ///< continue from out/checkpoint
+  bool check_symmetry = false;  ///< `verify`: forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
   std::function<void(double, double, double)> progress;
@@ -62,6 +66,7 @@ struct RunOptions {
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
 /// summary.json of a report, as documented in docs/results.md.
-std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& report, const phs::State& final_state);
+std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& report,
+                         const phs::State& final_state);
 
 }  // namespace porthos::scene

@@ -22,7 +22,8 @@ struct JointStart {
 /// Start of the free base: velocity of the base origin in the world frame, body rates.
 struct BaseStart {
   mechanics::Vec3d position{0, 0, 0}, linear_velocity{0, 0, 0}, angular_velocity{0, 0, 0};
-  double attitude_wxyz[4] = {1, 0, 0, 0};  ///< unit after reading (a non-unit one is normalised once, here)
+  double attitude_wxyz[4] = {1, 0, 0,
+                             0};  ///< unit after reading (a non-unit one is normalised once, here)
   std::string where;
 };
 
@@ -34,29 +35,31 @@ struct RandomStart {
 
 /// Limits of the verdict. An absent one is not checked; defaults apply where a scene has no [verify] table at all.
 struct Limits {
-  std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance, symmetry;
+  std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
+      symmetry;
 };
 
 struct Scene {
-  std::string path;                   ///< as given; its folder resolves relative paths
-  std::string text;                   ///< whole text, for provenance
+  std::string path;  ///< as given; its folder resolves relative paths
+  std::string text;  ///< whole text, for provenance
   std::string title;
 
-  std::string urdf_path, urdf_text;   ///< resolved path and content
-  mechanics::UrdfOptions urdf;        ///< base, gravity, links without inertia, stated inertias
+  std::string urdf_path, urdf_text;  ///< resolved path and content
+  mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, stated inertias
 
   BaseStart base;
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
 
   std::string method = "gauss16";
-  double step = 0;                    ///< [s]
-  double rtol = 1e-12;                ///< of rivals that work to a tolerance
+  double step = 0;      ///< [s]
+  double rtol = 1e-12;  ///< of rivals that work to a tolerance
 
-  double duration = 0;                ///< [s]; the run takes round(duration / step) steps
-  double record_every = 0;            ///< [s]; rounded to whole steps, at least one
-  bool record_every_given = false;    ///< by the file; if not, it follows overrides of step and duration
-  double checkpoint_every = 60;       ///< wall-clock seconds
+  double duration = 0;      ///< [s]; the run takes round(duration / step) steps
+  double record_every = 0;  ///< [s]; rounded to whole steps, at least one
+  bool record_every_given =
+      false;                     ///< by the file; if not, it follows overrides of step and duration
+  double checkpoint_every = 60;  ///< wall-clock seconds
 
   Limits verify;
 };

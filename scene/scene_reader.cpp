@@ -280,8 +280,9 @@ class Reader {
                     {"title", "model", "environment", "initial", "integrator", "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
-    model(
-        section(top, "model", {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
+    model(section(
+        top, "model",
+        {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
     const Table method = section(top, "integrator", {"method", "step", "rtol"});

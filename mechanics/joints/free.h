@@ -18,7 +18,8 @@ struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
   template <class T>
   static Transform<T> place(const Node& n, const T* q, T) {
     const Mat3<T> P(n.placement.R);
-    return {P * rotation_matrix(Quaternion<T>::load(q + 3)), Vec3<T>(n.placement.r) + P * Vec3<T>{q[0], q[1], q[2]}};
+    return {P * rotation_matrix(Quaternion<T>::load(q + 3)),
+            Vec3<T>(n.placement.r) + P * Vec3<T>{q[0], q[1], q[2]}};
   }
   template <class T>
   static void momentum(const T* q, const T* p, T* mu) {
@@ -44,8 +45,8 @@ struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
   /// t = load_ang - V_lin × l - (V_ang - ω) × m and P' = R(load_lin - (V_ang - ω) × l), with l = RᵀP and ω the
   /// joint's own rate. On a root V_ang = ω: P' is the applied force alone, exactly.
   template <class T>
-  static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>&, const T* load, T* q_dot,
-                    T* p_dot) {
+  static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>&,
+                    const T* load, T* q_dot, T* p_dot) {
     const auto xi = Quaternion<T>::load(q + 3), pi = Quaternion<T>::load(p + 3);
     const Mat3<T> R = rotation_matrix(xi);
     const Vec3<T> w{v[0], v[1], v[2]}, m = body_momentum(xi, pi), l = R.tmul({p[0], p[1], p[2]});

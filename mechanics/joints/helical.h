@@ -14,7 +14,8 @@ struct Helical : PlainCoordinates<1> {
   template <class T>
   static Transform<T> place(const Node& n, const T* q, T turn_angle) {
     const T advance = T(n.pitch) * (q[0] + turn_angle);
-    return {turned(n.placement.R, q[0]), Vec3<T>(n.placement.r) + advance * Vec3<T>(n.placement.R.z)};
+    return {turned(n.placement.R, q[0]),
+            Vec3<T>(n.placement.r) + advance * Vec3<T>(n.placement.R.z)};
   }
   template <int k, class T>
   static T project(const Node& n, const Force<T>& f) {

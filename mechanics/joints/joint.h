@@ -25,13 +25,13 @@ namespace porthos::mechanics {
 
 /// The constants of one moving body and its joint, in the frames the kernels use.
 struct Node {
-  int type = 0;    ///< index in PrimitiveJoints
-  int parent = -1; ///< node index, -1 for the world
-  int q = 0;       ///< offset in q and in p
-  int v = 0;       ///< offset in v
-  int turn = -1;   ///< index among the angle blocks, -1 if the joint has none
-  Transform<double> placement;   ///< joint frame in the parent's frame at q = 0
-  double pitch = 0;              ///< helical: advance per radian [m/rad]
+  int type = 0;                 ///< index in PrimitiveJoints
+  int parent = -1;              ///< node index, -1 for the world
+  int q = 0;                    ///< offset in q and in p
+  int v = 0;                    ///< offset in v
+  int turn = -1;                ///< index among the angle blocks, -1 if the joint has none
+  Transform<double> placement;  ///< joint frame in the parent's frame at q = 0
+  double pitch = 0;             ///< helical: advance per radian [m/rad]
   RigidInertia<double> inertia;
 };
 

@@ -7,7 +7,8 @@ namespace porthos::mechanics {
 struct Prismatic : AxisJoint<5>, PlainCoordinates<1> {
   static constexpr std::string_view name = "prismatic";
   static constexpr bool frees_rotation_about_z = false;
-  static constexpr std::array blocks{CoordinateBlock{phs::BlockKind::linear, 1, "", "m", "kg m/s", "N", "m/s"}};
+  static constexpr std::array blocks{
+      CoordinateBlock{phs::BlockKind::linear, 1, "", "m", "kg m/s", "N", "m/s"}};
 
   template <class T>
   static Transform<T> place(const Node& n, const T* q, T) {

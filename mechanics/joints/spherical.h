@@ -15,7 +15,8 @@ struct Spherical : AxisJoint<0, 1, 2> {
 
   template <class T>
   static Transform<T> place(const Node& n, const T* q, T) {
-    return {Mat3<T>(n.placement.R) * rotation_matrix(Quaternion<T>::load(q)), Vec3<T>(n.placement.r)};
+    return {Mat3<T>(n.placement.R) * rotation_matrix(Quaternion<T>::load(q)),
+            Vec3<T>(n.placement.r)};
   }
   template <class T>
   static void momentum(const T* q, const T* p, T* mu) {
@@ -33,11 +34,12 @@ struct Spherical : AxisJoint<0, 1, 2> {
   /// Torque at fixed body momentum m: t = load - V_lin × h_lin - (V_ang - ω) × m, ω the joint's own rate. On a root
   /// V_ang = ω, so the last term is exactly zero.
   template <class T>
-  static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>& h, const T* load, T* q_dot,
-                    T* p_dot) {
+  static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>& h,
+                    const T* load, T* q_dot, T* p_dot) {
     const auto xi = Quaternion<T>::load(q), pi = Quaternion<T>::load(p);
     const Vec3<T> w{v[0], v[1], v[2]};
-    const Vec3<T> t = Vec3<T>{load[0], load[1], load[2]} - cross(V.v, h.f) - cross(V.w - w, body_momentum(xi, pi));
+    const Vec3<T> t = Vec3<T>{load[0], load[1], load[2]} - cross(V.v, h.f) -
+                      cross(V.w - w, body_momentum(xi, pi));
     lifted_field(xi, pi, w, t, q_dot, p_dot);
   }
 };

@@ -12,7 +12,8 @@ namespace {
 std::atomic<long> allocations{0};
 void* counted(std::size_t size, std::size_t alignment) {
   ++allocations;
-  if (void* p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)) return p;
+  if (void* p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment))
+    return p;
   throw std::bad_alloc();
 }
 }  // namespace
@@ -56,7 +57,8 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
       const long made = allocations - before;
       EXPECT_TRUE(ok) << d.name;
       EXPECT_EQ(made, 0) << d.name << (lanes ? " with" : " without") << " lanes";
-      EXPECT_NE(turns, s.turns) << "the run must include wraps of the angles, which tell the systems their turns";
+      EXPECT_NE(turns, s.turns)
+          << "the run must include wraps of the angles, which tell the systems their turns";
     }
   }
 }
@@ -67,8 +69,10 @@ TEST(Allocation, NoneInAnEvaluation) {
   std::vector<double> x = robot.start.x, e(x), u(12, 0.1), y(12);
   std::vector<double> values(size_t(robot.model->description().invariant_count()));
   const long before = allocations;
-  system->hamiltonian(x), system->gradient(x, e), system->field(0, x, u, e), system->invariants(x, values);
-  system->output(x, e, y), system->apply_input(x, u, e), system->apply_structure(x, x, e), system->apply_dissipation(x, x, e);
+  system->hamiltonian(x), system->gradient(x, e), system->field(0, x, u, e),
+      system->invariants(x, values);
+  system->output(x, e, y), system->apply_input(x, u, e), system->apply_structure(x, x, e),
+      system->apply_dissipation(x, x, e);
   EXPECT_EQ(allocations - before, 0);
 }
 

@@ -17,7 +17,8 @@ const Declaration& declaration(const std::string& name) {
 }
 
 void run(Integrator& method, phs::State& s, std::int64_t steps) {
-  for (std::int64_t i = 0; i < steps; ++i) ASSERT_EQ(method.step(s), Outcome::ok) << method.declaration().name << " step " << i;
+  for (std::int64_t i = 0; i < steps; ++i)
+    ASSERT_EQ(method.step(s), Outcome::ok) << method.declaration().name << " step " << i;
 }
 
 /// ‖ΨᵀJΨ - J‖∞ of one step map on a double pendulum (x = q1 q2 p1 p2), Ψ by central differences.
@@ -26,7 +27,12 @@ double symplectic_defect(const std::function<void(Vec&)>& step) {
   const double d = 1e-4;
   double Psi[4][4];
   for (size_t j = 0; j < 4; ++j) {
-    const auto at = [&](double e) { Vec x = x0; x[j] += e; step(x); return x; };
+    const auto at = [&](double e) {
+      Vec x = x0;
+      x[j] += e;
+      step(x);
+      return x;
+    };
     const Vec a = at(d), b = at(-d), c = at(2 * d), e = at(-2 * d);
     for (size_t i = 0; i < 4; ++i) Psi[i][j] = (8 * (a[i] - b[i]) - (c[i] - e[i])) / (12 * d);
   }
@@ -43,7 +49,8 @@ double symplectic_defect(const std::function<void(Vec&)>& step) {
 }
 
 TEST(Claims, Symplectic) {
-  const mechanics::MechanicalModel model(test::planar_chain({1, 1}, {1, 1}, {0.5, 0.5}, {1. / 12, 1. / 12}, 9.81));
+  const mechanics::MechanicalModel model(
+      test::planar_chain({1, 1}, {1, 1}, {0.5, 0.5}, {1. / 12, 1. / 12}, 9.81));
   const double h = 0.1;
   for (const auto& d : catalogue()) {
     if (d.order == 0) continue;
@@ -52,7 +59,8 @@ TEST(Claims, Symplectic) {
       run(*make_integrator(d.name, model, h), s, 1);
       x = s.x;
     });
-    std::printf("  %-16s %-6s defect %.1e   bound 1e-9 (differences)\n", d.name.c_str(), to_string(d.symplectic), defect);
+    std::printf("  %-16s %-6s defect %.1e   bound 1e-9 (differences)\n", d.name.c_str(),
+                to_string(d.symplectic), defect);
     if (d.symplectic == Claim::holds)
       EXPECT_LE(defect, 1e-9) << d.name;
     else
@@ -62,7 +70,8 @@ TEST(Claims, Symplectic) {
 
 // Velocity Verlet on M(q) q'' = f, with its explicit "forces" that depend on the velocity, is not symplectic.
 TEST(Claims, VelocityVerletWithVariableMassIsNotSymplectic) {
-  const mechanics::MechanicalModel model(test::planar_chain({1, 1}, {1, 1}, {0.5, 0.5}, {1. / 12, 1. / 12}, 9.81));
+  const mechanics::MechanicalModel model(
+      test::planar_chain({1, 1}, {1, 1}, {0.5, 0.5}, {1. / 12, 1. / 12}, 9.81));
   const auto& m = model.mechanism();
   mechanics::Workspace<double> w(m);
   const double h = 0.1;
@@ -87,8 +96,11 @@ TEST(Claims, Symmetric) {
     s.step = 0;
     run(*make_integrator(d.name, *robot.model, -0.125), s, 40);
     double worst = 0;
-    for (size_t i = 0; i < s.x.size(); ++i) worst = std::max(worst, std::fabs(s.x[i] - robot.start.x[i]) / (1 + std::fabs(robot.start.x[i])));
-    std::printf("  %-16s %-6s forth and back %.1e   bound 1e-13\n", d.name.c_str(), to_string(d.symmetric), worst);
+    for (size_t i = 0; i < s.x.size(); ++i)
+      worst =
+          std::max(worst, std::fabs(s.x[i] - robot.start.x[i]) / (1 + std::fabs(robot.start.x[i])));
+    std::printf("  %-16s %-6s forth and back %.1e   bound 1e-13\n", d.name.c_str(),
+                to_string(d.symmetric), worst);
     if (d.symmetric == Claim::holds)
       EXPECT_LE(worst, 1e-13) << d.name;
     else
@@ -105,9 +117,11 @@ TEST(Claims, QuadraticInvariants) {
     phs::State s = robot.start;
     const auto method = make_integrator(d.name, *robot.model, 0.1);
     run(*method, s, 2000);
-    const double L = gauge.error("angular_momentum", s, start), P = gauge.error("linear_momentum", s, start),
+    const double L = gauge.error("angular_momentum", s, start),
+                 P = gauge.error("linear_momentum", s, start),
                  xi = gauge.error("quaternion_norm.base.attitude", s, start);
-    std::printf("  %-16s %-6s L %.1e  P %.1e  |xi|^2 %.1e   bounds 2e-14\n", d.name.c_str(), to_string(d.quadratic_invariants), L, P, xi);
+    std::printf("  %-16s %-6s L %.1e  P %.1e  |xi|^2 %.1e   bounds 2e-14\n", d.name.c_str(),
+                to_string(d.quadratic_invariants), L, P, xi);
     EXPECT_LE(P, 2e-14) << d.name;  // linear: every method keeps it
     if (d.quadratic_invariants == Claim::holds || d.name == "stormer_verlet") {
       EXPECT_LE(L, 2e-14) << d.name;
@@ -136,7 +150,8 @@ TEST(Claims, EnergyOfNoMethodIsExactButSymplecticOnesDoNotDrift) {
     const double early = worst_in(*method, s, 3000);
     worst_in(*method, s, 24000);
     const double late = worst_in(*method, s, 3000);
-    std::printf("  %-16s energy band: first 300 s %.1e, last 300 s of 3000 %.1e, ratio %.2f\n", name, early, late, late / early);
+    std::printf("  %-16s energy band: first 300 s %.1e, last 300 s of 3000 %.1e, ratio %.2f\n",
+                name, early, late, late / early);
     EXPECT_GT(early, 1e-12) << name;
     if (declaration(name).symplectic == Claim::holds)
       EXPECT_LE(late, 2 * early) << name;
@@ -153,7 +168,8 @@ TEST(Gauss, StageLanesEqualScalarStages) {
     Options scalar;
     scalar.lanes = false;
     phs::State a = robot.start, b = robot.start;
-    const auto lanes_method = make_integrator(name, *robot.model, 0.1), scalar_method = make_integrator(name, *robot.model, 0.1, scalar);
+    const auto lanes_method = make_integrator(name, *robot.model, 0.1),
+               scalar_method = make_integrator(name, *robot.model, 0.1, scalar);
     run(*lanes_method, a, 300), run(*scalar_method, b, 300);
     EXPECT_TRUE(a == b) << name;
     EXPECT_EQ(lanes_method->memory(), scalar_method->memory()) << name;
@@ -177,7 +193,8 @@ TEST(Claims, RestartIsContinuation) {
     EXPECT_TRUE(through == stopped) << d.name;
     if (d.name == "gauss16") {
       const auto third = make_integrator(d.name, *robot.model, 0.1);
-      std::fill(forgetful.lo.begin(), forgetful.lo.end(), 0.0);  // a restart that forgets the low words
+      std::fill(forgetful.lo.begin(), forgetful.lo.end(),
+                0.0);  // a restart that forgets the low words
       run(*third, forgetful, 123);
       EXPECT_FALSE(through == forgetful) << "the control must differ, else the test sees nothing";
     }
@@ -198,7 +215,8 @@ TEST(Gauss, TableIsExactlySymplecticInFloatingPoint) {
       const auto hb = t.weights(h);
       phs::Quad exact = 0;
       for (double w : hb) exact += w;
-      EXPECT_EQ(double(exact - phs::Quad(h)), 0.0) << "weights of s = " << s << " must sum to h exactly";
+      EXPECT_EQ(double(exact - phs::Quad(h)), 0.0)
+          << "weights of s = " << s << " must sum to h exactly";
       for (int i = 0; i < s; ++i) EXPECT_EQ(hb[size_t(i)], hb[size_t(s - 1 - i)]);
     }
   }
@@ -219,7 +237,8 @@ TEST(Catalogue, RefusesNonsense) {
     }
     return "";
   };
-  EXPECT_NE(text("gauss15", 0.1).find("unknown method 'gauss15', expected one of gauss16, gauss14"), std::string::npos);
+  EXPECT_NE(text("gauss15", 0.1).find("unknown method 'gauss15', expected one of gauss16, gauss14"),
+            std::string::npos);
   EXPECT_NE(text("gauss16", 0).find("step is 0"), std::string::npos);
   EXPECT_NE(text("gauss16", NAN).find("expected a finite number other than 0"), std::string::npos);
 }

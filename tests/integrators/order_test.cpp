@@ -18,7 +18,9 @@ const test::Robot& robot() {
 constexpr double duration = 4;
 
 const std::vector<Quad>& reference() {
-  static const auto x = gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()}, Quad(duration) / 64, 64, 12);
+  static const auto x =
+      gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()},
+                      Quad(duration) / 64, 64, 12);
   return x;
 }
 
@@ -31,7 +33,9 @@ double error_after(const std::string& method, int steps) {
 }
 
 TEST(Order, ReferenceIsConverged) {
-  const auto finer = gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()}, Quad(duration) / 96, 96, 12);
+  const auto finer =
+      gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()},
+                      Quad(duration) / 96, 96, 12);
   const double worst = test::distance(finer, reference());
   std::printf("  113-bit reference against a finer one: %.1e   bound 1e-25\n", worst);
   EXPECT_LE(worst, 1e-25);
@@ -51,7 +55,8 @@ TEST(Order, OfMethodsBelowEight) {
       n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
     const double order = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    std::printf("  %-16s declared %2d   measured %5.2f   over %g step sizes\n", d.name.c_str(), d.order, order, n);
+    std::printf("  %-16s declared %2d   measured %5.2f   over %g step sizes\n", d.name.c_str(),
+                d.order, order, n);
     EXPECT_GE(n, 4) << d.name;
     EXPECT_NEAR(order, d.order, 0.05 * d.order + 0.1) << d.name;
   }
@@ -72,13 +77,18 @@ TEST(Order, OfHighOrderGaussIn113Bits) {
     phs::State x = robot().start;
     const auto method = make_integrator("gauss" + std::to_string(2 * s), model, h);
     for (int i = 0; i < 4; ++i) ASSERT_EQ(method->step(x), Outcome::ok);
-    const double same = test::distance(test::unwrapped(model.description(), x), gauss_reference(model, start, h, 4, s));
-    const double own = test::distance(test::unwrapped(model.description(), x), gauss_reference(model, start, h / 8, 32, 12));
-    std::printf("  gauss%-2d measured %5.2f (errors %.1e, %.1e)   double against 113 bits at h = 0.5: %.1e, method error %.1e\n",
-                2 * s, order, a, b, same, own);
+    const double same = test::distance(test::unwrapped(model.description(), x),
+                                       gauss_reference(model, start, h, 4, s));
+    const double own = test::distance(test::unwrapped(model.description(), x),
+                                      gauss_reference(model, start, h / 8, 32, 12));
+    std::printf(
+        "  gauss%-2d measured %5.2f (errors %.1e, %.1e)   double against 113 bits at h = 0.5: "
+        "%.1e, method error %.1e\n",
+        2 * s, order, a, b, same, own);
     EXPECT_NEAR(order, 2 * s, 0.05 * 2 * s + 0.1);
     EXPECT_LE(same, 1e-13);
-    EXPECT_GT(own, 1e3 * same) << "the step must be coarse enough to tell the method from its limit";
+    EXPECT_GT(own, 1e3 * same)
+        << "the step must be coarse enough to tell the method from its limit";
   }
 }
 

@@ -18,7 +18,10 @@ double nanoseconds(F&& call, int calls) {
   for (int batch = 0; batch < 60; ++batch) {
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < calls; ++i) call();
-    best = std::min(best, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() / calls);
+    best = std::min(
+        best,
+        std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() /
+            calls);
   }
   return best;
 }
@@ -32,9 +35,11 @@ TEST(Cost, PerBodyIsConstantFrom10To1000Bodies) {
     std::vector<double> p(q.size()), q_dot(q), p_dot(q), a(v);
     momenta_from_rates<double>(*m, w, q, v, p);
     const int calls = std::max(1, 2000 / n);
-    field.push_back(nanoseconds([&] { hamiltonian_field<double>(*m, w, q, p, {}, q_dot, p_dot); }, calls) / n);
+    field.push_back(
+        nanoseconds([&] { hamiltonian_field<double>(*m, w, q, p, {}, q_dot, p_dot); }, calls) / n);
     forward.push_back(nanoseconds([&] { aba<double>(*m, w, q, v, {v, {}}, a); }, calls) / n);
-    std::printf("  %4d bodies: field %5.1f ns per body, ABA %5.1f ns per body\n", n, field.back(), forward.back());
+    std::printf("  %4d bodies: field %5.1f ns per body, ABA %5.1f ns per body\n", n, field.back(),
+                forward.back());
   }
   for (const auto& cost : {field, forward}) {
     const auto [low, high] = std::minmax_element(cost.begin(), cost.end());

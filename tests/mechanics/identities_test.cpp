@@ -20,7 +20,8 @@ using Vec = std::vector<double>;
 /// |a - b| over the larger of the two (2-norms).
 double relative(const Vec& a, const Vec& b) {
   double d = 0, s = 0;
-  for (size_t i = 0; i < a.size(); ++i) d += (a[i] - b[i]) * (a[i] - b[i]), s += a[i] * a[i] + b[i] * b[i];
+  for (size_t i = 0; i < a.size(); ++i)
+    d += (a[i] - b[i]) * (a[i] - b[i]), s += a[i] * a[i] + b[i] * b[i];
   return std::sqrt(d / std::max(s / 2, 1e-300));
 }
 
@@ -36,13 +37,15 @@ Vec momentum_rate(const Mechanism& m, const Vec& q, const Vec& v, const Vec& vdo
   const E h = 1e-7;
   const auto momenta_at = [&](E t) {
     // q along the exact flow of constant body rates to second order: q + t q̇ + t²/2 q̈, with q̈ from rates(q̇...)
-    std::vector<E> qe(q.begin(), q.end()), qd(q.size()), qd2(q.size()), ve(v.begin(), v.end()), p(q.size());
+    std::vector<E> qe(q.begin(), q.end()), qd(q.size()), qd2(q.size()), ve(v.begin(), v.end()),
+        p(q.size());
     coordinate_rates<E>(m, qe, ve, qd);
     std::vector<E> qm(q.size());
     for (size_t i = 0; i < q.size(); ++i) qm[i] = qe[i] + t * qd[i] / 2;
     std::vector<E> vm(v.size());
     for (size_t i = 0; i < v.size(); ++i) vm[i] = v[i] + t * E(vdot[i]) / 2;
-    coordinate_rates<E>(m, qm, vm, qd2);  // midpoint rule: error O(t³), odd terms cancel in the difference below
+    coordinate_rates<E>(
+        m, qm, vm, qd2);  // midpoint rule: error O(t³), odd terms cancel in the difference below
     for (size_t i = 0; i < q.size(); ++i) qe[i] += t * qd2[i];
     for (size_t i = 0; i < v.size(); ++i) ve[i] += t * E(vdot[i]);
     momenta_from_rates<E>(m, w, qe, ve, p);
@@ -103,8 +106,8 @@ TEST(Identities, EveryJointType) {
       }
       check_tree(r, *r.tree(1, type), worst);
     }
-    std::printf("  %-12s aba(rnea) %.1e  p=Mv %.1e  v %.1e  field %.1e   bounds 1e-11\n", type.c_str(), worst.aba_of_rnea,
-                worst.momentum, worst.velocity, worst.field);
+    std::printf("  %-12s aba(rnea) %.1e  p=Mv %.1e  v %.1e  field %.1e   bounds 1e-11\n",
+                type.c_str(), worst.aba_of_rnea, worst.momentum, worst.velocity, worst.field);
     EXPECT_LE(worst.aba_of_rnea, 1e-11) << type;
     EXPECT_LE(worst.momentum, 1e-11) << type;
     EXPECT_LE(worst.velocity, 1e-11) << type;
@@ -119,8 +122,8 @@ TEST(Identities, TwoHundredRandomTrees) {
     const char* roots[] = {"revolute", "free", "prismatic", "spherical"};
     check_tree(r, *r.tree(2 + int(seed * 58 / 200), roots[seed % 4]), worst);
   }
-  std::printf("  aba(rnea) %.1e  p=Mv %.1e  v %.1e  field %.1e   bounds 1e-11\n", worst.aba_of_rnea, worst.momentum,
-              worst.velocity, worst.field);
+  std::printf("  aba(rnea) %.1e  p=Mv %.1e  v %.1e  field %.1e   bounds 1e-11\n", worst.aba_of_rnea,
+              worst.momentum, worst.velocity, worst.field);
   EXPECT_LE(worst.aba_of_rnea, 1e-11);
   EXPECT_LE(worst.momentum, 1e-11);
   EXPECT_LE(worst.velocity, 1e-11);
@@ -149,14 +152,16 @@ double field_against_gradient(bool aligned, double& off_sphere) {
       const auto slope = [&](Quad step) { return (H(step) - H(-step)) / (2 * step); };
       const Quad a = slope(h), b = slope(2 * h), c = slope(4 * h);
       x[i] = saved;
-      const Quad ab = (4 * a - b) / 3, bc = (4 * b - c) / 3, g = (16 * ab - bc) / 15;  // error O(h⁶)
+      const Quad ab = (4 * a - b) / 3, bc = (4 * b - c) / 3,
+                 g = (16 * ab - bc) / 15;  // error O(h⁶)
       const Quad expected = i < n / 2 ? -g : g;
       const Quad got = dx[i < n / 2 ? n / 2 + i : i - n / 2];
       diff = std::max(diff, phs::abs(expected - got)), size = std::max(size, phs::abs(got));
     }
     worst = std::max(worst, double(diff / size));
-    const auto& rotation = *std::find_if(m->coordinates().begin(), m->coordinates().end(),
-                                         [](const auto& c) { return c.kind == phs::BlockKind::rotation; });
+    const auto& rotation =
+        *std::find_if(m->coordinates().begin(), m->coordinates().end(),
+                      [](const auto& c) { return c.kind == phs::BlockKind::rotation; });
     Quad norm2 = 0;
     for (int k = 0; k < 4; ++k) norm2 += x[size_t(rotation.q + k)] * x[size_t(rotation.q + k)];
     off_sphere = std::max(off_sphere, std::fabs(double(norm2 - 1)));
@@ -166,9 +171,12 @@ double field_against_gradient(bool aligned, double& off_sphere) {
 
 TEST(HamiltonianField, IsJGradHOffTheSphere) {
   double off_sphere = 0;
-  const double aligned = field_against_gradient(true, off_sphere), rounded = field_against_gradient(false, off_sphere);
-  std::printf("  aligned frames %.1e  bound 1e-22 (h⁶ = 1e-36·H⁽⁷⁾, cancellation 1e-34/1e-6)   rounded frames %.1e  bound 1e-14\n",
-              aligned, rounded);
+  const double aligned = field_against_gradient(true, off_sphere),
+               rounded = field_against_gradient(false, off_sphere);
+  std::printf(
+      "  aligned frames %.1e  bound 1e-22 (h⁶ = 1e-36·H⁽⁷⁾, cancellation 1e-34/1e-6)   rounded "
+      "frames %.1e  bound 1e-14\n",
+      aligned, rounded);
   EXPECT_LE(aligned, 1e-22);
   EXPECT_LE(rounded, 1e-14);
   EXPECT_GT(off_sphere, 0.1) << "the states were meant to be off the sphere";

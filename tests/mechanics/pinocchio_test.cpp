@@ -21,7 +21,8 @@ using test::shared;
 
 Mat3<double> matrix(const json& rows) {
   Mat3<double> m;
-  for (int c = 0; c < 3; ++c) (c == 0 ? m.x : c == 1 ? m.y : m.z) = {rows[0][c], rows[1][c], rows[2][c]};
+  for (int c = 0; c < 3; ++c)
+    (c == 0 ? m.x : c == 1 ? m.y : m.z) = {rows[0][c], rows[1][c], rows[2][c]};
   return m;
 }
 
@@ -37,15 +38,18 @@ double relative(const Vec& a, const Vec& b) {
 /// One file: maps its joint order and conventions to ours.
 class Case {
  public:
-  explicit Case(const std::string& name) : file_(read_json(shared("reference/pinocchio/" + name + ".json"))) {
+  explicit Case(const std::string& name)
+      : file_(read_json(shared("reference/pinocchio/" + name + ".json"))) {
     free_ = file_["joints"][0]["nq"] == 7;
     const std::string urdf = name == "mixed_freeflyer" ? "mixed" : name;
     UrdfOptions o;
     o.base = free_ ? UrdfOptions::Base::free : UrdfOptions::Base::fixed;
     o.gravity = {0, 0, -9.81};
     o.links_without_inertia = UrdfOptions::NoInertia::massless;
-    o.accept_unphysical_inertia = name == "tiago_continuous";  // its arm_1_link breaks the triangle inequality by 2 %
-    mechanism_ = std::make_shared<Mechanism>(read_urdf(shared("reference/pinocchio/urdf/" + urdf + ".urdf").string(), o).mechanism);
+    o.accept_unphysical_inertia =
+        name == "tiago_continuous";  // its arm_1_link breaks the triangle inequality by 2 %
+    mechanism_ = std::make_shared<Mechanism>(
+        read_urdf(shared("reference/pinocchio/urdf/" + urdf + ".urdf").string(), o).mechanism);
     // velocity index map: ours -> theirs
     to_theirs_.resize(size_t(mechanism_->nv()));
     for (const auto& j : file_["joints"]) {
@@ -59,7 +63,9 @@ class Case {
   }
 
   const Mechanism& mechanism() const { return *mechanism_; }
-  const json& samples() const { return file_.contains("states") ? file_["states"] : file_["samples"]; }
+  const json& samples() const {
+    return file_.contains("states") ? file_["states"] : file_["samples"];
+  }
   const json& file() const { return file_; }
 
   Vec q(const json& theirs) const {
@@ -87,7 +93,9 @@ class Case {
     Vec m(size_t(rows) * to_theirs_.size());
     for (size_t c = 0; c < to_theirs_.size(); ++c)
       for (int r = 0; r < rows; ++r) {
-        const int row = swap_rows ? (r + 3) % 6 : rows == int(to_theirs_.size()) ? to_theirs_[size_t(r)] : r;
+        const int row = swap_rows                        ? (r + 3) % 6
+                        : rows == int(to_theirs_.size()) ? to_theirs_[size_t(r)]
+                                                         : r;
         m[size_t(r) + size_t(rows) * c] = theirs[size_t(row)][size_t(to_theirs_[c])];
       }
     return m;
@@ -145,7 +153,8 @@ TEST_P(Pinocchio, Agrees) {
     note("momentum_angular", {k[0], k[1], k[2]}, s["momentum_angular_about_com"].get<Vec>());
     const auto P = momentum<double>(m, w, q, p);
     const auto about_com = P.angular - cross(com, P.linear);
-    note("momentum(p) angular", {about_com.x, about_com.y, about_com.z}, s["momentum_angular_about_com"].get<Vec>());
+    note("momentum(p) angular", {about_com.x, about_com.y, about_com.z},
+         s["momentum_angular_about_com"].get<Vec>());
 
     const auto& f = c.file()["frame"];
     const BodyFrame& body = m.body(f["name"].get<std::string>());
@@ -154,7 +163,8 @@ TEST_P(Pinocchio, Agrees) {
     const auto X = body_pose<double>(m, body, pose);
     note("frame_p", {X.r.x, X.r.y, X.r.z}, s["frame_p"].get<Vec>());
     const auto R = matrix(s["frame_R"]);
-    note("frame_R", {X.R.x.x, X.R.x.y, X.R.x.z, X.R.y.x, X.R.y.y, X.R.y.z, X.R.z.x, X.R.z.y, X.R.z.z},
+    note("frame_R",
+         {X.R.x.x, X.R.x.y, X.R.x.z, X.R.y.x, X.R.y.y, X.R.y.z, X.R.z.x, X.R.z.y, X.R.z.z},
          {R.x.x, R.x.y, R.x.z, R.y.x, R.y.y, R.y.z, R.z.x, R.z.y, R.z.z});
     Vec J(6 * nv);
     jacobian<double>(m, w, q, body, JacobianAxes::body, J);
@@ -176,8 +186,8 @@ TEST_P(Pinocchio, Agrees) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, Pinocchio,
-                         testing::Values("ur5", "panda7", "sat_panda", "hyq", "chain30", "dpend", "mixed",
-                                         "mixed_freeflyer", "tiago_continuous"),
+                         testing::Values("ur5", "panda7", "sat_panda", "hyq", "chain30", "dpend",
+                                         "mixed", "mixed_freeflyer", "tiago_continuous"),
                          [](const auto& robot) { return std::string(robot.param); });
 
 }  // namespace

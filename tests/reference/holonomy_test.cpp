@@ -21,15 +21,22 @@ struct ZeroMomentumBase {
   phs::Description description() const {
     phs::Description d;
     d.name = "zero-momentum base", d.nx = 7, d.traits.autonomous = false;
-    d.blocks = {{"position", phs::BlockKind::linear, 0, 3, -1, "m", ""}, {"attitude", phs::BlockKind::rotation, 3, 4, -1, "1", ""}};
+    d.blocks = {{"position", phs::BlockKind::linear, 0, 3, -1, "m", ""},
+                {"attitude", phs::BlockKind::rotation, 3, 4, -1, "1", ""}};
     return d;
   }
   template <class T>
-  T hamiltonian(std::span<const T>) const { return T(0.0); }
+  T hamiltonian(std::span<const T>) const {
+    return T(0.0);
+  }
   template <class T>
-  void gradient(std::span<const T>, std::span<T> e) const { for (auto& g : e) g = T(0.0); }
+  void gradient(std::span<const T>, std::span<T> e) const {
+    for (auto& g : e) g = T(0.0);
+  }
   template <class T>
-  void structure(std::span<const T>, std::span<const T>, std::span<T> Je) const { for (auto& g : Je) g = T(0.0); }
+  void structure(std::span<const T>, std::span<const T>, std::span<T> Je) const {
+    for (auto& g : Je) g = T(0.0);
+  }
   template <class T>
   void drive(T t, std::span<const T> x, std::span<T> dx) const {
     const Mechanism& m = *mechanism;
@@ -68,11 +75,13 @@ TEST(Reference, PlanarHolonomy) {
   const int cycles[] = {0, 1, 2, 10};
   double worst = 0;
   for (size_t k = 0; k < 4; ++k) {
-    while (s.step < cycles[k] * steps_per_cycle) ASSERT_EQ(method->step(s), integrators::Outcome::ok);
+    while (s.step < cycles[k] * steps_per_cycle)
+      ASSERT_EQ(method->step(s), integrators::Outcome::ok);
     const auto row = test::numbers(file["outputs"][k]["group0"]);
     for (size_t i = 0; i < 7; ++i) worst = std::max(worst, std::fabs(s.x[i] - row[i]));
     const double angle = 2 * std::atan2(s.x[6], s.x[3]);
-    const double holonomy = test::number(file["closed_form"]["base_rotation_per_cycle_rad"]) * cycles[k];
+    const double holonomy =
+        test::number(file["closed_form"]["base_rotation_per_cycle_rad"]) * cycles[k];
     worst = std::max(worst, std::fabs(angle - holonomy));
   }
   std::printf("  holonomy over 10 cycles: worst %.1e   bound 1e-13\n", worst);

@@ -37,7 +37,11 @@ struct Verdict {
 /// 1e-10 perturbation put in at 16 times up to t.
 double amplification(const MechanicalModel& model, const phs::State& start, double h, double t) {
   const auto method = make_integrator("gauss16", model, h);
-  const auto size = [](const Vec& x) { double n = 0; for (double c : x) n += c * c; return std::sqrt(n); };
+  const auto size = [](const Vec& x) {
+    double n = 0;
+    for (double c : x) n += c * c;
+    return std::sqrt(n);
+  };
   phs::State end = start;
   advance(*method, end, t);
   double worst = 0;
@@ -46,7 +50,8 @@ double amplification(const MechanicalModel& model, const phs::State& start, doub
     const auto run = make_integrator("gauss16", model, h);
     advance(*run, at, t * k / 16);
     const double scale = size(at.x);
-    for (size_t i = 0; i < at.x.size(); ++i) at.x[i] += 1e-10 * scale * (i % 2 ? 1 : -0.5) / std::sqrt(double(at.x.size()));
+    for (size_t i = 0; i < at.x.size(); ++i)
+      at.x[i] += 1e-10 * scale * (i % 2 ? 1 : -0.5) / std::sqrt(double(at.x.size()));
     advance(*run, at, t);
     Vec d = at.x;
     for (size_t i = 0; i < d.size(); ++i) d[i] -= end.x[i];
@@ -61,8 +66,9 @@ Vec unwrapped(const phs::State& s, const phs::Description& d, size_t count) {
   size_t turn = 0;
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::angle)
-      q[size_t(b.at)] = double((long double)s.x[size_t(b.at)] + s.lo[size_t(b.at)] +
-                               2 * 3.14159265358979323846264338327950288L * (long double)s.turns[turn++]);
+      q[size_t(b.at)] =
+          double((long double)s.x[size_t(b.at)] + s.lo[size_t(b.at)] +
+                 2 * 3.14159265358979323846264338327950288L * (long double)s.turns[turn++]);
   return q;
 }
 
@@ -73,8 +79,10 @@ void planar(const std::string& name, double h) {
   const json file = test::read_json(test::shared("reference/" + name + ".json"));
   const auto& p = file["generator"]["parameters"];
   const bool single = p["sys"] == "ddp";
-  const auto m = single ? test::planar_chain({number(p["m"])}, {number(p["l"])}, {number(p["l"])}, {0}, number(p["g"]))
-                        : test::planar_chain(numbers(p["m"]), numbers(p["L"]), numbers(p["c"]), numbers(p["I"]), number(p["g"]));
+  const auto m = single ? test::planar_chain({number(p["m"])}, {number(p["l"])}, {number(p["l"])},
+                                             {0}, number(p["g"]))
+                        : test::planar_chain(numbers(p["m"]), numbers(p["L"]), numbers(p["c"]),
+                                             numbers(p["I"]), number(p["g"]));
   const MechanicalModel model(m);
   const size_t n = size_t(m->nv());
   const Vec initial = numbers(file["initial_state"]);
@@ -90,15 +98,19 @@ void planar(const std::string& name, double h) {
   const auto times = numbers(file["times"]);
   for (size_t k = 0; k < times.size(); ++k) {
     advance(*method, s, times[k]);
-    const Vec reference = single ? numbers(file["closed_form"]["state"][k]) : numbers(file["outputs"][k]["group0"]);
+    const Vec reference =
+        single ? numbers(file["closed_form"]["state"][k]) : numbers(file["outputs"][k]["group0"]);
     Vec angle = unwrapped(s, model.description(), n), rate = model.rates(s.x);
     for (size_t i = 1; i < n; ++i) angle[i] += angle[i - 1], rate[i] += rate[i - 1];
     double error = 0, scale = 1e-3;
-    for (size_t i = 0; i < n; ++i) scale = std::max({scale, std::fabs(reference[n + i]), std::fabs(initial[i])});
     for (size_t i = 0; i < n; ++i)
-      error = std::max({error, std::fabs(angle[i] - reference[i]) / scale, std::fabs(rate[i] - reference[n + i]) / scale});
+      scale = std::max({scale, std::fabs(reference[n + i]), std::fabs(initial[i])});
+    for (size_t i = 0; i < n; ++i)
+      error = std::max({error, std::fabs(angle[i] - reference[i]) / scale,
+                        std::fabs(rate[i] - reference[n + i]) / scale});
     double kappa = number(file["sensitivity_by_time"][k]);
-    if (name == "a_pendulum_near_separatrix") kappa = std::max(kappa, amplification(model, start, h, times[k]));
+    if (name == "a_pendulum_near_separatrix")
+      kappa = std::max(kappa, amplification(model, start, h, times[k]));
     verdict.note(name, times[k], error, kappa);
   }
 }
@@ -120,7 +132,8 @@ TEST(Reference, IftommA01) {
     const double t = number(o["t"]);
     if (std::fabs(t / h - std::round(t / h)) > 1e-9) continue;
     advance(*method, s, t);
-    const double error = std::max(std::fabs(s.x[0] - number(o["theta"])), std::fabs(model.rates(s.x)[0] - number(o["theta_dot"])));
+    const double error = std::max(std::fabs(s.x[0] - number(o["theta"])),
+                                  std::fabs(model.rates(s.x)[0] - number(o["theta_dot"])));
     // An integrable oscillator: a relative error of 1e-16 in the energy becomes a phase error growing with t.
     const double bound = std::max(1e-12, 1e-14 * t);
     std::printf("  a01 t = %-6g error %.1e   bound %.1e\n", t, error, bound);
@@ -137,8 +150,8 @@ void top(const std::string& name, const std::string& joint, const mechanics::Mas
   const json file = test::read_json(test::shared("reference/" + name + ".json"));
   mechanics::BodySpec body;
   body.name = "top", body.parent = "world", body.joint.type = joint, body.mass = mass;
-  const MechanicalModel model(
-      std::make_shared<mechanics::Mechanism>(mechanics::MechanismBuilder(name).gravity(gravity).add(body).build()));
+  const MechanicalModel model(std::make_shared<mechanics::Mechanism>(
+      mechanics::MechanismBuilder(name).gravity(gravity).add(body).build()));
   const Vec initial = numbers(file["initial_state"]);
   const size_t at = joint == "free" ? 3 : 0;
   Vec q(at + 4, 0.0), v(size_t(model.mechanism().nv()), 0.0);
@@ -156,15 +169,21 @@ void top(const std::string& name, const std::string& joint, const mechanics::Mas
     const Vec w = model.rates(s.x);
     const Vec row{R.x.x, R.y.x, R.z.x, R.x.y, R.y.y, R.z.y, R.x.z, R.y.z, R.z.z, w[0], w[1], w[2]};
     double kappa = number(file["sensitivity_by_time"][k]);
-    if (name == "b_euler_dzhanibekov") kappa = std::max(kappa, amplification(model, start, h, times[k]));
+    if (name == "b_euler_dzhanibekov")
+      kappa = std::max(kappa, amplification(model, start, h, times[k]));
     verdict.note(name, times[k], row_error(row, numbers(file["outputs"][k]["group1"])), kappa);
   }
 }
 
-TEST(Reference, EulerDzhanibekov) { top("b_euler_dzhanibekov", "free", {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}}, {0, 0, 0}, 0.125); }
-TEST(Reference, EulerGeneric) { top("b_euler_generic", "free", {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}}, {0, 0, 0}, 0.125); }
+TEST(Reference, EulerDzhanibekov) {
+  top("b_euler_dzhanibekov", "free", {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}}, {0, 0, 0}, 0.125);
+}
+TEST(Reference, EulerGeneric) {
+  top("b_euler_generic", "free", {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}}, {0, 0, 0}, 0.125);
+}
 TEST(Reference, LagrangeTop) {
-  top("c_lagrange_top", "spherical", {1, {0, 0, 0.5}, {1, 0, 0, 1, 0, 0.5}}, {0, 0, -9.8125}, 1.0 / 64);
+  top("c_lagrange_top", "spherical", {1, {0, 0, 0.5}, {1, 0, 0, 1, 0, 0.5}}, {0, 0, -9.8125},
+      1.0 / 64);
 }
 
 // --- trees ------------------------------------------------------------------------------------------------------------
@@ -185,7 +204,9 @@ void tree(const std::string& name, double h) {
     advance(*method, s, times[k]);
     Vec at = unwrapped(s, model.description(), size_t(m->nq()));
     const Vec reference = numbers(file["outputs"][k]["group0"]);
-    if (m->nq() != m->nv() && at[3] * reference[3] + at[4] * reference[4] + at[5] * reference[5] + at[6] * reference[6] < 0)
+    if (m->nq() != m->nv() &&
+        at[3] * reference[3] + at[4] * reference[4] + at[5] * reference[5] + at[6] * reference[6] <
+            0)
       for (size_t i = 3; i < 7; ++i) at[i] = -at[i];  // q and -q are one attitude
     verdict.note(name, times[k], row_error(test::join_row(*m, at, model.rates(s.x)), reference),
                  number(file["sensitivity_by_time"][k]));

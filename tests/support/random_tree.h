@@ -15,26 +15,34 @@ class RandomTree {
 
   double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(rng_); }
   int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(rng_); }
-  mechanics::Vec3d vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
+  mechanics::Vec3d vector(double size) {
+    return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
+  }
 
   /// Frames without rotation: exactly orthonormal in every scalar.
   bool aligned = false;
 
   mechanics::Pose pose(double reach = 0.5) {
     if (aligned) return {mechanics::Mat3<double>::identity(), vector(reach)};
-    return {mechanics::rotation_from_rpy(uniform(-3, 3), uniform(-1.5, 1.5), uniform(-3, 3)), vector(reach)};
+    return {mechanics::rotation_from_rpy(uniform(-3, 3), uniform(-1.5, 1.5), uniform(-3, 3)),
+            vector(reach)};
   }
   /// A box of random sides and density: always physical.
   mechanics::MassProperties mass() {
-    const double m = uniform(0.5, 5), a = uniform(0.1, 0.6), b = uniform(0.1, 0.6), c = uniform(0.1, 0.6);
+    const double m = uniform(0.5, 5), a = uniform(0.1, 0.6), b = uniform(0.1, 0.6),
+                 c = uniform(0.1, 0.6);
     const double k = m / 12;
-    return {m, vector(0.3), {k * (b * b + c * c), 0, 0, k * (a * a + c * c), 0, k * (a * a + b * b)}, pose().R};
+    return {m,
+            vector(0.3),
+            {k * (b * b + c * c), 0, 0, k * (a * a + c * c), 0, k * (a * a + b * b)},
+            pose().R};
   }
   mechanics::BodySpec body(int i, const std::string& parent, const std::string& type) {
     mechanics::BodySpec b;
     b.name = "body_" + std::to_string(i), b.parent = parent;
     b.joint.name = "joint_" + std::to_string(i), b.joint.type = type;
-    b.joint.axis = aligned ? mechanics::Vec3d{0, 0, 1} : vector(1), b.joint.pitch = uniform(-0.3, 0.3);
+    b.joint.axis = aligned ? mechanics::Vec3d{0, 0, 1} : vector(1),
+    b.joint.pitch = uniform(-0.3, 0.3);
     // a second axis at least 45 degrees off the first: nearly parallel ones make M nearly singular
     const auto first = b.joint.axis;
     do b.joint.second_axis = aligned ? mechanics::Vec3d{1, 0, 0} : vector(1);
@@ -45,13 +53,17 @@ class RandomTree {
     return b;
   }
   /// `root` names the type of the first joint, `only` that of all others ("" = any moving type).
-  std::shared_ptr<const mechanics::Mechanism> tree(int bodies, const std::string& root, const std::string& only = "",
+  std::shared_ptr<const mechanics::Mechanism> tree(int bodies, const std::string& root,
+                                                   const std::string& only = "",
                                                    mechanics::Vec3d gravity = {0, 0, -9.81}) {
     mechanics::MechanismBuilder builder("random");
     const auto types = mechanics::joint_type_names();
     for (int i = 0; i < bodies; ++i) {
-      const std::string parent = i == 0 ? "world" : "body_" + std::to_string(std::max(0, i - 1 - below(std::min(i, 4))));
-      std::string type = i == 0 ? root : only.empty() ? types[size_t(below(int(types.size())))] : only;
+      const std::string parent =
+          i == 0 ? "world" : "body_" + std::to_string(std::max(0, i - 1 - below(std::min(i, 4))));
+      std::string type = i == 0         ? root
+                         : only.empty() ? types[size_t(below(int(types.size())))]
+                                        : only;
       builder.add(body(i, parent, type));
     }
     return std::make_shared<mechanics::Mechanism>(builder.gravity(gravity).build());

@@ -13,8 +13,8 @@ struct Robot {
   phs::State start;
 };
 
-inline Robot make_robot(std::shared_ptr<const mechanics::Mechanism> m, const std::vector<double>& angles,
-                        const std::vector<double>& rates) {
+inline Robot make_robot(std::shared_ptr<const mechanics::Mechanism> m,
+                        const std::vector<double>& angles, const std::vector<double>& rates) {
   auto model = std::make_shared<mechanics::MechanicalModel>(m);
   auto q = m->neutral();
   std::vector<double> v(size_t(m->nv()), 0.0);
@@ -28,10 +28,12 @@ inline Robot ets_vii(double rate = 1) {
   mechanics::UrdfOptions o;
   o.base = mechanics::UrdfOptions::Base::free;
   o.accept_unphysical_inertia = true;
-  const auto urdf = mechanics::read_urdf(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/ets_vii.urdf", o);
+  const auto urdf =
+      mechanics::read_urdf(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/ets_vii.urdf", o);
   std::vector<double> v{0.05, -0.07, 0.1, 0.08, -0.06, 0.1};
   for (auto& x : v) x *= rate;
-  return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism), {0.3, -0.6, 1.1, -0.4, 0.9, 0.2}, v);
+  return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism),
+                    {0.3, -0.6, 1.1, -0.4, 0.9, 0.2}, v);
 }
 
 /// The fast chaotic case of the peers' table: a 7-joint arm on a 150 kg free base, rates about 1 rad/s at the start and
@@ -42,8 +44,8 @@ inline Robot fast_case() {
   o.base = mechanics::UrdfOptions::Base::free;
   o.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
   const auto urdf = mechanics::read_urdf(shared(fast_case_file).string(), o);
-  return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism), {0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1},
-                    {0.9, -1.1, 0.8, 1.0, -0.7, 1.2, -0.9});
+  return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism),
+                    {0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1}, {0.9, -1.1, 0.8, 1.0, -0.7, 1.2, -0.9});
 }
 
 /// A state with its turns put back, in 113 bits.
@@ -53,14 +55,16 @@ inline std::vector<phs::Quad> unwrapped(const phs::Description& d, const phs::St
   for (size_t i = 0; i < x.size(); ++i) x[i] += phs::Quad(s.lo[i]);
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::angle)
-      x[size_t(b.at)] += phs::Quad(double(s.turns[turn++])) * (phs::Quad(phs::two_pi_hi) + phs::Quad(phs::two_pi_lo));
+      x[size_t(b.at)] += phs::Quad(double(s.turns[turn++])) *
+                         (phs::Quad(phs::two_pi_hi) + phs::Quad(phs::two_pi_lo));
   return x;
 }
 
 /// Largest |a - b| / (1 + |b|).
 inline double distance(const std::vector<phs::Quad>& a, const std::vector<phs::Quad>& b) {
   phs::Quad worst = 0;
-  for (size_t i = 0; i < a.size(); ++i) worst = std::max(worst, phs::abs(a[i] - b[i]) / (1 + phs::abs(b[i])));
+  for (size_t i = 0; i < a.size(); ++i)
+    worst = std::max(worst, phs::abs(a[i] - b[i]) / (1 + phs::abs(b[i])));
   return double(worst);
 }
 
@@ -68,19 +72,25 @@ inline double distance(const std::vector<phs::Quad>& a, const std::vector<phs::Q
 class Gauge {
  public:
   explicit Gauge(const phs::Model& model)
-      : d_(model.description()), system_(model.instantiate<long double>()), x_(size_t(d_.nx)),
+      : d_(model.description()),
+        system_(model.instantiate<long double>()),
+        x_(size_t(d_.nx)),
         values_(size_t(d_.invariant_count())) {}
 
   long double energy(const phs::State& s) { return load(s), system_->hamiltonian(x_); }
-  const std::vector<long double>& invariants(const phs::State& s) { return load(s), system_->invariants(x_, values_), values_; }
+  const std::vector<long double>& invariants(const phs::State& s) {
+    return load(s), system_->invariants(x_, values_), values_;
+  }
 
   /// |I - I0| / |I0| of the invariant of that name.
-  double error(const std::string& name, const phs::State& s, const std::vector<long double>& start) {
+  double error(const std::string& name, const phs::State& s,
+               const std::vector<long double>& start) {
     const auto& now = invariants(s);
     for (const auto& i : d_.invariants) {
       if (i.name != name) continue;
       long double d = 0, n = 0;
-      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k) d += (now[k] - start[k]) * (now[k] - start[k]), n += start[k] * start[k];
+      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k)
+        d += (now[k] - start[k]) * (now[k] - start[k]), n += start[k] * start[k];
       return double(std::sqrt(d / n));
     }
     throw InvalidArgument("no invariant " + name);

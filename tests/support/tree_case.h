@@ -3,20 +3,24 @@
 #include <cstdlib>
 #include <string>
 
-#include "mechanics/mechanical_model.h"
 #include "mechanics/builder.h"
+#include "mechanics/mechanical_model.h"
 #include "tests/support/reference.h"
 
 /// Mechanisms and numbers out of the reference cases (decimal strings).
 namespace porthos::test {
 
-inline double number(const nlohmann::json& s) { return s.is_string() ? std::strtod(s.get<std::string>().c_str(), nullptr) : s.get<double>(); }
+inline double number(const nlohmann::json& s) {
+  return s.is_string() ? std::strtod(s.get<std::string>().c_str(), nullptr) : s.get<double>();
+}
 inline std::vector<double> numbers(const nlohmann::json& a) {
   std::vector<double> v;
   for (const auto& x : a) v.push_back(number(x));
   return v;
 }
-inline mechanics::Vec3d vec3(const nlohmann::json& a) { return {number(a[0]), number(a[1]), number(a[2])}; }
+inline mechanics::Vec3d vec3(const nlohmann::json& a) {
+  return {number(a[0]), number(a[1]), number(a[2])};
+}
 
 /// The tree of a case with generator "tree" (README of the reference cases, section 2).
 inline std::shared_ptr<const mechanics::Mechanism> tree_mechanism(const nlohmann::json& file) {
@@ -32,7 +36,9 @@ inline std::shared_ptr<const mechanics::Mechanism> tree_mechanism(const nlohmann
     const std::string joint = p[at + "joint"];
     s.joint.type = joint == "R" ? "revolute" : joint == "P" ? "prismatic" : "free";
     if (p.contains(at + "axis")) s.joint.axis = vec3(p[at + "axis"]);
-    if (p.contains(at + "k")) s.joint.stiffness = number(p[at + "k"]), s.joint.damping = number(p[at + "d"]), s.joint.rest = number(p[at + "q0"]);
+    if (p.contains(at + "k"))
+      s.joint.stiffness = number(p[at + "k"]), s.joint.damping = number(p[at + "d"]),
+      s.joint.rest = number(p[at + "q0"]);
     s.placement.r = vec3(p[at + "placement"]);
     const auto I = numbers(p[at + "inertia"]);  // xx yy zz xy xz yz
     s.mass = {number(p[at + "mass"]), vec3(p[at + "com"]), {I[0], I[3], I[4], I[1], I[5], I[2]}};
@@ -42,14 +48,17 @@ inline std::shared_ptr<const mechanics::Mechanism> tree_mechanism(const nlohmann
 }
 
 /// A planar chain of links hanging along -y, absolute angles (generator "chain"); "ddp" is its one-link case.
-inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vector<double>& m, const std::vector<double>& L,
-                                                                const std::vector<double>& c, const std::vector<double>& I,
+inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vector<double>& m,
+                                                                const std::vector<double>& L,
+                                                                const std::vector<double>& c,
+                                                                const std::vector<double>& I,
                                                                 double g) {
   mechanics::MechanismBuilder b("planar chain");
   b.gravity({0, -g, 0});
   for (size_t i = 0; i < m.size(); ++i) {
     mechanics::BodySpec s;
-    s.name = "link" + std::to_string(i), s.parent = i == 0 ? "world" : "link" + std::to_string(i - 1);
+    s.name = "link" + std::to_string(i),
+    s.parent = i == 0 ? "world" : "link" + std::to_string(i - 1);
     s.joint.type = "revolute";
     if (i > 0) s.placement.r = {0, -L[i - 1], 0};
     // About z only I counts; the other moments make the link a physical body.
@@ -60,7 +69,8 @@ inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vecto
 }
 
 /// q and v of a tree case's flat "positions then velocities" row: base origin velocity and angular velocity inertial.
-inline void split_row(const mechanics::Mechanism& m, const std::vector<double>& row, std::vector<double>& q, std::vector<double>& v) {
+inline void split_row(const mechanics::Mechanism& m, const std::vector<double>& row,
+                      std::vector<double>& q, std::vector<double>& v) {
   const size_t nq = size_t(m.nq());
   q.assign(row.begin(), row.begin() + long(nq));
   v.assign(row.begin() + long(nq), row.end());
@@ -69,10 +79,12 @@ inline void split_row(const mechanics::Mechanism& m, const std::vector<double>& 
   const auto w = R.tmul({v[3], v[4], v[5]}), u = R.tmul({v[0], v[1], v[2]});
   for (int k = 0; k < 3; ++k) v[size_t(k)] = w[k], v[size_t(3 + k)] = u[k];
 }
-inline std::vector<double> join_row(const mechanics::Mechanism& m, const std::vector<double>& q, std::vector<double> v) {
+inline std::vector<double> join_row(const mechanics::Mechanism& m, const std::vector<double>& q,
+                                    std::vector<double> v) {
   if (m.nq() != m.nv()) {
     const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[3]));
-    const auto w = R * mechanics::Vec3d{v[0], v[1], v[2]}, u = R * mechanics::Vec3d{v[3], v[4], v[5]};
+    const auto w = R * mechanics::Vec3d{v[0], v[1], v[2]},
+               u = R * mechanics::Vec3d{v[3], v[4], v[5]};
     for (int k = 0; k < 3; ++k) v[size_t(k)] = u[k], v[size_t(3 + k)] = w[k];
   }
   std::vector<double> row = q;
@@ -92,7 +104,8 @@ class RowError {
   }
   double operator()(const std::vector<double>& row, const std::vector<double>& reference) const {
     double worst = 0;
-    for (size_t i = 0; i < row.size(); ++i) worst = std::max(worst, std::fabs(row[i] - reference[i]) / scale_[i]);
+    for (size_t i = 0; i < row.size(); ++i)
+      worst = std::max(worst, std::fabs(row[i] - reference[i]) / scale_[i]);
     return worst;
   }
 

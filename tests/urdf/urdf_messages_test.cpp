@@ -208,7 +208,7 @@ TEST(UrdfErrors, OfTheBuilderHaveTheFile) {
                    "izz='9'/></inertial>"),
           "r.urdf:3: body 'arm': inertia breaks the triangle inequality");
   refused(arm("revolute", "<dynamics damping='-1'/>"),
-          "r.urdf:3: joint 'j': damping is -1, expected >= 0");
+          "r.urdf:3: joint 'j': damping is -1, expected a finite number >= 0");
   refused(robot({link("a"), link("world"), joint("j", "a", "world")}),
           "r.urdf:3: body 'world': the name 'world' is taken");
   refused(arm("fixed"), "r.urdf: mechanism 'r' has no moving bodies");
