@@ -27,10 +27,11 @@ Quaternion<T> operator*(const Quaternion<T>& a, const Vec3<T>& u) {
 
 /// c = 1 - 1/|ξ|², so that x/|ξ|² = x - c x.
 ///
-/// Why not x·(1/|ξ|²): on the unit sphere |ξ|² and its inverse stand next to 1, where doubles are twice as dense below
-/// as above. Their rounding is biased by 3e-17, always the same way, and a free-floating arm loses energy linearly in
-/// time. Here |ξ|² - 1 is summed in halves, so that nothing is rounded near 1; no bias is seen at 5e-20
-/// (tests/mechanics/bias_test.cpp).
+/// Why not x·(1/|ξ|²): on the unit sphere |ξ|² and its inverse stand next to 1, where doubles are
+/// twice as dense below as above. Their rounding is biased by 3e-17 on average, always the same way,
+/// and fed a linear loss of energy, 5e-18 of it per second, in a free-floating arm (where |ξ|² then
+/// stood). Here |ξ|² - 1 is summed in halves, so that nothing is rounded near 1; no bias is seen at
+/// 5e-20 (tests/mechanics/bias_test.cpp).
 template <class T>
 T norm_defect(const Quaternion<T>& q) {
   const T half(0.5);
