@@ -1,20 +1,48 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "integrators/integrator.h"
 
 namespace porthos::integrators {
 
-/// A method of the catalogue: what it says of itself and how it is made.
+template <class T>
+using Maker = std::function<std::unique_ptr<BasicIntegrator<T>>(
+    const Declaration&, const phs::Model&, T h, const Options&)>;
+
+/// A method of the catalogue: what it says of itself and how it is made for each scalar it takes.
 struct Entry {
   Declaration declaration;
-  std::function<std::unique_ptr<Integrator>(const Declaration&, const phs::Model&, double h,
-                                            const Options&)>
-      make;
+  Maker<double> make_double;
+  Maker<phs::Dual> make_dual;
+  Maker<phs::Quad> make_quad;
+
+  template <class T>
+  const Maker<T>& make() const {
+    if constexpr (std::is_same_v<T, double>)
+      return make_double;
+    else if constexpr (std::is_same_v<T, phs::Dual>)
+      return make_dual;
+    else
+      return make_quad;
+  }
 };
 
+/// An entry for every scalar, from a maker that is generic in the type of h:
+///   [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { return make_rk4(d, m, h, o); }
+template <class MakerOfAny>
+Entry entry(Declaration d, MakerOfAny make) {
+  return {std::move(d), make, make, make};
+}
+/// An entry of a method that works in double alone.
+inline Entry double_entry(Declaration d, Maker<double> make) {
+  return {std::move(d), std::move(make), nullptr, nullptr};
+}
+
 const std::vector<Entry>& entries();
+/// @throws InvalidArgument for an unknown name, which lists the known ones
+const Entry& entry_of(const std::string& method);
 
 }  // namespace porthos::integrators

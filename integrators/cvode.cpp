@@ -8,8 +8,6 @@
 
 #include <cmath>
 
-#include "integrators/turns.h"
-
 namespace porthos::integrators {
 namespace {
 
@@ -20,12 +18,7 @@ void require(bool ok, const char* what) {
 class Cvode final : public Integrator {
  public:
   Cvode(const Declaration& d, const phs::Model& model, double h, const Options& o, int lmm)
-      : declaration_(d),
-        h_(h),
-        system_(model.instantiate<double>()),
-        turns_(model.description()),
-        n_(size_t(model.description().nx)),
-        before_(n_) {
+      : Integrator(d, model, h, keep_angles(o)), before_(n_) {
     require(SUNContext_Create(nullptr, &context_) == 0, "making a context");
     y_ = N_VNew_Serial(sunindextype(n_), context_);
     memory_ = CVodeCreate(lmm, context_);
@@ -58,13 +51,9 @@ class Cvode final : public Integrator {
   Cvode(const Cvode&) = delete;
   Cvode& operator=(const Cvode&) = delete;
 
-  const Declaration& declaration() const override { return declaration_; }
-  double step_size() const override { return h_; }
-
-  Outcome step(phs::State& s) override {
-    turns_.synchronise(s, *system_);
+  Outcome advance(double t, double h, phs::State& s) override {
     double* y = N_VGetArrayPointer(y_);
-    const double t = double(s.step) * h_, end = double(s.step + 1) * h_;
+    const double end = t + h;
     if (s.step != next_step_ ||
         s.x != before_) {  // a state that is not ours to continue: start anew from it
       for (size_t i = 0; i < n_; ++i) y[i] = s.x[i] + s.lo[i];
@@ -82,12 +71,13 @@ class Cvode final : public Integrator {
     std::copy(y, y + n_, s.x.begin());
     std::fill(s.lo.begin(), s.lo.end(), 0.0);
     before_ = s.x;
-    next_step_ = ++s.step;
-    ++cost_.steps;
+    next_step_ = s.step + 1;
     return Outcome::ok;
   }
 
  private:
+  /// CVODE's history knows nothing of a wrap.
+  static Options keep_angles(Options o) { return o.wrap = false, o; }
   static int right_hand_side(double t, N_Vector y, N_Vector dy, void* self) {
     auto& me = *static_cast<Cvode*>(self);
     const std::span<const double> x(N_VGetArrayPointer(y), me.n_);
@@ -99,11 +89,6 @@ class Cvode final : public Integrator {
     return 0;
   }
 
-  Declaration declaration_;
-  double h_;
-  std::unique_ptr<phs::System<double>> system_;
-  TurnKeeper<double> turns_;
-  size_t n_;
   std::vector<double> before_;
   std::int64_t next_step_ = -1;
   bool finite_ = true;

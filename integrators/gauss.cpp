@@ -1,274 +1,293 @@
 #include "integrators/gauss.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "integrators/turns.h"
+#include "integrators/stage_lanes.h"
+#include "integrators/stagnation.h"
 
 namespace porthos::integrators {
 namespace {
 
-using phs::Pack;
+using phs::Quad;
 
-/// The step for W lanes, s <= W stages; lanes beyond s repeat the last stage and carry no weight.
-/// Stage data stand component by component, one lane per stage: Y[k] holds the k-th state number of all stages.
-template <int W>
-class Gauss final : public Integrator {
-  using Lanes = Pack<double, W>;
+/// The step with s <= W stages; lanes beyond s repeat the last stage and carry no weight.
+/// Stage data stand component by component in chunks of V lanes: Y[c][k] holds the k-th state number of stages
+/// cV … cV + V - 1. A chunk fills a machine register, and one field evaluation serves all its stages.
+template <class T, int W>
+class Gauss final : public BasicIntegrator<T> {
+  using Base = BasicIntegrator<T>;
+  using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_;
+  using typename Base::State;
+  using Real = std::conditional_t<std::is_same_v<T, Quad>, Quad, double>;  ///< of coefficients
+
+  static constexpr int V = std::is_same_v<T, double> ? (W < stage_lanes ? W : stage_lanes) : W;
+  static constexpr int chunks = W / V;
+  using Lanes = StageLanes<T, V>;
+  using Stages = std::array<std::vector<Lanes>, chunks>;
 
  public:
-  Gauss(Declaration d, const GaussTable<double>& t, const phs::Model& model, double h,
-        const Options& o)
-      : declaration_(std::move(d)),
-        s_(t.s),
-        n_(size_t(model.description().nx)),
-        h_(h),
-        options_(o),
-        system_(model.instantiate<double>()),
-        turns_(model.description()),
+  Gauss(Declaration d, GaussTable<Real> t, const phs::Model& model, T h, const Options& o)
+      : Base(std::move(d), model, h, o),
+        table_(std::move(t)),
+        s_(table_.s),
         lane_turns_(model.description()),
-        Y_(n_),
-        L_(n_),
-        F_(n_),
+        stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
         smallest_(n_),
         stage_(n_),
-        rate_(n_),
-        L_before_(n_, Lanes(0.0)) {
-    if (o.lanes) lane_system_ = model.instantiate<Lanes>();
-    const auto hb = t.weights(h);
-    for (int i = 0; i < W; ++i) {
-      const int r = std::min(i, s_ - 1);
-      hb_.set(i, hb[size_t(r)]);
-      ch_.set(i, h * t.c[size_t(r)]);
-      for (int j = 0; j < s_; ++j) {
-        mu_[j].set(i, t.mu[size_t(r * s_ + j)]);
-        nu_[j].set(i, t.nu[size_t(r * s_ + j)]);
-      }
+        rate_(n_) {
+    for (int c = 0; c < chunks; ++c) {
+      Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
+      L_before_[c].assign(n_, Lanes(T(0.0)));
     }
+    if constexpr (std::is_same_v<T, double>)
+      if (o.lanes) lane_system_ = model.instantiate<Lanes>();
+    for (int i = 0; i < W; ++i)
+      for (int j = 0; j < s_; ++j) set(mu_[j], i, T(table_.mu[size_t(row(i) * s_ + j)]));
+    adapt_to(h, h);
   }
 
-  const Declaration& declaration() const override { return declaration_; }
-  double step_size() const override { return h_; }
+  void tell_turns(const State& state) override {
+    Base::tell_turns(state);
+    if constexpr (std::is_same_v<T, double>)
+      if (lane_system_) lane_turns_.synchronise(state, *lane_system_);
+  }
 
-  Outcome step(phs::State& state) override {
-    turns_.synchronise(state, *system_);
-    if (lane_system_) lane_turns_.synchronise(state, *lane_system_);
-    t_ = double(state.step) * h_;
-
+  Outcome advance(T t, T h, State& state) override {
+    t_ = t;
+    adapt_to(h, have_before_ ? h_before_ : h);
     const Outcome o = solve(state);
     if (o != Outcome::ok) {
       have_before_ = false;
       return o;
     }
-    for (size_t k = 0; k < n_; ++k)
-      phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(L_[k]));
+    for (size_t k = 0; k < n_; ++k) phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(k));
     std::swap(L_, L_before_);
-    have_before_ = true;
-    ++state.step, ++cost_.steps;
-    phs::wrap_angles(system_->description(), state);
+    have_before_ = true, h_before_ = h;
     return Outcome::ok;
   }
 
+  bool interpolate(const State& after, T theta, std::span<T> x) const override {
+    if (!have_before_) return false;
+    Real B[W], here = Real(0);
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      here = theta.v;
+    else
+      here = theta;
+    table_.polynomial(here, std::span<Real>(B, size_t(s_)));
+    for (size_t k = 0; k < n_; ++k) {
+      T back(0.0);  // from the end of the step, where L carries weight 1
+      for (int j = 0; j < s_; ++j) back += T(Real(1) - B[j]) * at(L_before_, k, j);
+      x[k] = after.x[k] + (after.lo[k] - back);
+    }
+    return true;
+  }
+
   std::vector<double> memory() const override {
-    std::vector<double> m{have_before_ ? 1.0 : 0.0, double(distrust_)};
-    for (const auto& l : L_before_)
-      for (int i = 0; i < s_; ++i) m.push_back(l[i]);
+    std::vector<double> m{have_before_ ? 1.0 : 0.0, double(distrust_), phs::to_double(h_before_)};
+    for (size_t k = 0; k < n_; ++k)
+      for (int i = 0; i < s_; ++i) m.push_back(phs::to_double(at(L_before_, k, i)));
     return m;
   }
   void restore(std::span<const double> m) override {
-    require_size("memory of the Gauss method", m.size(), 2 + n_ * size_t(s_));
-    have_before_ = m[0] != 0, distrust_ = int(m[1]);
+    require_size("memory of the Gauss method", m.size(), 3 + n_ * size_t(s_));
+    have_before_ = m[0] != 0, distrust_ = int(m[1]), h_before_ = T(m[2]);
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < W; ++i)
-        L_before_[k].set(i, m[2 + k * size_t(s_) + size_t(std::min(i, s_ - 1))]);
+        L_before_[i / V][k].set(i % V, T(m[3 + k * size_t(s_) + size_t(row(i))]));
   }
 
  private:
-  /// Fixed-point sweeps to stagnation. A tolerance would stop on one side of the solution and bias the energy.
-  ///
-  /// The sweeps go on while some component still moves less than ever before; one sweep of grace, then they stop. With
-  /// many components one or another sets a record in its noise for long, so four sweeps without a record of the largest
-  /// move end it too. None of this counts above `settled`: there a contraction that oscillates needs patience, and a
-  /// pause is no solution.
-  Outcome solve(const phs::State& state) {
-    static constexpr double settled = 1e-11;
+  /// The stage a lane stands for.
+  int row(int lane) const { return std::min(lane, s_ - 1); }
+  static void set(std::array<Lanes, chunks>& a, int i, T x) { a[i / V].set(i % V, x); }
+  static T at(const Stages& a, size_t k, int i) { return a[i / V][k][i % V]; }
+
+  /// Weights for a step of size h, extrapolation from a step of size `before`.
+  void adapt_to(T h, T before) {
+    if (have_coefficients_ && h == h_of_weights_ && before == h_of_extrapolation_) return;
+    Real hb[W], B[W];
+    table_.weights(real(h), std::span<Real>(hb, size_t(s_)));
+    const Real ratio = real(h) / real(before);
+    for (int i = 0; i < W; ++i) {
+      const Real c = table_.c[size_t(row(i))];
+      set(hb_, i, T(hb[row(i)])), set(ch_, i, T(real(h) * c));
+      table_.polynomial(1 + ratio * c, std::span<Real>(B, size_t(s_)));
+      for (int j = 0; j < s_; ++j) set(nu_[j], i, T(B[j] - 1));
+    }
+    h_of_weights_ = h, h_of_extrapolation_ = before, have_coefficients_ = true;
+  }
+  static Real real(const T& x) {
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      return x.v;
+    else
+      return x;
+  }
+
+  Outcome solve(const State& state) {
     bool predicted = have_before_ && distrust_ == 0;
     if (distrust_ > 0) --distrust_;
     start(state, predicted);
 
-    double smallest_change = HUGE_VAL;
-    int since_record = 0, grace = 1;
     for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
-      const Progress p = sweep_once(state);
-      if (!p.finite) return Outcome::not_finite;
-      if (sweep == 1 && predicted && p.change > p.distance) {
+      double distance;
+      const Sweep p = sweep_once(state, distance);
+      if (sweep == 1 && predicted && p.finite && p.change > distance) {
         // The extrapolation was further off than no prediction at all: drop it for a while.
         predicted = false, distrust_ = 16;
         start(state, false);
         continue;
       }
-      if (!p.changed) return Outcome::ok;  // an exact fixed point: L belongs to Y
-      since_record = p.change < smallest_change ? 0 : since_record + 1;
-      smallest_change = std::min(smallest_change, p.change);
-      if (p.change > settled) {
-        if (since_record > 10 || p.change > 1e6 * smallest_change) return Outcome::not_converged;
-        continue;
-      }
-      grace = p.improved ? 1 : grace - 1;
-      if (grace < 0 || since_record >= 4 || sweep == options_.max_sweeps) {
-        evaluate();
-        return Outcome::ok;
+      using enum Stagnation::Verdict;
+      switch (stagnation_.after(p)) {
+        case not_finite:
+          return Outcome::not_finite;
+        case diverges:
+          return Outcome::not_converged;
+        case exact:
+          return Outcome::ok;  // L belongs to Y
+        case stagnated:
+          evaluate();
+          return Outcome::ok;
+        case go_on:
+          break;
       }
     }
-    return Outcome::not_converged;
+    if (!stagnation_.settled()) return Outcome::not_converged;
+    evaluate();
+    return Outcome::ok;
   }
 
-  void start(const phs::State& state, bool predicted) {
-    predicted ? start_from_extrapolation(state) : start_from_constant(state);
+  void start(const State& state, bool predicted) {
+    for (int c = 0; c < chunks; ++c)
+      for (size_t k = 0; k < n_; ++k)
+        Y_[c][k] = predicted ? stage_values(state, c, k, nu_, L_before_)
+                             : Lanes(state.x[k]) + Lanes(state.lo[k]);
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
+    stagnation_.restart();
   }
-  void start_from_constant(const phs::State& state) {
-    for (size_t k = 0; k < n_; ++k) Y_[k] = Lanes(state.x[k]) + Lanes(state.lo[k]);
-  }
-  void start_from_extrapolation(const phs::State& state) {
-    for (size_t k = 0; k < n_; ++k) Y_[k] = stage_values(state, k, nu_, L_before_[k]);
-  }
-  Lanes stage_values(const phs::State& state, size_t k, const Lanes* coefficients,
-                     const Lanes& L) const {
-    Lanes sum(0.0);
-    for (int j = 0; j < s_; ++j) sum += coefficients[j] * Lanes(L[j]);
+  Lanes stage_values(const State& state, int c, size_t k,
+                     const std::array<Lanes, chunks>* coefficients, const Stages& L) const {
+    Lanes sum(T(0.0));
+    for (int j = 0; j < s_; ++j) sum += coefficients[j][c] * Lanes(at(L, k, j));
     return Lanes(state.x[k]) + (Lanes(state.lo[k]) + sum);
   }
 
   /// L_i = (h b_i) f(Y_i)
   void evaluate() {
     cost_.evaluations += s_, ++cost_.sweeps;
-    if (lane_system_) {
-      lane_system_->field(Lanes(t_) + ch_, Y_, {}, F_);
-    } else {
-      for (int i = 0; i < s_; ++i) {
-        for (size_t k = 0; k < n_; ++k) stage_[k] = Y_[k][i];
-        system_->field(t_ + ch_[i], stage_, {}, rate_);
-        for (size_t k = 0; k < n_; ++k) F_[k].set(i, rate_[k]);
-      }
-      for (int i = s_; i < W; ++i)
-        for (size_t k = 0; k < n_; ++k) F_[k].set(i, F_[k][s_ - 1]);
+    for (int c = 0; c < chunks; ++c) {
+      if (!evaluate_lanes(c)) evaluate_stages(c);
+      for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
     }
-    for (size_t k = 0; k < n_; ++k) L_[k] = hb_ * F_[k];
+  }
+  bool evaluate_lanes(int c) {
+    if constexpr (std::is_same_v<T, double>)
+      if (lane_system_) return lane_system_->field(Lanes(t_) + ch_[c], Y_[c], {}, F_[c]), true;
+    return (void)c, false;
+  }
+  void evaluate_stages(int c) {
+    const int used = std::min(V, s_ - c * V);
+    for (int i = 0; i < used; ++i) {
+      for (size_t k = 0; k < n_; ++k) stage_[k] = Y_[c][k][i];
+      system_->field(t_ + ch_[c][i], stage_, {}, rate_);
+      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, rate_[k]);
+    }
+    for (int i = used; i < V; ++i)
+      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, F_[c][k][used - 1]);
   }
 
-  struct Progress {
-    bool finite = true, changed = false, improved = false;
-    double change =
-        0;  ///< largest move of a stage value in this sweep, relative to its component's size
-    double distance =
-        0;  ///< largest distance of a stage value from the start of the step, likewise
-  };
-
-  Progress sweep_once(const phs::State& state) {
+  /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
+  Sweep sweep_once(const State& state, double& distance) {
     evaluate();
-    Progress p;
+    Sweep p;
     double largest = 0;
-    for (size_t k = 0; k < n_; ++k) largest = std::max(largest, std::fabs(state.x[k]));
+    distance = 0;
+    for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
     for (size_t k = 0; k < n_; ++k) {
-      const Lanes Y = stage_values(state, k, mu_, L_[k]);
-      const double move = largest_of(abs(Y - Y_[k])), away = largest_of(abs(Y - Lanes(state.x[k])));
-      Y_[k] = Y;
+      double move = 0, away = 0;
+      for (int c = 0; c < chunks; ++c) {
+        const Lanes Y = stage_values(state, c, k, mu_, L_);
+        move = largest_of(Y - Y_[c][k], move), away = largest_of(Y - Lanes(state.x[k]), away);
+        Y_[c][k] = Y;
+      }
       if (!(move < HUGE_VAL)) p.finite = false;
       if (move > 0) {
         p.changed = true;
         if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
       }
-      const double size = std::max({std::fabs(state.x[k]), away, 1e-4 * largest, 1e-300});
+      const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
-      p.distance = std::max(p.distance, away / size);
+      distance = std::max(distance, away / size);
     }
     return p;
   }
 
-  static double largest_of(const Lanes& x) {
-    double r = x[0];
-    for (int i = 1; i < W; ++i) r = x[i] > r || x[i] != x[i] ? x[i] : r;
+  /// The larger of r and every lane's magnitude; NaN if any is.
+  static double largest_of(const Lanes& x, double r) {
+    for (int i = 0; i < V; ++i) {
+      const double m = magnitude(x[i]);
+      r = m > r || m != m ? m : r;
+    }
     return r;
   }
   /// Σ L_i, outer pairs first as the weights are symmetric.
-  double sum_of_stages(const Lanes& L) const {
-    double sum = 0;
-    for (int i = 0; i < s_ / 2; ++i) sum += L[i] + L[s_ - 1 - i];
-    return s_ % 2 ? sum + L[s_ / 2] : sum;
+  T sum_of_stages(size_t k) const {
+    T sum(0.0);
+    for (int i = 0; i < s_ / 2; ++i) sum += at(L_, k, i) + at(L_, k, s_ - 1 - i);
+    return s_ % 2 ? sum + at(L_, k, s_ / 2) : sum;
   }
 
-  Declaration declaration_;
+  GaussTable<Real> table_;
   int s_;
-  size_t n_;
-  double h_, t_ = 0;
-  Options options_;
-  std::unique_ptr<phs::System<double>> system_;
+  T t_ = T(0.0);
   std::unique_ptr<phs::System<Lanes>> lane_system_;
-  TurnKeeper<double> turns_;
   TurnKeeper<Lanes> lane_turns_;
-  Lanes hb_, ch_, mu_[W], nu_[W];
-  std::vector<Lanes> Y_, L_, F_;
-  std::vector<double> smallest_, stage_, rate_;
-  std::vector<Lanes> L_before_;
+  Stagnation stagnation_;
+  std::array<Lanes, chunks> hb_, ch_, mu_[W], nu_[W];
+  bool have_coefficients_ = false;
+  T h_of_weights_, h_of_extrapolation_;
+  Stages Y_, L_, F_;
+  std::vector<double> smallest_;
+  std::vector<T> stage_, rate_;
+  Stages L_before_;
   bool have_before_ = false;
+  T h_before_ = T(0.0);
   int distrust_ = 0;  ///< steps left without extrapolation
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table,
-                                       const phs::Model& model, double h, const Options& options) {
-  if (table.s <= 4)
-    return std::make_unique<Gauss<4>>(std::move(declaration), table, model, h, options);
-  return std::make_unique<Gauss<8>>(std::move(declaration), table, model, h, options);
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_gauss(Declaration d, int s, const phs::Model& model, T h,
+                                               const Options& o) {
+  using Real = std::conditional_t<std::is_same_v<T, Quad>, Quad, double>;
+  auto table = gauss_table<Real>(s);
+  if (s <= 4) return std::make_unique<Gauss<T, 4>>(std::move(d), std::move(table), model, h, o);
+  if constexpr (std::is_same_v<T, Quad>)
+    if (s > 8) return std::make_unique<Gauss<T, 12>>(std::move(d), std::move(table), model, h, o);
+  return std::make_unique<Gauss<T, 8>>(std::move(d), std::move(table), model, h, o);
 }
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model,
-                                       double h, const Options& options) {
-  return make_gauss(std::move(declaration), gauss_table<double>(s), model, h, options);
+#define PORTHOS_INSTANTIATE(T)                                                                    \
+  template std::unique_ptr<BasicIntegrator<T>> make_gauss<T>(Declaration, int, const phs::Model&, \
+                                                             T, const Options&);
+PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+
+std::unique_ptr<Integrator> make_gauss(Declaration d, GaussTable<double> table,
+                                       const phs::Model& model, double h, const Options& o) {
+  return std::make_unique<Gauss<double, 8>>(std::move(d), std::move(table), model, h, o);
 }
 
-std::vector<phs::Quad> gauss_reference(const phs::Model& model, std::vector<phs::Quad> x,
-                                       phs::Quad h, std::int64_t steps, int s) {
-  using phs::Quad;
-  const auto table = gauss_table<Quad>(s);
-  const auto hb = table.weights(h);
-  const auto system = model.instantiate<Quad>();
-  const size_t n = x.size(), S = size_t(s);
-  std::vector<Quad> L(n * S, Quad(0)), before(n * S, Quad(0)), y(n), f(n);
-  for (std::int64_t step = 0; step < steps; ++step) {
-    Quad last = HUGE_VAL;
-    for (size_t i = 0; i < S;
-         ++i)  // extrapolated start, as increments expressed in the new step's L
-      for (size_t k = 0; k < n; ++k) L[i * n + k] = before[i * n + k];
-    for (int sweep = 0;; ++sweep) {
-      Quad change = 0;
-      std::vector<Quad> fresh(n * S);
-      for (size_t i = 0; i < S; ++i) {
-        for (size_t k = 0; k < n; ++k) {
-          Quad sum = 0;
-          const auto& m = sweep == 0 && step > 0 ? table.nu : table.mu;
-          for (size_t j = 0; j < S; ++j) sum += m[i * S + j] * L[j * n + k];
-          y[k] = x[k] + sum;
-        }
-        system->field((Quad(step) + table.c[i]) * h, y, {}, f);
-        for (size_t k = 0; k < n; ++k) fresh[i * n + k] = hb[i] * f[k];
-      }
-      for (size_t j = 0; j < n * S; ++j) change = std::max(change, phs::abs(fresh[j] - L[j]));
-      L.swap(fresh);
-      if (change == 0 || (sweep > 3 && change >= last)) break;
-      if (sweep > 200 || change != change)
-        throw InvalidArgument("the 113-bit reference run does not converge at this step");
-      last = change;
-    }
-    for (size_t k = 0; k < n; ++k) {
-      Quad sum = 0;
-      for (size_t i = 0; i < S; ++i) sum += L[i * n + k];
-      x[k] += sum;
-    }
-    before = L;
-  }
-  return x;
+std::vector<Quad> gauss_reference(const phs::Model& model, std::vector<Quad> x, Quad h,
+                                  std::int64_t steps, int s) {
+  const auto method = make_gauss<Quad>({.name = "reference"}, s, model, h, {.max_sweeps = 400});
+  phs::BasicState<Quad> state(model.description(), std::move(x));
+  for (std::int64_t i = 0; i < steps; ++i)
+    if (method->step(state) != Outcome::ok)
+      throw InvalidArgument("the 113-bit reference run does not converge at this step");
+  for (size_t k = 0; k < state.x.size(); ++k) state.x[k] += state.lo[k];
+  return state.x;
 }
 
 }  // namespace porthos::integrators

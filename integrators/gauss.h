@@ -6,10 +6,12 @@
 
 namespace porthos::integrators {
 
-/// Gauss collocation with s = 1 … 8 stages, order 2s: symplectic, symmetric, keeps quadratic invariants.
+/// Gauss collocation with s = 1 … 8 stages (12 in Quad), order 2s: symplectic, symmetric, keeps quadratic invariants.
 /// Iterated to stagnation from the extrapolated collocation polynomial; compensated state; wrapped angles.
-std::unique_ptr<Integrator> make_gauss(Declaration declaration, int s, const phs::Model& model,
-                                       double h, const Options& options);
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_gauss(Declaration declaration, int s,
+                                               const phs::Model& model, T h,
+                                               const Options& options);
 /// The same with a given table, for negative controls.
 std::unique_ptr<Integrator> make_gauss(Declaration declaration, GaussTable<double> table,
                                        const phs::Model& model, double h, const Options& options);

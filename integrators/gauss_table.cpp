@@ -10,19 +10,22 @@ namespace {
 
 using phs::Quad;
 
-/// P_0(x) … P_n(x).
-std::vector<Quad> legendre(int n, Quad x) {
-  std::vector<Quad> p(size_t(n) + 1);
-  p[0] = 1;
-  if (n > 0) p[1] = x;
-  for (int k = 1; k < n; ++k)
-    p[size_t(k) + 1] = ((2 * k + 1) * x * p[size_t(k)] - k * p[size_t(k) - 1]) / (k + 1);
-  return p;
-}
+constexpr int most_stages = 12;
+/// P_0(x) … P_n(x), n <= most_stages + 1.
+template <class T>
+struct Legendre {
+  T p[most_stages + 2];
+  Legendre(int n, T x) {
+    p[0] = T(1.0), p[1] = x;
+    for (int k = 1; k < n; ++k)
+      p[k + 1] = (T(2.0 * k + 1) * x * p[k] - T(double(k)) * p[k - 1]) / T(k + 1.0);
+  }
+  const T& operator[](int k) const { return p[k]; }
+};
 
 /// P_n'(x)
-Quad legendre_slope(int n, Quad x, const std::vector<Quad>& p) {
-  return n * (p[size_t(n) - 1] - x * p[size_t(n)]) / (1 - x * x);
+Quad legendre_slope(int n, Quad x, const Legendre<Quad>& p) {
+  return n * (p[n - 1] - x * p[n]) / (1 - x * x);
 }
 
 /// The zeros of P_s, ascending and symmetric.
@@ -31,8 +34,8 @@ std::vector<Quad> zeros(int s) {
   for (int i = 0; i < s / 2; ++i) {
     Quad z = std::cos(M_PI * (i + 0.75) / (s + 0.5));
     for (int it = 0; it < 10; ++it) {
-      const auto p = legendre(s, z);
-      z -= p[size_t(s)] / legendre_slope(s, z, p);
+      const Legendre<Quad> p(s, z);
+      z -= p[s] / legendre_slope(s, z, p);
     }
     x[size_t(s - 1 - i)] = z, x[size_t(i)] = -z;
   }
@@ -40,10 +43,11 @@ std::vector<Quad> zeros(int s) {
 }
 
 /// ∫₀^c ℓ_j / b_j = c + ½ Σ_{k=1}^{s-1} P_k(x_j) (P_{k+1}(x) - P_{k-1}(x)),  x = 2c - 1.
-Quad integral_of_lagrange(int s, Quad x_j, Quad x) {
-  const auto pj = legendre(s, x_j), p = legendre(s, x);
-  Quad sum = (x + 1) / 2;
-  for (int k = 1; k < s; ++k) sum += pj[size_t(k)] * (p[size_t(k) + 1] - p[size_t(k) - 1]) / 2;
+template <class T>
+T integral_of_lagrange(int s, T x_j, const T& x) {
+  const Legendre<T> pj(s, x_j), p(s, x);
+  T sum = (x + T(1.0)) * T(0.5);
+  for (int k = 1; k < s; ++k) sum += pj[k] * (p[k + 1] - p[k - 1]) * T(0.5);
   return sum;
 }
 
@@ -52,9 +56,9 @@ GaussTable<T> make(int s, bool round_lower) {
   const auto x = zeros(s);
   GaussTable<T> t;
   t.s = s;
-  t.mu.resize(size_t(s * s)), t.nu.resize(size_t(s * s));
+  t.mu.resize(size_t(s * s));
   for (int i = 0; i < s; ++i) {
-    const Quad slope = legendre_slope(s, x[size_t(i)], legendre(s, x[size_t(i)]));
+    const Quad slope = legendre_slope(s, x[size_t(i)], Legendre<Quad>(s, x[size_t(i)]));
     t.c.push_back(T((x[size_t(i)] + 1) / 2));
     t.b.push_back(T(1 / ((1 - x[size_t(i)] * x[size_t(i)]) * slope * slope)));
   }
@@ -65,8 +69,6 @@ GaussTable<T> make(int s, bool round_lower) {
         mu = T(0.5);
       else if ((i > j) == round_lower)
         mu = T(integral_of_lagrange(s, x[size_t(j)], x[size_t(i)]));
-      // the step before ended at 1: ∫₁^{1+c_i} ℓ_j / b_j
-      t.nu[size_t(i * s + j)] = T(integral_of_lagrange(s, x[size_t(j)], x[size_t(i)] + 2) - 1);
     }
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j)
@@ -78,20 +80,24 @@ GaussTable<T> make(int s, bool round_lower) {
 }  // namespace
 
 template <class T>
-std::vector<T> GaussTable<T>::weights(T h) const {
-  std::vector<T> hb(b.size());
+void GaussTable<T>::weights(T h, std::span<T> hb) const {
   Quad inner = 0;
   for (size_t i = 1; i + 1 < b.size(); ++i) inner += Quad(hb[i] = h * b[i]);
   if (b.size() == 1)
     hb[0] = h;
   else
     hb.front() = hb.back() = T((Quad(h) - inner) / 2);
-  return hb;
+}
+
+template <class T>
+void GaussTable<T>::polynomial(T theta, std::span<T> B) const {
+  for (size_t j = 0; j < B.size(); ++j)
+    B[j] = integral_of_lagrange(s, T(2.0) * c[j] - T(1.0), T(2.0) * theta - T(1.0));
 }
 
 template <class T>
 GaussTable<T> gauss_table(int s) {
-  const int most = std::is_same_v<T, double> ? 8 : 12;
+  const int most = std::is_same_v<T, double> ? 8 : most_stages;
   if (s < 1 || s > most)
     throw InvalidArgument("Gauss with " + std::to_string(s) + " stages: expected 1 to " +
                           std::to_string(most));

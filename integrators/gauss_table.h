@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <vector>
 
 #include "phs/quad.h"
@@ -14,11 +15,11 @@ struct GaussTable {
   std::vector<T> c;   ///< nodes
   std::vector<T> b;   ///< weights
   std::vector<T> mu;  ///< s × s row-major
-  std::vector<T>
-      nu;  ///< s × s: Y_i ≈ y_n + Σ_j nu_ij L_j extrapolates the step before to the nodes of this one
 
-  /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h.
-  std::vector<T> weights(T h) const;
+  /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h. Size s.
+  void weights(T h, std::span<T> hb) const;
+  /// The collocation polynomial at the fraction theta of the step: y(theta) = y + Σ_j B_j L_j. Writes B, size s.
+  void polynomial(T theta, std::span<T> B) const;
 };
 
 /// Computed in 113-bit arithmetic and rounded once. T = double or Quad. @throws InvalidArgument unless 1 <= s <= 8

@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "integrators/turns.h"
 #include "phs/state.h"
 #include "phs/system.h"
 
@@ -15,18 +17,31 @@ namespace porthos::integrators {
 enum class Claim { holds, fails, unknown };
 const char* to_string(Claim c);
 
+/// What a method asks of a system, beyond a field to evaluate.
+struct Needs {
+  bool canonical = false;     ///< x = (q, p), J = [0 I; -I 0]
+  bool lossless = false;      ///< R = 0
+  bool separable = false;     ///< H = T(p) + V(q)
+  bool linear_state = false;  ///< no quaternion blocks
+  bool flows = false;         ///< partial flows (Description::flows), or a separable H
+};
+
 /// What a method keeps, for lossless systems unless said otherwise.
 struct Declaration {
-  std::string name;   ///< "gauss16": the name in scenes
-  std::string title;  ///< a line for people
-  int order;          ///< 0: varies with a tolerance
-  Claim symmetric;    ///< step(h) then step(-h) is the identity
-  Claim symplectic;
-  Claim energy_exact;          ///< H kept to rounding for any H
-  Claim passivity_exact;       ///< the discrete power balance closes to rounding for any H
-  Claim quadratic_invariants;  ///< linear and quadratic invariants kept to rounding
-  bool resumable;              ///< a run can be continued bit for bit from a checkpoint
-  std::string source;
+  std::string name = {};           ///< "gauss16": the name in scenes
+  std::string title = {};          ///< a line for people
+  std::string family = {};         ///< heading in the docs
+  int order = 0;                   ///< 0: varies with a tolerance
+  Claim symmetric = Claim::fails;  ///< step(h) then step(-h) is the identity
+  Claim symplectic = Claim::fails;
+  Claim energy_exact = Claim::fails;  ///< H kept to rounding for any H
+  Claim passivity_exact =
+      Claim::fails;  ///< the discrete power balance closes to rounding for any H
+  Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic invariants kept to rounding
+  bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint
+  bool rival = false;     ///< another library's method, for comparison
+  Needs needs = {};
+  std::string source = {};
 };
 
 /// How a step ended. Anything but `ok` leaves the state as it was.
@@ -35,25 +50,47 @@ const char* to_string(Outcome o);
 
 struct Cost {
   std::int64_t steps = 0;
-  std::int64_t evaluations = 0;  ///< of the field for one state
-  std::int64_t sweeps = 0;       ///< of the implicit iteration
+  std::int64_t evaluations = 0;     ///< of the field (or its parts) for one state
+  std::int64_t sweeps = 0;          ///< of the implicit iteration
+  std::int64_t factorisations = 0;  ///< of a Newton matrix
 };
 
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
   bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
+  bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
+  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative: biased, a control.
+  double iteration_tolerance = 0;
 };
 
 /// A method at work on one system with one step size. One object per thread. step() allocates nothing.
-class Integrator {
+/// T = double for runs; Dual gives the exact Jacobian of a step, Quad a 113-bit run of the same method.
+template <class T>
+class BasicIntegrator {
  public:
-  virtual ~Integrator() = default;
-  virtual const Declaration& declaration() const = 0;
-  virtual double step_size() const = 0;
+  using State = phs::BasicState<T>;
+  virtual ~BasicIntegrator() = default;
+  const Declaration& declaration() const { return declaration_; }
+  T step_size() const { return h_; }
 
   /// Advances the state by one step h. On any outcome but `ok` the state is unchanged.
-  [[nodiscard]] virtual Outcome step(phs::State& state) = 0;
+  [[nodiscard]] virtual Outcome step(State& state);
+  /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end.
+  [[nodiscard]] Outcome step_by(State& state, T h);
+  /// The time of a state that step() has brought here [s].
+  virtual T time(const State& state) const { return state.time(h_); }
+
+  /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless `ok`.
+  [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
+  /// Tells the systems at work the turn counts of the state.
+  virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
+
+  /// Dense output inside the step just taken: x at the fraction theta in [0, 1] of it, given the state after it; angles
+  /// on the branch of that state. False where the method has none. Never continue a run from it: step_by instead.
+  virtual bool interpolate(const State& after, T theta, std::span<T> x) const {
+    return (void)after, (void)theta, (void)x, false;
+  }
 
   /// What the next step depends on besides the state (start values of the iteration), for checkpoints.
   virtual std::vector<double> memory() const { return {}; }
@@ -61,21 +98,57 @@ class Integrator {
   virtual void restore(std::span<const double> memory) {
     require_size("integrator memory", memory.size(), 0);
   }
+  /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing unusual.
+  virtual std::string remark() const { return {}; }
 
-  const Cost& cost() const { return cost_; }
-  void set_cost(const Cost& c) { cost_ = c; }
+  virtual Cost cost() const { return cost_; }
+  virtual void set_cost(const Cost& c) { cost_ = c; }
 
  protected:
+  BasicIntegrator(Declaration d, const phs::Model& model, T h, const Options& o)
+      : declaration_(std::move(d)),
+        h_(h),
+        options_(o),
+        system_(model.instantiate<T>()),
+        turns_(model.description()),
+        n_(size_t(model.description().nx)) {}
+
+  Declaration declaration_;
+  T h_;
+  Options options_;
+  std::unique_ptr<phs::System<T>> system_;
+  TurnKeeper<T> turns_;
+  size_t n_;  ///< numbers in the state
   Cost cost_;
 };
+using Integrator = BasicIntegrator<double>;
+
+/// The scalars a method is instantiated for.
+#define PORTHOS_FOR_EACH_STEP_SCALAR(X) X(double) X(porthos::phs::Dual) X(porthos::phs::Quad)
 
 /// All methods, in the order of docs and `porthos methods`.
 const std::vector<Declaration>& catalogue();
+/// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known ones
+const Declaration& declaration_of(const std::string& method);
 
-/// A method by its catalogue name on a system, step h [s]. The model must outlive it.
-/// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not finite, or a system
-///   the method cannot take (a partitioned method needs a canonical one)
-std::unique_ptr<Integrator> make_integrator(const std::string& method, const phs::Model& model,
-                                            double h, const Options& options = {});
+/// Why a method cannot take a system, or nothing if it can.
+std::optional<std::string> misfit(const Declaration& method, const phs::Description& system);
+
+/// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double, Dual or Quad.
+/// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not finite, a system
+///   the method cannot take (see misfit), or a scalar it cannot take (rivals work in double)
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
+                                                          const phs::Model& model, T h,
+                                                          const Options& options = {});
+inline std::unique_ptr<Integrator> make_integrator(const std::string& method,
+                                                   const phs::Model& model, double h,
+                                                   const Options& options = {}) {
+  return make_basic_integrator<double>(method, model, h, options);
+}
+
+#define PORTHOS_EXTERN(T) extern template class BasicIntegrator<T>;
+PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_EXTERN)
+#undef PORTHOS_EXTERN
 
 }  // namespace porthos::integrators

@@ -1,61 +1,49 @@
 #include "integrators/rk4.h"
 
-#include <cmath>
-
-#include "integrators/turns.h"
+#include "integrators/stagnation.h"
 
 namespace porthos::integrators {
 namespace {
 
-class RungeKutta4 final : public Integrator {
+template <class T>
+class RungeKutta4 final : public BasicIntegrator<T> {
+  using Base = BasicIntegrator<T>;
+  using Base::cost_, Base::n_, Base::system_;
+
  public:
-  RungeKutta4(const Declaration& d, const phs::Model& model, double h)
-      : declaration_(d),
-        h_(h),
-        system_(model.instantiate<double>()),
-        turns_(model.description()),
-        n_(size_t(model.description().nx)),
-        k_(n_),
-        y_(n_),
-        sum_(n_) {}
+  RungeKutta4(const Declaration& d, const phs::Model& model, T h, const Options& o)
+      : Base(d, model, h, o), k_(n_), y_(n_), sum_(n_) {}
 
-  const Declaration& declaration() const override { return declaration_; }
-  double step_size() const override { return h_; }
-
-  Outcome step(phs::State& s) override {
-    turns_.synchronise(s, *system_);
-    const double t = double(s.step) * h_;
-    static constexpr double at[] = {0.0, 0.5, 0.5, 1.0},
-                            weight[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-    std::fill(sum_.begin(), sum_.end(), 0.0);
+  Outcome advance(T t, T h, typename Base::State& s) override {
+    const T at[] = {T(0.0), T(0.5), T(0.5), T(1.0)};
+    const T weight[] = {T(1.0) / T(6.0), T(1.0) / T(3.0), T(1.0) / T(3.0), T(1.0) / T(6.0)};
+    std::fill(sum_.begin(), sum_.end(), T(0.0));
     for (int stage = 0; stage < 4; ++stage) {
-      for (size_t i = 0; i < n_; ++i) y_[i] = stage == 0 ? s.x[i] : s.x[i] + at[stage] * h_ * k_[i];
-      system_->field(t + at[stage] * h_, y_, {}, k_);
+      for (size_t i = 0; i < n_; ++i) y_[i] = stage == 0 ? s.x[i] : s.x[i] + at[stage] * h * k_[i];
+      system_->field(t + at[stage] * h, y_, {}, k_);
       ++cost_.evaluations;
-      for (size_t i = 0; i < n_; ++i) sum_[i] += h_ * weight[stage] * k_[i];
+      for (size_t i = 0; i < n_; ++i) sum_[i] += h * weight[stage] * k_[i];
     }
-    for (double d : sum_)
-      if (!std::isfinite(d)) return Outcome::not_finite;
+    for (const T& d : sum_)
+      if (!(magnitude(d) < HUGE_VAL)) return Outcome::not_finite;
     for (size_t i = 0; i < n_; ++i) phs::compensated_add(s.x[i], s.lo[i], sum_[i]);
-    ++s.step, ++cost_.steps;
-    phs::wrap_angles(system_->description(), s);
     return Outcome::ok;
   }
 
  private:
-  Declaration declaration_;
-  double h_;
-  std::unique_ptr<phs::System<double>> system_;
-  TurnKeeper<double> turns_;
-  size_t n_;
-  std::vector<double> k_, y_, sum_;
+  std::vector<T> k_, y_, sum_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_rk4(const Declaration& d, const phs::Model& model, double h,
-                                     const Options&) {
-  return std::make_unique<RungeKutta4>(d, model, h);
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration& d, const phs::Model& m, T h,
+                                             const Options& o) {
+  return std::make_unique<RungeKutta4<T>>(d, m, h, o);
 }
+#define PORTHOS_INSTANTIATE(T)                                                                    \
+  template std::unique_ptr<BasicIntegrator<T>> make_rk4<T>(const Declaration&, const phs::Model&, \
+                                                           T, const Options&);
+PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 
 }  // namespace porthos::integrators

@@ -3,8 +3,9 @@
 
 namespace porthos::integrators {
 
-/// The classical explicit Runge-Kutta method of order 4: what many users come from. It keeps no structure.
-std::unique_ptr<Integrator> make_rk4(const Declaration&, const phs::Model&, double h,
-                                     const Options&);
+/// The classical Runge-Kutta method, order 4: a baseline that keeps nothing.
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration&, const phs::Model&, T h,
+                                             const Options&);
 
 }  // namespace porthos::integrators

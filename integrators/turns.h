@@ -16,11 +16,15 @@ class TurnKeeper {
     angles_.resize(told_.size());
   }
 
-  void synchronise(const phs::State& s, phs::System<T>& system) {
-    if (s.turns == told_) return;
-    std::copy(s.turns.begin(), s.turns.end(), told_.begin());
+  void synchronise(const std::vector<std::int64_t>& turns, phs::System<T>& system) {
+    if (turns == told_) return;
+    std::copy(turns.begin(), turns.end(), told_.begin());
     for (size_t i = 0; i < told_.size(); ++i) angles_[i] = T(double(told_[i]) * phs::two_pi_hi);
     system.set_turn_angles(angles_);
+  }
+  template <class S>
+  void synchronise(const phs::BasicState<S>& s, phs::System<T>& system) {
+    synchronise(s.turns, system);
   }
 
  private:

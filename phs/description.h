@@ -40,6 +40,11 @@ struct Invariant {
   std::string unit;
 };
 
+/// A part of H whose flow a system can take exactly, for splitting methods.
+struct PartialFlow {
+  std::string name;  ///< "kinetic", "potential", "kepler", ...
+};
+
 struct Traits {
   bool autonomous = true;
   bool canonical = false;  ///< x = (q, p) in two halves and J = [0 I; -I 0]
@@ -55,6 +60,7 @@ struct Description {
   std::vector<Port> ports;
   std::vector<Invariant> invariants;  ///< besides H
   Traits traits;
+  std::vector<PartialFlow> flows = {};  ///< in the order a splitting composes them; empty: none
 
   int invariant_count() const {
     int n = 0;

@@ -1,42 +1,61 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "phs/description.h"
 
 namespace porthos::phs {
 
-/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an integer clock:
-/// t = step · h, never a running sum.
-struct State {
-  std::vector<double> x;            ///< value, size nx
-  std::vector<double> lo;           ///< low word, |lo| <= ulp(x)/2
-  std::vector<std::int64_t> turns;  ///< one per angle block: the true angle is x + lo + 2π·turns
-  std::int64_t step = 0;
-
-  State() = default;
-  State(const Description& d, std::vector<double> values)
-      : x(std::move(values)), lo(x.size(), 0.0) {
-    for (const auto& b : d.blocks)
-      if (b.kind == BlockKind::angle) turns.push_back(0);
-  }
-  friend bool operator==(const State&, const State&) = default;
-};
-
 /// s = a + b rounded, e = its rounding error exactly (Knuth 1969, TwoSum).
-inline void two_sum(double a, double b, double& s, double& e) {
+template <class T>
+void two_sum(T a, T b, T& s, T& e) {
   s = a + b;
-  const double bb = s - a;
+  const T bb = s - a;
   e = (a - (s - bb)) + (b - bb);
 }
 
 /// x + lo += d, keeping |lo| below half an ulp of x.
-inline void compensated_add(double& x, double& lo, double d) {
-  double s, e;
+template <class T>
+void compensated_add(T& x, T& lo, std::type_identity_t<T> d) {
+  T s, e;
   two_sum(x, d, s, e);
   two_sum(s, e + lo, x, lo);
 }
+
+/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an integer clock:
+/// t = origin + (step - origin_step)·h, never a running sum while h stays. T: double, or the scalars of step maps.
+template <class T>
+struct BasicState {
+  std::vector<T> x;                  ///< value, size nx
+  std::vector<T> lo;                 ///< low word, |lo| <= ulp(x)/2
+  std::vector<std::int64_t> turns;   ///< one per angle block: the true angle is x + lo + 2π·turns
+  std::int64_t step = 0;             ///< steps taken
+  double origin = 0, origin_lo = 0;  ///< time (value + low word) at origin_step [s]
+  std::int64_t origin_step = 0;      ///< where the step size last changed
+
+  BasicState() = default;
+  BasicState(const Description& d, std::vector<T> values)
+      : x(std::move(values)), lo(x.size(), T(0.0)) {
+    for (const auto& b : d.blocks)
+      if (b.kind == BlockKind::angle) turns.push_back(0);
+  }
+  /// The time [s] when every step since origin_step had size h.
+  T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
+  /// Counts a step of size `taken` that differs from the h before: its end becomes the new origin.
+  void step_off_the_grid(double h, double taken) {
+    const double n = double(step - origin_step), p = n * h;
+    double s, e, d;
+    two_sum(origin, p, s, e);
+    e += origin_lo + std::fma(n, h, -p);
+    two_sum(s, taken, s, d);
+    two_sum(s, e + d, origin, origin_lo);
+    origin_step = ++step;
+  }
+  friend bool operator==(const BasicState&, const BasicState&) = default;
+};
+using State = BasicState<double>;
 
 inline constexpr double two_pi_hi = 6.283185307179586476925286766559005768394;
 inline constexpr double two_pi_lo = 2.449293598294706355e-16;  ///< 2π - two_pi_hi

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "phs/description.h"
@@ -43,6 +44,12 @@ class System {
   virtual void output(std::span<const T> x, std::span<const T> e, std::span<T> y) = 0;
   /// The declared invariants, one after another.
   virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
+  /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no input.
+  virtual void flow(int k, T t, T h, std::span<T> x) {
+    (void)t, (void)h, (void)x;
+    throw InvalidArgument("system '" + description().name + "' has no partial flow " +
+                          std::to_string(k));
+  }
   /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by integrators after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
 };

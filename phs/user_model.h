@@ -18,6 +18,7 @@
 ///   template <class T> void input      (std::span<const T> x, std::span<const T> u, std::span<T> Gu) const;   default: no ports
 ///   template <class T> void drive      (T t, std::span<const T> x, std::span<T> dx) const;        default: none; adds to the field
 ///   template <class T> void invariants (std::span<const T> x, std::span<T> values) const;         default: none declared
+///   template <class T> void flow       (int k, T t, T h, std::span<T> x) const;                   default: none; exact flow of part k
 ///
 /// y = Gᵀe is derived from `input`, so ports are collocated by construction.
 namespace porthos::phs {
@@ -41,6 +42,10 @@ concept HasInput = requires(const S& s, std::span<const T> x, std::span<T> o) {
 template <class S, class T>
 concept HasDrive = requires(const S& s, T t, std::span<const T> x, std::span<T> o) {
   s.drive(t, x, o);
+};
+template <class S, class T>
+concept HasFlow = requires(const S& s, T t, std::span<T> x) {
+  s.flow(0, t, t, x);
 };
 template <class S, class T>
 concept HasInvariants = requires(const S& s, std::span<const T> x, std::span<T> o) {
@@ -145,6 +150,12 @@ class UserModel : public ModelFor<UserModel<S>> {
     }
     void invariants(In x, Out values) override {
       if constexpr (HasInvariants<S, T>) m_.system_.invariants(x, values);
+    }
+    void flow(int k, T t, T h, Out x) override {
+      if constexpr (HasFlow<S, T>)
+        m_.system_.flow(k, t, h, x);
+      else
+        System<T>::flow(k, t, h, x);
     }
 
    private:

@@ -14,7 +14,7 @@ namespace {
 // state.bin: magic, format version, length of the content, content, SHA-256 (hex) of all before it.
 // Little-endian.
 constexpr char magic[8] = {'P', 'o', 'r', 't', 'h', 'o', 's', '\n'};
-constexpr std::uint64_t format_version = 1;
+constexpr std::uint64_t format_version = 2;
 constexpr size_t head_size = 24, checksum_size = 64;
 
 fs::path file_in(const fs::path& folder) { return folder / "state.bin"; }
@@ -74,8 +74,10 @@ std::string content_of(const Checkpoint& c) {
   for (const auto& [name, value] : c.fingerprint) put(out, name), put(out, value);
   put(out, std::int64_t(c.outcome));
   put(out, c.state.x), put(out, c.state.lo), put(out, c.state.turns), put(out, c.state.step);
+  put(out, c.state.origin), put(out, c.state.origin_lo), put(out, c.state.origin_step);
   put(out, c.memory);
   put(out, c.cost.steps), put(out, c.cost.evaluations), put(out, c.cost.sweeps);
+  put(out, c.cost.factorisations);
   put(out, c.statistics);
   put(out, c.log.records), put(out, c.log.digest);
   put(out, c.cpu_s), put(out, c.wall_s);
@@ -91,8 +93,10 @@ Checkpoint parse(std::string_view content) {
   in.get(outcome);
   c.outcome = static_cast<integrators::Outcome>(outcome);
   in.get(c.state.x), in.get(c.state.lo), in.get(c.state.turns), in.get(c.state.step);
+  in.get(c.state.origin), in.get(c.state.origin_lo), in.get(c.state.origin_step);
   in.get(c.memory);
   in.get(c.cost.steps), in.get(c.cost.evaluations), in.get(c.cost.sweeps);
+  in.get(c.cost.factorisations);
   in.get(c.statistics);
   in.get(c.log.records), in.get(c.log.digest);
   in.get(c.cpu_s), in.get(c.wall_s);

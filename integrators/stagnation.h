@@ -1,0 +1,77 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "phs/scalar.h"
+
+/// When an implicit iteration is done. Shared by every implicit method.
+namespace porthos::integrators {
+
+/// The size of a number, derivative included; NaN stays NaN.
+inline double magnitude(double x) { return std::fabs(x); }
+inline double magnitude(phs::Quad x) { return double(phs::abs(x)); }
+inline double magnitude(phs::Dual x) { return std::fabs(x.v) + std::fabs(x.d); }
+
+template <class T>
+inline constexpr double unit_roundoff = 0x1p-53;
+template <>
+inline constexpr double unit_roundoff<phs::Quad> = 0x1p-113;
+
+/// What a sweep did.
+struct Sweep {
+  bool finite = true, changed = false;
+  bool improved = false;  ///< some component moved less than ever before in this step
+  double change = 0;      ///< largest move, relative to its component's size
+};
+
+/// Sweeps go on to stagnation. A tolerance would stop on one side of the solution and bias the energy.
+///
+/// They go on while some component still moves less than ever before; one sweep of grace, then they stop. With
+/// many components one or another sets a record in its noise for long, so four sweeps without a record of the largest
+/// move end it too. None of this counts above `settled`: there a contraction that oscillates needs patience, and a
+/// pause is no solution.
+class Stagnation {
+ public:
+  enum class Verdict {
+    go_on,
+    exact,      ///< nothing changed: a fixed point
+    stagnated,  ///< as good as it gets
+    diverges,   ///< no progress far from a solution
+    not_finite
+  };
+  /// settled: relative move below which only noise is left; tolerance: see Options::iteration_tolerance
+  explicit Stagnation(double settled, double tolerance = 0)
+      : settled_(settled), tolerance_(tolerance) {}
+  template <class T>
+  static Stagnation of(double tolerance = 0) {
+    return Stagnation(unit_roundoff<T> * 1e5, tolerance);
+  }
+
+  void restart() {
+    smallest_ = HUGE_VAL, since_record_ = 0, grace_ = 1, ratio_ = 0, last_ = HUGE_VAL;
+  }
+
+  Verdict after(const Sweep& s) {
+    if (!s.finite) return Verdict::not_finite;
+    if (!s.changed) return Verdict::exact;
+    ratio_ = s.change / last_, last_ = s.change;
+    if (s.change <= tolerance_) return Verdict::stagnated;
+    since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
+    smallest_ = std::min(smallest_, s.change);
+    if (s.change > settled_)
+      return since_record_ > 10 || s.change > 1e6 * smallest_ ? Verdict::diverges : Verdict::go_on;
+    grace_ = s.improved || since_record_ == 0 ? 1 : grace_ - 1;
+    return grace_ < 0 || since_record_ >= 4 ? Verdict::stagnated : Verdict::go_on;
+  }
+  /// Whether the moves have become small enough for only noise to be left.
+  bool settled() const { return last_ <= settled_; }
+  /// The last move over the one before: the contraction where it is steady.
+  double ratio() const { return ratio_; }
+
+ private:
+  double settled_, tolerance_;
+  double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;
+  int since_record_ = 0, grace_ = 1;
+};
+
+}  // namespace porthos::integrators
