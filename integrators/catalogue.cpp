@@ -10,82 +10,11 @@
 namespace porthos::integrators {
 namespace {
 
-constexpr auto yes = Claim::holds;
-
-/// A maker for every scalar out of a function template.
-#define PORTHOS_MAKER(function)                                             \
-  [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
-    return function(d, m, h, o);                                            \
-  }
-
-Entry gauss_entry(std::string name, std::string title, int s) {
-  return entry({.name = std::move(name),
-                .title = std::move(title),
-                .family = "Gauss collocation",
-                .order = 2 * s,
-                .symmetric = yes,
-                .symplectic = yes,
-                .quadratic_invariants = yes,
-                .source = "Hairer, Lubich, Wanner 2006, II.1.3; Antonana, Makazaga, Murua 2017 "
-                          "(round-off)"},
-               [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
-                 return make_gauss(d, s, m, h, o);
-               });
-}
-
-void add_gauss(std::vector<Entry>& e) {
-  for (int s = 8; s >= 1; --s)
-    e.push_back(gauss_entry(
-        "gauss" + std::to_string(2 * s),
-        "Gauss collocation, " + std::to_string(s) + (s == 1 ? " stage" : " stages"), s));
-  e.push_back(gauss_entry("midpoint", "implicit midpoint rule", 1));
-}
-
-void add_partitioned(std::vector<Entry>& e) {
-  e.push_back(entry({.name = "stormer_verlet",
-                     .title = "generalised Stormer-Verlet for mass that depends on q",
-                     .family = "Partitioned",
-                     .order = 2,
-                     .symmetric = yes,
-                     .symplectic = yes,
-                     .needs = {.canonical = true, .lossless = true},
-                     .source = "Hairer, Lubich, Wanner 2006, VI.3 (3.5); RATTLE multiplier on "
-                               "quaternions, VII.1.4"},
-                    PORTHOS_MAKER(make_stormer_verlet)));
-}
-
-void add_baselines(std::vector<Entry>& e) {
-  e.push_back(entry({.name = "rk4",
-                     .title = "classical Runge-Kutta, a baseline that keeps nothing",
-                     .family = "Baselines",
-                     .order = 4,
-                     .source = "Kutta 1901"},
-                    PORTHOS_MAKER(make_rk4)));
-}
-
-void add_rivals(std::vector<Entry>& e) {
-  const auto rival = [&](std::string name, std::string title, std::string source, auto make) {
-    e.push_back(double_entry({.name = std::move(name),
-                              .title = std::move(title),
-                              .family = "Rivals",
-                              .resumable = false,
-                              .rival = true,
-                              .source = std::move(source)},
-                             make));
-  };
-  rival("cvode_adams", "SUNDIALS CVODE, Adams-Moulton, variable step and order",
-        "Hindmarsh et al. 2005", make_cvode_adams);
-  rival("cvode_bdf", "SUNDIALS CVODE, BDF, variable step and order", "Hindmarsh et al. 2005",
-        make_cvode_bdf);
-}
-
-std::vector<Entry> make_entries() {
-  std::vector<Entry> e;
-  add_gauss(e);
-  add_partitioned(e);
-  add_baselines(e);
-  add_rivals(e);
-  return e;
+Entries make_entries() {
+  Entries all;
+  for (auto* family : {gauss_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
+    for (auto& e : family()) all.push_back(std::move(e));
+  return all;
 }
 
 }  // namespace
@@ -108,8 +37,8 @@ const char* to_string(Outcome o) {
   return "unknown";
 }
 
-const std::vector<Entry>& entries() {
-  static const std::vector<Entry> all = make_entries();
+const Entries& entries() {
+  static const Entries all = make_entries();
   return all;
 }
 

@@ -31,17 +31,24 @@ struct Entry {
 };
 
 /// An entry for every scalar, from a maker that is generic in the type of h:
-///   [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { return make_rk4(d, m, h, o); }
+///   entry({.name = "rk4", ...}, PORTHOS_MAKER(make_rk4))
 template <class MakerOfAny>
 Entry entry(Declaration d, MakerOfAny make) {
   return {std::move(d), make, make, make};
 }
+#define PORTHOS_MAKER(function)                                             \
+  [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
+    return function(d, m, h, o);                                            \
+  }
 /// An entry of a method that works in double alone.
 inline Entry double_entry(Declaration d, Maker<double> make) {
   return {std::move(d), std::move(make), nullptr, nullptr};
 }
 
-const std::vector<Entry>& entries();
+/// Every method, family by family. A family is a file pair with one function `Entries <family>_entries()`, named once in
+/// catalogue.cpp.
+using Entries = std::vector<Entry>;
+const Entries& entries();
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
 

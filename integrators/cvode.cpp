@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+#include "integrators/catalogue.h"
+
 namespace porthos::integrators {
 namespace {
 
@@ -102,13 +104,21 @@ class Cvode final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_cvode_adams(const Declaration& d, const phs::Model& m, double h,
-                                             const Options& o) {
-  return std::make_unique<Cvode>(d, m, h, o, CV_ADAMS);
-}
-std::unique_ptr<Integrator> make_cvode_bdf(const Declaration& d, const phs::Model& m, double h,
-                                           const Options& o) {
-  return std::make_unique<Cvode>(d, m, h, o, CV_BDF);
+Entries cvode_entries() {
+  const auto rival = [](std::string name, std::string title, int lmm) {
+    return double_entry(
+        {.name = std::move(name),
+         .title = std::move(title),
+         .family = "Rivals",
+         .resumable = false,
+         .rival = true,
+         .source = "Hindmarsh et al. 2005"},
+        [lmm](const Declaration& d, const phs::Model& m, double h, const Options& o) {
+          return std::make_unique<Cvode>(d, m, h, o, lmm);
+        });
+  };
+  return {rival("cvode_adams", "SUNDIALS CVODE, Adams-Moulton, variable step and order", CV_ADAMS),
+          rival("cvode_bdf", "SUNDIALS CVODE, BDF, variable step and order", CV_BDF)};
 }
 
 }  // namespace porthos::integrators

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "integrators/catalogue.h"
 #include "integrators/stage_lanes.h"
 #include "integrators/stagnation.h"
 
@@ -277,6 +278,31 @@ PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 std::unique_ptr<Integrator> make_gauss(Declaration d, GaussTable<double> table,
                                        const phs::Model& model, double h, const Options& o) {
   return std::make_unique<Gauss<double, 8>>(std::move(d), std::move(table), model, h, o);
+}
+
+Entries gauss_entries() {
+  const auto gauss = [](std::string name, std::string title, int s) {
+    constexpr auto holds = Claim::holds;
+    return entry({.name = std::move(name),
+                  .title = std::move(title),
+                  .family = "Gauss collocation",
+                  .order = 2 * s,
+                  .symmetric = holds,
+                  .symplectic = holds,
+                  .quadratic_invariants = holds,
+                  .source = "Hairer, Lubich, Wanner 2006, II.1.3; Antonana, Makazaga, Murua 2017 "
+                            "(round-off)"},
+                 [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
+                   return make_gauss(d, s, m, h, o);
+                 });
+  };
+  Entries e;
+  for (int s = 8; s >= 1; --s)
+    e.push_back(gauss("gauss" + std::to_string(2 * s),
+                      "Gauss collocation, " + std::to_string(s) + (s == 1 ? " stage" : " stages"),
+                      s));
+  e.push_back(gauss("midpoint", "implicit midpoint rule", 1));
+  return e;
 }
 
 std::vector<Quad> gauss_reference(const phs::Model& model, std::vector<Quad> x, Quad h,

@@ -1,5 +1,6 @@
 #include "integrators/rk4.h"
 
+#include "integrators/catalogue.h"
 #include "integrators/stagnation.h"
 
 namespace porthos::integrators {
@@ -45,5 +46,14 @@ std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration& d, const phs::Mo
   template std::unique_ptr<BasicIntegrator<T>> make_rk4<T>(const Declaration&, const phs::Model&, \
                                                            T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+
+Entries rk4_entries() {
+  return {entry({.name = "rk4",
+                 .title = "classical Runge-Kutta, a baseline that keeps nothing",
+                 .family = "Baselines",
+                 .order = 4,
+                 .source = "Kutta 1901"},
+                PORTHOS_MAKER(make_rk4))};
+}
 
 }  // namespace porthos::integrators

@@ -3,9 +3,13 @@
 
 namespace porthos::integrators {
 
+struct Entry;
+
 /// The classical Runge-Kutta method, order 4: a baseline that keeps nothing.
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration&, const phs::Model&, T h,
                                              const Options&);
+
+std::vector<Entry> rk4_entries();
 
 }  // namespace porthos::integrators

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/catalogue.h"
 #include "integrators/stagnation.h"
 
 namespace porthos::integrators {
@@ -165,5 +166,18 @@ std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
   template std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet<T>( \
       const Declaration&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+
+Entries stormer_verlet_entries() {
+  return {entry({.name = "stormer_verlet",
+                 .title = "generalised Stormer-Verlet for mass that depends on q",
+                 .family = "Partitioned",
+                 .order = 2,
+                 .symmetric = Claim::holds,
+                 .symplectic = Claim::holds,
+                 .needs = {.canonical = true, .lossless = true},
+                 .source = "Hairer, Lubich, Wanner 2006, VI.3 (3.5); RATTLE multiplier on "
+                           "quaternions, VII.1.4"},
+                PORTHOS_MAKER(make_stormer_verlet))};
+}
 
 }  // namespace porthos::integrators

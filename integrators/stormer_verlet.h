@@ -3,6 +3,8 @@
 
 namespace porthos::integrators {
 
+struct Entry;
+
 /// Generalised Störmer-Verlet for H(q, p) with mass that depends on q: order 2, symmetric, symplectic, implicit.
 ///   p½ = p - (h/2) ∂qH(q, p½),  q' = q + (h/2)(∂pH(q, p½) + ∂pH(q', p½)),  p' = p½ - (h/2) ∂qH(q', p½)
 /// (Hairer, Lubich, Wanner 2006, VI.3). On a quaternion block ξ this alone does not keep |ξ| = 1: there the kicks carry
@@ -12,5 +14,7 @@ namespace porthos::integrators {
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration&, const phs::Model&, T h,
                                                         const Options&);
+
+std::vector<Entry> stormer_verlet_entries();
 
 }  // namespace porthos::integrators

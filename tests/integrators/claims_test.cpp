@@ -65,8 +65,12 @@ TEST(Claims, Symplectic) {
         symplectic_defect(jacobian_of_steps(d.name, pendulum(), pendulum_start, 0.1), 4);
     std::printf("  %-16s %-6s defect %.1e   bound 1e-13\n", d.name.c_str(), to_string(d.symplectic),
                 defect);
-    if (d.symplectic == Claim::holds) EXPECT_LE(defect, 1e-13) << d.name;
-    if (d.symplectic == Claim::fails) EXPECT_GT(defect, 1e-6) << d.name << " must fail";
+    if (d.symplectic == Claim::holds) {
+      EXPECT_LE(defect, 1e-13) << d.name;
+    }
+    if (d.symplectic == Claim::fails) {
+      EXPECT_GT(defect, 1e-6) << d.name << " must fail";
+    }
   }
 }
 
