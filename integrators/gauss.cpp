@@ -206,14 +206,17 @@ class Gauss final : public BasicIntegrator<T> {
     double largest = 0;
     distance = 0;
     for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
+    Magnitudes<V> total(0.0);  // of all moves: not finite if any is
     for (size_t k = 0; k < n_; ++k) {
-      double move = 0, away = 0;
+      Magnitudes<V> moves(0.0), aways(0.0);
       for (int c = 0; c < chunks; ++c) {
         const Lanes Y = stage_values(state, c, k, mu_, L_);
-        move = largest_of(Y - Y_[c][k], move), away = largest_of(Y - Lanes(state.x[k]), away);
+        const auto move = magnitudes(Y - Y_[c][k]);
+        moves = max(moves, move), total += move;
+        aways = max(aways, magnitudes(Y - Lanes(state.x[k])));
         Y_[c][k] = Y;
       }
-      if (!(move < HUGE_VAL)) p.finite = false;
+      const double move = largest_of(moves), away = largest_of(aways);
       if (move > 0) {
         p.changed = true;
         if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
@@ -222,17 +225,10 @@ class Gauss final : public BasicIntegrator<T> {
       p.change = std::max(p.change, move / size);
       distance = std::max(distance, away / size);
     }
+    for (int i = 0; i < V; ++i) p.finite &= total[i] < HUGE_VAL;
     return p;
   }
 
-  /// The larger of r and every lane's magnitude; NaN if any is.
-  static double largest_of(const Lanes& x, double r) {
-    for (int i = 0; i < V; ++i) {
-      const double m = magnitude(x[i]);
-      r = m > r || m != m ? m : r;
-    }
-    return r;
-  }
   /// Σ L_i, outer pairs first as the weights are symmetric.
   T sum_of_stages(size_t k) const {
     T sum(0.0);
@@ -267,7 +263,7 @@ std::unique_ptr<BasicIntegrator<T>> make_gauss(Declaration d, int s, const phs::
   auto table = gauss_table<Real>(s);
   if (s <= 4) return std::make_unique<Gauss<T, 4>>(std::move(d), std::move(table), model, h, o);
   if constexpr (std::is_same_v<T, Quad>)
-    if (s > 8) return std::make_unique<Gauss<T, 12>>(std::move(d), std::move(table), model, h, o);
+    if (s > 8) return std::make_unique<Gauss<T, 16>>(std::move(d), std::move(table), model, h, o);
   return std::make_unique<Gauss<T, 8>>(std::move(d), std::move(table), model, h, o);
 }
 #define PORTHOS_INSTANTIATE(T)                                                                    \

@@ -1,6 +1,7 @@
 #pragma once
 #include <type_traits>
 
+#include "integrators/stagnation.h"
 #include "phs/scalar.h"
 
 /// Stage data lane by lane: machine lanes for double, a plain array for the other scalars.
@@ -35,5 +36,26 @@ inline constexpr int stage_lanes = phs::native_lanes >= 8 ? 8 : 4;
 template <class T, int W>
 using StageLanes =
     std::conditional_t<std::is_same_v<T, double>, phs::Pack<double, W>, StageArray<T, W>>;
+
+/// Sizes of stage data, lane by lane.
+template <int W>
+using Magnitudes = phs::Pack<double, W>;
+
+template <int W>
+Magnitudes<W> magnitudes(const phs::Pack<double, W>& x) {
+  return abs(x);
+}
+template <class T, int W>
+Magnitudes<W> magnitudes(const StageArray<T, W>& x) {
+  Magnitudes<W> m;
+  for (int i = 0; i < W; ++i) m.set(i, magnitude(x[i]));
+  return m;
+}
+template <int W>
+double largest_of(const Magnitudes<W>& x) {
+  double r = x[0];
+  for (int i = 1; i < W; ++i) r = x[i] > r ? x[i] : r;
+  return r;
+}
 
 }  // namespace porthos::integrators
