@@ -1,0 +1,224 @@
+// Brouwer's law: with nothing but unbiased rounding left, errors grow like the square root of the number of steps. An
+// ensemble of starts tells that law from a drift; each ingredient taken away must show.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include <functional>
+
+#include "integrators/gauss.h"
+#include "tests/support/random_tree.h"
+#include "tests/support/robots.h"
+
+namespace porthos::integrators {
+namespace {
+
+bool long_run() { return std::getenv("PORTHOS_LONG") != nullptr; }
+
+using Starts = std::vector<test::Robot>;
+
+/// ETS-VII from random configurations and rates.
+Starts ets_vii_starts(int count, double rate = 0.1) {
+  Starts all;
+  test::RandomTree random(2026);
+  const auto first = test::ets_vii();
+  const std::shared_ptr<const mechanics::Mechanism> mechanism(first.model,
+                                                              &first.model->mechanism());
+  for (int i = 0; i < count; ++i)
+    all.push_back(test::make_robot(mechanism, random.numbers(6), random.numbers(6, rate)));
+  return all;
+}
+
+/// A free-floating tree of 30 bodies with revolute joints, rates of up to 0.3 rad/s.
+Starts tree_starts(int count) {
+  Starts all;
+  test::RandomTree random(30);
+  const auto tree = random.tree(30, "free", "revolute", {0, 0, 0});
+  for (int i = 0; i < count; ++i)
+    all.push_back(test::make_robot(tree, random.numbers(29), random.numbers(29, 0.3)));
+  return all;
+}
+
+/// What errors a run has after 10³, 10³·√10, 10⁴, … steps.
+struct Marks {
+  std::vector<double> energy, momentum, norm;
+};
+
+/// Increments of the energy error over 2^j marks of `stride` steps, pooled over starts.
+struct Increments {
+  std::vector<double> sum_of_squares, count;
+  void add(const std::vector<double>& e) {
+    for (size_t j = 0; (size_t(1) << j) < e.size(); ++j) {
+      if (j >= count.size()) sum_of_squares.push_back(0), count.push_back(0);
+      for (size_t i = size_t(1) << j; i < e.size(); i += size_t(1) << j) {
+        const double d = e[i] - e[i - (size_t(1) << j)];
+        sum_of_squares[j] += d * d, count[j] += 1;
+      }
+    }
+  }
+  /// Weighted least-squares slope of log rms against log of the distance from 10³ steps on; a level's weight is its number
+  /// of increments, at most 512, as neighbouring levels share their noise.
+  double exponent(std::int64_t stride) const {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (size_t j = 0; j < count.size(); ++j) {
+      if ((stride << j) < 1000) continue;
+      const double w = std::min(count[j], 512.0), x = double(j),
+                   y = 0.5 * std::log2(sum_of_squares[j] / count[j]);
+      n += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y;
+    }
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  }
+};
+
+double rms(const std::vector<double>& v) {
+  double s = 0;
+  for (double x : v) s += x * x;
+  return std::sqrt(s / double(v.size()));
+}
+double mean(const std::vector<double>& v) {
+  double s = 0;
+  for (double x : v) s += x;
+  return s / double(v.size());
+}
+
+struct Law {
+  double energy_coefficient = 0, momentum_coefficient = 0,
+         norm_coefficient = 0;  ///< largest rms/√N
+  double exponent = 0;
+  double mean_over_its_error = 0;  ///< of the energy error at the end
+  double final_rms = 0;
+};
+
+using Make = std::function<std::unique_ptr<Integrator>(const phs::Model&)>;
+
+Law law_of(const char* title, const Starts& starts, const Make& make, std::int64_t steps,
+           std::int64_t stride = 250) {
+  std::vector<Marks> at;  // per mark N = 1000·10^(j/2), one value a start
+  Increments increments;
+  for (const auto& robot : starts) {
+    test::Gauge gauge(*robot.model);
+    const auto method = make(*robot.model);
+    const auto H0 = gauge.energy(robot.start);
+    const auto I0 = gauge.invariants(robot.start);
+    phs::State s = robot.start;
+    std::vector<double> series{0};
+    double next = 1000;
+    size_t mark = 0;
+    while (s.step < steps) {
+      for (int i = 0; i < stride; ++i)
+        if (method->step(s) != Outcome::ok) {
+          ADD_FAILURE() << title << " failed at step " << s.step;
+          return {};
+        }
+      series.push_back(double((gauge.energy(s) - H0) / H0));
+      if (double(s.step) + 0.5 * double(stride) < next) continue;
+      if (mark >= at.size()) at.push_back({});
+      at[mark].energy.push_back(series.back());
+      at[mark].momentum.push_back(gauge.error("angular_momentum", s, I0));
+      for (const auto& inv : robot.model->description().invariants)
+        if (inv.name.starts_with("quaternion_norm"))
+          at[mark].norm.push_back(gauge.error(inv.name, s, I0) / 2);
+      ++mark, next *= std::sqrt(10.0);
+    }
+    increments.add(series);
+  }
+  Law law;
+  double N = 1000;
+  std::printf("  %s, %zu starts\n", title, starts.size());
+  for (const auto& m : at) {
+    const double e = rms(m.energy) / std::sqrt(N), l = rms(m.momentum) / std::sqrt(N),
+                 q = rms(m.norm) / std::sqrt(N);
+    std::printf("    N = %8.0f   rms/sqrt(N): energy %.2e  angular momentum %.1e  |xi| %.1e\n", N,
+                e, l, q);
+    law.energy_coefficient = std::max(law.energy_coefficient, e);
+    law.momentum_coefficient = std::max(law.momentum_coefficient, l);
+    law.norm_coefficient = std::max(law.norm_coefficient, q);
+    N *= std::sqrt(10.0);
+  }
+  const auto& end = at.back().energy;
+  law.final_rms = rms(end);
+  law.mean_over_its_error =
+      std::fabs(mean(end)) * std::sqrt(double(end.size())) / std::max(rms(end), 1e-300);
+  law.exponent = increments.exponent(stride);
+  std::printf("    growth exponent %.3f   |mean| is %.1f of its standard errors   rms %.2e\n",
+              law.exponent, law.mean_over_its_error, law.final_rms);
+  return law;
+}
+
+Make gauss16(double h, Options o = {}) {
+  return [=](const phs::Model& m) { return make_integrator("gauss16", m, h, o); };
+}
+
+/// Bounds of the law. A mean counts as significant beyond 3.5 standard errors (one run in 2000 by chance).
+void expect_brouwer(const Law& law) {
+  EXPECT_LE(law.energy_coefficient, 3e-17);
+  EXPECT_LE(law.momentum_coefficient, 4e-17);
+  EXPECT_LE(law.norm_coefficient, 4e-17);
+  EXPECT_NEAR(law.exponent, 0.5, long_run() ? 0.05 : 0.12);  // short runs leave more to chance
+  EXPECT_LE(law.mean_over_its_error, 3.5);
+}
+
+constexpr double ets_step = 0.25, tree_step = 0.05;
+
+TEST(Brouwer, EtsVii) {
+  expect_brouwer(law_of("ETS-VII, gauss16, h = 0.25 s", ets_vii_starts(16), gauss16(ets_step),
+                        long_run() ? 1'000'000 : 31'750));
+}
+
+TEST(Brouwer, TreeOf30Bodies) {
+  expect_brouwer(law_of("30-body free-floating tree, gauss16, h = 0.05 s", tree_starts(16),
+                        gauss16(tree_step), long_run() ? 1'000'000 : 10'000));
+}
+
+/// A single body tumbling near its unstable axis, half a radian a step.
+Starts tumbling_starts(int count) {
+  Starts all;
+  test::RandomTree random(7);
+  mechanics::BodySpec body;
+  body.name = "body", body.parent = "world", body.joint.name = "base", body.joint.type = "free";
+  body.mass = {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}};
+  const auto m =
+      std::make_shared<mechanics::Mechanism>(mechanics::MechanismBuilder("body").add(body).build());
+  for (int i = 0; i < count; ++i) {
+    auto robot = test::make_robot(m, {}, {});
+    const std::vector<double> v{
+        0.01, 1 + random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 0, 0, 0};
+    robot.start = phs::State(robot.model->description(), robot.model->state(m->neutral(), v));
+    all.push_back(robot);
+  }
+  return all;
+}
+
+// Each ingredient taken away, on the same starts: worse than the whole by more than chance.
+TEST(Brouwer, WithoutWrappingEnergySuffers) {
+  const auto starts = ets_vii_starts(6, 0.8);
+  Options no_wrap;
+  no_wrap.wrap = false;
+  const Law whole = law_of("ETS-VII at rates of 0.8 rad/s", starts, gauss16(0.05), 31'750);
+  const Law without = law_of("without wrapping", starts, gauss16(0.05, no_wrap), 31'750);
+  EXPECT_GT(without.final_rms, 5 * whole.final_rms);
+}
+
+TEST(Brouwer, WithTheWrongTriangleTheNormDriftsAndWithAToleranceEverything) {
+  const auto starts = tumbling_starts(6);
+  const double h = 0.5;
+  Options tolerance;
+  tolerance.iteration_tolerance = 1e-12;
+  const Law whole = law_of("tumbling body", starts, gauss16(h), 31'750);
+  const Law triangle = law_of(
+      "wrong triangle of mu", starts,
+      [=](const phs::Model& m) {
+        return make_gauss({.name = "wrong"}, gauss_table_wrong_triangle(8), m, h, {});
+      },
+      31'750);
+  const Law stopped =
+      law_of("stopped by a tolerance of 1e-12", starts, gauss16(h, tolerance), 31'750);
+  EXPECT_LE(whole.norm_coefficient, 4e-17);
+  EXPECT_LE(whole.momentum_coefficient, 4e-17);
+  EXPECT_GT(triangle.norm_coefficient, 4 * whole.norm_coefficient);
+  EXPECT_GT(stopped.final_rms, 50 * whole.final_rms);
+  EXPECT_GT(stopped.exponent, 0.8) << "a tolerance makes a drift of a random walk";
+}
+
+}  // namespace
+}  // namespace porthos::integrators
