@@ -11,6 +11,7 @@
 #include <optional>
 #include <sstream>
 
+#include "apps/methods.h"
 #include "apps/progress.h"
 #include "apps/verdict.h"
 #include "scene/run.h"
@@ -167,8 +168,8 @@ int info_command(const Arguments& a) {
   return exit_ok;
 }
 
-int methods_command() {
-  print(methods_text());
+int methods_command(const Arguments& a) {
+  print(a.markdown ? methods_markdown() : methods_text());
   return exit_ok;
 }
 

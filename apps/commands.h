@@ -16,7 +16,7 @@ enum ExitCode {
 struct Arguments {
   std::string scene;
   std::optional<std::string> out, method, step, duration;
-  bool resume = false, json = false;
+  bool resume = false, json = false, markdown = false;
 };
 
 /// Each prints its results to stdout, everything else to stderr, and returns the exit code.
@@ -24,6 +24,6 @@ struct Arguments {
 int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
-int methods_command();
+int methods_command(const Arguments& arguments);
 
 }  // namespace porthos::apps

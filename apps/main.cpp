@@ -45,7 +45,8 @@ void add_commands(CLI::App& app, Arguments& a) {
 
   add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
               "porthos info examples/ets_vii/scene.toml");
-  add_command(app, a, "methods", "the integrators and what they keep", "porthos methods");
+  add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
+      ->add_flag("--markdown", a.markdown, "as a page of the documentation");
 }
 
 /// What was wrong with the arguments, in our words where CLI11's do not say it.
@@ -60,7 +61,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
   if (app.got_subcommand("info")) return info_command(a);
-  return methods_command();
+  return methods_command(a);
 }
 
 }  // namespace

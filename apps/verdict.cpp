@@ -37,11 +37,6 @@ std::string cost_text(const RunReport& r) {
                      r.cost.evaluations);
 }
 
-const char* mark(integrators::Claim c) {
-  using integrators::Claim;
-  return c == Claim::holds ? "yes" : c == Claim::fails ? "no" : "?";
-}
-
 }  // namespace
 
 std::string verdict_text(const RunReport& r, const std::string& out) {
@@ -54,21 +49,6 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;
-}
-
-std::string methods_text() {
-  TextRows rows{{"name", "order", "symmetric", "symplectic", "energy", "passivity", "quadratic",
-                 "resumes", "what"}};
-  for (const auto& d : integrators::catalogue())
-    rows.push_back({d.name, d.order ? std::to_string(d.order) : "-", mark(d.symmetric),
-                    mark(d.symplectic), mark(d.energy_exact), mark(d.passivity_exact),
-                    mark(d.quadratic_invariants), d.resumable ? "yes" : "no", d.title});
-  return scene::aligned(rows) +
-         "\nenergy: kept to rounding for any H.  passivity: the discrete power balance closes for "
-         "any H.\n"
-         "quadratic: linear and quadratic invariants are kept.  resumes: continues from a "
-         "checkpoint bit for bit.\n"
-         "order -: varies with the tolerance.\n";
 }
 
 }  // namespace porthos::apps

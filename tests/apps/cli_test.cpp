@@ -151,6 +151,13 @@ TEST_F(Cli, MethodsPrintsTheCatalogue) {
   }
 }
 
+TEST_F(Cli, ThePageOfMethodsIsTheCatalogue) {
+  std::ifstream page(std::string(PORTHOS_SOURCE_DIR) + "/docs/methods.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  EXPECT_EQ(porthos("methods --markdown").out, text)
+      << "write it anew: porthos methods --markdown > docs/methods.md";
+}
+
 TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
   for (const std::string command : {"", "run ", "verify ", "info ", "methods "}) {
     const Answer a = porthos(command + "--help");

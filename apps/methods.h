@@ -1,0 +1,11 @@
+#pragma once
+#include <string>
+
+namespace porthos::apps {
+
+/// What `porthos methods` prints: the catalogue as a table.
+std::string methods_text();
+/// The same as the page docs/methods.md, with sources (`porthos methods --markdown`).
+std::string methods_markdown();
+
+}  // namespace porthos::apps
