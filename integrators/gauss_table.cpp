@@ -42,12 +42,11 @@ std::vector<Quad> zeros(int s) {
   return x;
 }
 
-/// ∫₀^c ℓ_j / b_j = c + ½ Σ_{k=1}^{s-1} P_k(x_j) (P_{k+1}(x) - P_{k-1}(x)),  x = 2c - 1.
+/// ∫₀^c ℓ_j / b_j = c + ½ Σ_{k=1}^{s-1} P_k(x_j) (P_{k+1}(x) - P_{k-1}(x)),  x = 2c - 1;  Pj: P_0(x_j) … P_{s-1}(x_j).
 template <class T>
-T integral_of_lagrange(int s, T x_j, const T& x) {
-  const Legendre<T> pj(s, x_j), p(s, x);
+T integral_of_lagrange(int s, const T* Pj, const T& x, const Legendre<T>& p) {
   T sum = (x + T(1.0)) * T(0.5);
-  for (int k = 1; k < s; ++k) sum += pj[k] * (p[k + 1] - p[k - 1]) * T(0.5);
+  for (int k = 1; k < s; ++k) sum += Pj[k] * (p[k + 1] - p[k - 1]) * T(0.5);
   return sum;
 }
 
@@ -60,6 +59,8 @@ GaussTable<T> make(int s, bool round_lower) {
   for (int i = 0; i < s; ++i) {
     const Quad slope = legendre_slope(s, x[size_t(i)], Legendre<Quad>(s, x[size_t(i)]));
     t.c.push_back(T((x[size_t(i)] + 1) / 2));
+    const Legendre<Quad> P(s, x[size_t(i)]);
+    for (int k = 0; k < s; ++k) t.legendre.push_back(T(P[k]));
     t.b.push_back(T(1 / ((1 - x[size_t(i)] * x[size_t(i)]) * slope * slope)));
   }
   for (int i = 0; i < s; ++i)
@@ -68,7 +69,8 @@ GaussTable<T> make(int s, bool round_lower) {
       if (i == j)
         mu = T(0.5);
       else if ((i > j) == round_lower)
-        mu = T(integral_of_lagrange(s, x[size_t(j)], x[size_t(i)]));
+        mu = T(integral_of_lagrange(s, Legendre<Quad>(s, x[size_t(j)]).p, x[size_t(i)],
+                                    Legendre<Quad>(s, x[size_t(i)])));
     }
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j)
@@ -91,8 +93,10 @@ void GaussTable<T>::weights(T h, std::span<T> hb) const {
 
 template <class T>
 void GaussTable<T>::polynomial(T theta, std::span<T> B) const {
+  const T x = T(2.0) * theta - T(1.0);
+  const Legendre<T> p(s, x);
   for (size_t j = 0; j < B.size(); ++j)
-    B[j] = integral_of_lagrange(s, T(2.0) * c[j] - T(1.0), T(2.0) * theta - T(1.0));
+    B[j] = integral_of_lagrange(s, &legendre[j * size_t(s)], x, p);
 }
 
 template <class T>

@@ -12,9 +12,10 @@ namespace porthos::integrators {
 template <class T>
 struct GaussTable {
   int s;
-  std::vector<T> c;   ///< nodes
-  std::vector<T> b;   ///< weights
-  std::vector<T> mu;  ///< s × s row-major
+  std::vector<T> c;         ///< nodes
+  std::vector<T> b;         ///< weights
+  std::vector<T> mu;        ///< s × s row-major
+  std::vector<T> legendre;  ///< P_k(2 c_j - 1), row j, k = 0 … s - 1
 
   /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h. Size s.
   void weights(T h, std::span<T> hb) const;
