@@ -129,6 +129,13 @@ Model read(const std::string& path, bool free_base) {
   return std::make_shared<Mechanism>(mechanics::read_urdf(path, o).mechanism);
 }
 
+/// One gauss16 step with its stages as lanes, and stage by stage: their ratio is what the lanes bring.
+void add_steps(const std::string& name, Model m, double h) {
+  benchmark::RegisterBenchmark(("gauss16_step/" + name).c_str(), gauss16_step, m, h, true);
+  benchmark::RegisterBenchmark(("gauss16_step_scalar_stages/" + name).c_str(), gauss16_step, m, h,
+                               false);
+}
+
 void add(const std::string& name, Model m) {
   benchmark::RegisterBenchmark(("field/" + name).c_str(), field, m);
   benchmark::RegisterBenchmark(("field_8_lanes/" + name).c_str(), field_lanes, m);
@@ -143,7 +150,8 @@ void add(const std::string& name, Model m) {
 int main(int argc, char** argv) {
   using namespace porthos::bench;
   benchmark::Initialize(&argc, argv);
-  add("ets_vii", read(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", true));
+  const auto ets_vii = read(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", true);
+  add("ets_vii", ets_vii), add_steps("ets_vii", ets_vii, 0.25);
   const std::filesystem::path shared =
       std::filesystem::path(PORTHOS_SOURCE_DIR) / "../shared/reference/pinocchio/urdf";
   for (const auto& [name, free_base] :
@@ -155,9 +163,7 @@ int main(int argc, char** argv) {
     const std::string name = "chain" + std::to_string(n);
     benchmark::RegisterBenchmark(("field/" + name).c_str(), field, m);
     benchmark::RegisterBenchmark(("aba/" + name).c_str(), aba, m);
-    benchmark::RegisterBenchmark(("gauss16_step/" + name).c_str(), gauss16_step, m, 0.02, true);
-    benchmark::RegisterBenchmark(("gauss16_step_scalar_stages/" + name).c_str(), gauss16_step, m,
-                                 0.02, false);
+    add_steps(name, m, 0.02);
   }
   benchmark::RunSpecifiedBenchmarks();
 }
