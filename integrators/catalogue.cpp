@@ -3,7 +3,10 @@
 #include <cmath>
 
 #include "integrators/cvode.h"
+#include "integrators/discrete_gradient.h"
 #include "integrators/gauss.h"
+#include "integrators/hbvm.h"
+#include "integrators/lobatto.h"
 #include "integrators/rk4.h"
 #include "integrators/stormer_verlet.h"
 
@@ -12,7 +15,8 @@ namespace {
 
 Entries make_entries() {
   Entries all;
-  for (auto* family : {gauss_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
+  for (auto* family : {gauss_entries, stormer_verlet_entries, lobatto_entries, hbvm_entries,
+                       discrete_gradient_entries, rk4_entries, cvode_entries})
     for (auto& e : family()) all.push_back(std::move(e));
   return all;
 }

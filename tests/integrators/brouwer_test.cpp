@@ -6,6 +6,7 @@
 
 #include <functional>
 
+#include "integrators/collocation.h"
 #include "integrators/gauss.h"
 #include "tests/support/random_tree.h"
 #include "tests/support/robots.h"
@@ -208,7 +209,7 @@ TEST(Brouwer, WithTheWrongTriangleTheNormDriftsAndWithAToleranceEverything) {
   const Law triangle = law_of(
       "wrong triangle of mu", starts,
       [=](const phs::Model& m) {
-        return make_gauss({.name = "wrong"}, gauss_table_wrong_triangle(8), m, h, {});
+        return make_collocation<double>({.name = "wrong"}, gauss_table_wrong_triangle(8), m, h, {});
       },
       31'750);
   const Law stopped =

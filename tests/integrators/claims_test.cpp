@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "integrators/collocation.h"
 #include "integrators/gauss.h"
 #include "mechanics/aba.h"
 #include "mechanics/momentum.h"
@@ -72,17 +73,20 @@ double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec
 /// steps a run, iteration included.
 double symplectic_defect(const Declaration& d, const test::Problem& p) {
   const auto basis = test::tangents(p);
-  std::vector<Vec> images;
+  std::vector<Vec> images, moved;
   for (const auto& u : basis) {
     phs::BasicState<phs::Dual> s(p.model->description(), {p.start.x.begin(), p.start.x.end()});
     for (size_t i = 0; i < u.size(); ++i) s.x[i].d = u[i];
     const auto integrator = make_basic_integrator<phs::Dual>(d.name, *p.model, p.h);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(integrator->step(s), Outcome::ok) << d.name;
+    bool ok = true;
+    for (int i = 0; i < 2; ++i) ok = ok && integrator->step(s) == Outcome::ok;
+    EXPECT_TRUE(ok || d.symplectic != Claim::holds) << d.name;
+    if (!ok) continue;  // difference quotients have no derivative to speak of
     Vec image;
     for (size_t i = 0; i < u.size(); ++i) image.push_back(s.x[i].d + s.lo[i].d);
-    images.push_back(image);
+    images.push_back(image), moved.push_back(u);
   }
-  return symplectic_defect(basis, images);
+  return symplectic_defect(moved, images);
 }
 
 TEST(Claims, Symplectic) {
@@ -134,30 +138,36 @@ TEST(Claims, Symmetric) {
         });
 }
 
+/// The largest change of a quadratic invariant in 300 steps, at the given step and at four times that if it converges.
+double invariant_defect(const Declaration& d, const test::Problem& p) {
+  test::Gauge gauge(*p.model);
+  const auto start = gauge.invariants(p.start);
+  double worst = 0;
+  for (double factor : {1.0, 4.0}) {
+    phs::State s = p.start;
+    const auto method = make_integrator(d.name, *p.model, factor * p.h);
+    for (int i = 0; i < 300; ++i)
+      if (method->step(s) != Outcome::ok) return worst;
+    const auto end = gauge.invariants(s);
+    for (const auto& i : p.model->description().invariants) {
+      double size = 1, change = 0;
+      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k) {
+        size = std::max(size, double(std::fabs(start[k])));
+        change = std::max(change, double(std::fabs(end[k] - start[k])));
+      }
+      if (i.degree == 1 &&
+          d.energy_exact != Claim::holds) {  // a discrete gradient is no Runge-Kutta method
+        EXPECT_LE(change, 2e-14 * size) << d.name << ": keeps the linear " << i.name;
+      }
+      if (i.degree == 2) worst = std::max(worst, change / size);
+    }
+  }
+  return worst;
+}
+
 TEST(Claims, QuadraticInvariants) {
-  judge("largest change of a linear or quadratic invariant in 500 steps",
-        &Declaration::quadratic_invariants, 2e-14, 1e-11,
-        [](const Declaration& d, const test::Problem& p) {
-          test::Gauge gauge(*p.model);
-          const auto start = gauge.invariants(p.start);
-          phs::State s = p.start;
-          run(*make_integrator(d.name, *p.model, p.h), s, 500);
-          const auto end = gauge.invariants(s);
-          double worst = 0;
-          for (const auto& i : p.model->description().invariants) {
-            double size = 0, change = 0;
-            for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k) {
-              size = std::max(size, double(std::fabs(start[k])));
-              change = std::max(change, double(std::fabs(end[k] - start[k])));
-            }
-            if (i.degree == 1) {
-              EXPECT_LE(change, 2e-14 * std::max(size, 1.0))
-                  << d.name << ": every method keeps linear ones, " << i.name;
-            }
-            if (i.degree == 2) worst = std::max(worst, change / std::max(size, 1.0));
-          }
-          return worst;
-        });
+  judge("change of quadratic invariants", &Declaration::quadratic_invariants, 2e-14, 1e-11,
+        invariant_defect);
 }
 
 /// The largest relative change of H within 100 steps, at the coarsest of a few step sizes that still converges.
@@ -179,7 +189,7 @@ double energy_defect(const Declaration& d, const test::Problem& p) {
 }
 
 TEST(Claims, EnergyExact) {
-  judge("largest change of H in 100 steps", &Declaration::energy_exact, 1e-13, 1e-10,
+  judge("largest change of H in 100 steps", &Declaration::energy_exact, 3e-13, 1e-10,
         energy_defect);
 }
 
@@ -251,7 +261,7 @@ TEST(Claims, RestartIsContinuation) {
 }
 
 /// μ_ij + μ_ji - 1 without rounding.
-double exact_pair(const GaussTable<double>& t, int i, int j) {
+double exact_pair(const CollocationTable<double>& t, int i, int j) {
   return double(phs::Quad(t.mu[size_t(i * t.s + j)]) + phs::Quad(t.mu[size_t(j * t.s + i)]) - 1);
 }
 

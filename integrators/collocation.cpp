@@ -1,0 +1,280 @@
+#include "integrators/collocation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "integrators/stage_lanes.h"
+#include "integrators/stagnation.h"
+
+namespace porthos::integrators {
+namespace {
+
+using phs::Quad;
+
+/// The step with s <= W stages; lanes beyond s repeat the last stage and carry no weight.
+/// Stage data stand component by component in chunks of V lanes: Y[c][k] holds the k-th state number of stages
+/// cV … cV + V - 1. A chunk fills a machine register, and one field evaluation serves all its stages.
+template <class T, int W>
+class Collocation final : public BasicIntegrator<T> {
+  using Base = BasicIntegrator<T>;
+  using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_;
+  using typename Base::State;
+  using Real = TableReal<T>;
+
+  static constexpr int V = std::is_same_v<T, double> ? (W < stage_lanes ? W : stage_lanes) : W;
+  static constexpr int chunks = W / V;
+  using Lanes = StageLanes<T, V>;
+  using Stages = std::array<std::vector<Lanes>, chunks>;
+
+ public:
+  Collocation(Declaration d, CollocationTable<Real> t, const phs::Model& model, T h,
+              const Options& o)
+      : Base(std::move(d), model, h, o),
+        table_(std::move(t)),
+        s_(table_.s),
+        momenta_(table_.mu_p.empty() ? n_ : n_ / 2),
+        lane_turns_(model.description()),
+        stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
+        smallest_(n_),
+        stage_(n_),
+        rate_(n_) {
+    for (int c = 0; c < chunks; ++c) {
+      Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
+      L_before_[c].assign(n_, Lanes(T(0.0)));
+    }
+    if constexpr (std::is_same_v<T, double>)
+      if (o.lanes) lane_system_ = model.instantiate<Lanes>();
+    for (int i = 0; i < W; ++i)
+      for (int j = 0; j < s_; ++j) {
+        const size_t at = size_t(row(i) * s_ + j);
+        set(mu_[j], i, T(table_.mu[at]));
+        set(mu_p_[j], i, T(table_.mu_p.empty() ? table_.mu[at] : table_.mu_p[at]));
+      }
+    adapt_to(h, h);
+  }
+
+  void tell_turns(const State& state) override {
+    Base::tell_turns(state);
+    if constexpr (std::is_same_v<T, double>)
+      if (lane_system_) lane_turns_.synchronise(state, *lane_system_);
+  }
+
+  Outcome advance(T t, T h, State& state) override {
+    t_ = t;
+    adapt_to(h, have_before_ ? h_before_ : h);
+    const Outcome o = solve(state);
+    if (o != Outcome::ok) {
+      have_before_ = false;
+      return o;
+    }
+    for (size_t k = 0; k < n_; ++k) phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(k));
+    std::swap(L_, L_before_);
+    have_before_ = true, h_before_ = h;
+    return Outcome::ok;
+  }
+
+  bool interpolate(const State& after, T theta, std::span<T> x) const override {
+    if (!have_before_) return false;
+    Real B[W], here = Real(0);
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      here = theta.v;
+    else
+      here = theta;
+    table_.polynomial(here, std::span<Real>(B, size_t(s_)));
+    for (size_t k = 0; k < n_; ++k) {
+      T back(0.0);  // from the end of the step, where L carries weight 1
+      for (int j = 0; j < s_; ++j) back += T(Real(1) - B[j]) * at(L_before_, k, j);
+      x[k] = after.x[k] + (after.lo[k] - back);
+    }
+    return true;
+  }
+
+  std::vector<double> memory() const override {
+    std::vector<double> m{have_before_ ? 1.0 : 0.0, double(distrust_), phs::to_double(h_before_)};
+    for (size_t k = 0; k < n_; ++k)
+      for (int i = 0; i < s_; ++i) m.push_back(phs::to_double(at(L_before_, k, i)));
+    return m;
+  }
+  void restore(std::span<const double> m) override {
+    require_size("memory of a collocation method", m.size(), 3 + n_ * size_t(s_));
+    have_before_ = m[0] != 0, distrust_ = int(m[1]), h_before_ = T(m[2]);
+    for (size_t k = 0; k < n_; ++k)
+      for (int i = 0; i < W; ++i)
+        L_before_[i / V][k].set(i % V, T(m[3 + k * size_t(s_) + size_t(row(i))]));
+  }
+
+ private:
+  /// The stage a lane stands for.
+  int row(int lane) const { return std::min(lane, s_ - 1); }
+  static void set(std::array<Lanes, chunks>& a, int i, T x) { a[i / V].set(i % V, x); }
+  static T at(const Stages& a, size_t k, int i) { return a[i / V][k][i % V]; }
+
+  /// Weights for a step of size h, extrapolation from a step of size `before`.
+  void adapt_to(T h, T before) {
+    if (have_coefficients_ && h == h_of_weights_ && before == h_of_extrapolation_) return;
+    Real hb[W], B[W];
+    table_.weights(real(h), std::span<Real>(hb, size_t(s_)));
+    const Real ratio = real(h) / real(before);
+    for (int i = 0; i < W; ++i) {
+      const Real c = table_.c[size_t(row(i))];
+      set(hb_, i, T(hb[row(i)])), set(ch_, i, T(real(h) * c));
+      table_.polynomial(1 + ratio * c, std::span<Real>(B, size_t(s_)));
+      for (int j = 0; j < s_; ++j) set(nu_[j], i, T(B[j] - 1));
+    }
+    h_of_weights_ = h, h_of_extrapolation_ = before, have_coefficients_ = true;
+  }
+  static Real real(const T& x) {
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      return x.v;
+    else
+      return x;
+  }
+
+  Outcome solve(const State& state) {
+    bool predicted = have_before_ && distrust_ == 0;
+    if (distrust_ > 0) --distrust_;
+    start(state, predicted);
+
+    for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
+      double distance;
+      const Sweep p = sweep_once(state, distance);
+      if (sweep == 1 && predicted && p.finite && p.change > distance) {
+        // The extrapolation was further off than no prediction at all: drop it for a while.
+        predicted = false, distrust_ = 16;
+        start(state, false);
+        continue;
+      }
+      using enum Stagnation::Verdict;
+      switch (stagnation_.after(p)) {
+        case not_finite:
+          return Outcome::not_finite;
+        case diverges:
+          return Outcome::not_converged;
+        case exact:
+          return Outcome::ok;  // L belongs to Y
+        case stagnated:
+          evaluate();
+          return Outcome::ok;
+        case go_on:
+          break;
+      }
+    }
+    if (!stagnation_.settled()) return Outcome::not_converged;
+    evaluate();
+    return Outcome::ok;
+  }
+
+  void start(const State& state, bool predicted) {
+    for (int c = 0; c < chunks; ++c)
+      for (size_t k = 0; k < n_; ++k)
+        Y_[c][k] = predicted ? stage_values(state, c, k, nu_, L_before_)
+                             : Lanes(state.x[k]) + Lanes(state.lo[k]);
+    std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
+    stagnation_.restart();
+  }
+  Lanes stage_values(const State& state, int c, size_t k,
+                     const std::array<Lanes, chunks>* coefficients, const Stages& L) const {
+    Lanes sum(T(0.0));
+    for (int j = 0; j < s_; ++j) sum += coefficients[j][c] * Lanes(at(L, k, j));
+    return Lanes(state.x[k]) + (Lanes(state.lo[k]) + sum);
+  }
+
+  /// L_i = (h b_i) f(Y_i)
+  void evaluate() {
+    cost_.evaluations += s_, ++cost_.sweeps;
+    for (int c = 0; c < chunks; ++c) {
+      if (!evaluate_lanes(c)) evaluate_stages(c);
+      for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+    }
+  }
+  bool evaluate_lanes(int c) {
+    if constexpr (std::is_same_v<T, double>)
+      if (lane_system_) return lane_system_->field(Lanes(t_) + ch_[c], Y_[c], {}, F_[c]), true;
+    return (void)c, false;
+  }
+  void evaluate_stages(int c) {
+    const int used = std::min(V, s_ - c * V);
+    for (int i = 0; i < used; ++i) {
+      for (size_t k = 0; k < n_; ++k) stage_[k] = Y_[c][k][i];
+      system_->field(t_ + ch_[c][i], stage_, {}, rate_);
+      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, rate_[k]);
+    }
+    for (int i = used; i < V; ++i)
+      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, F_[c][k][used - 1]);
+  }
+
+  /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
+  Sweep sweep_once(const State& state, double& distance) {
+    evaluate();
+    Sweep p;
+    double largest = 0;
+    distance = 0;
+    for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
+    Magnitudes<V> total(0.0);  // of all moves: not finite if any is
+    for (size_t k = 0; k < n_; ++k) {
+      Magnitudes<V> moves(0.0), aways(0.0);
+      for (int c = 0; c < chunks; ++c) {
+        const Lanes Y = stage_values(state, c, k, k < momenta_ ? mu_ : mu_p_, L_);
+        const auto move = magnitudes(Y - Y_[c][k]);
+        moves = max(moves, move), total += move;
+        aways = max(aways, magnitudes(Y - Lanes(state.x[k])));
+        Y_[c][k] = Y;
+      }
+      const double move = largest_of(moves), away = largest_of(aways);
+      if (move > 0) {
+        p.changed = true;
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+      }
+      const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
+      p.change = std::max(p.change, move / size);
+      distance = std::max(distance, away / size);
+    }
+    for (int i = 0; i < V; ++i) p.finite &= total[i] < HUGE_VAL;
+    return p;
+  }
+
+  /// Σ L_i, outer pairs first as the weights are symmetric.
+  T sum_of_stages(size_t k) const {
+    T sum(0.0);
+    for (int i = 0; i < s_ / 2; ++i) sum += at(L_, k, i) + at(L_, k, s_ - 1 - i);
+    return s_ % 2 ? sum + at(L_, k, s_ / 2) : sum;
+  }
+
+  CollocationTable<Real> table_;
+  int s_;
+  size_t momenta_;  ///< where the components that use mu_p begin
+  T t_ = T(0.0);
+  std::unique_ptr<phs::System<Lanes>> lane_system_;
+  TurnKeeper<Lanes> lane_turns_;
+  Stagnation stagnation_;
+  std::array<Lanes, chunks> hb_, ch_, mu_[W], mu_p_[W], nu_[W];
+  bool have_coefficients_ = false;
+  T h_of_weights_, h_of_extrapolation_;
+  Stages Y_, L_, F_;
+  std::vector<double> smallest_;
+  std::vector<T> stage_, rate_;
+  Stages L_before_;
+  bool have_before_ = false;
+  T h_before_ = T(0.0);
+  int distrust_ = 0;  ///< steps left without extrapolation
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_collocation(const Declaration& d,
+                                                     CollocationTable<TableReal<T>> table,
+                                                     const phs::Model& model, T h,
+                                                     const Options& o) {
+  if (table.s <= 4) return std::make_unique<Collocation<T, 4>>(d, std::move(table), model, h, o);
+  if constexpr (std::is_same_v<T, Quad>)
+    if (table.s > 8) return std::make_unique<Collocation<T, 16>>(d, std::move(table), model, h, o);
+  return std::make_unique<Collocation<T, 8>>(d, std::move(table), model, h, o);
+}
+#define PORTHOS_INSTANTIATE(T)                                      \
+  template std::unique_ptr<BasicIntegrator<T>> make_collocation<T>( \
+      const Declaration&, CollocationTable<TableReal<T>>, const phs::Model&, T, const Options&);
+PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+
+}  // namespace porthos::integrators

@@ -1,0 +1,32 @@
+#include "integrators/hbvm.h"
+
+#include "integrators/catalogue.h"
+#include "integrators/collocation.h"
+
+namespace porthos::integrators {
+
+Entries hbvm_entries() {
+  const auto hbvm = [](std::string name, std::string title, int r, std::string source) {
+    return entry(
+        {.name = std::move(name),
+         .title = std::move(title),
+         .family = "Energy-preserving",
+         .order = 2 * r,
+         .symmetric = Claim::holds,
+         // H is kept to the order-16 quadrature: to rounding at resolved steps, not for every step
+         .energy_exact = Claim::fails,
+         .needs = {.canonical = true},
+         .source = std::move(source)},
+        [r](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
+          return make_collocation(d, hbvm_table<TableReal<decltype(h)>>(8, r), m, h, o);
+        });
+  };
+  const char* bit = "Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl. Math. 5:17";
+  return {hbvm("hbvm8", "HBVM(8,4): H to the order-16 quadrature", 4, bit),
+          hbvm("hbvm6", "HBVM(8,3): H to the order-16 quadrature", 3, bit),
+          hbvm("hbvm4", "HBVM(8,2): H to the order-16 quadrature", 2, bit),
+          hbvm("mean_value", "mean value discrete gradient (average vector field), 8 nodes", 1,
+               "Quispel, McLaren 2008, J. Phys. A 41:045206; Harten, Lax, van Leer 1983")};
+}
+
+}  // namespace porthos::integrators
