@@ -5,6 +5,9 @@
 #include <string>
 #include <string_view>
 
+#ifdef PORTHOS_GSL_RIVALS
+#include "adapters/gsl/gsl.h"
+#endif
 #include "apps/commands.h"
 #include "phs/error.h"
 #include "scene/scene.h"
@@ -67,6 +70,9 @@ int dispatch(const CLI::App& app, const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
+#ifdef PORTHOS_GSL_RIVALS
+  porthos::adapters::add_gsl_methods();
+#endif
   Arguments arguments;
   CLI::App app("Port-Hamiltonian symplectic toolkit for articulated mechanisms and spacecraft",
                "porthos");

@@ -17,7 +17,7 @@ add_library(porthos_toml INTERFACE)
 target_include_directories(porthos_toml SYSTEM INTERFACE ${PORTHOS_TOML_INCLUDE_DIR})
 target_compile_definitions(porthos_toml INTERFACE TOML_HEADER_ONLY=1)
 
-# GPL-3, therefore for the tests alone.
-if(PORTHOS_GSL AND PORTHOS_BUILD_TESTS)
+# GPL-3, therefore never in the libraries: for the tests, and for the command where PORTHOS_GSL_RIVALS asks for it.
+if((PORTHOS_GSL AND PORTHOS_BUILD_TESTS) OR PORTHOS_GSL_RIVALS)
   find_package(GSL QUIET)
 endif()

@@ -1,8 +1,8 @@
-# SUNDIALS::cvode and SUNDIALS::nvecserial, for the build and for the installed porthosConfig.cmake.
-# Found by file: SUNDIALS' own config demands OpenMP, which these two do not use and not every Clang has.
+# SUNDIALS::cvode, arkode, ida and nvecserial, for the build and for the installed porthosConfig.cmake.
+# Found by file: SUNDIALS' own config demands OpenMP, which these do not use and not every Clang has.
 find_path(SUNDIALS_INCLUDE_DIR cvode/cvode.h REQUIRED)
 mark_as_advanced(SUNDIALS_INCLUDE_DIR)
-foreach(part cvode nvecserial)
+foreach(part cvode arkode ida nvecserial)
   find_library(SUNDIALS_${part}_LIBRARY sundials_${part} REQUIRED)
   mark_as_advanced(SUNDIALS_${part}_LIBRARY)
   if(NOT TARGET SUNDIALS::${part})

@@ -2,21 +2,35 @@
 
 #include <cmath>
 
-#include "integrators/cvode.h"
 #include "integrators/discrete_gradient.h"
 #include "integrators/gauss.h"
 #include "integrators/hbvm.h"
 #include "integrators/lobatto.h"
 #include "integrators/rk4.h"
 #include "integrators/stormer_verlet.h"
+#include "integrators/sundials.h"
 
 namespace porthos::integrators {
 namespace {
 
+using Family = Entries (*)();
+
+/// The families, and whether the catalogue has been read.
+struct Families {
+  std::vector<Family> all{gauss_entries,   stormer_verlet_entries,    lobatto_entries,
+                          hbvm_entries,    discrete_gradient_entries, rk4_entries,
+                          sundials_entries};
+  bool in_use = false;
+};
+Families& families() {
+  static Families f;
+  return f;
+}
+
 Entries make_entries() {
+  families().in_use = true;
   Entries all;
-  for (auto* family : {gauss_entries, stormer_verlet_entries, lobatto_entries, hbvm_entries,
-                       discrete_gradient_entries, rk4_entries, cvode_entries})
+  for (Family family : families().all)
     for (auto& e : family()) all.push_back(std::move(e));
   return all;
 }
@@ -39,6 +53,12 @@ const char* to_string(Outcome o) {
       return "the method gave up";
   }
   return "unknown";
+}
+
+void add_entries(Family family) {
+  if (families().in_use)
+    throw InvalidArgument("a family of methods was added after the catalogue's first use");
+  families().all.push_back(family);
 }
 
 const Entries& entries() {

@@ -49,6 +49,8 @@ inline Entry double_entry(Declaration d, Maker<double> make) {
 /// catalogue.cpp.
 using Entries = std::vector<Entry>;
 const Entries& entries();
+/// Adds the family of an adapter. @throws InvalidArgument once the catalogue has been used: it never changes then
+void add_entries(Entries (*family)());
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
 

@@ -14,10 +14,11 @@ BELOW = {
     "phs": [],
     "mechanics": ["phs"],
     "integrators": ["phs"],
+    "adapters": ["integrators"],
     "energy_shaping": ["mechanics"],
     "vsa": ["mechanics"],
     "scene": ["integrators", "energy_shaping", "vsa"],
-    "apps": ["scene"],
+    "apps": ["scene", "adapters"],
     "python": ["scene"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "scene"]

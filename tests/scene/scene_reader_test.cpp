@@ -160,10 +160,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
     return l;
   };
   const std::string urdf = "urdf = \"arm.urdf\"\n", fixed = "base = \"fixed\"\n";
-  const std::string methods =
-      "gauss16, gauss14, gauss12, gauss10, gauss8, gauss6, gauss4, gauss2, midpoint, "
-      "stormer_verlet, rk4, cvode_adams, "
-      "cvode_bdf";
+  std::string methods;
+  for (const auto& d : porthos::integrators::catalogue()) methods += (methods.empty() ? "" : ", ") + d.name;
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
