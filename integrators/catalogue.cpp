@@ -37,6 +37,22 @@ const char* to_string(Outcome o) {
   return "unknown";
 }
 
+const char* to_string(Solver s) {
+  switch (s) {
+    case Solver::automatic:
+      return "automatic";
+    case Solver::fixed_point:
+      return "fixed point";
+    case Solver::newton_articulated:
+      return "Newton, articulated";
+    case Solver::newton_dense:
+      return "Newton, dense";
+    case Solver::newton_krylov:
+      return "Newton, Krylov";
+  }
+  return "unknown";
+}
+
 const Entries& entries() {
   static const Entries all = make_entries();
   return all;

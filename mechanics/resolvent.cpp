@@ -36,8 +36,8 @@ struct JointJacobian {
   Motion<double> displacement[most_q];
 
   template <class J>
-  void of(const Node& n, const double* q, const double* p, const double* v,
-          const Motion<double>& V, const Force<double>& h, const Force<double>& g, double turn) {
+  void of(const Node& n, const double* q, const double* p, const double* v, const Motion<double>& V,
+          const Force<double>& h, const Force<double>& g, double turn) {
     Dual dq[J::nq], dp[J::nq], dv[J::nv], load[J::nv];
     Motion<Dual> dV;
     Force<Dual> dh;
@@ -54,8 +54,7 @@ struct JointJacobian {
       } else {
         J::rates(dq, dv, q_dot);
         const Force<Dual> gyroscopic = cross(dV, dh);
-        unroll<J::nv>(
-            [&](auto k) { p_dot[k] = load[k] - J::template project<k>(n, gyroscopic); });
+        unroll<J::nv>([&](auto k) { p_dot[k] = load[k] - J::template project<k>(n, gyroscopic); });
       }
       for (int i = 0; i < J::nq; ++i)
         entry(rate[i]) = q_dot[i].d, entry(rate[J::nq + i]) = p_dot[i].d;
@@ -373,7 +372,8 @@ class TreeResolvent final : public phs::Resolvent {
       for (size_t k = 0; k < cols; ++k)
         for (size_t a = 0; a < rows; ++a) j.W[r * cols + k] += j.Lambda[r * rows + a] * b.P[a][k];
       for (size_t c = 0; c < size; ++c)
-        for (size_t k = 0; k < cols; ++k) j.N[r * size + c] += j.B[k * size + c] * j.W[r * cols + k];
+        for (size_t k = 0; k < cols; ++k)
+          j.N[r * size + c] += j.B[k * size + c] * j.W[r * cols + k];
     }
     for (size_t a = 0; a < rows; ++a)
       for (size_t c = 0; c < size; ++c) {

@@ -38,9 +38,8 @@ TEST(Resolvent, SolvesWithTheExactJacobianOfAnyTree) {
     for (int seed = 1; seed <= 30; ++seed) {
       test::RandomTree random{std::uint64_t(seed)};
       const auto types = joint_type_names();
-      const auto mechanism =
-          random.tree(7, seed % 3 ? types[size_t(seed) % types.size()] : "free", "",
-                      gravity ? Vec3d{1, 2, -9.81} : Vec3d{0, 0, 0});
+      const auto mechanism = random.tree(7, seed % 3 ? types[size_t(seed) % types.size()] : "free",
+                                         "", gravity ? Vec3d{1, 2, -9.81} : Vec3d{0, 0, 0});
       if (mechanism->nv() == 0) continue;
       const MechanicalModel model(mechanism);
       auto x = model.state(random.q(*mechanism), random.numbers(mechanism->nv()));
