@@ -157,13 +157,7 @@ class Gauss final : public BasicIntegrator<T> {
       for (int j = 0; j < s_; ++j)
         A[size_t(i * s_ + j)] =
             phs::to_double(table_.b[size_t(i)]) * phs::to_double(table_.mu[size_t(i * s_ + j)]);
-    const auto wanted = options_.solver == Solver::automatic
-                            ? SimplifiedNewton::ladder(model.description())
-                            : std::vector<Solver>{options_.solver};
-    newton_ = std::make_unique<SimplifiedNewton>(model, A, wanted);
-    if (newton_->solvers().empty())
-      throw InvalidArgument("solver '" + std::string(to_string(options_.solver)) +
-                            "' is not offered by '" + model.description().name + "'");
+    newton_ = std::make_unique<SimplifiedNewton>(model, A, options_.solver);
     residual_.resize(n_ * size_t(s_)), point_.resize(n_);
   }
 
@@ -174,8 +168,10 @@ class Gauss final : public BasicIntegrator<T> {
 
     Outcome o = Outcome::not_converged;
     const bool free_choice = options_.solver == Solver::automatic;
+    bool all_tried = !free_choice;
     if (free_choice && !choice_.newton()) {
       const int limit = choice_.trial() ? SolverChoice::trial_sweeps : options_.max_sweeps;
+      all_tried = limit >= options_.max_sweeps;
       o = iterate(state, predicted, Solver::fixed_point, std::min(limit, options_.max_sweeps));
       choice_.fixed_point_was(o == Outcome::ok, sweeps_);
       if (o == Outcome::ok) return o;
@@ -187,6 +183,9 @@ class Gauss final : public BasicIntegrator<T> {
       choice_.newton_converged(rung);
       break;
     }
+    if (o != Outcome::ok && free_choice) choice_.newton_failed();
+    if (o != Outcome::ok && !all_tried)
+      o = iterate(state, false, Solver::fixed_point, options_.max_sweeps);
     cost_.evaluations += newton_->evaluations() - evaluations;
     cost_.factorisations += newton_->factorisations() - factorisations;
     return o;
@@ -361,7 +360,8 @@ class Gauss final : public BasicIntegrator<T> {
       if (!(move < HUGE_VAL)) p.finite = false;
       if (move > 0) {
         p.changed = true;
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+        // Newton's solve spreads its noise over all components, where single records mean nothing.
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = solver_ == Solver::fixed_point;
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);

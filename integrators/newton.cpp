@@ -10,7 +10,7 @@ namespace porthos::integrators {
 using phs::Complex4;
 
 SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const double> A,
-                                   std::span<const Solver> solvers)
+                                   Solver solver)
     : s_(size_t(std::lround(std::sqrt(double(A.size()))))),
       forward_(s_),
       back_(s_),
@@ -23,12 +23,18 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
   for (const auto& b : model.description().blocks)
     if (b.kind == phs::BlockKind::angle) turns_.push_back(0);
 
-  for (Solver solver : solvers) {
-    if (solver == Solver::newton_articulated && !own_) continue;
-    solvers_.push_back(solver);
-    if (solver == Solver::newton_articulated) continue;
+  const bool automatic = solver == Solver::automatic;
+  if (own_ && (automatic || solver == Solver::newton_articulated))
+    solvers_.push_back(Solver::newton_articulated);
+  if (automatic && !(own_ && own_->exact()))
+    solvers_.push_back(d_.size() <= 100 ? Solver::newton_dense : Solver::newton_krylov);
+  if (solver == Solver::newton_dense || solver == Solver::newton_krylov) solvers_.push_back(solver);
+  if (solvers_.empty())
+    throw InvalidArgument("solver '" + std::string(to_string(solver)) + "' is not offered by '" +
+                          model.description().name + "'");
+  if (solvers_.back() != Solver::newton_articulated) {
     dual_system_ = model.instantiate<phs::Dual>();
-    if (solver == Solver::newton_dense)
+    if (solvers_.back() == Solver::newton_dense)
       dense_ = make_dense_resolvent(*dual_system_);
     else
       krylov_ = make_krylov_resolvent(*dual_system_, own_.get());
@@ -63,10 +69,6 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     }
     ++lane;
   }
-}
-
-std::vector<Solver> SimplifiedNewton::ladder(const phs::Description& d) {
-  return {Solver::newton_articulated, d.nx <= 100 ? Solver::newton_dense : Solver::newton_krylov};
 }
 
 phs::Resolvent* SimplifiedNewton::of(Solver s) {

@@ -17,13 +17,12 @@ namespace porthos::integrators {
 /// limit of the iteration, which is that of the residual it is given.
 class SimplifiedNewton {
  public:
-  /// A row-major. `solvers` are those wanted, in the order of trial; what the system does not offer is left out.
-  /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues
-  SimplifiedNewton(const phs::Model& model, std::span<const double> A,
-                   std::span<const Solver> solvers);
-  /// What automatic choice tries on this system: see Solver.
-  static std::vector<Solver> ladder(const phs::Description& d);
+  /// A row-major.
+  /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the system does not offer
+  ///   the solver asked for
+  SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver);
 
+  /// The solvers at hand in the order of trial; of the automatic choice see Solver.
   const std::vector<Solver>& solvers() const { return solvers_; }
   /// Whether `solver` stands factored for steps of size h.
   bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }
@@ -83,8 +82,12 @@ class SolverChoice {
       interval_ = std::min(2 * interval_, 4096), wait_ = interval_, rung_ = 0;
       return;
     }
-    slow_ = converged && sweeps < slow_sweeps ? 0 : slow_ + 1;
+    slow_ = converged && sweeps < slow_sweeps ? std::min(slow_, 0) : slow_ + 1;
     if (!converged || slow_ == 3) newton_ = true, wait_ = interval_, rung_ = 0;
+  }
+  /// No Newton converged, the fixed point may have: it is not tried again for a while.
+  void newton_failed() {
+    newton_ = false, slow_ = -interval_, interval_ = std::min(2 * interval_, 4096);
   }
   void newton_converged(size_t rung) {
     rung_ = int(rung), wait_ = std::max(wait_ - 1, 0), ++newton_steps_;

@@ -148,6 +148,8 @@ class TreeResolvent final : public phs::Resolvent {
           hinge_[i].stiffness = p.stiffness, hinge_[i].damping = p.damping;
   }
 
+  bool exact() const override { return true; }
+
   void factor(double, std::span<const double> x, const C& z) override {
     z_ = z;
     move_to(x);

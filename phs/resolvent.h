@@ -13,6 +13,8 @@ namespace porthos::phs {
 class Resolvent {
  public:
   virtual ~Resolvent() = default;
+  /// Whether J is all of Df, so that no other solver can contract better.
+  virtual bool exact() const { return false; }
   /// Freezes J at (t, x), size nx, for the four z.
   virtual void factor(double t, std::span<const double> x, const Complex4& z) = 0;
   /// r ← (I - z J)⁻¹ r, size nx.
