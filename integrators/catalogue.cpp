@@ -61,6 +61,22 @@ void add_entries(Family family) {
   families().all.push_back(family);
 }
 
+const char* to_string(Solver s) {
+  switch (s) {
+    case Solver::automatic:
+      return "automatic";
+    case Solver::fixed_point:
+      return "fixed point";
+    case Solver::newton_articulated:
+      return "Newton, articulated";
+    case Solver::newton_dense:
+      return "Newton, dense";
+    case Solver::newton_krylov:
+      return "Newton, Krylov";
+  }
+  return "unknown";
+}
+
 const Entries& entries() {
   static const Entries all = make_entries();
   return all;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "integrators/newton.h"
 #include "integrators/stage_lanes.h"
 #include "integrators/stagnation.h"
 
@@ -51,6 +52,7 @@ class Collocation final : public BasicIntegrator<T> {
         set(mu_[j], i, T(table_.mu[at]));
         set(mu_p_[j], i, T(table_.mu_p.empty() ? table_.mu[at] : table_.mu_p[at]));
       }
+    if (o.solver != Solver::fixed_point && s_ <= 8 && table_.mu_p.empty()) make_newton(model);
     adapt_to(h, h);
   }
 
@@ -94,14 +96,26 @@ class Collocation final : public BasicIntegrator<T> {
     std::vector<double> m{have_before_ ? 1.0 : 0.0, double(distrust_), phs::to_double(h_before_)};
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < s_; ++i) m.push_back(phs::to_double(at(L_before_, k, i)));
+    if (newton_) m.push_back(fresh_sweeps_), choice_.save(m), newton_->save(m);
     return m;
   }
   void restore(std::span<const double> m) override {
-    require_size("memory of a collocation method", m.size(), 3 + n_ * size_t(s_));
+    const size_t own = 3 + n_ * size_t(s_), choice = SolverChoice::memory_size;
+    require_size("memory of a collocation method", m.size(),
+                 own + (newton_ ? 1 + choice + newton_->memory_size() : 0));
     have_before_ = m[0] != 0, distrust_ = int(m[1]), h_before_ = T(m[2]);
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < W; ++i)
         L_before_[i / V][k].set(i % V, T(m[3 + k * size_t(s_) + size_t(row(i))]));
+    if (!newton_) return;
+    fresh_sweeps_ = int(m[own]);
+    choice_.restore(m.subspan(own + 1, choice)), newton_->restore(m.subspan(own + 1 + choice));
+  }
+
+  std::string remark() const override {
+    if (!newton_ || choice_.newton_steps() == 0) return "";
+    return std::string(to_string(newton_->solvers()[choice_.rung()])) + ", in " +
+           std::to_string(choice_.newton_steps()) + " of " + std::to_string(cost_.steps) + " steps";
   }
 
  private:
@@ -121,6 +135,16 @@ class Collocation final : public BasicIntegrator<T> {
       set(hb_, i, T(hb[row(i)])), set(ch_, i, T(real(h) * c));
       table_.polynomial(1 + ratio * c, std::span<Real>(B, size_t(s_)));
       for (int j = 0; j < s_; ++j) set(nu_[j], i, T(B[j] - 1));
+      if (!newton_) continue;
+      for (int j = 0; j < s_;
+           ++j) {  // L = h b f: b_i ℓ_j(1 + ratio c_i) / b_j of L_j, for steps of one size
+        Real l = ratio * table_.b[size_t(row(i))] / table_.b[size_t(j)];
+        for (int k = 0; k < s_; ++k)
+          if (k != j)
+            l *=
+                (1 + ratio * c - table_.c[size_t(k)]) / (table_.c[size_t(j)] - table_.c[size_t(k)]);
+        set(slope_[j], i, T(l));
+      }
     }
     h_of_weights_ = h, h_of_extrapolation_ = before, have_coefficients_ = true;
   }
@@ -131,18 +155,88 @@ class Collocation final : public BasicIntegrator<T> {
       return x;
   }
 
-  Outcome solve(const State& state) {
-    bool predicted = have_before_ && distrust_ == 0;
-    if (distrust_ > 0) --distrust_;
-    start(state, predicted);
+  // --- the choice of the solver -----------------------------------------------------------------------------------
+  void make_newton(const phs::Model& model) {
+    std::vector<double> A(size_t(s_ * s_));  // of L = h b f(x + μ L)
+    for (int i = 0; i < s_; ++i)
+      for (int j = 0; j < s_; ++j)
+        A[size_t(i * s_ + j)] =
+            phs::to_double(table_.b[size_t(i)]) * phs::to_double(table_.mu[size_t(i * s_ + j)]);
+    newton_ = std::make_unique<SimplifiedNewton>(model, A, options_.solver);
+    residual_.resize(n_ * size_t(s_)), point_.resize(n_);
+  }
 
-    for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
+  Outcome solve(const State& state) {
+    const bool predicted = have_before_ && distrust_ == 0;
+    if (distrust_ > 0) --distrust_;
+    if (!newton_) return iterate(state, predicted, Solver::fixed_point, options_.max_sweeps);
+
+    Outcome o = Outcome::not_converged;
+    const bool free_choice = options_.solver == Solver::automatic;
+    bool all_tried = !free_choice;
+    if (free_choice && !choice_.newton()) {
+      const int limit = choice_.trial() ? SolverChoice::trial_sweeps : options_.max_sweeps;
+      all_tried = limit >= options_.max_sweeps;
+      o = iterate(state, predicted, Solver::fixed_point, std::min(limit, options_.max_sweeps));
+      choice_.fixed_point_was(o == Outcome::ok, sweeps_);
+      if (o == Outcome::ok) return o;
+    }
+    const auto evaluations = newton_->evaluations(), factorisations = newton_->factorisations();
+    for (size_t rung = choice_.rung(); rung < newton_->solvers().size(); ++rung) {
+      o = by_newton(state, newton_->solvers()[rung]);
+      if (o != Outcome::ok) continue;
+      choice_.newton_converged(rung);
+      break;
+    }
+    if (o != Outcome::ok && free_choice) choice_.newton_failed();
+    if (o != Outcome::ok && !all_tried)
+      o = iterate(state, false, Solver::fixed_point, options_.max_sweeps);
+    cost_.evaluations += newton_->evaluations() - evaluations;
+    cost_.factorisations += newton_->factorisations() - factorisations;
+    return o;
+  }
+
+  /// With the Jacobian of an earlier step if it still serves, else with its own.
+  Outcome by_newton(const State& state, Solver solver) {
+    const bool predicted = have_before_ && distrust_ == 0;
+    fresh_ = false;
+    Outcome o = iterate(state, predicted, solver, options_.max_sweeps);
+    if (o != Outcome::ok && !fresh_) {
+      newton_->forget();
+      o = iterate(state, predicted, solver, options_.max_sweeps);
+    }
+    if (o != Outcome::ok)
+      newton_->forget();
+    else if (fresh_)
+      fresh_sweeps_ = sweeps_;
+    else if (sweeps_ > fresh_sweeps_ + worth_of_a_factorisation(solver))
+      newton_->forget();
+    return o;
+  }
+  /// What a factorisation costs, in sweeps, about.
+  int worth_of_a_factorisation(Solver solver) const {
+    return solver == Solver::newton_articulated ? 2
+           : solver == Solver::newton_dense     ? 2 + int(n_) / 8
+                                                : 0;
+  }
+
+  // --- the iteration ----------------------------------------------------------------------------------------------
+  /// Sweeps to stagnation. Newton freezes J at the mean of the stages, and again where it contracts badly.
+  Outcome iterate(const State& state, bool predicted, Solver solver, int most_sweeps) {
+    solver_ = solver;
+    start(state, predicted);
+    const bool newton = solver != Solver::fixed_point;
+    if (newton && !newton_->ready(solver, phs::to_double(h_of_weights_))) freeze(state);
+    int refreshed = 0;
+
+    for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
       double distance;
       const Sweep p = sweep_once(state, distance);
-      if (sweep == 1 && predicted && p.finite && p.change > distance) {
+      if (sweeps_ == 1 && predicted && p.finite && p.change > distance) {
         // The extrapolation was further off than no prediction at all: drop it for a while.
         predicted = false, distrust_ = 16;
         start(state, false);
+        if (newton && fresh_) freeze(state);
         continue;
       }
       using enum Stagnation::Verdict;
@@ -154,39 +248,89 @@ class Collocation final : public BasicIntegrator<T> {
         case exact:
           return Outcome::ok;  // L belongs to Y
         case stagnated:
-          evaluate();
+          improve();
           return Outcome::ok;
         case go_on:
+          if (newton && stagnation_.ratio() > 0.3 && !stagnation_.settled() && refreshed < 8)
+            freeze(state), ++refreshed;
           break;
       }
     }
     if (!stagnation_.settled()) return Outcome::not_converged;
-    evaluate();
+    improve();
     return Outcome::ok;
   }
 
   void start(const State& state, bool predicted) {
+    const bool newton = solver_ != Solver::fixed_point;
     for (int c = 0; c < chunks; ++c)
-      for (size_t k = 0; k < n_; ++k)
+      for (size_t k = 0; k < n_; ++k) {
+        if (newton) L_[c][k] = predicted ? combination(c, k, slope_, L_before_) : Lanes(T(0.0));
         Y_[c][k] = predicted ? stage_values(state, c, k, nu_, L_before_)
                              : Lanes(state.x[k]) + Lanes(state.lo[k]);
+      }
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
     stagnation_.restart();
   }
+  void freeze(const State& state) {
+    for (size_t k = 0; k < n_; ++k) {
+      double sum = 0;
+      for (int i = 0; i < s_; ++i) sum += phs::to_double(at(Y_, k, i));
+      point_[k] = sum / s_;
+    }
+    const double h = phs::to_double(h_of_weights_);
+    newton_->freeze(solver_, phs::to_double(t_) + h / 2, h, point_, state.turns);
+    fresh_ = true;
+  }
   Lanes stage_values(const State& state, int c, size_t k,
                      const std::array<Lanes, chunks>* coefficients, const Stages& L) const {
+    return Lanes(state.x[k]) + (Lanes(state.lo[k]) + combination(c, k, coefficients, L));
+  }
+  Lanes combination(int c, size_t k, const std::array<Lanes, chunks>* coefficients,
+                    const Stages& L) const {
     Lanes sum(T(0.0));
     for (int j = 0; j < s_; ++j) sum += coefficients[j][c] * Lanes(at(L, k, j));
-    return Lanes(state.x[k]) + (Lanes(state.lo[k]) + sum);
+    return sum;
   }
 
-  /// L_i = (h b_i) f(Y_i)
-  void evaluate() {
+  /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solution for that one's distance from it:
+  /// in stiff directions f turns the rounding of Y into much, and the solve turns it back, so that L is good to the
+  /// rounding of Y in every direction. (The update from the stages instead of f, Hairer, Wanner 1996, IV.8, does no more
+  /// in stiff directions and loses in the others.)
+  void improve() {
     cost_.evaluations += s_, ++cost_.sweeps;
-    for (int c = 0; c < chunks; ++c) {
+    for (int c = 0; c < chunks; ++c)
       if (!evaluate_lanes(c)) evaluate_stages(c);
+    if (solver_ != Solver::fixed_point) return correct();
+    for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+  }
+  void correct() {
+    for (int c = 0; c < chunks; ++c)
+      for (size_t k = 0; k < n_; ++k) F_[c][k] = hb_[c] * F_[c][k] - L_[c][k];
+    // A derivative obeys the equations linearised, with the same matrix.
+    for (int part = 0; part < (std::is_same_v<T, phs::Dual> ? 2 : 1); ++part) {
+      for (size_t k = 0; k < n_; ++k)
+        for (int i = 0; i < s_; ++i)
+          residual_[k * size_t(s_) + size_t(i)] = part_of(at(F_, k, i), part);
+      newton_->solve(residual_);
+      for (size_t k = 0; k < n_; ++k)
+        for (int i = 0; i < W; ++i) {
+          const double d = residual_[k * size_t(s_) + size_t(row(i))];
+          T L = at(L_, k, i);
+          if constexpr (std::is_same_v<T, phs::Dual>)
+            (part == 0 ? L.v : L.d) += d;
+          else
+            L += T(d);
+          L_[i / V][k].set(i % V, L);
+        }
     }
+  }
+  static double part_of(const T& x, int part) {
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      return part == 0 ? x.v : x.d;
+    else
+      return (void)part, phs::to_double(x);
   }
   bool evaluate_lanes(int c) {
     if constexpr (std::is_same_v<T, double>)
@@ -206,7 +350,7 @@ class Collocation final : public BasicIntegrator<T> {
 
   /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
-    evaluate();
+    improve();
     Sweep p;
     double largest = 0;
     distance = 0;
@@ -224,7 +368,8 @@ class Collocation final : public BasicIntegrator<T> {
       const double move = largest_of(moves), away = largest_of(aways);
       if (move > 0) {
         p.changed = true;
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+        // Newton's solve spreads its noise over all components, where single records mean nothing.
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = solver_ == Solver::fixed_point;
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
@@ -248,7 +393,7 @@ class Collocation final : public BasicIntegrator<T> {
   std::unique_ptr<phs::System<Lanes>> lane_system_;
   TurnKeeper<Lanes> lane_turns_;
   Stagnation stagnation_;
-  std::array<Lanes, chunks> hb_, ch_, mu_[W], mu_p_[W], nu_[W];
+  std::array<Lanes, chunks> hb_, ch_, mu_[W], mu_p_[W], nu_[W], slope_[W];
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
   Stages Y_, L_, F_;
@@ -258,6 +403,13 @@ class Collocation final : public BasicIntegrator<T> {
   bool have_before_ = false;
   T h_before_ = T(0.0);
   int distrust_ = 0;  ///< steps left without extrapolation
+
+  std::unique_ptr<SimplifiedNewton> newton_;  ///< null: fixed point only
+  SolverChoice choice_;
+  Solver solver_ = Solver::fixed_point;  ///< at work
+  int sweeps_ = 0, fresh_sweeps_ = 0;  ///< of the last iteration, of the last with its own Jacobian
+  bool fresh_ = false;
+  std::vector<double> residual_, point_;
 };
 
 }  // namespace

@@ -55,9 +55,15 @@ struct Cost {
   std::int64_t factorisations = 0;  ///< of a Newton matrix
 };
 
+/// How an implicit method solves its equations. automatic: fixed point while it contracts, else Newton by the cheapest
+/// solver that converges: the system's own O(n) elimination, else dense up to 100 state numbers, else Krylov.
+enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
+const char* to_string(Solver s);
+
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
+  Solver solver = Solver::automatic;  ///< of the Gauss methods
   bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
   bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative: biased, a control.

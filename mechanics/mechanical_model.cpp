@@ -3,6 +3,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/joint_list.h"
 #include "mechanics/momentum.h"
+#include "mechanics/resolvent.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -174,6 +175,10 @@ class MechanicalSystem : public phs::System<T> {
 
   void set_turn_angles(In angles) override {
     std::copy(angles.begin(), angles.end(), w_.turn_angle.begin());
+  }
+  std::unique_ptr<phs::Resolvent> resolvent() override {
+    if constexpr (std::is_same_v<T, double>) return make_resolvent(m_, w_.turn_angle);
+    return nullptr;
   }
 
  private:

@@ -6,6 +6,7 @@
 
 #include "phs/description.h"
 #include "phs/error.h"
+#include "phs/resolvent.h"
 #include "phs/scalar.h"
 
 /// The port-Hamiltonian contract
@@ -52,6 +53,9 @@ class System {
   }
   /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by integrators after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
+  /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has none. It belongs to this
+  /// object, whose turn angles it reads, and must not outlive it.
+  virtual std::unique_ptr<Resolvent> resolvent() { return nullptr; }
 };
 
 /// A system before a scalar is chosen: immutable, shared by threads.

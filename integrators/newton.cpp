@@ -1,0 +1,126 @@
+#include "integrators/newton.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace porthos::integrators {
+
+using phs::Complex4;
+
+SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const double> A,
+                                   Solver solver)
+    : s_(size_t(std::lround(std::sqrt(double(A.size()))))),
+      forward_(s_),
+      back_(s_),
+      system_(model.instantiate<double>()),
+      keeper_(model.description()),
+      dual_keeper_(model.description()),
+      own_(system_->resolvent()),
+      d_(size_t(model.description().nx)),
+      before_(d_.size()),
+      x_(d_.size()) {
+  for (const auto& b : model.description().blocks)
+    if (b.kind == phs::BlockKind::angle) turns_.push_back(0);
+
+  const bool automatic = solver == Solver::automatic;
+  if (own_ && (automatic || solver == Solver::newton_articulated))
+    solvers_.push_back(Solver::newton_articulated);
+  if (automatic && !(own_ && own_->exact()))
+    solvers_.push_back(d_.size() <= 100 ? Solver::newton_dense : Solver::newton_krylov);
+  if (solver == Solver::newton_dense || solver == Solver::newton_krylov) solvers_.push_back(solver);
+  if (solvers_.empty())
+    throw InvalidArgument("solver '" + std::string(to_string(solver)) + "' is not offered by '" +
+                          model.description().name + "'");
+  if (solvers_.back() != Solver::newton_articulated) {
+    dual_system_ = model.instantiate<phs::Dual>();
+    if (solvers_.back() == Solver::newton_dense)
+      dense_ = make_dense_resolvent(*dual_system_);
+    else
+      krylov_ = make_krylov_resolvent(*dual_system_, own_.get());
+  }
+
+  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones; w_k the rows of the inverse of the eigenvectors.
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const auto s = Eigen::Index(s_);
+  const Matrix a =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+          A.data(), s, s)
+          .cast<long double>();
+  const Eigen::EigenSolver<Matrix> eigen(a);
+  const auto V = eigen.eigenvectors();
+  const auto W = V.inverse().eval();
+  lambda_ = Complex4(0.0);
+  std::fill(forward_.begin(), forward_.end(), Complex4(0.0));
+  std::fill(back_.begin(), back_.end(), Complex4(0.0));
+  int lane = 0;
+  for (Eigen::Index k = 0; k < s; ++k) {
+    const auto l = eigen.eigenvalues()[k];
+    if (l.imag() < 0 || std::abs(l) < 1e-12L) continue;  // z = 0: the solve is the identity
+    if (lane == 4)
+      throw InvalidArgument("Newton iteration: the method's matrix has more than four pairs");
+    const auto set = [lane](Complex4& c, const std::complex<long double>& x) {
+      c.re.set(lane, double(x.real())), c.im.set(lane, double(x.imag()));
+    };
+    set(lambda_, l);
+    for (Eigen::Index i = 0; i < s; ++i) {
+      set(forward_[size_t(i)], W(k, i));
+      set(back_[size_t(i)], (l.imag() > 0 ? 2.0L : 1.0L) * V(i, k));
+    }
+    ++lane;
+  }
+}
+
+phs::Resolvent* SimplifiedNewton::of(Solver s) {
+  return s == Solver::newton_articulated ? own_.get()
+         : s == Solver::newton_dense     ? dense_.get()
+                                         : static_cast<phs::Resolvent*>(krylov_.get());
+}
+
+void SimplifiedNewton::freeze(Solver solver, double t, double h, std::span<const double> x,
+                              const std::vector<std::int64_t>& turns) {
+  frozen_ = solver, t_ = t, h_ = h;
+  std::copy(x.begin(), x.end(), x_.begin());
+  std::copy(turns.begin(), turns.end(), turns_.begin());
+  keeper_.synchronise(turns_, *system_);
+  if (dual_system_) dual_keeper_.synchronise(turns_, *dual_system_);
+  resolvent().factor(t, x_, h * lambda_), ++factorisations_;
+}
+
+void SimplifiedNewton::solve(std::span<double> r) {
+  for (size_t k = 0; k < d_.size(); ++k) {
+    Complex4 sum(0.0);
+    for (size_t i = 0; i < s_; ++i) sum += r[k * s_ + i] * forward_[i];
+    d_[k] = before_[k] = sum;
+  }
+  resolvent().solve(d_);
+  for (size_t k = 0; k < d_.size(); ++k) {
+    const Complex4 e = d_[k] - before_[k];  // what the solve is beyond the identity
+    for (size_t i = 0; i < s_; ++i) {
+      const phs::Pack4 x = back_[i].re * e.re - back_[i].im * e.im;
+      r[k * s_ + i] += (x[0] + x[1]) + (x[2] + x[3]);
+    }
+  }
+}
+
+std::int64_t SimplifiedNewton::evaluations() const {
+  return (dense_ ? dense_->evaluations() : 0) + (krylov_ ? krylov_->evaluations() : 0);
+}
+
+void SimplifiedNewton::save(std::vector<double>& m) const {
+  m.push_back(double(frozen_)), m.push_back(t_), m.push_back(h_);
+  m.insert(m.end(), x_.begin(), x_.end());
+  for (auto turn : turns_) m.push_back(double(turn));
+}
+void SimplifiedNewton::restore(std::span<const double> m) {
+  const auto solver = Solver(int(m[0]));
+  std::vector<std::int64_t> turns;
+  for (double turn : m.subspan(3 + x_.size())) turns.push_back(std::int64_t(turn));
+  if (std::find(solvers_.begin(), solvers_.end(), solver) == solvers_.end())
+    forget();
+  else
+    freeze(solver, m[1], m[2], m.subspan(3, x_.size()), turns);
+}
+
+}  // namespace porthos::integrators

@@ -1,0 +1,113 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "integrators/resolvents.h"
+
+/// Simplified Newton iteration of implicit Runge-Kutta-like methods, and when to use it.
+namespace porthos::integrators {
+
+/// r ← (I - h A ⊗ J)⁻¹ r for a method's s × s matrix A, J ≈ Df frozen at one point.
+///
+/// A is diagonalised once, so the s·nx equations fall apart into complex ones of size nx, one for each conjugate pair
+/// and one for each real eigenvalue, solved side by side as lanes (Hairer, Wanner 1996, IV.8). J has no say in the
+/// limit of the iteration, which is that of the residual it is given.
+class SimplifiedNewton {
+ public:
+  /// A row-major.
+  /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the system does not offer
+  ///   the solver asked for
+  SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver);
+
+  /// The solvers at hand in the order of trial; of the automatic choice see Solver.
+  const std::vector<Solver>& solvers() const { return solvers_; }
+  /// Whether `solver` stands factored for steps of size h.
+  bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }
+  /// Freezes J at (t, x), with the turns of the state x belongs to.
+  void freeze(Solver solver, double t, double h, std::span<const double> x,
+              const std::vector<std::int64_t>& turns);
+  void forget() { frozen_ = Solver::automatic; }
+  /// r[k s + i]: number k of stage i.
+  void solve(std::span<double> r);
+
+  std::int64_t evaluations() const;
+  std::int64_t factorisations() const { return factorisations_; }
+
+  /// Where J was frozen; a factorisation is made again from it.
+  size_t memory_size() const { return 3 + x_.size() + turns_.size(); }
+  void save(std::vector<double>& memory) const;
+  void restore(std::span<const double> memory);
+
+ private:
+  phs::Resolvent& resolvent() { return *of(frozen_); }
+  phs::Resolvent* of(Solver s);
+
+  size_t s_;
+  std::vector<phs::Complex4> forward_, back_;  ///< row i: lanes of T⁻¹, of T
+  phs::Complex4 lambda_;
+  std::unique_ptr<phs::System<double>> system_;
+  std::unique_ptr<phs::System<phs::Dual>> dual_system_;
+  TurnKeeper<double> keeper_;
+  TurnKeeper<phs::Dual> dual_keeper_;
+  std::unique_ptr<phs::Resolvent> own_;
+  std::unique_ptr<DualResolvent> dense_, krylov_;
+  std::vector<Solver> solvers_;
+  std::vector<phs::Complex4> d_, before_;
+  std::int64_t factorisations_ = 0;
+
+  Solver frozen_ = Solver::automatic;  ///< automatic: none
+  double t_ = 0, h_ = 0;
+  std::vector<double> x_;
+  std::vector<std::int64_t> turns_;
+};
+
+/// Which solver a step begins with. Fixed point until three steps running are slow or one fails; then Newton, with a
+/// trial of the fixed point every 32 steps, and ever more rarely as the trials fail. It depends on counts of sweeps only.
+class SolverChoice {
+ public:
+  static constexpr int slow_sweeps = 40;   ///< at 0.4 a sweep
+  static constexpr int trial_sweeps = 24;  ///< a trial must end by then
+
+  bool newton() const { return newton_ && wait_ > 0; }
+  bool trial() const { return newton_ && wait_ == 0; }
+  size_t rung() const { return size_t(rung_); }
+  std::int64_t newton_steps() const { return newton_steps_; }
+
+  void fixed_point_was(bool converged, int sweeps) {
+    if (newton_) {  // a trial
+      if (converged) newton_ = false, slow_ = 0;
+      interval_ = std::min(2 * interval_, 4096), wait_ = interval_, rung_ = 0;
+      return;
+    }
+    slow_ = converged && sweeps < slow_sweeps ? std::min(slow_, 0) : slow_ + 1;
+    if (!converged || slow_ == 3) newton_ = true, wait_ = interval_, rung_ = 0;
+  }
+  /// No Newton converged, the fixed point may have: it is not tried again for a while.
+  void newton_failed() {
+    newton_ = false, slow_ = -interval_, interval_ = std::min(2 * interval_, 4096);
+  }
+  void newton_converged(size_t rung) {
+    rung_ = int(rung), wait_ = std::max(wait_ - 1, 0), ++newton_steps_;
+  }
+
+  static constexpr size_t memory_size = 6;
+  void save(std::vector<double>& m) const {
+    for (double x : {double(newton_), double(rung_), double(slow_), double(wait_),
+                     double(interval_), double(newton_steps_)})
+      m.push_back(x);
+  }
+  void restore(std::span<const double> m) {
+    newton_ = m[0] != 0, rung_ = int(m[1]), slow_ = int(m[2]), wait_ = int(m[3]);
+    interval_ = int(m[4]), newton_steps_ = std::int64_t(m[5]);
+  }
+
+ private:
+  bool newton_ = false;
+  int rung_ = 0, slow_ = 0, wait_ = 0, interval_ = 32;
+  std::int64_t newton_steps_ = 0;
+};
+
+}  // namespace porthos::integrators

@@ -1,0 +1,221 @@
+#include "integrators/resolvents.h"
+
+#include <algorithm>
+
+namespace porthos::integrators {
+namespace {
+
+using phs::Dual, phs::Pack4;
+using C = phs::Complex4;
+
+/// J v at a frozen point, v real.
+class JacobianProduct {
+ public:
+  explicit JacobianProduct(phs::System<Dual>& system)
+      : system_(system), x_(size_t(system.description().nx)), f_(x_) {}
+
+  void freeze(double t, std::span<const double> x) {
+    t_ = t;
+    std::copy(x.begin(), x.end(), x_.begin());
+  }
+  template <class In, class Out>
+  void operator()(In v, Out Jv) {
+    for (size_t i = 0; i < x_.size(); ++i) x_[i].d = v(i);
+    system_.field(Dual(t_), x_, {}, f_), ++evaluations;
+    for (size_t i = 0; i < x_.size(); ++i) Jv(i, f_[i].d);
+  }
+
+  std::int64_t evaluations = 0;
+
+ private:
+  phs::System<Dual>& system_;
+  double t_ = 0;
+  std::vector<Dual> x_, f_;
+};
+
+class Dense final : public DualResolvent {
+ public:
+  explicit Dense(phs::System<Dual>& system)
+      : jacobian_(system), n_(size_t(system.description().nx)), lu_(n_ * n_), row_(n_), r_(n_) {}
+
+  std::int64_t evaluations() const override { return jacobian_.evaluations; }
+
+  void factor(double t, std::span<const double> x, const C& z) override {
+    jacobian_.freeze(t, x);
+    for (size_t j = 0; j < n_; ++j)
+      jacobian_([j](size_t i) { return i == j ? 1.0 : 0.0; },
+                [&](size_t i, double d) { lu_[i * n_ + j] = C(i == j ? 1.0 : 0.0) - d * z; });
+    for (size_t k = 0; k < n_; ++k) row_[k] = k;
+    for (size_t k = 0; k < n_; ++k) {
+      // One order of rows for all lanes: the pivot is the largest by the sum of the lanes' squares.
+      size_t pivot = k;
+      double largest = -1;
+      for (size_t i = k; i < n_; ++i) {
+        const Pack4 a = at(i, k).norm2();
+        const double size = (a[0] + a[1]) + (a[2] + a[3]);
+        if (size > largest) largest = size, pivot = i;
+      }
+      std::swap(row_[k], row_[pivot]);
+      const C inverse = at(k, k) = at(k, k).inverse();
+      for (size_t i = k + 1; i < n_; ++i) {
+        const C factor = at(i, k) = at(i, k) * inverse;
+        C* const target = &at(i, 0);
+        const C* const source = &at(k, 0);
+        for (size_t j = k + 1; j < n_; ++j) target[j] -= factor * source[j];
+      }
+    }
+  }
+  void solve(std::span<C> r) override {
+    for (size_t i = 0; i < n_; ++i) {
+      C sum = r[row_[i]];
+      for (size_t j = 0; j < i; ++j) sum -= at(i, j) * r_[j];
+      r_[i] = sum;
+    }
+    for (size_t i = n_; i-- > 0;) {
+      C sum = r_[i];
+      for (size_t j = i + 1; j < n_; ++j) sum -= at(i, j) * r_[j];
+      r_[i] = sum * at(i, i);
+    }
+    std::copy(r_.begin(), r_.end(), r.begin());
+  }
+
+ private:
+  C& at(size_t i, size_t j) { return lu_[row_[i] * n_ + j]; }
+
+  JacobianProduct jacobian_;
+  size_t n_;
+  std::vector<C> lu_;
+  std::vector<size_t> row_;
+  std::vector<C> r_;
+};
+
+class Krylov final : public DualResolvent {
+  static constexpr size_t most = 40;  ///< iterations of one solve
+  static constexpr double tolerance = 1e-3;
+
+ public:
+  Krylov(phs::System<Dual>& system, phs::Resolvent* about)
+      : jacobian_(system),
+        about_(about),
+        n_(size_t(system.description().nx)),
+        basis_((most + 1) * n_),
+        direction_(n_) {}
+
+  std::int64_t evaluations() const override { return jacobian_.evaluations; }
+
+  void factor(double t, std::span<const double> x, const C& z) override {
+    jacobian_.freeze(t, x), z_ = z;
+    if (about_) about_->factor(t, x, z);
+  }
+
+  void solve(std::span<C> r) override {
+    const Pack4 start = norm(r.data());
+    scale(r.data(), &basis_[0], start);
+    std::fill(std::begin(g_), std::end(g_), C(0.0));
+    g_[0] = {start, Pack4(0.0)};
+    size_t m = 0;
+    while (m < most && !converged(g_[m], start)) {
+      std::copy_n(&basis_[m * n_], n_, direction_.begin());
+      if (about_) about_->solve(direction_);
+      C* const w = &basis_[(m + 1) * n_];
+      apply(direction_.data(), w);
+      for (size_t k = 0; k <= m; ++k) {  // modified Gram-Schmidt
+        const C* const v = &basis_[k * n_];
+        C h(0.0);
+        for (size_t i = 0; i < n_; ++i) h += v[i].conj() * w[i];
+        for (size_t i = 0; i < n_; ++i) w[i] -= h * v[i];
+        h_[m][k] = h;
+      }
+      const Pack4 length = norm(w);
+      scale(w, w, length);
+      for (size_t k = 0; k < m; ++k) turn(k, h_[m][k], h_[m][k + 1]);
+      make_turn(m, h_[m][m], length);
+      g_[m + 1] = -(s_[m] * g_[m]), g_[m] = c_[m].conj() * g_[m];
+      ++m;
+    }
+    C y[most];
+    for (size_t k = m; k-- > 0;) {
+      C sum = g_[k];
+      for (size_t j = k + 1; j < m; ++j) sum -= h_[j][k] * y[j];
+      y[k] = quotient(sum, h_[k][k]);
+    }
+    for (size_t i = 0; i < n_; ++i) {
+      C sum(0.0);
+      for (size_t k = 0; k < m; ++k) sum += y[k] * basis_[k * n_ + i];
+      r[i] = sum;
+    }
+    if (about_) about_->solve(r);
+  }
+
+ private:
+  /// w = (I - z J) d, by one product for the real and one for the imaginary part of every lane in use.
+  void apply(const C* d, C* w) {
+    std::copy_n(d, n_, w);
+    for (int lane = 0; lane < 4; ++lane) {
+      const double re = z_.re[lane], im = z_.im[lane];
+      if (re == 0 && im == 0) continue;
+      jacobian_([&](size_t i) { return d[i].re[lane]; },
+                [&](size_t i, double Jd) {
+                  w[i].re.set(lane, w[i].re[lane] - re * Jd);
+                  w[i].im.set(lane, w[i].im[lane] - im * Jd);
+                });
+      if (im == 0) continue;  // a real eigenvalue has a real solution
+      jacobian_([&](size_t i) { return d[i].im[lane]; },
+                [&](size_t i, double Jd) {
+                  w[i].re.set(lane, w[i].re[lane] + im * Jd);
+                  w[i].im.set(lane, w[i].im[lane] - re * Jd);
+                });
+    }
+  }
+  Pack4 norm(const C* a) const {
+    Pack4 sum(0.0);
+    for (size_t i = 0; i < n_; ++i) sum += a[i].norm2();
+    return sqrt(sum);
+  }
+  /// b = a / length; a lane that is zero stays zero.
+  void scale(const C* a, C* b, Pack4 length) const {
+    const Pack4 zero(0.0), one(1.0);
+    const Pack4 s = select(length > zero, one / select(length > zero, length, one), zero);
+    for (size_t i = 0; i < n_; ++i) b[i] = {s * a[i].re, s * a[i].im};
+  }
+  static C quotient(const C& a, const C& b) {
+    const Pack4 zero(0.0), one(1.0), n = b.norm2();
+    const Pack4 s = select(n > zero, one / select(n > zero, n, one), zero);
+    const C q = a * b.conj();
+    return {s * q.re, s * q.im};
+  }
+  static bool converged(const C& g, Pack4 start) {
+    for (int lane = 0; lane < 4; ++lane)
+      if (g.norm2()[lane] > tolerance * tolerance * start[lane] * start[lane]) return false;
+    return true;
+  }
+  /// The Givens rotation that takes (a, b), b >= 0, to (√(|a|² + b²), 0); a becomes that.
+  void make_turn(size_t k, C& a, Pack4 b) {
+    const C length{sqrt(a.norm2() + b * b), Pack4(0.0)};
+    c_[k] = quotient(a, length), s_[k] = quotient({b, Pack4(0.0)}, length);
+    a = length;
+  }
+  void turn(size_t k, C& a, C& b) const {
+    const C t = c_[k].conj() * a + s_[k] * b;
+    b = c_[k] * b - s_[k] * a, a = t;
+  }
+
+  JacobianProduct jacobian_;
+  phs::Resolvent* about_;
+  size_t n_;
+  C z_;
+  std::vector<C> basis_, direction_;
+  C h_[most][most + 1], g_[most + 1], c_[most], s_[most];
+};
+
+}  // namespace
+
+std::unique_ptr<DualResolvent> make_dense_resolvent(phs::System<Dual>& system) {
+  return std::make_unique<Dense>(system);
+}
+std::unique_ptr<DualResolvent> make_krylov_resolvent(phs::System<Dual>& system,
+                                                     phs::Resolvent* about) {
+  return std::make_unique<Krylov>(system, about);
+}
+
+}  // namespace porthos::integrators

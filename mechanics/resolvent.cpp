@@ -1,0 +1,466 @@
+#include "mechanics/resolvent.h"
+
+#include "mechanics/hamiltonian_field.h"
+#include "mechanics/passes-inl.h"
+
+// Variations here are co-moving: of components in the body's own frame, then written in world axes. A displacement of
+// the child by the twist ζ changes what crosses the joint by  δ(X V) = -ζ × X V  and  δ(Xᵀ h) = Xᵀ (ζ ×* h).
+//
+// A joint of one freedom, S in world axes, δq = r_q + z δv:
+//   s_i = s_λ + (S, 0) δv + β δq                        β = (V × S, γ × S_ω)
+//   f_up = f_i + η δq                                   η = (S ×* h, S ×* g)
+//   r_p - z K r_q = ℓ·f_i - z δV_i·(S ×* h) + (z²K + z d) δv     ℓ = (S - z V × S, -z S)
+// The last line is δp - z δp' = r_p with p = Sᵀh and p' = Sᵀ(g - V ×* h) - K q - d v.
+
+namespace porthos::mechanics {
+namespace {
+
+using C = phs::Complex4;
+using phs::Dual;
+
+Motion<double> unit_twist(int k) {
+  auto m = passes::zero_motion<double>();
+  m[k] = 1;
+  return m;
+}
+
+/// The Jacobian of what one joint does, by duals: of (q', p') by its arguments, of its momentum μ(q, p) and of its
+/// placement, as the child's displacement twist ζ in its own axes.
+struct JointJacobian {
+  static constexpr int most_q = 7, most_v = 6;
+  struct Row {
+    double q[most_q], p[most_q], v[most_v], V[6], h[6], load[most_v];
+  };
+  Row rate[2 * most_q];
+  double mu_q[most_v][most_q], mu_p[most_v][most_q];
+  Motion<double> displacement[most_q];
+
+  template <class J>
+  void of(const Node& n, const double* q, const double* p, const double* v, const Motion<double>& V,
+          const Force<double>& h, const Force<double>& g, double turn) {
+    Dual dq[J::nq], dp[J::nq], dv[J::nv], load[J::nv];
+    Motion<Dual> dV;
+    Force<Dual> dh;
+    for (int k = 0; k < J::nq; ++k) dq[k] = q[k], dp[k] = p[k];
+    for (int k = 0; k < J::nv; ++k) dv[k] = v[k];
+    unroll<J::nv>([&](auto k) { load[k] = J::template project<k>(n, g); });
+    for (int k = 0; k < 6; ++k) dV[k] = V[k], dh[k] = h[k];
+
+    const auto along = [&](Dual& x, auto entry) {
+      x.d = 1;
+      Dual q_dot[J::nq], p_dot[J::nq];
+      if constexpr (J::lifted) {
+        J::field(dq, dp, dv, dV, dh, load, q_dot, p_dot);
+      } else {
+        J::rates(dq, dv, q_dot);
+        const Force<Dual> gyroscopic = cross(dV, dh);
+        unroll<J::nv>([&](auto k) { p_dot[k] = load[k] - J::template project<k>(n, gyroscopic); });
+      }
+      for (int i = 0; i < J::nq; ++i)
+        entry(rate[i]) = q_dot[i].d, entry(rate[J::nq + i]) = p_dot[i].d;
+      x.d = 0;
+    };
+    for (int k = 0; k < J::nq; ++k) {
+      along(dq[k], [k](Row& r) -> double& { return r.q[k]; });
+      along(dp[k], [k](Row& r) -> double& { return r.p[k]; });
+    }
+    for (int k = 0; k < J::nv; ++k) {
+      along(dv[k], [k](Row& r) -> double& { return r.v[k]; });
+      along(load[k], [k](Row& r) -> double& { return r.load[k]; });
+    }
+    for (int k = 0; k < 6; ++k) {
+      along(dV[k], [k](Row& r) -> double& { return r.V[k]; });
+      along(dh[k], [k](Row& r) -> double& { return r.h[k]; });
+    }
+    for (int k = 0; k < J::nq; ++k) {
+      Dual mu[J::nv];
+      dp[k].d = 1, J::momentum(dq, dp, mu), dp[k].d = 0;
+      for (int i = 0; i < J::nv; ++i) mu_p[i][k] = mu[i].d;
+      dq[k].d = 1, J::momentum(dq, dp, mu);
+      for (int i = 0; i < J::nv; ++i) mu_q[i][k] = mu[i].d;
+      const auto X = J::place(n, dq, Dual(turn));
+      dq[k].d = 0;
+      const auto &x = X.R.x, &y = X.R.y, &z = X.R.z;  // R_ᵀ δR = [ζ_ω ×]
+      const auto slope = [](const Vec3<Dual>& a, const Vec3<Dual>& b) {
+        return a.x.v * b.x.d + a.y.v * b.y.d + a.z.v * b.z.d;
+      };
+      displacement[k] = {{slope(z, y), slope(x, z), slope(y, x)},
+                         {slope(x, X.r), slope(y, X.r), slope(z, X.r)}};
+    }
+  }
+};
+
+template <bool weight>
+class TreeResolvent final : public phs::Resolvent {
+  static constexpr int rows = weight ? 12 : 6;  ///< numbers in f = (δh, δg)
+  static constexpr int cols = weight ? 9 : 6;   ///< numbers in s = (δV, δγ)
+  using Up = std::array<C, rows>;
+  using Down = std::array<C, cols>;
+
+  struct Body {
+    Transform<double> E;  ///< pose in the world, about the point of reference
+    Motion<double> V;
+    Force<double> h, g;
+    std::array<Down, rows> P;
+    Up c;
+    Down s;
+  };
+  /// A joint of one freedom; its S, β and η in world axes.
+  struct Hinge {
+    Motion<double> S, VxS;
+    std::array<double, cols> beta;
+    Down sigma, SP;  ///< SP: Sᵀ of δh_i's part in P
+    Up kappa, chi;
+    C D_inverse, sigma_beta, e, Sc;
+    double stiffness = 0, damping = 0;
+  };
+  /// Any other joint, with the unknowns u = (δq, δp, δv):
+  ///   s_i = s_λ + B u,   f_up = f_i + H u,   G u + Λ f_i + Ω s_i = (r_q, r_p, 0),
+  /// hence N u = r - Λ c - W s_λ with W = Λ P + Ω and N = G + W B.
+  struct General {
+    int size = 0;
+    std::vector<C> N, Lambda, W, K;  ///< K = P B + H;  W ends as N⁻¹ W
+    std::vector<double> B, H;
+    std::vector<C> u;
+  };
+
+ public:
+  TreeResolvent(const Mechanism& m, const std::vector<double>& turn_angle)
+      : m_(m),
+        turn_angle_(turn_angle),
+        nq_(size_t(m.nq())),
+        w_(m),
+        bodies_(m.nodes().size()),
+        hinge_(m.nodes().size()),
+        general_(m.nodes().size()) {
+    for (size_t i = 0; i < bodies_.size(); ++i)
+      visit_joint(m.nodes()[i].type, [&](auto J) {
+        if constexpr (decltype(J)::nv > 1) {
+          General& j = general_[i];
+          const size_t n = size_t(j.size = 2 * decltype(J)::nq + decltype(J)::nv);
+          j.N.resize(n * n), j.Lambda.resize(n * rows), j.W.resize(n * cols), j.K.resize(n * rows);
+          j.B.resize(n * cols), j.H.resize(n * rows), j.u.resize(n);
+        }
+      });
+    for (size_t i = 0; i < bodies_.size(); ++i)
+      for (const auto& p : m.joint_properties())
+        if (p.q == m.nodes()[i].q && !general_[i].size)
+          hinge_[i].stiffness = p.stiffness, hinge_[i].damping = p.damping;
+  }
+
+  bool exact() const override { return true; }
+
+  void factor(double, std::span<const double> x, const C& z) override {
+    z_ = z;
+    move_to(x);
+    const auto& nodes = m_.nodes();
+    for (size_t i = nodes.size(); i-- > 0;)
+      visit_joint(nodes[i].type, [&](auto J) {
+        if constexpr (decltype(J)::nv == 1)
+          eliminate_hinge(i);
+        else
+          eliminate_general<decltype(J)>(i, x.data() + nodes[i].q, x.data() + nq_ + nodes[i].q);
+      });
+  }
+
+  void solve(std::span<C> r) override {
+    const auto& nodes = m_.nodes();
+    for (Body& b : bodies_) b.c.fill(C(0.0));
+    for (size_t i = nodes.size(); i-- > 0;) {
+      const size_t q = size_t(nodes[i].q);
+      Up up = bodies_[i].c;
+      if (general_[i].size)
+        reduce_general(i, &r[q], &r[nq_ + q], up);
+      else
+        reduce_hinge(hinge_[i], r[q], r[nq_ + q], up);
+      if (nodes[i].parent >= 0)
+        for (int a = 0; a < rows; ++a) bodies_[size_t(nodes[i].parent)].c[a] += up[a];
+    }
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      const size_t q = size_t(nodes[i].q);
+      Down& s = bodies_[i].s;
+      if (nodes[i].parent >= 0)
+        s = bodies_[size_t(nodes[i].parent)].s;
+      else
+        s.fill(C(0.0));
+      if (general_[i].size)
+        expand_general(i, &r[q], &r[nq_ + q], s);
+      else
+        expand_hinge(hinge_[i], r[q], r[nq_ + q], s);
+    }
+  }
+
+ private:
+  /// The point of the linearisation: poses, twists, subtree momenta and weights, and P of the bodies alone.
+  void move_to(std::span<const double> x) {
+    std::copy(turn_angle_.begin(), turn_angle_.end(), w_.turn_angle.begin());
+    rates_from_momenta<double>(m_, w_, x.first(nq_), x.subspan(nq_));
+    const auto& nodes = m_.nodes();
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      Body& b = bodies_[i];
+      if (nodes[i].parent >= 0)
+        b.E = bodies_[size_t(nodes[i].parent)].E * w_.X[i];
+      else  // about the first root: far from the world's origin the inertias would drown in m r²
+        b.E = {w_.X[i].R, w_.X[i].r - w_.X[0].r};
+      b.V = b.E.to_parent(w_.V[i]);
+      const auto I = to_parent(b.E, ArticulatedInertia<double>(nodes[i].inertia));
+      b.h = I * b.V;
+      b.g = I * Motion<double>{{0, 0, 0}, m_.gravity()};
+      for (auto& row : b.P) row.fill(C(0.0));
+      for (int k = 0; k < 6; ++k) {
+        const Force<double> column = I * unit_twist(k);
+        for (int a = 0; a < 6; ++a) {
+          b.P[size_t(a)][size_t(k)] = C(column[a]);
+          if constexpr (weight)
+            if (k >= 3) b.P[size_t(6 + a)][size_t(3 + k)] = C(column[a]);
+        }
+      }
+    }
+    for (size_t i = nodes.size(); i-- > 0;)
+      if (nodes[i].parent >= 0) {
+        Body& parent = bodies_[size_t(nodes[i].parent)];
+        parent.h += bodies_[i].h, parent.g += bodies_[i].g;
+      }
+  }
+  Motion<double> carried(size_t i) const {
+    const int parent = m_.nodes()[i].parent;
+    return parent < 0 ? passes::zero_motion<double>() : bodies_[size_t(parent)].V;
+  }
+  /// What a displacement ζ of body i adds to s_i and to f_up.
+  std::array<double, cols> shift_of_s(size_t i, const Motion<double>& zeta) const {
+    const Motion<double> a = cross(carried(i), zeta);
+    const Vec3<double> b = cross(m_.gravity(), zeta.w);
+    std::array<double, cols> r;
+    for (int k = 0; k < cols; ++k) r[size_t(k)] = k < 6 ? a[k] : b[k - 6];
+    return r;
+  }
+  std::array<double, rows> shift_of_f(size_t i, const Motion<double>& zeta) const {
+    const Force<double> a = cross(zeta, bodies_[i].h), b = cross(zeta, bodies_[i].g);
+    std::array<double, rows> r;
+    for (int k = 0; k < rows; ++k) r[size_t(k)] = k < 6 ? a[k] : b[k - 6];
+    return r;
+  }
+
+  // --- joints of one freedom --------------------------------------------------------------------------------------
+  void eliminate_hinge(size_t i) {
+    const Node& n = m_.nodes()[i];
+    Hinge& j = hinge_[i];
+    Body& b = bodies_[i];
+    auto S = passes::zero_motion<double>();
+    visit_joint(n.type, [&](auto J) {
+      if constexpr (decltype(J)::nv == 1) decltype(J)::template add<0>(n, 1.0, S);
+    });
+    j.S = b.E.to_parent(S), j.VxS = cross(b.V, j.S);
+    j.beta = shift_of_s(i, j.S);
+    const auto eta = shift_of_f(i, j.S);
+
+    Up ell;
+    for (int k = 0; k < 6; ++k) {
+      ell[size_t(k)] = C(j.S[k]) - j.VxS[k] * z_;
+      if constexpr (weight) ell[size_t(6 + k)] = -j.S[k] * z_;
+    }
+    for (size_t k = 0; k < cols; ++k) {
+      C sum = k < 6 ? -eta[k] * z_ : C(0.0), momentum(0.0);
+      for (size_t a = 0; a < rows; ++a) {
+        sum += ell[a] * b.P[a][k];
+        if (a < 6) momentum += j.S[int(a)] * b.P[a][k];
+      }
+      j.sigma[k] = sum, j.SP[k] = momentum;
+    }
+    for (size_t a = 0; a < rows; ++a) {
+      C along(0.0), shifted(eta[a]);
+      for (size_t k = 0; k < cols; ++k) {
+        if (k < 6) along += j.S[int(k)] * b.P[a][k];
+        shifted += j.beta[k] * b.P[a][k];
+      }
+      j.chi[a] = shifted, j.kappa[a] = along + z_ * shifted;
+    }
+    C sigma_S(0.0);
+    j.sigma_beta = C(0.0);
+    for (size_t k = 0; k < cols; ++k) {
+      if (k < 6) sigma_S += j.S[int(k)] * j.sigma[k];
+      j.sigma_beta += j.beta[k] * j.sigma[k];
+    }
+    const C D = sigma_S + z_ * (j.sigma_beta + j.stiffness * z_ + C(j.damping));
+    j.D_inverse = D.inverse();
+    if (n.parent < 0) return;
+    auto& P = bodies_[size_t(n.parent)].P;
+    for (size_t a = 0; a < rows; ++a) {
+      const C scaled = j.kappa[a] * j.D_inverse;
+      for (size_t k = 0; k < cols; ++k) P[a][k] += b.P[a][k] - scaled * j.sigma[k];
+    }
+  }
+  void reduce_hinge(Hinge& j, const C& r_q, const C& r_p, Up& c) const {
+    C straight(0.0), turned(0.0);
+    for (int k = 0; k < 6; ++k) {
+      straight += j.S[k] * c[size_t(k)];
+      turned += j.VxS[k] * c[size_t(k)];
+      if constexpr (weight) turned += j.S[k] * c[size_t(6 + k)];
+    }
+    j.Sc = straight;
+    j.e = j.D_inverse *
+          (r_p - j.stiffness * (z_ * r_q) - (straight - z_ * turned) - r_q * j.sigma_beta);
+    for (size_t a = 0; a < rows; ++a) c[a] += r_q * j.chi[a] + j.kappa[a] * j.e;
+  }
+  void expand_hinge(const Hinge& j, C& r_q, C& r_p, Down& s) const {
+    C sum(0.0);
+    for (size_t k = 0; k < cols; ++k) sum += j.sigma[k] * s[k];
+    const C v = j.e - j.D_inverse * sum, q = r_q + z_ * v;
+    for (int k = 0; k < cols; ++k)
+      s[size_t(k)] += (k < 6 ? j.S[k] * v : C(0.0)) + j.beta[size_t(k)] * q;
+    r_q = q, r_p = j.Sc;
+    for (size_t k = 0; k < cols; ++k) r_p += j.SP[k] * s[k];
+  }
+
+  // --- joints of several freedoms ---------------------------------------------------------------------------------
+  template <class J>
+  void eliminate_general(size_t i, const double* q, const double* p) {
+    const Node& n = m_.nodes()[i];
+    General& j = general_[i];
+    Body& b = bodies_[i];
+    constexpr size_t nq = J::nq, nv = J::nv, size = 2 * nq + nv;
+    jacobian_.of<J>(n, q, p, w_.rate.data() + n.v, w_.V[i], b.E.to_child(b.h), b.E.to_child(b.g),
+                    n.turn >= 0 ? turn_angle_[size_t(n.turn)] : 0.0);
+    std::array<Motion<double>, nv> S;
+    unroll<J::nv>([&](auto k) {
+      auto own = passes::zero_motion<double>();
+      J::template add<k>(n, 1.0, own);
+      S[k] = b.E.to_parent(own);
+    });
+    std::fill(j.B.begin(), j.B.end(), 0.0), std::fill(j.H.begin(), j.H.end(), 0.0);
+    for (size_t k = 0; k < nq; ++k) {
+      const auto zeta = b.E.to_parent(jacobian_.displacement[k]);
+      const auto beta = shift_of_s(i, zeta);
+      const auto eta = shift_of_f(i, zeta);
+      for (size_t a = 0; a < cols; ++a) j.B[a * size + k] = beta[a];
+      for (size_t a = 0; a < rows; ++a) j.H[a * size + k] = eta[a];
+    }
+    for (size_t k = 0; k < nv; ++k)
+      for (size_t a = 0; a < 6; ++a) j.B[a * size + 2 * nq + k] = S[k][int(a)];
+
+    // G in N, Ω in W
+    std::fill(j.N.begin(), j.N.end(), C(0.0)), std::fill(j.W.begin(), j.W.end(), C(0.0));
+    std::fill(j.Lambda.begin(), j.Lambda.end(), C(0.0));
+    for (size_t r = 0; r < 2 * nq; ++r) {
+      const auto& d = jacobian_.rate[r];
+      j.N[r * size + r] = C(1.0);
+      for (size_t k = 0; k < nq; ++k) {
+        j.N[r * size + k] -= d.q[k] * z_;
+        j.N[r * size + nq + k] -= d.p[k] * z_;
+      }
+      for (size_t k = 0; k < nv; ++k) j.N[r * size + 2 * nq + k] -= d.v[k] * z_;
+      const auto by_V = b.E.to_parent(Force<double>{{d.V[0], d.V[1], d.V[2]},  //
+                                                    {d.V[3], d.V[4], d.V[5]}});
+      const auto by_h = b.E.to_parent(Motion<double>{{d.h[0], d.h[1], d.h[2]},  //
+                                                     {d.h[3], d.h[4], d.h[5]}});
+      for (size_t a = 0; a < 6; ++a) {
+        j.W[r * cols + a] -= by_V[int(a)] * z_;
+        j.Lambda[r * rows + a] -= by_h[int(a)] * z_;
+        if constexpr (weight)
+          for (size_t k = 0; k < nv; ++k)
+            j.Lambda[r * rows + 6 + a] -= (d.load[k] * S[k][int(a)]) * z_;
+      }
+    }
+    for (size_t k = 0; k < nv; ++k) {  // Sᵀ δh_i = δμ
+      const size_t r = 2 * nq + k;
+      for (size_t a = 0; a < 6; ++a) j.Lambda[r * rows + a] = C(S[k][int(a)]);
+      for (size_t c = 0; c < nq; ++c) {
+        j.N[r * size + c] = C(-jacobian_.mu_q[k][c]);
+        j.N[r * size + nq + c] = C(-jacobian_.mu_p[k][c]);
+      }
+    }
+
+    for (size_t r = 0; r < size; ++r) {
+      for (size_t k = 0; k < cols; ++k)
+        for (size_t a = 0; a < rows; ++a) j.W[r * cols + k] += j.Lambda[r * rows + a] * b.P[a][k];
+      for (size_t c = 0; c < size; ++c)
+        for (size_t k = 0; k < cols; ++k)
+          j.N[r * size + c] += j.B[k * size + c] * j.W[r * cols + k];
+    }
+    for (size_t a = 0; a < rows; ++a)
+      for (size_t c = 0; c < size; ++c) {
+        C sum(j.H[a * size + c]);
+        for (size_t k = 0; k < cols; ++k) sum += j.B[k * size + c] * b.P[a][k];
+        j.K[a * size + c] = sum;
+      }
+    decompose(j.N, size);
+    for (size_t k = 0; k < cols; ++k) {
+      for (size_t r = 0; r < size; ++r) j.u[r] = j.W[r * cols + k];
+      substitute(j.N, size, j.u);
+      for (size_t r = 0; r < size; ++r) j.W[r * cols + k] = j.u[r];
+    }
+    if (n.parent < 0) return;
+    auto& P = bodies_[size_t(n.parent)].P;
+    for (size_t a = 0; a < rows; ++a)
+      for (size_t k = 0; k < cols; ++k) {
+        C sum = b.P[a][k];
+        for (size_t r = 0; r < size; ++r) sum -= j.K[a * size + r] * j.W[r * cols + k];
+        P[a][k] += sum;
+      }
+  }
+  void reduce_general(size_t i, const C* r_q, const C* r_p, Up& c) {
+    General& j = general_[i];
+    const size_t size = size_t(j.size), nq = coordinates(i);
+    for (size_t r = 0; r < size; ++r) {
+      C sum = r < nq ? r_q[r] : r < 2 * nq ? r_p[r - nq] : C(0.0);
+      for (size_t a = 0; a < rows; ++a) sum -= j.Lambda[r * rows + a] * c[a];
+      j.u[r] = sum;
+    }
+    substitute(j.N, size, j.u);
+    for (size_t a = 0; a < rows; ++a)
+      for (size_t r = 0; r < size; ++r) c[a] += j.K[a * size + r] * j.u[r];
+  }
+  void expand_general(size_t i, C* r_q, C* r_p, Down& s) {
+    General& j = general_[i];
+    const size_t size = size_t(j.size), nq = coordinates(i);
+    for (size_t r = 0; r < size; ++r)
+      for (size_t k = 0; k < cols; ++k) j.u[r] -= j.W[r * cols + k] * s[k];
+    for (size_t k = 0; k < cols; ++k)
+      for (size_t r = 0; r < size; ++r) s[k] += j.B[k * size + r] * j.u[r];
+    for (size_t k = 0; k < nq; ++k) r_q[k] = j.u[k], r_p[k] = j.u[nq + k];
+  }
+  size_t coordinates(size_t i) const {
+    size_t nq = 0;
+    visit_joint(m_.nodes()[i].type, [&](auto J) { nq = size_t(decltype(J)::nq); });
+    return nq;
+  }
+  /// LU in place, the diagonal inverted. Without pivoting: N is near the identity in δq and δp, and like a mass matrix
+  /// in δv.
+  static void decompose(std::vector<C>& N, size_t n) {
+    for (size_t k = 0; k < n; ++k) {
+      N[k * n + k] = N[k * n + k].inverse();
+      for (size_t r = k + 1; r < n; ++r) {
+        const C factor = N[r * n + k] = N[r * n + k] * N[k * n + k];
+        for (size_t c = k + 1; c < n; ++c) N[r * n + c] -= factor * N[k * n + c];
+      }
+    }
+  }
+  static void substitute(const std::vector<C>& N, size_t n, std::vector<C>& u) {
+    for (size_t r = 0; r < n; ++r)
+      for (size_t k = 0; k < r; ++k) u[r] -= N[r * n + k] * u[k];
+    for (size_t r = n; r-- > 0;) {
+      for (size_t k = r + 1; k < n; ++k) u[r] -= N[r * n + k] * u[k];
+      u[r] = u[r] * N[r * n + r];
+    }
+  }
+
+  Mechanism const& m_;
+  const std::vector<double>& turn_angle_;
+  size_t nq_;
+  Workspace<double> w_;
+  std::vector<Body> bodies_;
+  std::vector<Hinge> hinge_;
+  std::vector<General> general_;
+  JointJacobian jacobian_;
+  C z_;
+};
+
+}  // namespace
+
+std::unique_ptr<phs::Resolvent> make_resolvent(const Mechanism& m,
+                                               const std::vector<double>& turn_angle) {
+  if (m.has_gravity()) return std::make_unique<TreeResolvent<true>>(m, turn_angle);
+  return std::make_unique<TreeResolvent<false>>(m, turn_angle);
+}
+
+}  // namespace porthos::mechanics
