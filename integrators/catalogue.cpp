@@ -4,6 +4,7 @@
 
 #include "integrators/cvode.h"
 #include "integrators/gauss.h"
+#include "integrators/radau15.h"
 #include "integrators/rk4.h"
 #include "integrators/stormer_verlet.h"
 
@@ -12,7 +13,8 @@ namespace {
 
 Entries make_entries() {
   Entries all;
-  for (auto* family : {gauss_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
+  for (auto* family :
+       {gauss_entries, stormer_verlet_entries, rk4_entries, radau15_entries, cvode_entries})
     for (auto& e : family()) all.push_back(std::move(e));
   return all;
 }
