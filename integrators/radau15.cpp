@@ -125,9 +125,9 @@ class Radau15 final : public BasicIntegrator<T> {
   void adapt_to(Real dt) {
     if (dt != h_of_weights_) {
       hb_ = table_.weights(dt);
-      for (size_t j = 0; j < s;
-           ++j)  // what rounding took off: left out it would pull the energy one way, slowly
-        hb_lo_[j] = std::fma(double(dt), table_.b[j], -hb_[j]) + double(dt) * table_.b_lo[j];
+      if constexpr (std::is_same_v<Real, double>)  // left out, it pulls the energy one way, slowly
+        for (size_t j = 0; j < s; ++j)
+          hb_lo_[j] = std::fma(dt, table_.b[j], -hb_[j]) + dt * table_.b_lo[j];
       for (int i = 0; i < s; ++i) {
         ch_[i / V].set(i % V, T(dt * table_.c[size_t(i)]));
         for (int j = 0; j < s; ++j)
@@ -282,7 +282,7 @@ class Radau15 final : public BasicIntegrator<T> {
   size_t half_;
   std::vector<T> x_, lo_, stage_, rate_;
   std::vector<double> smallest_;
-  std::array<Real, s> hb_, hb_lo_{};
+  std::array<Real, s> hb_, hb_lo_{};  ///< weights, and what their rounding took off
   std::array<Lanes, chunks> ch_;
   Coefficients ha_, nu_;
   Real h_of_weights_ = 0;
