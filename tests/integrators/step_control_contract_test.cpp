@@ -96,7 +96,7 @@ TEST(StepControl, KeepsMomentumAndVariesItsStep) {
                  xi = gauge.error("quaternion_norm.base.attitude", s, start);
     std::printf(
         "  %-16s steps %.3f to %.3f s, L %.1e  P %.1e  |xi|^2 %.1e   bounds 5e-14; H %.1e   bound "
-        "1e-11\n",
+        "1e-13\n",
         to_string(kind), smallest, largest, L, P, xi, energy);
     EXPECT_LE(std::max({L, P, xi}), 5e-14);
     EXPECT_LE(energy, 1e-13);
