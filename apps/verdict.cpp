@@ -40,8 +40,12 @@ std::string cost_text(const RunReport& r) {
 }  // namespace
 
 std::string verdict_text(const RunReport& r, const std::string& out) {
-  std::string text = fmt::format("{}: {}, {} steps of {} s, {} s simulated\n\n", r.title, r.method,
-                                 r.steps, r.step_s, r.simulated_s);
+  std::string text =
+      fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
+                  r.step_control == integrators::StepControl::fixed
+                      ? "of"
+                      : fmt::format("({}) from", to_string(r.step_control)),
+                  r.step_s, r.simulated_s);
   text += checks_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";

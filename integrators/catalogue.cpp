@@ -6,6 +6,7 @@
 #include "integrators/gauss.h"
 #include "integrators/hbvm.h"
 #include "integrators/lobatto.h"
+#include "integrators/radau15.h"
 #include "integrators/rk4.h"
 #include "integrators/stormer_verlet.h"
 #include "integrators/sundials.h"
@@ -19,7 +20,7 @@ using Family = Entries (*)();
 struct Families {
   std::vector<Family> all{gauss_entries,   stormer_verlet_entries,    lobatto_entries,
                           hbvm_entries,    discrete_gradient_entries, rk4_entries,
-                          sundials_entries};
+                          radau15_entries, sundials_entries};
   bool in_use = false;
 };
 Families& families() {

@@ -103,4 +103,11 @@ Assembly assemble(const Scene& scene) {
   return a;
 }
 
+std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
+                                                         const phs::Model& model, double h) {
+  return integrators::make_controlled(scene.step_control, scene.method, model, h,
+                                      {.rate = scene.control_rate, .length = scene.control_length},
+                                      {.rtol = scene.rtol});
+}
+
 }  // namespace porthos::scene

@@ -32,9 +32,10 @@ RecordLayout::RecordLayout(const phs::Description& d) : nx(size_t(d.nx)), turns(
   for (const auto& b : d.blocks) turns += b.kind == phs::BlockKind::angle;
 }
 
-void fill_record(const RecordLayout& l, const phs::State& s, const Measured& m, double energy_error,
-                 std::span<double> row) {
+void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
+                 double energy_error, std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
+  row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
   for (size_t i = 0; i < l.turns; ++i) row[l.turn() + i] = std::bit_cast<double>(s.turns[i]);
   row[l.energy()] = energy_error;

@@ -12,13 +12,14 @@
 
 namespace porthos::scene {
 
-/// A record is a row of 8-byte numbers: step (bits of an integer), x, turns (integers too), energy
+/// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
 /// error [J], errors of linear and angular momentum (3 each), quaternion norm error.
 struct RecordLayout {
   size_t nx, turns;
   explicit RecordLayout(const phs::Description& d);
-  size_t x() const { return 1; }
-  size_t turn() const { return 1 + nx; }
+  size_t time() const { return 1; }
+  size_t x() const { return 2; }
+  size_t turn() const { return 2 + nx; }
   size_t energy() const { return turn() + turns; }
   size_t linear() const { return energy() + 1; }
   size_t angular() const { return energy() + 4; }
@@ -27,8 +28,8 @@ struct RecordLayout {
 };
 
 /// One row. `energy_error` stands by itself because it contains the dissipated energy.
-void fill_record(const RecordLayout& layout, const phs::State& state, const Measured& m,
-                 double energy_error, std::span<double> row);
+void fill_record(const RecordLayout& layout, double time, const phs::State& state,
+                 const Measured& m, double energy_error, std::span<double> row);
 
 /// How far a log had come when a checkpoint was written.
 struct LogMark {

@@ -28,21 +28,24 @@ std::string grouped(std::int64_t n) {
 }
 
 std::string subtitle(const RunReport& r) {
-  return fmt::format("{}  ·  step {:g} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
-                     r.step_s, grouped(r.steps), seconds(r.cpu_s), r.passed() ? "pass" : "fail");
+  const bool fixed = r.step_control == integrators::StepControl::fixed;
+  return fmt::format("{}  ·  {}step {:g} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
+                     fixed ? "" : fmt::format("{} ", to_string(r.step_control)), r.step_s,
+                     grouped(r.steps), seconds(r.cpu_s), r.passed() ? "pass" : "fail");
 }
 
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
                  const std::filesystem::path& log) {
   const RecordLayout layout(assembly.model->description());
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
-  Envelope envelope(every * scene.step, r.simulated_s);
+  const bool fixed = scene.step_control == integrators::StepControl::fixed;
+  Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
   RecordReader reader(log, layout);
   std::vector<double> rows;
   while (const size_t n = reader.read(rows, 4096))
     for (size_t i = 0; i < n; ++i) {
       const double* row = rows.data() + i * layout.size();
-      envelope.add(double(integer(row[0])) * scene.step, row[layout.energy()] / r.energy.scale_J);
+      envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
     }
   return energy_plot(envelope, {scene.title, subtitle(r), scene.verify.energy});
 }

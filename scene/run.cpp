@@ -58,8 +58,8 @@ class Session {
         assembly_(assembly),
         options_(options),
         folder_(fs::path(options.out) / "checkpoint"),
-        integrator_(integrators::make_integrator(scene.method, *assembly.model, scene.step,
-                                                 {.rtol = scene.rtol})),
+        fixed_(scene.step_control == integrators::StepControl::fixed),
+        integrator_(make_integrator(scene, *assembly.model, scene.step)),
         meter_(assembly),
         layout_(assembly.model->description()),
         row_(layout_.size()),
@@ -110,17 +110,17 @@ class Session {
 
   void loop() {
     cpu_start_ = cpu_now(), wall_start_ = Clock::now();
-    first_step_ = state_.step;
+    first_fraction_ = fraction();
     auto saved = Clock::now(), told = saved;
     Pace pace;
-    while (outcome_ == Outcome::ok && state_.step < total_) {
+    while (outcome_ == Outcome::ok && !ended()) {
       if (options_.stop && options_.stop->load(std::memory_order_relaxed)) {
         interrupted_ = true;
         break;
       }
-      outcome_ = integrator_->step(state_);
+      outcome_ = fixed_ ? integrator_->step(state_) : controlled_step();
       if (outcome_ != Outcome::ok) break;
-      if (state_.step % every_ == 0 || state_.step == total_) record();
+      if (at_record() || ended()) record();
       if (!pace.due()) continue;
       if (since(told) > 0.25) tell(), told = Clock::now();
       if (since(saved) > scene_.checkpoint_every && resumable()) checkpoint(), saved = Clock::now();
@@ -128,6 +128,25 @@ class Session {
     cpu_before_ += cpu_now() - cpu_start_, wall_before_ += since(wall_start_);
     stopped_ = true;
     if (outcome_ != Outcome::ok || (interrupted_ && resumable())) checkpoint();
+  }
+
+  double time() const {
+    return fixed_ ? double(state_.step) * scene_.step : integrator_->time(state_);
+  }
+  bool ended() const { return fixed_ ? state_.step >= total_ : time() >= scene_.duration; }
+  /// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie behind by up to a step.
+  bool at_record() const {
+    if (fixed_) return state_.step % every_ == 0;
+    const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
+    return state_.step == 0 || count(time()) > count(integrator_->time(before_));
+  }
+  /// A step of the control's choice; one that would pass the end is taken again by what is left.
+  Outcome controlled_step() {
+    before_ = state_;
+    const Outcome o = integrator_->step(state_);
+    if (o != Outcome::ok || time() <= scene_.duration) return o;
+    state_ = before_;
+    return integrator_->step_by(state_, (scene_.duration - state_.origin) - state_.origin_lo);
   }
 
   /// Measures and appends. A state whose energy is not a number is a failure, and the last record
@@ -139,9 +158,8 @@ class Session {
       recall();
       return;
     }
-    const double error =
-        ledger_.add(double(state_.step) * scene_.step, m, state_.step % every_ == 0);
-    fill_record(layout_, state_, m, error, row_);
+    const double error = ledger_.add(time(), m, at_record());
+    fill_record(layout_, time(), state_, m, error, row_);
     log_->append(row_);
     remember();
   }
@@ -169,16 +187,20 @@ class Session {
 
   void tell() const {
     if (!options_.progress || total_ == 0) return;
-    const double here = since(wall_start_);
-    const double left = here * double(total_ - state_.step) /
-                        double(std::max<std::int64_t>(1, state_.step - first_step_));
-    options_.progress(double(state_.step) / double(total_), wall(), left);
+    const double here = since(wall_start_), done = fraction();
+    const double left = here * (1 - done) / std::max(1e-300, done - first_fraction_);
+    options_.progress(done, wall(), left);
+  }
+
+  double fraction() const {
+    return fixed_ ? double(state_.step) / double(total_) : time() / scene_.duration;
   }
 
   RunReport report() const {
     RunReport r;
     r.title = scene_.title, r.method = scene_.method;
-    r.step_s = scene_.step, r.simulated_s = double(state_.step) * scene_.step;
+    r.step_control = scene_.step_control;
+    r.step_s = scene_.step, r.simulated_s = time();
     r.cpu_s = cpu(), r.wall_s = wall();
     r.steps = state_.step;
     r.cost = integrator_->cost();
@@ -208,18 +230,20 @@ class Session {
   const Assembly& assembly_;
   const RunOptions& options_;
   const fs::path folder_;
+  const bool fixed_;  ///< steps of the scene's size
   std::unique_ptr<integrators::Integrator> integrator_;
   Meter meter_;
   RecordLayout layout_;
   std::vector<double> row_;
-  phs::State state_;
-  const std::int64_t total_, every_;  ///< steps of the run, steps from record to record
+  phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
+  const std::int64_t total_,
+      every_;  ///< steps of the run and from record to record, where they are fixed
   Ledger ledger_;
   std::unique_ptr<RecordLog> log_;
   Moment good_;
   Outcome outcome_ = Outcome::ok;
   bool interrupted_ = false, stopped_ = false;
-  std::int64_t first_step_ = 0;
+  double first_fraction_ = 0;
   double cpu_before_ = 0, wall_before_ = 0, cpu_start_ = cpu_now();
   Clock::time_point wall_start_ = Clock::now();
 };

@@ -31,6 +31,7 @@ struct EnergyReport {
 
 struct RunReport {
   std::string title, method;
+  integrators::StepControl step_control = integrators::StepControl::fixed;
   double step_s = 0, simulated_s = 0, cpu_s = 0, wall_s = 0;
   std::int64_t steps = 0, records = 0;
   integrators::Cost cost;

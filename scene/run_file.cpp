@@ -40,12 +40,12 @@ class RunFile {
     declare_errors(r);
   }
 
-  void fill(const std::filesystem::path& log, double h) {
+  void fill(const std::filesystem::path& log) {
     RecordReader reader(log, layout_);
     std::vector<double> rows;
     std::int64_t at = 0;
     while (const size_t n = reader.read(rows, 4096)) {
-      fill_time(rows, n, at, h);
+      fill_time(rows, n, at);
       for (auto& s : series_) fill_series(s, rows, n, at);
       at += std::int64_t(n);
     }
@@ -55,6 +55,8 @@ class RunFile {
     file_.attribute("/", "title", scene.title);
     file_.attribute("/", "method", scene.method);
     file_.attribute("/", "step_s", scene.step);
+    if (scene.step_control != integrators::StepControl::fixed)
+      file_.attribute("/", "step_control", std::string(to_string(scene.step_control)));
     file_.group("provenance");
     for (const auto& [name, value] : provenance(scene)) file_.attribute("provenance", name, value);
     if (scene.random) file_.attribute("provenance", "seed", std::to_string(scene.random->seed));
@@ -110,11 +112,11 @@ class RunFile {
     series_.push_back(series("quaternion_norm_error", layout_.quaternion(), 1, real, "1"));
   }
 
-  void fill_time(const std::vector<double>& rows, size_t n, std::int64_t at, double h) {
+  void fill_time(const std::vector<double>& rows, size_t n, std::int64_t at) {
     integers_.resize(n), reals_.resize(n);
     for (size_t i = 0; i < n; ++i) {
       integers_[i] = integer(rows[i * layout_.size()]);
-      reals_[i] = double(integers_[i]) * h;
+      reals_[i] = rows[i * layout_.size() + layout_.time()];
     }
     time_.front().data.write(at, std::span<const double>(reals_));
     step_.front().data.write(at, std::span<const std::int64_t>(integers_));
@@ -151,7 +153,7 @@ void write_run_file(const std::filesystem::path& path, const Scene& scene, const
   RunFile file(aside(path), RecordLayout(assembly.model->description()), report.records);
   file.declare(assembly, report);
   file.describe(scene);
-  file.fill(log, scene.step);
+  file.fill(log);
   file.close();
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/step_control.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 #include "phs/state.h"
@@ -54,6 +55,9 @@ struct Scene {
   std::string method = "gauss16";
   double step = 0;      ///< [s]
   double rtol = 1e-12;  ///< of rivals that work to a tolerance
+  integrators::StepControl step_control = integrators::StepControl::fixed;
+  double control_rate = 0;    ///< [rad/s], see integrators::ControlOptions
+  double control_length = 0;  ///< [m]
 
   double duration = 0;      ///< [s]; the run takes round(duration / step) steps
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one
@@ -74,6 +78,11 @@ struct Overrides {
   std::optional<double> step, duration;
 };
 void apply(Scene& scene, const Overrides& overrides);
+
+/// The integrator of a scene, with the step h instead of the scene's.
+/// @throws InvalidArgument as integrators::make_controlled
+std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
+                                                         const phs::Model& model, double h);
 
 /// Everything a run needs, put together from a scene.
 struct Assembly {

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <tuple>
 
 #include "integrators/integrator.h"
 #include "scene/scene.h"
@@ -96,6 +97,23 @@ void check_method(const std::string& method, const std::string& where) {
   for (const auto& d : integrators::catalogue()) known.push_back(d.name);
   if (std::find(known.begin(), known.end(), method) == known.end())
     refuse(where, fmt::format("method is '{}', expected one of {}", method, joined(known)));
+}
+
+/// What a step control asks of a method, said where the scene says so.
+void check_control(const Scene& s, const std::string& where) {
+  if (s.step_control == integrators::StepControl::fixed) return;
+  const auto& d = integrators::declaration_of(s.method);
+  const char* control = to_string(s.step_control);
+  if (d.rival || d.order == 0)
+    refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "
+                              "step_control = \"fixed\"",
+                              control, s.method));
+  if (s.step_control == integrators::StepControl::reversible &&
+      d.symmetric != integrators::Claim::holds)
+    refuse(where,
+           fmt::format("step_control is \"{}\", but {} is not symmetric, expected a symmetric "
+                       "method",
+                       control, s.method));
 }
 
 void check_seconds(const char* name, double seconds, const std::string& where) {
@@ -285,7 +303,9 @@ class Reader {
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
-    const Table method = section(top, "integrator", {"method", "step", "rtol"});
+    const Table method = section(
+        top, "integrator",
+        {"method", "step", "rtol", "step_control", "step_control_rate", "step_control_length"});
     integrator(method);
     run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
     verify(top);
@@ -418,6 +438,24 @@ class Reader {
     s_.rtol = t.number_or("rtol", "", s_.rtol);
     if (!(s_.rtol > 0 && s_.rtol < 1))
       t.fail("rtol", fmt::format("is {}, expected a number between 0 and 1", s_.rtol));
+    step_control(t);
+  }
+
+  void step_control(const Table& t) {
+    if (t.has("step_control")) {
+      s_.step_control = integrators::step_control_of(
+          t.choice("step_control", {"fixed", "time_transformed", "reversible"}));
+      check_control(s_, t.at("step_control"));
+    }
+    for (const auto& [key, unit, to] :
+         {std::tuple{"step_control_rate", " of rad/s", &s_.control_rate},
+          {"step_control_length", " of metres", &s_.control_length}}) {
+      if (!t.has(key)) continue;
+      if (s_.step_control == integrators::StepControl::fixed)
+        t.fail(key, "is given without a step_control, expected both or neither");
+      *to = t.number(key, unit);
+      if (*to <= 0) t.fail(key, fmt::format("is {}, expected a number{} above 0", *to, unit));
+    }
   }
 
   void run(const Table& t) {
@@ -458,7 +496,10 @@ Scene read_scene(const std::string& path) { return Reader(path).read(); }
 
 void apply(Scene& scene, const Overrides& overrides) {
   Scene s = scene;  // all or nothing
-  if (overrides.method) check_method(s.method = *overrides.method, "--method");
+  if (overrides.method) {
+    check_method(s.method = *overrides.method, "--method");
+    check_control(s, "--method");
+  }
   if (overrides.step) check_seconds("step", s.step = *overrides.step, "--step");
   if (overrides.duration) check_seconds("duration", s.duration = *overrides.duration, "--duration");
   if (overrides.step || overrides.duration) {

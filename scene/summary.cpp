@@ -73,6 +73,8 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["title"] = r.title;
   j["method"] = r.method;
   j["step_s"] = r.step_s;
+  if (r.step_control != integrators::StepControl::fixed)
+    j["step_control"] = to_string(r.step_control);
   j["steps"] = r.steps;
   j["simulated_s"] = r.simulated_s;
   j["records"] = r.records;

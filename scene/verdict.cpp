@@ -33,13 +33,15 @@ double forth_and_back(const Scene& scene, const Assembly& a, std::int64_t steps)
   const phs::Description& d = a.model->description();
   phs::State s = a.initial;
   std::vector<double> size(s.x.size(), 0.0);
+  std::vector<double> memory;  // of the way forth: a controlled method finds its steps again by it
   for (const double h : {scene.step, -scene.step}) {
-    const auto integrator =
-        integrators::make_integrator(scene.method, *a.model, h, {.rtol = scene.rtol});
+    const auto integrator = make_integrator(scene, *a.model, h);
+    if (!memory.empty()) integrator->restore(memory);
     for (std::int64_t i = 0; i < steps; ++i) {
       if (integrator->step(s) != Outcome::ok) return HUGE_VAL;
       for (size_t k = 0; k < s.x.size(); ++k) size[k] = std::max(size[k], std::fabs(s.x[k]));
     }
+    if (scene.step_control != integrators::StepControl::fixed) memory = integrator->memory();
   }
   const size_t half = s.x.size() / 2;
   const double q_size = std::max(1.0, *std::max_element(size.begin(), size.begin() + long(half)));

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "integrators/integrator.h"
+#include "integrators/step_control.h"
 #include "tests/support/robots.h"
 
 namespace {
@@ -61,6 +62,23 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
       EXPECT_NE(turns, s.turns)
           << "the run must include wraps of the angles, which tell the systems their turns";
     }
+  }
+}
+
+TEST(Allocation, NoneInAControlledStep) {
+  const auto robot = test::ets_vii(8);
+  for (const auto kind : {StepControl::time_transformed, StepControl::reversible}) {
+    const auto method = make_controlled(kind, "gauss8", *robot.model, 0.05);
+    phs::State s = robot.start;
+    ASSERT_EQ(method->step(s), Outcome::ok);
+    const auto turns = s.turns;
+    const long before = allocations;
+    bool ok = true;
+    for (int i = 0; i < 1000; ++i) ok = ok && method->step(s) == Outcome::ok;
+    const long made = allocations - before;
+    EXPECT_TRUE(ok) << to_string(kind);
+    EXPECT_EQ(made, 0) << to_string(kind);
+    EXPECT_NE(turns, s.turns);
   }
 }
 

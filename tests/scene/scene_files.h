@@ -44,6 +44,9 @@ random = { seed = 7, joint_position = 0.5, joint_velocity = 0.25 }
 method = "gauss8"
 step = 0.25
 rtol = 1e-10
+step_control = "reversible"
+step_control_rate = 2
+step_control_length = 0.5
 [run]
 duration = 1000
 record_every = 2.0

@@ -54,6 +54,9 @@ TEST_F(SceneReader, EveryKeyArrives) {
   EXPECT_EQ(s.method, "gauss8");
   EXPECT_EQ(s.step, 0.25);
   EXPECT_EQ(s.rtol, 1e-10);
+  EXPECT_EQ(s.step_control, integrators::StepControl::reversible);
+  EXPECT_EQ(s.control_rate, 2);
+  EXPECT_EQ(s.control_length, 0.5);
   EXPECT_EQ(s.duration, 1000);
   EXPECT_EQ(s.record_every, 2);
   EXPECT_EQ(s.checkpoint_every, 30);
@@ -161,7 +164,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
   };
   const std::string urdf = "urdf = \"arm.urdf\"\n", fixed = "base = \"fixed\"\n";
   std::string methods;
-  for (const auto& d : porthos::integrators::catalogue()) methods += (methods.empty() ? "" : ", ") + d.name;
+  for (const auto& d : porthos::integrators::catalogue())
+    methods += (methods.empty() ? "" : ", ") + d.name;
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
@@ -175,7 +179,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: duration, record_every, checkpoint_every)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, rtol)"},
+       "(known: method, step, rtol, step_control, step_control_rate, step_control_length)"},
       {initial("joints.slide = { positon = 1 }"),
        "5:18: unknown key 'positon' in joints.slide, the nearest known one "
        "is 'position' (known: position, velocity)"},
@@ -250,6 +254,20 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {integrator("method = \"gaus16\"\nstep = 1"),
        "8:10: method is 'gaus16', expected one of " + methods},
       {integrator("step = 1\nrtol = 0"), "9:8: rtol is 0, expected a number between 0 and 1"},
+      {integrator("step = 1\nstep_control = 'adaptive'"),
+       "9:16: step_control is \"adaptive\", expected \"fixed\" or \"time_transformed\" or "
+       "\"reversible\""},
+      {integrator("step = 1\nmethod = 'rk4'\nstep_control = 'reversible'"),
+       "10:16: step_control is \"reversible\", but rk4 is not symmetric, expected a symmetric "
+       "method"},
+      {integrator("step = 1\nmethod = 'cvode_bdf'\nstep_control = 'time_transformed'"),
+       "10:16: step_control is \"time_transformed\", but cvode_bdf chooses its steps itself, "
+       "expected "
+       "step_control = \"fixed\""},
+      {integrator("step = 1\nstep_control_rate = 2"),
+       "9:21: step_control_rate is given without a step_control, expected both or neither"},
+      {integrator("step = 1\nstep_control = 'reversible'\nstep_control_rate = 0"),
+       "10:21: step_control_rate is 0, expected a number of rad/s above 0"},
       {run("duration = 0"), "11:12: duration is 0 s, expected more than 0 s"},
       {run("duration = 0.05"), "11:12: duration is 0.05 s, expected at least one step of 0.1 s"},
       {run("duration = 1e15"),
@@ -290,7 +308,7 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";
   EXPECT_EQ(error(model),
             "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
-            "step, rtol");
+            "step, rtol, step_control, step_control_rate, step_control_length");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
             "record_every, checkpoint_every");

@@ -1,0 +1,208 @@
+#include "integrators/event.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace porthos::integrators {
+namespace {
+
+int sign(double x) { return (x > 0) - (x < 0); }
+
+bool wanted(Crossing c, bool rising) {
+  return c == Crossing::both || (c == Crossing::rising) == rising;
+}
+
+/// Where the line through two points vanishes.
+template <class Point>
+double secant(Point a, Point b) {
+  return a.at - a.g * ((b.at - a.at) / (b.g - a.g));
+}
+
+}  // namespace
+
+EventStepper::EventStepper(const phs::Model& model,
+                           const std::function<std::unique_ptr<Integrator>()>& make,
+                           std::vector<Event> events, const EventOptions& options)
+    : method_(make()),
+      trial_(make()),
+      events_(std::move(events)),
+      options_(options),
+      x_(size_t(model.description().nx)) {
+  for (const auto& e : events_)
+    if (!e.g) throw InvalidArgument("an event has no function g(t, x)");
+  if (options.samples < 0 || options.most_trials < 1)
+    throw InvalidArgument("an event search needs samples >= 0 and most_trials >= 1");
+  for (const auto& b : model.description().blocks)
+    if (b.kind == phs::BlockKind::angle) angles_.push_back(size_t(b.at));
+}
+
+EventResult EventStepper::step(phs::State& state) {
+  const Outcome o = begin(state);
+  if (o != Outcome::ok) return {.outcome = o};
+  h_ = method_->time(state) - t_;
+  return finish(state);
+}
+
+EventResult EventStepper::run_to(phs::State& state, double end) {
+  const double forward = method_->step_size() > 0 ? 1 : -1;
+  while (forward * (end - method_->time(state)) > 0) {
+    Outcome o = begin(state);
+    const bool beyond = o == Outcome::ok && forward * (method_->time(state) - end) > 0;
+    h_ = method_->time(state) - t_;
+    if (beyond) {
+      state = before_, h_ = end - t_;
+      method_->restore(memory_);
+      o = method_->step_by(state, h_);
+    }
+    if (o != Outcome::ok) return {.outcome = o};
+    const EventResult r = finish(state);
+    if (r.outcome != Outcome::ok || r.event >= 0 || beyond) return r;
+  }
+  return {};
+}
+
+/// Takes the step and keeps what it started from.
+Outcome EventStepper::begin(phs::State& state) {
+  before_ = state, t_ = method_->time(state);
+  memory_ = method_->memory();
+  return method_->step(state);
+}
+
+EventResult EventStepper::finish(phs::State& state) {
+  trials_ = 0, tried_at_ = -1, tried_outcome_ = Outcome::ok;
+  Root root;
+  bool failed = false;
+  for (size_t k = 0; k < events_.size() && !failed; ++k) failed = !search(int(k), state, root);
+  left_event_ = -1;
+  EventResult r{.outcome = tried_outcome_, .event = root.event, .rising = root.rising};
+  if (failed) {
+    state = before_, method_->restore(memory_);
+    return r.event = -1, r.trials = trials_, r;
+  }
+  if (root.event < 0) return r.trials = trials_, r;
+  left_event_ = root.event;
+  r.g = root.point.g;
+  if (root.point.at < 1) {
+    if (tried_at_ != root.point.at) tried(events_[size_t(root.event)], root.point.at);
+    if ((r.outcome = tried_outcome_) == Outcome::ok) {
+      state = tried_;
+      method_->restore(trial_->memory());
+    }
+  }
+  return r.trials = trials_, r;
+}
+
+/// g with the angles on the branch of the start of the step.
+double EventStepper::g_of(const Event& e, double t, const phs::State& s) {
+  std::copy(s.x.begin(), s.x.end(), x_.begin());
+  for (size_t i = 0; i < angles_.size(); ++i)
+    x_[angles_[i]] += phs::two_pi_hi * double(s.turns[i] - before_.turns[i]);
+  return e.g(t, x_);
+}
+
+double EventStepper::sampled(const Event& e, double at, const phs::State& after) {
+  if (at <= 0) return g_of(e, t_, before_);
+  if (at >= 1) return g_of(e, t_ + h_, after);
+  if (!method_->interpolate(after, at, x_)) return NAN;
+  for (size_t i = 0; i < angles_.size(); ++i)
+    x_[angles_[i]] += phs::two_pi_hi * double(after.turns[i] - before_.turns[i]);
+  return e.g(t_ + at * h_, x_);
+}
+
+/// g after a step of at·h from the last accepted state.
+double EventStepper::tried(const Event& e, double at) {
+  if (at <= 0) return g_of(e, t_, before_);
+  tried_ = before_, tried_at_ = at, ++trials_;
+  trial_->restore(memory_);
+  const Outcome o = trial_->step_by(tried_, at * h_);
+  if (o != Outcome::ok) return tried_outcome_ = o, NAN;
+  return g_of(e, trial_->time(tried_), tried_);
+}
+
+/// Looks for the first wanted crossing of an event; false if a re-step failed.
+bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
+  const Event& e = events_[size_t(event)];
+  const int n = options_.samples + 1;
+  points_.clear();
+  for (int i = event == left_event_ ? 1 : 0; i <= n; ++i) {
+    const Point p{double(i) / n, sampled(e, double(i) / n, after)};
+    if (std::isnan(p.g)) continue;    // no dense output here
+    if (p.g == 0 && i < n) continue;  // no sign: its neighbours tell
+    points_.push_back(p);
+  }
+  for (size_t i = 1; i < points_.size(); ++i) {
+    Point a = points_[i - 1], b = points_[i];
+    if (sign(a.g) == sign(b.g)) continue;
+    const bool rising = a.g < 0;
+    if (!wanted(e.direction, rising)) continue;
+    if (earliest.event >= 0 && a.at > earliest.point.at) return true;
+    Point root = b;  // the end of the step where g is 0 there
+    if (b.g != 0) {
+      const double first = guess(e, a, b, after);
+      // The dense output is less accurate than a step: its signs are checked, and the bracket is widened where they are wrong.
+      size_t left = i - 1, right = i;
+      const auto exact = [&](Point p) {
+        return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};
+      };
+      const int before = rising ? -1 : 1;
+      for (a = exact(a); sign(a.g) != before && left > 0;) a = exact(points_[--left]);
+      for (b = exact(b); sign(b.g) == before && right + 1 < points_.size();)
+        b = exact(points_[++right]);
+      if (tried_outcome_ != Outcome::ok) return false;
+      if (sign(a.g) != before || sign(b.g) == before) continue;  // it only touched 0
+      root = refine(e, a, b, first);
+      if (tried_outcome_ != Outcome::ok) return false;
+    }
+    if (earliest.event < 0 || root.at < earliest.point.at) earliest = {event, rising, root};
+    return true;
+  }
+  return true;
+}
+
+/// The zero of the dense output, to a few digits: a start value.
+double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& after) {
+  double at = secant(a, b);
+  for (int i = 0; i < 12; ++i) {
+    const Point p{at, sampled(e, at, after)};
+    if (!(std::fabs(p.g) > 0)) break;  // 0, or no dense output
+    if (sign(p.g) == sign(b.g))
+      b = p, a.g *= 0.5;  // Illinois
+    else
+      a = p, b.g *= 0.5;
+    const double next = secant(a, b);
+    if (std::fabs(next - at) < 1e-9) return next;
+    at = next;
+  }
+  return at;
+}
+
+/// Bracketed secant on re-steps, until the step length no longer changes or g no longer shrinks.
+EventStepper::Point EventStepper::refine(const Event& e, Point a, Point b, double first) {
+  Point best = std::fabs(a.g) < std::fabs(b.g) && a.at > 0 ? a : b;
+  Point last = best;
+  const double size = std::max(std::fabs(a.g), std::fabs(b.g));
+  double at = first > a.at && first < b.at ? first : secant(a, b);
+  int without_progress = 0;
+  for (int i = 0; i < options_.most_trials && b.at - a.at > 0x1p-52; ++i) {
+    if (!(at > a.at && at < b.at)) at = 0.5 * (a.at + b.at);
+    const Point p{at, tried(e, at)};
+    if (tried_outcome_ != Outcome::ok) return best;
+    if (sign(p.g) == sign(a.g))
+      a = p;
+    else
+      b = p;
+    if (std::fabs(p.g) < std::fabs(best.g))
+      best = p, without_progress = 0;
+    else
+      ++without_progress;
+    if (p.g == 0) break;
+    // Two trials without progress so near to 0 are the noise of g.
+    if (without_progress >= 2 && std::fabs(best.g) < 1e-9 * size) break;
+    const double next = p.g == last.g || i % 8 == 7 ? 0.5 * (a.at + b.at) : secant(p, last);
+    if (std::fabs(next - at) < 0x1p-53) break;
+    last = p, at = next;
+  }
+  return best;
+}
+
+}  // namespace porthos::integrators

@@ -1,0 +1,383 @@
+#include "integrators/step_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "phs/time_transform.h"
+
+namespace porthos::integrators {
+namespace {
+
+using phs::State;
+
+std::shared_ptr<const phs::TimeScaleModel> scale_of(const phs::Model& model, double h,
+                                                    const ControlOptions& c) {
+  if (c.scale) return c.scale;
+  return std::make_shared<phs::RateTimeScale>(model, c.rate == 0 ? 1 / std::fabs(h) : c.rate,
+                                              c.length);
+}
+
+const Declaration& controllable(const std::string& method) {
+  const Declaration& d = declaration_of(method);
+  if (d.rival)
+    throw InvalidArgument("method '" + method +
+                          "' chooses its steps itself: step control is for methods of our own");
+  return d;
+}
+
+/// What both controllers share: the state they left behind, by which they know whether a state continues a run.
+class Controlled : public Integrator {
+ public:
+  std::string remark() const override { return inner_->remark(); }
+  Cost cost() const override {
+    Cost c = cost_;
+    for (const Integrator* part : {inner_.get(), plain_.get()})
+      if (part) {
+        const Cost p = part->cost();
+        c.evaluations += p.evaluations, c.sweeps += p.sweeps, c.factorisations += p.factorisations;
+      }
+    return c;
+  }
+  void set_cost(const Cost& c) override {
+    cost_ = c;
+    for (Integrator* part : {inner_.get(), plain_.get()})
+      if (part) part->set_cost({});
+  }
+
+ protected:
+  Controlled(Declaration d, const phs::Model& model, double h, const Options& o,
+             std::shared_ptr<const phs::TimeScaleModel> scale)
+      : Integrator(std::move(d), model, h, o), scale_(std::move(scale)) {
+    last_.x.resize(n_), last_.lo.resize(n_);
+    last_.turns.resize(
+        size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),
+                             [](const auto& b) { return b.kind == phs::BlockKind::angle; })));
+  }
+  bool continues(const State& s) const { return have_last_ && s.x == last_.x && s.lo == last_.lo; }
+  /// The state after a step, as the caller will hand it back: wrapped.
+  void leave(const State& s) {
+    last_ = s, have_last_ = true;
+    if (options_.wrap) phs::wrap_angles(system_->description(), last_);
+  }
+  std::vector<double> memory_of_state() const {
+    std::vector<double> m{have_last_ ? 1.0 : 0.0};
+    m.insert(m.end(), last_.x.begin(), last_.x.end());
+    m.insert(m.end(), last_.lo.begin(), last_.lo.end());
+    return m;
+  }
+  /// Takes what memory_of_state wrote off the front.
+  void restore_state(std::span<const double>& m) {
+    have_last_ = m[0] != 0;
+    std::copy_n(m.begin() + 1, n_, last_.x.begin());
+    std::copy_n(m.begin() + 1 + long(n_), n_, last_.lo.begin());
+    m = m.subspan(1 + 2 * n_);
+  }
+
+  std::shared_ptr<const phs::TimeScaleModel> scale_;
+  std::unique_ptr<Integrator> inner_, plain_;
+  State last_;  ///< x and lo only are compared
+  bool have_last_ = false;
+};
+
+// --- time transformation ----------------------------------------------------------------------------------------
+
+class TimeTransformed final : public Controlled {
+ public:
+  TimeTransformed(Declaration d, const std::string& method, const phs::Model& model, double h,
+                  const Options& o, std::shared_ptr<const phs::TimeScaleModel> scale)
+      : Controlled(std::move(d), model, h, o, std::move(scale)),
+        transformed_(model, *scale_),
+        lossless_(model.description().traits.lossless && model.description().traits.autonomous),
+        autonomous_(model.description().traits.autonomous),
+        exact_(model.instantiate<long double>()),
+        exact_turns_(model.description()),
+        exact_x_(n_),
+        ext_(transformed_.description(), std::vector<double>(n_ + 2)) {
+    inner_ = make_integrator(method, transformed_, h, o);
+    plain_ = make_integrator(method, model, h, o);
+    fresh_ = inner_->memory();
+  }
+
+  Outcome step(State& s) override {
+    if (!continues(s)) begin(s);
+    load(s);
+    inner_->tell_turns(s);
+    const Outcome o = inner_->advance(0.0, h_, ext_);
+    if (o != Outcome::ok) return o;
+    for (size_t i = 0; i < n_; ++i) {
+      const size_t k = transformed_.position(i);
+      s.x[i] = ext_.x[k], s.lo[i] = ext_.lo[k];
+    }
+    const size_t t = transformed_.time_at();
+    if (autonomous_)
+      s.step_off_the_grid(h_, ext_.x[t] + ext_.lo[t]);  // t began at 0
+    else
+      s.origin = ext_.x[t], s.origin_lo = ext_.lo[t], s.origin_step = ++s.step;
+    energy_ = ext_.x[transformed_.energy_at()], energy_lo_ = ext_.lo[transformed_.energy_at()];
+    ++cost_.steps;
+    if (options_.wrap) phs::wrap_angles(system_->description(), s);
+    last_ = s, have_last_ = true, last_was_plain_ = false;
+    return o;
+  }
+
+  /// In physical time: the method itself. A lossless system keeps its p_t; others owe a new one.
+  Outcome advance(double t, double h, State& s) override {
+    const bool ours = continues(s);
+    const Outcome o = plain_->advance(t, h, s);
+    if (o != Outcome::ok) return o;
+    last_was_plain_ = true;
+    if (ours && lossless_)
+      leave(s);
+    else
+      have_last_ = false;
+    return o;
+  }
+  void tell_turns(const State& s) override {
+    Controlled::tell_turns(s), plain_->tell_turns(s), inner_->tell_turns(s);
+  }
+
+  bool interpolate(const State& after, double theta, std::span<double> x) const override {
+    if (last_was_plain_) return plain_->interpolate(after, theta, x);
+    if (!have_last_) return false;
+    State end = ext_;
+    for (size_t i = 0; i < n_; ++i) {
+      const size_t k = transformed_.position(i);
+      end.x[k] = after.x[i], end.lo[k] = after.lo[i];
+    }
+    std::vector<double> z(n_ + 2);
+    const size_t t = transformed_.time_at();
+    const double aim = began_ + theta * (end.x[t] - began_);
+    // t grows with tau: regula falsi (Illinois) for the fraction of tau.
+    double a = 0, fa = began_ - aim, b = 1, fb = end.x[t] - aim, tau = theta;
+    for (int i = 0; i < 60; ++i) {
+      if (!inner_->interpolate(end, tau, z)) return false;
+      const double f = z[t] - aim;
+      if (f == 0 || std::fabs(f) <= 0x1p-50 * std::fabs(end.x[t] - began_)) break;
+      if ((f > 0) == (fb > 0))
+        b = tau, fb = f, fa *= 0.5;
+      else
+        a = tau, fa = f, fb *= 0.5;
+      const double next = (a * fb - b * fa) / (fb - fa);
+      if (next == tau || !(next > a && next < b)) break;
+      tau = next;
+    }
+    for (size_t i = 0; i < n_; ++i) x[i] = z[transformed_.position(i)];
+    return true;
+  }
+
+  std::vector<double> memory() const override {
+    auto m = memory_of_state();
+    m.push_back(energy_), m.push_back(energy_lo_);
+    for (const Integrator* part : {inner_.get(), plain_.get()}) {
+      const auto own = part->memory();
+      m.insert(m.end(), own.begin(), own.end());
+    }
+    return m;
+  }
+  void restore(std::span<const double> m) override {
+    const size_t of_plain = plain_->memory().size();
+    require_size("memory of a time-transformed method", m.size(),
+                 1 + 2 * n_ + 2 + fresh_.size() + of_plain);
+    restore_state(m);
+    energy_ = m[0], energy_lo_ = m[1];
+    inner_->restore(m.subspan(2, fresh_.size()));
+    plain_->restore(m.subspan(2 + fresh_.size()));
+  }
+
+ private:
+  /// p_t = -H in extended precision, as a double and a low word.
+  void begin(const State& s) {
+    for (size_t i = 0; i < n_; ++i) exact_x_[i] = (long double)s.x[i] + s.lo[i];
+    exact_turns_.synchronise(s, *exact_);
+    const long double H = exact_->hamiltonian(exact_x_);
+    energy_ = -double(H), energy_lo_ = double(-H - (long double)energy_);
+    inner_->restore(fresh_);
+  }
+  void load(const State& s) {
+    for (size_t i = 0; i < n_; ++i) {
+      const size_t k = transformed_.position(i);
+      ext_.x[k] = s.x[i], ext_.lo[k] = s.lo[i];
+    }
+    const size_t t = transformed_.time_at(), e = transformed_.energy_at();
+    ext_.x[t] = ext_.lo[t] = 0;
+    if (!autonomous_)
+      phs::two_sum(s.origin, s.origin_lo + double(s.step - s.origin_step) * h_, ext_.x[t],
+                   ext_.lo[t]);
+    began_ = ext_.x[t];
+    ext_.x[e] = energy_, ext_.lo[e] = energy_lo_;
+  }
+
+  phs::TimeTransformedModel transformed_;
+  bool lossless_, autonomous_, last_was_plain_ = false;
+  std::unique_ptr<phs::System<long double>> exact_;
+  TurnKeeper<long double> exact_turns_;
+  std::vector<long double> exact_x_;
+  State ext_;  ///< of the transformed system
+  double energy_ = 0, energy_lo_ = 0, began_ = 0;
+  std::vector<double> fresh_;
+};
+
+// --- reversible controller ----------------------------------------------------------------------------------------
+
+class Reversible final : public Controlled {
+ public:
+  Reversible(Declaration d, const std::string& method, const phs::Model& model, double h,
+             const Options& o, std::shared_ptr<const phs::TimeScaleModel> scale)
+      : Controlled(std::move(d), model, h, o, std::move(scale)),
+        sigma_(scale_->instantiate<double>()),
+        x_(n_),
+        e_(n_),
+        f_(n_),
+        gradient_(n_),
+        turn_angles_(last_.turns.size()),
+        told_(last_.turns.size(), 0) {
+    inner_ = make_integrator(method, model, h, o);
+  }
+
+  Outcome step(State& s) override {
+    tell_turns(s);
+    begin_if_new(s);
+    const double half = rho_ + 0.5 * h_ * G_, h = h_ / half;
+    const Outcome o = move(half, h_, h, s);
+    if (o != Outcome::ok) return o;
+    s.step_off_the_grid(h_, h);
+    ++cost_.steps;
+    if (options_.wrap) phs::wrap_angles(system_->description(), s);
+    last_ = s, have_last_ = true;
+    return o;
+  }
+
+  /// A step of a given h is one of another eps = h rho_{n+1/2}, so rho goes on as if it had been chosen.
+  Outcome advance(double, double h, State& s) override {
+    begin_if_new(s);
+    const double half = rho_ / (1 - 0.5 * h * G_);
+    const Outcome o = move(half, h * half, h, s);
+    if (o == Outcome::ok) leave(s);
+    return o;
+  }
+  void tell_turns(const State& s) override {
+    Controlled::tell_turns(s), inner_->tell_turns(s);
+    if (s.turns == told_) return;
+    told_ = s.turns;
+    for (size_t i = 0; i < told_.size(); ++i) turn_angles_[i] = double(told_[i]) * phs::two_pi_hi;
+    sigma_->set_turn_angles(turn_angles_);
+  }
+
+  bool interpolate(const State& after, double theta, std::span<double> x) const override {
+    return inner_->interpolate(after, theta, x);
+  }
+
+  std::vector<double> memory() const override {
+    auto m = memory_of_state();
+    m.push_back(rho_), m.push_back(G_);
+    const auto own = inner_->memory();
+    m.insert(m.end(), own.begin(), own.end());
+    return m;
+  }
+  void restore(std::span<const double> m) override {
+    require_size("memory of a reversibly controlled method", m.size(),
+                 1 + 2 * n_ + 2 + inner_->memory().size());
+    restore_state(m);
+    rho_ = m[0], G_ = m[1];
+    inner_->restore(m.subspan(2));
+  }
+
+ private:
+  void begin_if_new(const State& s) {
+    if (continues(s)) return;
+    have_last_ = false;
+    evaluate(s.time(h_), s);
+    rho_ = 1 / value_;
+  }
+  /// One step of the method by h = eps / half, and rho on to its end.
+  Outcome move(double half, double eps, double h, State& s) {
+    if (!(half > 0) || !std::isfinite(half)) return Outcome::failed;
+    const double t = s.time(h_);
+    const Outcome o = inner_->advance(t, h, s);
+    if (o != Outcome::ok) return o;
+    evaluate(t + h, s);
+    rho_ = half + 0.5 * eps * G_;
+    return o;
+  }
+  /// sigma and G = -(∂sigma · f) / sigma at a state.
+  void evaluate(double t, const State& s) {
+    for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
+    system_->gradient(x_, e_);
+    system_->field(t, x_, {}, f_);
+    ++cost_.evaluations;
+    value_ = sigma_->with_gradient(x_, e_, gradient_);
+    double slope = 0;
+    for (size_t i = 0; i < n_; ++i) slope += gradient_[i] * f_[i];
+    G_ = -slope / value_;
+  }
+
+  std::unique_ptr<phs::TimeScale<double>> sigma_;
+  std::vector<double> x_, e_, f_, gradient_, turn_angles_;
+  std::vector<std::int64_t> told_;
+  double rho_ = 1, G_ = 0, value_ = 1;
+};
+
+}  // namespace
+
+const char* to_string(StepControl c) {
+  switch (c) {
+    case StepControl::fixed:
+      return "fixed";
+    case StepControl::time_transformed:
+      return "time_transformed";
+    case StepControl::reversible:
+      return "reversible";
+  }
+  return "unknown";
+}
+
+StepControl step_control_of(const std::string& name) {
+  for (const auto c : {StepControl::fixed, StepControl::time_transformed, StepControl::reversible})
+    if (name == to_string(c)) return c;
+  throw InvalidArgument("unknown step control '" + name +
+                        "', expected one of fixed, time_transformed, reversible");
+}
+
+std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
+                                                  const phs::Model& model, double h,
+                                                  const ControlOptions& control, const Options& o) {
+  Declaration d = controllable(method);
+  d.title += ", constant steps of a transformed time";
+  d.passivity_exact = d.passivity_exact == Claim::holds ? Claim::unknown : d.passivity_exact;
+  if (d.quadratic_invariants == Claim::holds) d.quadratic_invariants = Claim::unknown;
+  d.source += "; Hairer, Lubich, Wanner 2006, VIII.2.1";
+  make_integrator(method, model, h, o);  // refuses what the method cannot take
+  return std::make_unique<TimeTransformed>(std::move(d), method, model, h, o,
+                                           scale_of(model, h, control));
+}
+
+std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs::Model& model,
+                                            double h, const ControlOptions& control,
+                                            const Options& o) {
+  Declaration d = controllable(method);
+  if (d.symmetric != Claim::holds)
+    throw InvalidArgument("method '" + method +
+                          "' is not symmetric: the reversible step control needs one that is");
+  d.title += ", reversible step control";
+  d.symplectic = Claim::fails;
+  d.source += "; Hairer, Soderlind 2005, SIAM J. Sci. Comput. 26";
+  make_integrator(method, model, h, o);
+  return std::make_unique<Reversible>(std::move(d), method, model, h, o,
+                                      scale_of(model, h, control));
+}
+
+std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,
+                                            const phs::Model& model, double h,
+                                            const ControlOptions& control, const Options& o) {
+  switch (kind) {
+    case StepControl::time_transformed:
+      return make_time_transformed(method, model, h, control, o);
+    case StepControl::reversible:
+      return make_reversible(method, model, h, control, o);
+    case StepControl::fixed:
+      break;
+  }
+  return make_integrator(method, model, h, o);
+}
+
+}  // namespace porthos::integrators

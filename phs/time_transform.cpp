@@ -1,0 +1,139 @@
+#include "phs/time_transform.h"
+
+namespace porthos::phs {
+namespace {
+
+template <class T>
+class TransformedSystem : public System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  explicit TransformedSystem(const TimeTransformedModel& m)
+      : m_(m),
+        base_(m.model().instantiate<T>()),
+        scale_(m.scale().instantiate<T>()),
+        n_(size_t(m.model().description().nx)),
+        closed_(m.model().description().traits.lossless &&
+                m.model().description().traits.autonomous),
+        x_(n_),
+        e_(n_),
+        k_(n_),
+        a_(n_),
+        b_(n_),
+        gain_(n_, T(0.0)) {}
+
+  const Description& description() const override { return m_.description(); }
+  std::unique_ptr<System<T>> clone() const override {
+    return std::make_unique<TransformedSystem>(m_);
+  }
+
+  T hamiltonian(In z) override {
+    read(z);
+    base_->gradient(x_, e_);
+    return scale_->value(x_, e_) * (base_->hamiltonian(x_) + z[m_.energy_at()]);
+  }
+  void gradient(In z, Out out) override {
+    const T sigma = read_gradient(z);
+    write(k_, out);
+    out[m_.time_at()] = T(0.0), out[m_.energy_at()] = sigma;
+  }
+  void field(T, In z, In, Out dz) override {
+    const T sigma = read_gradient(z);
+    structure(z, T(0.0), sigma, dz);
+  }
+  void apply_structure(In z, In e, Out Je) override {
+    read(z);
+    if (!closed_) base_->gradient(x_, e_);
+    for (size_t i = 0; i < n_; ++i) k_[i] = e[m_.position(i)];
+    structure(z, e[m_.time_at()], e[m_.energy_at()], Je);
+  }
+  void apply_dissipation(In, In, Out Re) override {
+    for (auto& r : Re) r = T(0.0);
+  }
+  void apply_input(In, In, Out Gu) override {
+    for (auto& g : Gu) g = T(0.0);
+  }
+  void output(In, In, Out) override {}
+  void invariants(In, Out) override {}
+  void set_turn_angles(In angles) override {
+    base_->set_turn_angles(angles), scale_->set_turn_angles(angles);
+  }
+
+ private:
+  void read(In z) {
+    for (size_t i = 0; i < n_; ++i) x_[i] = z[m_.position(i)];
+  }
+  void write(const std::vector<T>& from, Out out) const {
+    for (size_t i = 0; i < n_; ++i) out[m_.position(i)] = from[i];
+  }
+  /// e_ = ∂H/∂x, k_ = ∂K/∂x = sigma e + (H + p_t) ∂sigma/∂x; returns sigma = ∂K/∂p_t.
+  T read_gradient(In z) {
+    read(z);
+    base_->gradient(x_, e_);
+    const T sigma = scale_->with_gradient(x_, e_, a_);
+    const T excess = base_->hamiltonian(x_) + z[m_.energy_at()];
+    for (size_t i = 0; i < n_; ++i) k_[i] = sigma * e_[i] + excess * a_[i];
+    return sigma;
+  }
+  /// out = [J 0 g; 0 0 1; -gᵀ -1 0] (k_, along t, along p_t), with e_ at x_ known where g is not 0.
+  void structure(In z, T k_time, T k_energy, Out out) {
+    base_->apply_structure(x_, k_, b_);
+    T paid(0.0);
+    if (!closed_) {
+      base_->field(z[m_.time_at()], x_, {}, gain_);
+      base_->apply_structure(x_, e_, a_);
+      for (size_t i = 0; i < n_; ++i) {
+        const T g = gain_[i] - a_[i];
+        b_[i] = b_[i] + k_energy * g;
+        paid = paid + g * k_[i];
+      }
+    }
+    write(b_, out);
+    out[m_.time_at()] = k_energy;
+    out[m_.energy_at()] = -k_time - paid;
+  }
+
+  const TimeTransformedModel& m_;
+  std::unique_ptr<System<T>> base_;
+  std::unique_ptr<TimeScale<T>> scale_;
+  size_t n_;
+  bool closed_;  ///< lossless and autonomous: nothing is gained or lost
+  std::vector<T> x_, e_, k_, a_, b_, gain_;
+};
+
+Description describe(const Description& d, size_t half) {
+  Description r;
+  const int at = int(half);
+  const auto moved = [&](int i) { return i < at ? i : i + 1; };
+  r.name = d.name + " in fictitious time";
+  r.nx = d.nx + 2;
+  for (Block b : d.blocks) {
+    b.at = moved(b.at);
+    if (b.momentum >= 0) b.momentum = moved(b.momentum);
+    r.blocks.push_back(b);
+  }
+  r.blocks.push_back({"time", BlockKind::linear, at, 1, d.nx + 1, "s", "J"});
+  r.traits.canonical = d.traits.canonical && d.traits.lossless && d.traits.autonomous;
+  return r;
+}
+
+}  // namespace
+
+TimeTransformedModel::TimeTransformedModel(const Model& model, const TimeScaleModel& scale)
+    : model_(model),
+      scale_(scale),
+      n_(size_t(model.description().nx)),
+      half_(model.description().traits.canonical ? n_ / 2 : n_),
+      description_(describe(model.description(), half_)) {}
+
+template <class T>
+std::unique_ptr<System<T>> TimeTransformedModel::make_system() const {
+  return std::make_unique<TransformedSystem<T>>(*this);
+}
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<System<T>> TimeTransformedModel::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::phs
