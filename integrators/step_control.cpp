@@ -19,9 +19,10 @@ std::shared_ptr<const phs::TimeScaleModel> scale_of(const phs::Model& model, dou
 
 const Declaration& controllable(const std::string& method) {
   const Declaration& d = declaration_of(method);
-  if (d.rival)
-    throw InvalidArgument("method '" + method +
-                          "' chooses its steps itself: step control is for methods of our own");
+  if (d.rival || d.order == 0)
+    throw InvalidArgument(
+        "method '" + method +
+        "' chooses its steps itself: step control is for methods of a fixed step");
   return d;
 }
 

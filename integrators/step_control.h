@@ -33,7 +33,7 @@ struct ControlOptions {
 /// Order, symmetry and symplecticity are the method's. Quadratic invariants survive if sigma is invariant under their
 /// symmetry. step_by() is the plain method in physical time. interpolate() takes fractions of physical time.
 /// The model must outlive it.
-/// @throws InvalidArgument as make_integrator; for a rival; for a method the transformed system does not suit
+/// @throws InvalidArgument as make_integrator; for a method that chooses its steps itself; for one the transformed system does not suit
 ///   (it is not separable); and as phs::RateTimeScale
 std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
                                                   const phs::Model& model, double h,

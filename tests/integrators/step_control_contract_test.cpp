@@ -221,7 +221,7 @@ TEST(StepControl, RefusesNonsense) {
             "method 'rk4' is not symmetric: the reversible step control needs one that is");
   EXPECT_EQ(
       with(time_transformed, "cvode_adams", {}),
-      "method 'cvode_adams' chooses its steps itself: step control is for methods of our own");
+      "method 'cvode_adams' chooses its steps itself: step control is for methods of a fixed step");
   EXPECT_EQ(with(time_transformed, "gauss4", {.rate = -1}),
             "rate of a time scale is -1.000000 rad/s, expected a finite number above 0");
   EXPECT_EQ(with(reversible, "gauss4", {.rate = 1, .length = NAN}),
