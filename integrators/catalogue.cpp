@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "integrators/composition.h"
 #include "integrators/cvode.h"
 #include "integrators/gauss.h"
 #include "integrators/rk4.h"
@@ -12,7 +13,8 @@ namespace {
 
 Entries make_entries() {
   Entries all;
-  for (auto* family : {gauss_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
+  for (auto* family :
+       {gauss_entries, composition_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
     for (auto& e : family()) all.push_back(std::move(e));
   return all;
 }
