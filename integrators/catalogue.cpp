@@ -6,7 +6,10 @@
 #include "integrators/cvode.h"
 #include "integrators/gauss.h"
 #include "integrators/rk4.h"
+#include "integrators/semi_implicit_euler.h"
+#include "integrators/splitting.h"
 #include "integrators/stormer_verlet.h"
+#include "integrators/tao.h"
 
 namespace porthos::integrators {
 namespace {
@@ -14,7 +17,8 @@ namespace {
 Entries make_entries() {
   Entries all;
   for (auto* family :
-       {gauss_entries, composition_entries, stormer_verlet_entries, rk4_entries, cvode_entries})
+       {gauss_entries, composition_entries, stormer_verlet_entries, splitting_entries, tao_entries,
+        semi_implicit_euler_entries, rk4_entries, cvode_entries})
     for (auto& e : family()) all.push_back(std::move(e));
   return all;
 }

@@ -5,11 +5,13 @@
 #include "mechanics/aba.h"
 #include "mechanics/momentum.h"
 #include "tests/support/robots.h"
+#include "tests/support/symplectic.h"
 
 namespace porthos::integrators {
 namespace {
 
 using Vec = std::vector<double>;
+using test::jacobian_of_steps, test::symplectic_defect;
 
 const Declaration& declaration(const std::string& name) {
   for (const auto& d : catalogue())
@@ -35,40 +37,12 @@ const mechanics::MechanicalModel& pendulum() {
 }
 const Vec pendulum_start{0.7, -0.4, 1.1, 0.5};
 
-/// ‖ΨᵀJΨ - J‖∞, with Ψ row-major, x = (q, p).
-double symplectic_defect(const Vec& Psi, size_t n) {
-  double worst = 0;
-  for (size_t i = 0; i < n; ++i)
-    for (size_t j = 0; j < n; ++j) {
-      double sum = i + n / 2 == j ? -1.0 : j + n / 2 == i ? 1.0 : 0.0;
-      for (size_t k = 0; k < n / 2; ++k)
-        sum +=
-            Psi[k * n + i] * Psi[(k + n / 2) * n + j] - Psi[(k + n / 2) * n + i] * Psi[k * n + j];
-      worst = std::max(worst, std::fabs(sum));
-    }
-  return worst;
-}
-
-/// The Jacobian of two steps of a method, exact to rounding: a dual number carries one column through the very code
-/// that steps a run, iteration included.
-Vec jacobian_of_steps(const std::string& method, const phs::Model& model, const Vec& x0, double h) {
-  const size_t n = x0.size();
-  Vec Psi(n * n);
-  for (size_t j = 0; j < n; ++j) {
-    phs::BasicState<phs::Dual> s(model.description(), {x0.begin(), x0.end()});
-    s.x[j].d = 1;
-    const auto integrator = make_basic_integrator<phs::Dual>(method, model, h);
-    for (int i = 0; i < 2; ++i) EXPECT_EQ(integrator->step(s), Outcome::ok) << method;
-    for (size_t i = 0; i < n; ++i) Psi[i * n + j] = s.x[i].d + s.lo[i].d;
-  }
-  return Psi;
-}
-
 TEST(Claims, Symplectic) {
   for (const auto& d : catalogue()) {
-    if (d.rival) continue;
+    if (d.rival || misfit(d, pendulum().description())) continue;
+    const double h = d.name == "yoshida8" ? 0.03 : 0.1;  // it has sub-steps of 2.4 h
     const double defect =
-        symplectic_defect(jacobian_of_steps(d.name, pendulum(), pendulum_start, 0.1), 4);
+        symplectic_defect(jacobian_of_steps(d.name, pendulum(), pendulum_start, h), 4);
     std::printf("  %-16s %-6s defect %.1e   bound 1e-13\n", d.name.c_str(), to_string(d.symplectic),
                 defect);
     if (d.symplectic == Claim::holds) {
@@ -107,7 +81,7 @@ TEST(Claims, VelocityVerletWithVariableMassIsNotSymplectic) {
 TEST(Claims, Symmetric) {
   const auto robot = test::ets_vii(5);
   for (const auto& d : catalogue()) {
-    if (d.rival) continue;
+    if (d.rival || misfit(d, robot.model->description())) continue;
     phs::State s = robot.start;
     run(*make_integrator(d.name, *robot.model, 0.125), s, 40);
     s.step = 0;
@@ -130,7 +104,7 @@ TEST(Claims, QuadraticInvariants) {
   test::Gauge gauge(*robot.model);
   const auto start = gauge.invariants(robot.start);
   for (const auto& d : catalogue()) {
-    if (d.rival) continue;
+    if (d.rival || misfit(d, robot.model->description())) continue;
     phs::State s = robot.start;
     const auto method = make_integrator(d.name, *robot.model, 0.1);
     run(*method, s, 2000);
@@ -197,7 +171,7 @@ TEST(Gauss, StageLanesEqualScalarStages) {
 TEST(Claims, RestartIsContinuation) {
   const auto robot = test::ets_vii(5);
   for (const auto& d : catalogue()) {
-    if (!d.resumable) continue;
+    if (!d.resumable || misfit(d, robot.model->description())) continue;
     phs::State through = robot.start, stopped = robot.start;
     const auto one = make_integrator(d.name, *robot.model, 0.1);
     run(*one, through, 200);
