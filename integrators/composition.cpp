@@ -82,7 +82,7 @@ PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 
 Entries composition_entries() {
   const auto composition = [](const CompositionTable& table, Declaration d, std::string base) {
-    d.title = table.title + " of " + (base == "midpoint" ? "midpoint steps" : "Stormer-Verlet");
+    d.title = table.title + ", on " + (base == "midpoint" ? "the midpoint rule" : "Stormer-Verlet");
     d.family = "Compositions";
     d.order = table.order;
     d.symmetric = d.symplectic = Claim::holds;

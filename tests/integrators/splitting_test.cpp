@@ -171,7 +171,7 @@ TEST(Splitting, KeepsTheInvariantsOfItsPartsOnly) {
       phs::State s(c->model->description(), c->start);
       const auto start = gauge.invariants(s);
       const auto H0 = gauge.energy(s);
-      const auto m = make_integrator(method, *c->model, 0.05);
+      const auto m = make_integrator(method, *c->model, 0.2);
       for (int i = 0; i < steps; ++i) EXPECT_EQ(m->step(s), Outcome::ok);
       if (c == &kepler())
         e.L = gauge.error("angular_momentum", s, start);
