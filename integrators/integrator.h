@@ -58,8 +58,8 @@ struct Cost {
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
-  bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
-  bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
+  bool lanes = true;   ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
+  bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative: biased, a control.
   double iteration_tolerance = 0;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "integrators/integrator.h"
 #include "tests/scene/scene_files.h"
 
 namespace porthos::scene {
@@ -160,10 +161,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
     return l;
   };
   const std::string urdf = "urdf = \"arm.urdf\"\n", fixed = "base = \"fixed\"\n";
-  const std::string methods =
-      "gauss16, gauss14, gauss12, gauss10, gauss8, gauss6, gauss4, gauss2, midpoint, "
-      "stormer_verlet, rk4, cvode_adams, "
-      "cvode_bdf";
+  std::string methods;
+  for (const auto& d : integrators::catalogue()) methods += (methods.empty() ? "" : ", ") + d.name;
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
