@@ -87,8 +87,9 @@ bool resumable(const std::string& method) {
 // --- output --------------------------------------------------------------------------------------------------------
 
 void print(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
-  if (std::fflush(stdout) != 0) throw InvalidArgument("standard output cannot be written");
+  // A text longer than the buffer fails in fputs, a short one in fflush.
+  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+    throw InvalidArgument("standard output cannot be written");
 }
 
 void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }

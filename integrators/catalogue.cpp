@@ -2,14 +2,18 @@
 
 #include <cmath>
 
+#include "integrators/composition.h"
 #include "integrators/discrete_gradient.h"
 #include "integrators/gauss.h"
 #include "integrators/hbvm.h"
 #include "integrators/lobatto.h"
 #include "integrators/radau15.h"
 #include "integrators/rk4.h"
+#include "integrators/semi_implicit_euler.h"
+#include "integrators/splitting.h"
 #include "integrators/stormer_verlet.h"
 #include "integrators/sundials.h"
+#include "integrators/tao.h"
 
 namespace porthos::integrators {
 namespace {
@@ -18,9 +22,18 @@ using Family = Entries (*)();
 
 /// The families, and whether the catalogue has been read.
 struct Families {
-  std::vector<Family> all{gauss_entries,   stormer_verlet_entries,    lobatto_entries,
-                          hbvm_entries,    discrete_gradient_entries, rk4_entries,
-                          radau15_entries, sundials_entries};
+  std::vector<Family> all{gauss_entries,
+                          composition_entries,
+                          stormer_verlet_entries,
+                          lobatto_entries,
+                          splitting_entries,
+                          tao_entries,
+                          hbvm_entries,
+                          discrete_gradient_entries,
+                          radau15_entries,
+                          semi_implicit_euler_entries,
+                          rk4_entries,
+                          sundials_entries};
   bool in_use = false;
 };
 Families& families() {

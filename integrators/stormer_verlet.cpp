@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "integrators/catalogue.h"
+#include "integrators/splitting.h"
 #include "integrators/stagnation.h"
 
 namespace porthos::integrators {
@@ -104,12 +105,14 @@ class StormerVerlet final : public BasicIntegrator<T> {
     return stagnation_.settled() ? Outcome::ok : Outcome::not_converged;
   }
 
-  /// The second kick: f1 at (q', p½), with the multiplier that makes ξ'·π' = 0.
+  /// The second kick: f1 at (q', p½), with the multiplier that makes ξ'·π' = 0. It starts from the p½ that enters the
+  /// state, ½h f0 away: the one of the last sweep differs along ξ by the rounding of λ, which has a factor 1/(hκ).
   void finish() {
     for (const auto& r : rotations_) {
       T along(0.0), norm2(0.0);
       for (size_t k = 0; k < 4; ++k) {
-        along += x1_[r.q + k] * (x1_[n_ + r.q + k] + T(0.5) * h_ * f1_[n_ + r.q + k]);
+        const size_t i = n_ + r.q + k;
+        along += x1_[r.q + k] * (start_[i] + T(0.5) * h_ * (f0_[i] + f1_[i]));
         norm2 += x1_[r.q + k] * x1_[r.q + k];
       }
       const T mu = T(2.0) * along / (h_ * norm2);
@@ -160,6 +163,10 @@ template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
                                                         const phs::Model& model, T h,
                                                         const Options& o) {
+  const auto& system = model.description();
+  const bool quaternions = std::ranges::any_of(
+      system.blocks, [](const auto& b) { return b.kind == phs::BlockKind::rotation; });
+  if (system.traits.separable && !quaternions) return make_kick_drift_kick<T>(d, model, h, o);
   return std::make_unique<StormerVerlet<T>>(d, model, h, o);
 }
 #define PORTHOS_INSTANTIATE(T)                                         \

@@ -10,6 +10,7 @@ struct Entry;
 /// (Hairer, Lubich, Wanner 2006, VI.3). On a quaternion block ξ this alone does not keep |ξ| = 1: there the kicks carry
 /// a multiplier along ξ (RATTLE, op. cit. VII.1.4) for the Hamiltonian H + (κ/2)(ξ·π)², which equals H on ξ·π = 0 and
 /// makes the multiplier well defined; κ = a quarter of the mean inverse inertia at the zero configuration.
+/// For a separable H = T(p) + V(q) the same map is explicit and taken as kick-drift-kick (splitting.h).
 /// Needs a canonical lossless system, x = (q, p).
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration&, const phs::Model&, T h,

@@ -8,6 +8,7 @@
 #include "integrators/integrator.h"
 #include "integrators/step_control.h"
 #include "tests/support/robots.h"
+#include "tests/support/split_systems.h"
 
 namespace {
 std::atomic<long> allocations{0};
@@ -80,6 +81,25 @@ TEST(Allocation, NoneInAControlledStep) {
     EXPECT_EQ(made, 0) << to_string(kind);
     EXPECT_NE(turns, s.turns);
   }
+}
+
+// Splittings do not fit a robot: on kicks and drifts, with wraps, and on offered flows.
+TEST(Allocation, NoneInAStepOfASplitting) {
+  const phs::UserModel rotor(test::Rotor{});
+  const phs::UserModel body(test::FreeBody{});
+  for (const phs::Model* model : std::initializer_list<const phs::Model*>{&rotor, &body})
+    for (const auto& d : catalogue()) {
+      if (!d.needs.flows) continue;
+      const auto method = make_integrator(d.name, *model, 0.05);
+      phs::State s(model->description(), {0.8, 2.5, -0.6});
+      s.x.resize(size_t(model->description().nx)), s.lo.resize(s.x.size());
+      ASSERT_EQ(method->step(s), Outcome::ok);
+      const long before = allocations;
+      bool ok = true;
+      for (int i = 0; i < 1000; ++i) ok = ok && method->step(s) == Outcome::ok;
+      EXPECT_EQ(allocations - before, 0) << d.name << " on " << model->description().name;
+      EXPECT_TRUE(ok) << d.name;
+    }
 }
 
 TEST(Allocation, NoneInAnEvaluation) {

@@ -20,6 +20,13 @@ void run(Integrator& method, phs::State& s, std::int64_t steps) {
     ASSERT_EQ(method.step(s), Outcome::ok) << method.declaration().name << " step " << i;
 }
 
+/// yoshida8 has sub-steps of 2.4 h, and Tao's methods must resolve their binding, 20 rad/s.
+test::Problem step_for(const Declaration& d, test::Problem p) {
+  if (d.name == "yoshida8") p.h *= 0.3;
+  if (d.name.starts_with("tao")) p.h *= 0.2;
+  return p;
+}
+
 /// Judges one property of every method of ours: `measure` gives its defect on a problem. What holds must stay within
 /// `bound` on every fitting problem; what fails must go beyond `visible` on one of them, else the test sees nothing.
 void judge(const char* property, Claim Declaration::*claim, double bound, double visible,
@@ -31,7 +38,7 @@ void judge(const char* property, Claim Declaration::*claim, double bound, double
     std::string line;
     for (const auto& p : test::problems()) {
       if (!test::fits(d, p)) continue;
-      const double defect = measure(d, p);
+      const double defect = measure(d, step_for(d, p));
       worst = !(defect <= worst) ? defect : worst;
       char text[32];
       std::snprintf(text, sizeof text, "  %8.1e", defect);
@@ -130,7 +137,7 @@ double distance(const phs::State& a, const test::Problem& p) {
 }
 
 TEST(Claims, Symmetric) {
-  judge("20 steps forth and 20 back", &Declaration::symmetric, 1e-13, 1e-9,
+  judge("20 steps forth and 20 back", &Declaration::symmetric, 2e-12, 1e-9,
         [](const Declaration& d, const test::Problem& p) {
           phs::State s = p.start;
           run(*make_integrator(d.name, *p.model, p.h), s, 20);
@@ -243,7 +250,8 @@ TEST(Gauss, StageLanesEqualScalarStages) {
 TEST(Claims, RestartIsContinuation) {
   for (const auto& d : catalogue()) {
     if (!d.resumable) continue;
-    for (const auto& p : test::problems()) {
+    for (const auto& problem : test::problems()) {
+      const auto p = step_for(d, problem);
       if (!test::fits(d, p)) continue;
       phs::State through = p.start, stopped = p.start;
       run(*make_integrator(d.name, *p.model, p.h), through, 100);
