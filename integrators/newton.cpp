@@ -69,6 +69,9 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     }
     ++lane;
   }
+  for (; lane < 4; ++lane) {  // to spare: they solve with a right-hand side of zero
+    lambda_.re.set(lane, lambda_.re[0]), lambda_.im.set(lane, lambda_.im[0]);
+  }
 }
 
 phs::Resolvent* SimplifiedNewton::of(Solver s) {

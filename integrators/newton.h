@@ -68,8 +68,8 @@ class SimplifiedNewton {
 /// trial of the fixed point every 32 steps, and ever more rarely as the trials fail. It depends on counts of sweeps only.
 class SolverChoice {
  public:
-  static constexpr int slow_sweeps = 40;   ///< at 0.4 a sweep
-  static constexpr int trial_sweeps = 24;  ///< a trial must end by then
+  static constexpr int slow_sweeps = 30;   ///< at 0.3 a sweep: Newton is cheaper
+  static constexpr int trial_sweeps = 20;  ///< a trial must end by then
 
   bool newton() const { return newton_ && wait_ > 0; }
   bool trial() const { return newton_ && wait_ == 0; }
