@@ -175,6 +175,56 @@ TEST(Stiff, TheFixedPointComesBack) {
   EXPECT_GT(m->cost().factorisations, calm.factorisations);
 }
 
+/// Whether `steps` steps of size h succeed.
+bool goes(const test::Robot& robot, const char* name, double h, int steps, Solver solver,
+          std::string& note) {
+  phs::State s = robot.start;
+  const auto m = method(name, *robot.model, h, solver);
+  test::Gauge gauge(*robot.model);
+  const auto H0 = gauge.energy(s);
+  const bool ok = run(*m, s, steps) == Outcome::ok;
+  char text[80];
+  std::snprintf(text, sizeof text, "%.0f sweeps, energy %.0e", sweeps_per_step(*m),
+                std::fabs(double((gauge.energy(s) - H0) / H0)));
+  note = ok ? text : "fails";
+  return ok;
+}
+
+// Passive chains have no springs; what is stiff there is the tension of the links above the free end. The exact Jacobian
+// sees it. In wild motion it changes too much within a long step: there Newton reaches hardly further.
+TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
+  const auto hanging = stiff_chain(100, 0, 0, 0.01);
+  std::string fixed, chosen;
+  const double h = 0.1;
+  const bool control = goes(hanging, "gauss16", h, 50, Solver::fixed_point, fixed);
+  const bool ours = goes(hanging, "gauss16", h, 50, Solver::automatic, chosen);
+  std::printf("  100 links hanging, h = %g: fixed point %s; automatic %s\n", h, fixed.c_str(),
+              chosen.c_str());
+  EXPECT_FALSE(control);
+  EXPECT_TRUE(ours);
+
+  const std::string file = "reference/pinocchio/urdf/chain30.urdf";
+  PORTHOS_NEEDS_SHARED(file);
+  mechanics::UrdfOptions o;
+  o.gravity = {0, 0, -9.81};
+  const auto m = std::make_shared<mechanics::Mechanism>(
+      mechanics::read_urdf(test::shared(file).string(), o).mechanism);
+  std::vector<double> q(30), calm(30), v(30);
+  for (size_t i = 0; i < q.size(); ++i)
+    q[i] = 0.3 * std::sin(1.0 + double(i)), v[i] = 0.5 * std::cos(2.0 + double(i)),
+    calm[i] = 0.02 * std::sin(1.0 + double(i));
+  calm[1] += M_PI / 2;  // straight down
+  const auto wild = test::make_robot(m, q, v), still = test::make_robot(m, calm, {});
+  for (const auto* robot : {&wild, &still})
+    for (double step = 1.0 / 320; step < 0.15; step *= 2) {
+      const bool a = goes(*robot, "gauss16", step, 50, Solver::fixed_point, fixed);
+      const bool b = goes(*robot, "gauss16", step, 50, Solver::automatic, chosen);
+      std::printf("  chain30 %s, h = %-8g fixed point: %-24s automatic: %s\n",
+                  robot == &wild ? "thrown " : "hanging", step, fixed.c_str(), chosen.c_str());
+      EXPECT_TRUE(b || !a) << "the choice must not lose what the fixed point does";
+    }
+}
+
 // Stiff without a solver of its own: dense when small, Krylov when large.
 TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   for (const int masses : {20, 150}) {
