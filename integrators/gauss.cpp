@@ -158,6 +158,7 @@ class Gauss final : public BasicIntegrator<T> {
         A[size_t(i * s_ + j)] =
             phs::to_double(table_.b[size_t(i)]) * phs::to_double(table_.mu[size_t(i * s_ + j)]);
     newton_ = std::make_unique<SimplifiedNewton>(model, A, options_.solver);
+    if (newton_->solvers().empty()) newton_.reset();
     residual_.resize(n_ * size_t(s_)), point_.resize(n_);
   }
 

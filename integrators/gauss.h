@@ -9,7 +9,8 @@ namespace porthos::integrators {
 struct Entry;
 
 /// Gauss collocation with s = 1 … 8 stages (12 in Quad), order 2s: symplectic, symmetric, keeps quadratic invariants.
-/// Iterated to stagnation from the extrapolated collocation polynomial; compensated state; wrapped angles.
+/// Iterated to stagnation from the extrapolated collocation polynomial, by fixed point or Newton (Options::solver);
+/// compensated state; wrapped angles.
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_gauss(Declaration declaration, int s,
                                                const phs::Model& model, T h,

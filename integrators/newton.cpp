@@ -34,9 +34,16 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
                           model.description().name + "'");
   if (solvers_.back() != Solver::newton_articulated) {
     dual_system_ = model.instantiate<phs::Dual>();
-    if (solvers_.back() == Solver::newton_dense)
+    try {  // a system without a gradient in duals says so here, not in the middle of a run
+      std::vector<phs::Dual> x(d_.size()), f(d_.size());
+      dual_system_->field(phs::Dual(0.0), x, {}, f);
+    } catch (const InvalidArgument&) {
+      if (!automatic) throw;
+      solvers_.pop_back();
+    }
+    if (!solvers_.empty() && solvers_.back() == Solver::newton_dense)
       dense_ = make_dense_resolvent(*dual_system_);
-    else
+    if (!solvers_.empty() && solvers_.back() == Solver::newton_krylov)
       krylov_ = make_krylov_resolvent(*dual_system_, own_.get());
   }
 

@@ -22,7 +22,8 @@ class SimplifiedNewton {
   ///   the solver asked for
   SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver);
 
-  /// The solvers at hand in the order of trial; of the automatic choice see Solver.
+  /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the system has no
+  /// resolvent and its field cannot be evaluated in duals.
   const std::vector<Solver>& solvers() const { return solvers_; }
   /// Whether `solver` stands factored for steps of size h.
   bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }

@@ -225,6 +225,20 @@ TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
     }
 }
 
+/// A stiff oscillator that gives its energy only.
+struct Bare {
+  phs::Description description() const {
+    phs::Description d;
+    d.name = "bare", d.nx = 2, d.traits.canonical = true;
+    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    return T(0.5) * (x[1] * x[1] + T(1e4) * x[0] * x[0]);
+  }
+};
+
 // Stiff without a solver of its own: dense when small, Krylov when large.
 TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   for (const int masses : {20, 150}) {
@@ -250,6 +264,13 @@ TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   }
   const phs::UserModel model(test::QuarticChain{.masses = 4});
   EXPECT_THROW(method("gauss8", model, 0.1, Solver::newton_articulated), InvalidArgument);
+
+  // Without a gradient in duals there is no Jacobian: the fixed point alone, and its failure is a status.
+  const phs::UserModel bare(Bare{});
+  phs::State s(bare.description(), {1, 0});
+  EXPECT_EQ(run(*method("gauss8", bare, 0.001, Solver::automatic), s, 10), Outcome::ok);
+  EXPECT_NE(method("gauss8", bare, 1, Solver::automatic)->step(s), Outcome::ok);
+  EXPECT_THROW(method("gauss8", bare, 0.1, Solver::newton_dense), InvalidArgument);
 }
 
 TEST(Stiff, CostOfASweepIsLinearInTheBodies) {
