@@ -295,11 +295,13 @@ class Gauss final : public BasicIntegrator<T> {
   /// in stiff directions and loses in the others.)
   void improve() {
     cost_.evaluations += s_, ++cost_.sweeps;
-    for (int c = 0; c < chunks; ++c)
+    const bool newton = solver_ != Solver::fixed_point;
+    for (int c = 0; c < chunks; ++c) {
       if (!evaluate_lanes(c)) evaluate_stages(c);
-    if (solver_ != Solver::fixed_point) return correct();
-    for (int c = 0; c < chunks; ++c)
-      for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+      if (!newton)
+        for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+    }
+    if (newton) correct();
   }
   void correct() {
     for (int c = 0; c < chunks; ++c)
@@ -348,6 +350,7 @@ class Gauss final : public BasicIntegrator<T> {
   Sweep sweep_once(const State& state, double& distance) {
     improve();
     Sweep p;
+    const bool fixed_point = solver_ == Solver::fixed_point;
     double largest = 0;
     distance = 0;
     for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
@@ -362,7 +365,7 @@ class Gauss final : public BasicIntegrator<T> {
       if (move > 0) {
         p.changed = true;
         // Newton's solve spreads its noise over all components, where single records mean nothing.
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = solver_ == Solver::fixed_point;
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = fixed_point;
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
