@@ -163,6 +163,7 @@ class Collocation final : public BasicIntegrator<T> {
         A[size_t(i * s_ + j)] =
             phs::to_double(table_.b[size_t(i)]) * phs::to_double(table_.mu[size_t(i * s_ + j)]);
     newton_ = std::make_unique<SimplifiedNewton>(model, A, options_.solver);
+    if (newton_->solvers().empty()) newton_.reset();
     residual_.resize(n_ * size_t(s_)), point_.resize(n_);
   }
 
@@ -299,11 +300,13 @@ class Collocation final : public BasicIntegrator<T> {
   /// in stiff directions and loses in the others.)
   void improve() {
     cost_.evaluations += s_, ++cost_.sweeps;
-    for (int c = 0; c < chunks; ++c)
+    const bool newton = solver_ != Solver::fixed_point;
+    for (int c = 0; c < chunks; ++c) {
       if (!evaluate_lanes(c)) evaluate_stages(c);
-    if (solver_ != Solver::fixed_point) return correct();
-    for (int c = 0; c < chunks; ++c)
-      for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+      if (!newton)
+        for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
+    }
+    if (newton) correct();
   }
   void correct() {
     for (int c = 0; c < chunks; ++c)
@@ -352,6 +355,7 @@ class Collocation final : public BasicIntegrator<T> {
   Sweep sweep_once(const State& state, double& distance) {
     improve();
     Sweep p;
+    const bool fixed_point = solver_ == Solver::fixed_point;
     double largest = 0;
     distance = 0;
     for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
@@ -369,7 +373,7 @@ class Collocation final : public BasicIntegrator<T> {
       if (move > 0) {
         p.changed = true;
         // Newton's solve spreads its noise over all components, where single records mean nothing.
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = solver_ == Solver::fixed_point;
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = fixed_point;
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);

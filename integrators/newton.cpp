@@ -35,9 +35,16 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
                           model.description().name + "'");
   if (solvers_.back() != Solver::newton_articulated) {
     dual_system_ = model.instantiate<phs::Dual>();
-    if (solvers_.back() == Solver::newton_dense)
+    try {  // a system without a gradient in duals says so here, not in the middle of a run
+      std::vector<phs::Dual> x(d_.size()), f(d_.size());
+      dual_system_->field(phs::Dual(0.0), x, {}, f);
+    } catch (const InvalidArgument&) {
+      if (!automatic) throw;
+      solvers_.pop_back();
+    }
+    if (!solvers_.empty() && solvers_.back() == Solver::newton_dense)
       dense_ = make_dense_resolvent(*dual_system_);
-    else
+    if (!solvers_.empty() && solvers_.back() == Solver::newton_krylov)
       krylov_ = make_krylov_resolvent(*dual_system_, own_.get());
   }
 
@@ -69,6 +76,9 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
       set(back_[size_t(i)], (l.imag() > 0 ? 2.0L : 1.0L) * V(i, k));
     }
     ++lane;
+  }
+  for (; lane < 4; ++lane) {  // to spare: they solve with a right-hand side of zero
+    lambda_.re.set(lane, lambda_.re[0]), lambda_.im.set(lane, lambda_.im[0]);
   }
 }
 

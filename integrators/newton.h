@@ -22,7 +22,8 @@ class SimplifiedNewton {
   ///   the solver asked for
   SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver);
 
-  /// The solvers at hand in the order of trial; of the automatic choice see Solver.
+  /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the system has no
+  /// resolvent and its field cannot be evaluated in duals.
   const std::vector<Solver>& solvers() const { return solvers_; }
   /// Whether `solver` stands factored for steps of size h.
   bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }
@@ -68,8 +69,8 @@ class SimplifiedNewton {
 /// trial of the fixed point every 32 steps, and ever more rarely as the trials fail. It depends on counts of sweeps only.
 class SolverChoice {
  public:
-  static constexpr int slow_sweeps = 40;   ///< at 0.4 a sweep
-  static constexpr int trial_sweeps = 24;  ///< a trial must end by then
+  static constexpr int slow_sweeps = 30;   ///< at 0.3 a sweep: Newton is cheaper
+  static constexpr int trial_sweeps = 20;  ///< a trial must end by then
 
   bool newton() const { return newton_ && wait_ > 0; }
   bool trial() const { return newton_ && wait_ == 0; }

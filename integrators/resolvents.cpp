@@ -110,6 +110,7 @@ class Krylov final : public DualResolvent {
 
   void solve(std::span<C> r) override {
     const Pack4 start = norm(r.data());
+    for (int lane = 0; lane < 4; ++lane) in_use_[lane] = start[lane] > 0;
     scale(r.data(), &basis_[0], start);
     std::fill(std::begin(g_), std::end(g_), C(0.0));
     g_[0] = {start, Pack4(0.0)};
@@ -153,7 +154,7 @@ class Krylov final : public DualResolvent {
     std::copy_n(d, n_, w);
     for (int lane = 0; lane < 4; ++lane) {
       const double re = z_.re[lane], im = z_.im[lane];
-      if (re == 0 && im == 0) continue;
+      if (!in_use_[lane]) continue;
       jacobian_([&](size_t i) { return d[i].re[lane]; },
                 [&](size_t i, double Jd) {
                   w[i].re.set(lane, w[i].re[lane] - re * Jd);
@@ -204,6 +205,7 @@ class Krylov final : public DualResolvent {
   phs::Resolvent* about_;
   size_t n_;
   C z_;
+  bool in_use_[4];
   std::vector<C> basis_, direction_;
   C h_[most][most + 1], g_[most + 1], c_[most], s_[most];
 };

@@ -102,8 +102,6 @@ class TreeResolvent final : public phs::Resolvent {
     Motion<double> V;
     Force<double> h, g;
     std::array<Down, rows> P;
-    Up c;
-    Down s;
   };
   /// A joint of one freedom; its S, β and η in world axes.
   struct Hinge {
@@ -131,6 +129,8 @@ class TreeResolvent final : public phs::Resolvent {
         nq_(size_t(m.nq())),
         w_(m),
         bodies_(m.nodes().size()),
+        c_(bodies_.size()),
+        s_(bodies_.size()),
         hinge_(m.nodes().size()),
         general_(m.nodes().size()) {
     for (size_t i = 0; i < bodies_.size(); ++i)
@@ -165,22 +165,22 @@ class TreeResolvent final : public phs::Resolvent {
 
   void solve(std::span<C> r) override {
     const auto& nodes = m_.nodes();
-    for (Body& b : bodies_) b.c.fill(C(0.0));
+    for (Up& c : c_) c.fill(C(0.0));
     for (size_t i = nodes.size(); i-- > 0;) {
       const size_t q = size_t(nodes[i].q);
-      Up up = bodies_[i].c;
+      Up up = c_[i];
       if (general_[i].size)
         reduce_general(i, &r[q], &r[nq_ + q], up);
       else
         reduce_hinge(hinge_[i], r[q], r[nq_ + q], up);
       if (nodes[i].parent >= 0)
-        for (int a = 0; a < rows; ++a) bodies_[size_t(nodes[i].parent)].c[a] += up[a];
+        for (int a = 0; a < rows; ++a) c_[size_t(nodes[i].parent)][a] += up[a];
     }
     for (size_t i = 0; i < nodes.size(); ++i) {
       const size_t q = size_t(nodes[i].q);
-      Down& s = bodies_[i].s;
+      Down& s = s_[i];
       if (nodes[i].parent >= 0)
-        s = bodies_[size_t(nodes[i].parent)].s;
+        s = s_[size_t(nodes[i].parent)];
       else
         s.fill(C(0.0));
       if (general_[i].size)
@@ -449,6 +449,8 @@ class TreeResolvent final : public phs::Resolvent {
   size_t nq_;
   Workspace<double> w_;
   std::vector<Body> bodies_;
+  std::vector<Up> c_;    ///< f_i = P s_i + c
+  std::vector<Down> s_;  ///< apart from the bodies: a solve reads no P
   std::vector<Hinge> hinge_;
   std::vector<General> general_;
   JointJacobian jacobian_;

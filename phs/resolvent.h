@@ -9,7 +9,7 @@ namespace porthos::phs {
 /// with J = Df(x) or what the system thinks stiff of it. J decides how fast the iteration contracts, never its limit.
 ///
 /// A system that knows a cheap elimination offers it (System::resolvent); others are served by a dense or a Krylov
-/// solver of the integrators. Neither function allocates. A lane with z = 0 returns r.
+/// solver of the integrators. Neither function allocates.
 class Resolvent {
  public:
   virtual ~Resolvent() = default;

@@ -9,6 +9,9 @@
 #include "integrators/step_control.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"
+}
+
+#include "tests/support/stiff.h"
 
 namespace {
 std::atomic<long> allocations{0};
@@ -100,6 +103,24 @@ TEST(Allocation, NoneInAStepOfASplitting) {
       EXPECT_EQ(allocations - before, 0) << d.name << " on " << model->description().name;
       EXPECT_TRUE(ok) << d.name;
     }
+}
+
+TEST(Allocation, NoneInNewtonSteps) {
+  const auto robot = test::stiff_chain(5, 1e4, 0);
+  for (const auto solver : {Solver::automatic, Solver::newton_articulated, Solver::newton_dense,
+                            Solver::newton_krylov}) {
+    Options o;
+    o.solver = solver;
+    const auto method = make_integrator("gauss16", *robot.model, 0.05, o);
+    phs::State s = robot.start;
+    const long before = allocations;
+    bool ok = true;
+    for (int i = 0; i < 200; ++i) ok = ok && method->step(s) == Outcome::ok;
+    const long made = allocations - before;
+    EXPECT_TRUE(ok);
+    EXPECT_GT(method->cost().factorisations, 0);
+    EXPECT_EQ(made, 0) << to_string(solver);
+  }
 }
 
 TEST(Allocation, NoneInAnEvaluation) {
