@@ -13,6 +13,8 @@
 
 #include "apps/progress.h"
 #include "apps/verdict.h"
+#include "scene/compare.h"
+#include "scene/files.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -159,6 +161,31 @@ int verify_command(const Arguments& a) {
   options.out = a.out.value_or("results/" + name_of(a.scene) + "-verify");
   options.check_symmetry = true;
   return run_and_judge(a, options);
+}
+
+int compare_command(const Arguments& a) {
+  const scene::Scene s = scene::read_scene(a.scene);
+  const scene::Assembly assembly = scene::assemble(s);
+  const std::string out = a.out.value_or("results/compare_" + name_of(a.scene));
+  scene::make_folder(out);  // a folder that cannot be written is better known before than after
+  scene::CompareOptions options;
+  options.methods = a.methods;
+  options.duration = seconds("duration", a.duration);
+  options.budget_s = seconds("budget", a.budget).value_or(options.budget_s);
+  options.stop = &stop;
+  Progress progress;
+  stop_on_signals();
+  options.progress = [&](double fraction, double spent, double left) {
+    progress.update(fraction, spent, left);
+  };
+  const scene::Comparison c = scene::compare(s, assembly, options);
+  progress.finish();
+  scene::write_comparison(out, s, c);
+  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg", out));
+  print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
+  if (!c.interrupted) return exit_ok;
+  log("interrupted: the results are of the trials until then");
+  return exit_interrupted;
 }
 
 int info_command(const Arguments& a) {

@@ -116,7 +116,7 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected run, verify, info or methods (see porthos "
+       "porthos: there is no command 'walk', expected run, verify, compare, info or methods (see porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
@@ -152,7 +152,7 @@ TEST_F(Cli, MethodsPrintsTheCatalogue) {
 }
 
 TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
-  for (const std::string command : {"", "run ", "verify ", "info ", "methods "}) {
+  for (const std::string command : {"", "run ", "verify ", "compare ", "info ", "methods "}) {
     const Answer a = porthos(command + "--help");
     EXPECT_EQ(a.code, 0) << command;
     EXPECT_TRUE(
