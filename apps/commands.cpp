@@ -134,13 +134,14 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
 /// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if it is not symmetric.
 constexpr double default_symmetry_limit = 1e-9;
 
-int run_and_judge(const Arguments& a, const scene::RunOptions& options) {
+int run_and_judge(const Arguments& a, scene::RunOptions options) {
   scene::Scene s = read(a);
   if (options.check_symmetry && !s.verify.symmetry) s.verify.symmetry = default_symmetry_limit;
   const scene::Assembly assembly = scene::assemble(s);
   if (!assembly.notes.empty())
     log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
                     assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   if (!r.interrupted)
     print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out));

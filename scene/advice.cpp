@@ -129,11 +129,6 @@ std::string sentence(const Comparison& c, const Advice& a) {
 
 }  // namespace
 
-double advice_target(const Scene& scene) {
-  const auto& limit = scene.verify.energy;
-  return limit && *limit > 0 ? *limit : 1e-9;
-}
-
 Advice advise(const Comparison& c, double target) {
   Advice a;
   a.target = target;

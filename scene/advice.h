@@ -21,8 +21,6 @@ struct Advice {
   std::string sentence;
 };
 
-/// The target of a scene: its energy limit, else 1e-9.
-double advice_target(const Scene& scene);
 Advice advise(const Comparison& comparison, double target);
 
 }  // namespace porthos::scene

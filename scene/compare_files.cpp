@@ -184,7 +184,7 @@ std::string comparison_json(const Scene& scene, const Comparison& c) {
   j["skipped"] = Json::array();
   for (const auto& [name, reason] : c.skipped)
     j["skipped"].push_back({{"method", name}, {"reason", reason}});
-  j["advice"] = advice(advise(c, advice_target(scene)));
+  j["advice"] = advice(advise(c, scene.target()));
   j["notes"] = c.notes;
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -202,14 +202,14 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
                         c.budget_s, names);
   for (const auto& note : c.notes) text += "note     " + note + "\n";
   if (c.interrupted) text += "note     interrupted: trials are missing\n";
-  return text + "\n" + advise(c, advice_target(scene)).sentence + "\n";
+  return text + "\n" + advise(c, scene.target()).sentence + "\n";
 }
 
 void write_comparison(const std::string& folder, const Scene& scene, const Comparison& c) {
   const std::filesystem::path out(folder);
   make_folder(out);
   const std::pair<std::filesystem::path, std::string> files[] = {
-      {out / "work_precision.svg", work_precision_plot(c, advice_target(scene))},
+      {out / "work_precision.svg", work_precision_plot(c, scene.target())},
       {out / "compare.txt", comparison_table(scene, c)},
       {out / "compare.json", comparison_json(scene, c)}};
   for (const auto& [path, text] : files) write_aside(path, text);

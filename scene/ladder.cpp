@@ -79,7 +79,7 @@ void Ladder::finer(const Rung& r) {
   if (!r.good && ++bad_ > 20) return end();
   no_better_ = r.good && r.error > 0.5 * best_ && best_ < round_off ? no_better_ + 1 : 0;
   if (r.good) best_ = std::min(best_, r.error);
-  if (no_better_ >= 2 || best_ == 0) return end();
+  if (no_better_ >= (best_ < 1e-14 ? 1 : 2) || best_ == 0) return end();
   // The first trial decides: if it was good, there is something to be found on the coarse side.
   const bool good_start = phase_ == Phase::first && r.good && !tolerance_;
   if (good_start && r.error < useless && below(r.n) >= fewest_)

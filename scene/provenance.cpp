@@ -58,6 +58,7 @@ NamedTexts fingerprint(const Scene& scene) {
           {"duration", fmt::format("{} s", scene.duration)},
           {"rtol", fmt::format("{}", scene.rtol)},
           {"record_every", fmt::format("{} s", scene.record_every)},
+          {"choice", scene.choice},
           {"program", fmt::format("{}, {}", build::compiler, phs::simd_name)}};
 }
 

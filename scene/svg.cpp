@@ -93,9 +93,28 @@ void Svg::polyline(const std::string& points, const std::string& colour, double 
       points, colour, width, more));
 }
 
-void Svg::circle(double x, double y, double r, const std::string& fill, const std::string& stroke) {
-  raw(fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{}" fill="{}" stroke="{}"/>)", x, y, r,
-                  fill, stroke));
+void Svg::marker(size_t shape, double x, double y, double r, const std::string& fill,
+                 const std::string& stroke) {
+  const double a = 0.88 * r, b = 1.25 * r;
+  std::string points;
+  switch (shape % 4) {
+    case 1:
+      points =
+          fmt::format("M{:.1f},{:.1f}h{:.1f}v{:.1f}h{:.1f}z", x - a, y - a, 2 * a, 2 * a, -2 * a);
+      break;
+    case 2:
+      points = fmt::format("M{:.1f},{:.1f}l{:.1f},{:.1f}h{:.1f}z", x, y - b, b, 1.75 * b, -2 * b);
+      break;
+    case 3:
+      points = fmt::format("M{:.1f},{:.1f}l{:.1f},{:.1f}l{:.1f},{:.1f}l{:.1f},{:.1f}z", x, y - b, b,
+                           b, -b, b, -b, -b);
+      break;
+    default:
+      raw(fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="{}" stroke="{}"/>)", x, y,
+                      r, fill, stroke));
+      return;
+  }
+  raw(fmt::format(R"(<path d="{}" fill="{}" stroke="{}"/>)", points, fill, stroke));
 }
 
 }  // namespace porthos::scene

@@ -37,7 +37,9 @@ class Svg {
   /// points: "x,y x,y …"
   void polyline(const std::string& points, const std::string& colour, double width,
                 const char* more = "");
-  void circle(double x, double y, double r, const std::string& fill, const std::string& stroke);
+  /// shape: 0 disc, 1 square, 2 triangle, 3 diamond, and again; of about the same area.
+  void marker(size_t shape, double x, double y, double r, const std::string& fill,
+              const std::string& stroke);
 
   /// The document; nothing can be added after it.
   std::string finish() { return std::move(text_ += "</svg>\n"); }

@@ -13,9 +13,8 @@ namespace {
 
 using integrators::Outcome;
 
-constexpr std::int64_t records = 256;  // at least, where there are as many steps
-constexpr double short_s = 0.05;       // trials below this are repeated,
-constexpr int most_repeats = 5;        // so often at most
+constexpr double short_s = 0.05;  // trials below this are repeated,
+constexpr int most_repeats = 5;   // so often at most
 
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& s) {
   integrators::Options o;
@@ -28,7 +27,7 @@ class Trying {
   Trying(const Assembly& a, const Setting& s, const TrialOptions& o, Trial& t)
       : assembly_(a), options_(o), trial_(t), integrator_(make(a, s)), meter_(a) {
     total_ = std::max<std::int64_t>(1, std::llround(o.duration / s.step));
-    every_ = std::max<std::int64_t>(1, total_ / records);
+    every_ = std::max<std::int64_t>(1, total_ / o.records);
     known_at_ = o.known ? std::llround(o.known->time / s.step) : -1;
     state_ = a.initial;
   }
@@ -105,17 +104,18 @@ class Trying {
   double cpu_ = 0, early_ = 0;
 };
 
-/// CPU seconds of the steps alone.
-double time_again(const Assembly& a, const Setting& s, std::int64_t steps) {
-  const auto integrator = make(a, s);
+}  // namespace
+
+double time_again(const Assembly& a, Trial& t) {
+  const auto integrator = make(a, t.setting);
   phs::State state = a.initial;
   const double start = thread_cpu_now();
-  while (state.step < steps && integrator->step(state) == Outcome::ok) {
+  while (state.step < t.report.steps && integrator->step(state) == Outcome::ok) {
   }
-  return thread_cpu_now() - start;
+  const double cpu = thread_cpu_now() - start;
+  t.report.cpu_s = std::min(t.report.cpu_s, cpu), ++t.timed;
+  return cpu;
 }
-
-}  // namespace
 
 Trial run_trial(const Assembly& assembly, const Setting& setting, const TrialOptions& options) {
   const double start = thread_cpu_now();
@@ -124,10 +124,8 @@ Trial run_trial(const Assembly& assembly, const Setting& setting, const TrialOpt
   t.report.method = setting.method;
   try {
     Trying(assembly, setting, options, t).run();
-    double& cpu = t.report.cpu_s;
-    if (options.repeat && t.complete() && cpu < short_s)
-      for (int i = 1; i < most_repeats; ++i)
-        cpu = std::min(cpu, time_again(assembly, setting, t.report.steps));
+    while (options.repeat && t.complete() && t.report.cpu_s < short_s && t.timed < most_repeats)
+      time_again(assembly, t);
   } catch (const std::exception& e) {
     t.failure = e.what();
     t.report.outcome = Outcome::failed;

@@ -23,24 +23,28 @@ struct Rgb {
   double r, g, b;
 };
 
-/// From the deep to the light end, by family in order of appearance.
+/// From the deep to the light end of a family.
 struct Hue {
-  Rgb deep, light;
+  Rgb deep, middle, light;
 };
-constexpr Hue hues[] = {{{11, 60, 122}, {122, 184, 232}},   // blue
-                        {{0, 106, 78}, {120, 200, 160}},    // green
-                        {{98, 42, 140}, {196, 160, 224}},   // violet
-                        {{150, 84, 0}, {232, 186, 110}},    // ochre
-                        {{0, 110, 125}, {125, 205, 215}},   // teal
-                        {{120, 70, 50}, {205, 165, 145}},   // brown
-                        {{80, 90, 20}, {180, 190, 110}},    // olive
-                        {{60, 60, 110}, {160, 160, 205}}};  // slate
-constexpr Hue rival_hue = {{176, 22, 60}, {240, 140, 120}};
+constexpr Hue hues[] = {{{10, 28, 92}, {38, 102, 207}, {88, 190, 238}},    // blue
+                        {{0, 78, 56}, {20, 145, 95}, {125, 205, 130}},     // green
+                        {{72, 20, 120}, {140, 80, 200}, {205, 150, 230}},  // violet
+                        {{130, 62, 0}, {210, 130, 10}, {236, 190, 80}},    // ochre
+                        {{0, 75, 90}, {0, 140, 150}, {110, 205, 200}},     // teal
+                        {{85, 45, 30}, {150, 95, 70}, {205, 160, 140}},    // brown
+                        {{70, 80, 10}, {130, 145, 40}, {185, 195, 100}},   // olive
+                        {{45, 50, 70}, {95, 100, 130}, {160, 165, 190}}};  // slate
+constexpr Hue rival_hue = {{150, 10, 50}, {220, 50, 70}, {245, 140, 120}};
 
+/// f from 0, deep, to 1, light.
 std::string mixed(const Hue& h, double f) {
-  const auto mix = [f](double a, double b) { return int(std::lround(a + f * (b - a))); };
-  return fmt::format("#{:02x}{:02x}{:02x}", mix(h.deep.r, h.light.r), mix(h.deep.g, h.light.g),
-                     mix(h.deep.b, h.light.b));
+  const auto mix = [f](double deep, double middle, double light) {
+    return int(std::lround(f < 0.5 ? deep + 2 * f * (middle - deep)
+                                   : middle + (2 * f - 1) * (light - middle)));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", mix(h.deep.r, h.middle.r, h.light.r),
+                     mix(h.deep.g, h.middle.g, h.light.g), mix(h.deep.b, h.middle.b, h.light.b));
 }
 
 struct Dot {
@@ -50,6 +54,7 @@ struct Dot {
 struct Line {
   const MethodTrials* of;
   std::string colour;
+  size_t shape;  ///< of its dots: neighbours in a family differ
   std::vector<Dot> dots;
 };
 
@@ -117,7 +122,7 @@ class Plot {
       low = std::min(low, target_), high = std::max(high, target_);
     const auto decade = [](double x) { return std::log10(x); };
     x1_ = decade(fast) - 0.12, x2_ = std::max(decade(slow) + 0.12, x1_ + 0.5);
-    y1_ = std::floor(decade(low) - 0.15), y2_ = std::max(std::ceil(decade(high) + 0.05), y1_ + 2);
+    y1_ = std::floor(decade(low) - 0.15), y2_ = std::max(std::ceil(decade(high) + 0.15), y1_ + 2);
   }
 
   double x(double seconds) const {
@@ -134,8 +139,8 @@ class Plot {
       const bool rivals = methods.front()->method.rival;
       const Hue hue = rivals ? rival_hue : hues[next_hue++ % std::size(hues)];
       for (size_t i = 0; i < methods.size(); ++i) {
-        const double f = methods.size() > 1 ? double(i) / double(methods.size() - 1) : 0.25;
-        Line l{methods[i], mixed(hue, f), {}};
+        const double f = methods.size() > 1 ? double(i) / double(methods.size() - 1) : 0.4;
+        Line l{methods[i], mixed(hue, f), i, {}};
         for (const Trial& t : methods[i]->trials)
           if (shown(t)) l.dots.push_back({x(t.report.cpu_s), y(c_.error_of(t))});
         lines_.push_back(std::move(l));
@@ -200,41 +205,44 @@ class Plot {
     const bool rival = l.of->method.rival;
     if (l.dots.size() > 1)
       svg_->polyline(path, l.colour, rival ? 2.2 : 1.9, rival ? R"( stroke-dasharray="7 4")" : "");
-    for (const Dot& d : l.dots)
-      svg_->circle(d.x, d.y, rival ? 3.2 : 2.8, rival ? "#ffffff" : l.colour, l.colour);
+    for (const Dot& d : l.dots) mark(l, d);
   }
 
-  /// The name beside the line, where there is room for it: no other name, no dot or line underneath. The legend
-  /// names every line anyway.
-  void label(const Line& l) {
-    const double w = text_width(l.of->method.name, label_size) * 0.95;
-    for (size_t i = 0; i < l.dots.size(); ++i) {
-      // From both ends inwards.
-      const Dot& d = l.dots[i % 2 ? l.dots.size() - 1 - i / 2 : i / 2];
-      for (const auto& [dx, dy] : {std::pair{9.0, 4.0},
-                                   {-9.0 - w, 4.0},
-                                   {-0.5 * w, -9.0},
-                                   {-0.5 * w, 17.0},
-                                   {7.0, -6.0},
-                                   {-7.0 - w, -6.0},
-                                   {7.0, 14.0}}) {
-        const Box box{d.x + dx - 2, d.y + dy - 10, d.x + dx + w + 2, d.y + dy + 3};
-        if (!free(box)) continue;
-        taken_.push_back(box);
-        svg_->text(d.x + dx, d.y + dy, "start", label_size, l.colour, l.of->method.name,
-                   R"( font-weight="600")");
-        return;
-      }
-    }
+  void mark(const Line& l, const Dot& d) {
+    const bool rival = l.of->method.rival;
+    svg_->marker(l.shape, d.x, d.y, rival ? 3.6 : 3.2, rival ? "#ffffff" : l.colour, l.colour);
   }
-  bool free(const Box& b) const {
+
+  /// The name beside the line, where there is room for it: on no dot and no other name, if possible on no line. The
+  /// legend names every line anyway.
+  void label(const Line& l) {
+    const std::string& name = l.of->method.name;
+    const double w = 0.95 * text_width(name, label_size);
+    const std::pair<double, double> places[] = {{9, 4},         {-9 - w, 4}, {-0.5 * w, -9},
+                                                {-0.5 * w, 17}, {7, -6},     {-7 - w, -6},
+                                                {7, 14},        {-7 - w, 14}};
+    for (const bool on_lines : {false, true})
+      for (size_t i = 0; i < l.dots.size(); ++i)
+        for (const auto& [dx, dy] : places) {
+          // From both ends inwards.
+          const Dot& d = l.dots[i % 2 ? l.dots.size() - 1 - i / 2 : i / 2];
+          const Box box{d.x + dx - 2, d.y + dy - 10, d.x + dx + w + 2, d.y + dy + 3};
+          if (!free(box, on_lines)) continue;
+          taken_.push_back(box);
+          svg_->text(
+              d.x + dx, d.y + dy, "start", label_size, l.colour, name,
+              R"( font-weight="600" stroke="#ffffff" stroke-width="3" paint-order="stroke")");
+          return;
+        }
+  }
+  bool free(const Box& b, bool on_lines) const {
     if (b.x1 < left || b.x2 > right || b.y1 < top - 8 || b.y2 > bottom_) return false;
     for (const Box& t : taken_)
       if (b.meets(t)) return false;
     for (const Line& l : lines_)
       for (size_t i = 0; i < l.dots.size(); ++i) {
         if (b.holds(l.dots[i])) return false;
-        for (int k = 1; i > 0 && k < 24; ++k) {  // along the line to the dot before
+        for (int k = 1; i > 0 && !on_lines && k < 24; ++k) {  // along the line to the dot before
           const Dot &p = l.dots[i - 1], &q = l.dots[i];
           const double f = k / 24.0;
           if (b.holds({p.x + f * (q.x - p.x), p.y + f * (q.y - p.y)})) return false;
@@ -255,8 +263,7 @@ class Plot {
         const bool rival = l.of->method.rival;
         svg_->rule(legend_x, at - 4, legend_x + 26, at - 4, l.colour, rival ? 2.2 : 1.9,
                    rival ? R"( stroke-dasharray="7 4")" : "");
-        svg_->circle(legend_x + 13, at - 4, rival ? 3.2 : 2.8, rival ? "#ffffff" : l.colour,
-                     l.colour);
+        mark(l, {legend_x + 13, at - 4});
         const bool none = l.dots.empty();
         svg_->text(
             legend_x + 34, at, "start", 12, none ? soft : ink,
