@@ -17,13 +17,15 @@ using integrators::Claim;
 using integrators::Declaration;
 
 constexpr std::int64_t pilot_steps = 200;  // of the largest step
-constexpr double pilots_s =
-    1.2;  // CPU seconds for all pilots: no further method is begun after them
-constexpr double confirmation_s = 0.4;  // and for a run that confirms the choice
+constexpr std::int64_t records = 1000;
 constexpr int most_tries = 10;
-constexpr double may_be_rounding =
-    1e-12;                    // an error below this is taken to grow like a random walk at least
-constexpr double safety = 4;  // of what a pilot is carried on to
+
+// CPU seconds for pilots: then a method that was found will do; for saying that there is none; for the confirmation.
+constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
+
+constexpr double late_extremes = 10;  // by which the error may jump after the longer pilot
+constexpr double may_be_rounding = 1e-12;
+constexpr double rounding = 1e-17;  // no error can be asked to be smaller
 
 /// At most x, two digits of it.
 double two_digits(double x) {
@@ -56,7 +58,8 @@ class Choosing {
     const double guess = scene_.step > 0 ? scene_.step : scene_.duration / 20;
     largest_step_ = find_step(assembly_, std::min(guess, scene_.duration), pilot_steps, unused);
     pilot_s_ = std::min(scene_.duration, double(pilot_steps) * largest_step_);
-    const auto tried = pilots();
+    auto tried = pilots();
+    if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // it may do better
     for (const Candidate& c : tried)
       if (auto confirmed = confirm(c)) return put_in(*confirmed, tried);
     refuse();
@@ -67,7 +70,7 @@ class Choosing {
   std::vector<Candidate> pilots() {
     std::vector<Candidate> reaching;
     for (const Declaration& d : integrators::catalogue()) {
-      if (spent_ > pilots_s && !reaching.empty()) break;
+      if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
       if (d.rival || !d.resumable || d.order < 4 || d.symplectic != Claim::holds ||
           d.energy_exact == Claim::holds || misfit(d, assembly_.model->description()))
         continue;
@@ -83,15 +86,17 @@ class Choosing {
   Candidate pilot(const Declaration& d) {
     double h = largest_step_, before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
-      const Candidate c = attempt(d, two_digits(h), pilot_s_);
-      if (c.reaches) return c;
+      const Candidate c = attempt(d, two_digits(h), pilot_s_, 2);
+      if (c.reaches || spent_ > most_pilots_s) return c;
       if (!(c.measured < HUGE_VAL)) {
         h /= 2;
         continue;
       }
       if (c.measured < may_be_rounding && c.measured > 0.5 * before) break;  // no step does better
       before = c.measured;
-      h *= std::clamp(0.95 * std::pow(target_ / c.expected, 1.0 / d.order), 0.1, 0.9);
+      // By the order, but by no more than what brings a factor of 1e6, and not below rounding.
+      const double wanted = std::max({target_ / c.expected, rounding / c.measured, 1e-6});
+      h *= std::clamp(0.95 * std::pow(wanted, 1.0 / d.order), 0.1, 0.9);
     }
     return {.method = d};
   }
@@ -102,9 +107,13 @@ class Choosing {
     while (longer < scene_.duration && c.cpu_s * 2 * longer < confirmation_s * scene_.duration)
       longer *= 2;
     longer = std::min(longer, scene_.duration);
+    double before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
-      const Candidate now = attempt(c.method, c.step, longer);
+      if (i > 0 && spent_ > most_pilots_s + 2 * confirmation_s) break;
+      const Candidate now = attempt(c.method, c.step, longer, late_extremes);
       if (now.reaches) return now;
+      if (now.measured < may_be_rounding && now.measured > 0.5 * before) break;
+      before = now.measured;
       const double shorter =
           now.expected < HUGE_VAL
               ? std::clamp(0.95 * std::pow(target_ / now.expected, 1.0 / c.method.order), 0.5, 0.95)
@@ -114,28 +123,31 @@ class Choosing {
     return {};
   }
 
-  Candidate attempt(const Declaration& d, double h, double duration) {
-    const Trial t = run_trial(assembly_, {d.name, h, 0}, {.duration = duration, .cpu_limit = 2});
+  Candidate attempt(const Declaration& d, double h, double duration, double safety) {
+    Trial t =
+        run_trial(assembly_, {d.name, h, 0},
+                  {.duration = duration, .cpu_limit = 2, .records = records, .repeat = false});
     spent_ += t.spent_s;
     Candidate c{.method = d, .step = h, .over_s = duration};
     const double error = t.report.energy.max_rel_error;
     if (!t.complete() || !std::isfinite(error)) return c;
     c.measured = error;
-    c.expected = carried_on(t, error, scene_.duration / duration);
-    c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
+    c.expected = carried_on(t, error, scene_.duration / duration, safety);
     c.reaches = c.expected <= target_;
-    if (c.expected < best_.expected) best_ = c;
+    while (c.reaches && t.report.cpu_s < 0.05 && t.timed < 4) spent_ += time_again(assembly_, t);
+    c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
+    if (c.expected < 0.7 * best_.expected) best_ = c;  // little gain is not worth a small step
     return c;
   }
 
-  /// The error after `times` the duration of a trial. A band stays, a walk goes on like √t, a drift like t; extremes of a
-  /// chaotic motion come late, hence the safety.
-  static double carried_on(const Trial& t, double error, double times) {
-    if (times <= 1) return error;  // it is the run itself
-    double growth = t.early_energy_error > 0
-                        ? std::clamp(std::log2(error / t.early_energy_error), 0.0, 1.0)
-                        : 1.0;
-    if (error < may_be_rounding) growth = std::max(growth, 0.5);
+  /// The error after `times` the duration of a trial, the worst that is to be expected: it grows at least like a random
+  /// walk, and a chaotic motion has its extremes still to come (`safety`). A trial of the whole duration saw all but what lies
+  /// between its records.
+  static double carried_on(const Trial& t, double error, double times, double safety) {
+    if (times <= 1) return 2 * error;
+    const double growth = t.early_energy_error > 0
+                              ? std::clamp(std::log2(error / t.early_energy_error), 0.5, 1.0)
+                              : 1.0;
     return safety * error * std::pow(times, growth);
   }
 
@@ -145,10 +157,14 @@ class Choosing {
     if (!s.record_every_given)
       s.record_every = std::max(1.0, std::round(s.duration / 1000 / s.step)) * s.step;
     s.choice = fmt::format(
-        "auto chose --method {} --step {}: energy error {:.1e} over {:g} s, at most {:.1e} "
-        "expected over "
-        "{:g} s ({:g} allowed), about {:.2g} s of CPU",
-        s.method, s.step, c.measured, c.over_s, c.expected, s.duration, target_, c.cpu_s);
+        "auto chose --method {} --step {}: {:.1e} is the energy error {}, {:g} is allowed; about "
+        "{:.2g} s of CPU",
+        s.method, s.step, c.measured,
+        c.over_s < s.duration
+            ? fmt::format("of a pilot over {:g} s, {:.1e} at worst expected over {:g} s", c.over_s,
+                          c.expected, s.duration)
+            : fmt::format("of a pilot over all of the {:g} s", s.duration),
+        target_, c.cpu_s);
     for (const Candidate& other : tried)
       if (other.method.name != s.method) {
         s.choice += fmt::format("; next best {}, step {:g} s, {:.2g} s", other.method.name,
@@ -164,7 +180,7 @@ class Choosing {
                     target_, scene_.duration);
     if (!(best_.expected < HUGE_VAL)) throw InvalidArgument(head + ", every pilot run failed");
     throw InvalidArgument(head + fmt::format("; about {:.1e} is in reach ({}, step {:g} s)",
-                                             1.1 * best_.expected, best_.method.name, best_.step));
+                                             1.05 * best_.expected, best_.method.name, best_.step));
   }
 
   const Scene& scene_;
