@@ -168,11 +168,12 @@ int compare_command(const Arguments& a) {
   const scene::Scene s = scene::read_scene(a.scene);
   const scene::Assembly assembly = scene::assemble(s);
   const std::string out = a.out.value_or("results/compare_" + name_of(a.scene));
-  scene::make_folder(out);  // a folder that cannot be written is better known before than after
   scene::CompareOptions options;
   options.methods = a.methods;
   options.duration = seconds("duration", a.duration);
   options.budget_s = seconds("budget", a.budget).value_or(options.budget_s);
+  scene::check(options);
+  scene::make_folder(out);  // a folder that cannot be written is better known before than after
   options.stop = &stop;
   Progress progress;
   stop_on_signals();

@@ -136,7 +136,9 @@ class Choosing {
     c.reaches = c.expected <= target_;
     while (c.reaches && t.report.cpu_s < 0.05 && t.timed < 4) spent_ += time_again(assembly_, t);
     c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
-    if (c.expected < 0.7 * best_.expected) best_ = c;  // little gain is not worth a small step
+    // What is in reach should be so at a price: half the error is worth four times the work.
+    const auto price = [](const Candidate& x) { return x.expected * std::sqrt(x.cpu_s); };
+    if (!(best_.expected < HUGE_VAL) || price(c) < price(best_)) best_ = c;
     return c;
   }
 

@@ -36,8 +36,7 @@ class Comparing {
  public:
   Comparing(const Scene& scene, const Assembly& assembly, const CompareOptions& options)
       : assembly_(assembly), options_(options), scale_(assembly.model->description()) {
-    require_positive("budget", options.budget_s);
-    if (options.duration) require_positive("duration", *options.duration);
+    check(options);
     c_.title = scene.title;
     c_.budget_s = options.budget_s;
     c_.scene_duration_s = scene.duration;
@@ -72,7 +71,6 @@ class Comparing {
   }
 
   void choose_methods() {
-    for (const auto& name : options_.methods) integrators::declaration_of(name);
     for (const auto& d : integrators::catalogue()) {
       const auto& wanted = options_.methods;
       if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), d.name) == wanted.end())
@@ -109,7 +107,7 @@ class Comparing {
       ladders_.emplace_back(m.method, c_.trajectory_time_s, c_.duration_s, c_.step_s);
   }
 
-  /// A trial of gauss16 at the first step should fit six times into a method's share of the budget.
+  /// A trial of gauss16 at the first step should fit eight times into a method's share of the budget.
   void shorten() {
     const auto method = integrators::make_integrator("gauss16", *assembly_.model, c_.step_s);
     phs::State s = assembly_.initial;
@@ -118,7 +116,7 @@ class Comparing {
     }
     if (s.step == 0) return;
     const double per_step = (thread_cpu_now() - start) / double(s.step);
-    const double share = options_.budget_s / double(6 * std::max<size_t>(1, c_.methods.size()));
+    const double share = options_.budget_s / double(8 * std::max<size_t>(1, c_.methods.size()));
     const double most = share / per_step * c_.step_s;
     if (most >= c_.duration_s) return;
     c_.duration_s = std::max(round_down(most), 8 * c_.step_s);
@@ -207,6 +205,12 @@ double Comparison::error_of(const Trial& t) const {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   if (!t.complete()) return none;
   return by_energy ? t.report.energy.max_rel_error : t.trajectory_error.value_or(none);
+}
+
+void check(const CompareOptions& options) {
+  for (const auto& name : options.methods) integrators::declaration_of(name);
+  require_positive("budget", options.budget_s);
+  if (options.duration) require_positive("duration", *options.duration);
 }
 
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options) {

@@ -17,13 +17,13 @@ namespace porthos::scene {
 inline constexpr double trajectory_growth = 1e4;
 
 struct CompareOptions {
-  std::vector<std::string> methods;  ///< names of the catalogue; empty: all that fit
-  double budget_s = 120;             ///< wall-clock seconds for everything
-  std::optional<double>
-      duration;  ///< [s]; if not given, the scene's, shortened if the budget asks for it
+  std::vector<std::string> methods = {};  ///< names of the catalogue; empty: all that fit
+  double budget_s = 120;                  ///< wall-clock seconds for everything
+  /// [s]; if not given, the scene's, shortened if the budget asks for it
+  std::optional<double> duration = {};
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: return what there is
   /// Fraction done, wall seconds spent, wall seconds left at most.
-  std::function<void(double, double, double)> progress;
+  std::function<void(double, double, double)> progress = {};
 };
 
 /// The trials of one method, from coarse to fine.
@@ -53,9 +53,12 @@ struct Comparison {
   double error_of(const Trial& t) const;
 };
 
+/// @throws InvalidArgument for an unknown method, or a budget or duration that is not positive
+void check(const CompareOptions& options);
+
 /// Trials run one after another on the calling thread. Their numbers are the same every time; how many fit into the
 /// budget is not.
-/// @throws InvalidArgument for an unknown method, or a budget or duration that is not positive
+/// @throws InvalidArgument as check() does
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options);
 
 /// compare.json, compare.txt and work_precision.svg, as documented in docs/compare.md.

@@ -14,6 +14,7 @@ using integrators::Outcome;
 using phs::Quad;
 
 constexpr int reference_stages = 12;
+constexpr double unit = 1e-19;    // of the numbers that are handed on
 constexpr double agreed = 1e-17;  // nothing in double is nearer than this to anything
 constexpr int most_halvings = 5;
 
@@ -76,7 +77,7 @@ std::optional<ReferenceState> converge(const Assembly& a, const StateScale& scal
       continue;  // the largest step may be too large
     }
     if (before) {
-      const double error = distance(scale, *x, *before);
+      const double error = std::max(distance(scale, *x, *before), unit);
       if (best && !(error < 0.5 * best->error)) break;  // rounding is all that is left
       best.emplace();
       best->time = o.time, best->x = *x, best->error = error;

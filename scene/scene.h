@@ -78,8 +78,8 @@ Scene read_scene(const std::string& path);
 
 /// Command-line overrides; a bad one is refused like a bad key.
 struct Overrides {
-  std::optional<std::string> method;
-  std::optional<double> step, duration;
+  std::optional<std::string> method = {};
+  std::optional<double> step = {}, duration = {};
 };
 void apply(Scene& scene, const Overrides& overrides);
 

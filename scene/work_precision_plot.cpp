@@ -217,7 +217,7 @@ class Plot {
   /// legend names every line anyway.
   void label(const Line& l) {
     const std::string& name = l.of->method.name;
-    const double w = 0.95 * text_width(name, label_size);
+    const double w = 1.08 * text_width(name, label_size);
     const std::pair<double, double> places[] = {{9, 4},         {-9 - w, 4}, {-0.5 * w, -9},
                                                 {-0.5 * w, 17}, {7, -6},     {-7 - w, -6},
                                                 {7, 14},        {-7 - w, 14}};
