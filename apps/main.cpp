@@ -51,7 +51,7 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--methods", a.methods, "some only, see: porthos methods")
       ->delimiter(',')
       ->type_name("A,B,...");
-  compare->add_option("--budget", a.budget, "wall-clock seconds for everything [120]")
+  compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")
       ->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 

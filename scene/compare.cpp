@@ -53,21 +53,23 @@ class Comparing {
     while (!stopped() && time_once_more()) {
     }
     c_.interrupted = stopped();
-    c_.wall_s = passed();
+    c_.cpu_s = passed(), c_.wall_s = wall();
     for (auto& m : c_.methods) sort(m);
     return std::move(c_);
   }
 
  private:
   bool stopped() const { return options_.stop && options_.stop->load(std::memory_order_relaxed); }
-  double passed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double wall() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double passed() const { return thread_cpu_now() - cpu_start_; }
   double left() const { return options_.budget_s - passed(); }
   double left_for_trials() const { return left() - timing_share * options_.budget_s; }
 
   void tell(double least_fraction = 0) const {
     if (!options_.progress) return;
     const double f = std::clamp(std::max(passed() / options_.budget_s, least_fraction), 0.0, 1.0);
-    options_.progress(f, passed(), std::max(0.0, f >= 1 ? 0.0 : left()));
+    const double pace = wall() / std::max(passed(), 1e-9);  // other programs take their share
+    options_.progress(f, wall(), std::max(0.0, pace * left()));
   }
 
   void choose_methods() {
@@ -193,6 +195,7 @@ class Comparing {
   const Assembly& assembly_;
   const CompareOptions& options_;
   const Clock::time_point start_ = Clock::now();
+  const double cpu_start_ = thread_cpu_now();
   StateScale scale_;
   double guess_ = 0;
   std::vector<Ladder> ladders_;

@@ -18,7 +18,7 @@ inline constexpr double trajectory_growth = 1e4;
 
 struct CompareOptions {
   std::vector<std::string> methods = {};  ///< names of the catalogue; empty: all that fit
-  double budget_s = 120;                  ///< wall-clock seconds for everything
+  double budget_s = 120;                  ///< CPU seconds for everything
   /// [s]; if not given, the scene's, shortened if the budget asks for it
   std::optional<double> duration = {};
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: return what there is
@@ -46,7 +46,7 @@ struct Comparison {
   std::vector<MethodTrials> methods;                         ///< in the order of the catalogue
   std::vector<std::pair<std::string, std::string>> skipped;  ///< method, why it does not fit
   std::vector<std::string> notes;
-  double budget_s = 0, wall_s = 0;
+  double budget_s = 0, cpu_s = 0, wall_s = 0;
   bool interrupted = false;
 
   /// What the comparison is about; NaN where a trial has none.

@@ -175,6 +175,7 @@ std::string comparison_json(const Scene& scene, const Comparison& c) {
   j["first_step_s"] = c.step_s;
   j["error"] = c.by_energy ? "energy" : "trajectory";
   j["budget_s"] = c.budget_s;
+  j["cpu_s"] = c.cpu_s;
   j["wall_s"] = c.wall_s;
   j["interrupted"] = c.interrupted;
   j["lyapunov"] = lyapunov(c.sensitivity);

@@ -163,7 +163,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
   const std::string methods =
       "gauss16, gauss14, gauss12, gauss10, gauss8, gauss6, gauss4, gauss2, midpoint, "
       "stormer_verlet, rk4, cvode_adams, "
-      "cvode_bdf";
+      "cvode_bdf, auto";
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
@@ -177,7 +177,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: duration, record_every, checkpoint_every)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, rtol)"},
+       "(known: method, step, rtol, target_energy_error)"},
       {initial("joints.slide = { positon = 1 }"),
        "5:18: unknown key 'positon' in joints.slide, the nearest known one "
        "is 'position' (known: position, velocity)"},
