@@ -292,7 +292,7 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";
   EXPECT_EQ(error(model),
             "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
-            "step, rtol");
+            "step, rtol, target_energy_error");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
             "record_every, checkpoint_every");
