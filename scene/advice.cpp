@@ -73,7 +73,7 @@ struct Smallest {
 Smallest smallest(const Comparison& c, bool rivals) {
   Smallest s;
   for (const auto& m : c.methods)
-    if (m.method.rival == rivals)
+    if (m.method.rival == rivals && c.speaks_of(m.method))
       for (const Trial& t : m.trials)
         if (c.error_of(t) < s.error) s = {&t, c.error_of(t)};
   return s;
@@ -133,7 +133,8 @@ Advice advise(const Comparison& c, double target) {
   Advice a;
   a.target = target;
   for (const auto& m : c.methods)
-    if (const auto r = reach(c, m, target)) a.reaching.push_back(*r);
+    if (const auto r = c.speaks_of(m.method) ? reach(c, m, target) : std::nullopt)
+      a.reaching.push_back(*r);
   std::stable_sort(a.reaching.begin(), a.reaching.end(),
                    [](const Reach& x, const Reach& y) { return x.cpu_s < y.cpu_s; });
   a.sentence = sentence(c, a);

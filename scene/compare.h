@@ -49,6 +49,10 @@ struct Comparison {
   double budget_s = 0, cpu_s = 0, wall_s = 0;
   bool interrupted = false;
 
+  /// Whether the error says how accurate the method is: the energy error of one that keeps any energy does not.
+  bool speaks_of(const integrators::Declaration& method) const {
+    return !by_energy || method.energy_exact != integrators::Claim::holds;
+  }
   /// What the comparison is about; NaN where a trial has none.
   double error_of(const Trial& t) const;
 };

@@ -195,9 +195,19 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
   std::string text = fmt::format("{}: {:g} s simulated\n", c.title, c.duration_s);
   text += lyapunov_text(c) + trajectory_text(c) + "\n" + rows_text(c) + "\n";
   for (const auto& [name, reason] : c.skipped) text += fmt::format("skipped  {}\n", reason);
-  std::string names;
-  for (const auto& m : c.methods)
-    if (m.cut_short) names += (names.empty() ? "" : ", ") + m.method.name;
+  const auto names_of = [&](auto chosen) {
+    std::string names;
+    for (const auto& m : c.methods)
+      if (chosen(m)) names += (names.empty() ? "" : ", ") + m.method.name;
+    return names;
+  };
+  const std::string exact = names_of([&](const auto& m) { return !c.speaks_of(m.method); });
+  if (!exact.empty())
+    text += fmt::format(
+        "note     not in the advice, since any step keeps their energy (judge them by the "
+        "trajectory): {}\n",
+        exact);
+  const std::string names = names_of([](const auto& m) { return m.cut_short; });
   if (!names.empty())
     text += fmt::format("note     the budget of {:g} s left no room for finer trials of {}\n",
                         c.budget_s, names);

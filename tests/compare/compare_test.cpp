@@ -276,6 +276,20 @@ TEST(Advice, FailedTrialsCountForNothing) {
   EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, "gauss4, step 5 s or coarser"));
 }
 
+TEST(Advice, AMethodThatKeepsAnyEnergyIsNotJudgedByIt) {
+  Comparison c = power_laws(50);
+  c.methods.push_back(c.methods[0]);
+  auto& exact = c.methods.back();
+  exact.method.name = "exact", exact.method.energy_exact = integrators::Claim::holds;
+  exact.trials = {made_up("exact", 10, 0, 1e-3, 1e-16)};
+  EXPECT_EQ(scene::advise(c, 2e-4).sentence, scene::advise(power_laws(50), 2e-4).sentence);
+  EXPECT_TRUE(says(scene::comparison_table({}, c), "judge them by the trajectory): exact"));
+  c.by_energy = false;  // by the trajectory it is one like the others
+  for (auto& m : c.methods)
+    for (auto& t : m.trials) t.trajectory_error = t.report.energy.max_rel_error;
+  EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, ": exact, step 10 s or coarser"));
+}
+
 TEST(Advice, OfAComparisonFitsItsRows) {
   const auto& r = compared().result;
   const auto a = scene::advise(r, 1e-9);
