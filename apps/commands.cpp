@@ -14,6 +14,8 @@
 #include "apps/methods.h"
 #include "apps/progress.h"
 #include "apps/verdict.h"
+#include "scene/compare.h"
+#include "scene/files.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -134,13 +136,14 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
 /// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if it is not symmetric.
 constexpr double default_symmetry_limit = 1e-9;
 
-int run_and_judge(const Arguments& a, const scene::RunOptions& options) {
+int run_and_judge(const Arguments& a, scene::RunOptions options) {
   scene::Scene s = read(a);
   if (options.check_symmetry && !s.verify.symmetry) s.verify.symmetry = default_symmetry_limit;
   const scene::Assembly assembly = scene::assemble(s);
   if (!assembly.notes.empty())
     log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
                     assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   if (!r.interrupted)
     print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out));
@@ -161,6 +164,32 @@ int verify_command(const Arguments& a) {
   options.out = a.out.value_or("results/" + name_of(a.scene) + "-verify");
   options.check_symmetry = true;
   return run_and_judge(a, options);
+}
+
+int compare_command(const Arguments& a) {
+  const scene::Scene s = scene::read_scene(a.scene);
+  const scene::Assembly assembly = scene::assemble(s);
+  const std::string out = a.out.value_or("results/compare_" + name_of(a.scene));
+  scene::CompareOptions options;
+  options.methods = a.methods;
+  options.duration = seconds("duration", a.duration);
+  options.budget_s = seconds("budget", a.budget).value_or(options.budget_s);
+  scene::check(options);
+  scene::make_folder(out);  // a folder that cannot be written is better known before than after
+  options.stop = &stop;
+  Progress progress;
+  stop_on_signals();
+  options.progress = [&](double fraction, double spent, double left) {
+    progress.update(fraction, spent, left);
+  };
+  const scene::Comparison c = scene::compare(s, assembly, options);
+  progress.finish();
+  scene::write_comparison(out, s, c);
+  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg", out));
+  print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
+  if (!c.interrupted) return exit_ok;
+  log("interrupted: the results are of the trials until then");
+  return exit_interrupted;
 }
 
 int info_command(const Arguments& a) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace porthos::apps {
 
@@ -15,7 +16,8 @@ enum ExitCode {
 /// The arguments of all commands, as typed.
 struct Arguments {
   std::string scene;
-  std::optional<std::string> out, method, step, duration;
+  std::optional<std::string> out, method, step, duration, budget;
+  std::vector<std::string> methods;
   bool resume = false, json = false, markdown = false;
 };
 
@@ -23,6 +25,7 @@ struct Arguments {
 /// @throws InvalidArgument for bad input
 int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
+int compare_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
 

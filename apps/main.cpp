@@ -25,9 +25,10 @@ CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char*
   return c;
 }
 
-void add_results(CLI::App* c, Arguments& a, const char* default_out) {
+void add_results(CLI::App* c, Arguments& a, const char* default_out,
+                 const char* json = "summary.json") {
   c->add_option("--out", a.out, fmt::format("results folder [{}]", default_out))->type_name("DIR");
-  c->add_flag("--json", a.json, "print summary.json instead of the table");
+  c->add_flag("--json", a.json, fmt::format("print {} instead of the table", json));
 }
 
 void add_commands(CLI::App& app, Arguments& a) {
@@ -46,6 +47,16 @@ void add_commands(CLI::App& app, Arguments& a) {
                              "porthos verify examples/ets_vii/scene.toml");
   add_results(verify, a, "results/<name of the scene>-verify");
 
+  auto* compare = add_command(app, a, "compare",
+                              "speed against error: every method that fits, one table and plot",
+                              "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
+  add_results(compare, a, "results/compare_<name of the scene>", "compare.json");
+  compare->add_option("--methods", a.methods, "some only, see: porthos methods")
+      ->delimiter(',')
+      ->type_name("A,B,...");
+  compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
+  compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+
   add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
               "porthos info examples/ets_vii/scene.toml");
   add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
@@ -56,13 +67,15 @@ void add_commands(CLI::App& app, Arguments& a) {
 std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
   if (first && *first != '-' && app.get_subcommands(named).empty())
-    return fmt::format("there is no command '{}', expected run, verify, info or methods", first);
+    return fmt::format("there is no command '{}', expected run, verify, compare, info or methods",
+                       first);
   return e.what();
 }
 
 int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
+  if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("info")) return info_command(a);
   return methods_command(a);
 }

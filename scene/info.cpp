@@ -7,6 +7,7 @@
 #include <set>
 
 #include "phs/pack.h"
+#include "scene/auto_method.h"
 #include "scene/build_info.h"
 #include "scene/scene.h"
 #include "scene/text_table.h"
@@ -128,6 +129,7 @@ std::string plan_section(const Scene& s, const Mechanism& m) {
               {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
               {"method", fmt::format("{}, {:.0f} steps of {} s = {} s", s.method, steps, s.step,
                                      steps * s.step)},
+              {"chosen by", s.choice.empty() ? "the scene" : s.choice},
               {"records", fmt::format("every {} s", stride * s.step)}},
              "  ");
 }
@@ -193,7 +195,8 @@ std::string cost_section(const Assembly& a) {
 
 }  // namespace
 
-std::string info_text(const Scene& scene, const Assembly& assembly) {
+std::string info_text(const Scene& asked, const Assembly& assembly) {
+  const Scene scene = with_method_chosen(asked, assembly);
   const Mechanism& m = *assembly.mechanism;
   const auto& d = assembly.model->description();
   std::string text = scene.title + "\n";

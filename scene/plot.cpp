@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "scene/svg.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -13,67 +15,14 @@ constexpr int columns = 1500;
 
 // Page and plot area [px].
 constexpr double width = 960, height = 560, left = 84, right = 924, top = 124, bottom = 490;
-constexpr const char* ink = "#1f2933";
-constexpr const char* soft = "#66717f";
-constexpr const char* grid = "#e4e8ed";
+using colour::alarm, colour::grid, colour::guide, colour::ink, colour::soft;
 constexpr const char* band = "#7daed9";
 constexpr const char* line = "#1d5c96";
-constexpr const char* guide = "#8a94a0";
-constexpr const char* alarm = "#c8472f";
 
 struct Tick {
   double value;
   std::string text;
 };
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (static_cast<unsigned char>(c) >= 0x20)
-      out += c;
-  }
-  return out;
-}
-
-/// "10⁻¹²"
-std::string power_of_ten(int exponent) {
-  static const char* digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-  std::string text = exponent < 0 ? "10⁻" : "10";
-  for (const char c : std::to_string(std::abs(exponent))) text += digits[c - '0'];
-  return text;
-}
-
-/// "3·10⁻¹²", "10⁻¹²"
-std::string scientific(double x) {
-  int e = static_cast<int>(std::floor(std::log10(x)));
-  double m = std::round(x / std::pow(10.0, e) * 100) / 100;
-  if (m >= 10) m /= 10, ++e;
-  return m == 1 ? power_of_ten(e) : fmt::format("{:g}·{}", m, power_of_ten(e));
-}
-
-/// Rough width of a text in px.
-double width_of(const std::string& text, double size) {
-  const auto letters =
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
-  return double(letters) * size * 0.6;
-}
-
-/// The part of a text that fits, with an ellipsis. Cuts between characters, never inside one.
-std::string fit(const std::string& text, double size, double room) {
-  if (width_of(text, size) <= room) return text;
-  std::string cut = text;
-  while (!cut.empty() && width_of(cut, size) > room - size) {
-    while (!cut.empty() && (cut.back() & 0xC0) == 0x80) cut.pop_back();
-    if (!cut.empty()) cut.pop_back();
-  }
-  return cut + "…";
-}
 
 /// Maps values to px and writes SVG elements.
 class Canvas {
@@ -86,25 +35,13 @@ class Canvas {
     horizontal_axis();
     series();
     legend();
-    svg_ += "</svg>\n";
-    return svg_;
+    return svg_.finish();
   }
 
  private:
   template <class... A>
   void put(fmt::format_string<A...> f, A&&... a) {
-    fmt::format_to(std::back_inserter(svg_), f, std::forward<A>(a)...);
-    svg_ += '\n';
-  }
-  void text(double x, double y, const char* anchor, double size, const char* colour,
-            const std::string& t, const char* more = "") {
-    put(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" font-size="{}" fill="{}"{}>{}</text>)", x,
-        y, anchor, size, colour, more, escape(t));
-  }
-  void rule(double x1, double y1, double x2, double y2, const char* colour, double w,
-            const char* more = "") {
-    put(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" stroke="{}" stroke-width="{}"{}/>)",
-        x1, y1, x2, y2, colour, w, more);
+    svg_.raw(fmt::format(f, std::forward<A>(a)...));
   }
 
   /// Whole decades around the data, at most six below its top: a zero crossing is no reason to show
@@ -140,26 +77,20 @@ class Canvas {
   }
 
   void head() {
-    put(R"(<?xml version="1.0" encoding="UTF-8"?>)");
-    put(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0} {1}" width="{0}" height="{1}" )"
-        R"(font-family="Inter, 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif">)",
-        width, height);
-    put(R"(<rect width="{}" height="{}" fill="#ffffff"/>)", width, height);
-    text(left, 40, "start", 20, ink, fit(labels_.title, 20, right - left), R"( font-weight="600")");
-    text(left, 63, "start", 13, soft, fit(labels_.subtitle, 13, right - left));
+    svg_.text(left, 40, "start", 20, ink, fit_text(labels_.title, 20, right - left),
+              R"( font-weight="600")");
+    svg_.text(left, 63, "start", 13, soft, fit_text(labels_.subtitle, 13, right - left));
   }
 
   void vertical_axis() {
     const int every = std::max(1, (high_ - low_ + 7) / 8);
     for (int d = low_; d <= high_; ++d) {
       const double at = y(std::pow(10.0, d));
-      rule(left, at, right, at, grid, 1);
-      if ((d - low_) % every == 0) text(left - 10, at + 4.5, "end", 12.5, soft, power_of_ten(d));
+      svg_.rule(left, at, right, at, grid, 1);
+      if ((d - low_) % every == 0)
+        svg_.text(left - 10, at + 4.5, "end", 12.5, soft, power_of_ten(d));
     }
-    put(R"svg(<text transform="translate(24 {:.1f}) rotate(-90)" text-anchor="middle" font-size="13" )svg"
-        R"(fill="{}">)"
-        "|relative energy error|</text>",
-        0.5 * (top + bottom), ink);
+    svg_.text_upwards(24, 0.5 * (top + bottom), 13, ink, "|relative energy error|");
   }
 
   void horizontal_axis() {
@@ -167,16 +98,16 @@ class Canvas {
     const auto ticks = e_.logarithmic() ? landmarks() : even_ticks(unit);
     double free_from = -1e9;
     for (const Tick& t : ticks) {
-      const double at = x(t.value), half = 0.5 * width_of(t.text, 12.5);
-      rule(at, top, at, bottom, grid, 1);
-      rule(at, bottom, at, bottom + 5, soft, 1);
+      const double at = x(t.value), half = 0.5 * text_width(t.text, 12.5);
+      svg_.rule(at, top, at, bottom, grid, 1);
+      svg_.rule(at, bottom, at, bottom + 5, soft, 1);
       if (at - half < free_from) continue;
-      text(at, bottom + 21, "middle", 12.5, soft, t.text);
+      svg_.text(at, bottom + 21, "middle", 12.5, soft, t.text);
       free_from = at + half + 8;
     }
-    rule(left, bottom, right, bottom, soft, 1);
-    text(0.5 * (left + right), bottom + 47, "middle", 13, ink,
-         unit.empty() ? "simulated time" : "simulated time [" + unit + "]");
+    svg_.rule(left, bottom, right, bottom, soft, 1);
+    svg_.text(0.5 * (left + right), bottom + 47, "middle", 13, ink,
+              unit.empty() ? "simulated time" : "simulated time [" + unit + "]");
   }
 
   /// Round times of daily life for a logarithmic axis.
@@ -233,12 +164,12 @@ class Canvas {
         upper, lower, band, band);
     const double last = points.empty() ? 0 : points.back().rms;
     if (last > 0) square_root_guide(last);
-    put(R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="2" stroke-linejoin="round"/>)",
-        rms, line);
+    svg_.polyline(rms, line, 2);
     put("</g>");
     if (shows_limit()) {
       const double at = y(*labels_.limit);
-      rule(left, at, right, at, alarm, 1.6, R"( stroke-dasharray="1.6 4" stroke-linecap="round")");
+      svg_.rule(left, at, right, at, alarm, 1.6,
+                R"( stroke-dasharray="1.6 4" stroke-linecap="round")");
     }
   }
 
@@ -253,9 +184,7 @@ class Canvas {
       if (v >= std::pow(10.0, low_))
         fmt::format_to(std::back_inserter(path), "{:.1f},{:.1f} ", x(t), y(v));
     }
-    put(R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="1.5" )"
-        R"(stroke-dasharray="7 5"/>)",
-        path, guide);
+    svg_.polyline(path, guide, 1.5, R"( stroke-dasharray="7 5")");
   }
 
   bool shows_limit() const {
@@ -269,27 +198,27 @@ class Canvas {
     double at = left;
     constexpr double y0 = 98, size = 12.5;
     const auto label = [&](const std::string& t) {
-      text(at + 34, y0, "start", size, ink, t);
-      at += 34 + width_of(t, size) + 22;
+      svg_.text(at + 34, y0, "start", size, ink, t);
+      at += 34 + text_width(t, size) + 22;
     };
     put(R"(<rect x="{:.1f}" y="{:.1f}" width="26" height="10" fill="{}" fill-opacity="0.45" )"
         R"(stroke="{}" stroke-width="0.8"/>)",
         at, y0 - 9, band, band);
     label("|error|, smallest to largest");
-    rule(at, y0 - 4, at + 26, y0 - 4, line, 2);
+    svg_.rule(at, y0 - 4, at + 26, y0 - 4, line, 2);
     label("rms so far");
-    rule(at, y0 - 4, at + 26, y0 - 4, guide, 1.5, R"( stroke-dasharray="7 5")");
+    svg_.rule(at, y0 - 4, at + 26, y0 - 4, guide, 1.5, R"( stroke-dasharray="7 5")");
     label("∝ √t (random walk)");
     if (!labels_.limit || !(*labels_.limit > 0)) return;
-    rule(at, y0 - 4, at + 26, y0 - 4, alarm, 1.6,
-         R"( stroke-dasharray="1.6 4" stroke-linecap="round")");
+    svg_.rule(at, y0 - 4, at + 26, y0 - 4, alarm, 1.6,
+              R"( stroke-dasharray="1.6 4" stroke-linecap="round")");
     label("limit " + scientific(*labels_.limit) + (shows_limit() ? "" : ", off the plot"));
   }
 
   const Envelope& e_;
   const PlotLabels& labels_;
   int low_ = -18, high_ = -14;
-  std::string svg_;
+  Svg svg_{width, height};
 };
 
 }  // namespace

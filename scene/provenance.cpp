@@ -60,6 +60,7 @@ NamedTexts fingerprint(const Scene& scene) {
           {"step_control", fmt::format("{} ({} rad/s, {} m)", to_string(scene.step_control),
                                        scene.control_rate, scene.control_length)},
           {"record_every", fmt::format("{} s", scene.record_every)},
+          {"choice", scene.choice},
           {"program", fmt::format("{}, {}", build::compiler, phs::simd_name)}};
 }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "scene/auto_method.h"
 #include "scene/checkpoint.h"
 #include "scene/files.h"
 #include "scene/ledger.h"
@@ -50,6 +51,15 @@ class Pace {
   Clock::time_point last_ = Clock::now();
 };
 
+fs::path checkpoint_folder(const std::string& out) { return fs::path(out) / "checkpoint"; }
+
+void refuse_unfinished(const std::string& out) {
+  const fs::path folder = checkpoint_folder(out);
+  if (has_checkpoint(folder) && read_checkpoint(folder).outcome == Outcome::ok)
+    throw InvalidArgument(fmt::format(
+        "{} holds an unfinished run: use --resume to continue it, or remove the folder", out));
+}
+
 /// A run at work: state, integrator, record log and what is known of the errors so far.
 class Session {
  public:
@@ -57,7 +67,7 @@ class Session {
       : scene_(scene),
         assembly_(assembly),
         options_(options),
-        folder_(fs::path(options.out) / "checkpoint"),
+        folder_(checkpoint_folder(options.out)),
         fixed_(scene.step_control == integrators::StepControl::fixed),
         integrator_(make_integrator(scene, *assembly.model, scene.step)),
         meter_(assembly),
@@ -78,10 +88,7 @@ class Session {
   bool resumable() const { return integrator_->declaration().resumable; }
 
   void start() {
-    if (has_checkpoint(folder_) && read_checkpoint(folder_).outcome == Outcome::ok)
-      throw InvalidArgument(fmt::format(
-          "{} holds an unfinished run: use --resume to continue it, or remove the folder",
-          options_.out));
+    refuse_unfinished(options_.out);
     make_folder(folder_);
     log_ = std::make_unique<RecordLog>(log_path(), layout_);
     remember();
@@ -208,6 +215,9 @@ class Session {
     for (const auto& p : assembly_.model->description().ports) r.ports.emplace_back(p.name, 0.0);
     r.outcome = outcome_, r.interrupted = interrupted_;
     r.final_state = state_;
+    if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+    if (const auto solver = integrator_->remark(); !solver.empty())
+      r.notes.push_back("implicit equations by " + solver);
     if (interrupted_ && !resumable())
       r.notes.push_back(fmt::format(
           "a run by {} cannot be continued from a checkpoint, none was written", scene_.method));
@@ -251,7 +261,13 @@ class Session {
 }  // namespace
 
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
-  return Session(scene, assembly, options).run();
+  if (scene.method != auto_method) return Session(scene, assembly, options).run();
+  if (!options.resume) refuse_unfinished(options.out);  // before the pilots
+  const Scene chosen = options.resume
+                           ? with_method_of(read_checkpoint(checkpoint_folder(options.out)), scene)
+                           : with_method_chosen(scene, assembly);
+  if (options.say) options.say(chosen.choice);
+  return Session(chosen, assembly, options).run();
 }
 
 }  // namespace porthos::scene

@@ -52,9 +52,11 @@ struct Scene {
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
 
-  std::string method = "gauss16";
-  double step = 0;      ///< [s]
-  double rtol = 1e-12;  ///< of rivals that work to a tolerance
+  std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
+  double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
+  std::optional<double> target_energy_error;  ///< of "auto": over the whole run, relative
+  std::string choice;                         ///< what auto chose and why, once it has
+  double rtol = 1e-12;                        ///< of rivals that work to a tolerance
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double control_rate = 0;    ///< [rad/s], see integrators::ControlOptions
   double control_length = 0;  ///< [m]
@@ -66,6 +68,12 @@ struct Scene {
   double checkpoint_every = 60;  ///< wall-clock seconds
 
   Limits verify;
+
+  /// The energy error a method is looked for: the stated one, else the limit of the verdict, else 1e-9.
+  double target() const {
+    if (target_energy_error) return *target_energy_error;
+    return verify.energy && *verify.energy > 0 ? *verify.energy : 1e-9;
+  }
 };
 
 /// Reads and validates a scene. @throws InvalidArgument, one sentence "file:line:column: ..." for a missing file,
@@ -74,8 +82,8 @@ Scene read_scene(const std::string& path);
 
 /// Command-line overrides; a bad one is refused like a bad key.
 struct Overrides {
-  std::optional<std::string> method;
-  std::optional<double> step, duration;
+  std::optional<std::string> method = {};
+  std::optional<double> step = {}, duration = {};
 };
 void apply(Scene& scene, const Overrides& overrides);
 

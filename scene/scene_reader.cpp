@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "integrators/integrator.h"
+#include "scene/auto_method.h"
 #include "scene/scene.h"
 
 namespace porthos::scene {
@@ -95,6 +96,7 @@ std::string read_file(const std::string& path, const std::string& what) {
 void check_method(const std::string& method, const std::string& where) {
   Names known;
   for (const auto& d : integrators::catalogue()) known.push_back(d.name);
+  known.push_back(auto_method);
   if (std::find(known.begin(), known.end(), method) == known.end())
     refuse(where, fmt::format("method is '{}', expected one of {}", method, joined(known)));
 }
@@ -102,8 +104,12 @@ void check_method(const std::string& method, const std::string& where) {
 /// What a step control asks of a method, said where the scene says so.
 void check_control(const Scene& s, const std::string& where) {
   if (s.step_control == integrators::StepControl::fixed) return;
-  const auto& d = integrators::declaration_of(s.method);
   const char* control = to_string(s.step_control);
+  if (s.method == auto_method)
+    refuse(where, fmt::format("step_control is \"{}\", but auto chooses a fixed step, expected "
+                              "step_control = \"fixed\"",
+                              control));
+  const auto& d = integrators::declaration_of(s.method);
   if (d.rival || d.order == 0)
     refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "
                               "step_control = \"fixed\"",
@@ -133,6 +139,7 @@ void check_step_count(double step, double duration, const std::string& where) {
 
 /// A thousand records, in whole steps.
 double default_record_every(double step, double duration) {
+  if (step == 0) return 0;  // auto has not chosen yet
   return std::max(1.0, std::round(duration / 1000 / step)) * step;
 }
 
@@ -303,9 +310,9 @@ class Reader {
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
-    const Table method = section(
-        top, "integrator",
-        {"method", "step", "rtol", "step_control", "step_control_rate", "step_control_length"});
+    const Table method = section(top, "integrator",
+                                 {"method", "step", "target_energy_error", "rtol", "step_control",
+                                  "step_control_rate", "step_control_length"});
     integrator(method);
     run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
     verify(top);
@@ -433,12 +440,23 @@ class Reader {
       s_.method = t.text("method", "the name of a method");
       check_method(s_.method, t.at("method"));
     }
-    t.require("step", "a number of seconds");
-    s_.step = t.seconds("step");
+    if (s_.method != auto_method) t.require("step", "a number of seconds");
+    if (t.has("step")) s_.step = t.seconds("step");
     s_.rtol = t.number_or("rtol", "", s_.rtol);
     if (!(s_.rtol > 0 && s_.rtol < 1))
       t.fail("rtol", fmt::format("is {}, expected a number between 0 and 1", s_.rtol));
+    target(t);
     step_control(t);
+  }
+
+  void target(const Table& t) {
+    if (!t.has("target_energy_error")) return;
+    if (s_.method != auto_method)
+      t.fail("target_energy_error", "is given without method = \"auto\", expected both or neither");
+    const double error = t.number("target_energy_error", "");
+    if (!(error > 0 && error < 1))
+      t.fail("target_energy_error", fmt::format("is {}, expected a number between 0 and 1", error));
+    s_.target_energy_error = error;
   }
 
   void step_control(const Table& t) {
@@ -461,7 +479,7 @@ class Reader {
   void run(const Table& t) {
     t.require("duration", "a number of seconds");
     s_.duration = t.seconds("duration");
-    check_step_count(s_.step, s_.duration, t.at("duration"));
+    if (s_.step > 0) check_step_count(s_.step, s_.duration, t.at("duration"));
     s_.record_every_given = t.has("record_every");
     s_.record_every = s_.record_every_given ? t.seconds("record_every")
                                             : default_record_every(s_.step, s_.duration);
@@ -502,7 +520,10 @@ void apply(Scene& scene, const Overrides& overrides) {
   }
   if (overrides.step) check_seconds("step", s.step = *overrides.step, "--step");
   if (overrides.duration) check_seconds("duration", s.duration = *overrides.duration, "--duration");
-  if (overrides.step || overrides.duration) {
+  if (s.step == 0 && s.method != auto_method)
+    refuse("--method",
+           fmt::format("the scene states no step for {}, expected --step too", s.method));
+  if (s.step > 0 && (overrides.step || overrides.duration)) {
     check_step_count(s.step, s.duration, overrides.duration ? "--duration" : "--step");
     if (!s.record_every_given) s.record_every = default_record_every(s.step, s.duration);
   }

@@ -107,7 +107,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: scene file 'absent.toml' cannot be opened: No such file or directory\n"},
       {"run bad.toml",
        "porthos: bad.toml:5:1: unknown key 'stpe' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, rtol, step_control, step_control_rate, step_control_length)\n"},
+       "(known: method, step, target_energy_error, rtol, step_control, step_control_rate, "
+       "step_control_length)\n"},
       {"run swing/scene.toml --step 0", "porthos: --step: step is 0 s, expected more than 0 s\n"},
       {"run swing/scene.toml --step -1", "porthos: --step: step is -1 s, expected more than 0 s\n"},
       {"run swing/scene.toml --step ''",
@@ -119,7 +120,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected run, verify, info or methods (see porthos "
+       "porthos: there is no command 'walk', expected run, verify, compare, info or methods (see "
+       "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
@@ -165,7 +167,7 @@ TEST_F(Cli, ThePageOfMethodsIsTheCatalogue) {
 }
 
 TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
-  for (const std::string command : {"", "run ", "verify ", "info ", "methods "}) {
+  for (const std::string command : {"", "run ", "verify ", "compare ", "info ", "methods "}) {
     const Answer a = porthos(command + "--help");
     EXPECT_EQ(a.code, 0) << command;
     EXPECT_TRUE(
@@ -232,10 +234,52 @@ TEST_F(Cli, VerifyUsesAFolderOfItsOwn) {
 }
 
 TEST_F(Cli, NumericalFailureIsExitCode3) {
-  const Answer a = porthos("run swing/scene.toml --step 50 --duration 5000 --out stuck");
+  const Answer a =
+      porthos("run swing/scene.toml --method stormer_verlet --step 50 --duration 5000 --out stuck");
   EXPECT_EQ(a.code, 3) << a.out << a.err;
   EXPECT_TRUE(contains(a.err, "did not converge")) << a.err;
   EXPECT_TRUE(contains(a.err, "the last good state is in stuck/checkpoint")) << a.err;
+}
+
+TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {
+  const Answer a = porthos("compare swing/scene.toml --methods gauss8,rk4,cvode_adams --budget 3");
+  EXPECT_EQ(a.code, 0) << a.err;
+  EXPECT_TRUE(contains(a.out, "\nfor an energy error of 1e-11 over 2 s: gauss8, step 0.")) << a.out;
+  EXPECT_TRUE(a.out.ends_with("\n"));
+  for (const char* file : {"compare.json", "compare.txt", "work_precision.svg"})
+    EXPECT_TRUE(fs::exists(folder_ / "results/compare_swing" / file)) << file;
+  EXPECT_EQ(a.out, file_text(folder_ / "results/compare_swing/compare.txt"));
+  EXPECT_TRUE(contains(a.err, "results/compare_swing/: compare.json")) << a.err;
+
+  const Answer json =
+      porthos("compare swing/scene.toml --methods rk4 --budget 1 --duration 1 --json --out again");
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("duration_s"), 1);
+  EXPECT_EQ(json.out, file_text(folder_ / "again/compare.json"));
+
+  EXPECT_EQ(porthos("compare swing/scene.toml --budget 0 --out no").err,
+            "porthos: budget is 0, expected more than 0 s\n");
+  const Answer bad = porthos("compare swing/scene.toml --methods gauss8,gauss17 --out no");
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_TRUE(contains(bad.err, "unknown method 'gauss17', expected one of ")) << bad.err;
+  EXPECT_FALSE(fs::exists(folder_ / "no")) << "nothing is made for bad input";
+}
+
+TEST_F(Cli, CtrlCOfACompareKeepsWhatThereIs) {
+  const Answer a = porthos("compare swing/scene.toml --budget 60 --duration 1000 --out cut",
+                           "stopped() { \"$@\" & sleep 2; kill -INT $!; wait $!; }; stopped");
+  EXPECT_EQ(a.code, 130) << a.err;
+  EXPECT_TRUE(contains(a.err, "porthos: interrupted: the results are of the trials until then\n"));
+  EXPECT_TRUE(nlohmann::json::parse(file_text(folder_ / "cut/compare.json")).at("interrupted"));
+  EXPECT_TRUE(contains(a.out, "interrupted: trials are missing")) << a.out;
+}
+
+TEST_F(Cli, AutoSaysWhatItChose) {
+  const Answer a = porthos("run swing/scene.toml --method auto --out auto");
+  EXPECT_EQ(a.code, 0) << a.out << a.err;
+  EXPECT_TRUE(contains(a.err, "porthos: auto chose --method gauss")) << a.err;
+  EXPECT_TRUE(contains(a.out, "note        auto chose --method gauss")) << a.out;
+  const Answer info = porthos("info swing/scene.toml");
+  EXPECT_TRUE(contains(info.out, "chosen by  ")) << info.out;
 }
 
 TEST_F(Cli, CtrlCSavesAndSaysHowToResume) {

@@ -166,6 +166,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
   std::string methods;
   for (const auto& d : porthos::integrators::catalogue())
     methods += (methods.empty() ? "" : ", ") + d.name;
+  methods += ", auto";
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
@@ -179,7 +180,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: duration, record_every, checkpoint_every)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, rtol, step_control, step_control_rate, step_control_length)"},
+       "(known: method, step, target_energy_error, rtol, step_control, step_control_rate, "
+       "step_control_length)"},
       {initial("joints.slide = { positon = 1 }"),
        "5:18: unknown key 'positon' in joints.slide, the nearest known one "
        "is 'position' (known: position, velocity)"},
@@ -264,6 +266,9 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "10:16: step_control is \"time_transformed\", but cvode_bdf chooses its steps itself, "
        "expected "
        "step_control = \"fixed\""},
+      {integrator("step = 1\nmethod = 'auto'\nstep_control = 'reversible'"),
+       "10:16: step_control is \"reversible\", but auto chooses a fixed step, expected "
+       "step_control = \"fixed\""},
       {integrator("step = 1\nstep_control_rate = 2"),
        "9:21: step_control_rate is given without a step_control, expected both or neither"},
       {integrator("step = 1\nstep_control = 'reversible'\nstep_control_rate = 0"),
@@ -306,9 +311,10 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
             "links_without_inertia, unphysical_inertia, use_damping, inertia");
   EXPECT_EQ(error("title = 1"), "scene.toml:1:9: title is a number, expected text");
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";
-  EXPECT_EQ(error(model),
-            "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
-            "step, rtol, step_control, step_control_rate, step_control_length");
+  EXPECT_EQ(
+      error(model),
+      "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
+      "step, target_energy_error, rtol, step_control, step_control_rate, step_control_length");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
             "record_every, checkpoint_every");

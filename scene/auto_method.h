@@ -1,0 +1,24 @@
+#pragma once
+#include <string>
+
+#include "scene/checkpoint.h"
+#include "scene/scene.h"
+
+/// method = "auto": a method and a step for an energy error, found by short pilot runs.
+namespace porthos::scene {
+
+inline constexpr const char* auto_method = "auto";
+
+/// The scene with method, step and a record distance put in, and why in `choice`; a scene that states its method as it is.
+///
+/// Pilots: every symplectic method of order 4 or more that fits; of an energy-exact one the energy says nothing about the
+/// step. Each looks for the largest step whose energy error, carried on to the whole duration by the growth it shows,
+/// stays below the target. The one that needs the least CPU time is then tried over a longer time, and its step
+/// shortened if need be. All of it takes about two seconds.
+/// @throws InvalidArgument if the system has damping, or no method is expected to reach the target; says what is in reach
+Scene with_method_chosen(const Scene& scene, const Assembly& assembly);
+
+/// The same with the choice of a run that is to be continued.
+Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene);
+
+}  // namespace porthos::scene

@@ -1,0 +1,51 @@
+#pragma once
+#include <string>
+
+/// What the pictures of the results have in common. Pixels, y downwards.
+namespace porthos::scene {
+
+namespace colour {
+inline constexpr const char* ink = "#1f2933";
+inline constexpr const char* soft = "#66717f";
+inline constexpr const char* grid = "#e4e8ed";
+inline constexpr const char* guide = "#8a94a0";
+inline constexpr const char* alarm = "#c8472f";
+}  // namespace colour
+
+/// "10⁻¹²"
+std::string power_of_ten(int exponent);
+/// "3·10⁻¹²", "10⁻¹²"
+std::string scientific(double x);
+/// Rough width of a text in px.
+double text_width(const std::string& text, double size);
+/// The part of a text that fits, with an ellipsis. Cuts between characters, never inside one.
+std::string fit_text(const std::string& text, double size, double room);
+
+/// An SVG document in the making. `more`: further attributes, with a blank in front.
+class Svg {
+ public:
+  Svg(double width, double height);
+
+  void raw(const std::string& element) { text_ += element + "\n"; }
+  void text(double x, double y, const char* anchor, double size, const std::string& colour,
+            const std::string& t, const char* more = "");
+  /// A text turned by -90°, centred at (x, y).
+  void text_upwards(double x, double y, double size, const std::string& colour,
+                    const std::string& t);
+  void rule(double x1, double y1, double x2, double y2, const std::string& colour, double width,
+            const char* more = "");
+  /// points: "x,y x,y …"
+  void polyline(const std::string& points, const std::string& colour, double width,
+                const char* more = "");
+  /// shape: 0 disc, 1 square, 2 triangle, 3 diamond, and again; of about the same area.
+  void marker(size_t shape, double x, double y, double r, const std::string& fill,
+              const std::string& stroke);
+
+  /// The document; nothing can be added after it.
+  std::string finish() { return std::move(text_ += "</svg>\n"); }
+
+ private:
+  std::string text_;
+};
+
+}  // namespace porthos::scene

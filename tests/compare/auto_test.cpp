@@ -1,0 +1,202 @@
+// method = "auto": what it chooses keeps the target when it is run, and a resumed run keeps the choice.
+#include "scene/auto_method.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tests/run/scenes.h"
+
+namespace porthos::test {
+namespace {
+
+/// A case that leaves its method to auto.
+Case left_to_auto(Case c, double target) {
+  c.scene.method = scene::auto_method;
+  c.scene.step = 0;
+  c.scene.record_every = 0, c.scene.record_every_given = false;
+  c.scene.target_energy_error = target;
+  return c;
+}
+
+Case wild_pendulum(const TemporaryFolder& folder, double duration) {
+  Case c = pendulum(folder);
+  c.scene.joints["shoulder"] = {2.5, 0, ""};
+  c.scene.duration = duration;
+  c.assembly = scene::assemble(c.scene);
+  return c;
+}
+
+TEST(Auto, ReachesItsTargetWhenRun) {
+  TemporaryFolder folder;
+  int n = 0;
+  const Case cases[] = {wild_pendulum(folder, 1000), floating_arm(folder, 200)};
+  for (const Case& of : cases)
+    for (const double target : {1e-4, 1e-8, 1e-12}) {
+      const Case c = left_to_auto(of, target);
+      const auto r = scene::run(c.scene, c.assembly, into(folder / std::to_string(n++)));
+      std::printf("  %-16s %6g s  target %.0e  measured %.1e  %s, step %g s\n", r.title.c_str(),
+                  r.simulated_s, target, r.energy.max_rel_error, r.method.c_str(), r.step_s);
+      EXPECT_EQ(r.outcome, integrators::Outcome::ok);
+      EXPECT_LE(r.energy.max_rel_error, target) << r.title;
+      EXPECT_GT(r.energy.max_rel_error, 1e-6 * target) << "far too good: the step is wasted";
+      EXPECT_NE(r.method, "auto");
+      ASSERT_FALSE(r.notes.empty());
+      EXPECT_TRUE(says(r.notes[0], "auto chose --method " + r.method + " --step "));
+    }
+}
+
+// Negative control: the target is no triviality.
+TEST(Auto, AnotherMethodOrATwiceAsLongStepMissesTheTarget) {
+  TemporaryFolder folder;
+  const Case c = left_to_auto(wild_pendulum(folder, 100), 1e-10);
+  scene::Scene chosen = scene::with_method_chosen(c.scene, c.assembly);
+  const std::string method = chosen.method;
+  chosen.step *= 4;
+  const auto long_steps = scene::run(chosen, c.assembly, into(folder / "long"));
+  chosen.step /= 4, chosen.method = "rk4";
+  const auto rk4 = scene::run(chosen, c.assembly, into(folder / "rk4"));
+  std::printf("  target 1e-10: %s with steps four times as long %.1e, rk4 with the step %.1e\n",
+              method.c_str(), long_steps.energy.max_rel_error, rk4.energy.max_rel_error);
+  EXPECT_TRUE(long_steps.outcome != integrators::Outcome::ok ||
+              long_steps.energy.max_rel_error > 1e-10);
+  EXPECT_GT(rk4.energy.max_rel_error, 1e-10);
+}
+
+TEST(Auto, ATargetBelowRoundingIsRefusedWithWhatIsInReach) {
+  TemporaryFolder folder;
+  const Case c = left_to_auto(wild_pendulum(folder, 100), 1e-18);
+  const std::string why = refusal([&] { scene::run(c.scene, c.assembly, into(folder / "out")); });
+  EXPECT_TRUE(
+      says(why, "target_energy_error is 1e-18: no method is expected to keep it over 100 s; "));
+  EXPECT_FALSE(fs::exists(folder / "out"));
+  // What it says is in reach, is.
+  const auto at = why.find("about ");
+  ASSERT_NE(at, std::string::npos);
+  const double reachable = std::stod(why.substr(at + 6));
+  EXPECT_GT(reachable, 1e-17);
+  EXPECT_LT(reachable, 1e-12);
+  const Case again = left_to_auto(c, 2 * reachable);
+  const auto r = scene::run(again.scene, again.assembly, into(folder / "out"));
+  std::printf("  %s\n  asked for twice that: %.1e\n", why.c_str(), r.energy.max_rel_error);
+  EXPECT_LE(r.energy.max_rel_error, 2 * reachable);
+}
+
+TEST(Auto, ADampedSystemIsRefused) {
+  TemporaryFolder folder;
+  const Case c = left_to_auto(pendulum(folder, 0.1), 1e-9);
+  EXPECT_TRUE(says(refusal([&] { scene::with_method_chosen(c.scene, c.assembly); }),
+                   "needs a system without damping"));
+}
+
+TEST(Auto, WithoutATargetItIsTheLimitOfTheVerdict) {
+  scene::Scene s = {};
+  EXPECT_EQ(s.target(), 1e-9);
+  s.verify.energy = 1e-7;
+  EXPECT_EQ(s.target(), 1e-7);
+  s.target_energy_error = 1e-5;
+  EXPECT_EQ(s.target(), 1e-5);
+}
+
+TEST(Auto, AStatedMethodIsLeftAlone) {
+  TemporaryFolder folder;
+  const Case c = wild_pendulum(folder, 10);
+  const auto s = scene::with_method_chosen(c.scene, c.assembly);
+  EXPECT_EQ(s.method, c.scene.method);
+  EXPECT_EQ(s.step, c.scene.step);
+  EXPECT_EQ(s.choice, "");
+}
+
+scene::RunReport run_until_told(const Case& c, const fs::path& out, bool resume,
+                                std::string& said) {
+  std::atomic<bool> stop = false;
+  auto options = into(out, resume);
+  options.stop = &stop;
+  options.say = [&](const std::string& text) { said = text; };
+  options.progress = [&](double, double, double) { stop = true; };
+  return scene::run(c.scene, c.assembly, options);
+}
+
+TEST(Auto, AResumedRunKeepsTheChoiceAndGivesTheSameBits) {
+  TemporaryFolder folder;
+  const Case c = left_to_auto(wild_pendulum(folder, 5000), 1e-9);
+  std::string first, said;
+  auto parts = run_until_told(c, folder / "parts", false, first);
+  ASSERT_TRUE(parts.interrupted) << "too fast to be interrupted";
+  int resumed = 0;
+  for (; parts.interrupted && resumed < 200; ++resumed) {
+    parts = run_until_told(c, folder / "parts", true, said);
+    EXPECT_EQ(said, first);  // timings in it would differ if the pilots had been run again
+  }
+  EXPECT_GE(resumed, 1);
+  scene::Scene same = c.scene;
+  same.method = parts.method, same.step = parts.step_s;
+  const double every = 5;  // a thousandth of the run, in whole steps
+  same.record_every = std::max(1.0, std::round(every / parts.step_s)) * parts.step_s;
+  const auto whole = scene::run(same, c.assembly, into(folder / "whole"));
+  EXPECT_TRUE(whole.final_state == parts.final_state);
+  EXPECT_EQ(whole.records, parts.records);
+  EXPECT_TRUE(read_bytes(folder / "whole" / "run.h5") == read_bytes(folder / "parts" / "run.h5"));
+  const auto summary = nlohmann::json::parse(read_bytes(folder / "parts" / "summary.json"));
+  EXPECT_EQ(summary.at("notes").at(0), first);
+}
+
+TEST(Auto, ARunThatWasNotLeftToAutoIsNotResumedByIt) {
+  TemporaryFolder folder;
+  const Case c = wild_pendulum(folder, 2000);
+  std::string said;
+  ASSERT_TRUE(run_until_told(c, folder / "out", false, said).interrupted);
+  EXPECT_EQ(said, "");
+  const Case asked = left_to_auto(c, 1e-9);
+  EXPECT_TRUE(
+      says(refusal([&] { scene::run(asked.scene, asked.assembly, into(folder / "out", true)); }),
+           "the choice was  and is left to auto now"));
+  EXPECT_TRUE(says(refusal([&] { scene::run(asked.scene, asked.assembly, into(folder / "out")); }),
+                   "holds an unfinished run"));
+}
+
+// --- the keys ----------------------------------------------------------------------------------------------------------
+
+class Keys : public ::testing::Test {
+ protected:
+  scene::Scene read(const std::string& integrator) {
+    write_bytes(folder_ / "arm.urdf", arm_urdf());
+    write_bytes(folder_ / "s.toml",
+                "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n[integrator]\n" + integrator +
+                    "\n[run]\nduration = 10\n");
+    return scene::read_scene((folder_ / "s.toml").string());
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Keys, AutoNeedsNoStep) {
+  const auto s = read("method = \"auto\"\ntarget_energy_error = 1e-7");
+  EXPECT_EQ(s.method, "auto");
+  EXPECT_EQ(s.step, 0);
+  EXPECT_EQ(s.target(), 1e-7);
+  EXPECT_EQ(read("method = \"auto\"\nstep = 0.5").step, 0.5);
+  EXPECT_TRUE(says(refusal([&] { read("method = \"gauss8\""); }), "has no key 'step'"));
+}
+
+TEST_F(Keys, BadOnesAreRefused) {
+  const std::pair<std::string, std::string> cases[] = {
+      {"method = \"gauss8\"\nstep = 1\ntarget_energy_error = 1e-7",
+       "target_energy_error is given without method = \"auto\", expected both or neither"},
+      {"method = \"auto\"\ntarget_energy_error = 0",
+       "target_energy_error is 0, expected a number between 0 and 1"},
+      {"method = \"auto\"\ntarget_energy_error = \"small\"",
+       "target_energy_error is a string, expected a number"},
+      {"method = \"autp\"\nstep = 1", "method is 'autp', expected one of "}};
+  for (const auto& [keys, why] : cases) EXPECT_TRUE(says(refusal([&] { read(keys); }), why));
+}
+
+TEST_F(Keys, TheCommandLineCanTakeTheChoiceBack) {
+  auto s = read("method = \"auto\"");
+  EXPECT_TRUE(says(refusal([&] { scene::apply(s, {.method = "gauss8"}); }),
+                   "the scene states no step for gauss8, expected --step too"));
+  EXPECT_EQ(s.method, "auto");
+  scene::apply(s, {.method = "gauss8", .step = 0.5});
+  EXPECT_EQ(s.step, 0.5);
+  EXPECT_GT(s.record_every, 0);
+}
+
+}  // namespace
+}  // namespace porthos::test

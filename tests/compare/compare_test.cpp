@@ -1,0 +1,316 @@
+// The comparison as a library: what it tries, what it says of it, and how long it takes.
+#include "scene/compare.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "scene/advice.h"
+#include "scene/cpu_clock.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test {
+namespace {
+
+using scene::Comparison;
+
+/// A pendulum that swings regularly: small enough not to be chaotic.
+Case regular_pendulum(const TemporaryFolder& folder, double damping = 0) {
+  Case c = pendulum(folder, damping);
+  c.scene.joints["shoulder"] = {0.3, 0, ""};
+  c.scene.duration = 5;
+  c.assembly = scene::assemble(c.scene);
+  return c;
+}
+
+struct Compared {
+  TemporaryFolder folder;
+  Case c = regular_pendulum(folder);
+  Comparison result = scene::compare(c.scene, c.assembly, {.budget_s = 8});
+};
+const Compared& compared() {
+  static const Compared once;
+  return once;
+}
+
+TEST(Compare, EveryMethodOfTheCatalogueIsTriedOrSkippedWithItsReason) {
+  TemporaryFolder folder;
+  const Case damped = regular_pendulum(folder, 0.1);
+  const Comparison of_damped = scene::compare(damped.scene, damped.assembly, {.budget_s = 1});
+  for (const auto* of : {&compared().result, &of_damped}) {
+    const auto& d = (of == &of_damped ? damped : compared().c).assembly.model->description();
+    std::map<std::string, std::string> skipped(of->skipped.begin(), of->skipped.end());
+    std::set<std::string> tried;
+    for (const auto& m : of->methods) {
+      tried.insert(m.method.name);
+      EXPECT_FALSE(m.trials.empty()) << m.method.name << " has no row";
+    }
+    for (const auto& method : integrators::catalogue()) {
+      const auto reason = integrators::misfit(method, d);
+      EXPECT_EQ(tried.count(method.name), reason ? 0u : 1u) << method.name;
+      EXPECT_EQ(skipped.count(method.name), reason ? 1u : 0u) << method.name;
+      if (reason) {
+        EXPECT_EQ(skipped[method.name], *reason);
+      }
+    }
+  }
+  // Störmer-Verlet does not take damping: the list is not empty by accident.
+  EXPECT_TRUE(says(scene::comparison_table(damped.scene, of_damped),
+                   "skipped  method 'stormer_verlet' needs"));
+}
+
+TEST(Compare, ErrorsFallWithTheStepByTheOrder) {
+  int judged = 0;
+  for (const auto& m : compared().result.methods) {
+    if (m.method.rival || m.method.order == 0) continue;
+    // Between the trials that are neither coarse nor at rounding.
+    const scene::Trial *first = nullptr, *last = nullptr;
+    for (const auto& t : m.trials) {
+      const double e = t.trajectory_error.value_or(1);
+      if (!t.complete() || e > 1e-3 || e < 1e-12) continue;
+      if (!first) first = &t;
+      last = &t;
+    }
+    if (!first || last->setting.step > 0.6 * first->setting.step) continue;
+    const double slope = std::log(*first->trajectory_error / *last->trajectory_error) /
+                         std::log(first->setting.step / last->setting.step);
+    std::printf("  %-16s order %2d, trajectory error falls with the power %.2f of the step\n",
+                m.method.name.c_str(), m.method.order, slope);
+    EXPECT_GT(slope, m.method.order - 0.7) << m.method.name;
+    EXPECT_LT(slope, m.method.order + 2.5) << m.method.name;
+    ++judged;
+  }
+  EXPECT_GE(judged, 4);
+}
+
+TEST(Compare, RivalsAreTriedOverTolerances) {
+  for (const auto& m : compared().result.methods) {
+    if (!m.method.rival) continue;
+    EXPECT_EQ(m.trials.front().setting.rtol, 1e-4) << m.method.name;
+    ASSERT_GE(m.trials.size(), 3u) << m.method.name;
+    for (size_t i = 1; i < m.trials.size(); ++i)
+      EXPECT_NEAR(m.trials[i].setting.rtol / m.trials[i - 1].setting.rtol, 0.1, 1e-12);
+    EXPECT_LT(m.trials.back().report.energy.max_rel_error,
+              m.trials.front().report.energy.max_rel_error);
+  }
+}
+
+TEST(Compare, NumbersAreTheSameEveryTimeButTheTimes) {
+  const auto& c = compared().c;
+  const std::vector<std::string> methods{"gauss8", "rk4", "cvode_adams"};
+  scene::CompareOptions o{.methods = methods, .budget_s = 2};
+  const Comparison a = scene::compare(c.scene, c.assembly, o);
+  const Comparison b = scene::compare(c.scene, c.assembly, o);
+  ASSERT_EQ(a.methods.size(), methods.size());
+  EXPECT_EQ(a.trajectory_time_s, b.trajectory_time_s);
+  size_t compared = 0;
+  for (size_t i = 0; i < methods.size(); ++i)
+    for (const auto& t : a.methods[i].trials)
+      for (const auto& u : b.methods[i].trials) {
+        if (t.setting.step != u.setting.step || t.setting.rtol != u.setting.rtol) continue;
+        if (!t.complete() || !u.complete()) continue;
+        EXPECT_EQ(t.report.energy.max_rel_error, u.report.energy.max_rel_error);
+        EXPECT_EQ(t.trajectory_error, u.trajectory_error);
+        ++compared;
+      }
+  EXPECT_GE(compared, 10u);
+}
+
+TEST(Compare, FailedTrialsAreRows) {
+  bool any = false;
+  for (const auto& m : compared().result.methods)
+    for (const auto& t : m.trials)
+      if (!t.complete()) {
+        any = true;
+        EXPECT_TRUE(says(scene::comparison_table(compared().c.scene, compared().result),
+                         t.failure.substr(0, 40)));
+      }
+  EXPECT_TRUE(any) << "steps are coarsened until a method breaks down";
+}
+
+TEST(Compare, TheBudgetIsKept) {
+  TemporaryFolder folder;
+  Case c = pendulum(folder);
+  c.scene.duration = 1e5, c.scene.step = 1e-3;  // far too much
+  for (const double budget : {1.0, 4.0}) {
+    const double start = scene::thread_cpu_now();
+    const Comparison r = scene::compare(c.scene, c.assembly, {.budget_s = budget});
+    const double cpu = scene::thread_cpu_now() - start;
+    std::printf("  budget %.1f s, took %.2f s, trials of %g s\n", budget, cpu, r.duration_s);
+    EXPECT_LT(cpu, 1.5 * budget + 0.5);
+    EXPECT_LT(r.duration_s, c.scene.duration);
+    EXPECT_TRUE(says(r.notes.at(0), "of the scene's 100000 s"));
+    for (const auto& m : r.methods) EXPECT_FALSE(m.trials.empty()) << m.method.name;
+  }
+}
+
+TEST(Compare, AStopLeavesWhatThereIs) {
+  const auto& c = compared().c;
+  TemporaryFolder folder;
+  std::atomic<bool> stop = false;
+  int told = 0;
+  scene::CompareOptions o{.budget_s = 60, .stop = &stop};
+  o.progress = [&](double fraction, double spent, double) {
+    EXPECT_GE(fraction, 0);
+    EXPECT_LE(fraction, 1);
+    EXPECT_GE(spent, 0);
+    stop = ++told == 10;
+  };
+  const Comparison r = scene::compare(c.scene, c.assembly, o);
+  EXPECT_TRUE(r.interrupted);
+  EXPECT_LT(r.cpu_s, 20);
+  size_t trials = 0;
+  for (const auto& m : r.methods) trials += m.trials.size();
+  EXPECT_GE(trials, 1u);
+  scene::write_comparison((folder / "out").string(), c.scene, r);
+  EXPECT_TRUE(nlohmann::json::parse(read_bytes(folder / "out" / "compare.json")).at("interrupted"));
+}
+
+TEST(Compare, TheFilesHaveTheDocumentedFields) {
+  TemporaryFolder folder;
+  const auto& c = compared();
+  scene::write_comparison((folder / "out").string(), c.c.scene, c.result);
+  const auto j = nlohmann::json::parse(read_bytes(folder / "out" / "compare.json"));
+  for (const char* key : {"title", "duration_s", "scene_duration_s", "first_step_s", "error",
+                          "budget_s", "wall_s", "cpu_s", "interrupted", "lyapunov", "trajectory",
+                          "runs", "cut_short", "skipped", "advice", "notes", "provenance"})
+    EXPECT_TRUE(j.contains(key)) << key;
+  for (const char* key : {"exponent_per_s", "time_s", "chaotic", "observed_s", "growth"})
+    EXPECT_TRUE(j["lyapunov"].contains(key)) << key;
+  for (const char* key : {"time_s", "growth_limit", "reference", "reference_error"})
+    EXPECT_TRUE(j["trajectory"].contains(key)) << key;
+  size_t trials = 0;
+  for (const auto& m : c.result.methods) trials += m.trials.size();
+  ASSERT_EQ(j["runs"].size(), trials);
+  const std::string documented = read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "docs/compare.md");
+  for (const auto& [key, value] : j["runs"][0].items()) EXPECT_TRUE(says(documented, "`" + key));
+  for (const auto& [key, value] : j.items()) EXPECT_TRUE(says(documented, "`" + key));
+  EXPECT_EQ(read_bytes(folder / "out" / "compare.txt"),
+            scene::comparison_table(c.c.scene, c.result));
+  const std::string svg = read_bytes(folder / "out" / "work_precision.svg");
+  EXPECT_TRUE(says(svg, "</svg>"));
+  for (const auto& m : c.result.methods) EXPECT_TRUE(says(svg, ">" + m.method.name));
+}
+
+TEST(Compare, WithDampingTheTrajectoryIsWhatCounts) {
+  TemporaryFolder folder;
+  const Case c = regular_pendulum(folder, 0.1);
+  const Comparison r =
+      scene::compare(c.scene, c.assembly, {.methods = {"gauss8", "rk4"}, .budget_s = 2});
+  EXPECT_FALSE(r.by_energy);
+  EXPECT_TRUE(says(scene::advise(r, 1e-9).sentence, "for a trajectory error of 1e-09 at 5 s: "));
+}
+
+TEST(Compare, BadWishesAreRefused) {
+  const auto& c = compared().c;
+  const auto why = [&](scene::CompareOptions o) {
+    return refusal([&] { scene::compare(c.scene, c.assembly, o); });
+  };
+  EXPECT_TRUE(says(why({.methods = {"gauss17"}}), "unknown method 'gauss17'"));
+  EXPECT_EQ(why({.budget_s = 0}), "budget is 0, expected more than 0 s");
+  EXPECT_EQ(why({.duration = -1}), "duration is -1, expected more than 0 s");
+}
+
+// --- the advice, on numbers made up ----------------------------------------------------------------------------------
+
+scene::Trial made_up(const std::string& method, double step, double rtol, double cpu,
+                     double error) {
+  scene::Trial t;
+  t.setting = {method, step, rtol};
+  t.report.cpu_s = cpu, t.report.energy.max_rel_error = error;
+  return t;
+}
+
+/// A method of order 4 whose work is 1/step seconds; a rival whose error is its tolerance.
+Comparison power_laws(double rival_cost) {
+  Comparison c;
+  c.duration_s = 100;
+  c.methods = {{integrators::declaration_of("gauss4"), {}, false},
+               {integrators::declaration_of("cvode_adams"), {}, false}};
+  for (const double h : {0.8, 0.4, 0.2, 0.1, 0.05})
+    c.methods[0].trials.push_back(made_up("gauss4", h, 0, 1 / h, std::pow(h, 4)));
+  for (const double rtol : {1e-2, 1e-3, 1e-4, 1e-5})
+    c.methods[1].trials.push_back(made_up("cvode_adams", 1, rtol, rival_cost, rtol));
+  return c;
+}
+
+TEST(Advice, ReadsStepsOffBetweenTrials) {
+  const Comparison c = power_laws(50);
+  const auto a = scene::advise(c, 2e-4);
+  ASSERT_EQ(a.reaching.size(), 2u);
+  const double step = std::pow(2e-4, 0.25);  // a power law is a line: interpolation is exact
+  EXPECT_NEAR(a.reaching[0].step_s, step, 1e-12);
+  EXPECT_NEAR(a.reaching[0].cpu_s, 1 / step, 1e-10);
+  EXPECT_NEAR(a.reaching[1].rtol, 2e-4, 1e-15);
+  EXPECT_EQ(a.sentence,
+            "for an energy error of 0.0002 over 100 s: gauss4, step 0.11 s, 8.4 s of CPU; "
+            "cvode_adams (rtol 0.0002) needs 5.9 x that");
+}
+
+TEST(Advice, SaysWhenARivalIsFasterOrDrifts) {
+  Comparison c = power_laws(1);
+  for (auto& t : c.methods[1].trials)
+    t.report.energy.drift_is_significant = true, t.report.energy.growth_exponent = 1;
+  EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, "needs 0.12 x that and drifts"));
+}
+
+TEST(Advice, SaysWhenNobodyGetsThere) {
+  const Comparison c = power_laws(50);
+  EXPECT_EQ(scene::advise(c, 1e-9).sentence,
+            "no method of ours reached an energy error of 1e-09 over 100 s, the smallest error was "
+            "6.3e-06 (gauss4, step 0.05 s, 20 s of CPU); no rival reached it, the smallest error "
+            "was 1e-05 (cvode_adams, rtol 1e-05, 50 s of CPU)");
+  EXPECT_TRUE(scene::advise(c, 1e-9).reaching.empty());
+}
+
+TEST(Advice, FailedTrialsCountForNothing) {
+  Comparison c = power_laws(50);
+  auto wrong = made_up("gauss4", 5, 0, 0.01, 1e-12);  // cheap and exact, had it not failed
+  wrong.failure = "broken off";
+  c.methods[0].trials.insert(c.methods[0].trials.begin(), wrong);
+  EXPECT_EQ(scene::advise(c, 2e-4).sentence, scene::advise(power_laws(50), 2e-4).sentence);
+  c.methods[0]
+      .trials.front()
+      .failure.clear();  // negative control: now it counts, if its neighbour agreed
+  c.methods[0].trials[1].report.energy.max_rel_error = 1e-12;
+  EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, "gauss4, step 5 s or coarser"));
+}
+
+TEST(Advice, AMethodThatKeepsAnyEnergyIsNotJudgedByIt) {
+  Comparison c = power_laws(50);
+  c.methods.push_back(c.methods[0]);
+  auto& exact = c.methods.back();
+  exact.method.name = "exact", exact.method.energy_exact = integrators::Claim::holds;
+  exact.trials = {made_up("exact", 10, 0, 1e-3, 1e-16)};
+  EXPECT_EQ(scene::advise(c, 2e-4).sentence, scene::advise(power_laws(50), 2e-4).sentence);
+  EXPECT_TRUE(says(scene::comparison_table({}, c), "judge them by the trajectory): exact"));
+  c.by_energy = false;  // by the trajectory it is one like the others
+  for (auto& m : c.methods)
+    for (auto& t : m.trials) t.trajectory_error = t.report.energy.max_rel_error;
+  EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, ": exact, step 10 s or coarser"));
+}
+
+TEST(Advice, OfAComparisonFitsItsRows) {
+  const auto& r = compared().result;
+  const auto a = scene::advise(r, 1e-9);
+  ASSERT_FALSE(a.reaching.empty());
+  for (const auto& reach : a.reaching) {
+    double above = 0, below = HUGE_VAL;  // errors of the trials around the step or tolerance
+    for (const auto& t : reach.of->trials) {
+      if (!t.complete()) continue;
+      const bool coarser = reach.rtol > 0 ? t.setting.rtol > reach.rtol * (1 + 1e-9)
+                                          : t.setting.step > reach.step_s * (1 + 1e-9);
+      if (coarser)
+        above = r.error_of(t);
+      else if (below == HUGE_VAL)
+        below = r.error_of(t);
+    }
+    EXPECT_LE(below, 1e-9) << reach.of->method.name;
+    if (!reach.at_most) {
+      EXPECT_GT(above, 1e-9) << reach.of->method.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace porthos::test
