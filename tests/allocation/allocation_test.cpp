@@ -9,8 +9,6 @@
 #include "integrators/step_control.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"
-}
-
 #include "tests/support/stiff.h"
 
 namespace {
