@@ -71,7 +71,7 @@ class Choosing {
     std::vector<Candidate> reaching;
     for (const Declaration& d : integrators::catalogue()) {
       if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
-      if (d.rival || !d.resumable || d.order < 4 || d.symplectic != Claim::holds ||
+      if (d.family != "Gauss collocation" || d.order < 4 || d.symplectic != Claim::holds ||
           d.energy_exact == Claim::holds || misfit(d, assembly_.model->description()))
         continue;
       const Candidate c = pilot(d);

@@ -74,10 +74,10 @@ TEST(Auto, ATargetBelowRoundingIsRefusedWithWhatIsInReach) {
   const double reachable = std::stod(why.substr(at + 6));
   EXPECT_GT(reachable, 1e-17);
   EXPECT_LT(reachable, 1e-12);
-  const Case again = left_to_auto(c, 2 * reachable);
+  const Case again = left_to_auto(c, 10 * reachable);
   const auto r = scene::run(again.scene, again.assembly, into(folder / "out"));
-  std::printf("  %s\n  asked for twice that: %.1e\n", why.c_str(), r.energy.max_rel_error);
-  EXPECT_LE(r.energy.max_rel_error, 2 * reachable);
+  std::printf("  %s\n  asked for ten times that: %.1e\n", why.c_str(), r.energy.max_rel_error);
+  EXPECT_LE(r.energy.max_rel_error, 10 * reachable);
 }
 
 TEST(Auto, ADampedSystemIsRefused) {

@@ -91,7 +91,8 @@ TEST(Compare, RivalsAreTriedOverTolerances) {
     for (size_t i = 1; i < m.trials.size(); ++i)
       EXPECT_NEAR(m.trials[i].setting.rtol / m.trials[i - 1].setting.rtol, 0.1, 1e-12);
     EXPECT_LT(m.trials.back().report.energy.max_rel_error,
-              m.trials.front().report.energy.max_rel_error);
+              std::max(1e-12, m.trials.front().report.energy.max_rel_error))
+        << m.method.name;  // GSL's extrapolation is at round-off from the start
   }
 }
 

@@ -1,14 +1,14 @@
-// Bodies that attract each other. Must hold: the outer solar system over 1e7 days at 400 days a step, energy and angular
-// momentum at round-off, as a random walk; the Pythagorean three bodies to their first close approach. Must fail: rk4; and
-// every fixed step, gauss16's too, in the Pythagorean encounters: they need step control.
+// Bodies that attract each other. Must hold: the outer solar system over 1e7 days at 400 days a step, energy and
+// angular momentum at round-off, as a random walk; the Pythagorean three bodies to their first close approach. Must
+// fail: rk4; and every fixed step, gauss16's too, in the Pythagorean encounters: they need step control.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
 namespace porthos {
 namespace {
 
-/// Sun (with the inner planets), Jupiter, Saturn, Uranus, Neptune, Pluto on 5 September 1994: Hairer, Lubich, Wanner 2006,
-/// table I.2.2. AU, day, mass of the Sun; here with the centre of mass at rest.
+/// Sun (with the inner planets), Jupiter, Saturn, Uranus, Neptune, Pluto on 5 September 1994: Hairer, Lubich, Wanner
+/// 2006, table I.2.2. AU, day, mass of the Sun; here with the centre of mass at rest.
 struct OuterSolarSystem {
   test::GravitatingBodies bodies{2.95912208286e-4,
                                  {1.00000597682, 0.000954786104043, 0.000285583733151,

@@ -1,7 +1,8 @@
-// A pendulum on a stiff spring, through the resonances of the implicit midpoint rule. The rule turns a spring of frequency ω
-// by θ = 2 atan(hω/2) a step; where θ = 2π/n the nonlinearity excites it (Mandziuk, Schlick 1995, Chem. Phys. Lett. 237:525:
-// n = 3 at hω = 2√3, n = 4 at hω = 2, less the spring's own detuning). Must hold: gonzalez keeps the energy exactly at every
-// step it solves, gauss16 where it resolves the spring. Must fail: midpoint, whose error leaves its h² law in spikes.
+// A pendulum on a stiff spring, through the resonances of the implicit midpoint rule. The rule turns a spring of
+// frequency ω by θ = 2 atan(hω/2) a step; where θ = 2π/n the nonlinearity excites it (Mandziuk, Schlick 1995, Chem.
+// Phys. Lett. 237:525: n = 3 at hω = 2√3, n = 4 at hω = 2, less the spring's own detuning). Must hold: gonzalez keeps
+// the energy exactly at every step it solves, gauss16 where it resolves the spring. Must fail: midpoint, whose error
+// leaves its h² law in spikes.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 

@@ -1,6 +1,7 @@
-// Spinning bodies with closed forms. Must hold with gauss16: the fast top's steady precession at any spin; the time between
-// the flips of a body spun about its middle axis, and their number; the motion of a platform that a wheel reacts on, and
-// its momentum. Must fail: rk4 at the same steps. (The Lagrange top's and Euler's trajectories: tests/reference.)
+// Spinning bodies with closed forms. Must hold with gauss16: the fast top's steady precession at any spin; the time
+// between the flips of a body spun about its middle axis, and their number; the motion of a platform that a wheel
+// reacts on, and its momentum. Must fail: rk4 at the same steps. (The Lagrange top's and Euler's trajectories:
+// tests/reference.)
 #include "tests/support/energy_run.h"
 
 namespace porthos {
@@ -15,7 +16,8 @@ std::shared_ptr<const mechanics::Mechanism> single(const std::string& joint,
       mechanics::MechanismBuilder().gravity(gravity).add(body).build());
 }
 
-// Steady precession at inclination θ: I1 Ω² cosθ - I3 ω3 Ω + m g l = 0, the slow root (Goldstein, Classical Mechanics, 5.7).
+// Steady precession at inclination θ: I1 Ω² cosθ - I3 ω3 Ω + m g l = 0, the slow root (Goldstein, Classical
+// Mechanics, 5.7).
 TEST(Tops, SteadyPrecessionOfTheFastTop) {
   const double I1 = 1.25, I3 = 0.5, l = 0.5, g = 9.8125, theta = 0.5;
   const mechanics::MechanicalModel model(
@@ -47,7 +49,8 @@ TEST(Tops, SteadyPrecessionOfTheFastTop) {
   }
 }
 
-// Spun about the middle axis with ω3 = 1e-3 beside: ω2 ~ sn, its sign changes every 2K (Landau, Lifshitz, Mechanics, § 37).
+// Spun about the middle axis with ω3 = 1e-3 beside: ω2 ~ sn, its sign changes every 2K (Landau, Lifshitz, Mechanics,
+// § 37).
 TEST(Tops, DzhanibekovFlips) {
   const double I1 = 1, I2 = 2, I3 = 3, w2 = 1, w3 = 1e-3;
   const mechanics::MechanicalModel model(
@@ -122,8 +125,8 @@ std::shared_ptr<const mechanics::Mechanism> platform_with_wheel(double Ip, doubl
   return std::make_shared<mechanics::Mechanism>(b.build());
 }
 
-// Wheel on a torsion spring, released from rest: L = 0, so the platform turns by -Iw/(Ip + Iw) of the wheel's angle, which
-// is θ0 cos ωt with ω² = k (1/Ip + 1/Iw).
+// Wheel on a torsion spring, released from rest: L = 0, so the platform turns by -Iw/(Ip + Iw) of the wheel's angle,
+// which is θ0 cos ωt with ω² = k (1/Ip + 1/Iw).
 TEST(Tops, MomentumWheelOnASpring) {
   const double Ip = 10, Iw = 0.25, k = 4, angle = 1;
   const mechanics::MechanicalModel model(platform_with_wheel(Ip, Iw, k));

@@ -13,9 +13,7 @@ namespace porthos::test {
 
 struct EnergyRun {
   bool ok = true;
-  double energy = 0;  ///< max |H - H0| / scale
-  double growth =
-      0;  ///< the same maximum over the last tenth of the run, over that of the first tenth
+  double energy = 0;     ///< max |H - H0| / scale
   double exponent = 0;   ///< of the growth of the energy error: 0 bounded, 1/2 random walk, 1 drift
   bool drifts = true;    ///< the energy error has a drift beyond what a random walk explains
   double invariant = 0;  ///< max |I - I0| / |I0| of the invariant asked for
@@ -41,29 +39,24 @@ inline EnergyRun energy_run(const std::string& name, const phs::Model& model,
   const long double scale = o.scale != 0 ? (long double)o.scale : std::fabs(H0);
   const auto every = std::max<std::int64_t>(1, steps / o.samples);
   scene::ErrorStatistics errors;
-  double early = 0, late = 0;
   for (std::int64_t i = 1; i <= steps; ++i) {
     if (method->step(run.end) != integrators::Outcome::ok) {
-      run.ok = false, run.energy = run.growth = run.invariant = HUGE_VAL;
+      run.ok = false, run.energy = run.invariant = HUGE_VAL;
       return run;
     }
     if (i % every != 0) continue;
-    const double signed_error = double((gauge.energy(run.end) - H0) / scale);
-    const double e = std::fabs(signed_error);
-    errors.add(signed_error);
-    run.energy = std::max(run.energy, e);
-    if (i <= steps / 10) early = std::max(early, e);
-    if (i > steps - steps / 10) late = std::max(late, e);
+    const double error = double((gauge.energy(run.end) - H0) / scale);
+    errors.add(error);
+    run.energy = std::max(run.energy, std::fabs(error));
     if (!o.invariant.empty())
       run.invariant = std::max(run.invariant, gauge.error(o.invariant, run.end, I0));
   }
-  run.growth = late / std::max(early, 1e-300);
   run.exponent = errors.growth_exponent(), run.drifts = errors.drift_is_significant();
   return run;
 }
 
-/// What rounding does at least: half an ulp of H a step, as a random walk. Where the kinetic energy is larger than |H|, or
-/// the mechanism large, more.
+/// What rounding does at least: half an ulp of H a step, as a random walk. Where the kinetic energy is larger than
+/// |H|, or the mechanism large, more.
 inline double random_walk(std::int64_t steps) { return 0x1p-53 * std::sqrt(double(steps)); }
 
 /// The long form of a test: ./dev test --long.
