@@ -1,6 +1,7 @@
 #pragma once
 #include "integrators/integrator.h"
 #include "phs/user_model.h"
+#include "tests/support/henon_heiles.h"
 #include "tests/support/robots.h"
 
 /// The problems every method of the catalogue is judged on. None is linear but the oscillator, which is there for its
@@ -12,27 +13,6 @@ struct Problem {
   std::shared_ptr<const phs::Model> model;
   phs::State start;
   double h;  ///< a step that resolves the motion [s]
-};
-
-/// Henon & Heiles 1964, separable: H = ½|p|² + ½|q|² + q1² q2 - q2³/3.
-struct HenonHeiles {
-  phs::Description description() const {
-    phs::Description d;
-    d.name = "Henon-Heiles", d.nx = 4;
-    d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "1", "1"}};
-    d.traits = {.canonical = true, .separable = true};
-    return d;
-  }
-  template <class T>
-  T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * (x[2] * x[2] + x[3] * x[3] + x[0] * x[0] + x[1] * x[1]) + x[0] * x[0] * x[1] -
-           x[1] * x[1] * x[1] / T(3.0);
-  }
-  template <class T>
-  void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] + T(2.0) * x[0] * x[1], e[1] = x[1] + x[0] * x[0] - x[1] * x[1];
-    e[2] = x[2], e[3] = x[3];
-  }
 };
 
 /// Two oscillators; the energy of each is a quadratic invariant that is not bilinear in q and p.

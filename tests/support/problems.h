@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "phs/user_model.h"
+#include "tests/support/kepler.h"
 
 /// Plain Hamiltonian systems with a literature of their own. All are canonical, lossless and separable.
 namespace porthos::test {
@@ -15,30 +16,6 @@ inline phs::Description separable_description(const std::string& name, int freed
   d.traits = {.canonical = true, .separable = true};
   return d;
 }
-
-/// H = ½|p|² - 1/|q| in the plane: a body about a fixed centre, mu = 1.
-struct Kepler {
-  phs::Description description() const {
-    auto d = separable_description("Kepler", 2);
-    d.invariants = {{"angular_momentum", 1, 0, 2, "1"}};
-    return d;
-  }
-  template <class T>
-  void invariants(std::span<const T> x, std::span<T> values) const {
-    values[0] = x[0] * x[3] - x[1] * x[2];
-  }
-  template <class T>
-  T hamiltonian(std::span<const T> x) const {
-    using phs::sqrt;
-    return T(0.5) * (x[2] * x[2] + x[3] * x[3]) - T(1.0) / sqrt(x[0] * x[0] + x[1] * x[1]);
-  }
-  template <class T>
-  void gradient(std::span<const T> x, std::span<T> e) const {
-    using phs::sqrt;
-    const T r2 = x[0] * x[0] + x[1] * x[1], k = T(1.0) / (r2 * sqrt(r2));
-    e[0] = k * x[0], e[1] = k * x[1], e[2] = x[2], e[3] = x[3];
-  }
-};
 
 /// Bodies that attract each other in space: H = Σ |p_i|²/2m_i - G Σ m_i m_j / |q_i - q_j|.
 struct GravitatingBodies {

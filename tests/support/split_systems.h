@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "phs/user_model.h"
+#include "tests/support/henon_heiles.h"
+#include "tests/support/kepler.h"
 
 /// Small systems for splitting methods: separable ones, and one that offers the flows of its parts.
 namespace porthos::test {
@@ -10,57 +12,6 @@ template <class T>
 using In = std::span<const T>;
 template <class T>
 using Out = std::span<T>;
-
-inline phs::Description plane_description(std::string name) {
-  phs::Description d;
-  d.name = std::move(name), d.nx = 4, d.traits = {.canonical = true, .separable = true};
-  d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
-  return d;
-}
-
-/// H = |p|²/2 + |q|²/2 + q₁²q₂ - q₂³/3 (Hénon, Heiles 1964).
-struct HenonHeiles {
-  bool separable = true;  ///< what it says of itself
-  phs::Description description() const {
-    auto d = plane_description("henon_heiles");
-    d.traits.separable = separable;
-    return d;
-  }
-  template <class T>
-  T hamiltonian(In<T> x) const {
-    return T(0.5) * (x[2] * x[2] + x[3] * x[3] + x[0] * x[0] + x[1] * x[1]) + x[0] * x[0] * x[1] -
-           x[1] * x[1] * x[1] / T(3.0);
-  }
-  template <class T>
-  void gradient(In<T> x, Out<T> e) const {
-    e[0] = x[0] + T(2.0) * x[0] * x[1], e[1] = x[1] + x[0] * x[0] - x[1] * x[1];
-    e[2] = x[2], e[3] = x[3];
-  }
-};
-
-/// H = |p|²/2 - 1/|q|.
-struct Kepler {
-  phs::Description description() const {
-    auto d = plane_description("kepler");
-    d.invariants = {{"angular_momentum", 1, 0, 2, "kg m²/s"}};
-    return d;
-  }
-  template <class T>
-  T hamiltonian(In<T> x) const {
-    using phs::sqrt;
-    return T(0.5) * (x[2] * x[2] + x[3] * x[3]) - T(1.0) / sqrt(x[0] * x[0] + x[1] * x[1]);
-  }
-  template <class T>
-  void gradient(In<T> x, Out<T> e) const {
-    using phs::sqrt;
-    const T r2 = x[0] * x[0] + x[1] * x[1], k = T(1.0) / (r2 * sqrt(r2));
-    e[0] = k * x[0], e[1] = k * x[1], e[2] = x[2], e[3] = x[3];
-  }
-  template <class T>
-  void invariants(In<T> x, Out<T> values) const {
-    values[0] = x[0] * x[3] - x[1] * x[2];
-  }
-};
 
 /// A pendulum going round: H = p²/2 - cos q, with a torque cos 3t if driven.
 struct Rotor {
