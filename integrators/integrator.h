@@ -67,7 +67,8 @@ struct Options {
   bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
   bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
-  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative: biased, a control.
+  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative. What is left is
+  /// biased, so the energy drifts slowly: for errors far above rounding it halves the work, below it is a control.
   double iteration_tolerance = 0;
 };
 

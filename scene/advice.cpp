@@ -30,7 +30,13 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
     const double error = c.error_of(*known[i]);
     if (error > target || (i + 1 < known.size() && c.error_of(*known[i + 1]) > target)) continue;
     const Trial& fine = *known[i];
-    Reach r{&m, fine.setting.step, fine.setting.rtol, fine.report.cpu_s, i == 0, drifts(c, fine)};
+    Reach r{.of = &m,
+            .step_s = fine.setting.step,
+            .rtol = fine.setting.rtol,
+            .iteration_tolerance = fine.setting.iteration_tolerance,
+            .cpu_s = fine.report.cpu_s,
+            .at_most = i == 0,
+            .drifts = drifts(c, fine)};
     if (i > 0) {
       const Trial& coarse = *known[i - 1];
       const double above = c.error_of(coarse);
@@ -38,6 +44,8 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
       if (above > target) {
         r.step_s = at(coarse.setting.step, fine.setting.step);
         r.rtol = at(coarse.setting.rtol, fine.setting.rtol);
+        r.iteration_tolerance =
+            at(coarse.setting.iteration_tolerance, fine.setting.iteration_tolerance);
         r.cpu_s = at(coarse.report.cpu_s, fine.report.cpu_s);
       }
     }
@@ -52,12 +60,18 @@ double two_digits_down(double x) {
   return std::floor(x / unit * (1 + 1e-12)) * unit;
 }
 
+std::string sweeps_text(double iteration_tolerance) {
+  return iteration_tolerance > 0 ? fmt::format(", iteration_tolerance {:.1g}", iteration_tolerance)
+                                 : "";
+}
 std::string setting_text(const Reach& r) {
   return r.rtol > 0 ? fmt::format("rtol {:.2g}", r.rtol)
-                    : fmt::format("step {:.2g} s", two_digits_down(r.step_s));
+                    : fmt::format("step {:.2g} s{}", two_digits_down(r.step_s),
+                                  sweeps_text(r.iteration_tolerance));
 }
 std::string setting_text(const Setting& s) {
-  return s.rtol > 0 ? fmt::format("rtol {:.2g}", s.rtol) : fmt::format("step {:.3g} s", s.step);
+  return s.rtol > 0 ? fmt::format("rtol {:.2g}", s.rtol)
+                    : fmt::format("step {:.3g} s{}", s.step, sweeps_text(s.iteration_tolerance));
 }
 
 std::string what(const Comparison& c, double target) {

@@ -10,6 +10,7 @@ namespace porthos::scene {
 struct Reach {
   const MethodTrials* of = nullptr;
   double step_s = 0, rtol = 0;  ///< one of the two
+  double iteration_tolerance = 0;
   double cpu_s = 0;
   bool at_most = false;  ///< the coarsest trial already does better: less may do
   bool drifts = false;   ///< the nearest trial has an energy error that grows steadily

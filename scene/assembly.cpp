@@ -105,9 +105,10 @@ Assembly assemble(const Scene& scene) {
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
-  return integrators::make_controlled(scene.step_control, scene.method, model, h,
-                                      {.rate = scene.control_rate, .length = scene.control_length},
-                                      {.rtol = scene.rtol});
+  return integrators::make_controlled(
+      scene.step_control, scene.method, model, h,
+      {.rate = scene.control_rate, .length = scene.control_length},
+      {.rtol = scene.rtol, .iteration_tolerance = scene.iteration_tolerance});
 }
 
 }  // namespace porthos::scene

@@ -54,6 +54,7 @@ class Comparing {
     }
     c_.interrupted = stopped();
     c_.cpu_s = passed(), c_.wall_s = wall();
+    std::erase_if(c_.methods, [](const auto& m) { return m.short_sweeps && m.trials.empty(); });
     for (auto& m : c_.methods) sort(m);
     return std::move(c_);
   }
@@ -80,8 +81,18 @@ class Comparing {
       if (const auto reason = integrators::misfit(d, assembly_.model->description()))
         c_.skipped.emplace_back(d.name, *reason);
       else
-        c_.methods.push_back({d, {}, false});
+        c_.methods.push_back({d, {}, false, false});
     }
+    for (size_t i = 0; i < c_.methods.size(); ++i)
+      if (has_short_sweeps(c_.methods[i])) {
+        c_.methods.insert(c_.methods.begin() + long(i) + 1, c_.methods[i]);
+        c_.methods[i + 1].short_sweeps = true;
+      }
+  }
+
+  /// High orders at coarse errors: there the sweeps to rounding are most of the work.
+  static bool has_short_sweeps(const MethodTrials& m) {
+    return m.method.family == "Gauss collocation" && m.method.order >= 8 && !m.short_sweeps;
   }
 
   /// A step that works, how long trials may be, how long trajectories mean something, and the exact one until then.
@@ -105,8 +116,10 @@ class Comparing {
     tell();
     if (!c_.reference && !stopped())
       c_.notes.push_back("no reference trajectory: no two runs of gauss16 agree");
-    for (const auto& m : c_.methods)
+    for (const auto& m : c_.methods) {
       ladders_.emplace_back(m.method, c_.trajectory_time_s, c_.duration_s, c_.step_s);
+      if (m.short_sweeps) ladders_.back().end();
+    }
   }
 
   /// A trial of gauss16 at the first step should fit eight times into a method's share of the budget.
@@ -174,15 +187,32 @@ class Comparing {
     Ladder& l = ladders_[i];
     const bool first = c_.methods[i].trials.empty();
     const double share = options_.budget_s / double(ladders_.size());
-    TrialOptions o{.duration = c_.duration_s,
-                   .cpu_limit = first ? share : std::max(left_for_trials(), 0.0),
-                   .scale = &scale_,
-                   .stop = options_.stop};
-    if (c_.reference) o.known = &*c_.reference;
-    Trial t = run_trial(assembly_, *l.next(), o);
+    Trial t = run_trial(assembly_, *l.next(),
+                        trial_options(first ? share : std::max(left_for_trials(), 0.0)));
     l.take(t, c_.error_of(t));
     if (t.broken_off) c_.methods[i].cut_short = true;
     c_.methods[i].trials.push_back(std::move(t));
+    if (i + 1 < c_.methods.size() && c_.methods[i + 1].short_sweeps) shorten_sweeps(i);
+  }
+
+  /// The last trial again, with sweeps that stop at the error it had.
+  void shorten_sweeps(size_t i) {
+    const Trial& full = c_.methods[i].trials.back();
+    const double error = c_.error_of(full);
+    if (!(error > 1e-13 && error < 1e-3) || full.report.cpu_s > left_for_trials()) return;
+    Setting s = full.setting;
+    s.iteration_tolerance = one_digit(error);
+    Trial t = run_trial(assembly_, s, trial_options(std::max(left_for_trials(), 0.0)));
+    ladders_[i].also_spent(t.spent_s);
+    c_.methods[i + 1].trials.push_back(std::move(t));
+  }
+  static double one_digit(double x) { return std::stod(fmt::format("{:.0e}", x)); }
+
+  TrialOptions trial_options(double cpu_limit) const {
+    TrialOptions o{
+        .duration = c_.duration_s, .cpu_limit = cpu_limit, .scale = &scale_, .stop = options_.stop};
+    if (c_.reference) o.known = &*c_.reference;
+    return o;
   }
 
   static void sort(MethodTrials& m) {

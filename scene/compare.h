@@ -31,6 +31,9 @@ struct MethodTrials {
   integrators::Declaration method;
   std::vector<Trial> trials;
   bool cut_short = false;  ///< finer trials did not fit into the budget
+  /// Each trial repeats one of the same method above, its sweeps stopped at the error that one had.
+  bool short_sweeps = false;
+  std::string label() const { return method.name + (short_sweeps ? " short" : ""); }
 };
 
 struct Comparison {

@@ -17,7 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;  // writes numbers that are not finite as null
 
 Json number_or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
-Json tolerance(const Setting& s) { return s.rtol > 0 ? Json(s.rtol) : Json(nullptr); }
+Json number_or_null(double tolerance) { return tolerance > 0 ? Json(tolerance) : Json(nullptr); }
 
 Json trial(const MethodTrials& m, const Trial& t) {
   const RunReport& r = t.report;
@@ -26,7 +26,8 @@ Json trial(const MethodTrials& m, const Trial& t) {
           {"order", m.method.order},
           {"rival", m.method.rival},
           {"step_s", t.setting.step},
-          {"rtol", tolerance(t.setting)},
+          {"rtol", number_or_null(t.setting.rtol)},
+          {"iteration_tolerance", number_or_null(t.setting.iteration_tolerance)},
           {"outcome", t.complete() ? "ok" : t.failure},
           {"simulated_s", r.simulated_s},
           {"steps", r.steps},
@@ -71,7 +72,8 @@ Json advice(const Advice& a) {
   for (const Reach& r : a.reaching)
     list.push_back({{"method", r.of->method.name},
                     {"step_s", r.step_s},
-                    {"rtol", r.rtol > 0 ? Json(r.rtol) : Json(nullptr)},
+                    {"rtol", number_or_null(r.rtol)},
+                    {"iteration_tolerance", number_or_null(r.iteration_tolerance)},
                     {"cpu_s", r.cpu_s},
                     {"or_coarser", r.at_most},
                     {"drifts", r.drifts}});
@@ -81,7 +83,7 @@ Json advice(const Advice& a) {
 Json cut_short(const Comparison& c) {
   Json list = Json::array();
   for (const auto& m : c.methods)
-    if (m.cut_short) list.push_back(m.method.name);
+    if (m.cut_short) list.push_back(m.label());
   return list;
 }
 
@@ -99,13 +101,13 @@ std::vector<std::string> row(const MethodTrials& m, const Trial& t) {
   const std::string setting = t.setting.rtol > 0 ? fmt::format("rtol {:.0e}", t.setting.rtol)
                                                  : fmt::format("{:.4g} s", t.setting.step);
   if (!t.complete())
-    return {m.method.name,
+    return {m.label(),
             setting,
             digits(r.cpu_s),
             std::to_string(r.steps),
             std::to_string(r.cost.evaluations),
             fmt::format("at {:.4g} s: {}", r.simulated_s, t.failure)};
-  return {m.method.name,
+  return {m.label(),
           setting,
           digits(r.cpu_s),
           std::to_string(r.steps),
@@ -198,7 +200,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
   const auto names_of = [&](auto chosen) {
     std::string names;
     for (const auto& m : c.methods)
-      if (chosen(m)) names += (names.empty() ? "" : ", ") + m.method.name;
+      if (chosen(m)) names += (names.empty() ? "" : ", ") + m.label();
     return names;
   };
   const std::string exact = names_of([&](const auto& m) { return !c.speaks_of(m.method); });
@@ -207,6 +209,10 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
         "note     not in the advice, since any step keeps their energy (judge them by the "
         "trajectory): {}\n",
         exact);
+  if (!names_of([](const auto& m) { return m.short_sweeps; }).empty())
+    text +=
+        "note     \"short\": sweeps stopped at the error of the run above with the same step "
+        "(iteration_tolerance in a scene)\n";
   const std::string names = names_of([](const auto& m) { return m.cut_short; });
   if (!names.empty())
     text += fmt::format("note     the budget of {:g} s left no room for finer trials of {}\n",

@@ -23,6 +23,8 @@ class Ladder {
   double spent_s() const { return spent_; }
   /// Learns from a trial of next(). error: what the comparison is about; NaN where there is none.
   void take(const Trial& trial, double error);
+  /// Adds to what the method has cost.
+  void also_spent(double cpu_s) { spent_ += cpu_s; }
   /// No more trials.
   void end() { phase_ = Phase::done; }
 

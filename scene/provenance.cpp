@@ -57,6 +57,7 @@ NamedTexts fingerprint(const Scene& scene) {
           {"step", fmt::format("{} s", scene.step)},
           {"duration", fmt::format("{} s", scene.duration)},
           {"rtol", fmt::format("{}", scene.rtol)},
+          {"iteration_tolerance", fmt::format("{}", scene.iteration_tolerance)},
           {"step_control", fmt::format("{} ({} rad/s, {} m)", to_string(scene.step_control),
                                        scene.control_rate, scene.control_length)},
           {"record_every", fmt::format("{} s", scene.record_every)},

@@ -57,6 +57,8 @@ struct Scene {
   std::optional<double> target_energy_error;  ///< of "auto": over the whole run, relative
   std::string choice;                         ///< what auto chose and why, once it has
   double rtol = 1e-12;                        ///< of rivals that work to a tolerance
+  double iteration_tolerance =
+      0;  ///< of implicit methods, see integrators::Options; 0: to rounding
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double control_rate = 0;    ///< [rad/s], see integrators::ControlOptions
   double control_length = 0;  ///< [m]

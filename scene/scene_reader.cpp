@@ -310,9 +310,10 @@ class Reader {
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
-    const Table method = section(top, "integrator",
-                                 {"method", "step", "target_energy_error", "rtol", "step_control",
-                                  "step_control_rate", "step_control_length"});
+    const Table method =
+        section(top, "integrator",
+                {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",
+                 "step_control", "step_control_rate", "step_control_length"});
     integrator(method);
     run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
     verify(top);
@@ -445,6 +446,13 @@ class Reader {
     s_.rtol = t.number_or("rtol", "", s_.rtol);
     if (!(s_.rtol > 0 && s_.rtol < 1))
       t.fail("rtol", fmt::format("is {}, expected a number between 0 and 1", s_.rtol));
+    s_.iteration_tolerance = t.number_or("iteration_tolerance", "", 0);
+    if (!(s_.iteration_tolerance >= 0 && s_.iteration_tolerance < 1))
+      t.fail("iteration_tolerance",
+             fmt::format("is {}, expected 0 (iterate to rounding) or a number below 1",
+                         s_.iteration_tolerance));
+    if (s_.iteration_tolerance > 0 && s_.method == auto_method)
+      t.fail("iteration_tolerance", "is given with method = \"auto\", expected one of both");
     target(t);
     step_control(t);
   }

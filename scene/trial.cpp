@@ -19,6 +19,7 @@ constexpr int most_repeats = 5;   // so often at most
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& s) {
   integrators::Options o;
   if (s.rtol > 0) o.rtol = s.rtol, o.atol = 0.01 * s.rtol;
+  o.iteration_tolerance = s.iteration_tolerance;
   return integrators::make_integrator(s.method, *a.model, s.step, o);
 }
 

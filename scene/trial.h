@@ -15,6 +15,7 @@ struct Setting {
   std::string method;
   double step = 0;  ///< [s]; of a method that works to a tolerance: from output to output
   double rtol = 0;  ///< 0: of no concern
+  double iteration_tolerance = 0;  ///< of an implicit method, see integrators::Options
 };
 
 /// Where the exact motion is known to be at some time.

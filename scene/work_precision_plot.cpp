@@ -216,7 +216,7 @@ class Plot {
   /// The name beside the line, where there is room for it: on no dot and no other name, if possible on no line. The
   /// legend names every line anyway.
   void label(const Line& l) {
-    const std::string& name = l.of->method.name;
+    const std::string name = l.of->label();
     const double w = 1.08 * text_width(name, label_size);
     const std::pair<double, double> places[] = {{9, 4},         {-9 - w, 4}, {-0.5 * w, -9},
                                                 {-0.5 * w, 17}, {7, -6},     {-7 - w, -6},
@@ -265,9 +265,8 @@ class Plot {
                    rival ? R"( stroke-dasharray="7 4")" : "");
         mark(l, {legend_x + 13, at - 4});
         const bool none = l.dots.empty();
-        svg_->text(
-            legend_x + 34, at, "start", 12, none ? soft : ink,
-            fit_text(l.of->method.name + (none ? " (none)" : ""), 12, width - legend_x - 38));
+        svg_->text(legend_x + 34, at, "start", 12, none ? soft : ink,
+                   fit_text(l.of->label() + (none ? " (none)" : ""), 12, width - legend_x - 38));
         at += legend_row;
       }
       at += 4;

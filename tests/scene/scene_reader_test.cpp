@@ -180,7 +180,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: duration, record_every, checkpoint_every)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, target_energy_error, rtol, step_control, step_control_rate, "
+       "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, "
+       "step_control_rate, "
        "step_control_length)"},
       {initial("joints.slide = { positon = 1 }"),
        "5:18: unknown key 'positon' in joints.slide, the nearest known one "
@@ -255,6 +256,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {integrator("step = nan"), "8:8: step is nan, expected a finite number of seconds"},
       {integrator("method = \"gaus16\"\nstep = 1"),
        "8:10: method is 'gaus16', expected one of " + methods},
+      {integrator("step = 1\niteration_tolerance = -1"),
+       "9:23: iteration_tolerance is -1, expected 0 (iterate to rounding) or a number below 1"},
       {integrator("step = 1\nrtol = 0"), "9:8: rtol is 0, expected a number between 0 and 1"},
       {integrator("step = 1\nstep_control = 'adaptive'"),
        "9:16: step_control is \"adaptive\", expected \"fixed\" or \"time_transformed\" or "
@@ -311,10 +314,10 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
             "links_without_inertia, unphysical_inertia, use_damping, inertia");
   EXPECT_EQ(error("title = 1"), "scene.toml:1:9: title is a number, expected text");
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";
-  EXPECT_EQ(
-      error(model),
-      "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
-      "step, target_energy_error, rtol, step_control, step_control_rate, step_control_length");
+  EXPECT_EQ(error(model),
+            "scene.toml:1:1: there is no [integrator], expected a table with the keys method, "
+            "step, target_energy_error, rtol, iteration_tolerance, step_control, "
+            "step_control_rate, step_control_length");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
             "record_every, checkpoint_every");
