@@ -10,6 +10,8 @@ namespace {
 
 using phs::BlockKind;
 
+constexpr const char* base_storage = "base.kinetic";
+
 bool is_type(const Node& n, std::string_view name) {
   bool is = false;
   visit_joint(n.type, [&](auto J) { is = decltype(J)::name == name; });
@@ -43,6 +45,16 @@ phs::Description describe(const Mechanism& m) {
     const std::string name = single ? first->name : first->joint;
     const char* suffix = !single ? ".wrench" : first->rate_unit == "rad/s" ? ".torque" : ".force";
     d.ports.push_back({name + suffix, phs::PortKind::effort_in, nv, m.nodes()[i].v, effort, rate});
+  }
+
+  bool free_base = false;
+  for (const auto& n : m.nodes()) free_base = free_base || is_type(n, "free");
+  d.storages = {"kinetic"};
+  if (free_base) d.storages = {base_storage, "links.kinetic"};
+  if (m.has_gravity()) d.storages.push_back("gravity");
+  for (const auto& j : m.joint_properties()) {
+    if (j.stiffness != 0) d.storages.push_back(j.joint + ".spring");
+    if (j.damping != 0) d.powers.push_back({j.joint + ".damping", phs::PowerKind::dissipated});
   }
 
   bool free_in_world = !m.has_gravity();
@@ -111,6 +123,37 @@ class MechanicalSystem : public phs::System<T> {
     }
   }
 
+  void rate(T, In, In e, Out dx) override {
+    apply_structure({}, e, dx);
+    for (const auto& j : m_.joint_properties()) {
+      T& p_dot = dx[nq_ + slot(j)];
+      p_dot = p_dot - T(j.damping) * e[nq_ + slot(j)];
+    }
+  }
+  void efforts(T, In, In dx, Out e) override {
+    for (size_t i = 0; i < nq_; ++i) e[i] = -dx[nq_ + i], e[nq_ + i] = dx[i];
+    for (const auto& j : m_.joint_properties())
+      e[slot(j)] = e[slot(j)] - T(j.damping) * dx[slot(j)];
+  }
+  void stored(In x, Out values) override {
+    size_t k = 0;
+    values[k] = kinetic_energy(m_, w_, q(x), p(x));
+    if (d_.storages[0] == base_storage) {
+      const T base = base_kinetic_energy(m_, w_);
+      values[k + 1] = values[k] - base, values[k] = base, ++k;
+    }
+    if (m_.has_gravity()) values[++k] = potential_energy(m_, w_, q(x));
+    for (const auto& j : m_.joint_properties())
+      if (j.stiffness != 0) {
+        const T d = deflection(j, x);
+        values[++k] = T(0.5 * j.stiffness) * d * d;
+      }
+  }
+  void powers(T, In, In e, Out values) override {
+    size_t k = 0;
+    for (const auto& j : m_.joint_properties())
+      if (j.damping != 0) values[k++] = T(j.damping) * e[nq_ + slot(j)] * e[nq_ + slot(j)];
+  }
   void apply_structure(In, In e, Out Je) override {
     for (size_t i = 0; i < nq_; ++i) Je[i] = e[nq_ + i], Je[nq_ + i] = -e[i];
   }

@@ -127,6 +127,21 @@ T kinetic_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std:
 }
 
 template <class T>
+T base_kinetic_energy(const Mechanism& m, const Workspace<T>& w) {
+  T twice(0.0);
+  for (size_t i = 0; i < m.nodes().size(); ++i) {
+    const Node& n = m.nodes()[i];
+    visit_joint(n.type, [&](auto J) {
+      if constexpr (std::is_same_v<decltype(J), Free>) {
+        const Force<T> h = passes::rigid<T>(n) * w.V[i];
+        twice = twice + dot(w.V[i].w, h.n) + dot(w.V[i].v, h.f);
+      }
+    });
+  }
+  return T(0.5) * twice;
+}
+
+template <class T>
 T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q) {
   if (!m.has_gravity()) return T(0.0);
   return -T(m.total_mass()) * dot(Vec3<T>(m.gravity()), centre_of_mass(m, w, q));
@@ -160,6 +175,7 @@ MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span
   template Vec3<T> centre_of_mass<T>(const Mechanism&, Workspace<T>&, std::span<const T>);         \
   template T kinetic_energy<T>(const Mechanism&, Workspace<T>&, std::span<const T>,                \
                                std::span<const T>);                                                \
+  template T base_kinetic_energy<T>(const Mechanism&, const Workspace<T>&);                        \
   template T potential_energy<T>(const Mechanism&, Workspace<T>&, std::span<const T>);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE

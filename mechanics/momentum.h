@@ -35,6 +35,11 @@ Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q
 template <class T>
 T kinetic_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p);
 
+/// Its part in the bodies that are free in the world (the base of a spacecraft), at the twists kinetic_energy() left in
+/// w.V [J].
+template <class T>
+T base_kinetic_energy(const Mechanism& m, const Workspace<T>& w);
+
 /// V = -Σ m_i g·c_i, zero at the world's origin [J]. Joint springs are the system's (mechanical_model.h).
 template <class T>
 T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);

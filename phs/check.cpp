@@ -5,6 +5,8 @@
 #include <random>
 #include <sstream>
 
+#include "phs/random_state.h"
+
 namespace porthos::phs {
 namespace {
 
@@ -46,20 +48,7 @@ class Checker {
     for (auto& x : v) x = o_.spread * normal_(rng_);
     return v;
   }
-  Vec random_state() {
-    Vec x = random(d_.nx);
-    for (const auto& b : d_.blocks) {
-      if (b.kind != BlockKind::rotation) continue;
-      double n = 0;
-      for (int i = 0; i < 4; ++i) n += x[b.at + i] * x[b.at + i];
-      for (int i = 0; i < 4; ++i) x[b.at + i] /= std::sqrt(n);
-      if (b.momentum < 0) continue;
-      double along = 0;  // ξ·π = 0
-      for (int i = 0; i < 4; ++i) along += x[b.at + i] * x[b.momentum + i];
-      for (int i = 0; i < 4; ++i) x[b.momentum + i] -= along * x[b.at + i];
-    }
-    return x;
-  }
+  Vec random_state() { return phs::random_state(d_, o_.spread, rng_); }
 
   void sample() {
     const Vec x = random_state(), a = random(d_.nx), b = random(d_.nx), u = random(d_.nu);
@@ -79,14 +68,35 @@ class Checker {
 
     f_->apply_structure(x, e, Je), f_->apply_dissipation(x, e, Re), f_->apply_input(x, u, Gu),
         f_->output(x, e, y);
-    Vec expected(n);
-    for (size_t i = 0; i < n; ++i) expected[i] = Je[i] - Re[i] + Gu[i];
+    const double terms = norm(Je) + norm(Re) + norm(Gu);
+    Vec structural(n), from_rate(n), efforts(n);
+    for (size_t i = 0; i < n; ++i) structural[i] = Je[i] - Re[i];
+    f_->rate(0.0, x, e, from_rate);
+    if (d_.traits.autonomous) note("rate", x, relative(norm(sub(from_rate, structural)), terms));
+    f_->field(0.0, x, {}, dx), f_->efforts(0.0, x, dx, efforts);
+    note("efforts", x, relative(norm(sub(efforts, e)), norm(e) + norm(dx)));
     f_->field(0.0, x, u, dx);
-    note("field", x, relative(norm(sub(dx, expected)), norm(Je) + norm(Re) + norm(Gu)));
-    note("power balance", x,
-         relative(dot(e, dx) - dot(y, u) + dot(e, Re),
-                  norm(e) * norm(dx) + norm(y) * norm(u) + norm(e) * norm(Re)));
+    for (size_t i = 0; i < n; ++i) from_rate[i] += Gu[i];
+    note("field", x, relative(norm(sub(dx, from_rate)), terms));
+    books(x, e, dx, y, u, norm(e) * norm(Re));
     invariants(x);
+  }
+
+  /// Σ storages = H, and H' = yᵀu + Σ supplied - Σ dissipated.
+  void books(const Vec& x, const Vec& e, const Vec& dx, const Vec& y, const Vec& u, double loss) {
+    Vec stored(d_.storages.size()), powers(d_.powers.size());
+    f_->stored(x, stored), f_->powers(0.0, x, e, powers);
+    double sum = 0, size = 0;
+    for (const double s : stored) sum += s, size += std::fabs(s);
+    const double H = f_->hamiltonian(x);
+    note("storages", x, relative(sum - H, size + std::fabs(H)));
+    double balance = dot(e, dx) - dot(y, u), scale = norm(e) * norm(dx) + norm(y) * norm(u) + loss;
+    for (size_t i = 0; i < powers.size(); ++i) {
+      const bool in = d_.powers[i].kind == PowerKind::supplied;
+      balance -= in ? powers[i] : -powers[i], scale += std::fabs(powers[i]);
+      if (!in) note("passive " + d_.powers[i].name, x, relative(std::min(0.0, powers[i]), scale));
+    }
+    note("power balance", x, relative(balance, scale));
   }
 
   /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss a weak one.

@@ -19,7 +19,8 @@ struct CheckOptions {
 /// One axiom: the worst relative violation found and the state where it was found.
 struct AxiomResult {
   std::string
-      axiom;  ///< "J skew", "R symmetric", "R >= 0", "gradient", "field", "power balance", "invariant ..."
+      axiom;  ///< "J skew", "R symmetric", "R >= 0", "gradient", "efforts", "rate", "field", "storages",
+              ///< "power balance", "passive ...", "invariant ..."
   double worst = 0;
   double limit = 0;
   std::vector<double> state;
@@ -33,8 +34,9 @@ struct CheckReport {
   std::string text() const;
 };
 
-/// Checks J skew, R symmetric and >= 0, e = ∂H/∂x against forward duals, field = (J - R)e + Gu,
-/// H' = yᵀu - eᵀRe, and the declared invariants, at random states. Cost: about 3·nx evaluations per sample.
+/// Checks at random states: J skew, R symmetric and >= 0, e = ∂H/∂x against forward duals, field = rate(e) + Gu with
+/// rate(e) = (J - R)e where nothing else drives, the storages' sum against H, H' = yᵀu + supplied - dissipated, no
+/// dissipated power below 0, and the declared invariants. Cost: about 3·nx evaluations per sample.
 CheckReport check(const Model& model, const CheckOptions& options = {});
 
 }  // namespace porthos::phs

@@ -30,6 +30,14 @@ struct Port {
   int size;
   int at;  ///< offset of this port in u and in y
   std::string input_unit, output_unit;
+  bool required = false;  ///< means nothing unless it is joined to something
+};
+
+/// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if passive) takes away.
+enum class PowerKind { supplied, dissipated };
+struct PowerAccount {
+  std::string name;  ///< "elbow.damping", "motor.supply", ...
+  PowerKind kind;
 };
 
 /// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other function.
@@ -61,6 +69,10 @@ struct Description {
   std::vector<Invariant> invariants;  ///< besides H
   Traits traits;
   std::vector<PartialFlow> flows = {};  ///< in the order a splitting composes them; empty: none
+
+  /// The books of the energy: d/dt Σ storages = Σ supplied - Σ dissipated.
+  std::vector<std::string> storages = {"energy"};  ///< parts of H
+  std::vector<PowerAccount> powers = {};           ///< with all open ports at u = 0
 
   int invariant_count() const {
     int n = 0;

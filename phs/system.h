@@ -33,8 +33,15 @@ class System {
   virtual T hamiltonian(std::span<const T> x) = 0;
   /// e = ∂H/∂x.
   virtual void gradient(std::span<const T> x, std::span<T> e) = 0;
-  /// dx = (J - R) e + G u at time t.
+  /// dx = (J - R) e + G u at time t, plus the system's own sources.
   virtual void field(T t, std::span<const T> x, std::span<const T> u, std::span<T> dx) = 0;
+  /// The same for any efforts e instead of ∂H/∂x(x), as discrete gradients put them in. A resistive law that is not
+  /// linear is taken at these efforts.
+  virtual void rate(T t, std::span<const T> x, std::span<const T> e, std::span<T> dx) = 0;
+  /// e = ∂H/∂x(x) where dx = field(t, x, {}) is at hand: read off it if J allows, else gradient().
+  virtual void efforts(T t, std::span<const T> x, std::span<const T> dx, std::span<T> e) {
+    (void)t, (void)dx, gradient(x, e);
+  }
   /// Je = J(x) e, for any e.
   virtual void apply_structure(std::span<const T> x, std::span<const T> e, std::span<T> Je) = 0;
   /// Re = R(x) e, for any e. Zero for a lossless system.
@@ -43,6 +50,12 @@ class System {
   virtual void apply_input(std::span<const T> x, std::span<const T> u, std::span<T> Gu) = 0;
   /// y = G(x)ᵀ e.
   virtual void output(std::span<const T> x, std::span<const T> e, std::span<T> y) = 0;
+  /// The energy in each of description().storages [J].
+  virtual void stored(std::span<const T> x, std::span<T> values) { values[0] = hamiltonian(x); }
+  /// Each of description().powers at the efforts e [W].
+  virtual void powers(T t, std::span<const T> x, std::span<const T> e, std::span<T> values) {
+    (void)t, (void)x, (void)e, (void)values;
+  }
   /// The declared invariants, one after another.
   virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
   /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no input.

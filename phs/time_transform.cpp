@@ -42,6 +42,13 @@ class TransformedSystem : public System<T> {
     const T sigma = read_gradient(z);
     structure(z, T(0.0), sigma, dz);
   }
+  void rate(T, In z, In e, Out dz) override { apply_structure(z, e, dz); }
+  void stored(In z, Out values) override { read(z), base_->stored(x_, values); }
+  void powers(T, In z, In, Out values) override {  // per tau
+    const T sigma = read_gradient(z);
+    base_->powers(z[m_.time_at()], x_, e_, values);
+    for (T& v : values) v = sigma * v;
+  }
   void apply_structure(In z, In e, Out Je) override {
     read(z);
     if (!closed_) base_->gradient(x_, e_);
@@ -114,6 +121,7 @@ Description describe(const Description& d, size_t half) {
     r.blocks.push_back(b);
   }
   r.blocks.push_back({"time", BlockKind::linear, at, 1, d.nx + 1, "s", "J"});
+  r.storages = d.storages, r.powers = d.powers;
   r.traits.canonical = d.traits.canonical && d.traits.lossless && d.traits.autonomous;
   return r;
 }

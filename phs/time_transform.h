@@ -17,7 +17,8 @@ namespace porthos::phs {
 /// x' += sigma g, p_t' = -g·∂K/∂x. That is a skew structure matrix too: K is kept, and K = 0 stays true.
 ///
 /// State, of n + 2 numbers: x with t put in after its first half and p_t at the end for a canonical system, which is
-/// canonical again if it is lossless and autonomous; else (x, t, p_t). No ports, no declared invariants besides K.
+/// canonical again if it is lossless and autonomous; else (x, t, p_t). No ports, no declared invariants besides K. The books
+/// are those of the original system, its powers per tau.
 class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
  public:
   /// Model and scale must outlive this.

@@ -19,6 +19,9 @@
 ///   template <class T> void drive      (T t, std::span<const T> x, std::span<T> dx) const;        default: none; adds to the field
 ///   template <class T> void invariants (std::span<const T> x, std::span<T> values) const;         default: none declared
 ///   template <class T> void flow       (int k, T t, T h, std::span<T> x) const;                   default: none; exact flow of part k
+///   template <class T> void stored     (std::span<const T> x, std::span<T> values) const;         default: one storage, H
+///   template <class T> void powers     (T t, std::span<const T> x, std::span<const T> e, std::span<T> values) const;
+///                                                          default: "dissipation" eᵀRe and "drive", where there are such
 ///
 /// y = Gᵀe is derived from `input`, so ports are collocated by construction.
 namespace porthos::phs {
@@ -48,6 +51,14 @@ concept HasFlow = requires(const S& s, T t, std::span<T> x) {
   s.flow(0, t, t, x);
 };
 template <class S, class T>
+concept HasStored = requires(const S& s, std::span<const T> x, std::span<T> o) {
+  s.stored(x, o);
+};
+template <class S, class T>
+concept HasPowers = requires(const S& s, T t, std::span<const T> x, std::span<T> o) {
+  s.powers(t, x, x, o);
+};
+template <class S, class T>
 concept HasInvariants = requires(const S& s, std::span<const T> x, std::span<T> o) {
   s.invariants(x, o);
 };
@@ -75,7 +86,14 @@ class UserModel : public ModelFor<UserModel<S>> {
   static_assert(is_user_system<S>());
 
  public:
-  explicit UserModel(S system) : system_(std::move(system)), description_(system_.description()) {}
+  explicit UserModel(S system) : system_(std::move(system)), description_(system_.description()) {
+    if constexpr (!HasPowers<S, double>) {
+      description_.powers.clear();
+      if (HasDissipation<S, double> && !description_.traits.lossless)
+        description_.powers.push_back({"dissipation", PowerKind::dissipated});
+      if (HasDrive<S, double>) description_.powers.push_back({"drive", PowerKind::supplied});
+    }
+  }
   const Description& description() const override { return description_; }
 
   template <class T>
@@ -104,16 +122,19 @@ class UserModel : public ModelFor<UserModel<S>> {
     }
     void field(T t, In x, In u, Out dx) override {
       gradient(x, e_);
-      apply_structure(x, e_, dx);
-      if constexpr (HasDissipation<S, T>) {
-        m_.system_.dissipation(x, In(e_), Out(w_));
-        for (size_t i = 0; i < dx.size(); ++i) dx[i] = dx[i] - w_[i];
-      }
+      rate(t, x, e_, dx);
       if constexpr (HasInput<S, T>) {
         if (!u.empty()) {
           m_.system_.input(x, u, Out(w_));
           for (size_t i = 0; i < dx.size(); ++i) dx[i] = dx[i] + w_[i];
         }
+      }
+    }
+    void rate(T t, In x, In e, Out dx) override {
+      apply_structure(x, e, dx);
+      if constexpr (HasDissipation<S, T>) {
+        m_.system_.dissipation(x, e, Out(w_));
+        for (size_t i = 0; i < dx.size(); ++i) dx[i] = dx[i] - w_[i];
       }
       if constexpr (HasDrive<S, T>) m_.system_.drive(t, x, dx);
     }
@@ -148,6 +169,29 @@ class UserModel : public ModelFor<UserModel<S>> {
         }
       }
     }
+    void stored(In x, Out values) override {
+      if constexpr (HasStored<S, T>)
+        m_.system_.stored(x, values);
+      else
+        values[0] = hamiltonian(x);
+    }
+    void powers(T t, In x, In e, Out values) override {
+      if constexpr (HasPowers<S, T>) {
+        m_.system_.powers(t, x, e, values);
+      } else {
+        size_t k = 0;
+        if constexpr (HasDissipation<S, T>)
+          if (!m_.description_.traits.lossless) {
+            m_.system_.dissipation(x, e, Out(w_));
+            values[k++] = along(e);
+          }
+        if constexpr (HasDrive<S, T>) {
+          for (T& w : w_) w = T(0.0);
+          m_.system_.drive(t, x, Out(w_));
+          values[k] = along(e);
+        }
+      }
+    }
     void invariants(In x, Out values) override {
       if constexpr (HasInvariants<S, T>) m_.system_.invariants(x, values);
     }
@@ -159,6 +203,12 @@ class UserModel : public ModelFor<UserModel<S>> {
     }
 
    private:
+    /// eᵀw
+    T along(In e) const {
+      T sum(0.0);
+      for (size_t i = 0; i < e.size(); ++i) sum = sum + e[i] * w_[i];
+      return sum;
+    }
     /// ∂H/∂x one direction at a time: one dual evaluation of H per coordinate and lane.
     void gradient_by_duals(In x, Out e) {
       if constexpr (std::is_same_v<T, double> || is_pack<T>) {

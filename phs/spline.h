@@ -1,0 +1,53 @@
+#pragma once
+#include <vector>
+
+#include "phs/scalar.h"
+
+namespace porthos::phs {
+
+/// Natural cubic spline through (x_i, y_i): value and slope are continuous, the curvature too, and is 0 at both ends.
+/// Outside it goes on as a straight line (`linear`) or stays at the end value.
+class Spline {
+ public:
+  enum class Outside { linear, held };
+  /// @throws InvalidArgument unless x rises, both are finite and of one length >= 2; `what` names the pair
+  Spline(std::vector<double> x, const std::vector<double>& y, Outside outside, const char* what);
+
+  template <class T>
+  T value(const T& x) const {
+    if constexpr (is_pack<T>)
+      return map_lanes([this](double z) { return value(z); }, x);
+    else
+      return at(
+          x, [](const Piece& p, T d) { return T(p.y) + d * (T(p.b) + d * (T(p.c) + d * T(p.d))); });
+  }
+  /// ∫ value, from x_0.
+  template <class T>
+  T integral(const T& x) const {
+    if constexpr (is_pack<T>)
+      return map_lanes([this](double z) { return integral(z); }, x);
+    else
+      return at(x, [](const Piece& p, T d) {
+        return T(p.before) +
+               d * (T(p.y) + d * (T(p.b / 2) + d * (T(p.c) / T(3.0) + d * T(p.d / 4))));
+      });
+  }
+
+ private:
+  struct Piece {
+    double x, y, b, c, d;  ///< y + b δ + c δ² + d δ³ at x + δ
+    double before;         ///< integral up to x
+  };
+  template <class T, class F>
+  T at(const T& x, F f) const {
+    size_t low = 0, high = pieces_.size();
+    while (high - low > 1) {
+      const size_t mid = (low + high) / 2;
+      (to_double(x) < pieces_[mid].x ? high : low) = mid;
+    }
+    return f(pieces_[low], x - T(pieces_[low].x));
+  }
+  std::vector<Piece> pieces_;  ///< the first and the last are those outside
+};
+
+}  // namespace porthos::phs
