@@ -4,14 +4,11 @@
 #include <array>
 #include <cmath>
 
-#include "integrators/newton.h"
-#include "integrators/stage_lanes.h"
-#include "integrators/stagnation.h"
+#include "integrators/stage_field.h"
+#include "integrators/step_solver.h"
 
 namespace porthos::integrators {
 namespace {
-
-using phs::Quad;
 
 /// The step with s <= W stages; lanes beyond s repeat the last stage and carry no weight.
 /// Stage data stand component by component in chunks of V lanes: Y[c][k] holds the k-th state number of stages
@@ -35,37 +32,33 @@ class Collocation final : public BasicIntegrator<T> {
         table_(std::move(t)),
         s_(table_.s),
         momenta_(table_.mu_p.empty() ? n_ : n_ / 2),
-        lane_turns_(model.description()),
-        stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
-        smallest_(n_),
-        stage_(n_),
-        rate_(n_) {
+        field_(model, *system_, o.lanes),
+        solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
+        smallest_(n_) {
     for (int c = 0; c < chunks; ++c) {
       Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
       L_before_[c].assign(n_, Lanes(T(0.0)));
     }
-    if constexpr (std::is_same_v<T, double>)
-      if (o.lanes) lane_system_ = model.instantiate<Lanes>();
     for (int i = 0; i < W; ++i)
       for (int j = 0; j < s_; ++j) {
         const size_t at = size_t(row(i) * s_ + j);
         set(mu_[j], i, T(table_.mu[at]));
         set(mu_p_[j], i, T(table_.mu_p.empty() ? table_.mu[at] : table_.mu_p[at]));
       }
-    if (o.solver != Solver::fixed_point && s_ <= 8 && table_.mu_p.empty()) make_newton(model);
+    if (o.solver != Solver::fixed_point && table_.degree() <= 8 && table_.mu_p.empty())
+      make_newton(model);
     adapt_to(h, h);
   }
 
   void tell_turns(const State& state) override {
-    Base::tell_turns(state);
-    if constexpr (std::is_same_v<T, double>)
-      if (lane_system_) lane_turns_.synchronise(state, *lane_system_);
+    Base::tell_turns(state), field_.tell_turns(state.turns);
   }
 
   Outcome advance(T t, T h, State& state) override {
     t_ = t;
     adapt_to(h, have_before_ ? h_before_ : h);
-    const Outcome o = solve(state);
+    Equations equations{*this, state};
+    const Outcome o = solver_.solve(equations, have_before_, cost_);
     if (o != Outcome::ok) {
       have_before_ = false;
       return o;
@@ -93,32 +86,36 @@ class Collocation final : public BasicIntegrator<T> {
   }
 
   std::vector<double> memory() const override {
-    std::vector<double> m{have_before_ ? 1.0 : 0.0, double(distrust_), phs::to_double(h_before_)};
+    std::vector<double> m{have_before_ ? 1.0 : 0.0, phs::to_double(h_before_)};
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < s_; ++i) m.push_back(phs::to_double(at(L_before_, k, i)));
-    if (newton_) m.push_back(fresh_sweeps_), choice_.save(m), newton_->save(m);
+    solver_.save(m);
     return m;
   }
   void restore(std::span<const double> m) override {
-    const size_t own = 3 + n_ * size_t(s_), choice = SolverChoice::memory_size;
-    require_size("memory of a collocation method", m.size(),
-                 own + (newton_ ? 1 + choice + newton_->memory_size() : 0));
-    have_before_ = m[0] != 0, distrust_ = int(m[1]), h_before_ = T(m[2]);
+    const size_t own = 2 + n_ * size_t(s_);
+    require_size("memory of a collocation method", m.size(), own + solver_.memory_size());
+    have_before_ = m[0] != 0, h_before_ = T(m[1]);
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < W; ++i)
-        L_before_[i / V][k].set(i % V, T(m[3 + k * size_t(s_) + size_t(row(i))]));
-    if (!newton_) return;
-    fresh_sweeps_ = int(m[own]);
-    choice_.restore(m.subspan(own + 1, choice)), newton_->restore(m.subspan(own + 1 + choice));
+        L_before_[i / V][k].set(i % V, T(m[2 + k * size_t(s_) + size_t(row(i))]));
+    solver_.restore(m.subspan(own));
   }
 
-  std::string remark() const override {
-    if (!newton_ || choice_.newton_steps() == 0) return "";
-    return std::string(to_string(newton_->solvers()[choice_.rung()])) + ", in " +
-           std::to_string(choice_.newton_steps()) + " of " + std::to_string(cost_.steps) + " steps";
-  }
+  std::string remark() const override { return solver_.remark(cost_.steps); }
 
  private:
+  /// What the solver works on.
+  struct Equations {
+    Collocation& method;
+    const State& state;
+    void guess(bool predicted) { method.guess(state, predicted); }
+    Sweep sweep(double& distance) { return method.sweep_once(state, distance); }
+    void finish() { method.improve(); }
+    void freeze(SimplifiedNewton& newton, Solver solver) { method.freeze(state, newton, solver); }
+    double newton_step() const { return phs::to_double(method.h_of_weights_); }
+  };
+
   /// The stage a lane stands for.
   int row(int lane) const { return std::min(lane, s_ - 1); }
   static void set(std::array<Lanes, chunks>& a, int i, T x) { a[i / V].set(i % V, x); }
@@ -135,16 +132,9 @@ class Collocation final : public BasicIntegrator<T> {
       set(hb_, i, T(hb[row(i)])), set(ch_, i, T(real(h) * c));
       table_.polynomial(1 + ratio * c, std::span<Real>(B, size_t(s_)));
       for (int j = 0; j < s_; ++j) set(nu_[j], i, T(B[j] - 1));
-      if (!newton_) continue;
-      for (int j = 0; j < s_;
-           ++j) {  // L = h b f: b_i ℓ_j(1 + ratio c_i) / b_j of L_j, for steps of one size
-        Real l = ratio * table_.b[size_t(row(i))] / table_.b[size_t(j)];
-        for (int k = 0; k < s_; ++k)
-          if (k != j)
-            l *=
-                (1 + ratio * c - table_.c[size_t(k)]) / (table_.c[size_t(j)] - table_.c[size_t(k)]);
-        set(slope_[j], i, T(l));
-      }
+      // L = h b f: of the slope's polynomial
+      table_.slope(1 + ratio * c, std::span<Real>(B, size_t(s_)));
+      for (int j = 0; j < s_; ++j) set(slope_[j], i, T(ratio * table_.b[size_t(row(i))] * B[j]));
     }
     h_of_weights_ = h, h_of_extrapolation_ = before, have_coefficients_ = true;
   }
@@ -155,133 +145,36 @@ class Collocation final : public BasicIntegrator<T> {
       return x;
   }
 
-  // --- the choice of the solver -----------------------------------------------------------------------------------
   void make_newton(const phs::Model& model) {
     std::vector<double> A(size_t(s_ * s_));  // of L = h b f(x + μ L)
     for (int i = 0; i < s_; ++i)
       for (int j = 0; j < s_; ++j)
         A[size_t(i * s_ + j)] =
             phs::to_double(table_.b[size_t(i)]) * phs::to_double(table_.mu[size_t(i * s_ + j)]);
-    newton_ = std::make_unique<SimplifiedNewton>(model, A, options_.solver);
-    if (newton_->solvers().empty()) newton_.reset();
+    solver_.set_newton(std::make_unique<SimplifiedNewton>(model, A, options_.solver));
     residual_.resize(n_ * size_t(s_)), point_.resize(n_);
   }
 
-  Outcome solve(const State& state) {
-    const bool predicted = have_before_ && distrust_ == 0;
-    if (distrust_ > 0) --distrust_;
-    if (!newton_) return iterate(state, predicted, Solver::fixed_point, options_.max_sweeps);
-
-    Outcome o = Outcome::not_converged;
-    const bool free_choice = options_.solver == Solver::automatic;
-    bool all_tried = !free_choice;
-    if (free_choice && !choice_.newton()) {
-      const int limit = choice_.trial() ? SolverChoice::trial_sweeps : options_.max_sweeps;
-      all_tried = limit >= options_.max_sweeps;
-      o = iterate(state, predicted, Solver::fixed_point, std::min(limit, options_.max_sweeps));
-      choice_.fixed_point_was(o == Outcome::ok, sweeps_);
-      if (o == Outcome::ok) return o;
-    }
-    const auto evaluations = newton_->evaluations(), factorisations = newton_->factorisations();
-    for (size_t rung = choice_.rung(); rung < newton_->solvers().size(); ++rung) {
-      o = by_newton(state, newton_->solvers()[rung]);
-      if (o != Outcome::ok) continue;
-      choice_.newton_converged(rung);
-      break;
-    }
-    if (o != Outcome::ok && free_choice) choice_.newton_failed();
-    if (o != Outcome::ok && !all_tried)
-      o = iterate(state, false, Solver::fixed_point, options_.max_sweeps);
-    cost_.evaluations += newton_->evaluations() - evaluations;
-    cost_.factorisations += newton_->factorisations() - factorisations;
-    return o;
-  }
-
-  /// With the Jacobian of an earlier step if it still serves, else with its own.
-  Outcome by_newton(const State& state, Solver solver) {
-    const bool predicted = have_before_ && distrust_ == 0;
-    fresh_ = false;
-    Outcome o = iterate(state, predicted, solver, options_.max_sweeps);
-    if (o != Outcome::ok && !fresh_) {
-      newton_->forget();
-      o = iterate(state, predicted, solver, options_.max_sweeps);
-    }
-    if (o != Outcome::ok)
-      newton_->forget();
-    else if (fresh_)
-      fresh_sweeps_ = sweeps_;
-    else if (sweeps_ > fresh_sweeps_ + worth_of_a_factorisation(solver))
-      newton_->forget();
-    return o;
-  }
-  /// What a factorisation costs, in sweeps, about.
-  int worth_of_a_factorisation(Solver solver) const {
-    return solver == Solver::newton_articulated ? 2
-           : solver == Solver::newton_dense     ? 2 + int(n_) / 8
-                                                : 0;
-  }
-
   // --- the iteration ----------------------------------------------------------------------------------------------
-  /// Sweeps to stagnation. Newton freezes J at the mean of the stages, and again where it contracts badly.
-  Outcome iterate(const State& state, bool predicted, Solver solver, int most_sweeps) {
-    solver_ = solver;
-    start(state, predicted);
-    const bool newton = solver != Solver::fixed_point;
-    if (newton && !newton_->ready(solver, phs::to_double(h_of_weights_))) freeze(state);
-    int refreshed = 0;
-
-    for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
-      double distance;
-      const Sweep p = sweep_once(state, distance);
-      if (sweeps_ == 1 && predicted && p.finite && p.change > distance) {
-        // The extrapolation was further off than no prediction at all: drop it for a while.
-        predicted = false, distrust_ = 16;
-        start(state, false);
-        if (newton && fresh_) freeze(state);
-        continue;
-      }
-      using enum Stagnation::Verdict;
-      switch (stagnation_.after(p)) {
-        case not_finite:
-          return Outcome::not_finite;
-        case diverges:
-          return Outcome::not_converged;
-        case exact:
-          return Outcome::ok;  // L belongs to Y
-        case stagnated:
-          improve();
-          return Outcome::ok;
-        case go_on:
-          if (newton && stagnation_.ratio() > 0.3 && !stagnation_.settled() && refreshed < 8)
-            freeze(state), ++refreshed;
-          break;
-      }
-    }
-    if (!stagnation_.settled()) return Outcome::not_converged;
-    improve();
-    return Outcome::ok;
-  }
-
-  void start(const State& state, bool predicted) {
-    const bool newton = solver_ != Solver::fixed_point;
+  void guess(const State& state, bool predicted) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) {
-        if (newton) L_[c][k] = predicted ? combination(c, k, slope_, L_before_) : Lanes(T(0.0));
+        if (solver_.newton())
+          L_[c][k] = predicted ? combination(c, k, slope_, L_before_) : Lanes(T(0.0));
         Y_[c][k] = predicted ? stage_values(state, c, k, nu_, L_before_)
                              : Lanes(state.x[k]) + Lanes(state.lo[k]);
       }
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
-    stagnation_.restart();
   }
-  void freeze(const State& state) {
+  /// J at the mean of the stages.
+  void freeze(const State& state, SimplifiedNewton& newton, Solver solver) {
     for (size_t k = 0; k < n_; ++k) {
       double sum = 0;
       for (int i = 0; i < s_; ++i) sum += phs::to_double(at(Y_, k, i));
       point_[k] = sum / s_;
     }
     const double h = phs::to_double(h_of_weights_);
-    newton_->freeze(solver_, phs::to_double(t_) + h / 2, h, point_, state.turns);
-    fresh_ = true;
+    newton.freeze(solver, phs::to_double(t_) + h / 2, h, point_, state.turns);
   }
   Lanes stage_values(const State& state, int c, size_t k,
                      const std::array<Lanes, chunks>* coefficients, const Stages& L) const {
@@ -300,15 +193,15 @@ class Collocation final : public BasicIntegrator<T> {
   /// in stiff directions and loses in the others.)
   void improve() {
     cost_.evaluations += s_, ++cost_.sweeps;
-    const bool newton = solver_ != Solver::fixed_point;
+    SimplifiedNewton* const newton = solver_.newton();
     for (int c = 0; c < chunks; ++c) {
-      if (!evaluate_lanes(c)) evaluate_stages(c);
+      field_.field(t_, ch_[c], Y_[c], F_[c], std::min(V, s_ - c * V));
       if (!newton)
         for (size_t k = 0; k < n_; ++k) L_[c][k] = hb_[c] * F_[c][k];
     }
-    if (newton) correct();
+    if (newton) correct(*newton);
   }
-  void correct() {
+  void correct(SimplifiedNewton& newton) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) F_[c][k] = hb_[c] * F_[c][k] - L_[c][k];
     // A derivative obeys the equations linearised, with the same matrix.
@@ -316,7 +209,7 @@ class Collocation final : public BasicIntegrator<T> {
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < s_; ++i)
           residual_[k * size_t(s_) + size_t(i)] = part_of(at(F_, k, i), part);
-      newton_->solve(residual_);
+      newton.solve(residual_);
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < W; ++i) {
           const double d = residual_[k * size_t(s_) + size_t(row(i))];
@@ -335,27 +228,11 @@ class Collocation final : public BasicIntegrator<T> {
     else
       return (void)part, phs::to_double(x);
   }
-  bool evaluate_lanes(int c) {
-    if constexpr (std::is_same_v<T, double>)
-      if (lane_system_) return lane_system_->field(Lanes(t_) + ch_[c], Y_[c], {}, F_[c]), true;
-    return (void)c, false;
-  }
-  void evaluate_stages(int c) {
-    const int used = std::min(V, s_ - c * V);
-    for (int i = 0; i < used; ++i) {
-      for (size_t k = 0; k < n_; ++k) stage_[k] = Y_[c][k][i];
-      system_->field(t_ + ch_[c][i], stage_, {}, rate_);
-      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, rate_[k]);
-    }
-    for (int i = used; i < V; ++i)
-      for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, F_[c][k][used - 1]);
-  }
-
   /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
     improve();
     Sweep p;
-    const bool fixed_point = solver_ == Solver::fixed_point;
+    const bool fixed_point = !solver_.newton();
     double largest = 0;
     distance = 0;
     for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(state.x[k]));
@@ -394,25 +271,16 @@ class Collocation final : public BasicIntegrator<T> {
   int s_;
   size_t momenta_;  ///< where the components that use mu_p begin
   T t_ = T(0.0);
-  std::unique_ptr<phs::System<Lanes>> lane_system_;
-  TurnKeeper<Lanes> lane_turns_;
-  Stagnation stagnation_;
+  StageField<T, V> field_;
+  StepSolver solver_;
   std::array<Lanes, chunks> hb_, ch_, mu_[W], mu_p_[W], nu_[W], slope_[W];
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
   Stages Y_, L_, F_;
   std::vector<double> smallest_;
-  std::vector<T> stage_, rate_;
   Stages L_before_;
   bool have_before_ = false;
   T h_before_ = T(0.0);
-  int distrust_ = 0;  ///< steps left without extrapolation
-
-  std::unique_ptr<SimplifiedNewton> newton_;  ///< null: fixed point only
-  SolverChoice choice_;
-  Solver solver_ = Solver::fixed_point;  ///< at work
-  int sweeps_ = 0, fresh_sweeps_ = 0;  ///< of the last iteration, of the last with its own Jacobian
-  bool fresh_ = false;
   std::vector<double> residual_, point_;
 };
 
@@ -424,9 +292,8 @@ std::unique_ptr<BasicIntegrator<T>> make_collocation(const Declaration& d,
                                                      const phs::Model& model, T h,
                                                      const Options& o) {
   if (table.s <= 4) return std::make_unique<Collocation<T, 4>>(d, std::move(table), model, h, o);
-  if constexpr (std::is_same_v<T, Quad>)
-    if (table.s > 8) return std::make_unique<Collocation<T, 16>>(d, std::move(table), model, h, o);
-  return std::make_unique<Collocation<T, 8>>(d, std::move(table), model, h, o);
+  if (table.s <= 8) return std::make_unique<Collocation<T, 8>>(d, std::move(table), model, h, o);
+  return std::make_unique<Collocation<T, 16>>(d, std::move(table), model, h, o);
 }
 #define PORTHOS_INSTANTIATE(T)                                      \
   template std::unique_ptr<BasicIntegrator<T>> make_collocation<T>( \

@@ -1,5 +1,6 @@
 #include "integrators/collocation_table.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "phs/error.h"
@@ -10,7 +11,7 @@ namespace {
 
 using phs::Quad;
 
-constexpr int most_stages = 12;
+constexpr int most_stages = 16;
 /// P_0(x) … P_n(x), n <= most_stages + 1.
 template <class T>
 struct Legendre {
@@ -126,8 +127,9 @@ CollocationTable<T> make_gauss(int s, bool round_the_larger) {
 }
 
 template <class T>
-void require_stages(const char* what, int s, int least) {
-  const int most = std::is_same_v<T, double> ? 8 : most_stages;
+constexpr int most_gauss = std::is_same_v<T, double> ? 8 : 12;
+
+void require_stages(const char* what, int s, int least, int most) {
   if (s < least || s > most)
     throw InvalidArgument(std::string(what) + " with " + std::to_string(s) + " stages: expected " +
                           std::to_string(least) + " to " + std::to_string(most));
@@ -148,21 +150,30 @@ void CollocationTable<T>::weights(T h, std::span<T> hb) const {
 template <class T>
 void CollocationTable<T>::polynomial(T theta, std::span<T> B) const {
   const T x = T(2.0) * theta - T(1.0);
-  const size_t r = legendre.size() / size_t(s);
-  const Legendre<T> p(int(r), x);
-  for (size_t j = 0; j < B.size(); ++j) B[j] = integral(int(r), &legendre[j * r], x, p);
+  const int r = degree();
+  const Legendre<T> p(r, x);
+  for (int j = 0; j < s; ++j) B[size_t(j)] = integral(r, &legendre[size_t(j * r)], x, p);
+}
+template <class T>
+void CollocationTable<T>::slope(T theta, std::span<T> B) const {
+  const int r = degree();
+  const Legendre<T> p(r, T(2.0) * theta - T(1.0));
+  for (int j = 0; j < s; ++j) {
+    B[size_t(j)] = T(0.0);
+    for (int k = 0; k < r; ++k) B[size_t(j)] += legendre[size_t(j * r + k)] * p[k];
+  }
 }
 
 template <class T>
 CollocationTable<T> gauss_table(int s) {
-  require_stages<T>("Gauss", s, 1);
+  require_stages("Gauss", s, 1, most_gauss<T>);
   return make_gauss<T>(s, true);
 }
 CollocationTable<double> gauss_table_wrong_triangle(int s) { return make_gauss<double>(s, false); }
 
 template <class T>
 CollocationTable<T> hbvm_table(int k, int r) {
-  require_stages<T>("HBVM", k, r);
+  require_stages("HBVM", k, std::max(r, 1), most_stages);
   std::vector<Quad> mu;
   auto t = expansion<T>(gauss_quadrature(k), r, mu);
   t.mu.assign(mu.begin(), mu.end());
@@ -171,7 +182,7 @@ CollocationTable<T> hbvm_table(int k, int r) {
 
 template <class T>
 CollocationTable<T> lobatto_table(int s) {
-  require_stages<T>("Lobatto", s, 2);
+  require_stages("Lobatto", s, 2, most_gauss<T>);
   std::vector<Quad> mu;
   auto t = expansion<T>(lobatto_quadrature(s), s, mu);
   t.mu.resize(mu.size()), t.mu_p.resize(mu.size());

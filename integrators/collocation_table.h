@@ -23,6 +23,10 @@ struct CollocationTable {
   void weights(T h, std::span<T> hb) const;
   /// The polynomial of the step at its fraction theta: y(theta) = y + Σ_j B_j L_j. Writes B, size s.
   void polynomial(T theta, std::span<T> B) const;
+  /// Its slope there: dy/dtheta = Σ_j B_j L_j.
+  void slope(T theta, std::span<T> B) const;
+  /// Of the polynomial; s but for HBVM.
+  int degree() const { return int(legendre.size()) / s; }
 };
 
 /// Gauss, order 2s: μ_ij + μ_ji = 1 exactly. Source: Hairer, Lubich, Wanner 2006, II.1.3.
@@ -31,7 +35,7 @@ template <class T>
 CollocationTable<T> gauss_table(int s);
 
 /// HBVM(k, r), order 2r: the polynomial has degree r, its slope the first r Legendre coefficients of f at k Gauss nodes.
-/// Source: Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl. Math. 5:17. 1 <= r <= k <= 8.
+/// Source: Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl. Math. 5:17. 1 <= r <= k <= 16.
 template <class T>
 CollocationTable<T> hbvm_table(int k, int r);
 

@@ -5,9 +5,13 @@ namespace porthos::integrators {
 
 struct Entry;
 
-/// Hamiltonian boundary value methods HBVM(8, r), r = 1 … 4, order 2r: H is kept as exactly as eight Gauss nodes
-/// integrate its power along the step, that is to rounding at steps that resolve the motion, far beyond what a trajectory
-/// of order 2r gives. r = 1 is the average vector field (mean value discrete gradient) with eight nodes.
+/// Hamiltonian boundary value methods HBVM(16, r), order 2r: the slope of the step's polynomial is the best approximation
+/// of f along it by polynomials of degree r - 1, its integrals taken at 16 Gauss nodes. H is kept as exactly as those integrate
+/// its power, O(h³²): to rounding at steps that resolve the motion, far beyond what a trajectory of order 2r gives.
+/// Symmetric; neither symplectic nor, beyond linear ones, a keeper of invariants. With J and R constant
+/// H(x') - H(x) = -h Σ ē_jᵀ R ē_j, ē_j the Legendre coefficients of ∇H along the step: never a gain.
+/// r = 1 is the average vector field (mean value discrete gradient), see discrete_gradient.h.
+/// Sources: Brugnano, Iavernaro, Trigiante 2010; Hairer 2010 (J. Numer. Anal. Ind. Appl. Math. 5:73) for k → ∞.
 std::vector<Entry> hbvm_entries();
 
 }  // namespace porthos::integrators

@@ -1,6 +1,7 @@
 #include "integrators/newton.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -10,13 +11,13 @@ namespace porthos::integrators {
 using phs::Complex4;
 
 SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const double> A,
-                                   Solver solver)
+                                   Solver solver, DualField* field)
     : s_(size_t(std::lround(std::sqrt(double(A.size()))))),
       forward_(s_),
       back_(s_),
       system_(model.instantiate<double>()),
+      field_(field),
       keeper_(model.description()),
-      dual_keeper_(model.description()),
       own_(system_->resolvent()),
       d_(size_t(model.description().nx)),
       before_(d_.size()),
@@ -27,44 +28,51 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
   const bool automatic = solver == Solver::automatic;
   if (own_ && (automatic || solver == Solver::newton_articulated))
     solvers_.push_back(Solver::newton_articulated);
-  if (automatic && !(own_ && own_->exact()))
+  if (automatic && (field_ || !(own_ && own_->exact())))
     solvers_.push_back(d_.size() <= 100 ? Solver::newton_dense : Solver::newton_krylov);
   if (solver == Solver::newton_dense || solver == Solver::newton_krylov) solvers_.push_back(solver);
   if (solvers_.empty())
     throw InvalidArgument("solver '" + std::string(to_string(solver)) + "' is not offered by '" +
                           model.description().name + "'");
   if (solvers_.back() != Solver::newton_articulated) {
-    dual_system_ = model.instantiate<phs::Dual>();
+    if (!field_) own_field_ = field_in_duals(model), field_ = own_field_.get();
     try {  // a system without a gradient in duals says so here, not in the middle of a run
       std::vector<phs::Dual> x(d_.size()), f(d_.size());
-      dual_system_->field(phs::Dual(0.0), x, {}, f);
+      (*field_)(0, x, f);
     } catch (const InvalidArgument&) {
       if (!automatic) throw;
       solvers_.pop_back();
     }
     if (!solvers_.empty() && solvers_.back() == Solver::newton_dense)
-      dense_ = make_dense_resolvent(*dual_system_);
+      dense_ = make_dense_resolvent(*field_, d_.size());
     if (!solvers_.empty() && solvers_.back() == Solver::newton_krylov)
-      krylov_ = make_krylov_resolvent(*dual_system_, own_.get());
+      krylov_ = make_krylov_resolvent(*field_, d_.size(), own_.get());
   }
 
-  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones; w_k the rows of the inverse of the eigenvectors.
+  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Many zero eigenvalues, of methods with fewer degrees
+  // than nodes, have no well-defined eigenvectors: A = U C on its range, and C U has the others, with vectors
+  // v = U z, w = yᵀ C / λ from its own z and y.
   using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   const auto s = Eigen::Index(s_);
   const Matrix a =
       Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
           A.data(), s, s)
           .cast<long double>();
-  const Eigen::EigenSolver<Matrix> eigen(a);
-  const auto V = eigen.eigenvectors();
-  const auto W = V.inverse().eval();
+  Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeFullU);
+  svd.setThreshold(1e-13L);
+  const Eigen::Index rank = svd.rank();
+  const Matrix U = svd.matrixU().leftCols(rank), C = U.transpose() * a;
+  const Eigen::EigenSolver<Matrix> eigen(C * U);
+  const auto Z = eigen.eigenvectors().eval();
+  const auto V = (U * Z).eval();
+  const auto W = (eigen.eigenvalues().cwiseInverse().asDiagonal() * Z.inverse() * C).eval();
   lambda_ = Complex4(0.0);
   std::fill(forward_.begin(), forward_.end(), Complex4(0.0));
   std::fill(back_.begin(), back_.end(), Complex4(0.0));
   int lane = 0;
-  for (Eigen::Index k = 0; k < s; ++k) {
+  for (Eigen::Index k = 0; k < rank; ++k) {
     const auto l = eigen.eigenvalues()[k];
-    if (l.imag() < 0 || std::abs(l) < 1e-12L) continue;  // z = 0: the solve is the identity
+    if (l.imag() < 0) continue;
     if (lane == 4)
       throw InvalidArgument("Newton iteration: the method's matrix has more than four pairs");
     const auto set = [lane](Complex4& c, const std::complex<long double>& x) {
@@ -94,7 +102,7 @@ void SimplifiedNewton::freeze(Solver solver, double t, double h, std::span<const
   std::copy(x.begin(), x.end(), x_.begin());
   std::copy(turns.begin(), turns.end(), turns_.begin());
   keeper_.synchronise(turns_, *system_);
-  if (dual_system_) dual_keeper_.synchronise(turns_, *dual_system_);
+  if (dense_ || krylov_) field_->tell_turns(turns_);
   resolvent().factor(t, x_, h * lambda_), ++factorisations_;
 }
 

@@ -17,10 +17,12 @@ namespace porthos::integrators {
 /// limit of the iteration, which is that of the residual it is given.
 class SimplifiedNewton {
  public:
-  /// A row-major.
+  /// A row-major. field: whose Jacobian the dense and the Krylov solver take; of the model itself if null. It must outlive
+  /// this.
   /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the system does not offer
   ///   the solver asked for
-  SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver);
+  SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver,
+                   DualField* field = nullptr);
 
   /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the system has no
   /// resolvent and its field cannot be evaluated in duals.
@@ -50,9 +52,9 @@ class SimplifiedNewton {
   std::vector<phs::Complex4> forward_, back_;  ///< row i: lanes of T⁻¹, of T
   phs::Complex4 lambda_;
   std::unique_ptr<phs::System<double>> system_;
-  std::unique_ptr<phs::System<phs::Dual>> dual_system_;
+  std::unique_ptr<DualField> own_field_;
+  DualField* field_;
   TurnKeeper<double> keeper_;
-  TurnKeeper<phs::Dual> dual_keeper_;
   std::unique_ptr<phs::Resolvent> own_;
   std::unique_ptr<DualResolvent> dense_, krylov_;
   std::vector<Solver> solvers_;

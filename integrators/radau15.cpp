@@ -6,8 +6,8 @@
 
 #include "integrators/catalogue.h"
 #include "integrators/radau_table.h"
-#include "integrators/stage_lanes.h"
-#include "integrators/stagnation.h"
+#include "integrators/stage_field.h"
+#include "integrators/step_solver.h"
 
 namespace porthos::integrators {
 namespace {
@@ -42,26 +42,20 @@ class Radau15 final : public BasicIntegrator<T> {
       : Base(d, model, h, o),
         table_(radau_table<Real>()),
         adaptive_(adaptive),
-        lane_turns_(model.description()),
+        field_(model, *system_, o.lanes),
         stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
         half_(model.description().traits.canonical ? n_ / 2 : n_),
         x_(n_),
         lo_(n_),
-        stage_(n_),
-        rate_(n_),
         smallest_(n_) {
     for (int c = 0; c < chunks; ++c) {
       Y_[c].resize(n_), F_[c].resize(n_);
       before_[c].assign(n_, Lanes(T(0.0)));
     }
-    if constexpr (std::is_same_v<T, double>)
-      if (o.lanes) lane_system_ = model.instantiate<Lanes>();
   }
 
   void tell_turns(const State& state) override {
-    Base::tell_turns(state);
-    if constexpr (std::is_same_v<T, double>)
-      if (lane_system_) lane_turns_.synchronise(state, *lane_system_);
+    Base::tell_turns(state), field_.tell_turns(state.turns);
   }
 
   Outcome advance(T t, T h, State& state) override {
@@ -146,42 +140,19 @@ class Radau15 final : public BasicIntegrator<T> {
   Outcome solve(T t, Real dt) {
     t_ = t;
     adapt_to(dt);
-    bool predicted = have_before_;
-    start(predicted);
-    for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
-      double distance;
-      const Sweep p = sweep_once(distance);
-      if (sweep == 1 && predicted && p.finite && p.change > distance) {
-        predicted = false;  // the extrapolation was further off than no prediction at all
-        start(false);
-        continue;
-      }
-      using enum Stagnation::Verdict;
-      switch (stagnation_.after(p)) {
-        case not_finite:
-          return Outcome::not_finite;
-        case diverges:
-          return Outcome::not_converged;
-        case exact:
-          return Outcome::ok;
-        case stagnated:
-          evaluate();
-          return Outcome::ok;
-        case go_on:
-          break;
-      }
-    }
-    if (!stagnation_.settled()) return Outcome::not_converged;
-    evaluate();
-    return Outcome::ok;
+    return iterate(Iteration{.guess = [&](bool predicted) { guess(predicted); },
+                             .sweep = [&](double& distance) { return sweep_once(distance); },
+                             .between = [] {},
+                             .finish = [&] { evaluate(); }},
+                   stagnation_, have_before_, options_.max_sweeps)
+        .outcome;
   }
 
-  void start(bool predicted) {
+  void guess(bool predicted) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k)
         Y_[c][k] = predicted ? stage_values(c, k, nu_, before_) : Lanes(x_[k]) + Lanes(lo_[k]);
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
-    stagnation_.restart();
   }
   Lanes stage_values(int c, size_t k, const Coefficients& a, const Stages& F) const {
     Lanes sum(T(0.0));
@@ -191,18 +162,7 @@ class Radau15 final : public BasicIntegrator<T> {
 
   void evaluate() {
     cost_.evaluations += s, ++cost_.sweeps;
-    for (int c = 0; c < chunks; ++c) {
-      if constexpr (std::is_same_v<T, double>)
-        if (lane_system_) {
-          lane_system_->field(Lanes(t_) + ch_[c], Y_[c], {}, F_[c]);
-          continue;
-        }
-      for (int i = 0; i < V; ++i) {
-        for (size_t k = 0; k < n_; ++k) stage_[k] = Y_[c][k][i];
-        system_->field(t_ + ch_[c][i], stage_, {}, rate_);
-        for (size_t k = 0; k < n_; ++k) F_[c][k].set(i, rate_[k]);
-      }
-    }
+    for (int c = 0; c < chunks; ++c) field_.field(t_, ch_[c], Y_[c], F_[c]);
   }
 
   /// One sweep; distance: the largest distance of a stage from the start of the step, relative to its size.
@@ -276,11 +236,10 @@ class Radau15 final : public BasicIntegrator<T> {
   const RadauTable<Real>& table_;
   bool adaptive_;
   T t_ = T(0.0);
-  std::unique_ptr<phs::System<Lanes>> lane_system_;
-  TurnKeeper<Lanes> lane_turns_;
+  StageField<T, V> field_;
   Stagnation stagnation_;
   size_t half_;
-  std::vector<T> x_, lo_, stage_, rate_;
+  std::vector<T> x_, lo_;
   std::vector<double> smallest_;
   std::array<Real, s> hb_, hb_lo_{};  ///< weights, and what their rounding took off
   std::array<Lanes, chunks> ch_;

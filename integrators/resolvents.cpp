@@ -8,11 +8,26 @@ namespace {
 using phs::Dual, phs::Pack4;
 using C = phs::Complex4;
 
+class FieldInDuals final : public DualField {
+ public:
+  explicit FieldInDuals(const phs::Model& model)
+      : system_(model.instantiate<Dual>()), keeper_(model.description()) {}
+  void tell_turns(const std::vector<std::int64_t>& turns) override {
+    keeper_.synchronise(turns, *system_);
+  }
+  int operator()(double t, std::span<const Dual> x, std::span<Dual> f) override {
+    return system_->field(Dual(t), x, {}, f), 1;
+  }
+
+ private:
+  std::unique_ptr<phs::System<Dual>> system_;
+  TurnKeeper<Dual> keeper_;
+};
+
 /// J v at a frozen point, v real.
 class JacobianProduct {
  public:
-  explicit JacobianProduct(phs::System<Dual>& system)
-      : system_(system), x_(size_t(system.description().nx)), f_(x_) {}
+  JacobianProduct(DualField& field, size_t nx) : field_(field), x_(nx), f_(nx) {}
 
   void freeze(double t, std::span<const double> x) {
     t_ = t;
@@ -21,22 +36,22 @@ class JacobianProduct {
   template <class In, class Out>
   void operator()(In v, Out Jv) {
     for (size_t i = 0; i < x_.size(); ++i) x_[i].d = v(i);
-    system_.field(Dual(t_), x_, {}, f_), ++evaluations;
+    evaluations += field_(t_, x_, f_);
     for (size_t i = 0; i < x_.size(); ++i) Jv(i, f_[i].d);
   }
 
   std::int64_t evaluations = 0;
 
  private:
-  phs::System<Dual>& system_;
+  DualField& field_;
   double t_ = 0;
   std::vector<Dual> x_, f_;
 };
 
 class Dense final : public DualResolvent {
  public:
-  explicit Dense(phs::System<Dual>& system)
-      : jacobian_(system), n_(size_t(system.description().nx)), lu_(n_ * n_), row_(n_), r_(n_) {}
+  Dense(DualField& field, size_t nx)
+      : jacobian_(field, nx), n_(nx), lu_(n_ * n_), row_(n_), r_(n_) {}
 
   std::int64_t evaluations() const override { return jacobian_.evaluations; }
 
@@ -94,12 +109,8 @@ class Krylov final : public DualResolvent {
   static constexpr double tolerance = 1e-3;
 
  public:
-  Krylov(phs::System<Dual>& system, phs::Resolvent* about)
-      : jacobian_(system),
-        about_(about),
-        n_(size_t(system.description().nx)),
-        basis_((most + 1) * n_),
-        direction_(n_) {}
+  Krylov(DualField& field, size_t nx, phs::Resolvent* about)
+      : jacobian_(field, nx), about_(about), n_(nx), basis_((most + 1) * n_), direction_(n_) {}
 
   std::int64_t evaluations() const override { return jacobian_.evaluations; }
 
@@ -212,12 +223,15 @@ class Krylov final : public DualResolvent {
 
 }  // namespace
 
-std::unique_ptr<DualResolvent> make_dense_resolvent(phs::System<Dual>& system) {
-  return std::make_unique<Dense>(system);
+std::unique_ptr<DualField> field_in_duals(const phs::Model& model) {
+  return std::make_unique<FieldInDuals>(model);
 }
-std::unique_ptr<DualResolvent> make_krylov_resolvent(phs::System<Dual>& system,
+std::unique_ptr<DualResolvent> make_dense_resolvent(DualField& field, size_t nx) {
+  return std::make_unique<Dense>(field, nx);
+}
+std::unique_ptr<DualResolvent> make_krylov_resolvent(DualField& field, size_t nx,
                                                      phs::Resolvent* about) {
-  return std::make_unique<Krylov>(system, about);
+  return std::make_unique<Krylov>(field, nx, about);
 }
 
 }  // namespace porthos::integrators

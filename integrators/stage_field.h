@@ -1,0 +1,66 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "integrators/stage_lanes.h"
+
+namespace porthos::integrators {
+
+/// A system evaluated at up to V points at once: as lanes where T is double, one after another otherwise, with the same
+/// bits. `used` says how many points count; lanes beyond must hold a point too and come back as the last one's value.
+template <class T, int V>
+class StageField {
+ public:
+  using Lanes = StageLanes<T, V>;
+
+  /// one: the evaluator of single points, owned and told its turns by the integrator
+  StageField(const phs::Model& model, phs::System<T>& one, bool lanes)
+      : one_(one),
+        turns_(model.description()),
+        point_(size_t(model.description().nx)),
+        value_(point_.size()) {
+    if constexpr (std::is_same_v<T, double>)
+      if (lanes) all_ = model.template instantiate<Lanes>();
+    (void)lanes;
+  }
+
+  void tell_turns(const std::vector<std::int64_t>& turns) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) turns_.synchronise(turns, *all_);
+    (void)turns;
+  }
+
+  /// F_i = f(t + dt_i, Y_i)
+  void field(T t, const Lanes& dt, std::span<const Lanes> Y, std::span<Lanes> F, int used = V) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) return all_->field(Lanes(t) + dt, Y, {}, F);
+    each(Y, F, used, [&](int i) { one_.field(t + dt[i], point_, {}, value_); });
+  }
+  /// E_i = ∂H/∂x(Y_i)
+  void gradient(std::span<const Lanes> Y, std::span<Lanes> E, int used = V) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) return all_->gradient(Y, E);
+    each(Y, E, used, [&](int) { one_.gradient(point_, value_); });
+  }
+
+ private:
+  template <class Evaluate>
+  void each(std::span<const Lanes> Y, std::span<Lanes> out, int used, Evaluate evaluate) {
+    for (int i = 0; i < used; ++i) {
+      for (size_t k = 0; k < point_.size(); ++k) point_[k] = Y[k][i];
+      evaluate(i);
+      for (size_t k = 0; k < point_.size(); ++k) out[k].set(i, value_[k]);
+    }
+    for (int i = used; i < V; ++i)
+      for (size_t k = 0; k < point_.size(); ++k) out[k].set(i, value_[k]);
+  }
+
+  phs::System<T>& one_;
+  std::unique_ptr<phs::System<Lanes>> all_;
+  TurnKeeper<Lanes> turns_;
+  std::vector<T> point_, value_;
+};
+
+}  // namespace porthos::integrators
