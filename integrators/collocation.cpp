@@ -16,7 +16,7 @@ namespace {
 template <class T, int W>
 class Collocation final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
-  using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_;
+  using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_, Base::works_;
   using typename Base::State;
   using Real = TableReal<T>;
 
@@ -34,6 +34,7 @@ class Collocation final : public BasicIntegrator<T> {
         momenta_(table_.mu_p.empty() ? n_ : n_ / 2),
         field_(model, *system_, o.lanes),
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
+        E_(works_.any() ? n_ : 0),
         smallest_(n_) {
     for (int c = 0; c < chunks; ++c) {
       Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
@@ -64,6 +65,7 @@ class Collocation final : public BasicIntegrator<T> {
       return o;
     }
     for (size_t k = 0; k < n_; ++k) phs::compensated_add(state.x[k], state.lo[k], sum_of_stages(k));
+    if (works_.any()) book();
     std::swap(L_, L_before_);
     have_before_ = true, h_before_ = h;
     return Outcome::ok;
@@ -103,6 +105,7 @@ class Collocation final : public BasicIntegrator<T> {
   }
 
   std::string remark() const override { return solver_.remark(cost_.steps); }
+  bool keeps_books() const override { return true; }
 
  private:
   /// What the solver works on.
@@ -115,6 +118,18 @@ class Collocation final : public BasicIntegrator<T> {
     void freeze(SimplifiedNewton& newton, Solver solver) { method.freeze(state, newton, solver); }
     double newton_step() const { return phs::to_double(method.h_of_weights_); }
   };
+
+  /// works = Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i) once the step is solved.
+  void book() {
+    works_.restart();
+    for (int c = 0; c < chunks; ++c) {
+      const int used = std::min(V, s_ - c * V);
+      if (used <= 0) break;
+      for (size_t k = 0; k < n_; ++k) F_[c][k] = L_[c][k] / hb_[c];
+      field_.powers(t_, ch_[c], Y_[c], F_[c], E_, used,
+                    [&](size_t a, int i, T power) { works_.add(a, hb_[c][i] * power); });
+    }
+  }
 
   /// The stage a lane stands for.
   int row(int lane) const { return std::min(lane, s_ - 1); }
@@ -277,6 +292,7 @@ class Collocation final : public BasicIntegrator<T> {
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
   Stages Y_, L_, F_;
+  std::vector<Lanes> E_;  ///< for the books
   std::vector<double> smallest_;
   Stages L_before_;
   bool have_before_ = false;

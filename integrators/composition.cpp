@@ -10,7 +10,7 @@ namespace {
 template <class T>
 class Composition final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
-  using Base::cost_;
+  using Base::cost_, Base::works_;
   using typename Base::State;
   using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
 
@@ -34,6 +34,7 @@ class Composition final : public BasicIntegrator<T> {
     // The middle step closes the sum, so that the clock and the base agree on h to its last rounding.
     const size_t stages = gamma_.size(), middle = stages / 2;
     T outer(0.0), taken(0.0);
+    works_.restart();
     for (size_t i = 0; i < middle; ++i) outer += T(gamma_[i]) * h;
     for (size_t i = 0; i < stages; ++i) {
       const T step = i == middle ? h - T(2.0) * outer : T(gamma_[i]) * h;
@@ -44,6 +45,7 @@ class Composition final : public BasicIntegrator<T> {
         return o;
       }
       taken += step;
+      if (keeps_books()) works_.add(base_->works());
     }
     return Outcome::ok;
   }
@@ -52,6 +54,7 @@ class Composition final : public BasicIntegrator<T> {
   std::vector<double> memory() const override { return base_->memory(); }
   void restore(std::span<const double> m) override { base_->restore(m); }
   std::string remark() const override { return base_->remark(); }
+  bool keeps_books() const override { return base_->keeps_books(); }
   Cost cost() const override {
     Cost c = base_->cost();
     c.steps = cost_.steps;

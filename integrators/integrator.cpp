@@ -7,9 +7,19 @@
 namespace porthos::integrators {
 
 template <class T>
-Outcome BasicIntegrator<T>::step(State& s) {
+Outcome BasicIntegrator<T>::advance_with_books(T h, State& s) {
   tell_turns(s);
-  const Outcome o = advance(s.time(h_), h_, s);
+  const T t = s.time(h_);
+  const bool aside = works_.any() && !keeps_books();
+  if (aside) works_.before(*system_, t, s.x, s.lo);
+  const Outcome o = advance(t, h, s);
+  if (aside && o == Outcome::ok) works_.after(*system_, t, h, s.x, s.lo), cost_.evaluations += 3;
+  return o;
+}
+
+template <class T>
+Outcome BasicIntegrator<T>::step(State& s) {
+  const Outcome o = advance_with_books(h_, s);
   if (o != Outcome::ok) return o;
   ++s.step, ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
@@ -19,8 +29,7 @@ Outcome BasicIntegrator<T>::step(State& s) {
 
 template <class T>
 Outcome BasicIntegrator<T>::step_by(State& s, T h) {
-  tell_turns(s);
-  const Outcome o = advance(s.time(h_), h, s);
+  const Outcome o = advance_with_books(h, s);
   if (o != Outcome::ok) return o;
   s.step_off_the_grid(phs::to_double(h_), phs::to_double(h)), ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "integrators/turns.h"
+#include "integrators/works.h"
 #include "phs/state.h"
 #include "phs/system.h"
 
@@ -64,8 +65,8 @@ struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
   Solver solver = Solver::automatic;  ///< of the Gauss methods
-  bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
-  bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
+  bool lanes = true;   ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
+  bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative. What is left is
   /// biased, so the energy drifts slowly: for errors far above rounding it halves the work, below it is a control.
@@ -109,16 +110,25 @@ class BasicIntegrator {
   /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing unusual.
   virtual std::string remark() const { return {}; }
 
+  /// Energy that went through each of the system's powers (Description::powers) in the last step [J].
+  virtual std::span<const T> works() const { return works_.of_step(); }
+  /// Whether they are integrated with the method's own weights: the balance then closes as well as the method does, by
+  /// Simpson's rule over the step (order 4) otherwise.
+  virtual bool keeps_books() const { return false; }
+
   virtual Cost cost() const { return cost_; }
   virtual void set_cost(const Cost& c) { cost_ = c; }
 
  protected:
+  /// advance() by h from the state's time, with books.
+  Outcome advance_with_books(T h, State& state);
   BasicIntegrator(Declaration d, const phs::Model& model, T h, const Options& o)
       : declaration_(std::move(d)),
         h_(h),
         options_(o),
         system_(model.instantiate<T>()),
         turns_(model.description()),
+        works_(model.description()),
         n_(size_t(model.description().nx)) {}
 
   Declaration declaration_;
@@ -126,6 +136,7 @@ class BasicIntegrator {
   Options options_;
   std::unique_ptr<phs::System<T>> system_;
   TurnKeeper<T> turns_;
+  Works<T> works_;
   size_t n_;  ///< numbers in the state
   Cost cost_;
 };

@@ -38,6 +38,27 @@ class StageField {
       if (all_) return all_->field(Lanes(t) + dt, Y, {}, F);
     each(Y, F, used, [&](int i) { one_.field(t + dt[i], point_, {}, value_); });
   }
+  /// powers(a, i) of the first `used` points, where the field is F; E is scratch.
+  template <class Take>
+  void powers(T t, const Lanes& dt, std::span<const Lanes> Y, std::span<const Lanes> F,
+              std::span<Lanes> E, int used, Take take) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) {
+        powers_.resize(one_.description().powers.size());
+        all_->efforts(Lanes(t) + dt, Y, F, E);
+        all_->powers(Lanes(t) + dt, Y, E, powers_);
+        for (int i = 0; i < used; ++i)
+          for (size_t a = 0; a < powers_.size(); ++a) take(a, i, powers_[a][i]);
+        return;
+      }
+    rate_.resize(point_.size()), power_.resize(one_.description().powers.size());
+    for (int i = 0; i < used; ++i) {
+      for (size_t k = 0; k < point_.size(); ++k) point_[k] = Y[k][i], rate_[k] = F[k][i];
+      one_.efforts(t + dt[i], point_, rate_, value_);
+      one_.powers(t + dt[i], point_, value_, power_);
+      for (size_t a = 0; a < power_.size(); ++a) take(a, i, power_[a]);
+    }
+  }
   /// E_i = ∂H/∂x(Y_i)
   void gradient(std::span<const Lanes> Y, std::span<Lanes> E, int used = V) {
     if constexpr (std::is_same_v<T, double>)
@@ -60,7 +81,8 @@ class StageField {
   phs::System<T>& one_;
   std::unique_ptr<phs::System<Lanes>> all_;
   TurnKeeper<Lanes> turns_;
-  std::vector<T> point_, value_;
+  std::vector<T> point_, value_, rate_, power_;
+  std::vector<Lanes> powers_;
 };
 
 }  // namespace porthos::integrators

@@ -26,6 +26,7 @@ struct StageArray {
   PORTHOS_LANEWISE(+)
   PORTHOS_LANEWISE(-)
   PORTHOS_LANEWISE(*)
+  PORTHOS_LANEWISE(/)
 #undef PORTHOS_LANEWISE
   StageArray& operator+=(const StageArray& b) { return *this = *this + b; }
 };

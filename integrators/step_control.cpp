@@ -30,6 +30,10 @@ const Declaration& controllable(const std::string& method) {
 class Controlled : public Integrator {
  public:
   std::string remark() const override { return inner_->remark(); }
+  std::span<const double> works() const override {
+    return keeps_books() ? by_->works() : works_.of_step();
+  }
+  bool keeps_books() const override { return inner_->keeps_books(); }
   Cost cost() const override {
     Cost c = cost_;
     for (const Integrator* part : {inner_.get(), plain_.get()})
@@ -76,6 +80,8 @@ class Controlled : public Integrator {
 
   std::shared_ptr<const phs::TimeScaleModel> scale_;
   std::unique_ptr<Integrator> inner_, plain_;
+  const Integrator* by_ = nullptr;  ///< which of them took the last step
+  bool books_aside() const { return works_.any() && !keeps_books(); }
   State last_;  ///< x and lo only are compared
   bool have_last_ = false;
 };
@@ -96,6 +102,7 @@ class TimeTransformed final : public Controlled {
         ext_(transformed_.description(), std::vector<double>(n_ + 2)) {
     inner_ = make_integrator(method, transformed_, h, o);
     plain_ = make_integrator(method, model, h, o);
+    by_ = inner_.get();
     fresh_ = inner_->memory();
   }
 
@@ -103,8 +110,11 @@ class TimeTransformed final : public Controlled {
     if (!continues(s)) begin(s);
     load(s);
     inner_->tell_turns(s);
+    const double t_before = s.time(h_);
+    if (books_aside()) Controlled::tell_turns(s), works_.before(*system_, t_before, s.x, s.lo);
     const Outcome o = inner_->advance(0.0, h_, ext_);
     if (o != Outcome::ok) return o;
+    by_ = inner_.get();
     for (size_t i = 0; i < n_; ++i) {
       const size_t k = transformed_.position(i);
       s.x[i] = ext_.x[k], s.lo[i] = ext_.lo[k];
@@ -115,6 +125,7 @@ class TimeTransformed final : public Controlled {
     else
       s.origin = ext_.x[t], s.origin_lo = ext_.lo[t], s.origin_step = ++s.step;
     energy_ = ext_.x[transformed_.energy_at()], energy_lo_ = ext_.lo[transformed_.energy_at()];
+    if (books_aside()) works_.after(*system_, t_before, s.time(h_) - t_before, s.x, s.lo);
     ++cost_.steps;
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     last_ = s, have_last_ = true, last_was_plain_ = false;
@@ -126,6 +137,7 @@ class TimeTransformed final : public Controlled {
     const bool ours = continues(s);
     const Outcome o = plain_->advance(t, h, s);
     if (o != Outcome::ok) return o;
+    by_ = plain_.get();
     last_was_plain_ = true;
     if (ours && lossless_)
       leave(s);
@@ -233,6 +245,7 @@ class Reversible final : public Controlled {
         turn_angles_(last_.turns.size()),
         told_(last_.turns.size(), 0) {
     inner_ = make_integrator(method, model, h, o);
+    by_ = inner_.get();
   }
 
   Outcome step(State& s) override {
@@ -294,8 +307,11 @@ class Reversible final : public Controlled {
   Outcome move(double half, double eps, double h, State& s) {
     if (!(half > 0) || !std::isfinite(half)) return Outcome::failed;
     const double t = s.time(h_);
+    if (books_aside()) works_.before(*system_, t, s.x, s.lo);
     const Outcome o = inner_->advance(t, h, s);
     if (o != Outcome::ok) return o;
+    if (books_aside()) works_.after(*system_, t, h, s.x, s.lo);
+    by_ = inner_.get();
     evaluate(t + h, s);
     rho_ = half + 0.5 * eps * G_;
     return o;

@@ -1,0 +1,59 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "phs/system.h"
+
+namespace porthos::integrators {
+
+/// The books of one step: ∫ power dt [J] of each of a system's powers, by the weights of the method where it keeps them
+/// itself (Kotyczka, Lefevre 2019), else by Simpson's rule on the cubic between both ends of the step.
+template <class T>
+class Works {
+ public:
+  explicit Works(const phs::Description& d) : power_(d.powers.size()), of_step_(d.powers.size()) {
+    if (!any()) return;
+    e_.resize(size_t(d.nx)), x0_.resize(e_.size()), f0_.resize(e_.size());
+    x1_.resize(e_.size()), f1_.resize(e_.size()), mid_.resize(e_.size());
+  }
+  bool any() const { return !of_step_.empty(); }
+  std::span<const T> of_step() const { return of_step_; }
+
+  void restart() { std::fill(of_step_.begin(), of_step_.end(), T(0.0)); }
+  void add(size_t account, T energy) { of_step_[account] += energy; }
+  void add(std::span<const T> energies) {
+    for (size_t a = 0; a < of_step_.size(); ++a) of_step_[a] += energies[a];
+  }
+  /// weight · power at a point x where field = dx.
+  void add(phs::System<T>& s, T t, T weight, std::span<const T> x, std::span<const T> dx) {
+    s.efforts(t, x, dx, e_);
+    add_at(s, t, weight, x, e_);
+  }
+  /// weight · power at x with the efforts e.
+  void add_at(phs::System<T>& s, T t, T weight, std::span<const T> x, std::span<const T> e) {
+    s.powers(t, x, e, power_);
+    for (size_t a = 0; a < of_step_.size(); ++a) of_step_[a] += weight * power_[a];
+  }
+
+  /// For methods that do not keep books: around a step, with the state in x + lo.
+  void before(phs::System<T>& s, T t, const std::vector<T>& x, const std::vector<T>& lo) {
+    for (size_t i = 0; i < x.size(); ++i) x0_[i] = x[i] + lo[i];
+    s.field(t, x0_, {}, f0_);
+  }
+  void after(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
+    for (size_t i = 0; i < x.size(); ++i) x1_[i] = x[i] + lo[i];
+    s.field(t + h, x1_, {}, f1_);
+    for (size_t i = 0; i < x.size(); ++i)
+      mid_[i] = T(0.5) * (x0_[i] + x1_[i]) + T(0.125) * h * (f0_[i] - f1_[i]);
+    restart();
+    add(s, t, h / T(6.0), x0_, f0_);
+    s.gradient(mid_, e_);
+    add_at(s, t + T(0.5) * h, T(2.0) * h / T(3.0), mid_, e_);
+    add(s, t + h, h / T(6.0), x1_, f1_);
+  }
+
+ private:
+  std::vector<T> power_, of_step_, e_, x0_, f0_, x1_, f1_, mid_;
+};
+
+}  // namespace porthos::integrators
