@@ -297,7 +297,7 @@ class Assembly {
     Node n;
     n.type = type, n.parent = node_, n.q = r_.nq, n.v = r_.nv;
     n.placement = here_ * Pose{Z, {0, 0, 0}};
-    n.pitch = body_->joint.pitch;
+    n.pitch = body_->joint.pitch, n.rotor_inertia = body_->joint.rotor_inertia;
     n.inertia = {0, {0, 0, 0}, {0, 0, 0, 0, 0, 0}};
     if (!std::isfinite(n.pitch)) refuse_joint(*body_, "its pitch is not finite");
     const std::string joint = body_->joint.name.empty() ? body_->name : body_->joint.name;
@@ -334,13 +334,20 @@ class Assembly {
 
   void add_properties(const BodySpec& b, int freedoms) {
     const JointSpec& j = b.joint;
-    const bool has = j.damping != 0 || j.stiffness != 0 || j.friction != 0 || j.lower || j.upper;
+    const bool has = j.damping != 0 || j.stiffness != 0 || j.friction != 0 || j.lower || j.upper ||
+                     j.rotor_inertia != 0;
     if (!(j.damping >= 0 && j.damping < HUGE_VAL))
       refuse_joint(b, "damping is " + number(j.damping) + ", expected a finite number >= 0");
     if (!(j.stiffness >= 0 && j.stiffness < HUGE_VAL))
       refuse_joint(b, "stiffness is " + number(j.stiffness) + ", expected a finite number >= 0");
     if (!(j.friction >= 0 && j.friction < HUGE_VAL))
       refuse_joint(b, "friction is " + number(j.friction) + ", expected a finite number >= 0");
+    if (!(j.rotor_inertia >= 0 && j.rotor_inertia < HUGE_VAL))
+      refuse_joint(
+          b, "rotor inertia is " + number(j.rotor_inertia) + ", expected a finite number >= 0");
+    if (j.rotor_inertia > 0 && freedoms != 1)
+      refuse_joint(b, "a rotor inertia needs a joint of one freedom, '" + j.type + "' has " +
+                          std::to_string(freedoms));
     if (!std::isfinite(j.rest)) refuse_joint(b, "rest is not finite");
     if (j.lower && j.upper && !(*j.lower <= *j.upper))
       refuse_joint(
@@ -354,7 +361,7 @@ class Assembly {
       return;
     }
     r_.properties.push_back({j.name.empty() ? b.name : j.name, n.q, n.v, n.turn, j.damping,
-                             j.stiffness, j.rest, j.friction, j.lower, j.upper});
+                             j.stiffness, j.rest, j.friction, j.lower, j.upper, j.rotor_inertia});
   }
 
   Result r_;
@@ -412,6 +419,9 @@ Mechanism MechanismBuilder::build() const {
   if (m.nodes_.empty())
     throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
   check_moving_inertia(m);
+  if (m.total_mass_ ==
+      0)  // every joint has a rotor: nothing for gravity to pull, and no centre of mass
+    throw InvalidArgument("mechanism '" + name_ + "' has no mass: every moving body is massless");
   return m;
 }
 

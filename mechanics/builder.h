@@ -27,6 +27,12 @@ struct JointSpec {
   double damping = 0, stiffness = 0, rest = 0,
          friction = 0;  ///< see JointProperties; joints of one freedom only
   std::optional<double> lower, upper;
+  /// Rotor (armature) inertia [kg m² | kg], >= 0; joints of one freedom only: n² J of a rotor of inertia J behind a gear
+  /// of ratio n, as the joint feels it. It adds ½ n²J q̇² to the energy, n²J q̇ to the joint's momentum and n²J to its
+  /// entry of the mass matrix. Neglected, as usual: the gyroscopic moment of the spinning rotor on the link that
+  /// carries it, the terms in n J, n times smaller. Its mass, and its J at rest in that link, belong in the link's
+  /// own mass properties. Source: Featherstone 2008, section 9.6.
+  double rotor_inertia = 0;
   std::string where;  ///< "file:line" for messages; empty: the body's
 };
 

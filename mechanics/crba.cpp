@@ -54,6 +54,9 @@ void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T
         Force<T> F = composite * S;
         unroll<Joint::nv>(
             [&](auto l) { M[size_t(n.v + l) + nv * column] = Joint::template project<l>(n, F); });
+        if constexpr (Joint::nv == 1)
+          if (n.rotor_inertia != 0)
+            M[column + nv * column] = M[column + nv * column] + T(n.rotor_inertia);
         for (int j = int(i); nodes[size_t(j)].parent >= 0;) {  // up the supporting path
           F = w.X[size_t(j)].to_parent(F);
           j = nodes[size_t(j)].parent;

@@ -53,7 +53,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
   if (loaded) field_detail::load_bodies(m, w, loads.wrench);
 
   // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the elimination of S,
-  // A_i' V' + b_i' with V' = X_i V_λ is the same h_i, because A' S = 0: the momentum of the subtree needs no old A.
+  // A_i' V' + b_i' with V' = X_i V_λ is the same h_i, for V = V' + S D⁻¹ (u - Uᵀ V'): the momentum of the subtree needs
+  // no old A. A rotor's own momentum is in D and u alone; h is that of the bodies.
   field_detail::factor(m, w, q.data(), p.data(), loaded);
 
   for (size_t i = 0; i < nodes.size(); ++i) {

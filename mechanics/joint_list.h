@@ -57,6 +57,20 @@ inline std::vector<std::string> joint_type_names() {
   return names;
 }
 
+/// Freedoms of a joint type, from the joint lists; -1 if there is no such type.
+inline int freedoms(std::string_view type) {
+  int n = -1;
+  for_each_joint(PrimitiveJoints{}, [&](auto J) {
+    if (decltype(J)::name == type) n = decltype(J)::nv;
+  });
+  for_each_joint(ChainJoints{}, [&](auto J) {
+    if (decltype(J)::name != type) return;
+    n = 0;
+    for (const ChainLink& link : decltype(J)::chain) n += freedoms(link.primitive);
+  });
+  return n;
+}
+
 /// f(constant k) for k = 0 … n-1, unrolled; `descending` for n-1 … 0.
 template <int n, class F>
 [[gnu::always_inline]] inline void unroll(F&& f) {

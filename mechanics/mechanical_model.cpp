@@ -1,8 +1,10 @@
 #include "mechanics/mechanical_model.h"
 
+#include <cmath>
+
 #include "mechanics/hamiltonian_field.h"
-#include "mechanics/joint_list.h"
 #include "mechanics/momentum.h"
+#include "mechanics/passes-inl.h"
 #include "mechanics/resolvent.h"
 
 namespace porthos::mechanics {
@@ -18,11 +20,39 @@ bool is_type(const Node& n, std::string_view name) {
   return is;
 }
 
-phs::Description describe(const Mechanism& m) {
+/// The frame of a body port in the node its link is part of.
+BodyFrame port_frame(const Mechanism& m, const BodyPort& port) {
+  const auto refuse = [&](const std::string& why) {
+    throw InvalidArgument("body port '" + port.name + "': " + why);
+  };
+  if (port.name.empty()) throw InvalidArgument("a body port on '" + port.link + "' has no name");
+  const Vec3d& r = port.position;
+  if (!std::isfinite(r.x) || !std::isfinite(r.y) || !std::isfinite(r.z))
+    refuse("its position is not finite");
+  std::string known;
+  for (const BodyFrame& link : m.bodies()) {
+    if (link.name == port.link) {
+      if (link.node < 0)
+        refuse("its link '" + port.link + "' is fixed to the world and never moves");
+      return {port.name, link.node, link.pose * Pose{Mat3<double>::identity(), r}};
+    }
+    known += (known.empty() ? "" : ", ") + link.name;
+  }
+  refuse("there is no link '" + port.link + "'; known: " + known);
+  return {};
+}
+
+std::vector<BodyFrame> port_frames(const Mechanism& m, const std::vector<BodyPort>& ports) {
+  std::vector<BodyFrame> frames;
+  for (const auto& port : ports) frames.push_back(port_frame(m, port));
+  return frames;
+}
+
+phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports) {
   phs::Description d;
   d.name = m.name();
   d.nx = 2 * m.nq();
-  d.nu = m.nv();
+  d.nu = m.nv() + 6 * int(body_ports.size());
   d.traits.canonical = true;
   for (const auto& j : m.joint_properties())
     d.traits.lossless = d.traits.lossless && j.damping == 0;
@@ -45,6 +75,16 @@ phs::Description describe(const Mechanism& m) {
     const std::string name = single ? first->name : first->joint;
     const char* suffix = !single ? ".wrench" : first->rate_unit == "rad/s" ? ".torque" : ".force";
     d.ports.push_back({name + suffix, phs::PortKind::effort_in, nv, m.nodes()[i].v, effort, rate});
+  }
+  int at_input = m.nv();
+  for (const auto& frame : body_ports) {
+    const std::string name = frame.name + ".wrench";
+    for (const auto& other : d.ports)
+      if (other.name == name)
+        throw InvalidArgument("body port '" + frame.name + "': there is already a port '" + name +
+                              "'");
+    d.ports.push_back({name, phs::PortKind::effort_in, 6, at_input, "N m; N", "rad/s; m/s"});
+    at_input += 6;
   }
 
   bool free_base = false;
@@ -88,12 +128,15 @@ class MechanicalSystem : public phs::System<T> {
   using Out = std::span<T>;
 
  public:
-  MechanicalSystem(const Mechanism& m, const phs::Description& d)
-      : m_(m), d_(d), w_(m), nq_(size_t(m.nq())), scratch_(size_t(m.nq())) {}
+  MechanicalSystem(const Mechanism& m, const std::vector<BodyFrame>& ports,
+                   const phs::Description& d)
+      : m_(m), ports_(ports), d_(d), w_(m), nq_(size_t(m.nq())), scratch_(size_t(m.nq())) {
+    if (!ports.empty()) wrench_.resize(m.nodes().size()), force_.resize(size_t(m.nv()));
+  }
 
   const phs::Description& description() const override { return d_; }
   std::unique_ptr<phs::System<T>> clone() const override {
-    auto copy = std::make_unique<MechanicalSystem>(m_, d_);
+    auto copy = std::make_unique<MechanicalSystem>(m_, ports_, d_);
     copy->w_.turn_angle = w_.turn_angle;
     return copy;
   }
@@ -116,7 +159,10 @@ class MechanicalSystem : public phs::System<T> {
   }
 
   void field(T, In x, In u, Out dx) override {
-    hamiltonian_field(m_, w_, q(x), p(x), {u, {}}, dx.first(nq_), dx.subspan(nq_));
+    Loads<T> loads;
+    if (!u.empty()) loads.tau = u.first(size_t(m_.nv()));
+    if (!u.empty() && !ports_.empty()) collect_wrenches(u), loads.wrench = wrench_;
+    hamiltonian_field(m_, w_, q(x), p(x), loads, dx.first(nq_), dx.subspan(nq_));
     for (const auto& j : m_.joint_properties()) {
       T& p_dot = dx[nq_ + slot(j)];
       p_dot = p_dot - T(j.stiffness) * deflection(j, x) - T(j.damping) * dx[slot(j)];
@@ -163,6 +209,8 @@ class MechanicalSystem : public phs::System<T> {
   }
   void apply_input(In x, In u, Out Gu) override {
     for (auto& g : Gu) g = T(0.0);
+    if (u.empty()) return;
+    if (!ports_.empty()) u = joint_forces(x, u);
     for (const auto& n : m_.nodes())
       visit_joint(n.type, [&](auto J) {
         const T *q = x.data() + n.q, *f = u.data() + n.v;
@@ -192,6 +240,15 @@ class MechanicalSystem : public phs::System<T> {
           }
         }
       });
+    if (ports_.empty()) return;
+    // The twists those joint rates give the bodies: the transpose of joint_forces, pass by pass.
+    passes::place_bodies(m_, w_, x.data());
+    passes::twists(m_, w_, y.data());
+    T* out = y.data() + m_.nv();
+    for (const auto& frame : ports_) {
+      const Motion<T> V = pose(frame).to_child(w_.V[size_t(frame.node)]);
+      for (int k = 0; k < 6; ++k) *out++ = V[k];
+    }
   }
 
   void invariants(In x, Out values) override {
@@ -228,26 +285,62 @@ class MechanicalSystem : public phs::System<T> {
   In q(In x) const { return x.first(nq_); }
   In p(In x) const { return x.subspan(nq_); }
   size_t slot(const JointProperties& j) const { return size_t(j.q); }
+  static Transform<T> pose(const BodyFrame& frame) {
+    return {Mat3<T>(frame.pose.R), Vec3<T>(frame.pose.r)};
+  }
+  /// What the body ports put on each moving body, about the origin of its frame.
+  void collect_wrenches(In u) {
+    for (auto& f : wrench_) f = passes::zero_force<T>();
+    const T* in = u.data() + m_.nv();
+    for (const auto& frame : ports_) {
+      Force<T> f;
+      for (int k = 0; k < 6; ++k) f[k] = *in++;
+      wrench_[size_t(frame.node)] += pose(frame).to_parent(f);
+    }
+  }
+  /// Joint forces that do what all ports do together: τ + Σ Jᵀ w, leaf → root.
+  In joint_forces(In x, In u) {
+    passes::place_bodies(m_, w_, x.data());
+    collect_wrenches(u);
+    for (size_t i = wrench_.size(); i-- > 0;) {
+      const Node& n = m_.nodes()[i];
+      visit_joint(n.type, [&](auto J) {
+        unroll<decltype(J)::nv>([&](auto k) {
+          const size_t j = size_t(n.v + k);
+          force_[j] = u[j] + decltype(J)::template project<k>(n, wrench_[i]);
+        });
+      });
+      if (n.parent >= 0) wrench_[size_t(n.parent)] += w_.X[i].to_parent(wrench_[i]);
+    }
+    return force_;
+  }
   T deflection(const JointProperties& j, In x) const {
     const T turn = j.turn >= 0 ? w_.turn_angle[size_t(j.turn)] : T(0.0);
     return (x[slot(j)] - T(j.rest)) + turn;
   }
 
   const Mechanism& m_;
+  const std::vector<BodyFrame>& ports_;
   const phs::Description& d_;
   Workspace<T> w_;
   size_t nq_;
   std::vector<T> scratch_;
+  // with body ports only:
+  std::vector<Force<T>> wrench_;  ///< per moving body
+  std::vector<T> force_;          ///< per freedom
 };
 
 }  // namespace
 
-MechanicalModel::MechanicalModel(std::shared_ptr<const Mechanism> mechanism)
-    : mechanism_(std::move(mechanism)), description_(describe(*mechanism_)) {}
+MechanicalModel::MechanicalModel(std::shared_ptr<const Mechanism> mechanism,
+                                 const std::vector<BodyPort>& ports)
+    : mechanism_(std::move(mechanism)),
+      ports_(port_frames(*mechanism_, ports)),
+      description_(describe(*mechanism_, ports_)) {}
 
 template <class T>
 std::unique_ptr<phs::System<T>> MechanicalModel::make_system() const {
-  return std::make_unique<MechanicalSystem<T>>(*mechanism_, description_);
+  return std::make_unique<MechanicalSystem<T>>(*mechanism_, ports_, description_);
 }
 
 #define PORTHOS_INSTANTIATE(T) \

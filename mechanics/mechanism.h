@@ -42,6 +42,7 @@ struct JointProperties {
   double rest = 0;       ///< spring's rest coordinate [rad | m]
   double friction = 0;   ///< Coulomb friction as read from a file; reported, not simulated
   std::optional<double> lower, upper;  ///< limits as read from a file; reported, not enforced
+  double rotor_inertia = 0;            ///< see JointSpec; the kernels read Node's
 };
 
 /// Something noticed in the input that does not stop a run.

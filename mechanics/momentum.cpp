@@ -28,6 +28,8 @@ void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> 
     visit_joint(n.type, [&](auto J) {
       T mu[decltype(J)::nv];
       unroll<decltype(J)::nv>([&](auto k) { mu[k] = decltype(J)::template project<k>(n, w.b[i]); });
+      if constexpr (decltype(J)::nv == 1)
+        if (n.rotor_inertia != 0) mu[0] = mu[0] + T(n.rotor_inertia) * v[size_t(n.v)];
       decltype(J)::lift(q.data() + n.q, mu, p.data() + n.q);
     });
   }

@@ -17,11 +17,16 @@ void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> 
 
 /// Total momentum at (q, p). Of bodies free in the world it is read off p, so that it is linear and bilinear in the
 /// state: angular = Σ ½ Im(π ξ̄) + x × P.
+///
+/// It is the momentum of the bodies; the spin of rotors (JointSpec::rotor_inertia) is not in it. Kept it is all the same,
+/// to rounding: ½ n²J q̇² is the same in every position and attitude of the whole, so the momentum that belongs to
+/// moving the whole (Noether) has no term of it. Bodies and rotor spin together are what is not kept.
 template <class T>
 Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                      std::span<const T> p);
 
-/// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear].
+/// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear]. Of the
+/// bodies, without the spin of rotors, as `momentum`.
 /// @param A  written, 6 × nv column-major.  Source: Orin, Goswami, Lee 2013.
 template <class T>
 void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,

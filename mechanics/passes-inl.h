@@ -20,8 +20,8 @@ void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
 }
 
 /// Leaf → root at one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
-///   U = A S,  D = Sᵀ U,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
-/// f: joint momenta (Hamiltonian field) or joint forces (ABA).
+///   U = A S,  D = Sᵀ U + rotor inertia,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
+/// f: joint momenta (Hamiltonian field) or joint forces (ABA). Without a rotor A S = 0 afterwards; with one it is not.
 template <class J, class T>
 [[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, size_t i, const T* f,
                                              bool root) {
@@ -32,7 +32,10 @@ template <class J, class T>
     if constexpr (J::nv == 6)
       for (int r = k + 1; r < 6; ++r)
         U[r] = T(0.0);  // already eliminated; A keeps no track of those rows
-    const T D_inverse = T(1.0) / J::template project<k>(n, U);
+    T D = J::template project<k>(n, U);
+    if constexpr (J::nv == 1)
+      if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
+    const T D_inverse = T(1.0) / D;
     const T u = f[j] - J::template project<k>(n, w.b[i]);
     w.U[j] = U, w.D_inverse[j] = D_inverse, w.u[j] = u;
     w.b[i] += (D_inverse * u) * U;
@@ -52,10 +55,11 @@ template <class J, class T>
   const size_t parent = size_t(n.parent);
   if constexpr (J::nv == 6) {
     // nothing is left of A
-  } else if constexpr (J::frees_rotation_about_z)
+  } else if (J::frees_rotation_about_z && n.rotor_inertia == 0) {
     w.A[parent] += to_parent_free_about_z(w.X[i], w.A[i]);
-  else
+  } else {
     w.A[parent] += to_parent(w.X[i], w.A[i]);
+  }
   w.b[parent] += w.X[i].to_parent(w.b[i]);
 }
 

@@ -9,8 +9,8 @@
 // A joint of one freedom, S in world axes, δq = r_q + z δv:
 //   s_i = s_λ + (S, 0) δv + β δq                        β = (V × S, γ × S_ω)
 //   f_up = f_i + η δq                                   η = (S ×* h, S ×* g)
-//   r_p - z K r_q = ℓ·f_i - z δV_i·(S ×* h) + (z²K + z d) δv     ℓ = (S - z V × S, -z S)
-// The last line is δp - z δp' = r_p with p = Sᵀh and p' = Sᵀ(g - V ×* h) - K q - d v.
+//   r_p - z K r_q = ℓ·f_i - z δV_i·(S ×* h) + (z²K + z d + J) δv     ℓ = (S - z V × S, -z S)
+// The last line is δp - z δp' = r_p with p = Sᵀh + J v (J the rotor's inertia) and p' = Sᵀ(g - V ×* h) - K q - d v.
 
 namespace porthos::mechanics {
 namespace {
@@ -110,7 +110,7 @@ class TreeResolvent final : public phs::Resolvent {
     Down sigma, SP;  ///< SP: Sᵀ of δh_i's part in P
     Up kappa, chi;
     C D_inverse, sigma_beta, e, Sc;
-    double stiffness = 0, damping = 0;
+    double stiffness = 0, damping = 0, rotor_inertia = 0;
   };
   /// Any other joint, with the unknowns u = (δq, δp, δv):
   ///   s_i = s_λ + B u,   f_up = f_i + H u,   G u + Λ f_i + Ω s_i = (r_q, r_p, 0),
@@ -142,6 +142,8 @@ class TreeResolvent final : public phs::Resolvent {
           j.B.resize(n * cols), j.H.resize(n * rows), j.u.resize(n);
         }
       });
+    for (size_t i = 0; i < bodies_.size(); ++i)
+      hinge_[i].rotor_inertia = m.nodes()[i].rotor_inertia;
     for (size_t i = 0; i < bodies_.size(); ++i)
       for (const auto& p : m.joint_properties())
         if (p.q == m.nodes()[i].q && !general_[i].size)
@@ -281,7 +283,8 @@ class TreeResolvent final : public phs::Resolvent {
       if (k < 6) sigma_S += j.S[int(k)] * j.sigma[k];
       j.sigma_beta += j.beta[k] * j.sigma[k];
     }
-    const C D = sigma_S + z_ * (j.sigma_beta + j.stiffness * z_ + C(j.damping));
+    const C D =
+        sigma_S + z_ * (j.sigma_beta + j.stiffness * z_ + C(j.damping)) + C(j.rotor_inertia);
     j.D_inverse = D.inverse();
     if (n.parent < 0) return;
     auto& P = bodies_[size_t(n.parent)].P;
@@ -308,7 +311,7 @@ class TreeResolvent final : public phs::Resolvent {
     const C v = j.e - j.D_inverse * sum, q = r_q + z_ * v;
     for (int k = 0; k < cols; ++k)
       s[size_t(k)] += (k < 6 ? j.S[k] * v : C(0.0)) + j.beta[size_t(k)] * q;
-    r_q = q, r_p = j.Sc;
+    r_q = q, r_p = j.Sc + j.rotor_inertia * v;
     for (size_t k = 0; k < cols; ++k) r_p += j.SP[k] * s[k];
   }
 

@@ -33,6 +33,9 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
     visit_joint(n.type, [&](auto J) {
       unroll<decltype(J)::nv>(
           [&](auto k) { tau[size_t(n.v + k)] = decltype(J)::template project<k>(n, w.b[i]); });
+      if constexpr (decltype(J)::nv == 1)
+        if (n.rotor_inertia != 0 && !vdot.empty())
+          tau[size_t(n.v)] = tau[size_t(n.v)] + T(n.rotor_inertia) * vdot[size_t(n.v)];
     });
     if (n.parent >= 0) w.b[size_t(n.parent)] += w.X[i].to_parent(w.b[i]);
   }

@@ -115,20 +115,6 @@ std::optional<double> finite_number(std::string_view word) {
   return x;
 }
 
-/// Freedoms of a joint type, from the joint lists; -1 if there is no such type.
-int freedoms(std::string_view type) {
-  int n = -1;
-  for_each_joint(PrimitiveJoints{}, [&](auto J) {
-    if (decltype(J)::name == type) n = decltype(J)::nv;
-  });
-  for_each_joint(ChainJoints{}, [&](auto J) {
-    if (decltype(J)::name != type) return;
-    n = 0;
-    for (const ChainLink& link : decltype(J)::chain) n += freedoms(link.primitive);
-  });
-  return n;
-}
-
 /// XML -> Model.
 class Reader {
  public:
@@ -307,6 +293,8 @@ class Reader {
     j.line = e.GetLineNum();
     j.spec.name = required(e, "name");
     j.spec.type = joint_type(e);
+    if (const auto r = options_.rotor_inertia.find(j.spec.name); r != options_.rotor_inertia.end())
+      j.spec.rotor_inertia = r->second;
     expect(e, {"name", "type"},
            {"origin", "parent", "child", "axis", "axis2", "pitch", "limit", "dynamics", "mimic"});
     j.placement = origin(e);
@@ -428,6 +416,9 @@ class Assembler {
       carrier_[child] = &j;
       children_[parent].push_back(child);
     }
+    for (const auto& [name, inertia] : options_.rotor_inertia)
+      if (!joint_lines_.count(name))
+        log_.fail("rotor inertia: " + named(name) + " is not a joint of this file");
   }
   std::size_t end(const Joint& j, const char* what, const std::string& name) const {
     const auto l = by_name_.find(name);

@@ -15,6 +15,9 @@ struct UrdfOptions {
   enum class NoInertia { error, massless } links_without_inertia = NoInertia::error;
   /// Mass properties for links the file gives none, by link name; naming a link that has an <inertial> is an error.
   std::map<std::string, MassProperties> link_inertia;
+  /// Rotor (armature) inertia [kg m² | kg] by joint name, see JointSpec: URDF has no key for it. A name the file does not
+  /// have is an error.
+  std::map<std::string, double> rotor_inertia;
   bool accept_unphysical_inertia = false;  ///< see MechanismBuilder::accept_unphysical_inertia
   bool use_damping =
       true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only

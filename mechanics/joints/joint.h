@@ -32,6 +32,7 @@ struct Node {
   int turn = -1;                ///< index among the angle blocks, -1 if the joint has none
   Transform<double> placement;  ///< joint frame in the parent's frame at q = 0
   double pitch = 0;             ///< helical: advance per radian [m/rad]
+  double rotor_inertia = 0;     ///< adds to the joint's own entry of M; joints of one freedom
   RigidInertia<double> inertia;
 };
 

@@ -134,5 +134,20 @@ TEST(Allocation, NoneInAnEvaluation) {
   EXPECT_EQ(allocations - before, 0);
 }
 
+TEST(Allocation, NoneInAnEvaluationWithBodyPorts) {
+  const auto robot = test::ets_vii();
+  const auto mechanism = std::make_shared<mechanics::Mechanism>(robot.model->mechanism());
+  const mechanics::MechanicalModel model(
+      mechanism, {{"hand", mechanism->bodies().back().name, {0.1, 0.2, 0.3}},
+                  {"thruster", mechanism->bodies().front().name, {-1, 0, 0}}});
+  const auto system = model.instantiate<double>();
+  ASSERT_EQ(model.description().nu, 12 + 2 * 6);
+  std::vector<double> x = robot.start.x, e(x), u(24, 0.1), y(24);
+  const long before = allocations;
+  system->field(0, x, u, e), system->field(0, x, {}, e);
+  system->output(x, e, y), system->apply_input(x, u, e);
+  EXPECT_EQ(allocations - before, 0);
+}
+
 }  // namespace
 }  // namespace porthos::integrators

@@ -19,6 +19,9 @@ class RandomTree {
     return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
   }
 
+  /// Rotor inertias of the joints of one freedom: up to this. No random number is drawn for them, so that the same seed
+  /// gives the same tree without rotors.
+  double rotor = 0;
   /// Frames without rotation: exactly orthonormal in every scalar.
   bool aligned = false;
 
@@ -43,6 +46,8 @@ class RandomTree {
     b.joint.name = "joint_" + std::to_string(i), b.joint.type = type;
     b.joint.axis = aligned ? mechanics::Vec3d{0, 0, 1} : vector(1),
     b.joint.pitch = uniform(-0.3, 0.3);
+    if (rotor > 0 && mechanics::freedoms(type) == 1)
+      b.joint.rotor_inertia = rotor * (1 + i % 3) / 3;
     // a second axis at least 45 degrees off the first: nearly parallel ones make M nearly singular
     const auto first = b.joint.axis;
     do b.joint.second_axis = aligned ? mechanics::Vec3d{1, 0, 0} : vector(1);
