@@ -242,7 +242,7 @@ void describe(Plan& p) {
   int angles = 0;
   for (auto& m : p.members) {
     const Description& of = m.model->description();
-    const std::string prefix = alone ? "" : m.name + ".";
+    const std::string prefix = alone || m.main ? "" : m.name + ".";
     m.angle = angles, m.stored = int(d.storages.size()), m.powers = int(d.powers.size());
     for (Block b : of.blocks) {
       b.name = prefix + b.name, b.at += m.x;
@@ -282,7 +282,8 @@ void describe(Plan& p) {
             refuse(p, "port '" + m.name + "." + port.name +
                           "' has feedthrough and is left open, expected a junction or a source "
                           "behind an element with a state");
-      port.name = (alone ? "" : m.name + ".") + port.name, port.at = d.nu, d.nu += port.size;
+      port.name = (alone || m.main ? "" : m.name + ".") + port.name, port.at = d.nu,
+      d.nu += port.size;
       for (int k = 0; k < port.size; ++k) p.open.push_back(row + k);
       d.ports.push_back(port);
     }
@@ -320,6 +321,12 @@ Network& Network::add(const std::string& name, std::shared_ptr<const Model> memb
                             .nu = d.nu});
   plan_->joint.resize(size_t(plan_->nu()));
   return *this;
+}
+
+Network& Network::main(const std::string& name) {
+  for (auto& m : plan_->members)
+    if (m.name == name) return m.main = true, *this;
+  refuse(*plan_, "has no member '" + name + "'");
 }
 
 Network& Network::feedback(const std::string& effort_in, const std::string& flow_in) {

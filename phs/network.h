@@ -35,6 +35,8 @@ class Network {
 
   /// A member. Several members of one type share their model.
   Network& add(const std::string& name, std::shared_ptr<const Model> member);
+  /// The member the others are elements of: its blocks, books and invariants keep their names.
+  Network& main(const std::string& name);
 
   // --- junctions: each port takes part in one of them --------------------------------------------------------------
   /// The flow of `effort_in` drives `flow_in`, whose effort acts back: u_a = -y_b, u_b = y_a.

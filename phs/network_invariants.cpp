@@ -151,7 +151,7 @@ void find_invariants(Plan& p) {
       const auto first = ok.begin() + inv.at;
       if (!std::all_of(first, first + inv.size, [](bool b) { return b; })) continue;
       d.invariants.push_back(
-          {(alone ? "" : m.name + ".") + inv.name, inv.size, at, inv.degree, inv.unit});
+          {(alone || m.main ? "" : m.name + ".") + inv.name, inv.size, at, inv.degree, inv.unit});
       for (int k = 0; k < inv.size; ++k) p.kept.push_back({int(i), inv.at + k});
       at += inv.size;
     }

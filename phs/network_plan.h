@@ -20,6 +20,7 @@ struct Network::Plan {
     int x = 0, nx = 0, u = 0, nu = 0;  ///< where its state and its inputs stand
     int angle = 0, angles = 0;         ///< where its turn angles stand
     bool active = false;               ///< something acts on its ports
+    bool main = false;                 ///< its names get no prefix
     int stored = 0, powers = 0;        ///< where its books begin
   };
   struct Law {

@@ -92,14 +92,24 @@ Assembly assemble(const Scene& scene) {
   a.mechanism = std::make_shared<const Mechanism>(std::move(urdf.mechanism));
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
-  a.model = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
+  a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
+  a.model = a.mechanical;
 
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
   for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
   if (free_base) put_base(scene.base, *a.mechanism, start);
-  a.initial = phs::State(a.model->description(), a.model->state(start.q, start.v));
+  a.initial = phs::State(a.model->description(), a.mechanical->state(start.q, start.v));
   phs::wrap_angles(a.model->description(), a.initial);
+  return a;
+}
+
+Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x) {
+  require_size("start state", x.size(), size_t(model->description().nx));
+  Assembly a;
+  a.initial = phs::State(model->description(), std::vector<double>(x.begin(), x.end()));
+  phs::wrap_angles(model->description(), a.initial);
+  a.model = std::move(model);
   return a;
 }
 

@@ -50,9 +50,10 @@ class Choosing {
       : scene_(scene), assembly_(assembly), target_(scene.target()) {}
 
   Scene run() {
-    if (!assembly_.model->description().traits.lossless)
+    if (!assembly_.model->description().powers.empty())
       throw InvalidArgument(
-          "method is \"auto\", which goes by the energy error and needs a system without damping: "
+          "method is \"auto\", which goes by the energy error and needs a system without damping "
+          "and sources: "
           "expected the name of a method, and a step");
     StateScale unused(assembly_.model->description());
     const double guess = scene_.step > 0 ? scene_.step : scene_.duration / 20;

@@ -41,7 +41,7 @@ class Comparing {
     c_.budget_s = options.budget_s;
     c_.scene_duration_s = scene.duration;
     c_.duration_s = options.duration.value_or(scene.duration);
-    c_.by_energy = assembly.model->description().traits.lossless;
+    c_.by_energy = assembly.model->description().powers.empty();
     guess_ = scene.step > 0 ? std::min(scene.step, c_.duration_s / 8) : c_.duration_s / 20;
   }
 

@@ -79,9 +79,11 @@ std::string states_section(const Assembly& a) {
   for (const auto& b : d.blocks) {
     std::vector<double> start(&a.initial.x[size_t(b.at)], &a.initial.x[size_t(b.at)] + b.size);
     if (b.kind == BlockKind::angle) start[0] += phs::two_pi_hi * double(*turns++);
-    rows.push_back({b.name, name_of(b.kind), slice(b.at, b.size), b.unit, slice(b.momentum, b.size),
-                    b.momentum_unit, numbers(start.data(), b.size),
-                    numbers(&a.initial.x[size_t(b.momentum)], b.size)});
+    const bool pair = b.momentum >= 0;
+    rows.push_back({b.name, name_of(b.kind), slice(b.at, b.size), b.unit,
+                    pair ? slice(b.momentum, b.size) : "-", b.momentum_unit,
+                    numbers(start.data(), b.size),
+                    pair ? numbers(&a.initial.x[size_t(b.momentum)], b.size) : "-"});
   }
   return fmt::format("States, {} numbers\n", d.nx) + aligned(rows, "  ");
 }
@@ -93,10 +95,19 @@ std::string ports_section(const phs::Description& d) {
   return "Ports\n" + aligned(rows, "  ");
 }
 
+std::string books_section(const phs::Description& d) {
+  std::string stored;
+  for (const auto& s : d.storages) stored += (stored.empty() ? "" : ", ") + s;
+  TextRows rows{{"stored", stored}};
+  for (const auto& p : d.powers)
+    rows.push_back({p.kind == phs::PowerKind::supplied ? "supplied" : "dissipated", p.name});
+  return "Energy is booked as\n" + aligned(rows, "  ");
+}
+
 std::string invariants_section(const phs::Description& d) {
   TextRows rows{{"name", "size", "degree", "unit"}};
   rows.push_back(
-      {"energy", "1", "-", d.traits.lossless ? "J" : "J (falls by what the damping takes)"});
+      {"energy", "1", "-", d.powers.empty() ? "J" : "J (with what is supplied and dissipated)"});
   for (const auto& i : d.invariants)
     rows.push_back(
         {i.name, std::to_string(i.size), i.degree ? std::to_string(i.degree) : "-", i.unit});
@@ -201,9 +212,9 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   const auto& d = assembly.model->description();
   std::string text = scene.title + "\n";
   for (const std::string& section :
-       {model_section(scene, m), states_section(assembly), ports_section(d), invariants_section(d),
-        plan_section(scene, m), left_out_section(m), notes_section(assembly.notes),
-        cost_section(assembly)})
+       {model_section(scene, m), states_section(assembly), ports_section(d), books_section(d),
+        invariants_section(d), plan_section(scene, m), left_out_section(m),
+        notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }

@@ -27,10 +27,18 @@ double energy_scale(const Meter& m, double max_kinetic) {
 
 }  // namespace
 
+Ledger::Ledger(const phs::Description& d)
+    : description_(&d),
+      sum_(d.powers.size(), 0.0),
+      low_(d.powers.size(), 0.0),
+      stored_first_(d.storages.size(), 0.0),
+      stored_(d.storages.size(), 0.0) {}
+
 double Ledger::add(double t, const Measured& m, bool regular) {
   Totals& s = totals_;
-  if (energy_.count() > 0) s.dissipated_J += 0.5 * (t - s.t) * (s.power_W + m.dissipation_W);
-  s.t = t, s.power_W = m.dissipation_W;
+  if (energy_.count() == 0) stored_first_ = m.stored_J;
+  stored_ = m.stored_J;
+  s.t = t;
   s.stored_J = m.energy_change_J;
   s.max_kinetic_J = std::max(s.max_kinetic_J, m.kinetic_J);
   s.max_linear = std::max(s.max_linear, norm(m.linear));
@@ -38,9 +46,13 @@ double Ledger::add(double t, const Measured& m, bool regular) {
   s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
   s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
   s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
-  const double error = m.energy_change_J + s.dissipated_J;
-  energy_.add(error, regular);
-  return error;
+  long double error = m.energy_change_J;
+  for (size_t a = 0; a < sum_.size(); ++a) {
+    const long double work = static_cast<long double>(sum_[a]) + low_[a];
+    error += description_->powers[a].kind == phs::PowerKind::supplied ? -work : work;
+  }
+  energy_.add(double(error), regular);
+  return double(error);
 }
 
 void Ledger::fill(RunReport& r, const Meter& meter) const {
@@ -62,14 +74,24 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
 
   r.records = energy_.count();
   r.stored_J = s.stored_J;
-  r.dissipated_J = s.dissipated_J;
-  r.supplied_J = 0;  // no sources are built into scenes yet
-  r.defect_J = r.stored_J + r.dissipated_J - r.supplied_J;
+  r.turned_over_J = turned_over_;
+  for (size_t a = 0; a < sum_.size(); ++a) {
+    const auto& power = description_->powers[a];
+    const bool in = power.kind == phs::PowerKind::supplied;
+    (in ? r.supplied_J : r.dissipated_J) += sum_[a];
+    (in ? r.ports : r.losses).emplace_back(power.name, sum_[a]);
+  }
+  for (size_t k = 0; k < stored_.size(); ++k)
+    r.storages.emplace_back(description_->storages[k], stored_[k] - stored_first_[k]);
+  r.defect_J = energy_.change();
 }
 
 std::vector<double> Ledger::memory() const {
   const auto totals = std::bit_cast<Numbers>(totals_);
   std::vector<double> m(totals.begin(), totals.end());
+  for (const auto* part : {&sum_, &low_, &stored_first_, &stored_})
+    m.insert(m.end(), part->begin(), part->end());
+  m.push_back(turned_over_);
   const auto rest = energy_.memory();
   m.insert(m.end(), rest.begin(), rest.end());
   return m;
@@ -77,10 +99,17 @@ std::vector<double> Ledger::memory() const {
 
 void Ledger::restore(std::span<const double> m) {
   Numbers totals;
-  if (m.size() < totals.size()) require_size("memory of the ledger", m.size(), totals.size());
-  std::copy_n(m.begin(), totals.size(), totals.begin());
+  const size_t own = totals.size() + 2 * sum_.size() + 2 * stored_.size() + 1;
+  if (m.size() < own) require_size("memory of the ledger", m.size(), own);
+  const auto take = [&](auto& to) {
+    std::copy_n(m.begin(), to.size(), to.begin());
+    m = m.subspan(to.size());
+  };
+  take(totals);
   totals_ = std::bit_cast<Totals>(totals);
-  energy_.restore(m.subspan(totals.size()));
+  for (auto* part : {&sum_, &low_, &stored_first_, &stored_}) take(*part);
+  turned_over_ = m[0];
+  energy_.restore(m.subspan(1));
 }
 
 }  // namespace porthos::scene

@@ -3,22 +3,33 @@
 #include <span>
 #include <vector>
 
+#include "phs/state.h"
 #include "scene/measure.h"
 #include "scene/run.h"
 #include "scene/statistics.h"
 
 namespace porthos::scene {
 
-/// Sums up the records of a run: energy balance, statistics of its error, largest errors.
+/// The books of a run: stored energies, works through every power, the statistics of what does not add up.
 ///
-/// The energy error is the defect of the power balance, H - H(start) + dissipated: H - H(start) of
-/// a lossless system.
-/// The dissipated energy of others is the trapezoidal rule over the records, whose own error then
-/// stands in the defect.
+/// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H - H(start) where nothing is
+/// supplied or dissipated. Works come from the method, step by step, with its own weights (integrators/works.h), and are
+/// summed in double length.
 class Ledger {
  public:
-  /// @return the energy error [J]. regular: as in ErrorStatistics.
+  explicit Ledger(const phs::Description& d);
+
+  /// Books a step: works of each of the system's powers [J].
+  void book(std::span<const double> works) {
+    for (size_t a = 0; a < works.size(); ++a) {
+      phs::compensated_add(sum_[a], low_[a], works[a]);
+      turned_over_ += std::fabs(works[a]);
+    }
+  }
+  /// Measures a record. @return the energy error [J]. regular: as in ErrorStatistics.
   double add(double t, const Measured& m, bool regular);
+  /// Of each of the system's powers since the start [J].
+  const std::vector<double>& works() const { return sum_; }
 
   /// Fills energy, momentum, quaternion and balance entries of a report.
   void fill(RunReport& report, const Meter& meter) const;
@@ -28,14 +39,18 @@ class Ledger {
 
  private:
   struct Totals {
-    double t = 0, power_W = 0;  ///< of the last record
-    double dissipated_J = 0, stored_J = 0;
+    double t = 0;  ///< of the last record
+    double stored_J = 0;
     double max_kinetic_J = 0, max_linear = 0, max_angular = 0, max_quaternion_norm = 0;
     double max_linear_scale = 0, max_angular_scale = 0;
   };
   using Numbers = std::array<double, sizeof(Totals) / sizeof(double)>;
+  const phs::Description* description_;
   Totals totals_;
   ErrorStatistics energy_;
+  std::vector<double> sum_, low_;              ///< per power
+  double turned_over_ = 0;                     ///< Σ |works|
+  std::vector<double> stored_first_, stored_;  ///< per storage: at the start, at the last record
 };
 
 }  // namespace porthos::scene

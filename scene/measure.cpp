@@ -15,18 +15,17 @@ double norm3(const long double* v) {
 }  // namespace
 
 bool Measured::finite() const {
-  double sum =
-      energy_change_J + kinetic_J + dissipation_W + quaternion_norm;  // NaN and inf survive a sum
+  double sum = energy_change_J + kinetic_J + quaternion_norm;  // NaN and inf survive a sum
   for (int k = 0; k < 3; ++k) sum += linear[size_t(k)] + angular[size_t(k)];
   return std::isfinite(sum);
 }
 
 Meter::Meter(const Assembly& a)
-    : model_(a.model), system_(a.model->instantiate<Real>()), workspace_(*a.mechanism) {
+    : model_(a.model), mechanical_(a.mechanical), system_(a.model->instantiate<Real>()) {
+  if (mechanical_) workspace_.emplace(mechanical_->mechanism());
   const phs::Description& d = model_->description();
-  x_.resize(size_t(d.nx)), gradient_.resize(size_t(d.nx)), Re_.resize(size_t(d.nx));
+  x_.resize(size_t(d.nx)), stored_.resize(d.storages.size());
   turns_.resize(a.initial.turns.size()), turn_angles_.resize(turns_.size());
-  lossless_ = d.traits.lossless;
   for (const auto& i : d.invariants) {
     if (i.name == "linear_momentum") linear_at_ = i.at;
     if (i.name == "angular_momentum") angular_at_ = i.at;
@@ -34,10 +33,8 @@ Meter::Meter(const Assembly& a)
   }
   read(a.initial);
   start_ = values();
-  const std::span<const double> x(a.initial.x);
-  const size_t n = x.size() / 2;
-  kinetic_at_start_ =
-      mechanics::kinetic_energy<double>(*a.mechanism, workspace_, x.first(n), x.subspan(n));
+  system_->stored(x_, stored_);
+  kinetic_at_start_ = kinetic(a.initial, {stored_.begin(), stored_.end()});
   size_ = scale_of(a.initial);
   starts_at_rest_ = size_.linear == 0 && size_.angular == 0;
   if (has_linear())
@@ -51,7 +48,8 @@ Measured Meter::operator()(const phs::State& state) {
   read(state);
   const Values now = values();
   m.energy_change_J = to_double(now.energy - start_.energy);
-  if (!lossless_) m.dissipation_W = to_double(dissipation());
+  system_->stored(x_, stored_);
+  m.stored_J.assign(stored_.begin(), stored_.end());
   for (size_t k = 0; k < 3; ++k) {
     const size_t l = size_t(linear_at_) + k, a = size_t(angular_at_) + k;
     if (has_linear()) m.linear[k] = to_double(now.invariants[l] - start_.invariants[l]);
@@ -61,10 +59,7 @@ Measured Meter::operator()(const phs::State& state) {
     const double off = to_double(std::fabs(std::sqrt(now.invariants[at]) - 1));
     if (!(off <= m.quaternion_norm)) m.quaternion_norm = off;  // keeps a NaN
   }
-  const std::span<const double> x(state.x);
-  const size_t n = x.size() / 2;
-  m.kinetic_J =
-      mechanics::kinetic_energy<double>(model_->mechanism(), workspace_, x.first(n), x.subspan(n));
+  m.kinetic_J = kinetic(state, m.stored_J);
   if (starts_at_rest_ && (has_linear() || has_angular())) m.scale = scale_of(state);
   return m;
 }
@@ -85,18 +80,24 @@ Meter::Values Meter::values() {
   return v;
 }
 
-Meter::Real Meter::dissipation() {
-  system_->gradient(x_, gradient_);
-  system_->apply_dissipation(x_, gradient_, Re_);
-  Real power = 0;
-  for (size_t i = 0; i < x_.size(); ++i) power += gradient_[i] * Re_[i];
-  return power;
+double Meter::kinetic(const phs::State& s, const std::vector<double>& stored) {
+  if (mechanical_) {
+    const auto& m = mechanical_->mechanism();
+    const std::span<const double> x(s.x);
+    const size_t n = size_t(m.nq());
+    return mechanics::kinetic_energy<double>(m, *workspace_, x.first(n), x.subspan(n, n));
+  }
+  double most = 0;
+  for (const double e : stored) most = std::max(most, std::fabs(e));
+  return most;
 }
 
 mechanics::MomentumScale Meter::scale_of(const phs::State& s) {
-  const auto v = model_->rates(s.x);
-  const auto q = std::span(s.x).first(s.x.size() / 2);
-  return mechanics::momentum_scale(model_->mechanism(), workspace_, q, v);
+  if (!mechanical_) return {0, 0};
+  const auto& m = mechanical_->mechanism();
+  const std::span<const double> x(s.x);
+  const auto v = mechanical_->rates(x.first(size_t(2 * m.nq())));
+  return mechanics::momentum_scale(m, *workspace_, x.first(size_t(m.nq())), v);
 }
 
 }  // namespace porthos::scene

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mechanics/momentum.h"
@@ -10,9 +11,9 @@ namespace porthos::scene {
 
 /// What a state says against the start of the run.
 struct Measured {
-  double energy_change_J = 0;  ///< H - H(start)
-  double kinetic_J = 0;
-  double dissipation_W = 0;  ///< eᵀR e; 0 for a lossless system
+  double energy_change_J = 0;    ///< H - H(start)
+  double kinetic_J = 0;          ///< of the mechanism; without one, the largest stored energy
+  std::vector<double> stored_J;  ///< of each of the system's storages
   /// momentum - momentum(start), world axes; 0 where not an invariant
   std::array<double, 3> linear{}, angular{};
   double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
@@ -34,7 +35,6 @@ class Meter {
   bool has_linear() const { return linear_at_ >= 0; }
   bool has_angular() const { return angular_at_ >= 0; }
   bool has_rotations() const { return !norms_at_.empty(); }
-  bool lossless() const { return lossless_; }
 
   /// Larger of the momentum at the start and Σ|m_i||v_i| (Σ|I_i||ω_i| + |m_i||c_i||v_i|) there;
   /// both may be 0.
@@ -49,17 +49,18 @@ class Meter {
   static double to_double(Real x) { return static_cast<double>(x); }
   void read(const phs::State& state);  ///< sets x_ and the turns of the system
   Values values();                     ///< of x_
-  Real dissipation();                  ///< eᵀR e at x_
+  double kinetic(const phs::State& state, const std::vector<double>& stored);
   mechanics::MomentumScale scale_of(const phs::State& state);
 
-  std::shared_ptr<const mechanics::MechanicalModel> model_;
+  std::shared_ptr<const phs::Model> model_;
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical_;  ///< may be null
   std::unique_ptr<phs::System<Real>> system_;
-  mechanics::Workspace<double> workspace_;
-  std::vector<Real> x_, gradient_, Re_, turn_angles_;
+  std::optional<mechanics::Workspace<double>> workspace_;
+  std::vector<Real> x_, turn_angles_, stored_;
   std::vector<std::int64_t> turns_;
   int linear_at_ = -1, angular_at_ = -1;
   std::vector<size_t> norms_at_;
-  bool lossless_ = true, starts_at_rest_ = false;
+  bool starts_at_rest_ = false;
   Values start_;
   double kinetic_at_start_ = 0;
   mechanics::MomentumScale size_{0, 0};

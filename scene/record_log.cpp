@@ -28,12 +28,13 @@ void digest_into(std::uint64_t& digest, std::span<const double> words) {
 
 std::int64_t integer(double bits) { return std::bit_cast<std::int64_t>(bits); }
 
-RecordLayout::RecordLayout(const phs::Description& d) : nx(size_t(d.nx)), turns(0) {
+RecordLayout::RecordLayout(const phs::Description& d)
+    : nx(size_t(d.nx)), turns(0), storages(d.storages.size()), powers(d.powers.size()) {
   for (const auto& b : d.blocks) turns += b.kind == phs::BlockKind::angle;
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
-                 double energy_error, std::span<double> row) {
+                 std::span<const double> works, double energy_error, std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
@@ -42,6 +43,8 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   for (size_t k = 0; k < 3; ++k)
     row[l.linear() + k] = m.linear[k], row[l.angular() + k] = m.angular[k];
   row[l.quaternion()] = m.quaternion_norm;
+  std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
+  std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
 }
 
 RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)

@@ -13,9 +13,9 @@
 namespace porthos::scene {
 
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
-/// error [J], errors of linear and angular momentum (3 each), quaternion norm error.
+/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J].
 struct RecordLayout {
-  size_t nx, turns;
+  size_t nx, turns, storages, powers;
   explicit RecordLayout(const phs::Description& d);
   size_t time() const { return 1; }
   size_t x() const { return 2; }
@@ -24,12 +24,15 @@ struct RecordLayout {
   size_t linear() const { return energy() + 1; }
   size_t angular() const { return energy() + 4; }
   size_t quaternion() const { return energy() + 7; }
-  size_t size() const { return energy() + 8; }
+  size_t stored() const { return energy() + 8; }
+  size_t work() const { return stored() + storages; }
+  size_t size() const { return work() + powers; }
 };
 
-/// One row. `energy_error` stands by itself because it contains the dissipated energy.
+/// One row. works: of each of the system's powers since the start; `energy_error` contains them.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
-                 const Measured& m, double energy_error, std::span<double> row);
+                 const Measured& m, std::span<const double> works, double energy_error,
+                 std::span<double> row);
 
 /// How far a log had come when a checkpoint was written.
 struct LogMark {

@@ -75,7 +75,8 @@ class Session {
         row_(layout_.size()),
         state_(assembly.initial),
         total_(std::llround(scene.duration / scene.step)),
-        every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))) {}
+        every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))),
+        ledger_(assembly.model->description()) {}
 
   RunReport run() {
     options_.resume ? resume() : start();
@@ -127,6 +128,7 @@ class Session {
       }
       outcome_ = fixed_ ? integrator_->step(state_) : controlled_step();
       if (outcome_ != Outcome::ok) break;
+      ledger_.book(integrator_->works());
       if (at_record() || ended()) record();
       if (!pace.due()) continue;
       if (since(told) > 0.25) tell(), told = Clock::now();
@@ -166,7 +168,7 @@ class Session {
       return;
     }
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, error, row_);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, row_);
     log_->append(row_);
     remember();
   }
@@ -175,12 +177,16 @@ class Session {
     phs::State state;
     std::vector<double> memory;
     integrators::Cost cost;
+    Ledger ledger;
   };
-  void remember() { good_ = {state_, integrator_->memory(), integrator_->cost()}; }
+  void remember() {
+    good_.emplace(Moment{state_, integrator_->memory(), integrator_->cost(), ledger_});
+  }
   void recall() {
-    state_ = good_.state;
-    integrator_->restore(good_.memory);
-    integrator_->set_cost(good_.cost);
+    state_ = good_->state;
+    integrator_->restore(good_->memory);
+    integrator_->set_cost(good_->cost);
+    ledger_ = good_->ledger;
   }
 
   double cpu() const { return cpu_before_ + (stopped_ ? 0 : cpu_now() - cpu_start_); }
@@ -212,12 +218,17 @@ class Session {
     r.steps = state_.step;
     r.cost = integrator_->cost();
     ledger_.fill(r, meter_);
-    for (const auto& p : assembly_.model->description().ports) r.ports.emplace_back(p.name, 0.0);
     r.outcome = outcome_, r.interrupted = interrupted_;
     r.final_state = state_;
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
     if (const auto solver = integrator_->remark(); !solver.empty())
       r.notes.push_back("implicit equations by " + solver);
+    if (!integrator_->works().empty() && !integrator_->keeps_books())
+      r.notes.push_back(
+          fmt::format("{} keeps no books of its own: works are taken by Simpson's rule over each "
+                      "step, whose error "
+                      "(order 4 in the step) stands in the defect of the balance",
+                      scene_.method));
     if (interrupted_ && !resumable())
       r.notes.push_back(fmt::format(
           "a run by {} cannot be continued from a checkpoint, none was written", scene_.method));
@@ -250,7 +261,7 @@ class Session {
       every_;  ///< steps of the run and from record to record, where they are fixed
   Ledger ledger_;
   std::unique_ptr<RecordLog> log_;
-  Moment good_;
+  std::optional<Moment> good_;
   Outcome outcome_ = Outcome::ok;
   bool interrupted_ = false, stopped_ = false;
   double first_fraction_ = 0;

@@ -39,7 +39,10 @@ struct RunReport {
   double linear_momentum_error = 0, angular_momentum_error = 0,
          quaternion_norm_error = 0;                                     ///< relative, maxima
   double stored_J = 0, supplied_J = 0, dissipated_J = 0, defect_J = 0;  ///< balance over the run
-  std::vector<std::pair<std::string, double>> ports;  ///< energy through each port [J]
+  double turned_over_J = 0;  ///< Σ of the sizes of all works, step by step
+  using Named = std::vector<std::pair<std::string, double>>;
+  Named storages;       ///< change of each stored energy [J]
+  Named ports, losses;  ///< energy in through each source, lost in each dissipating element [J]
   std::vector<Check> checks;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;

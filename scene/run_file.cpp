@@ -38,6 +38,7 @@ class RunFile {
     declare_state(d);
     if (layout_.turns > 0) declare_turns(d);
     declare_errors(r);
+    declare_books(d);
   }
 
   void fill(const std::filesystem::path& log) {
@@ -110,6 +111,24 @@ class RunFile {
     series_.push_back(series("linear_momentum_error", layout_.linear(), 3, real, "kg m/s"));
     series_.push_back(series("angular_momentum_error", layout_.angular(), 3, real, "kg m^2/s"));
     series_.push_back(series("quaternion_norm_error", layout_.quaternion(), 1, real, "1"));
+  }
+
+  void declare_books(const phs::Description& d) {
+    using enum Hdf5File::Kind;
+    file_.group("stored");
+    std::set<std::string> taken;
+    for (size_t k = 0; k < d.storages.size(); ++k)
+      series_.push_back(
+          series("stored/" + link_name(d.storages[k], taken), layout_.stored() + k, 1, real, "J"));
+    if (d.powers.empty()) return;
+    file_.group("supplied"), file_.group("dissipated");
+    taken.clear();
+    for (size_t a = 0; a < d.powers.size(); ++a) {
+      const bool in = d.powers[a].kind == phs::PowerKind::supplied;
+      series_.push_back(
+          series((in ? "supplied/" : "dissipated/") + link_name(d.powers[a].name, taken),
+                 layout_.work() + a, 1, real, "J"));
+    }
   }
 
   void fill_time(const std::vector<double>& rows, size_t n, std::int64_t at) {

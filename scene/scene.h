@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -96,14 +97,20 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
 
 /// Everything a run needs, put together from a scene.
 struct Assembly {
+  std::shared_ptr<const phs::Model> model;  ///< what is run
+  /// The mechanism in it, whose state is the first of the model's; null in a system without one.
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
-  std::shared_ptr<const mechanics::MechanicalModel> model;
   phs::State initial;
   std::vector<mechanics::UrdfNote> notes;
 };
 
 /// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
 Assembly assemble(const Scene& scene);
+
+/// A system of the user's own instead of a model file, from the state x at time 0: run() and the verdict take it with a
+/// Scene whose method, step, duration and record_every are set. @throws InvalidArgument if x has another size
+Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x);
 
 /// What `porthos info` prints: states, ports, invariants, the plan (active and absent effects) and the measured cost of
 /// one evaluation.

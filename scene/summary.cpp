@@ -23,11 +23,18 @@ double angle(const phs::State& s, int at, size_t turn) {
   return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
 }
 
-Json final_state(const mechanics::MechanicalModel& model, const phs::State& s) {
-  const auto& m = model.mechanism();
-  const auto v = model.rates(s.x);
+Json final_state(const Assembly& a, const phs::State& s) {
   Json q = Json::object(), rates = Json::object(), p = Json::object();
   size_t turn = 0;
+  const int mechanical = a.mechanism ? 2 * a.mechanism->nq() : 0;
+  for (const auto& b : a.model->description().blocks) {  // elements and systems of the user's own
+    if (b.at < mechanical) continue;
+    q[b.name] = slice(s.x, b.at, b.size);
+    if (b.momentum >= 0) p[b.name] = slice(s.x, b.momentum, b.size);
+  }
+  if (!a.mechanism) return {{"q", q}, {"p", p}};
+  const auto& m = *a.mechanism;
+  const auto v = a.mechanical->rates(std::span(s.x).first(size_t(mechanical)));
   for (const auto& c : m.coordinates()) {
     q[c.name] = slice(s.x, c.q, c.nq);
     if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
@@ -49,13 +56,15 @@ Json energy(const EnergyReport& e) {
 }
 
 Json balance(const RunReport& r) {
-  Json ports = Json::object();
-  for (const auto& [name, joule] : r.ports) ports[name] = joule;
-  return {{"stored_J", r.stored_J},
-          {"supplied_J", r.supplied_J},
-          {"dissipated_J", r.dissipated_J},
-          {"defect_J", r.defect_J},
-          {"ports", ports}};
+  const auto named = [](const RunReport::Named& list) {
+    Json j = Json::object();
+    for (const auto& [name, joule] : list) j[name] = joule;
+    return j;
+  };
+  return {{"stored_J", r.stored_J},           {"supplied_J", r.supplied_J},
+          {"dissipated_J", r.dissipated_J},   {"defect_J", r.defect_J},
+          {"turned_over_J", r.turned_over_J}, {"storages", named(r.storages)},
+          {"ports", named(r.ports)},          {"losses", named(r.losses)}};
 }
 
 Json checks(const RunReport& r) {
@@ -88,7 +97,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
   j["balance"] = balance(r);
-  j["final_state"] = final_state(*assembly.model, last);
+  j["final_state"] = final_state(assembly, last);
   j["checks"] = checks(r);
   j["verdict"] = r.passed() ? "pass" : "fail";
   j["notes"] = r.notes;

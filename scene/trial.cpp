@@ -26,7 +26,12 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
 class Trying {
  public:
   Trying(const Assembly& a, const Setting& s, const TrialOptions& o, Trial& t)
-      : assembly_(a), options_(o), trial_(t), integrator_(make(a, s)), meter_(a) {
+      : assembly_(a),
+        options_(o),
+        trial_(t),
+        integrator_(make(a, s)),
+        meter_(a),
+        ledger_(a.model->description()) {
     total_ = std::max<std::int64_t>(1, std::llround(o.duration / s.step));
     every_ = std::max<std::int64_t>(1, total_ / o.records);
     known_at_ = o.known ? std::llround(o.known->time / s.step) : -1;
@@ -53,7 +58,10 @@ class Trying {
   void go_to(std::int64_t step) {
     const double start = thread_cpu_now();
     Outcome o = Outcome::ok;
-    while (state_.step < step && o == Outcome::ok) o = integrator_->step(state_);
+    while (state_.step < step && o == Outcome::ok) {
+      o = integrator_->step(state_);
+      if (o == Outcome::ok) ledger_.book(integrator_->works());
+    }
     cpu_ += thread_cpu_now() - start;
     if (o != Outcome::ok) fail(o);
   }

@@ -43,7 +43,7 @@ double forth_and_back(const Scene& scene, const Assembly& a, std::int64_t steps)
     }
     if (scene.step_control != integrators::StepControl::fixed) memory = integrator->memory();
   }
-  const size_t half = s.x.size() / 2;
+  const size_t half = size_t(a.mechanism ? a.mechanism->nq() : int(s.x.size()) / 2);
   const double q_size = std::max(1.0, *std::max_element(size.begin(), size.begin() + long(half)));
   const double p_size = std::max(1e-300, *std::max_element(size.begin() + long(half), size.end()));
   std::vector<double> off(s.x.size());
@@ -86,12 +86,8 @@ void judge(RunReport& r, const Scene& scene, const Meter& meter) {
   if (limits.quaternion_norm && meter.has_rotations())
     check(r, "quaternion_norm", r.quaternion_norm_error, *limits.quaternion_norm);
   if (limits.balance)
-    check(r, "balance", std::fabs(r.defect_J) / r.energy.scale_J, *limits.balance);
-  if (!meter.lossless())
-    r.notes.push_back(
-        "the system dissipates: its dissipated energy is a trapezoidal sum over the records, whose "
-        "error "
-        "stands in the energy error and in the defect of the balance");
+    check(r, "balance", std::fabs(r.defect_J) / std::max(r.energy.scale_J, r.turned_over_J),
+          *limits.balance);
 }
 
 void judge_symmetry(RunReport& r, const Scene& scene, const Assembly& a) {

@@ -35,7 +35,7 @@ TEST_F(SceneAssembly, AssemblyNamesUnknownJointsAndAnUnwantedBase) {
 TEST_F(SceneAssembly, AssemblyPutsStartValuesWhereTheyBelong) {
   const Assembly a = put_together(full_scene);
   const auto& m = *a.mechanism;
-  const auto v = a.model->rates(a.initial.x);
+  const auto v = a.mechanical->rates(a.initial.x);
   const auto& x = a.initial.x;
   const auto &position = m.coordinate("base.position"), &attitude = m.coordinate("base.attitude");
   EXPECT_EQ(x[size_t(position.q)], 1);
