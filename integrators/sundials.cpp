@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <stdexcept>
 
 #include "integrators/rival.h"
@@ -66,6 +68,10 @@ class Sundials : public Rival {
   };
   virtual bool restart(double t) = 0;
   virtual bool integrate(double end) = 0;
+  /// Below it the clock stands still while the state moves on: SUNDIALS would follow a singularity to overflow.
+  static double least_inner_step(double end) {
+    return std::numeric_limits<double>::epsilon() * std::fabs(end);
+  }
   virtual Counts counts() const = 0;
 
   SUNContext context() const { return context_.get(); }
@@ -152,6 +158,7 @@ class Cvode final : public Sundials {
   bool restart(double t) override { return CVodeReInit(solver_.get(), t, vector()) == CV_SUCCESS; }
   bool integrate(double end) override {
     double reached = 0;
+    CVodeSetMinStep(solver_.get(), least_inner_step(end));
     return CVodeSetStopTime(solver_.get(), end) == CV_SUCCESS &&
            CVode(solver_.get(), end, vector(), &reached, CV_NORMAL) >= 0;
   }
@@ -203,13 +210,14 @@ class Arkode final : public Sundials {
     return true;
   }
   bool integrate(double end) override {
-    ARKStepSetStopTime(solver_.get(), end);
+    head_for(end);
     for (long i = 0; i < most_inner_steps; ++i) {
       double now = 0;
       const int flag = ARKStepEvolve(solver_.get(), end, vector(), &now, ARK_ONE_STEP);
       if (flag < 0) {
-        if (!shorten(end)) return false;
-        continue;
+        if (shorten(end)) continue;
+        if (remark_.empty()) remark_ = "ARKODE: " + name_of(flag);  // not every failure is told
+        return false;
       }
       reached_ = now, good_ = y_;
       if (flag == ARK_TSTOP_RETURN) return true;
@@ -226,8 +234,17 @@ class Arkode final : public Sundials {
     y_ = good_;
     make_solver(reached_);
     remark_.clear();
-    return ARKStepSetInitStep(solver_.get(), step) == ARK_SUCCESS &&
-           ARKStepSetStopTime(solver_.get(), end) == ARK_SUCCESS;
+    head_for(end);
+    return ARKStepSetInitStep(solver_.get(), step) == ARK_SUCCESS;
+  }
+  static std::string name_of(int flag) {
+    const std::unique_ptr<char, decltype(&std::free)> name(ARKStepGetReturnFlagName(flag),
+                                                           std::free);
+    return name.get();
+  }
+  void head_for(double end) {
+    ARKStepSetMinStep(solver_.get(), least_inner_step(end));
+    ARKStepSetStopTime(solver_.get(), end);
   }
   Counts counts() const override {
     Counts c;
@@ -273,6 +290,7 @@ class Ida final : public Sundials {
   }
   bool integrate(double end) override {
     double reached = 0;
+    IDASetMinStep(solver_.get(), least_inner_step(end));
     return IDASetStopTime(solver_.get(), end) == IDA_SUCCESS &&
            IDASolve(solver_.get(), end, &reached, vector(), rate_.get(), IDA_NORMAL) >= 0;
   }

@@ -129,15 +129,18 @@ TEST(Rivals, RunBackwards) {
 
 enum class Trouble { none, nan, exception };
 
-/// The driven pendulum, with trouble after t = 0.5. It counts the evaluations of its gradient.
+/// The driven pendulum, with trouble after t = 0.5. It counts the evaluations of its gradient,
+/// and those in duals.
 struct Pendulum : test::DrivenPendulum {
   Trouble trouble = Trouble::none;
-  std::int64_t* count;
+  std::int64_t *count, *duals;
 
-  Pendulum(Trouble t, std::int64_t* c) : trouble(t), count(c) {}
+  Pendulum(Trouble t, std::int64_t* c, std::int64_t* d = nullptr)
+      : trouble(t), count(c), duals(d) {}
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     ++*count;
+    if (duals) *duals += std::is_same_v<T, phs::Dual>;
     test::DrivenPendulum::gradient(x, e);
   }
   template <class T>
@@ -149,10 +152,10 @@ struct Pendulum : test::DrivenPendulum {
   }
 };
 
-// The clock of a driven system, from t = 3 on; evaluations, duals of the Jacobian included, as the system counts them.
+// The clock of a driven system, from t = 3 on; evaluations as the system counts them, the Jacobian's in duals included.
 TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
-  std::int64_t count = 0;
-  const phs::UserModel<Pendulum> model({Trouble::none, &count});
+  std::int64_t count = 0, duals = 0;
+  const phs::UserModel<Pendulum> model({Trouble::none, &count, &duals});
   phs::State start(model.description(), {0.5, 1.0});
   start.origin = 3;
   phs::State exact = start, late = start;
@@ -163,16 +166,19 @@ TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
   ASSERT_GT(distance(exact, late), 1e-3) << "the control: a clock that is late shows";
   for (const auto& name : rivals()) {
     const auto method = make_integrator(name, model, 0.5, tolerance(1e-10));
-    count = 0;
+    count = duals = 0;
     phs::State s = start;
     for (int i = 0; i < 4; ++i) ASSERT_EQ(method->step(s), Outcome::ok);
     const double error = distance(s, exact);
-    std::printf("  %-12s error %.1e (1e-7), %lld evaluations, %lld counted, %lld factorisations\n",
-                name.c_str(), error, (long long)method->cost().evaluations, (long long)count,
-                (long long)method->cost().factorisations);
+    std::printf(
+        "  %-12s error %.1e (1e-7), %lld evaluations, %lld counted, %lld in duals, %lld "
+        "factorisations\n",
+        name.c_str(), error, (long long)method->cost().evaluations, (long long)count,
+        (long long)duals, (long long)method->cost().factorisations);
     EXPECT_LE(error, 1e-7) << name;
     EXPECT_EQ(method->cost().evaluations, count) << name;
     EXPECT_EQ(method->cost().steps, 4) << name;
+    EXPECT_EQ(duals > 0, implicit(name)) << name << ": an exact Jacobian";
     if (name != "gsl_bsimp") {
       EXPECT_EQ(method->cost().factorisations > 0, implicit(name)) << name;
     }
@@ -308,6 +314,41 @@ TEST(Rivals, TrialsBeyondTheDomainAreTakenBack) {
       }
     }
     EXPECT_GT(trials, 0) << name << ": the control, nothing was taken back";
+  }
+}
+
+/// H = q p²: p = -1 / (1 - t) from p = -1 leaves for infinity at t = 1.
+struct BlowUp {
+  phs::Description description() const {
+    phs::Description d;
+    d.name = "blow-up", d.nx = 2, d.traits = {.canonical = true};
+    d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    return x[0] * x[1] * x[1];
+  }
+  template <class T>
+  void gradient(std::span<const T> x, std::span<T> e) const {
+    e[0] = x[1] * x[1], e[1] = T(2.0) * x[0] * x[1];
+  }
+};
+
+TEST(Rivals, DoNotFollowASolutionToInfinity) {
+  const phs::UserModel<BlowUp> model(BlowUp{});
+  const phs::State start(model.description(), {1.0, -1.0});
+  for (const auto& name : rivals()) {
+    phs::State s = start;
+    const auto method = make_integrator(name, model, 2.0, tolerance(1e-8));
+    const Outcome outcome = method->step(s);
+    std::printf("  %-12s %s: %s, %lld evaluations (at most 5e4)\n", name.c_str(),
+                to_string(outcome), method->remark().c_str(),
+                (long long)method->cost().evaluations);
+    EXPECT_NE(outcome, Outcome::ok) << name;
+    EXPECT_TRUE(s == start) << name;
+    EXPECT_LE(method->cost().evaluations, 50'000) << name;
+    EXPECT_NE(method->remark(), "") << name;
   }
 }
 
