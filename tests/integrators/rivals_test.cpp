@@ -214,7 +214,7 @@ struct Syrup {
 };
 
 // With the right Jacobian an implicit method does not see the stiffness; an explicit one does, and so does an implicit
-// one whose Jacobian is wrong.
+// one whose Jacobian is wrong; gsl_bsimp takes ∂f/∂t too, and 2699 evaluations without it.
 TEST(Rivals, ImplicitOnesHaveTheRightJacobian) {
   const phs::UserModel<Syrup> model(Syrup{});
   for (const auto& name : rivals()) {
@@ -223,12 +223,13 @@ TEST(Rivals, ImplicitOnesHaveTheRightJacobian) {
     const auto method = make_integrator(name, model, 1.0, tolerance(1e-6));
     ASSERT_EQ(method->step(s), Outcome::ok) << name;
     const auto evaluations = (long long)method->cost().evaluations;
-    std::printf("  %-12s %lld evaluations (implicit: at most 5000, explicit: more)\n", name.c_str(),
-                evaluations);
+    const long long bound = name == "gsl_bsimp" ? 2000 : 5000;
+    std::printf("  %-12s %lld evaluations (implicit: at most %lld, explicit: more)\n", name.c_str(),
+                evaluations, bound);
     if (implicit(name)) {
-      EXPECT_LE(evaluations, 5000) << name;
+      EXPECT_LE(evaluations, bound) << name;
     } else {
-      EXPECT_GT(evaluations, 5000) << name << ": the control";
+      EXPECT_GT(evaluations, bound) << name << ": the control";
     }
   }
 }
