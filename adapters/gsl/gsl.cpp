@@ -13,10 +13,9 @@ namespace {
 using namespace integrators;
 
 void keep_gsl_from_aborting() {
-  static std::once_flag once;  // the handler is global to the program
-  std::call_once(once, [] {
-    if (auto* own = gsl_set_error_handler_off()) gsl_set_error_handler(own);
-  });
+  static std::mutex mutex;  // the handler is global to the program
+  const std::lock_guard lock(mutex);
+  if (auto* own = gsl_set_error_handler_off()) gsl_set_error_handler(own);
 }
 
 /// A stepper of gsl_odeiv2 under its standard control.

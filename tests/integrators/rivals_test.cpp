@@ -5,6 +5,10 @@
 #include <limits>
 #include <set>
 
+#ifdef PORTHOS_HAVE_GSL
+#include <gsl/gsl_errno.h>
+#endif
+
 #include "integrators/catalogue.h"
 #include "integrators/gauss.h"
 #include "tests/support/driven_pendulum.h"
@@ -447,6 +451,24 @@ TEST(Rivals, WithoutDualsTakeDifferencesOrRefuse) {
     EXPECT_NEAR(H(s), H(start), 1e-7) << name;
   }
 }
+
+#ifdef PORTHOS_HAVE_GSL
+int errors_of_gsl = 0;
+
+TEST(Rivals, KeepGslFromAbortingAndLeaveAHandlerOfOnesOwn) {
+  const phs::UserModel<Bare> model(Bare{});
+  const auto make = [&] { make_integrator("gsl_rk8pd", model, 1.0); };
+  gsl_set_error_handler(nullptr);  // GSL's own, which aborts
+  make();
+  gsl_error("nobody shall hear of this", __FILE__, __LINE__, GSL_EFAILED);
+
+  gsl_set_error_handler([](const char*, const char*, int, int) { ++errors_of_gsl; });
+  make();
+  gsl_error("a program's own handler shall", __FILE__, __LINE__, GSL_EFAILED);
+  EXPECT_EQ(errors_of_gsl, 1);
+  gsl_set_error_handler(nullptr);
+}
+#endif
 
 TEST(Catalogue, TakesNoMoreMethodsOnceInUse) {
   EXPECT_FALSE(catalogue().empty());
