@@ -80,6 +80,16 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   return methods_command(a);
 }
 
+/// The build, and what its parts mean for its licence.
+std::string version() {
+  std::string text = porthos::scene::version_text();
+#ifdef PORTHOS_GSL_RIVALS
+  text +=
+      "  licence   GPL-3 as a whole, as this build links GSL (porthos itself is BSD-3-Clause)\n";
+#endif
+  return text;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -89,7 +99,7 @@ int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("Port-Hamiltonian symplectic toolkit for articulated mechanisms and spacecraft",
                "porthos");
-  app.set_version_flag("--version", porthos::scene::version_text());
+  app.set_version_flag("--version", version());
   app.footer(
       "Example:\n  porthos run examples/ets_vii/scene.toml\n\n"
       "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 130 "

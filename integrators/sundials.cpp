@@ -1,7 +1,6 @@
 #include "integrators/sundials.h"
 
 #include <arkode/arkode_arkstep.h>
-#include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
 #include <ida/ida.h>
 #include <nvector/nvector_serial.h>
@@ -9,178 +8,259 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
 
-#include "integrators/catalogue.h"
+#include "integrators/rival.h"
 
 namespace porthos::integrators {
 namespace {
 
-void require(bool ok, const char* what) {
-  if (!ok) throw InvalidArgument(std::string("SUNDIALS: ") + what + " failed");
+struct Free {
+  void operator()(SUNContext c) const { SUNContext_Free(&c); }
+  void operator()(N_Vector v) const { N_VDestroy(v); }
+  void operator()(SUNMatrix m) const { SUNMatDestroy(m); }
+  void operator()(SUNLinearSolver s) const { SUNLinSolFree(s); }
+  void operator()(SUNNonlinearSolver s) const { SUNNonlinSolFree(s); }
+};
+template <class Handle>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Free>;
+
+/// `free` is CVodeFree, ARKStepFree or IDAFree.
+template <void (*free)(void**)>
+struct FreeSolver {
+  void operator()(void* solver) const { free(&solver); }
+};
+/// The last member of its class: freed before what it was given.
+template <void (*free)(void**)>
+using OwnedSolver = std::unique_ptr<void, FreeSolver<free>>;
+
+Owned<SUNContext> make_context() {
+  SUNContext c = nullptr;
+  SUNContext_Create(nullptr, &c);
+  return Owned<SUNContext>(c);
 }
-constexpr long most_inner_steps = 1'000'000;
 
-/// What the solvers share: context, state vector, dense matrix, right-hand side, and when to start anew.
-class Sundials : public Integrator {
- public:
-  Sundials(const Declaration& d, const phs::Model& model, double h, const Options& o)
-      : Integrator(d, model, h, keep_angles(o)), before_(n_) {
-    require(SUNContext_Create(nullptr, &context_) == 0, "making a context");
-    y_ = N_VNew_Serial(sunindextype(n_), context_);
-    require(y_, "allocation");
-    N_VConst(0.0, y_);
-  }
-  ~Sundials() override {
-    if (fixed_point_) SUNNonlinSolFree(fixed_point_);
-    if (linear_) SUNLinSolFree(linear_);
-    if (matrix_) SUNMatDestroy(matrix_);
-    N_VDestroy(y_);
-    SUNContext_Free(&context_);
-  }
-  Sundials(const Sundials&) = delete;
-  Sundials& operator=(const Sundials&) = delete;
+constexpr long most_inner_steps = 1'000'000;  // in one step
 
-  Outcome advance(double t, double h, phs::State& s) override {
-    double* y = N_VGetArrayPointer(y_);
-    if (s.step != next_step_ || s.x != before_) {  // not a state of ours to continue: start anew
-      for (size_t i = 0; i < n_; ++i) y[i] = s.x[i] + s.lo[i];
-      finite_ = true;
-      if (!start(t)) return finite_ ? Outcome::failed : Outcome::not_finite;
-    }
-    next_step_ = -1;
-    finite_ = true;
-    const int flag = proceed(t + h);
-    if (!finite_) return Outcome::not_finite;
-    if (flag < 0) return Outcome::failed;
-    for (size_t i = 0; i < n_; ++i)
-      if (!std::isfinite(y[i])) return Outcome::not_finite;
-    std::copy(y, y + n_, s.x.begin());
-    std::fill(s.lo.begin(), s.lo.end(), 0.0);
-    before_ = s.x;
-    next_step_ = s.step + 1;
-    return Outcome::ok;
-  }
-
+/// What the solvers share: context, state vector, dense matrix, callbacks, counters.
+class Sundials : public Rival {
  protected:
-  virtual bool start(double t) = 0;
-  /// Integrates y_ to `end` exactly; the solver's flag, negative for failure.
-  virtual int proceed(double end) = 0;
+  Sundials(const Declaration& d, const phs::Model& model, double h, const Options& o)
+      : Rival(d, model, h, o),
+        context_(make_context()),
+        vector_(N_VMake_Serial(sunindextype(n_), y_.data(), context())) {
+    require(context_ && vector_ ? 0 : -1, "allocation");
+  }
 
+  /// Setting up cannot fail but for lack of memory or a mistake of ours.
+  void require(int flag, const char* what) const {
+    if (flag < 0)
+      throw std::runtime_error("method '" + declaration_.name + "': SUNDIALS' " + what + " failed");
+  }
+
+  /// The solver's counters since it was last started: Newton or fixed-point iterations, factorisations.
+  struct Counts {
+    long iterations = 0, factorisations = 0;
+  };
+  virtual bool restart(double t) = 0;
+  virtual bool integrate(double end) = 0;
+  /// Below it the clock stands still while the state moves on: SUNDIALS would follow a singularity to overflow.
+  static double least_inner_step(double end) {
+    return std::numeric_limits<double>::epsilon() * std::fabs(end);
+  }
+  virtual Counts counts() const = 0;
+
+  SUNContext context() const { return context_.get(); }
+  /// A view of y_.
+  N_Vector vector() const { return vector_.get(); }
+  /// For the implicit methods: a matrix with its LU solver, and the exact Jacobian where the system takes duals. False: it
+  /// does not, SUNDIALS takes differences.
+  bool use_newton(const phs::Model& model) {
+    const auto n = sunindextype(n_);
+    matrix_.reset(SUNDenseMatrix(n, n, context()));
+    linear_.reset(SUNLinSol_Dense(vector(), matrix_.get(), context()));
+    require(matrix_ && linear_ ? 0 : -1, "allocation");
+    return use_duals(model);
+  }
+
+  /// User data of every callback.
+  void* self() { return static_cast<Sundials*>(this); }
+  /// 1: try a shorter inner step
+  int answer(bool ok) const { return ok ? 0 : hopeless() ? -1 : 1; }
   static int right_hand_side(double t, N_Vector y, N_Vector dy, void* self) {
-    return static_cast<Sundials*>(self)->evaluate(t, y, dy);
+    auto& me = *static_cast<Sundials*>(self);
+    const bool ok = me.field(t, N_VGetArrayPointer(y), N_VGetArrayPointer(dy));
+    if (!ok) me.refused_at_ = t;
+    return me.answer(ok);
   }
-  int evaluate(double t, N_Vector y, N_Vector dy) {
-    const std::span<const double> x(N_VGetArrayPointer(y), n_);
-    const std::span<double> dx(N_VGetArrayPointer(dy), n_);
-    system_->field(t, x, {}, dx);
-    ++cost_.evaluations;
-    for (double d : dx)
-      if (!std::isfinite(d)) return finite_ = false, -1;
-    return 0;
+  static int dense_jacobian(double t, N_Vector y, N_Vector, SUNMatrix J, void* self, N_Vector,
+                            N_Vector, N_Vector) {
+    auto& me = *static_cast<Sundials*>(self);
+    return me.answer(me.jacobian(t, N_VGetArrayPointer(y), SUNDenseMatrix_Data(J)));
   }
-  void make_dense_solver() {
-    matrix_ = SUNDenseMatrix(sunindextype(n_), sunindextype(n_), context_);
-    linear_ = SUNLinSol_Dense(y_, matrix_, context_);
-    require(matrix_ && linear_, "making the linear solver");
+  /// Takes down what SUNDIALS would print to stderr.
+  static void listen(int code, const char* module, const char*, char* text, void* self) {
+    if (code < 0) static_cast<Sundials*>(self)->remark_ = std::string(module) + ": " + text;
   }
-
-  std::vector<double> before_;
-  std::int64_t next_step_ = -1;
-  bool finite_ = true;
-  SUNContext context_ = nullptr;
-  N_Vector y_ = nullptr;
-  SUNMatrix matrix_ = nullptr;
-  SUNLinearSolver linear_ = nullptr;
-  SUNNonlinearSolver fixed_point_ = nullptr;
 
  private:
-  /// The solvers' histories know nothing of a wrap.
-  static Options keep_angles(Options o) { return o.wrap = false, o; }
+  bool start(double t, double) final {
+    counted_ = {};
+    return restart(t);
+  }
+  bool go_to(double end) final {
+    const bool ok = integrate(end);
+    const Counts now = counts();
+    cost_.sweeps += now.iterations - counted_.iterations;
+    cost_.factorisations += now.factorisations - counted_.factorisations;
+    counted_ = now;
+    return ok;
+  }
+
+  Owned<SUNContext> context_;  // first: freed after all that was made in it
+  Owned<N_Vector> vector_;
+
+ protected:
+  Owned<SUNMatrix> matrix_;
+  Owned<SUNLinearSolver> linear_;
+  double refused_at_ = 0;  ///< time of the last evaluation that was not finite
+
+ private:
+  Counts counted_;
 };
 
 class Cvode final : public Sundials {
  public:
   Cvode(const Declaration& d, const phs::Model& model, double h, const Options& o, int lmm)
-      : Sundials(d, model, h, o), memory_(CVodeCreate(lmm, context_)) {
-    require(memory_ && CVodeInit(memory_, &Cvode::right_hand_side, 0.0, y_) == CV_SUCCESS,
-            "initialisation");
-    require(CVodeSStolerances(memory_, o.rtol, o.atol) == CV_SUCCESS, "setting tolerances");
-    CVodeSetUserData(memory_, static_cast<Sundials*>(this));
-    CVodeSetMaxNumSteps(memory_, most_inner_steps);
-    CVodeSetErrFile(memory_, nullptr);  // outcomes are returned, not printed
+      : Sundials(d, model, h, o), solver_(CVodeCreate(lmm, context())) {
+    void* const c = solver_.get();
+    require(c ? 0 : -1, "allocation");
+    require(CVodeInit(c, right_hand_side, 0.0, vector()), "initialisation");
+    require(CVodeSStolerances(c, o.rtol, o.atol), "setting of tolerances");
+    require(CVodeSetUserData(c, self()), "setting of user data");
+    require(CVodeSetErrHandlerFn(c, listen, self()), "setting of the error handler");
+    require(CVodeSetMaxNumSteps(c, most_inner_steps), "setting of the step limit");
     if (lmm == CV_BDF) {
-      make_dense_solver();
-      require(CVodeSetLinearSolver(memory_, linear_, matrix_) == CV_SUCCESS, "attaching a solver");
+      const bool exact = use_newton(model);
+      require(CVodeSetLinearSolver(c, linear_.get(), matrix_.get()), "attaching of a solver");
+      if (exact) require(CVodeSetJacFn(c, dense_jacobian), "setting of the Jacobian");
     } else {
-      fixed_point_ = SUNNonlinSol_FixedPoint(y_, 0, context_);
-      require(CVodeSetNonlinearSolver(memory_, fixed_point_) == CV_SUCCESS, "attaching a solver");
+      fixed_point_.reset(SUNNonlinSol_FixedPoint(vector(), 0, context()));
+      require(CVodeSetNonlinearSolver(c, fixed_point_.get()), "attaching of a solver");
     }
   }
-  ~Cvode() override { CVodeFree(&memory_); }
 
  private:
-  bool start(double t) override { return CVodeReInit(memory_, t, y_) == CV_SUCCESS; }
-  int proceed(double end) override {
-    double reached;
-    CVodeSetStopTime(memory_, end);
-    return CVode(memory_, end, y_, &reached, CV_NORMAL);
+  bool restart(double t) override { return CVodeReInit(solver_.get(), t, vector()) == CV_SUCCESS; }
+  bool integrate(double end) override {
+    double reached = 0;
+    CVodeSetMinStep(solver_.get(), least_inner_step(end));
+    return CVodeSetStopTime(solver_.get(), end) == CV_SUCCESS &&
+           CVode(solver_.get(), end, vector(), &reached, CV_NORMAL) >= 0;
   }
-  void* memory_;
+  Counts counts() const override {
+    Counts c;
+    CVodeGetNumNonlinSolvIters(solver_.get(), &c.iterations);
+    CVodeGetNumLinSolvSetups(solver_.get(), &c.factorisations);
+    return c;
+  }
+
+  Owned<SUNNonlinearSolver> fixed_point_;
+  OwnedSolver<CVodeFree> solver_;
 };
 
-class ArkodeExplicit final : public Sundials {
+enum class Kind { explicit_pair, implicit_pair };
+
+class Arkode final : public Sundials {
  public:
-  ArkodeExplicit(const Declaration& d, const phs::Model& model, double h, const Options& o,
-                 int order)
-      : Sundials(d, model, h, o),
-        memory_(ERKStepCreate(&ArkodeExplicit::right_hand_side, 0.0, y_, context_)) {
-    require(memory_ && ERKStepSetOrder(memory_, order) == ARK_SUCCESS, "choosing the order");
-    require(ERKStepSStolerances(memory_, o.rtol, o.atol) == ARK_SUCCESS, "setting tolerances");
-    ERKStepSetUserData(memory_, static_cast<Sundials*>(this));
-    ERKStepSetMaxNumSteps(memory_, most_inner_steps);
-    ERKStepSetErrFile(memory_, nullptr);
+  Arkode(const Declaration& d, const phs::Model& model, double h, const Options& o, Kind kind,
+         int order)
+      : Sundials(d, model, h, o), kind_(kind), order_(order) {
+    if (kind == Kind::implicit_pair) exact_ = use_newton(model);
+    make_solver(0);
   }
-  ~ArkodeExplicit() override { ERKStepFree(&memory_); }
 
  private:
-  bool start(double t) override {
-    return ERKStepReInit(memory_, &ArkodeExplicit::right_hand_side, t, y_) == ARK_SUCCESS;
+  void make_solver(double t) {
+    const bool implicit = kind_ == Kind::implicit_pair;
+    solver_.reset(ARKStepCreate(implicit ? nullptr : right_hand_side,
+                                implicit ? right_hand_side : nullptr, t, vector(), context()));
+    void* const a = solver_.get();
+    require(a ? 0 : -1, "allocation");
+    // Used only to step back by a rounding to the end; the default interpolant costs an evaluation every inner step.
+    require(ARKStepSetInterpolantType(a, ARK_INTERP_LAGRANGE), "choice of an interpolant");
+    require(ARKStepSetOrder(a, order_), "choice of an order");
+    require(ARKStepSStolerances(a, options_.rtol, options_.atol), "setting of tolerances");
+    require(ARKStepSetUserData(a, self()), "setting of user data");
+    require(ARKStepSetErrHandlerFn(a, listen, self()), "setting of the error handler");
+    require(ARKStepSetMaxNumSteps(a, most_inner_steps), "setting of the step limit");
+    if (implicit)
+      require(ARKStepSetLinearSolver(a, linear_.get(), matrix_.get()), "attaching of a solver");
+    if (exact_) require(ARKStepSetJacFn(a, dense_jacobian), "setting of the Jacobian");
   }
-  int proceed(double end) override {
-    double reached;
-    ERKStepSetStopTime(memory_, end);
-    return ERKStepEvolve(memory_, end, y_, &reached, ARK_NORMAL);
-  }
-  void* memory_;
-};
 
-class ArkodeImplicit final : public Sundials {
- public:
-  ArkodeImplicit(const Declaration& d, const phs::Model& model, double h, const Options& o,
-                 int order)
-      : Sundials(d, model, h, o),
-        memory_(ARKStepCreate(nullptr, &ArkodeImplicit::right_hand_side, 0.0, y_, context_)) {
-    require(memory_ && ARKStepSetOrder(memory_, order) == ARK_SUCCESS, "choosing the order");
-    require(ARKStepSStolerances(memory_, o.rtol, o.atol) == ARK_SUCCESS, "setting tolerances");
-    make_dense_solver();
-    require(ARKStepSetLinearSolver(memory_, linear_, matrix_) == ARK_SUCCESS, "attaching a solver");
-    ARKStepSetUserData(memory_, static_cast<Sundials*>(this));
-    ARKStepSetMaxNumSteps(memory_, most_inner_steps);
-    ARKStepSetErrFile(memory_, nullptr);
+  /// A new solver: ARKStepReInit keeps the sign of the last inner step and then refuses to turn back (6.4.1).
+  bool restart(double t) override {
+    make_solver(t);
+    reached_ = t, good_ = y_;
+    return true;
   }
-  ~ArkodeImplicit() override { ARKStepFree(&memory_); }
+  bool integrate(double end) override {
+    head_for(end);
+    for (long i = 0; i < most_inner_steps; ++i) {
+      double now = 0;
+      const int flag = ARKStepEvolve(solver_.get(), end, vector(), &now, ARK_ONE_STEP);
+      if (flag < 0) {
+        if (shorten(end)) continue;
+        if (remark_.empty()) remark_ = "ARKODE: " + name_of(flag);  // not every failure is told
+        return false;
+      }
+      reached_ = now, good_ = y_;
+      if (flag == ARK_TSTOP_RETURN) return true;
+    }
+    remark_ = "ARKODE: the limit of inner steps was reached";
+    return false;
+  }
+  /// ARKODE's explicit steps give up at the first stage that is not finite. Starts anew from the last good state, for half
+  /// the way to that stage.
+  bool shorten(double end) {
+    const double step = 0.5 * (refused_at_ - reached_);
+    if (kind_ != Kind::explicit_pair || !stopped_by_field() || reached_ + step == reached_)
+      return false;
+    y_ = good_;
+    make_solver(reached_);
+    remark_.clear();
+    head_for(end);
+    return ARKStepSetInitStep(solver_.get(), step) == ARK_SUCCESS;
+  }
+  static std::string name_of(int flag) {
+    const std::unique_ptr<char, decltype(&std::free)> name(ARKStepGetReturnFlagName(flag),
+                                                           std::free);
+    return name.get();
+  }
+  void head_for(double end) {
+    ARKStepSetMinStep(solver_.get(), least_inner_step(end));
+    ARKStepSetStopTime(solver_.get(), end);
+  }
+  Counts counts() const override {
+    Counts c;
+    if (kind_ == Kind::implicit_pair) {
+      ARKStepGetNumNonlinSolvIters(solver_.get(), &c.iterations);
+      ARKStepGetNumLinSolvSetups(solver_.get(), &c.factorisations);
+    }
+    return c;
+  }
 
- private:
-  bool start(double t) override {
-    return ARKStepReInit(memory_, nullptr, &ArkodeImplicit::right_hand_side, t, y_) == ARK_SUCCESS;
-  }
-  int proceed(double end) override {
-    double reached;
-    ARKStepSetStopTime(memory_, end);
-    return ARKStepEvolve(memory_, end, y_, &reached, ARK_NORMAL);
-  }
-  void* memory_;
+  Kind kind_;
+  int order_;
+  bool exact_ = false;  ///< the Jacobian is
+  double reached_ = 0;  ///< the end of the last good inner step
+  std::vector<double> good_;
+  OwnedSolver<ARKStepFree> solver_;
 };
 
 /// F(t, y, y') = y' - f(t, y): the form that constrained systems will need, tried here on unconstrained ones.
@@ -188,75 +268,82 @@ class Ida final : public Sundials {
  public:
   Ida(const Declaration& d, const phs::Model& model, double h, const Options& o)
       : Sundials(d, model, h, o),
-        dy_(N_VClone(y_)),
-        f_(N_VClone(y_)),
-        memory_(IDACreate(context_)) {
-    N_VConst(0.0, dy_);
-    require(memory_ && IDAInit(memory_, &Ida::residual, 0.0, y_, dy_) == IDA_SUCCESS,
-            "initialisation");
-    require(IDASStolerances(memory_, o.rtol, o.atol) == IDA_SUCCESS, "setting tolerances");
-    make_dense_solver();
-    require(IDASetLinearSolver(memory_, linear_, matrix_) == IDA_SUCCESS, "attaching a solver");
-    IDASetUserData(memory_, this);
-    IDASetMaxNumSteps(memory_, most_inner_steps);
-    IDASetErrFile(memory_, nullptr);
-  }
-  ~Ida() override {
-    IDAFree(&memory_);
-    N_VDestroy(dy_), N_VDestroy(f_);
+        rate_(N_VNew_Serial(sunindextype(n_), context())),
+        solver_(IDACreate(context())) {
+    void* const s = solver_.get();
+    require(s && rate_ ? 0 : -1, "allocation");
+    N_VConst(0.0, rate_.get());
+    require(IDAInit(s, residual, 0.0, vector(), rate_.get()), "initialisation");
+    require(IDASStolerances(s, o.rtol, o.atol), "setting of tolerances");
+    require(IDASetUserData(s, self()), "setting of user data");
+    require(IDASetErrHandlerFn(s, listen, self()), "setting of the error handler");
+    require(IDASetMaxNumSteps(s, most_inner_steps), "setting of the step limit");
+    const bool exact = use_newton(model);
+    require(IDASetLinearSolver(s, linear_.get(), matrix_.get()), "attaching of a solver");
+    if (exact) require(IDASetJacFn(s, residual_jacobian), "setting of the Jacobian");
   }
 
  private:
-  static int residual(double t, N_Vector y, N_Vector dy, N_Vector r, void* self) {
-    auto& me = *static_cast<Ida*>(self);
-    if (const int bad = me.evaluate(t, y, me.f_)) return bad;
-    N_VLinearSum(1.0, dy, -1.0, me.f_, r);
-    return 0;
+  bool restart(double t) override {  // y' = f(t, y) makes the start consistent
+    return right_hand_side(t, vector(), rate_.get(), self()) == 0 &&
+           IDAReInit(solver_.get(), t, vector(), rate_.get()) == IDA_SUCCESS;
   }
-  bool start(double t) override {
-    return evaluate(t, y_, dy_) == 0 && IDAReInit(memory_, t, y_, dy_) == IDA_SUCCESS;
+  bool integrate(double end) override {
+    double reached = 0;
+    IDASetMinStep(solver_.get(), least_inner_step(end));
+    return IDASetStopTime(solver_.get(), end) == IDA_SUCCESS &&
+           IDASolve(solver_.get(), end, &reached, vector(), rate_.get(), IDA_NORMAL) >= 0;
   }
-  int proceed(double end) override {
-    double reached;
-    IDASetStopTime(memory_, end);
-    return IDASolve(memory_, end, &reached, y_, dy_, IDA_NORMAL);
+  Counts counts() const override {
+    Counts c;
+    IDAGetNumNonlinSolvIters(solver_.get(), &c.iterations);
+    IDAGetNumLinSolvSetups(solver_.get(), &c.factorisations);
+    return c;
   }
-  N_Vector dy_, f_;
-  void* memory_;
-};
 
-/// An entry whose maker passes `extra` on to the constructor.
-template <class Solver, class... Extra>
-Entry rival(std::string name, std::string title, std::string source, Extra... extra) {
-  return double_entry({.name = std::move(name),
-                       .title = std::move(title),
-                       .family = "Rivals",
-                       .resumable = false,
-                       .rival = true,
-                       .source = std::move(source)},
-                      [=](const Declaration& d, const phs::Model& m, double h, const Options& o) {
-                        return std::make_unique<Solver>(d, m, h, o, extra...);
-                      });
-}
+  static int residual(double t, N_Vector y, N_Vector dy, N_Vector F, void* self) {
+    const int flag = right_hand_side(t, y, F, self);
+    N_VLinearSum(1.0, dy, -1.0, F, F);
+    return flag;
+  }
+  /// c I - ∂f/∂y
+  static int residual_jacobian(double t, double c, N_Vector y, N_Vector, N_Vector, SUNMatrix J,
+                               void* self, N_Vector a, N_Vector b, N_Vector d) {
+    const int flag = dense_jacobian(t, y, nullptr, J, self, a, b, d);
+    const auto n = SUNDenseMatrix_Columns(J);
+    for (sunindextype j = 0; j < n; ++j) {
+      double* const column = SUNDenseMatrix_Column(J, j);
+      for (sunindextype i = 0; i < n; ++i) column[i] = (i == j ? c : 0.0) - column[i];
+    }
+    return flag;
+  }
+
+  Owned<N_Vector> rate_;  ///< y'
+  OwnedSolver<IDAFree> solver_;
+};
 
 }  // namespace
 
 Entries sundials_entries() {
   const char* sundials = "Hindmarsh et al. 2005, ACM Trans. Math. Softw. 31:363";
   const char* arkode = "Reynolds, Gardner, Woodward, Chinomona 2023, ACM Trans. Math. Softw. 49:19";
+  using enum Kind;
   return {
-      rival<Cvode>("cvode_adams", "SUNDIALS CVODE, Adams-Moulton, variable step and order",
-                   sundials, CV_ADAMS),
-      rival<Cvode>("cvode_bdf", "SUNDIALS CVODE, BDF, variable step and order", sundials, CV_BDF),
-      rival<ArkodeExplicit>("arkode_erk4", "SUNDIALS ARKODE, explicit Runge-Kutta of order 4",
-                            arkode, 4),
-      rival<ArkodeExplicit>("arkode_erk5", "SUNDIALS ARKODE, explicit Runge-Kutta of order 5",
-                            arkode, 5),
-      rival<ArkodeExplicit>("arkode_erk8", "SUNDIALS ARKODE, explicit Runge-Kutta of order 8",
-                            arkode, 8),
-      rival<ArkodeImplicit>(
-          "arkode_dirk5", "SUNDIALS ARKODE, diagonally implicit Runge-Kutta of order 5", arkode, 5),
-      rival<Ida>("ida", "SUNDIALS IDA, BDF on the residual y' - f(t, y)", sundials)};
+      rival_entry<Cvode>("cvode_adams", "SUNDIALS CVODE, Adams-Moulton, variable step and order",
+                         sundials, CV_ADAMS),
+      rival_entry<Cvode>("cvode_bdf", "SUNDIALS CVODE, BDF, variable step and order", sundials,
+                         CV_BDF),
+      rival_entry<Arkode>("arkode_erk4", "SUNDIALS ARKODE, explicit Runge-Kutta, Zonneveld 4(3)",
+                          arkode, explicit_pair, 4),
+      rival_entry<Arkode>("arkode_erk5", "SUNDIALS ARKODE, explicit Runge-Kutta, Cash-Karp 5(4)",
+                          arkode, explicit_pair, 5),
+      rival_entry<Arkode>("arkode_erk8", "SUNDIALS ARKODE, explicit Runge-Kutta, Fehlberg 8(7)",
+                          arkode, explicit_pair, 8),
+      rival_entry<Arkode>(
+          "arkode_dirk5",
+          "SUNDIALS ARKODE, diagonally implicit Runge-Kutta, Kennedy-Carpenter 5(4)", arkode,
+          implicit_pair, 5),
+      rival_entry<Ida>("ida", "SUNDIALS IDA, BDF on the residual y' - f(t, y)", sundials)};
 }
 
 }  // namespace porthos::integrators

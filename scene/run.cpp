@@ -221,14 +221,14 @@ class Session {
     r.outcome = outcome_, r.interrupted = interrupted_;
     r.final_state = state_;
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
-    if (const auto solver = integrator_->remark(); !solver.empty())
-      r.notes.push_back("implicit equations by " + solver);
+    if (const auto remark = integrator_->remark(); !remark.empty())
+      r.notes.push_back(integrator_->declaration().rival ? remark
+                                                         : "implicit equations by " + remark);
     if (!integrator_->works().empty() && !integrator_->keeps_books())
-      r.notes.push_back(
-          fmt::format("{} keeps no books of its own: works are taken by Simpson's rule over each "
-                      "step, whose error "
-                      "(order 4 in the step) stands in the defect of the balance",
-                      scene_.method));
+      r.notes.push_back(fmt::format(
+          "{} keeps no books of its own: works are taken by Simpson's rule over each step, whose "
+          "error (order 4 in the step) stands in the defect of the balance",
+          scene_.method));
     if (interrupted_ && !resumable())
       r.notes.push_back(fmt::format(
           "a run by {} cannot be continued from a checkpoint, none was written", scene_.method));

@@ -182,6 +182,13 @@ TEST_F(Cli, VersionNamesTheBuild) {
   EXPECT_EQ(a.code, 0);
   for (const char* part : {"porthos ", "commit", "compiler", "-ffp-contract=off"})
     EXPECT_TRUE(contains(a.out, part)) << part;
+#ifdef PORTHOS_GSL_RIVALS
+  const bool gpl = true;
+#else
+  const bool gpl = false;
+#endif
+  EXPECT_EQ(contains(a.out, "\n  licence   GPL-3 as a whole, as this build links GSL "), gpl)
+      << a.out;
 }
 
 TEST_F(Cli, InfoGoesToStdout) {

@@ -135,7 +135,7 @@ std::shared_ptr<const phs::NetworkModel> elastic_arm(bool driven) {
     link.joint.name = i ? "q2" : "q1", link.joint.type = "revolute", link.joint.axis = {0, -1, 0};
     if (i) link.placement.r = {0, 0, -0.5};
     link.mass.mass = mass[i], link.mass.com = {0, 0, -0.25};
-    link.mass.inertia = {.xx = inertia[i], .yy = inertia[i], .zz = inertia[i]};
+    link.mass.inertia = {inertia[i], 0, 0, inertia[i], 0, inertia[i]};
     b.add(link);
   }
   Network n("series-elastic arm");

@@ -120,32 +120,5 @@ TEST(Order, OnAFloatingArm) {
   }
 }
 
-// The rivals converge to the same solution as their tolerance shrinks; a state that is not a number is a status.
-TEST(Order, RivalsAgree) {
-  for (const auto& d : catalogue()) {
-    if (!d.rival) continue;
-    double error[2];
-    for (int i : {0, 1}) {
-      Options o;
-      o.rtol = o.atol = i == 0 ? 1e-6 : 1e-10;
-      phs::State s = robot().start;
-      const auto integrator = make_integrator(d.name, *robot().model, duration / 2, o);
-      ASSERT_EQ(integrator->step(s), Outcome::ok) << d.name;
-      ASSERT_EQ(integrator->step(s), Outcome::ok) << d.name;  // goes on where it was
-      error[i] = test::distance({s.x.begin(), s.x.end()}, reference());
-      if (i == 0) continue;
-      std::printf("  %-16s error %.1e at 1e-6, %.1e at 1e-10   bound 1e-6   %lld evaluations\n",
-                  d.name.c_str(), error[0], error[1], (long long)integrator->cost().evaluations);
-    }
-    EXPECT_LE(error[1], 1e-6) << d.name;
-    EXPECT_LT(error[1], 0.1 * error[0]) << d.name;
-
-    phs::State broken = robot().start;
-    broken.x[20] = NAN;
-    EXPECT_EQ(make_integrator(d.name, *robot().model, duration)->step(broken), Outcome::not_finite)
-        << d.name;
-  }
-}
-
 }  // namespace
 }  // namespace porthos::integrators
