@@ -93,13 +93,15 @@ Assembly assemble(const Scene& scene) {
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
-  a.model = a.mechanical;
+  a.model = with_elements(a.mechanical, scene.elements);
 
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
   for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
   if (free_base) put_base(scene.base, *a.mechanism, start);
-  a.initial = phs::State(a.model->description(), a.mechanical->state(start.q, start.v));
+  auto x = a.mechanical->state(start.q, start.v);
+  x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
+  a.initial = phs::State(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), a.initial);
   return a;
 }

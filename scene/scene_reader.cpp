@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -14,63 +13,17 @@
 
 #include "integrators/integrator.h"
 #include "scene/auto_method.h"
+#include "scene/element.h"
 #include "scene/scene.h"
+#include "scene/toml_table.h"
 
 namespace porthos::scene {
 namespace {
 
 namespace fs = std::filesystem;
 using mechanics::Vec3d;
-using Names = std::vector<std::string_view>;
 
 constexpr double most_steps = 1e15;
-
-// --- words ------------------------------------------------------------------------------------------------------
-
-std::string joined(const Names& names) { return fmt::format("{}", fmt::join(names, ", ")); }
-
-/// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
-size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
-  for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  for (size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
-  for (size_t i = 1; i <= a.size(); ++i)
-    for (size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] =
-          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  return d[a.size()][b.size()];
-}
-
-std::string_view nearest(std::string_view name, const Names& known) {
-  return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
-    return edit_distance(name, a) < edit_distance(name, b);
-  });
-}
-
-/// What stands in the file, for "expected ..." sentences.
-std::string found(const toml::node& n) {
-  switch (n.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "an array";
-    case toml::node_type::string:
-      return "a string";
-    case toml::node_type::boolean:
-      return "a boolean";
-    case toml::node_type::date:
-      return "a date";
-    case toml::node_type::time:
-      return "a time of day";
-    case toml::node_type::date_time:
-      return "a date and time";
-    default:
-      return "a number";
-  }
-}
 
 std::string read_file(const std::string& path, const std::string& what) {
   const auto refuse = [&](const std::string& why) {
@@ -88,10 +41,6 @@ std::string read_file(const std::string& path, const std::string& what) {
 }
 
 // --- values both a file and a command line can give: `where` is "file:line:column" or "--step" ---------------------
-
-[[noreturn]] void refuse(const std::string& where, const std::string& sentence) {
-  throw InvalidArgument(where + ": " + sentence);
-}
 
 void check_method(const std::string& method, const std::string& where) {
   Names known;
@@ -122,12 +71,6 @@ void check_control(const Scene& s, const std::string& where) {
                        control, s.method));
 }
 
-void check_seconds(const char* name, double seconds, const std::string& where) {
-  if (!std::isfinite(seconds))
-    refuse(where, fmt::format("{} is {}, expected a finite number of seconds", name, seconds));
-  if (seconds <= 0) refuse(where, fmt::format("{} is {} s, expected more than 0 s", name, seconds));
-}
-
 void check_step_count(double step, double duration, const std::string& where) {
   if (duration < step)
     refuse(where,
@@ -143,154 +86,6 @@ double default_record_every(double step, double duration) {
   return std::max(1.0, std::round(duration / 1000 / step)) * step;
 }
 
-// --- a table of the file with a closed list of keys ----------------------------------------------------------------
-
-struct File {
-  std::string path;
-  std::string at(const toml::source_region& r) const {
-    return fmt::format("{}:{}:{}", path, std::max(r.begin.line, 1u), std::max(r.begin.column, 1u));
-  }
-};
-
-/// Reads typed values; every refusal names file, line, column, key, what was found and what was expected.
-class Table {
- public:
-  /// @param label   how people call it: "[run]"
-  /// @param prefix  goes before the keys in messages: "base."
-  Table(const File& file, const toml::table& t, std::string label, std::string prefix, Names known)
-      : file_(file),
-        t_(t),
-        label_(std::move(label)),
-        prefix_(std::move(prefix)),
-        known_(std::move(known)) {
-    for (const auto& [key, value] : t_) check_known(key);
-  }
-
-  bool has(const char* key) const { return t_.contains(key); }
-  std::string at(const char* key) const { return file_.at(t_.get(key)->source()); }
-  std::string at_key(const char* key) const { return file_.at(t_.find(key)->first.source()); }
-  [[noreturn]] void fail(const char* key, const std::string& sentence) const {
-    refuse(at(key), prefix_ + key + " " + sentence);
-  }
-  [[noreturn]] void missing(const char* key, const std::string& expected) const {
-    refuse(file_.at(t_.source()),
-           fmt::format("{} has no key '{}', expected {}", label_, key, expected));
-  }
-  void require(const char* key, const std::string& expected) const {
-    if (!has(key)) missing(key, expected);
-  }
-
-  std::string text(const char* key, const std::string& expected) const {
-    const toml::node& n = *t_.get(key);
-    if (!n.is_string()) fail(key, fmt::format("is {}, expected {}", found(n), expected));
-    return **n.as_string();
-  }
-  bool boolean(const char* key) const {
-    const toml::node& n = *t_.get(key);
-    if (!n.is_boolean()) fail(key, fmt::format("is {}, expected true or false", found(n)));
-    return **n.as_boolean();
-  }
-  /// One of some words.
-  std::string choice(const char* key, const Names& words) const {
-    const std::string expected = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
-    const std::string word = text(key, expected);
-    if (std::find(words.begin(), words.end(), word) == words.end())
-      fail(key, fmt::format("is \"{}\", expected {}", word, expected));
-    return word;
-  }
-  /// @param unit  " of seconds", or empty
-  double number(const char* key, const char* unit) const {
-    return finite(*t_.get(key), prefix_ + key, unit);
-  }
-  double number_or(const char* key, const char* unit, double otherwise) const {
-    return has(key) ? number(key, unit) : otherwise;
-  }
-  double not_negative_or(const char* key, const char* unit, double otherwise) const {
-    const double x = number_or(key, unit, otherwise);
-    if (x < 0) fail(key, fmt::format("is {}, expected a number{}, 0 or more", x, unit));
-    return x;
-  }
-  double seconds(const char* key) const {
-    const double x = number(key, " of seconds");
-    check_seconds((prefix_ + key).c_str(), x, at(key));
-    return x;
-  }
-  std::uint64_t whole(const char* key) const {
-    const toml::node& n = *t_.get(key);
-    const std::string expected = "expected a whole number, 0 or more";
-    if (!n.is_number()) fail(key, fmt::format("is {}, {}", found(n), expected));
-    if (!n.is_integer() || **n.as_integer() < 0)
-      fail(key, fmt::format("is {}, {}", *n.value<double>(), expected));
-    return static_cast<std::uint64_t>(**n.as_integer());
-  }
-  template <size_t count>
-  std::array<double, count> numbers(const char* key, const char* unit) const {
-    const toml::node& n = *t_.get(key);
-    const std::string expected = fmt::format("expected {} numbers{}", count, unit);
-    if (!n.is_array()) fail(key, fmt::format("is {}, {}", found(n), expected));
-    const toml::array& a = *n.as_array();
-    if (a.size() != count)
-      fail(key,
-           fmt::format("has {} {}, {}", a.size(), a.size() == 1 ? "entry" : "entries", expected));
-    std::array<double, count> x{};
-    for (size_t i = 0; i < count; ++i)
-      x[i] = finite(a[i], fmt::format("{}{}[{}]", prefix_, key, i), unit);
-    return x;
-  }
-  Vec3d vector_or_zero(const char* key, const char* unit) const {
-    if (!has(key)) return {0, 0, 0};
-    const auto x = numbers<3>(key, unit);
-    return {x[0], x[1], x[2]};
-  }
-
-  const toml::table& raw(const char* key, const std::string& expected) const {
-    const toml::node& n = *t_.get(key);
-    if (!n.is_table()) fail(key, fmt::format("is {}, expected {}", found(n), expected));
-    return *n.as_table();
-  }
-  /// A table inside this one: [initial] base -> keys are called base.position, ...
-  Table table(const char* key, Names known) const {
-    const auto& inner = raw(key, "a table with the keys " + joined(known));
-    return {file_, inner, prefix_ + key, prefix_ + key + ".", std::move(known)};
-  }
-  /// Calls f(name, where, table) for each of the user's own names in the table `key`.
-  template <class F>
-  void each(const char* key, const Names& known, F f) const {
-    if (!has(key)) return;
-    for (const auto& [name, node] : raw(key, "a table of tables by name")) {
-      const std::string full = fmt::format("{}{}.{}", prefix_, key, name.str());
-      const std::string where = file_.at(name.source());
-      if (!node.is_table())
-        refuse(file_.at(node.source()), fmt::format("{} is {}, expected a table with the keys {}",
-                                                    full, found(node), joined(known)));
-      f(std::string(name.str()), where, Table(file_, *node.as_table(), full, full + ".", known));
-    }
-  }
-
- private:
-  void check_known(const toml::key& key) const {
-    if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) return;
-    refuse(file_.at(key.source()),
-           fmt::format("unknown key '{}' in {}, the nearest known one is '{}' (known: {})",
-                       key.str(), label_, nearest(key.str(), known_), joined(known_)));
-  }
-  double finite(const toml::node& n, const std::string& name, const char* unit) const {
-    if (!n.is_number())
-      refuse(file_.at(n.source()),
-             fmt::format("{} is {}, expected a number{}", name, found(n), unit));
-    const double x = *n.value<double>();
-    if (!std::isfinite(x))
-      refuse(file_.at(n.source()),
-             fmt::format("{} is {}, expected a finite number{}", name, x, unit));
-    return x;
-  }
-
-  const File& file_;
-  const toml::table& t_;
-  std::string label_, prefix_;
-  Names known_;
-};
-
 // --- the tables of a scene -----------------------------------------------------------------------------------------
 
 class Reader {
@@ -301,8 +96,9 @@ class Reader {
     s_.path = file_.path;
     s_.text = read_file(s_.path, "scene file");
     parse();
-    const Table top(file_, root_, "the scene", "",
-                    {"title", "model", "environment", "initial", "integrator", "run", "verify"});
+    const Table top(
+        file_, root_, "the scene", "",
+        {"title", "model", "environment", "initial", "element", "integrator", "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -310,6 +106,10 @@ class Reader {
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
+    s_.elements = read_elements(top);
+    for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
+      if (e.motor && e.motor->rotor_inertia > 0)
+        s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
     const Table method =
         section(top, "integrator",
                 {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",

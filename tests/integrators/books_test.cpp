@@ -89,7 +89,7 @@ std::shared_ptr<const phs::NetworkModel> driven_pendulum_of_the_reference() {
                         std::make_shared<mechanics::Mechanism>(pendulum_of_the_reference())));
   n.resist("friction", "pendulum.hinge.torque", phs::viscous(0.25));
   n.source("motor", "pendulum.hinge.torque",
-           phs::function([](auto t) { return decltype(t)(4.0) * cos(decltype(t)(2.0) * t); }));
+           phs::function([](auto t) { return decltype(t)(4.0) * phs::cos(decltype(t)(2.0) * t); }));
   return n.build();
 }
 
@@ -154,7 +154,7 @@ std::shared_ptr<const phs::NetworkModel> elastic_arm(bool driven) {
     n.resist("joint_friction_" + k, joint, phs::viscous(dl[i]));
     if (driven)
       n.source("torque_" + k, motor + ".body", phs::function([a = A[i], w = Om[i]](auto t) {
-                 return decltype(t)(a) * sin(decltype(t)(w) * t);
+                 return decltype(t)(a) * phs::sin(decltype(t)(w) * t);
                }));
   }
   return n.build();

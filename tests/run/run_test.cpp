@@ -145,7 +145,7 @@ TEST(Run, WithDampingClosesTheBalanceWhateverTheRecords) {
     Case c = pendulum(folder, 0.5);
     c.scene.step = 0.01, c.scene.record_every = record_every;
     const auto r =
-        scene::run(c.scene, c.assembly, into(folder / "out" + std::to_string(record_every)));
+        scene::run(c.scene, c.assembly, into(folder / ("out" + std::to_string(record_every))));
     EXPECT_LT(r.stored_J, -1);
     EXPECT_GT(r.dissipated_J, 1);
     ASSERT_EQ(r.losses.size(), 1u);

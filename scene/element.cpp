@@ -1,0 +1,188 @@
+#include "scene/element.h"
+
+#include <fmt/format.h>
+
+#include "mechanics/mechanical_model.h"
+#include "scene/toml_table.h"
+
+namespace porthos::scene {
+namespace {
+
+/// Keys of a type, besides type, name and joint.
+Names keys_of(const std::string& type, const std::string& where) {
+  Names own;
+  if (type == "spring")
+    own = {"stiffness", "rest", "cubic", "elongation", "force"};
+  else if (type == "damper")
+    own = {"damping"};
+  else if (type == "friction")
+    own = {"coulomb", "breakaway", "stribeck", "viscous", "smoothing"};
+  else if (type == "limits")
+    own = {"lower", "upper", "stiffness"};
+  else if (type == "force")
+    own = {"constant", "sine", "profile"};
+  else if (type == "dc_motor")
+    own = {"inductance", "resistance", "constant", "gear", "rotor_inertia", "friction", "voltage"};
+  else
+    refuse(where,
+           fmt::format("type is \"{}\", expected \"spring\", \"damper\", \"friction\", \"limits\", "
+                       "\"force\" or \"dc_motor\"",
+                       type));
+  own.insert(own.begin(), {"type", "name", "joint"});
+  return own;
+}
+
+double required(const Table& t, const char* key, const char* unit) {
+  t.require(key, fmt::format("a number{}", unit));
+  return t.number(key, unit);
+}
+
+/// One of constant, sine = { amplitude, frequency, phase }, profile = { times, values }.
+phs::FunctionPtr signal(const Table& t, const char* unit) {
+  const int given = t.has("constant") + t.has("sine") + t.has("profile");
+  if (given != 1)
+    refuse(t.where(), fmt::format("{} has {} of the keys constant, sine and profile, expected one",
+                                  t.label(), given));
+  if (t.has("constant")) return phs::constant(t.number("constant", unit));
+  if (t.has("sine")) {
+    const Table s = t.table("sine", {"amplitude", "frequency", "phase"});
+    return phs::sine(required(s, "amplitude", unit), required(s, "frequency", " of Hz"),
+                     s.number_or("phase", " of rad", 0));
+  }
+  const Table p = t.table("profile", {"times", "values"});
+  p.require("times", "an array of seconds"), p.require("values", "an array of numbers");
+  return phs::profile(p.list("times", " of seconds"), p.list("values", unit));
+}
+
+void read_spring(const Table& t, Element& e) {
+  const bool table = t.has("elongation") || t.has("force");
+  if (table) {
+    for (const char* key : {"stiffness", "rest", "cubic"})
+      if (t.has(key)) t.fail(key, "is given with a table of forces, expected one of both");
+    t.require("elongation", "an array of rad or m"), t.require("force", "an array of N m or N");
+    e.potential = phs::tabulated_spring(t.list("elongation", " of rad or m"),
+                                        t.list("force", " of N m or N"));
+  } else {
+    e.potential = phs::spring(required(t, "stiffness", " of N m/rad or N/m"),
+                              t.number_or("rest", " of rad or m", 0),
+                              t.number_or("cubic", " of N m/rad^3 or N/m^3", 0));
+  }
+}
+
+void read_motor(const Table& t, Element& e) {
+  phs::DcMotor m;
+  m.inductance = required(t, "inductance", " of H");
+  m.resistance = required(t, "resistance", " of Ohm");
+  m.constant = required(t, "constant", " of N m/A");
+  m.gear = t.number_or("gear", "", 1);
+  m.rotor_inertia = t.not_negative_or("rotor_inertia", " of kg m^2", 0);
+  m.friction = t.not_negative_or("friction", " of N m s/rad", 0);
+  e.motor = m;
+  t.require("voltage", "a table with one of the keys constant, sine, profile");
+  e.source = signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
+}
+
+void read_one(const Table& t, Element& e) {
+  if (e.type == "spring") read_spring(t, e);
+  if (e.type == "damper") e.law = phs::viscous(required(t, "damping", " of N m s/rad or N s/m"));
+  if (e.type == "friction")
+    e.law = phs::friction({.coulomb = required(t, "coulomb", " of N m or N"),
+                           .breakaway = t.number_or("breakaway", " of N m or N", 0),
+                           .stribeck = t.number_or("stribeck", " of rad/s or m/s", 0),
+                           .viscous = t.number_or("viscous", " of N m s/rad or N s/m", 0),
+                           .smoothing = required(t, "smoothing", " of rad/s or m/s")});
+  if (e.type == "force") e.source = signal(t, " of N m or N");
+  if (e.type == "dc_motor") read_motor(t, e);
+  if (e.type == "limits") {
+    e.stiffness = required(t, "stiffness", " of N m/rad^2 or N/m^2");
+    if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
+    if (t.has("upper")) e.upper = t.number("upper", " of rad or m");
+  }
+}
+
+/// The joint's coordinate block and port, both named as in the model.
+struct Place {
+  std::string coordinate, port;
+};
+Place place_of(const mechanics::MechanicalModel& model, const Element& e) {
+  std::string known;
+  for (const auto& c : model.mechanism().coordinates()) {
+    if (c.nq != 1 || c.nv != 1) continue;
+    known += (known.empty() ? "" : ", ") + c.name;
+    if (c.name != e.joint) continue;
+    for (const auto& p : model.description().ports)
+      if (p.size == 1 && p.name.rfind(c.name + ".", 0) == 0)
+        return {"mechanism." + c.name, "mechanism." + p.name};
+  }
+  throw InvalidArgument(fmt::format(
+      "{}: element '{}': the model has no joint '{}' of one freedom, expected one of: {}", e.where,
+      e.name, e.joint, known.empty() ? "(none)" : known));
+}
+
+phs::Potential limits(const mechanics::MechanicalModel& model, const Element& e) {
+  auto lower = e.lower, upper = e.upper;
+  for (const auto& j : model.mechanism().joint_properties()) {
+    if (j.joint != e.joint) continue;
+    if (!lower) lower = j.lower;
+    if (!upper) upper = j.upper;
+  }
+  if (!lower || !upper)
+    throw InvalidArgument(
+        fmt::format("{}: element '{}': neither the scene nor the model file gives the {} limit of "
+                    "joint '{}', expected it here",
+                    e.where, e.name, lower ? "upper" : "lower", e.joint));
+  return phs::soft_limits(*lower, *upper, e.stiffness);
+}
+
+}  // namespace
+
+std::vector<Element> read_elements(const Table& scene) {
+  std::vector<Element> list;
+  scene.each_of("element", "type", keys_of, [&](const std::string& type, const Table& t) {
+    Element e;
+    e.type = type, e.where = t.where();
+    t.require("joint", "the name of a joint");
+    e.joint = t.text("joint", "the name of a joint");
+    e.name = t.has("name") ? t.text("name", "text") : e.joint + "." + type;
+    try {
+      read_one(t, e);
+    } catch (const InvalidArgument& why) {
+      const std::string text = why.what();  // of the element itself: it knows no line
+      if (text.find(e.where.substr(0, e.where.find(':'))) == 0) throw;
+      throw InvalidArgument(e.where + ": " + text);
+    }
+    list.push_back(std::move(e));
+  });
+  return list;
+}
+
+std::shared_ptr<const phs::Model> with_elements(
+    std::shared_ptr<const mechanics::MechanicalModel> model, const std::vector<Element>& elements) {
+  if (elements.empty()) return model;
+  phs::Network n(model->description().name);
+  n.add("mechanism", model).main("mechanism");
+  for (const Element& e : elements) {
+    const Place at = place_of(*model, e);
+    try {
+      if (e.type == "limits") n.potential(e.name, at.coordinate, limits(*model, e));
+      if (e.potential) n.potential(e.name, at.coordinate, *e.potential);
+      if (e.law) n.resist(e.name, at.port, e.law);
+      if (e.motor) {
+        n.add(e.name, phs::dc_drive(*e.motor));
+        n.feedback(at.port, e.name + ".shaft");
+        n.source(e.name + ".voltage", e.name + ".supply", e.source);
+        if (e.motor->friction > 0)
+          n.resist(e.name + ".rotor_friction", at.port,
+                   phs::viscous(e.motor->friction * e.motor->gear * e.motor->gear));
+      } else if (e.source) {
+        n.source(e.name, at.port, e.source);
+      }
+    } catch (const InvalidArgument& why) {
+      const std::string text = why.what();
+      throw InvalidArgument(text.rfind(e.where, 0) == 0 ? text : e.where + ": " + text);
+    }
+  }
+  return n.build();
+}
+
+}  // namespace porthos::scene
