@@ -59,7 +59,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   const Totals& s = totals_;
   EnergyReport& e = r.energy;
   e.initial_J = meter.initial_J();
-  e.scale_J = energy_scale(meter, s.max_kinetic_J);
+  e.scale_J = std::max(energy_scale(meter, s.max_kinetic_J), turned_over_);
   e.max_abs_error_J = energy_.max_abs();
   e.max_rel_error = energy_.max_abs() / e.scale_J;
   e.rms_rel_error = energy_.rms() / e.scale_J;

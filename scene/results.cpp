@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "scene/files.h"
+#include "scene/ledger_plot.h"
 #include "scene/plot.h"
 #include "scene/record_log.h"
 #include "scene/run_file.h"
@@ -50,17 +51,45 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   return energy_plot(envelope, {scene.title, subtitle(r), scene.verify.energy});
 }
 
+/// The ledger at no more than 750 records.
+std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                   const std::filesystem::path& log) {
+  const phs::Description& d = assembly.model->description();
+  const RecordLayout layout(d);
+  LedgerSeries s;
+  for (const auto& name : d.storages) s.stored.push_back({name, {}});
+  std::vector<LedgerLine> works;
+  for (const auto& p : d.powers) works.push_back({p.name, {}});
+  RecordReader reader(log, layout);
+  std::vector<double> rows;
+  const std::int64_t every = std::max<std::int64_t>(1, r.records / 750);
+  for (std::int64_t at = 0; const size_t n = reader.read(rows, 4096);)
+    for (size_t i = 0; i < n; ++i, ++at) {
+      if (at % every != 0 && at + 1 != r.records) continue;
+      const double* row = rows.data() + i * layout.size();
+      s.t.push_back(row[layout.time()]), s.defect.push_back(row[layout.energy()]);
+      for (size_t k = 0; k < s.stored.size(); ++k)
+        s.stored[k].value.push_back(row[layout.stored() + k]);
+      for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
+    }
+  for (size_t a = 0; a < works.size(); ++a)
+    (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
+        .push_back(std::move(works[a]));
+  return ledger_plot(s, scene.title, subtitle(r));
+}
+
 }  // namespace
 
 void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log) {
   const auto h5 = folder / "run.h5", svg = folder / "energy_error.svg",
-             summary = folder / "summary.json";
+             books = folder / "ledger.svg", summary = folder / "summary.json";
   write_run_file(h5, scene, assembly, report, log);
   write_aside(svg, plot(scene, assembly, report, log));
+  write_aside(books, ledger(scene, assembly, report, log));
   write_aside(summary, summary_json(scene, assembly, report, report.final_state));
-  for (const auto& path : {h5, svg, summary}) put_in_place(path);
+  for (const auto& path : {h5, svg, books, summary}) put_in_place(path);
 }
 
 }  // namespace porthos::scene

@@ -20,7 +20,8 @@ struct Check {
 struct EnergyReport {
   double initial_J = 0,
          scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
-                       ///< or the largest kinetic energy where that is (almost) 0
+                       ///< or the largest kinetic energy where that is (almost) 0; the energy
+                       ///< turned over by sources and losses where that is more
   double max_abs_error_J = 0, max_rel_error = 0, rms_rel_error = 0;
   double growth_exponent =
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift

@@ -15,7 +15,7 @@ namespace {
 
 using scene::RunReport;
 
-constexpr const char* results[] = {"run.h5", "summary.json", "energy_error.svg"};
+constexpr const char* results[] = {"run.h5", "summary.json", "energy_error.svg", "ledger.svg"};
 
 /// What must agree of two runs: the files hold no times, so run.h5 is compared byte by byte.
 void expect_same(const RunReport& a, const RunReport& b, const fs::path& out_a,
