@@ -19,6 +19,9 @@ using Cplx = Eigen::MatrixXcd;
 constexpr double rounding = 1e-12;  // of what went through a factorisation or eigensolver
 constexpr double infinity = 1e6;    // frequencies from there on, in units of |A|/|E|
 
+constexpr const char* singular_pencil =
+    "transfer function: the pencil sE - A is singular for every s, so that u does not determine x";
+
 /// Solves M X = B with rows and columns of M scaled to size 1, or nothing where M is singular to rounding.
 template <class Dense>
 std::optional<Dense> solve(Dense M, Dense B) {
@@ -53,9 +56,9 @@ double natural_frequency(const StateSpace& g) {
   return frequency > 0 ? frequency : 1;
 }
 
-/// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E. None where the
-/// pencil is singular to rounding at three shifts.
-std::vector<Complex> roots(const Real& E, const Real& A, double frequency) {
+/// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E, or nothing where
+/// the pencil is singular to rounding at three shifts, so that every s is one.
+std::optional<std::vector<Complex>> roots(const Real& E, const Real& A, double frequency) {
   for (const double part : {0.7310585786300049, 1.6180339887498949, -0.4142135623730951}) {
     const double shift = part * frequency;
     const auto M = solve(Real(A - shift * E), E);
@@ -82,7 +85,9 @@ std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   L.block(2 * n, 0, m, n) = C, L.block(2 * n, n, m, n) = B.transpose();
   L.block(2 * n, 2 * n, m, m) = D + D.transpose() - gamma * Real::Identity(m, m);
   std::vector<double> omega;
-  for (const Complex s : roots(K, L, natural_frequency(g))) omega.push_back(std::fabs(s.imag()));
+  if (const auto found =
+          roots(K, L, natural_frequency(g)))  // otherwise γ is an eigenvalue for every ω
+    for (const Complex s : *found) omega.push_back(std::fabs(s.imag()));
   return omega;
 }
 
@@ -106,18 +111,17 @@ std::vector<double> between(std::vector<double> omega) {
 ComplexMatrix transfer(const StateSpace& g, Complex s) {
   if (const auto r = response(g, s)) return to_matrix(r->T);
   // A pole is a special s; where a second, arbitrary one fails too, no s will do.
+  if (!response(g, natural_frequency(g) * Complex(0.7310585786300049, 0.4142135623730951)))
+    throw InvalidArgument(singular_pencil);
   std::ostringstream text;
-  if (response(g, natural_frequency(g) * Complex(0.7310585786300049, 0.4142135623730951)))
-    text << "transfer function: s = " << s.real() << (s.imag() < 0 ? " - " : " + ")
-         << std::fabs(s.imag()) << "i is a pole, sE - A is singular there";
-  else
-    text << "transfer function: the pencil sE - A is singular for every s, so that u does not "
-            "determine x";
+  text << "transfer function: s = " << s.real() << (s.imag() < 0 ? " - " : " + ")
+       << std::fabs(s.imag()) << "i is a pole, sE - A is singular there";
   throw InvalidArgument(text.str());
 }
 
 std::vector<Complex> poles(const StateSpace& g) {
-  return roots(view(g.E), view(g.A), natural_frequency(g));
+  if (const auto found = roots(view(g.E), view(g.A), natural_frequency(g))) return *found;
+  throw InvalidArgument(singular_pencil);
 }
 
 HermitianMinimum lowest_hermitian_part(const StateSpace& g, double sigma) {
@@ -170,10 +174,11 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
     return {};
   const Real A = E.solve(Real(view(g.A))), B = E.solve(Real(view(g.B))), C = view(g.C);
   const Real V = W.ldlt().solve(Real::Identity(W.rows(), W.cols())), F = A - B * V * C;
+  const Real P = B * V * B.transpose(), Q = C.transpose() * V * C;
   Real Z(2 * n, 2 * n);
-  Z << F, B * V * B.transpose(), -C.transpose() * V * C, -F.transpose();
+  Z << F, P, -Q, -F.transpose();
 
-  // Newton's iteration for the sign, scaled by |det|; it squares the eigenvalues' ratio to their mirror images.
+  // Newton's iteration for the sign of Z: eigenvalues go to ±1 as their real parts say. Scaled by |det Z| at first.
   const Real identity = Real::Identity(2 * n, 2 * n);
   double change = INFINITY;
   for (int i = 0; i < 60 && change > rounding; ++i) {
@@ -185,13 +190,17 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
     change = (next - Z).norm() / next.norm();
     Z = next;
   }
-  if (!(change <= rounding) || !((Z * Z - identity).norm() <= 1e-6 * Z.norm())) return {};
+  if (!(change <= rounding)) return {};  // eigenvalues on the imaginary axis
   // (Z + 1) (1, X)ᵀ = 0: the stable invariant subspace.
   Real left(2 * n, n), right(2 * n, n);
   left << Z.topRightCorner(n, n), Z.bottomRightCorner(n, n) + Real::Identity(n, n);
   right << -Z.topLeftCorner(n, n) - Real::Identity(n, n), -Z.bottomLeftCorner(n, n);
-  const Real X = left.colPivHouseholderQr().solve(right);
-  return to_matrix(Real((X + X.transpose()) / 2));
+  Real X = left.colPivHouseholderQr().solve(right);
+  X = (X + X.transpose()).eval() / 2;
+  const double residual = (F.transpose() * X + X * F + X * P * X + Q).norm();
+  const double terms = 2 * F.norm() * X.norm() + P.norm() * X.squaredNorm() + Q.norm();
+  if (!(residual <= 1e-9 * terms)) return {};
+  return to_matrix(X);
 }
 
 }  // namespace porthos::phs

@@ -16,7 +16,7 @@ struct StateSpace {
 /// T(s) = C (sE - A)⁻¹ B + D. Refuses where sE - A is singular: at a pole, or everywhere.
 ComplexMatrix transfer(const StateSpace& system, std::complex<double> s);
 
-/// The finite roots of det(sE - A). Roots beyond 1e6 |A|/|E| count as infinite: rounding makes an infinite root of
+/// The finite roots of det(sE - A); refuses where every s is one. Roots beyond 1e6 |A|/|E| count as infinite: rounding makes an infinite root of
 /// a pencil of index 2, the highest a port-Hamiltonian one has, about 1e8 |A|/|E|.
 std::vector<std::complex<double>> poles(const StateSpace& system);
 

@@ -9,22 +9,13 @@ namespace porthos::phs {
 namespace {
 
 using namespace std::complex_literals;
-using test::breaks, test::keeps;
+using test::breaks, test::keeps, test::refusal;
 
 template <class T>
 double difference(const BasicMatrix<T>& a, const BasicMatrix<T>& b) {
   double worst = 0;
   for (size_t i = 0; i < a.a.size(); ++i) worst = std::max(worst, std::abs(a.a[i] - b.a[i]));
   return worst;
-}
-template <class Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "";
 }
 
 // --- transfer functions -------------------------------------------------------------------------------------------
@@ -82,9 +73,11 @@ TEST(LinearSystem,
 
 TEST(LinearSystem, RefusesASingularPencil) {
   const LinearSystem idle({.E = {{1, 0}, {0, 0}}, .J = {{0, 0}, {0, 0}}, .G = {{1}, {0}}});
-  EXPECT_EQ(refusal([&] { idle.transfer(1i); }),
-            "transfer function: the pencil sE - A is singular for every s, so that u does not "
-            "determine x");
+  const std::string sentence =
+      "transfer function: the pencil sE - A is singular for every s, so that u does not determine "
+      "x";
+  EXPECT_EQ(refusal([&] { idle.transfer(1i); }), sentence);
+  EXPECT_EQ(refusal([&] { idle.positive_real(); }), sentence) << "no T to be positive real";
 }
 
 TEST(LinearSystem,

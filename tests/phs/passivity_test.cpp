@@ -91,13 +91,11 @@ TEST(Passivity, AJumpIsATimeGivenTwice) {
   breaks("the same without: quadrature error stated", smooth.report().quadrature, 0.1);
 }
 
-/// A DC motor at a voltage sin 20 t from rest, by Gauss 8. y: true output, or x in its place.
+/// A DC motor on an oscillator, by Gauss 8; its output is the current, or by mistake the flux: Gᵀx in place of GᵀQx.
 Data motor_run(bool flux_for_current) {
   const test::DcMotor motor;
   const auto system = motor.system();
-  const auto plant = system.to_model();
-  // The voltage as a port of the step is constant; here it comes from an oscillator in feedback with the motor: one
-  // lossless storage more, u = 20·stored, whose power leaves through u·y.
+  // The voltage is the first state of an oscillator of 20 rad/s, in feedback with the motor and loaded by its current.
   const LinearSystem whole(
       {.J = {{0, -motor.k, 1, 0}, {motor.k, 0, 0, 0}, {-1, 0, 0, -20}, {0, 0, 20, 0}},
        .R = {{motor.Ra, 0, 0, 0}, {0, motor.b, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}},

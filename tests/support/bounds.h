@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <string>
 
+#include "phs/error.h"
+
 namespace porthos::test {
 
 /// One line of a table: what was measured, and the bound it must keep or, as a control, break.
@@ -14,6 +16,17 @@ inline void keeps(const std::string& what, double measured, double bound) {
 inline void breaks(const std::string& what, double measured, double bound) {
   std::printf("  %-58s %.1e   control, must exceed %.1e\n", what.c_str(), measured, bound);
   EXPECT_GT(measured, bound) << what << ": this control must fail";
+}
+
+/// The sentence a call refuses its arguments with; empty if it does not.
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const InvalidArgument& error) {
+    return error.what();
+  }
+  return "";
 }
 
 }  // namespace porthos::test

@@ -54,8 +54,8 @@ struct DcMotor {
   }
 };
 
-/// Every matrix full: random J, N, W = LLᵀ, EᵀQ = KᵀK/n with Q diagonal.
-inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m) {
+/// Every matrix full but Q, which is diagonal: random J, N, W = LLᵀ of the given rank (0: full), EᵀQ > 0.
+inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m, int rank = 0) {
   std::normal_distribution<double> number;
   const auto random = [&](int rows, int cols) {
     phs::Matrix M(rows, cols);
@@ -83,7 +83,7 @@ inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m) {
                         .P = {n, m},
                         .S = {m, m},
                         .N = skew(m)};
-  const phs::Matrix W = gram(random(n + m, n + m)), K = gram(random(n, 2 * n));
+  const phs::Matrix W = gram(random(n + m, rank ? rank : n + m)), K = gram(random(n, 2 * n));
   for (int i = 0; i < n; ++i) {
     s.Q(i, i) = std::exp(0.5 * number(rng));
     for (int j = 0; j < n; ++j) s.R(i, j) = W(i, j), s.E(i, j) = K(i, j) / s.Q(i, i);
