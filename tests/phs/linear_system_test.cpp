@@ -64,6 +64,7 @@ TEST(LinearSystem,
                           "capacitor pair");
   const auto s = 0.3 + 0.7i;
   keeps("T(s) = 1/(s(C1 + C2))", std::abs(pair.transfer(s)(0, 0) * s * (C1 + C2) - 1.0), 1e-15);
+  EXPECT_TRUE(pair.positive_real().holds());
   EXPECT_EQ(refusal([&] { pair.dc_gain(); }),
             "transfer function: s = 0 + 0i is a pole, sE - A is singular there");
   EXPECT_EQ(refusal([&] { pair.to_model(); }),
@@ -80,8 +81,7 @@ TEST(LinearSystem, RefusesASingularPencil) {
   EXPECT_EQ(refusal([&] { idle.positive_real(); }), sentence) << "no T to be positive real";
 }
 
-TEST(LinearSystem,
-     ScalesOfAThousandMillionsAreNotSingular) {  // a microhenry and a picofarad at a gigahertz
+TEST(LinearSystem, ScalesFarApartAreNotSingular) {  // a microhenry and a picofarad at a gigahertz
   const auto line = test::rcl_ladder(1, 1e3, 0, 1e-12, 1e-6);
   const auto s = 6e9i, expected = 1.0 / (s * 1e-12 + 1.0 / (1e3 + s * 1e-6));
   keeps("RCL at a gigahertz", std::abs(line.transfer(s)(0, 0) / expected - 1.0), 1e-14);
@@ -89,7 +89,7 @@ TEST(LinearSystem,
 
 // --- the sign of N ------------------------------------------------------------------------------------------------
 
-/// Eliminates the last two, algebraic, states of (E x'; -y) = (J G; -Gᵀ 0) - diag(R, 0)) (z; u). What is left is
+/// Eliminates the last two, algebraic, states of (E x'; -y) = (J - R, G; -Gᵀ, 0) (z; u). What is left is
 /// M11 - M12 M22⁻¹ M21, its skew part (J G; -Gᵀ N), its symmetric one -W.
 LinearMatrices eliminated(const LinearMatrices& full) {
   const int n = full.J.rows - 2, m = full.G.cols, kept = n + m;
