@@ -1,28 +1,42 @@
 #pragma once
+#include <complex>
+#include <initializer_list>
 #include <vector>
+
+#include "phs/error.h"
 
 namespace porthos::phs {
 
-/// A dense matrix, row by row: for descriptions of systems, not for kernels.
-struct Matrix {
+/// A dense matrix, row by row: for describing linear systems and interconnections, not for kernels.
+template <class T>
+struct BasicMatrix {
   int rows = 0, cols = 0;
-  std::vector<double> a;
+  std::vector<T> a;
 
-  Matrix() = default;
-  Matrix(int m, int n) : rows(m), cols(n), a(size_t(m) * size_t(n), 0.0) {}
-  /// One inner list per row, all of one length.
-  Matrix(std::initializer_list<std::initializer_list<double>> list)
+  BasicMatrix() = default;
+  /// Zeros.
+  BasicMatrix(int m, int n) : rows(m), cols(n), a(size_t(m) * size_t(n)) {}
+  /// One inner list per row: Matrix{{0, 1}, {-1, 0}}.
+  BasicMatrix(std::initializer_list<std::initializer_list<T>> list)
       : rows(int(list.size())), cols(rows ? int(list.begin()->size()) : 0) {
-    for (const auto& row : list) a.insert(a.end(), row.begin(), row.end());
+    for (const auto& row : list) {
+      require_size("matrix row", row.size(), size_t(cols));
+      a.insert(a.end(), row.begin(), row.end());
+    }
   }
-  double& operator()(int i, int j) { return a[size_t(i) * size_t(cols) + size_t(j)]; }
-  double operator()(int i, int j) const { return a[size_t(i) * size_t(cols) + size_t(j)]; }
+  T& operator()(int i, int j) { return a[size_t(i) * size_t(cols) + size_t(j)]; }
+  T operator()(int i, int j) const { return a[size_t(i) * size_t(cols) + size_t(j)]; }
 
-  static Matrix identity(int n) {
-    Matrix m(n, n);
-    for (int i = 0; i < n; ++i) m(i, i) = 1;
+  bool empty() const { return a.empty(); }
+  static BasicMatrix identity(int n) {
+    BasicMatrix m(n, n);
+    for (int i = 0; i < n; ++i) m(i, i) = T(1.0);
     return m;
   }
+  friend bool operator==(const BasicMatrix&, const BasicMatrix&) = default;
 };
+
+using Matrix = BasicMatrix<double>;
+using ComplexMatrix = BasicMatrix<std::complex<double>>;
 
 }  // namespace porthos::phs

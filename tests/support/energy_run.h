@@ -6,6 +6,7 @@
 
 #include "integrators/integrator.h"
 #include "scene/statistics.h"
+#include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 
 /// A method at work for N steps, its energy measured in extended precision from value + low word.
@@ -63,16 +64,6 @@ inline double random_walk(std::int64_t steps) { return 0x1p-53 * std::sqrt(doubl
 inline bool long_runs() {
   const char* s = std::getenv("PORTHOS_LONG");
   return s && std::string(s) == "1";
-}
-
-/// One line of a table: what was measured, and the bound it must keep or, as a control, break.
-inline void keeps(const std::string& what, double measured, double bound) {
-  std::printf("  %-58s %.1e   bound %.1e\n", what.c_str(), measured, bound);
-  EXPECT_LE(measured, bound) << what;
-}
-inline void breaks(const std::string& what, double measured, double bound) {
-  std::printf("  %-58s %.1e   control, must exceed %.1e\n", what.c_str(), measured, bound);
-  EXPECT_GT(measured, bound) << what << ": this control must fail";
 }
 
 }  // namespace porthos::test
