@@ -66,6 +66,7 @@ struct Options {
   int max_sweeps = 100;               ///< of implicit iterations
   Solver solver = Solver::automatic;  ///< of the Gauss methods
   bool lanes = true;   ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
+  bool books = true;   ///< keep the works of each step; off: works() is empty
   bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative. What is left is
@@ -128,7 +129,7 @@ class BasicIntegrator {
         options_(o),
         system_(model.instantiate<T>()),
         turns_(model.description()),
-        works_(model.description()),
+        works_(o.books ? model.description() : phs::Description{}),
         n_(size_t(model.description().nx)) {}
 
   Declaration declaration_;
