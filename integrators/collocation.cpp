@@ -204,30 +204,20 @@ class Collocation final : public BasicIntegrator<T> {
   void correct(SimplifiedNewton& newton) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) F_[c][k] = hb_[c] * F_[c][k] - L_[c][k];
-    // A derivative obeys the equations linearised, with the same matrix.
-    for (int part = 0; part < (std::is_same_v<T, phs::Dual> ? 2 : 1); ++part) {
+    for (int part = 0; part < newton_parts<T>; ++part) {
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < s_; ++i)
           residual_[k * size_t(s_) + size_t(i)] = part_of(at(F_, k, i), part);
       newton.solve(residual_);
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < W; ++i) {
-          const double d = residual_[k * size_t(s_) + size_t(row(i))];
-          T L = at(L_, k, i);
-          if constexpr (std::is_same_v<T, phs::Dual>)
-            (part == 0 ? L.v : L.d) += d;
-          else
-            L += T(d);
-          L_[i / V][k].set(i % V, L);
+          T move(0.0);
+          set_part(move, part, residual_[k * size_t(s_) + size_t(row(i))]);
+          L_[i / V][k].set(i % V, at(L_, k, i) + move);
         }
     }
   }
-  static double part_of(const T& x, int part) {
-    if constexpr (std::is_same_v<T, phs::Dual>)
-      return part == 0 ? x.v : x.d;
-    else
-      return (void)part, phs::to_double(x);
-  }
+
   /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
     improve();

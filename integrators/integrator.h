@@ -63,9 +63,9 @@ const char* to_string(Solver s);
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
-  Solver solver = Solver::automatic;  ///< of the Gauss methods
-  bool lanes = true;  ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
-  bool wrap = true;   ///< keep angles in [-π, π]; off only as a negative control
+  Solver solver = Solver::automatic;  ///< of the implicit methods that have a choice
+  bool lanes = true;   ///< evaluate stages as SIMD lanes (same bits as scalar stages)
+  bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative: biased, a control.
   double iteration_tolerance = 0;

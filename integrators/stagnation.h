@@ -47,7 +47,9 @@ class Stagnation {
     return Stagnation(unit_roundoff<T> * 1e5, tolerance);
   }
 
-  void restart() {
+  /// patience: sweeps without a record, far from a solution, before they diverge
+  void restart(int patience = 10) {
+    patience_ = patience;
     smallest_ = HUGE_VAL, since_record_ = 0, grace_ = 1, ratio_ = 0, last_ = HUGE_VAL;
   }
 
@@ -59,7 +61,7 @@ class Stagnation {
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
     smallest_ = std::min(smallest_, s.change);
     if (s.change > settled_)
-      return since_record_ > 10 || s.change > 1e6 * smallest_ ? Verdict::diverges : Verdict::go_on;
+      return since_record_ > patience_ || s.change > 1e6 * smallest_ ? Verdict::diverges : Verdict::go_on;
     grace_ = s.improved || since_record_ == 0 ? 1 : grace_ - 1;
     return grace_ < 0 || since_record_ >= 4 ? Verdict::stagnated : Verdict::go_on;
   }
@@ -71,7 +73,7 @@ class Stagnation {
  private:
   double settled_, tolerance_;
   double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;
-  int since_record_ = 0, grace_ = 1;
+  int patience_ = 10, since_record_ = 0, grace_ = 1;
 };
 
 }  // namespace porthos::integrators
