@@ -34,7 +34,8 @@ class Collocation final : public BasicIntegrator<T> {
         momenta_(table_.mu_p.empty() ? n_ : n_ / 2),
         field_(model, *system_, o.lanes),
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
-        smallest_(n_) {
+        smallest_(n_),
+        noise_(n_, 0.0) {
     for (int c = 0; c < chunks; ++c) {
       Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
       L_before_[c].assign(n_, Lanes(T(0.0)));
@@ -204,6 +205,11 @@ class Collocation final : public BasicIntegrator<T> {
   void correct(SimplifiedNewton& newton) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) F_[c][k] = hb_[c] * F_[c][k] - L_[c][k];
+    for (size_t k = 0; k < n_; ++k) {
+      double r = 0;
+      for (int i = 0; i < s_; ++i) r = std::max(r, magnitude(at(F_, k, i)));
+      noise_[k] = solver_noise(r);
+    }
     for (int part = 0; part < newton_parts<T>; ++part) {
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < s_; ++i)
@@ -244,6 +250,7 @@ class Collocation final : public BasicIntegrator<T> {
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
+      if (!fixed_point) p.blur(noise_[k] / size);
       distance = std::max(distance, away / size);
     }
     for (int i = 0; i < V; ++i) p.finite &= total[i] < HUGE_VAL;
@@ -267,7 +274,7 @@ class Collocation final : public BasicIntegrator<T> {
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
   Stages Y_, L_, F_;
-  std::vector<double> smallest_;
+  std::vector<double> smallest_, noise_;  ///< noise_: of Newton's solve
   Stages L_before_;
   bool have_before_ = false;
   T h_before_ = T(0.0);

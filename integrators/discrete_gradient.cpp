@@ -68,6 +68,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
         delta_(n_),
         next_(n_),
         smallest_(n_),
+        noise_(n_, 0.0),
         residual_(n_),
         point_(n_) {
     if (o.solver == Solver::fixed_point) return;
@@ -155,13 +156,15 @@ class DiscreteGradient final : public BasicIntegrator<T> {
       }
       const double size = std::max({magnitude(s.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
+      if (newton) p.blur(noise_[k] / size);
       distance = std::max(distance, away / size);
     }
     return p;
   }
   /// next = δ + (I - (h/2) ∂f̄/∂m)⁻¹ (h f̄ - δ)
   void correct(SimplifiedNewton& newton) {
-    for (size_t k = 0; k < n_; ++k) next_[k] -= delta_[k];
+    for (size_t k = 0; k < n_; ++k)
+      next_[k] -= delta_[k], noise_[k] = solver_noise(magnitude(next_[k]));
     for (int part = 0; part < newton_parts<T>; ++part) {
       for (size_t k = 0; k < n_; ++k) residual_[k] = part_of(next_[k], part);
       newton.solve(residual_);
@@ -175,7 +178,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
   std::unique_ptr<MiddleField> middle_;  ///< for Newton; the solver holds on to it
   StepSolver solver_;
   std::vector<T> delta_, next_;
-  std::vector<double> smallest_, residual_, point_;
+  std::vector<double> smallest_, noise_, residual_, point_;
 };
 
 Entry method(Declaration d, Rule rule) {

@@ -67,6 +67,11 @@ class SimplifiedNewton {
   std::vector<std::int64_t> turns_;
 };
 
+/// What a solve may be off by, of a residual it was given: it works in double, and (I - h A ⊗ J)⁻¹ r is the difference of
+/// two numbers of the size of r. Where Newton wanders to where r is enormous, the move may come out as nothing at all; that
+/// is no convergence, so this counts as a move.
+inline double solver_noise(double residual) { return 0x1p-53 * residual; }
+
 /// The parts of a number that Newton's linear solve takes one after another: a derivative obeys the equations linearised, with
 /// the same matrix.
 template <class T>
