@@ -325,6 +325,32 @@ TEST(DiscreteGradients, StiffQuarticSprings) {
   for (const char* name : {"midpoint", "mean_value"}) check(name, 60, 0.2);
 }
 
+// A Jacobian frozen in an earlier step, at that step's start, is made again from memory().
+TEST(DiscreteGradients, RestartUnderNewton) {
+  int differ = 0;
+  const auto robot = test::stiff_chain(4, 300, 0);
+  for (const char* name : {"gonzalez", "mean_value", "itoh_abe2"})
+    for (const auto solver : {Solver::automatic, Solver::newton_articulated, Solver::newton_dense,
+                              Solver::newton_krylov}) {
+      Options o;
+      o.solver = solver;
+      const auto make = [&] { return make_integrator(name, *robot.model, 0.02, o); };
+      const auto run = [](Integrator& m, phs::State& s, int steps) {
+        for (int i = 0; i < steps; ++i) EXPECT_EQ(m.step(s), Outcome::ok);
+      };
+      phs::State through = robot.start, stopped = robot.start;
+      const auto whole = make(), first = make(), second = make();
+      run(*whole, through, 60), run(*first, stopped, 23);
+      EXPECT_GT(first->cost().factorisations, 0);
+      second->restore(first->memory());
+      phs::State forgetful = stopped;
+      run(*second, stopped, 37), run(*make(), forgetful, 37);
+      EXPECT_TRUE(through == stopped) << name << ", " << to_string(solver);
+      differ += !(through == forgetful);
+    }
+  EXPECT_GT(differ, 0) << "the control must differ, else the test sees nothing";
+}
+
 // At these steps Newton wanders to where the residual is 1e25 and more and its solve returns nothing, by cancellation
 // or overflow. Taken for convergence, that put H at 1e210.
 TEST(DiscreteGradients, NoMoveIsNoConvergenceWhereTheResidualIsHuge) {
