@@ -16,7 +16,7 @@ std::shared_ptr<const mechanics::MechanicalModel> ets_vii() {
   o.base = mechanics::UrdfOptions::Base::free;
   o.accept_unphysical_inertia = true;
   return std::make_shared<mechanics::MechanicalModel>(std::make_shared<const mechanics::Mechanism>(
-      mechanics::load_urdf(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", o).mechanism));
+      mechanics::read_urdf(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", o).mechanism));
 }
 
 /// A damper at the first `n` joints, a torque at one.

@@ -35,7 +35,8 @@ class Collocation final : public BasicIntegrator<T> {
         field_(model, *system_, o.lanes),
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
         E_(works_.any() ? n_ : 0),
-        smallest_(n_) {
+        smallest_(n_),
+        noise_(n_, 0.0) {
     for (int c = 0; c < chunks; ++c) {
       Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
       L_before_[c].assign(n_, Lanes(T(0.0)));
@@ -219,30 +220,25 @@ class Collocation final : public BasicIntegrator<T> {
   void correct(SimplifiedNewton& newton) {
     for (int c = 0; c < chunks; ++c)
       for (size_t k = 0; k < n_; ++k) F_[c][k] = hb_[c] * F_[c][k] - L_[c][k];
-    // A derivative obeys the equations linearised, with the same matrix.
-    for (int part = 0; part < (std::is_same_v<T, phs::Dual> ? 2 : 1); ++part) {
+    for (size_t k = 0; k < n_; ++k) {
+      double r = 0;
+      for (int i = 0; i < s_; ++i) r = std::max(r, magnitude(at(F_, k, i)));
+      noise_[k] = solver_noise(r);
+    }
+    for (int part = 0; part < newton_parts<T>; ++part) {
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < s_; ++i)
           residual_[k * size_t(s_) + size_t(i)] = part_of(at(F_, k, i), part);
       newton.solve(residual_);
       for (size_t k = 0; k < n_; ++k)
         for (int i = 0; i < W; ++i) {
-          const double d = residual_[k * size_t(s_) + size_t(row(i))];
-          T L = at(L_, k, i);
-          if constexpr (std::is_same_v<T, phs::Dual>)
-            (part == 0 ? L.v : L.d) += d;
-          else
-            L += T(d);
-          L_[i / V][k].set(i % V, L);
+          T move(0.0);
+          set_part(move, part, residual_[k * size_t(s_) + size_t(row(i))]);
+          L_[i / V][k].set(i % V, at(L_, k, i) + move);
         }
     }
   }
-  static double part_of(const T& x, int part) {
-    if constexpr (std::is_same_v<T, phs::Dual>)
-      return part == 0 ? x.v : x.d;
-    else
-      return (void)part, phs::to_double(x);
-  }
+
   /// One sweep; distance: the largest distance of a stage value from the start of the step, relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
     improve();
@@ -269,6 +265,7 @@ class Collocation final : public BasicIntegrator<T> {
       }
       const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
+      if (!fixed_point) p.blur(noise_[k] / size);
       distance = std::max(distance, away / size);
     }
     for (int i = 0; i < V; ++i) p.finite &= total[i] < HUGE_VAL;
@@ -292,8 +289,8 @@ class Collocation final : public BasicIntegrator<T> {
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
   Stages Y_, L_, F_;
-  std::vector<Lanes> E_;  ///< for the books
-  std::vector<double> smallest_;
+  std::vector<Lanes> E_;                  ///< for the books
+  std::vector<double> smallest_, noise_;  ///< noise_: of Newton's solve
   Stages L_before_;
   bool have_before_ = false;
   T h_before_ = T(0.0);

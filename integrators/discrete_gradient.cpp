@@ -4,211 +4,227 @@
 #include <cmath>
 
 #include "integrators/catalogue.h"
-#include "integrators/stagnation.h"
+#include "integrators/discrete_field.h"
+#include "integrators/step_solver.h"
 
 namespace porthos::integrators {
 namespace {
 
-/// The implicit equation δ = F(δ), solved by sweeps to stagnation from the increment of the step before.
+using Rule = DiscreteGradientRule;
+using phs::Dual;
+
+/// f̄ as a function of the middle m, δ = 2 (m - x0). Newton's matrix for δ = h f̄ is then I - (h/2) ∂f̄/∂m: where f̄ is the
+/// field at m, that of the midpoint rule.
+class MiddleField final : public DualField {
+ public:
+  MiddleField(Rule rule, const phs::Model& model, std::shared_ptr<const InvariantGradients> kept)
+      : system_(model.instantiate<Dual>()),
+        keeper_(model.description()),
+        field_(rule, model, *system_, false, std::move(kept), 3),  // a Jacobian needs no more
+        start_(size_t(model.description().nx), 0.0),
+        x0_(start_.size()),
+        lo_(start_.size(), Dual(0.0)),
+        delta_(start_.size()) {}
+
+  void start_at(std::span<const double> x0) { std::copy(x0.begin(), x0.end(), start_.begin()); }
+  const std::vector<double>& start() const { return start_; }
+
+  void tell_turns(const std::vector<std::int64_t>& turns) override {
+    keeper_.synchronise(turns, *system_);
+  }
+  int operator()(double t, std::span<const Dual> m, std::span<Dual> f) override {
+    for (size_t k = 0; k < start_.size(); ++k)
+      x0_[k] = Dual(start_[k]), delta_[k] = Dual(2.0) * (m[k] - x0_[k]);
+    field_.start_at(x0_,
+                    lo_);  // every product alike: a run that goes on from a checkpoint is the same
+    field_(Dual(t), delta_, f);
+    return field_.evaluations();
+  }
+
+ private:
+  std::unique_ptr<phs::System<Dual>> system_;
+  TurnKeeper<Dual> keeper_;
+  DiscreteField<Dual> field_;
+  std::vector<double> start_;
+  std::vector<Dual> x0_, lo_, delta_;
+};
+
+/// The unknown is δ itself, so its digits do not depend on the size of x.
 template <class T>
-class DiscreteGradient : public BasicIntegrator<T> {
+class DiscreteGradient final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
+  using Base::cost_, Base::n_, Base::system_, Base::works_;
   using typename Base::State;
 
  public:
-  DiscreteGradient(const Declaration& d, const phs::Model& model, T h, const Options& o)
+  DiscreteGradient(const Declaration& d, Rule rule, const phs::Model& model, T h, const Options& o)
       : Base(d, model, h, o),
-        stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
-        x0_(n_),
-        x1_(n_),
-        mid_(n_),
-        delta_(n_, T(0.0)),
-        before_(n_, T(0.0)),
+        invariants_(rule == Rule::gonzalez ? std::make_shared<InvariantGradients>(model) : nullptr),
+        field_(rule, model, *system_, o.lanes, invariants_),
+        // gonzalez: the amplified rounding of its correction is noise too
+        solver_(Stagnation(unit_roundoff<T> * (rule == Rule::gonzalez ? 1e7 : 1e5),
+                           o.iteration_tolerance),
+                o, n_),
+        delta_(n_),
         next_(n_),
-        gradient_(n_),
-        work_(n_) {}
+        smallest_(n_),
+        noise_(n_, 0.0),
+        residual_(n_),
+        point_(n_) {
+    if (o.solver == Solver::fixed_point) return;
+    middle_ = std::make_unique<MiddleField>(rule, model, invariants_);
+    const double half = 0.5;
+    solver_.set_newton(
+        std::make_unique<SimplifiedNewton>(model, std::span(&half, 1), o.solver, middle_.get()));
+  }
+
+  void tell_turns(const State& s) override { Base::tell_turns(s), field_.tell_turns(s.turns); }
 
   Outcome advance(T t, T h, State& s) override {
-    double size = 0;
-    for (size_t i = 0; i < n_; ++i)
-      x0_[i] = s.x[i] + s.lo[i], size = std::max(size, magnitude(x0_[i]));
-    H0_ = system_->hamiltonian(x0_);
-    const T ratio = h_before_ == T(0.0) ? T(0.0) : h / h_before_;
-    for (size_t i = 0; i < n_; ++i) delta_[i] = ratio * before_[i];
-    const Outcome o = solve(t, h, size);
+    field_.start_at(s.x, s.lo);
+    Equations equations{*this, s, t, h};
+    const Outcome o = solver_.solve(equations, true, cost_);
+    cost_.evaluations += field_.evaluations();
     if (o != Outcome::ok) return o;
-    for (size_t i = 0; i < n_; ++i) phs::compensated_add(s.x[i], s.lo[i], delta_[i]);
-    before_.swap(delta_), h_before_ = h;
+    if (works_.any()) field_.book(t + T(0.5) * h, h, works_);
+    for (size_t k = 0; k < n_; ++k) phs::compensated_add(s.x[k], s.lo[k], delta_[k]);
     return Outcome::ok;
   }
 
   std::vector<double> memory() const override {
-    std::vector<double> m{phs::to_double(h_before_)};
-    for (const T& d : before_) m.push_back(phs::to_double(d));
+    std::vector<double> m;
+    if (middle_) m = middle_->start();
+    solver_.save(m);
     return m;
   }
   void restore(std::span<const double> m) override {
-    require_size("memory of a discrete gradient method", m.size(), n_ + 1);
-    h_before_ = T(m[0]);
-    for (size_t i = 0; i < n_; ++i) before_[i] = T(m[i + 1]);
+    const size_t own = middle_ ? n_ : 0;
+    require_size("memory of a discrete gradient method", m.size(), own + solver_.memory_size());
+    if (middle_) middle_->start_at(m.first(own));
+    solver_.restore(m.subspan(own));
   }
-
- protected:
-  using Base::cost_, Base::n_, Base::options_, Base::system_;
-
-  /// next = F(δ), given x0, x1 = x0 + δ and their midpoint.
-  virtual void increment(T t, T h, std::span<T> next) = 0;
-
-  /// out += h (J - R)(mid) e
-  void add_structure(T h, std::span<const T> e, std::span<T> out) {
-    system_->apply_structure(mid_, e, work_);
-    for (size_t i = 0; i < n_; ++i) out[i] += h * work_[i];
-    if (system_->description().traits.lossless) return;
-    system_->apply_dissipation(mid_, e, work_);
-    for (size_t i = 0; i < n_; ++i) out[i] -= h * work_[i];
-  }
-
-  Stagnation stagnation_;
-  std::vector<T> x0_, x1_, mid_, delta_, before_, next_, gradient_, work_;
-  T H0_ = T(0.0), h_before_ = T(0.0);
+  std::string remark() const override { return solver_.remark(cost_.steps); }
+  bool keeps_books() const override { return true; }
 
  private:
-  Outcome solve(T t, T h, double size) {
-    stagnation_.restart();
-    for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
-      for (size_t i = 0; i < n_; ++i)
-        x1_[i] = x0_[i] + delta_[i], mid_[i] = x0_[i] + T(0.5) * delta_[i];
-      increment(t, h, next_);
-      ++cost_.sweeps;
-      double change = 0, total = 0;
-      for (size_t i = 0; i < n_; ++i) {
-        const double move = magnitude(next_[i] - delta_[i]);
-        change = std::max(change, move), total += move;
-      }
-      delta_.swap(next_);
-      using enum Stagnation::Verdict;
-      switch (stagnation_.after({.finite = total<HUGE_VAL, .changed = change> 0,
-                                 .change = change / std::max(size, 1e-300)})) {
-        case not_finite:
-          return Outcome::not_finite;
-        case diverges:
-          return Outcome::not_converged;
-        case exact:
-        case stagnated:
-          return Outcome::ok;
-        case go_on:
-          break;
-      }
-    }
-    return stagnation_.settled() ? Outcome::ok : Outcome::not_converged;
-  }
-};
+  /// What the solver works on.
+  struct Equations {
+    DiscreteGradient& method;
+    const State& state;
+    T t, h;
+    void guess(bool predicted) { method.guess(t, h, state, predicted); }
+    Sweep sweep(double& distance) { return method.sweep_once(t, h, state, distance); }
+    void finish() {}  // δ is what the last sweep made it
+    void freeze(SimplifiedNewton& newton, Solver solver) { method.freeze(*this, newton, solver); }
+    double newton_step() const { return phs::to_double(h); }
+  };
 
-template <class T>
-class Gonzalez final : public DiscreteGradient<T> {
-  using Base = DiscreteGradient<T>;
-  using Base::add_structure, Base::cost_, Base::delta_, Base::gradient_, Base::H0_, Base::mid_,
-      Base::n_, Base::system_, Base::x1_;
-
- public:
-  using Base::Base;
-
- private:
-  /// h f(m) is the midpoint rule; α δ is what it lacks. α |δ| is of the order of the rounding of H over |δ| and falls out
-  /// of sight below that of ∇H(m) itself; at rest there is nothing to correct.
-  void increment(T t, T h, std::span<T> next) override {
-    system_->field(t + T(0.5) * h, mid_, {}, next);
-    system_->gradient(mid_, gradient_);
-    ++cost_.evaluations;
-    T along(0.0), norm2(0.0);
-    for (size_t i = 0; i < n_; ++i) {
-      next[i] = h * next[i];
-      along += gradient_[i] * delta_[i], norm2 += delta_[i] * delta_[i];
-    }
-    if (!(magnitude(norm2) > 0)) return;
-    const T alpha = (system_->hamiltonian(x1_) - H0_ - along) / norm2;
-    for (size_t i = 0; i < n_; ++i) gradient_[i] = alpha * delta_[i];
-    add_structure(h, gradient_, next);
-  }
-};
-
-template <class T>
-class ItohAbe final : public DiscreteGradient<T> {
-  using Base = DiscreteGradient<T>;
-  using Base::add_structure, Base::cost_, Base::delta_, Base::gradient_, Base::H0_, Base::mid_,
-      Base::n_, Base::system_, Base::x0_, Base::x1_;
-
- public:
-  ItohAbe(const Declaration& d, const phs::Model& model, T h, const Options& o)
-      : Base(d, model, h, o), path_(n_), slope_(n_), quotient_(n_) {}
-
- private:
-  void increment(T t, T h, std::span<T> next) override {
-    // What drives the system besides (J - R) ∇H, at the midpoint.
-    system_->field(t + T(0.5) * h, mid_, {}, next);
-    system_->gradient(mid_, gradient_);
-    for (size_t i = 0; i < n_; ++i) next[i] = h * next[i], gradient_[i] = -gradient_[i];
-    add_structure(h, gradient_, next);
-
-    path_ = x0_;
-    T H = H0_;
-    for (size_t i = 0; i < n_; ++i) {
-      const T from = path_[i];
-      // Below the cube root of rounding the derivative halfway, off by δ²/24, says more than a quotient, off by u|H|/δ.
-      const double least = 4 * std::cbrt(unit_roundoff<T>) * std::max(1.0, magnitude(from));
-      if (magnitude(x1_[i] - from) < least) {
-        path_[i] = T(0.5) * (from + x1_[i]);
-        system_->gradient(path_, slope_);
-        quotient_[i] = slope_[i];
-        path_[i] = x1_[i];
-        H = system_->hamiltonian(path_);
-      } else {
-        path_[i] = x1_[i];
-        const T here = system_->hamiltonian(path_);
-        quotient_[i] = (here - H) / (x1_[i] - from);
-        H = here;
-      }
-    }
-    cost_.evaluations += std::int64_t(n_);
-    add_structure(h, quotient_, next);
+  /// δ = h f(x0); for Newton, which does as well from there and goes further in stiff directions, 0.
+  void guess(T t, T h, const State& s, bool predicted) {
+    std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
+    std::fill(delta_.begin(), delta_.end(), T(0.0));
+    if (!predicted || solver_.newton()) return;
+    for (size_t k = 0; k < n_; ++k) next_[k] = s.x[k] + s.lo[k];
+    system_->field(t, next_, {}, delta_), ++cost_.evaluations;
+    for (T& d : delta_) d *= h;
   }
 
-  std::vector<T> path_, slope_, quotient_;
+  void freeze(const Equations& e, SimplifiedNewton& newton, Solver solver) {
+    for (size_t k = 0; k < n_; ++k) point_[k] = phs::to_double(e.state.x[k] + e.state.lo[k]);
+    middle_->start_at(point_);
+    for (size_t k = 0; k < n_; ++k) point_[k] += 0.5 * phs::to_double(delta_[k]);
+    const double h = phs::to_double(e.h);
+    newton.freeze(solver, phs::to_double(e.t) + h / 2, h, point_, e.state.turns);
+  }
+
+  Sweep sweep_once(T t, T h, const State& s, double& distance) {
+    ++cost_.sweeps;
+    SimplifiedNewton* const newton = solver_.newton();
+    field_(t + T(0.5) * h, delta_, next_);
+    for (size_t k = 0; k < n_; ++k) next_[k] *= h;
+    if (newton) correct(*newton);
+
+    Sweep p;
+    double largest = 0;
+    distance = 0;
+    for (size_t k = 0; k < n_; ++k) largest = std::max(largest, magnitude(s.x[k]));
+    for (size_t k = 0; k < n_; ++k) {
+      const double move = magnitude(next_[k] - delta_[k]), away = magnitude(next_[k]);
+      delta_[k] = next_[k];
+      if (!(move < HUGE_VAL)) p.finite = false;
+      if (move > 0) {
+        p.changed = true;
+        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+      }
+      const double size = std::max({magnitude(s.x[k]), away, 1e-4 * largest, 1e-300});
+      p.change = std::max(p.change, move / size);
+      if (newton) p.blur(noise_[k] / size);
+      distance = std::max(distance, away / size);
+    }
+    return p;
+  }
+  /// next = δ + (I - (h/2) ∂f̄/∂m)⁻¹ (h f̄ - δ)
+  void correct(SimplifiedNewton& newton) {
+    for (size_t k = 0; k < n_; ++k)
+      next_[k] -= delta_[k], noise_[k] = solver_noise(magnitude(next_[k]));
+    for (int part = 0; part < newton_parts<T>; ++part) {
+      for (size_t k = 0; k < n_; ++k) residual_[k] = part_of(next_[k], part);
+      newton.solve(residual_);
+      for (size_t k = 0; k < n_; ++k) set_part(next_[k], part, residual_[k]);
+    }
+    for (size_t k = 0; k < n_; ++k) next_[k] += delta_[k];
+  }
+
+  std::shared_ptr<const InvariantGradients> invariants_;  ///< of gonzalez
+  DiscreteField<T> field_;
+  std::unique_ptr<MiddleField> middle_;  ///< for Newton; the solver holds on to it
+  StepSolver solver_;
+  std::vector<T> delta_, next_;
+  std::vector<double> smallest_, noise_, residual_, point_;
 };
 
-template <class T>
-std::unique_ptr<BasicIntegrator<T>> make_gonzalez(const Declaration& d, const phs::Model& m, T h,
-                                                  const Options& o) {
-  return std::make_unique<Gonzalez<T>>(d, m, h, o);
-}
-template <class T>
-std::unique_ptr<BasicIntegrator<T>> make_itoh_abe(const Declaration& d, const phs::Model& m, T h,
-                                                  const Options& o) {
-  return std::make_unique<ItohAbe<T>>(d, m, h, o);
+Entry method(Declaration d, Rule rule) {
+  d.family = "Energy-preserving";
+  d.energy_exact = d.passivity_exact = Claim::holds;
+  return entry(std::move(d),
+               [rule](const Declaration& own, const phs::Model& m, auto h,
+                      const Options& o) -> std::unique_ptr<BasicIntegrator<decltype(h)>> {
+                 return std::make_unique<DiscreteGradient<decltype(h)>>(own, rule, m, h, o);
+               });
 }
 
 }  // namespace
 
 Entries discrete_gradient_entries() {
-  return {entry({.name = "gonzalez",
-                 .title = "midpoint discrete gradient: H exactly",
-                 .family = "Energy-preserving",
-                 .order = 2,
-                 .symmetric = Claim::holds,
-                 .energy_exact = Claim::holds,
-                 .passivity_exact = Claim::holds,
-                 .source = "Gonzalez 1996, J. Nonlinear Sci. 6:449, eq. (13)"},
-                PORTHOS_MAKER(make_gonzalez)),
-          entry({.name = "itoh_abe",
-                 .title = "coordinate increment discrete gradient: H exactly",
-                 .family = "Energy-preserving",
-                 .order = 1,
-                 .energy_exact = Claim::holds,
-                 .passivity_exact = Claim::holds,
-                 .quadratic_invariants = Claim::unknown,
-                 .needs = {.linear_state = true},
-                 .source = "Itoh, Abe 1988, J. Comput. Phys. 76:85"},
-                PORTHOS_MAKER(make_itoh_abe))};
+  return {method({.name = "gonzalez",
+                  .title = "midpoint discrete gradient: H and declared invariants exactly",
+                  .order = 2,
+                  .symmetric = Claim::holds,
+                  .quadratic_invariants = Claim::holds,
+                  .source = "Gonzalez 1996, J. Nonlinear Sci. 6:449, eq. (13)"},
+                 Rule::gonzalez),
+          method({.name = "mean_value",
+                  .title = "mean value discrete gradient (average vector field): H exactly",
+                  .order = 2,
+                  .symmetric = Claim::holds,
+                  .source = "Harten, Lax, van Leer 1983; Quispel, McLaren 2008, J. Phys. A "
+                            "41:045206"},
+                 Rule::mean_value),
+          method({.name = "itoh_abe",
+                  .title = "coordinate increment discrete gradient: H exactly",
+                  .order = 1,
+                  .quadratic_invariants = Claim::unknown,
+                  .needs = {.linear_state = true},
+                  .source = "Itoh, Abe 1988, J. Comput. Phys. 76:85"},
+                 Rule::itoh_abe),
+          method({.name = "itoh_abe2",
+                  .title = "coordinate increments both ways: H exactly",
+                  .order = 2,
+                  .symmetric = Claim::holds,
+                  .quadratic_invariants = Claim::unknown,
+                  .needs = {.linear_state = true},
+                  .source = "Itoh, Abe 1988, J. Comput. Phys. 76:85, symmetrised"},
+                 Rule::itoh_abe2)};
 }
 
 }  // namespace porthos::integrators

@@ -24,9 +24,7 @@ Entries hbvm_entries() {
   const char* bit = "Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl. Math. 5:17";
   return {hbvm("hbvm8", "HBVM(16,4): H to the order-32 quadrature", 4, bit),
           hbvm("hbvm6", "HBVM(16,3): H to the order-32 quadrature", 3, bit),
-          hbvm("hbvm4", "HBVM(16,2): H to the order-32 quadrature", 2, bit),
-          hbvm("mean_value", "mean value discrete gradient (average vector field), 16 nodes", 1,
-               "Quispel, McLaren 2008, J. Phys. A 41:045206; Harten, Lax, van Leer 1983")};
+          hbvm("hbvm4", "HBVM(16,2): H to the order-32 quadrature", 2, bit)};
 }
 
 }  // namespace porthos::integrators

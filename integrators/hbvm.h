@@ -10,7 +10,7 @@ struct Entry;
 /// its power, O(h³²): to rounding at steps that resolve the motion, far beyond what a trajectory of order 2r gives.
 /// Symmetric; neither symplectic nor, beyond linear ones, a keeper of invariants. With J and R constant
 /// H(x') - H(x) = -h Σ ē_jᵀ R ē_j, ē_j the Legendre coefficients of ∇H along the step: never a gain.
-/// r = 1 is the average vector field (mean value discrete gradient), see discrete_gradient.h.
+/// The catalogue has r = 2, 3, 4; r = 1 is mean_value of discrete_gradient.h where that needs one panel.
 /// Sources: Brugnano, Iavernaro, Trigiante 2010; Hairer 2010 (J. Numer. Anal. Ind. Appl. Math. 5:73) for k → ∞.
 std::vector<Entry> hbvm_entries();
 

@@ -64,8 +64,8 @@ const char* to_string(Solver s);
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
-  Solver solver = Solver::automatic;  ///< of the Gauss methods
-  bool lanes = true;   ///< evaluate Gauss stages as SIMD lanes (same bits as scalar stages)
+  Solver solver = Solver::automatic;  ///< of the implicit methods that have a choice
+  bool lanes = true;   ///< evaluate stages as SIMD lanes (same bits as scalar stages)
   bool books = true;   ///< keep the works of each step; off: works() is empty
   bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice

@@ -67,6 +67,30 @@ class SimplifiedNewton {
   std::vector<std::int64_t> turns_;
 };
 
+/// What a solve may be off by, of a residual it was given: it works in double, and (I - h A ⊗ J)⁻¹ r is the difference of
+/// two numbers of the size of r. Where Newton wanders to where r is enormous, the move may come out as nothing at all; that
+/// is no convergence, so this counts as a move.
+inline double solver_noise(double residual) { return 0x1p-53 * residual; }
+
+/// The parts of a number that Newton's linear solve takes one after another: a derivative obeys the equations linearised, with
+/// the same matrix.
+template <class T>
+inline constexpr int newton_parts = std::is_same_v<T, phs::Dual> ? 2 : 1;
+template <class T>
+double part_of(const T& x, int part) {
+  if constexpr (std::is_same_v<T, phs::Dual>)
+    return part == 0 ? x.v : x.d;
+  else
+    return (void)part, phs::to_double(x);
+}
+template <class T>
+void set_part(T& x, int part, double value) {
+  if constexpr (std::is_same_v<T, phs::Dual>)
+    (part == 0 ? x.v : x.d) = value;
+  else
+    (void)part, x = T(value);
+}
+
 /// Which solver a step begins with. Fixed point until three steps running are slow or one fails; then Newton, with a
 /// trial of the fixed point every 32 steps, and ever more rarely as the trials fail. It depends on counts of sweeps only.
 class SolverChoice {

@@ -22,6 +22,11 @@ struct Sweep {
   bool finite = true, changed = false;
   bool improved = false;  ///< some component moved less than ever before in this step
   double change = 0;      ///< largest move, relative to its component's size
+
+  /// Moves below this much cannot be told from none.
+  void blur(double noise) {
+    if (noise > change) change = noise, changed = changed || noise > 1e-12;
+  }
 };
 
 /// Sweeps go on to stagnation. A tolerance would stop on one side of the solution and bias the energy.
@@ -47,7 +52,9 @@ class Stagnation {
     return Stagnation(unit_roundoff<T> * 1e5, tolerance);
   }
 
-  void restart() {
+  /// patience: sweeps without a record, far from a solution, before they diverge
+  void restart(int patience = 10) {
+    patience_ = patience;
     smallest_ = HUGE_VAL, since_record_ = 0, grace_ = 1, ratio_ = 0, last_ = HUGE_VAL;
   }
 
@@ -59,7 +66,8 @@ class Stagnation {
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
     smallest_ = std::min(smallest_, s.change);
     if (s.change > settled_)
-      return since_record_ > 10 || s.change > 1e6 * smallest_ ? Verdict::diverges : Verdict::go_on;
+      return since_record_ > patience_ || s.change > 1e6 * smallest_ ? Verdict::diverges
+                                                                     : Verdict::go_on;
     grace_ = s.improved || since_record_ == 0 ? 1 : grace_ - 1;
     return grace_ < 0 || since_record_ >= 4 ? Verdict::stagnated : Verdict::go_on;
   }
@@ -71,7 +79,7 @@ class Stagnation {
  private:
   double settled_, tolerance_;
   double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;
-  int since_record_ = 0, grace_ = 1;
+  int patience_ = 10, since_record_ = 0, grace_ = 1;
 };
 
 }  // namespace porthos::integrators

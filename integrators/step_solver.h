@@ -24,22 +24,23 @@ struct Iteration {
 struct Iterated {
   Outcome outcome = Outcome::not_converged;
   int sweeps = 0;
+  bool ran_out = false;  ///< of sweeps, before stagnation; ok if only noise seemed left
   bool dropped = false;  ///< the prediction was further off than none at all, and dropped
 };
 
 /// Sweeps to stagnation, from a prediction where there is a good one.
 template <class... Parts>
 Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool predicted,
-                 int most_sweeps) {
+                 int most_sweeps, int patience = 10) {
   Iterated r;
-  parts.guess(predicted), stagnation.restart();
+  parts.guess(predicted), stagnation.restart(patience);
   while (r.sweeps < most_sweeps) {
     ++r.sweeps;
     double distance;
     const Sweep p = parts.sweep(distance);
     if (r.sweeps == 1 && predicted && p.finite && p.change > distance) {
       r.dropped = true;
-      parts.guess(false), stagnation.restart();
+      parts.guess(false), stagnation.restart(patience);
       continue;
     }
     using enum Stagnation::Verdict;
@@ -58,6 +59,7 @@ Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool 
         break;
     }
   }
+  r.ran_out = true;
   if (stagnation.settled()) parts.finish(), r.outcome = Outcome::ok;
   return r;
 }
@@ -104,8 +106,8 @@ class StepSolver {
   }
 
  private:
-  /// When a Newton iteration takes a new J. always: an iteration that contracts badly gets one at every sweep, for as long
-  /// as it takes — far from linear, that goes where a few do not.
+  /// When a Newton iteration takes a new J. always: an iteration that contracts badly gets one at every sweep, and more
+  /// patience — far from linear, Newton's method wanders before it converges.
   enum class Refresh { some, always };
   static constexpr int some_refreshes = 8;
 
@@ -130,6 +132,7 @@ class StepSolver {
   Solver solver_ = Solver::fixed_point;  ///< at work
   int distrust_ = 0;                     ///< steps left without a prediction
   int sweeps_ = 0, fresh_sweeps_ = 0;    ///< of the last iteration, of the last with its own J
+  bool ran_out_ = false;                 ///< so did the last iteration
   bool fresh_ = false;                   ///< J was frozen in this iteration
 };
 
@@ -145,8 +148,9 @@ Outcome StepSolver::solve(Equations& e, bool have_prediction, Cost& cost) {
   if (free_choice && !choice_.newton()) {
     const int limit =
         choice_.trial() ? std::min(SolverChoice::trial_sweeps, most_sweeps_) : most_sweeps_;
-    all_tried = limit == most_sweeps_;
     o = iterate_by(e, predicted, Solver::fixed_point, limit);
+    all_tried = limit == most_sweeps_ && !ran_out_;
+    if (ran_out_) o = Outcome::not_converged;  // Newton goes further than "only noise seems left"
     choice_.fixed_point_was(o == Outcome::ok, sweeps_);
     if (o == Outcome::ok) return o;
   }
@@ -208,9 +212,10 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
                                 freeze(), ++refreshed;
                             },
                         .finish = [&] { e.finish(); }};
-  const Iterated r = iterate(parts, stagnation_, predicted, most_sweeps);
+  const Iterated r = iterate(parts, stagnation_, predicted, most_sweeps,
+                             refresh == Refresh::always ? most_sweeps : 10);
   if (r.dropped) distrust_ = 16;
-  sweeps_ = r.sweeps;
+  sweeps_ = r.sweeps, ran_out_ = r.ran_out;
   return r.outcome;
 }
 

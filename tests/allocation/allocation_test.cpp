@@ -105,20 +105,21 @@ TEST(Allocation, NoneInAStepOfASplitting) {
 
 TEST(Allocation, NoneInNewtonSteps) {
   const auto robot = test::stiff_chain(5, 1e4, 0);
-  for (const auto solver : {Solver::automatic, Solver::newton_articulated, Solver::newton_dense,
-                            Solver::newton_krylov}) {
-    Options o;
-    o.solver = solver;
-    const auto method = make_integrator("gauss16", *robot.model, 0.05, o);
-    phs::State s = robot.start;
-    const long before = allocations;
-    bool ok = true;
-    for (int i = 0; i < 200; ++i) ok = ok && method->step(s) == Outcome::ok;
-    const long made = allocations - before;
-    EXPECT_TRUE(ok);
-    EXPECT_GT(method->cost().factorisations, 0);
-    EXPECT_EQ(made, 0) << to_string(solver);
-  }
+  for (const char* name : {"gauss16", "gonzalez", "mean_value"})
+    for (const auto solver : {Solver::automatic, Solver::newton_articulated, Solver::newton_dense,
+                              Solver::newton_krylov}) {
+      Options o;
+      o.solver = solver;
+      const auto method = make_integrator(name, *robot.model, 0.05, o);
+      phs::State s = robot.start;
+      const long before = allocations;
+      bool ok = true;
+      for (int i = 0; i < 200; ++i) ok = ok && method->step(s) == Outcome::ok;
+      const long made = allocations - before;
+      EXPECT_TRUE(ok) << name;
+      EXPECT_GT(method->cost().factorisations, 0) << name;
+      EXPECT_EQ(made, 0) << name << ", " << to_string(solver);
+    }
 }
 
 TEST(Allocation, NoneInAnEvaluation) {

@@ -242,7 +242,7 @@ TEST_F(Cli, VerifyUsesAFolderOfItsOwn) {
 
 TEST_F(Cli, NumericalFailureIsExitCode3) {
   const Answer a =
-      porthos("run swing/scene.toml --method gonzalez --step 50 --duration 5000 --out stuck");
+      porthos("run swing/scene.toml --method lobatto8 --step 50 --duration 5000 --out stuck");
   EXPECT_EQ(a.code, 3) << a.out << a.err;
   EXPECT_TRUE(contains(a.err, "did not converge")) << a.err;
   EXPECT_TRUE(contains(a.err, "the last good state is in stuck/checkpoint")) << a.err;

@@ -3,6 +3,7 @@
 
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
+#include "phs/state.h"
 #include "tests/support/tree_case.h"
 
 /// The robots of the long runs with their start values.
