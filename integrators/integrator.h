@@ -129,7 +129,7 @@ class BasicIntegrator {
         options_(o),
         system_(model.instantiate<T>()),
         turns_(model.description()),
-        works_(o.books ? model.description() : phs::Description{}),
+        works_(model.description(), o.books),
         n_(size_t(model.description().nx)) {}
 
   Declaration declaration_;

@@ -11,7 +11,9 @@ namespace porthos::integrators {
 template <class T>
 class Works {
  public:
-  explicit Works(const phs::Description& d) : power_(d.powers.size()), of_step_(d.powers.size()) {
+  /// on: whether to keep books at all
+  explicit Works(const phs::Description& d, bool on = true)
+      : power_(on ? d.powers.size() : 0), of_step_(power_.size()) {
     if (!any()) return;
     e_.resize(size_t(d.nx)), x0_.resize(e_.size()), f0_.resize(e_.size());
     x1_.resize(e_.size()), f1_.resize(e_.size()), mid_.resize(e_.size());
