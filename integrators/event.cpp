@@ -28,6 +28,7 @@ EventStepper::EventStepper(const phs::Model& model,
       events_(std::move(events)),
       options_(options),
       x_(size_t(model.description().nx)) {
+  method_->sampler().refuse("a step that ends at an event");
   for (const auto& e : events_)
     if (!e.g) throw InvalidArgument("an event has no function g(t, x)");
   if (options.samples < 0 || options.most_trials < 1)

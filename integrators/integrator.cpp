@@ -7,9 +7,8 @@
 namespace porthos::integrators {
 
 template <class T>
-Outcome BasicIntegrator<T>::advance_with_books(T h, State& s) {
+Outcome BasicIntegrator<T>::advance_with_books(T t, T h, State& s) {
   tell_turns(s);
-  const T t = s.time(h_);
   const bool aside = works_.any() && !keeps_books();
   if (aside) works_.before(*system_, t, s.x, s.lo);
   const Outcome o = advance(t, h, s);
@@ -19,7 +18,8 @@ Outcome BasicIntegrator<T>::advance_with_books(T h, State& s) {
 
 template <class T>
 Outcome BasicIntegrator<T>::step(State& s) {
-  const Outcome o = advance_with_books(h_, s);
+  if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
+  const Outcome o = advance_with_books(s.time(h_), h_, s);
   if (o != Outcome::ok) return o;
   ++s.step, ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
@@ -29,7 +29,8 @@ Outcome BasicIntegrator<T>::step(State& s) {
 
 template <class T>
 Outcome BasicIntegrator<T>::step_by(State& s, T h) {
-  const Outcome o = advance_with_books(h, s);
+  sampler_.refuse("a step off the grid");
+  const Outcome o = advance_with_books(s.time(h_), h, s);
   if (o != Outcome::ok) return o;
   s.step_off_the_grid(phs::to_double(h_), phs::to_double(h)), ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/sampler.h"
 #include "integrators/turns.h"
 #include "integrators/works.h"
 #include "phs/state.h"
@@ -87,12 +88,15 @@ class BasicIntegrator {
   /// Advances the state by one step h. On any outcome but `ok` the state is unchanged.
   [[nodiscard]] virtual Outcome step(State& state);
   /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end.
-  [[nodiscard]] Outcome step_by(State& state, T h);
+  /// @throws InvalidArgument for a system with sampled controllers, whose instants are steps
+  [[nodiscard]] virtual Outcome step_by(State& state, T h);
   /// The time of a state that step() has brought here [s].
   virtual T time(const State& state) const { return state.time(h_); }
 
   /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless `ok`.
   [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
+  /// advance() with turns and books.
+  [[nodiscard]] Outcome advance_with_books(T t, T h, State& state);
   /// Tells the systems at work the turn counts of the state.
   virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
 
@@ -108,6 +112,8 @@ class BasicIntegrator {
   virtual void restore(std::span<const double> memory) {
     require_size("integrator memory", memory.size(), 0);
   }
+  /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
+  Sampler<T>& sampler() { return sampler_; }
   /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing unusual.
   virtual std::string remark() const { return {}; }
 
@@ -117,12 +123,12 @@ class BasicIntegrator {
   /// Simpson's rule over the step (order 4) otherwise.
   virtual bool keeps_books() const { return false; }
 
+  /// Whether steps are of sizes of its own choice rather than step_size().
+  virtual bool varies() const { return false; }
   virtual Cost cost() const { return cost_; }
   virtual void set_cost(const Cost& c) { cost_ = c; }
 
  protected:
-  /// advance() by h from the state's time, with books.
-  Outcome advance_with_books(T h, State& state);
   BasicIntegrator(Declaration d, const phs::Model& model, T h, const Options& o)
       : declaration_(std::move(d)),
         h_(h),
@@ -130,6 +136,7 @@ class BasicIntegrator {
         system_(model.instantiate<T>()),
         turns_(model.description()),
         works_(model.description(), o.books),
+        sampler_(model, phs::to_double(h)),
         n_(size_t(model.description().nx)) {}
 
   Declaration declaration_;
@@ -138,6 +145,7 @@ class BasicIntegrator {
   std::unique_ptr<phs::System<T>> system_;
   TurnKeeper<T> turns_;
   Works<T> works_;
+  Sampler<T> sampler_;
   size_t n_;  ///< numbers in the state
   Cost cost_;
 };
@@ -156,7 +164,8 @@ std::optional<std::string> misfit(const Declaration& method, const phs::Descript
 
 /// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double, Dual or Quad.
 /// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not finite, a system
-///   the method cannot take (see misfit), or a scalar it cannot take (rivals work in double)
+///   the method cannot take (see misfit), a scalar it cannot take (rivals work in double), or a sampled controller whose
+///   period is not a whole number of steps
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
                                                           const phs::Model& model, T h,

@@ -34,6 +34,7 @@ class Controlled : public Integrator {
     return keeps_books() ? by_->works() : works_.of_step();
   }
   bool keeps_books() const override { return inner_->keeps_books(); }
+  bool varies() const override { return true; }
   Cost cost() const override {
     Cost c = cost_;
     for (const Integrator* part : {inner_.get(), plain_.get()})
@@ -53,6 +54,7 @@ class Controlled : public Integrator {
   Controlled(Declaration d, const phs::Model& model, double h, const Options& o,
              std::shared_ptr<const phs::TimeScaleModel> scale)
       : Integrator(std::move(d), model, h, o), scale_(std::move(scale)) {
+    sampler_.refuse("a step of varying size");
     last_.x.resize(n_), last_.lo.resize(n_);
     last_.turns.resize(
         size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),

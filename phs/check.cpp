@@ -92,6 +92,7 @@ class Checker {
     note("storages", x, relative(sum - H, size + std::fabs(H)));
     double balance = dot(e, dx) - dot(y, u), scale = norm(e) * norm(dx) + norm(y) * norm(u) + loss;
     for (size_t i = 0; i < powers.size(); ++i) {
+      if (d_.powers[i].kind == PowerKind::observed) continue;
       const bool in = d_.powers[i].kind == PowerKind::supplied;
       balance -= in ? powers[i] : -powers[i], scale += std::fabs(powers[i]);
       if (!in) note("passive " + d_.powers[i].name, x, relative(std::min(0.0, powers[i]), scale));

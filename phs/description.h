@@ -34,10 +34,12 @@ struct Port {
 };
 
 /// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if passive) takes away.
-enum class PowerKind { supplied, dissipated };
+/// observed: no part of this balance, integrated along for the books of another system.
+enum class PowerKind { supplied, dissipated, observed };
 struct PowerAccount {
   std::string name;  ///< "elbow.damping", "motor.supply", ...
   PowerKind kind;
+  bool control = false;  ///< a controller's: it may be asked whether it is passive
 };
 
 /// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other function.

@@ -200,7 +200,7 @@ void require_new_name(const Plan& p, const std::string& name) {
   };
   if (name.empty()) refuse(p, "an element has an empty name");
   if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
-      taken(p.springs))
+      taken(p.springs) || taken(p.controls))
     refuse(p, "two elements are named '" + name + "', expected names that differ");
 }
 
@@ -236,8 +236,8 @@ void describe(Plan& p) {
   d.traits = {};
   d.traits.canonical = alone && p.members[0].model->description().traits.canonical;
   d.traits.separable = alone && p.members[0].model->description().traits.separable;
-  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty();
-  d.traits.autonomous = p.sources.empty();
+  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && p.controls.empty();
+  d.traits.autonomous = p.sources.empty() && p.controls.empty();
   p.turn_of.assign(size_t(d.nx), -1);
   int angles = 0;
   for (auto& m : p.members) {
@@ -252,7 +252,7 @@ void describe(Plan& p) {
     }
     m.angles = angles - m.angle;
     for (const auto& s : of.storages) d.storages.push_back(prefix + s);
-    for (const auto& a : of.powers) d.powers.push_back({prefix + a.name, a.kind});
+    for (const auto& a : of.powers) d.powers.push_back({prefix + a.name, a.kind, a.control});
     d.traits.lossless = d.traits.lossless && of.traits.lossless;
     d.traits.autonomous = d.traits.autonomous && of.traits.autonomous;
   }
@@ -267,6 +267,10 @@ void describe(Plan& p) {
                     [&](const auto& t) { return t.row >= m.u && t.row < m.u + m.nu; }))
       d.powers.push_back({m.name + ".feedthrough", PowerKind::dissipated});
   for (const auto& s : p.sources) d.powers.push_back({s.name, PowerKind::supplied});
+  for (const auto& c : p.controls) {
+    d.powers.push_back({c.name, PowerKind::supplied, true});
+    if (c.hold) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
+  }
   // Ports left open.
   for (const auto& m : p.members)
     for (Port port : m.model->description().ports) {
@@ -296,6 +300,8 @@ void mark_active(Plan& p) {
     for (const auto& t : *list) row[size_t(t.row)] = row[size_t(t.col)] = true;
   for (const auto& l : p.laws) row[size_t(l.row)] = true;
   for (const auto& s : p.sources) row[size_t(s.row)] = true;
+  for (const auto& c : p.controls)
+    for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
   for (auto& m : p.members)
     m.active = std::any_of(row.begin() + m.u, row.begin() + m.u + m.nu, [](bool b) { return b; });
 }
@@ -312,6 +318,9 @@ Network& Network::operator=(Network&&) noexcept = default;
 Network& Network::add(const std::string& name, std::shared_ptr<const Model> member) {
   require_new_name(*plan_, name);
   if (!member) refuse(*plan_, "member '" + name + "' is null");
+  if (!member->holds().empty())
+    refuse(*plan_, "member '" + name +
+                       "' has sampled controllers inside, expected them in the outermost network");
   const Description& d = member->description();
   plan_->members.push_back({.name = name,
                             .model = std::move(member),
@@ -431,6 +440,58 @@ Network& Network::source(const std::string& name, const std::string& port, Funct
   return *this;
 }
 
+namespace {
+
+/// The coordinates of an encoder, in the network's state.
+std::vector<int> encoder_of(const Plan& p, const std::string& name, const Found& port,
+                            const std::vector<std::string>& coordinates) {
+  if (coordinates.empty()) return {};
+  if (int(coordinates.size()) != port.port->size)
+    refuse(p, "the encoder of '" + name + "' has " + std::to_string(coordinates.size()) +
+                  " coordinates, expected " + std::to_string(port.port->size) +
+                  ", one per component of port '" + port.name + "'");
+  std::vector<int> at;
+  for (const auto& c : coordinates) {
+    const size_t before = at.size();
+    for (const auto& b : port.member->model->description().blocks)
+      if (b.size == 1 && port.member->name + "." + b.name == c) at.push_back(port.member->x + b.at);
+    if (at.size() == before)
+      refuse(p, "the encoder of '" + name + "': unknown coordinate '" + c +
+                    "', expected one of the member '" + port.member->name + "'");
+  }
+  return at;
+}
+
+}  // namespace
+
+Network& Network::control(const std::string& name, const std::string& port, LawPtr law) {
+  require_new_name(*plan_, name);
+  if (!law) refuse(*plan_, "the law of the controller '" + name + "' is null");
+  const Found f = find(*plan_, port);
+  plan_->controls.push_back({name,
+                             f.row,
+                             f.port->size,
+                             int(f.member - plan_->members.data()),
+                             std::move(law),
+                             nullptr,
+                             {}});
+  return *this;
+}
+
+Network& Network::control(const std::string& name, const std::string& port, LawPtr law,
+                          const Sampling& sampling) {
+  if (!(sampling.period > 0) || !std::isfinite(sampling.period))
+    refuse(*plan_, "the period of the controller '" + name + "' is " + number(sampling.period) +
+                       " s, expected a positive number");
+  const Found f = find(*plan_, port);
+  auto encoder = encoder_of(*plan_, name, f, sampling.encoder);
+  control(name, port, std::move(law));
+  auto& c = plan_->controls.back();
+  c.encoder = std::move(encoder);
+  c.hold = std::make_shared<Hold>(Hold{name, sampling.period, {}, {}});
+  return *this;
+}
+
 Network& Network::potential(const std::string& name, const std::string& coordinate, Potential U) {
   require_new_name(*plan_, name);
   if (!U.energy || !U.slope) refuse(*plan_, "the potential '" + name + "' is null");
@@ -475,6 +536,17 @@ std::shared_ptr<const NetworkModel> Network::build() const {
         refuse(*p, "the law of '" + l.name +
                        "' acts on a port with feedthrough, expected a damping "
                        "matrix there: the loop could not be solved in advance");
+  for (auto& c : p->controls) {
+    for (const auto& f : p->F)
+      if (f.row >= c.row && f.row < c.row + c.size)
+        refuse(*p, "the controller '" + c.name +
+                       "' acts on a port with feedthrough, expected an element with a state "
+                       "between them");
+    if (!c.hold) continue;  // each network its own
+    std::vector<double> fresh(size_t(c.size), 0.0);
+    fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no reading before the first
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, fresh});
+  }
   solve_loop(*p);
   describe(*p);
   mark_active(*p);

@@ -25,7 +25,7 @@ std::vector<int> acted_on(const Plan& p, const Plan::Member& m) {
   };
   for (const auto& t : p.B) note(t.row);
   for (const auto& l : p.laws) note(l.row);
-  for (const auto& s : p.sources) note(s.row);
+  for (const int row : p.pushed()) note(row);
   return rows;
 }
 
@@ -62,12 +62,13 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
   return ok;
 }
 
-/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources and laws act on.
+/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources and controllers push on.
 MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
   const auto f = model.instantiate<double>();
   const int n = p.nx();
   std::mt19937_64 generator(2);
-  MatrixXd all(n, samples * n + int(p.sources.size()) * samples);
+  const auto pushed = p.pushed();
+  MatrixXd all(n, samples * (n + int(pushed.size())));
   int at = 0;
   std::vector<double> unit(size_t(n), 0.0), J(unit), R(unit);
   for (int sample = 0; sample < samples; ++sample) {
@@ -79,12 +80,12 @@ MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
       for (int i = 0; i < n; ++i) all(i, at) = J[size_t(i)] - R[size_t(i)];
       ++at;
     }
-    for (const auto& s : p.sources) {
+    for (const int row : pushed) {
       all.col(at).setZero();
       for (const auto& m : p.members) {
-        if (s.row < m.u || s.row >= m.u + m.nu) continue;
+        if (row < m.u || row >= m.u + m.nu) continue;
         std::vector<double> u(size_t(m.nu), 0.0), Gu(size_t(m.nx));
-        u[size_t(s.row - m.u)] = 1;
+        u[size_t(row - m.u)] = 1;
         m.model->instantiate<double>()->apply_input(std::span(x).subspan(size_t(m.x), size_t(m.nx)),
                                                     u, Gu);
         for (int i = 0; i < m.nx; ++i) all(m.x + i, at) = Gu[size_t(i)];

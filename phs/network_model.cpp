@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "phs/network_plan.h"
 
@@ -28,6 +29,12 @@ class NetworkSystem final : public System<T> {
     for (const auto& m : p_.members) {
       systems_.push_back(m.model->template instantiate<T>());
       most_invariants = std::max(most_invariants, size_t(m.model->description().invariant_count()));
+    }
+    for (size_t i = 0; i < p_.controls.size(); ++i) {
+      const auto& c = p_.controls[i];
+      kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
+      unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
+      if (c.hold) sampled_.push_back(i);
     }
     invariants_.resize(most_invariants);
   }
@@ -145,6 +152,31 @@ class NetworkSystem final : public System<T> {
         if (any) values[k++] = sum;
       }
     for (const auto& s : p_.sources) values[k++] = (*s.v)(t)*y_[size_t(s.row)];
+    for (const auto& c : p_.controls) {
+      const Out kappa = law(c, t, x, port(c, y_));
+      T wished(0.0), held(0.0);
+      for (size_t i = 0; i < kappa.size(); ++i) wished = wished + kappa[i] * port(c, y_)[i];
+      values[k++] = wished;
+      if (!c.hold) continue;
+      for (size_t i = 0; i < kappa.size(); ++i)
+        held = held + (T(c.hold->memory[i]) - kappa[i]) * port(c, y_)[i];
+      values[k++] = held;
+    }
+  }
+  void sample(size_t i, T t, In x, std::span<double> memory) override {
+    if constexpr (requires { to_double(T(0.0)); }) {  // lanes have no clock of their own
+      const auto& c = p_.controls[sampled_[i]];
+      const size_t n = size_t(c.size);
+      gradient(x, e_), outputs(x, e_);
+      for (size_t k = 0; k < c.encoder.size(); ++k) {
+        const double now = to_double(unwrapped(size_t(c.encoder[k]), x));
+        double& last = memory[n + k];
+        if (!std::isnan(last)) port(c, y_)[k] = T((now - last) / c.hold->period);
+        last = now;
+      }
+      const Out kappa = law(c, t, x, port(c, y_));
+      for (size_t k = 0; k < n; ++k) memory[k] = to_double(kappa[k]);
+    }
   }
 
   void invariants(In x, Out values) override {
@@ -206,6 +238,15 @@ class NetworkSystem final : public System<T> {
     std::fill(v_.begin(), v_.end(), T(0.0));
     for (const auto& s : p_.sources) v_[row(s)] = v_[row(s)] + (*s.v)(t);
     for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
+    for (const auto& c : p_.controls) {
+      const Out v = port(c, v_);
+      if (c.hold)
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + T(c.hold->memory[k]);
+      else {
+        const Out kappa = law(c, t, x, port(c, y_));
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
+      }
+    }
     for (size_t k = 0; k < u.size(); ++k) v_[size_t(p_.open[k])] = v_[size_t(p_.open[k])] + u[k];
     if (p_.M.empty())
       std::copy(v_.begin(), v_.end(), u_.begin());
@@ -221,6 +262,17 @@ class NetworkSystem final : public System<T> {
     T sum(0.0);
     for (const auto& a : A) sum = sum + y[size_t(a.row)] * T(a.factor) * y[size_t(a.col)];
     return sum;
+  }
+  static Out port(const Plan::Control& c, std::vector<T>& v) {
+    return Out(v).subspan(size_t(c.row), size_t(c.size));
+  }
+  /// κ(t, x, y)
+  Out law(const Plan::Control& c, T t, In x, In y) {
+    const auto& m = p_.members[size_t(c.member)];
+    const Out own = Out(unwrapped_).first(size_t(m.nx)), kappa = Out(kappa_).first(size_t(c.size));
+    for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(size_t(m.x) + k, x);
+    (*c.law)(t, In(own), y, kappa);
+    return kappa;
   }
   /// G u_ of one member.
   In inputs(size_t i, In x) {
@@ -255,13 +307,21 @@ class NetworkSystem final : public System<T> {
   std::shared_ptr<const Plan> plan_;
   const Plan& p_;
   std::vector<std::unique_ptr<System<T>>> systems_;
-  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_;
+  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_;
+  std::vector<size_t> sampled_;  ///< the controls with a hold
 };
 
 }  // namespace
 
 NetworkModel::NetworkModel(std::shared_ptr<const Network::Plan> plan) : plan_(std::move(plan)) {}
 const Description& NetworkModel::description() const { return plan_->description; }
+
+std::vector<HoldPtr> NetworkModel::holds() const {
+  std::vector<HoldPtr> list;
+  for (const auto& c : plan_->controls)
+    if (c.hold) list.push_back(c.hold);
+  return list;
+}
 
 int NetworkModel::offset(const std::string& member) const {
   for (const auto& m : plan_->members)

@@ -37,6 +37,14 @@ struct Network::Plan {
     int row;
     FunctionPtr v;
   };
+  struct Control {
+    std::string name;
+    int row, size, member;
+    LawPtr law;
+    HoldPtr hold;  ///< null: continuous
+    std::vector<int>
+        encoder;  ///< per component the coordinate whose differences are its mean flow; empty: the flow itself
+  };
   struct Spring {
     std::string name;
     int q, p;  ///< in the state
@@ -57,6 +65,7 @@ struct Network::Plan {
   std::vector<Law> laws;
   std::vector<Rayleigh> rayleighs;
   std::vector<Source> sources;
+  std::vector<Control> controls;
   std::vector<Spring> springs;
   std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
   std::vector<std::string> joint;  ///< per input: the junction its port takes part in, or empty
@@ -71,6 +80,14 @@ struct Network::Plan {
   std::vector<Casimir> casimirs;
   std::vector<std::string> casimir_texts;
 
+  /// Inputs that something pushes on whatever the state is.
+  std::vector<int> pushed() const {
+    std::vector<int> rows;
+    for (const auto& s : sources) rows.push_back(s.row);
+    for (const auto& c : controls)
+      for (int k = 0; k < c.size; ++k) rows.push_back(c.row + k);
+    return rows;
+  }
   int nx() const { return members.empty() ? 0 : members.back().x + members.back().nx; }
   int nu() const { return members.empty() ? 0 : members.back().u + members.back().nu; }
 };

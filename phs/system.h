@@ -6,6 +6,7 @@
 
 #include "phs/description.h"
 #include "phs/error.h"
+#include "phs/law.h"
 #include "phs/resolvent.h"
 #include "phs/scalar.h"
 
@@ -66,6 +67,10 @@ class System {
   }
   /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by integrators after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
+  /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes that of this one.
+  virtual void sample(std::size_t i, T t, std::span<const T> x, std::span<double> memory) {
+    (void)i, (void)t, (void)x, (void)memory;
+  }
   /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has none. It belongs to this
   /// object, whose turn angles it reads, and must not outlive it.
   virtual std::unique_ptr<Resolvent> resolvent() { return nullptr; }
@@ -76,6 +81,8 @@ class Model {
  public:
   virtual ~Model() = default;
   virtual const Description& description() const = 0;
+  /// The sampled controllers in it. Empty: none.
+  virtual std::vector<HoldPtr> holds() const { return {}; }
 
   /// The evaluator for scalar T; it refers to this model, which must outlive it.
   template <class T>

@@ -43,8 +43,7 @@ class TransformedSystem : public System<T> {
     structure(z, T(0.0), sigma, dz);
   }
   void rate(T, In z, In e, Out dz) override { apply_structure(z, e, dz); }
-  void stored(In z, Out values) override { read(z), base_->stored(x_, values); }
-  void powers(T, In z, In, Out values) override {  // per tau
+  void powers(T, In z, In, Out values) override {  // of the base, per tau
     const T sigma = read_gradient(z);
     base_->powers(z[m_.time_at()], x_, e_, values);
     for (T& v : values) v = sigma * v;
@@ -121,7 +120,7 @@ Description describe(const Description& d, size_t half) {
     r.blocks.push_back(b);
   }
   r.blocks.push_back({"time", BlockKind::linear, at, 1, d.nx + 1, "s", "J"});
-  r.storages = d.storages, r.powers = d.powers;
+  for (const auto& a : d.powers) r.powers.push_back({a.name, PowerKind::observed, a.control});
   r.traits.canonical = d.traits.canonical && d.traits.lossless && d.traits.autonomous;
   return r;
 }

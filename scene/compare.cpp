@@ -247,6 +247,11 @@ void check(const CompareOptions& options) {
 }
 
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options) {
+  if (const auto holds = assembly.model->holds(); !holds.empty())
+    throw InvalidArgument(fmt::format(
+        "the controller '{}' is sampled, so the system is another one at every step size: expected "
+        "a continuous controller to compare methods with",
+        holds[0]->name));
   return Comparing(scene, assembly, options).run();
 }
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "mechanics/mechanical_model.h"
-#include "scene/toml_table.h"
+#include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
 namespace {
@@ -23,10 +23,12 @@ Names keys_of(const std::string& type, const std::string& where) {
     own = {"constant", "sine", "profile"};
   else if (type == "dc_motor")
     own = {"inductance", "resistance", "constant", "gear", "rotor_inertia", "friction", "voltage"};
+  else if (type == "controller")
+    own = {"target", "stiffness", "damping", "rate", "output"};
   else
     refuse(where,
            fmt::format("type is \"{}\", expected \"spring\", \"damper\", \"friction\", \"limits\", "
-                       "\"force\" or \"dc_motor\"",
+                       "\"force\", \"dc_motor\" or \"controller\"",
                        type));
   own.insert(own.begin(), {"type", "name", "joint"});
   return own;
@@ -82,6 +84,24 @@ void read_motor(const Table& t, Element& e) {
   e.source = signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
 }
 
+/// tau = stiffness (target - z) - damping z', with the z and z' of the instants if it has a rate.
+void read_controller(const Table& t, Element& e) {
+  const double stiffness = t.not_negative_or("stiffness", " of N m/rad or N/m", 0),
+               damping = t.not_negative_or("damping", " of N m s/rad or N s/m", 0),
+               target = t.number_or("target", " of rad or m", 0);
+  if (stiffness == 0 && damping == 0)
+    refuse(t.where(), t.label() + " does nothing, expected a stiffness or a damping");
+  e.gains = {stiffness, damping, target};
+  if (t.has("rate")) {
+    e.rate = t.number("rate", " of Hz");
+    if (!(e.rate > 0)) t.fail("rate", fmt::format("is {}, expected a positive number", e.rate));
+  }
+  if (!t.has("output")) return;
+  e.mean = t.choice("output", {"instant", "mean"}) == "mean";
+  if (e.mean && e.rate == 0)
+    t.fail("output", "is \"mean\" without a rate, expected both or neither");
+}
+
 void read_one(const Table& t, Element& e) {
   if (e.type == "spring") read_spring(t, e);
   if (e.type == "damper") e.law = phs::viscous(required(t, "damping", " of N m s/rad or N s/m"));
@@ -93,6 +113,7 @@ void read_one(const Table& t, Element& e) {
                            .smoothing = required(t, "smoothing", " of rad/s or m/s")});
   if (e.type == "force") e.source = signal(t, " of N m or N");
   if (e.type == "dc_motor") read_motor(t, e);
+  if (e.type == "controller") read_controller(t, e);
   if (e.type == "limits") {
     e.stiffness = required(t, "stiffness", " of N m/rad^2 or N/m^2");
     if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
@@ -134,6 +155,16 @@ phs::Potential limits(const mechanics::MechanicalModel& model, const Element& e)
   return phs::soft_limits(*lower, *upper, e.stiffness);
 }
 
+phs::LawPtr joint_controller(const mechanics::MechanicalModel& model, const Element& e) {
+  size_t at = 0;
+  for (const auto& b : model.description().blocks)
+    if (b.name == e.joint) at = size_t(b.at);
+  return phs::law([at, g = *e.gains](auto, auto x, auto y, auto u) {
+    using T = typename decltype(u)::value_type;
+    u[0] = T(g.stiffness) * (T(g.target) - x[at]) - T(g.damping) * y[0];
+  });
+}
+
 }  // namespace
 
 std::vector<Element> read_elements(const Table& scene) {
@@ -167,6 +198,14 @@ std::shared_ptr<const phs::Model> with_elements(
       if (e.type == "limits") n.potential(e.name, at.coordinate, limits(*model, e));
       if (e.potential) n.potential(e.name, at.coordinate, *e.potential);
       if (e.law) n.resist(e.name, at.port, e.law);
+      if (e.gains) {
+        const auto law = joint_controller(*model, e);
+        if (e.rate == 0)
+          n.control(e.name, at.port, law);
+        else
+          n.control(e.name, at.port, law,
+                    {1 / e.rate, e.mean ? std::vector{at.coordinate} : std::vector<std::string>{}});
+      }
       if (e.motor) {
         n.add(e.name, phs::dc_drive(*e.motor));
         n.feedback(at.port, e.name + ".shaft");

@@ -23,6 +23,13 @@ struct Element {
   phs::FunctionPtr law;                     ///< of a damper or friction
   phs::FunctionPtr source;                  ///< of a torque; the voltage of a motor
   std::optional<phs::DcMotor> motor;
+  /// Of a joint controller, tau = stiffness (target - z) - damping z'.
+  struct Gains {
+    double stiffness, damping, target;
+  };
+  std::optional<Gains> gains;
+  double rate = 0;                     ///< [Hz], of a sampled one; 0: continuous
+  bool mean = false;                   ///< it sees the mean rate between its instants
   std::optional<double> lower, upper;  ///< of limits; not given: the model file's
   double stiffness = 0;
 };

@@ -1,5 +1,7 @@
 #include "scene/ledger.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -31,6 +33,7 @@ Ledger::Ledger(const phs::Description& d)
     : description_(&d),
       sum_(d.powers.size(), 0.0),
       low_(d.powers.size(), 0.0),
+      peak_(d.powers.size(), 0.0),
       stored_first_(d.storages.size(), 0.0),
       stored_(d.storages.size(), 0.0) {}
 
@@ -49,7 +52,8 @@ double Ledger::add(double t, const Measured& m, bool regular) {
   long double error = m.energy_change_J;
   for (size_t a = 0; a < sum_.size(); ++a) {
     const long double work = static_cast<long double>(sum_[a]) + low_[a];
-    error += description_->powers[a].kind == phs::PowerKind::supplied ? -work : work;
+    const auto kind = description_->powers[a].kind;
+    if (kind != phs::PowerKind::observed) error += kind == phs::PowerKind::supplied ? -work : work;
   }
   energy_.add(double(error), regular);
   return double(error);
@@ -77,7 +81,14 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.turned_over_J = turned_over_;
   for (size_t a = 0; a < sum_.size(); ++a) {
     const auto& power = description_->powers[a];
+    if (power.kind == phs::PowerKind::observed) continue;
     const bool in = power.kind == phs::PowerKind::supplied;
+    if (power.control && peak_[a] > 1e-12 * turned_over_)
+      r.notes.push_back(
+          fmt::format("controller '{}' gave up to {:.3g} J more than it had taken: it is not "
+                      "passive, unless it "
+                      "held that energy at the start",
+                      power.name, peak_[a]));
     (in ? r.supplied_J : r.dissipated_J) += sum_[a];
     (in ? r.ports : r.losses).emplace_back(power.name, sum_[a]);
   }
@@ -89,7 +100,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
 std::vector<double> Ledger::memory() const {
   const auto totals = std::bit_cast<Numbers>(totals_);
   std::vector<double> m(totals.begin(), totals.end());
-  for (const auto* part : {&sum_, &low_, &stored_first_, &stored_})
+  for (const auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_})
     m.insert(m.end(), part->begin(), part->end());
   m.push_back(turned_over_);
   const auto rest = energy_.memory();
@@ -99,7 +110,7 @@ std::vector<double> Ledger::memory() const {
 
 void Ledger::restore(std::span<const double> m) {
   Numbers totals;
-  const size_t own = totals.size() + 2 * sum_.size() + 2 * stored_.size() + 1;
+  const size_t own = totals.size() + 3 * sum_.size() + 2 * stored_.size() + 1;
   if (m.size() < own) require_size("memory of the ledger", m.size(), own);
   const auto take = [&](auto& to) {
     std::copy_n(m.begin(), to.size(), to.begin());
@@ -107,7 +118,7 @@ void Ledger::restore(std::span<const double> m) {
   };
   take(totals);
   totals_ = std::bit_cast<Totals>(totals);
-  for (auto* part : {&sum_, &low_, &stored_first_, &stored_}) take(*part);
+  for (auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_}) take(*part);
   turned_over_ = m[0];
   energy_.restore(m.subspan(1));
 }

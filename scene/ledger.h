@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -23,6 +24,7 @@ class Ledger {
   void book(std::span<const double> works) {
     for (size_t a = 0; a < works.size(); ++a) {
       phs::compensated_add(sum_[a], low_[a], works[a]);
+      peak_[a] = std::max(peak_[a], sum_[a]);
       turned_over_ += std::fabs(works[a]);
     }
   }
@@ -49,6 +51,7 @@ class Ledger {
   Totals totals_;
   ErrorStatistics energy_;
   std::vector<double> sum_, low_;              ///< per power
+  std::vector<double> peak_;                   ///< per power, the largest sum so far
   double turned_over_ = 0;                     ///< Σ |works|
   std::vector<double> stored_first_, stored_;  ///< per storage: at the start, at the last record
 };

@@ -70,6 +70,7 @@ class Session {
         folder_(checkpoint_folder(options.out)),
         fixed_(scene.step_control == integrators::StepControl::fixed),
         integrator_(make_integrator(scene, *assembly.model, scene.step)),
+        monitor_(watch()),
         meter_(assembly),
         layout_(assembly.model->description()),
         row_(layout_.size()),
@@ -85,6 +86,28 @@ class Session {
   }
 
  private:
+  /// Puts the integrator under the scene's monitor, if there is one.
+  integrators::EnergyMonitor* watch() {
+    if (!scene_.monitor) return nullptr;
+    auto m = std::make_unique<integrators::EnergyMonitor>(std::move(integrator_), *assembly_.model,
+                                                          scene_.step, *scene_.monitor);
+    integrators::EnergyMonitor* seen = m.get();
+    integrator_ = std::move(m);
+    return seen;
+  }
+  /// What the next step depends on besides the state.
+  std::vector<double> memory() const {
+    auto m = integrator_->memory();
+    const auto held = integrator_->sampler().memory();
+    m.insert(m.end(), held.begin(), held.end());
+    return m;
+  }
+  void restore(std::span<const double> m) {
+    const size_t held = integrator_->sampler().memory().size();
+    if (m.size() < held) require_size("memory of the integrator", m.size(), held);
+    integrator_->restore(m.first(m.size() - held));
+    integrator_->sampler().restore(m.last(held));
+  }
   fs::path log_path() const { return folder_ / "records.bin"; }
   bool resumable() const { return integrator_->declaration().resumable; }
 
@@ -108,7 +131,7 @@ class Session {
           fmt::format("the checkpoint in {} is of another run: {}", folder_.string(), changes));
     require_size("state of the checkpoint", c.state.x.size(), state_.x.size());
     state_ = c.state;
-    integrator_->restore(c.memory);
+    restore(c.memory);
     integrator_->set_cost(c.cost);
     ledger_.restore(c.statistics);
     cpu_before_ = c.cpu_s, wall_before_ = c.wall_s;
@@ -179,12 +202,10 @@ class Session {
     integrators::Cost cost;
     Ledger ledger;
   };
-  void remember() {
-    good_.emplace(Moment{state_, integrator_->memory(), integrator_->cost(), ledger_});
-  }
+  void remember() { good_.emplace(Moment{state_, memory(), integrator_->cost(), ledger_}); }
   void recall() {
     state_ = good_->state;
-    integrator_->restore(good_->memory);
+    restore(good_->memory);
     integrator_->set_cost(good_->cost);
     ledger_ = good_->ledger;
   }
@@ -194,8 +215,8 @@ class Session {
 
   void checkpoint() {
     log_->sync();
-    write_checkpoint(folder_, {fingerprint(scene_), outcome_, state_, integrator_->memory(),
-                               integrator_->cost(), ledger_.memory(), log_->mark(), cpu(), wall()});
+    write_checkpoint(folder_, {fingerprint(scene_), outcome_, state_, memory(), integrator_->cost(),
+                               ledger_.memory(), log_->mark(), cpu(), wall()});
   }
 
   void tell() const {
@@ -229,6 +250,7 @@ class Session {
           "{} keeps no books of its own: works are taken by Simpson's rule over each step, whose "
           "error (order 4 in the step) stands in the defect of the balance",
           scene_.method));
+    if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
     if (interrupted_ && !resumable())
       r.notes.push_back(fmt::format(
           "a run by {} cannot be continued from a checkpoint, none was written", scene_.method));
@@ -253,6 +275,7 @@ class Session {
   const fs::path folder_;
   const bool fixed_;  ///< steps of the scene's size
   std::unique_ptr<integrators::Integrator> integrator_;
+  integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   Meter meter_;
   RecordLayout layout_;
   std::vector<double> row_;

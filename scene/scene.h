@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/energy_monitor.h"
 #include "integrators/step_control.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
@@ -65,6 +66,8 @@ struct Scene {
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double control_rate = 0;    ///< [rad/s], see integrators::ControlOptions
   double control_length = 0;  ///< [m]
+
+  std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance while the run runs
 
   double duration = 0;      ///< [s]; the run takes round(duration / step) steps
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one

@@ -15,7 +15,7 @@
 #include "scene/auto_method.h"
 #include "scene/element.h"
 #include "scene/scene.h"
-#include "scene/toml_table.h"
+#include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
 namespace {
@@ -96,9 +96,9 @@ class Reader {
     s_.path = file_.path;
     s_.text = read_file(s_.path, "scene file");
     parse();
-    const Table top(
-        file_, root_, "the scene", "",
-        {"title", "model", "environment", "initial", "element", "integrator", "run", "verify"});
+    const Table top(file_, root_, "the scene", "",
+                    {"title", "model", "environment", "initial", "element", "integrator", "monitor",
+                     "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -115,6 +115,8 @@ class Reader {
                 {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",
                  "step_control", "step_control_rate", "step_control_length"});
     integrator(method);
+    if (top.has("monitor"))
+      monitor(section(top, "monitor", {"limit", "step_limit", "action", "project"}));
     run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
     verify(top);
     return std::move(s_);
@@ -282,6 +284,28 @@ class Reader {
       *to = t.number(key, unit);
       if (*to <= 0) t.fail(key, fmt::format("is {}, expected a number{} above 0", *to, unit));
     }
+  }
+
+  void monitor(const Table& t) {
+    if (s_.method == auto_method)
+      refuse(t.where(), "[monitor] is given with method = \"auto\", expected a method");
+    integrators::MonitorOptions m;
+    for (const auto& [key, to] : {std::pair{"limit", &m.limit}, {"step_limit", &m.step_limit}}) {
+      if (!t.has(key)) continue;
+      *to = t.number(key, "");
+      if (!(*to >= 1e-14)) t.fail(key, fmt::format("is {}, expected 1e-14 or more", *to));
+    }
+    if (t.has("action"))
+      m.action = integrators::on_violation_of(t.choice("action", {"warn", "stop", "repeat"}));
+    if (t.has("project")) m.project = t.boolean("project");
+    if (m.limit == 0 && m.step_limit == 0 && !m.project)
+      refuse(t.where(), "[monitor] has nothing to watch, expected limit, step_limit or project");
+    if (m.action == integrators::OnViolation::repeat) {
+      if (m.step_limit == 0) t.fail("action", "is \"repeat\" without a step_limit, expected both");
+      if (s_.step_control != integrators::StepControl::fixed)
+        t.fail("action", "is \"repeat\" with a step_control, expected one of both");
+    }
+    s_.monitor = m;
   }
 
   void run(const Table& t) {

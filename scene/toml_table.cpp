@@ -1,4 +1,4 @@
-#include "scene/toml_table.h"
+#include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
 namespace {

@@ -107,7 +107,7 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: scene file 'absent.toml' cannot be opened: No such file or directory\n"},
       {"run bad.toml",
        "porthos: bad.toml:5:1: unknown key 'stpe' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, target_energy_error, rtol, step_control, step_control_rate, "
+       "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, step_control_rate, "
        "step_control_length)\n"},
       {"run swing/scene.toml --step 0", "porthos: --step: step is 0 s, expected more than 0 s\n"},
       {"run swing/scene.toml --step -1", "porthos: --step: step is -1 s, expected more than 0 s\n"},

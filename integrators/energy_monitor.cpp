@@ -1,0 +1,254 @@
+#include "integrators/energy_monitor.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+
+namespace porthos::integrators {
+namespace {
+
+template <class... A>
+std::string text_of(const char* form, A... a) {
+  char text[256];
+  std::snprintf(text, sizeof text, form, a...);
+  return text;
+}
+
+void require_limit(const char* name, double x) {
+  if (x != 0 && !(x >= 1e-14 && std::isfinite(x)))
+    throw InvalidArgument(
+        text_of("the monitor's %s is %g, expected 0 (not watched) or 1e-14 and more", name, x));
+}
+
+}  // namespace
+
+const char* to_string(OnViolation a) {
+  switch (a) {
+    case OnViolation::warn:
+      return "warn";
+    case OnViolation::stop:
+      return "stop";
+    case OnViolation::repeat:
+      return "repeat";
+  }
+  return "unknown";
+}
+
+OnViolation on_violation_of(const std::string& name) {
+  for (const auto a : {OnViolation::warn, OnViolation::stop, OnViolation::repeat})
+    if (name == to_string(a)) return a;
+  throw InvalidArgument("unknown action '" + name + "', expected one of warn, stop, repeat");
+}
+
+EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model& model, double h,
+                             MonitorOptions monitor, const Options& o)
+    : Integrator(inner->declaration(), model, h, o),
+      inner_(std::move(inner)),
+      monitor_(std::move(monitor)),
+      before_(model.description(), std::vector<double>(n_)),
+      works_sum_(model.description().powers.size()),
+      x_(n_) {
+  require_limit("limit", monitor_.limit), require_limit("step_limit", monitor_.step_limit);
+  const bool repeats = monitor_.action == OnViolation::repeat;
+  if (repeats && monitor_.step_limit == 0)
+    throw InvalidArgument("the monitor repeats steps without a step_limit, expected both");
+  if (repeats && inner_->varies())
+    throw InvalidArgument(
+        "the monitor repeats steps of a method whose steps vary, expected fixed steps");
+  if (monitor_.limit == 0 && monitor_.step_limit == 0 && !monitor_.watch && !monitor_.project)
+    throw InvalidArgument(
+        "the monitor has nothing to watch, expected a limit, a step_limit or project");
+  if (!o.books && !works_sum_.empty())
+    throw InvalidArgument("the monitor needs the method's books, expected Options::books");
+  for (const auto& a : model.description().powers)
+    signs_.push_back(a.kind == phs::PowerKind::supplied     ? 1
+                     : a.kind == phs::PowerKind::dissipated ? -1
+                                                            : 0);
+  if (monitor_.project) project_ = std::make_unique<EnergyProjection>(model);
+}
+
+double EnergyMonitor::energy(const State& s) {
+  Integrator::tell_turns(s);
+  for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
+  return system_->hamiltonian(x_);
+}
+
+void EnergyMonitor::begin(const State& s) {
+  books_ = {};
+  books_.began = 1, books_.H0 = energy(s);
+  std::vector<double> stored(system_->description().storages.size());
+  system_->stored(x_, stored);
+  for (const double v : stored) books_.scale += std::fabs(v);
+}
+
+double EnergyMonitor::scale() const {
+  if (monitor_.scale_J > 0) return monitor_.scale_J;
+  const double s = std::max(books_.scale, books_.turned_over);
+  return s > 0 ? s : 1;
+}
+
+/// The books after the works of a step to this state.
+EnergyMonitor::Books EnergyMonitor::booked(const State& s) {
+  Books b = books_;
+  for (size_t a = 0; a < works_sum_.size(); ++a) {
+    phs::compensated_add(b.income, b.income_lo, signs_[a] * works_sum_[a]);
+    b.turned_over += std::fabs(works_sum_[a]);
+  }
+  b.defect = ((energy(s) - b.H0) - b.income) - b.income_lo;
+  return b;
+}
+
+bool EnergyMonitor::step_holds(const Books& after) const {
+  const double added = after.defect - (project_ ? 0.0 : books_.defect);
+  return monitor_.step_limit == 0 || std::fabs(added) <= monitor_.step_limit * scale();
+}
+
+std::string EnergyMonitor::fault(const Books& after, const State& s) {
+  if (!std::isfinite(after.defect)) return "the energy is not finite";
+  if (!step_holds(after))
+    return text_of("the step adds %.2e to the relative defect of the balance (limit %.2e)",
+                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale(),
+                   monitor_.step_limit);
+  if (monitor_.limit > 0 && !(std::fabs(after.defect) <= monitor_.limit * scale()))
+    return text_of("the relative defect of the balance is %.2e (limit %.2e)",
+                   after.defect / scale(), monitor_.limit);
+  if (monitor_.watch) {
+    for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
+    return monitor_.watch(inner_->time(s), x_);
+  }
+  return {};
+}
+
+void EnergyMonitor::note(const std::string& why, double defect) {
+  if (report_.violations++ == 0) report_.first_s = inner_->time(before_);
+  report_.last = why;
+  if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale());
+}
+
+Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
+  report_.last = why;
+  s = before_;
+  return o == Outcome::ok ? Outcome::failed : o;
+}
+
+Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
+  books_ = after, whole_ = whole;
+  if (!project_) return Outcome::ok;
+  const double off = std::fabs(after.defect);
+  if (off <= 1e-16 * scale()) return Outcome::ok;
+  if ((*project_)(*system_, s, (books_.H0 + books_.income) + books_.income_lo)) {
+    ++report_.projected, report_.moved_J += off, whole_ = false;
+    books_.defect = 0;
+  } else {
+    ++report_.out_of_reach;
+  }
+  return Outcome::ok;
+}
+
+Outcome EnergyMonitor::step(State& s) {
+  if (books_.began == 0) begin(s);
+  before_ = s;
+  Outcome o = inner_->step(s);
+  std::string why = "the step ended with: " + std::string(to_string(o));
+  Books after = books_;
+  if (o == Outcome::ok) {
+    std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
+    after = booked(s);
+    why = fault(after, s);
+    if (why.empty()) return accept(s, after, true);
+    if (!std::isfinite(after.defect)) o = Outcome::not_finite;
+  }
+  note(why, o == Outcome::ok ? after.defect : NAN);
+  if (monitor_.action == OnViolation::repeat) return again(s);
+  if (monitor_.action == OnViolation::stop || o != Outcome::ok) return refuse(s, o, why);
+  return accept(s, after, true);
+}
+
+Outcome EnergyMonitor::again(State& s) {
+  const double t = before_.time(h_);
+  std::string why = report_.last;
+  for (int k = 1; k <= monitor_.most_halvings; ++k) {
+    const int parts = 1 << k;
+    s = before_;
+    std::fill(works_sum_.begin(), works_sum_.end(), 0.0);
+    Outcome o = Outcome::ok;
+    for (int i = 0; i < parts && o == Outcome::ok; ++i) {
+      o = inner_->advance_with_books(t + h_ * i / parts, h_ / parts, s);
+      for (size_t a = 0; a < works_sum_.size(); ++a) works_sum_[a] += inner_->works()[a];
+    }
+    if (o != Outcome::ok) continue;
+    const Books after = booked(s);
+    if (!std::isfinite(after.defect) || !step_holds(after)) continue;
+    ++s.step;
+    if (options_.wrap) phs::wrap_angles(system_->description(), s);
+    why = fault(after, s);
+    if (!why.empty()) break;  // smaller steps do not mend what has gathered before
+    ++report_.repeated;
+    return accept(s, after, false);
+  }
+  return refuse(s, Outcome::failed, why);
+}
+
+Outcome EnergyMonitor::step_by(State& s, double h) {
+  if (books_.began == 0) begin(s);
+  before_ = s;
+  const Outcome o = inner_->step_by(s, h);
+  if (o != Outcome::ok) return o;
+  std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
+  const Books after = booked(s);
+  const std::string why = fault(after, s);
+  if (!why.empty()) {
+    note(why, after.defect);
+    if (monitor_.action != OnViolation::warn) return refuse(s, Outcome::failed, why);
+  }
+  return accept(s, after, true);
+}
+
+std::string EnergyMonitor::text() const {
+  const auto& r = report_;
+  std::string text;
+  if (r.violations > 0)
+    text = text_of("energy monitor: %lld step%s beyond its limits, the first from t = %g s",
+                   (long long)r.violations, r.violations == 1 ? "" : "s", r.first_s);
+  if (r.repeated > 0) text += text_of("; %lld taken again in smaller parts", (long long)r.repeated);
+  if (r.violations > 0) text += "; the last: " + r.last;
+  if (!project_) return text;
+  text += text.empty() ? "energy monitor: " : "; ";
+  text += text_of("%lld steps moved to the energy of the books, %.3g J in all",
+                  (long long)r.projected, r.moved_J);
+  if (r.out_of_reach > 0)
+    text +=
+        text_of(", %lld could not be: no motion left to take it from", (long long)r.out_of_reach);
+  return text;
+}
+
+std::vector<double> EnergyMonitor::memory() const {
+  const auto b = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
+  std::vector<double> m(b.begin(), b.end());
+  for (const double v :
+       {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
+        double(report_.projected), double(report_.out_of_reach), report_.moved_J})
+    m.push_back(v);
+  const auto inner = inner_->memory();
+  m.insert(m.end(), inner.begin(), inner.end());
+  return m;
+}
+
+void EnergyMonitor::restore(std::span<const double> m) {
+  std::array<double, sizeof(Books) / sizeof(double)> b;
+  constexpr size_t counted = 7;
+  if (m.size() < b.size() + counted)
+    require_size("memory of an energy monitor", m.size(), b.size() + counted);
+  std::copy_n(m.begin(), b.size(), b.begin());
+  books_ = std::bit_cast<Books>(b);
+  m = m.subspan(b.size());
+  auto& r = report_;
+  r.violations = std::int64_t(m[0]), r.repeated = std::int64_t(m[1]), r.first_s = m[2];
+  r.worst = m[3], r.projected = std::int64_t(m[4]), r.out_of_reach = std::int64_t(m[5]);
+  r.moved_J = m[6];
+  if (r.violations > 0) r.last = "before this run was continued";
+  inner_->restore(m.subspan(counted));
+}
+
+}  // namespace porthos::integrators

@@ -1,0 +1,72 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "integrators/turns.h"
+#include "phs/system.h"
+
+namespace porthos::integrators {
+
+/// Renews the outputs of a model's sampled controllers at their instants, steps of a run of constant step h.
+/// A new sampler takes the model's holds back to their start: one run at a time.
+template <class T>
+class Sampler {
+ public:
+  /// @throws InvalidArgument for a period that is not a whole number of steps
+  Sampler(const phs::Model& model, double h) {
+    for (auto& hold : model.holds()) {
+      const double steps = hold->period / std::fabs(h);
+      if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+        throw InvalidArgument("the controller '" + hold->name + "' is sampled every " +
+                              std::to_string(hold->period) + " s, " + std::to_string(steps) +
+                              " steps of " + std::to_string(std::fabs(h)) +
+                              " s, expected a whole number of them");
+      hold->memory = hold->fresh;
+      every_.push_back(std::llround(steps));
+      holds_.push_back(std::move(hold));
+    }
+  }
+  bool any() const { return !holds_.empty(); }
+  /// @throws InvalidArgument if there is any
+  void refuse(const char* what) const {
+    if (any())
+      throw InvalidArgument("the controller '" + holds_[0]->name + "' is sampled: " + what +
+                            " would miss its instants, expected steps of one size");
+  }
+
+  /// Before the step that begins at this state.
+  void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
+    turns.synchronise(s, system);
+    for (size_t i = 0; i < holds_.size(); ++i) {
+      if (s.step % every_[i] != 0) continue;
+      x_.resize(s.x.size());
+      for (size_t k = 0; k < x_.size(); ++k) x_[k] = s.x[k] + s.lo[k];
+      system.sample(i, t, x_, holds_[i]->memory);
+    }
+  }
+
+  std::vector<double> memory() const {
+    std::vector<double> m;
+    for (const auto& h : holds_) m.insert(m.end(), h->memory.begin(), h->memory.end());
+    return m;
+  }
+  /// @throws InvalidArgument if the size does not fit
+  void restore(std::span<const double> m) {
+    require_size("memory of the sampled controllers", m.size(), memory().size());
+    for (const auto& h : holds_) {
+      std::copy_n(m.begin(), h->memory.size(), h->memory.begin());
+      m = m.subspan(h->memory.size());
+    }
+  }
+
+ private:
+  std::vector<phs::HoldPtr> holds_;
+  std::vector<std::int64_t> every_;  ///< steps from instant to instant
+  std::vector<T> x_;
+};
+
+}  // namespace porthos::integrators
