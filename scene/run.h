@@ -58,9 +58,9 @@ struct RunOptions {
   bool check_symmetry = false;  ///< `verify`: forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
-  std::function<void(double, double, double)> progress;
+  std::function<void(double, double, double)> progress = {};
   /// Told what method = "auto" chose, before the first step.
-  std::function<void(const std::string&)> say;
+  std::function<void(const std::string&)> say = {};
 };
 
 /// Runs a scene: steps, records, checkpoints, judges; writes run.h5, summary.json and energy_error.svg into the folder.
