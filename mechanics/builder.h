@@ -52,6 +52,9 @@ class MechanismBuilder {
  public:
   explicit MechanismBuilder(std::string name = "mechanism") : name_(std::move(name)) {}
   MechanismBuilder& add(BodySpec body);
+  /// What has been added, to be changed before another build().
+  std::vector<BodySpec>& bodies() { return bodies_; }
+  const std::vector<BodySpec>& bodies() const { return bodies_; }
   MechanismBuilder& gravity(const Vec3d& g);
   /// Takes inertias that are positive but break the triangle inequality, as some published robots have; each becomes a
   /// remark of the mechanism. Off by default.

@@ -390,7 +390,8 @@ class Assembler {
     const std::size_t root = find_root();
     const auto order = depth_first(root);
     settle_masses(order);
-    return {build(order), log_.notes(), m_.links[root].name};
+    const MechanismBuilder made = parts(order);
+    return {build(made), log_.notes(), m_.links[root].name, made};
   }
 
  private:
@@ -515,12 +516,15 @@ class Assembler {
                     (missing.size() > 1 ? " (the same holds for all of " + names + ")" : ""));
   }
 
-  Mechanism build(const std::vector<std::size_t>& order) const {
+  MechanismBuilder parts(const std::vector<std::size_t>& order) const {
     MechanismBuilder builder(m_.name);
     builder.gravity(options_.gravity);
     builder.accept_unphysical_inertia(options_.accept_unphysical_inertia);
     for (const std::size_t i : order)
       if (carrier_[i] || !is_world(m_.links[i])) builder.add(body(i));
+    return builder;
+  }
+  Mechanism build(const MechanismBuilder& builder) const {
     try {
       return builder.build();
     } catch (const InvalidArgument& e) {  // faults of the whole have no line, but they have a file

@@ -31,6 +31,7 @@ struct UrdfResult {
   std::vector<UrdfNote>
       notes;  ///< unknown tags and attributes, mimic, limits, friction, ignored geometry counts
   std::string root_link;
+  MechanismBuilder parts;  ///< what the mechanism was built from, for reconfiguration.h
 };
 
 /// Name of the free joint a free base gets, and of its coordinate blocks "base.position" and "base.attitude".
