@@ -49,7 +49,11 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
   text += checks_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
-  text += "results     " + out + "/: summary.json, run.h5, energy_error.svg, ledger.svg\n";
+  text += r.phases == 1
+              ? "results     " + out + "/: summary.json, run.h5, energy_error.svg, ledger.svg\n"
+              : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: run.h5, "
+                            "energy_error.svg, ledger.svg\n",
+                            out, r.phases);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;

@@ -11,7 +11,7 @@
 namespace porthos::phs {
 
 /// u = κ(t, x, y): x the state of the system the controller acts on, its angles with all their turns, y the output of the
-/// port and u the input there, of one size. Immutable, shared by threads.
+/// port (then those of sensors), u the input there. Immutable, shared by threads.
 class Law {
  public:
   virtual ~Law() = default;

@@ -302,6 +302,8 @@ void mark_active(Plan& p) {
   for (const auto& s : p.sources) row[size_t(s.row)] = true;
   for (const auto& c : p.controls)
     for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
+  for (const auto& c : p.controls)
+    for (const int sensor : c.sensors) row[size_t(sensor)] = true;
   for (auto& m : p.members)
     m.active = std::any_of(row.begin() + m.u, row.begin() + m.u + m.nu, [](bool b) { return b; });
 }
@@ -464,31 +466,23 @@ std::vector<int> encoder_of(const Plan& p, const std::string& name, const Found&
 
 }  // namespace
 
-Network& Network::control(const std::string& name, const std::string& port, LawPtr law) {
+Network& Network::control(const std::string& name, const std::string& port, LawPtr law,
+                          const Control& how) {
   require_new_name(*plan_, name);
   if (!law) refuse(*plan_, "the law of the controller '" + name + "' is null");
+  if (!(how.period >= 0) || !std::isfinite(how.period))
+    refuse(*plan_, "the period of the controller '" + name + "' is " + number(how.period) +
+                       " s, expected a positive number, or 0 for a continuous one");
+  if (how.period == 0 && !how.encoder.empty())
+    refuse(*plan_, "the controller '" + name + "' has an encoder without a period, expected both");
   const Found f = find(*plan_, port);
-  plan_->controls.push_back({name,
-                             f.row,
-                             f.port->size,
-                             int(f.member - plan_->members.data()),
-                             std::move(law),
-                             nullptr,
-                             {}});
-  return *this;
-}
-
-Network& Network::control(const std::string& name, const std::string& port, LawPtr law,
-                          const Sampling& sampling) {
-  if (!(sampling.period > 0) || !std::isfinite(sampling.period))
-    refuse(*plan_, "the period of the controller '" + name + "' is " + number(sampling.period) +
-                       " s, expected a positive number");
-  const Found f = find(*plan_, port);
-  auto encoder = encoder_of(*plan_, name, f, sampling.encoder);
-  control(name, port, std::move(law));
-  auto& c = plan_->controls.back();
-  c.encoder = std::move(encoder);
-  c.hold = std::make_shared<Hold>(Hold{name, sampling.period, {}, {}});
+  Plan::Control c{name, f.row, f.port->size, int(f.member - plan_->members.data()), std::move(law)};
+  c.encoder = encoder_of(*plan_, name, f, how.encoder);
+  std::vector<Found> sensors;
+  for (const auto& s : how.sensors) sensors.push_back(find(*plan_, s));
+  c.sensors = rows_of(sensors);
+  if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}, {}});
+  plan_->controls.push_back(std::move(c));
   return *this;
 }
 
@@ -538,7 +532,8 @@ std::shared_ptr<const NetworkModel> Network::build() const {
                        "matrix there: the loop could not be solved in advance");
   for (auto& c : p->controls) {
     for (const auto& f : p->F)
-      if (f.row >= c.row && f.row < c.row + c.size)
+      if ((f.row >= c.row && f.row < c.row + c.size) ||
+          std::find(c.sensors.begin(), c.sensors.end(), f.row) != c.sensors.end())
         refuse(*p, "the controller '" + c.name +
                        "' acts on a port with feedthrough, expected an element with a state "
                        "between them");

@@ -66,21 +66,26 @@ class Network {
   /// u += v(t).
   Network& source(const std::string& name, const std::string& port, FunctionPtr v,
                   int component = 0);
-  /// A controller on a port of any size: u += κ(t, x, y), x the state of the port's member. Its power is in the books, and
-  /// nothing asks it to be passive.
-  Network& control(const std::string& name, const std::string& port, LawPtr law);
-  /// The same run at a rate: κ is taken at the instants k·period and held between them. The books have what κ would have
-  /// supplied all the time as `name`, and what the hold adds to that, (held - κ)·y, as `name`.hold.
-  struct Sampling {
-    double period;  ///< [s], a whole number of steps
-    /// κ sees the mean flow of the last period, the difference of these coordinates ("<member>.<block>", one per
-    /// component) over the period, as an encoder gives it: period · Σ held·mean is then the energy that went in, exactly, for
-    /// any motion between the instants (Stramigioli et al. 2005, IEEE T. Robotics 21). None: the flow at the instant, with
-    /// which a passive κ may make energy without the sampled numbers telling.
+  /// How a controller is run.
+  struct Control {
+    double period = 0;  ///< [s], a whole number of steps; 0: continuously
+    /// Of a sampled one: it sees the mean flow of the last period, the difference of these coordinates
+    /// ("<member>.<block>", one per component of its port) over the period, as an encoder gives it: period · Σ held·mean is
+    /// then the energy that went in, exactly, for any motion between the instants (Stramigioli, Secchi, Van der Schaft,
+    /// Fantuzzi 2005, IEEE T. Robotics 21). None: the flow at the instant, with which a passive κ may make energy without
+    /// the sampled numbers telling.
     std::vector<std::string> encoder = {};
+    std::vector<std::string> sensors =
+        {};  ///< ports whose outputs κ sees too: y = [its port's, theirs ...]
   };
+  /// A controller on a port of any size: u += κ(t, x, y), x the state of the port's member. Its power is in the books as
+  /// `name`, and nothing asks it to be passive. A sampled one is held between the instants k·period; `name` is then what
+  /// κ would have supplied all the time, and `name`.hold what the hold adds to that, (held - κ)·y.
   Network& control(const std::string& name, const std::string& port, LawPtr law,
-                   const Sampling& sampling);
+                   const Control& how);
+  Network& control(const std::string& name, const std::string& port, LawPtr law) {
+    return control(name, port, std::move(law), Control{});
+  }
   /// H += U(z), z a coordinate with a conjugate momentum: "<member>.<block>".
   Network& potential(const std::string& name, const std::string& coordinate, Potential U);
   /// Declares that a member's outputs have a part F u, y = Gᵀe + F u, over all its inputs (linear_system.h hands such

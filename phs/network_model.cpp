@@ -33,6 +33,7 @@ class NetworkSystem final : public System<T> {
     for (size_t i = 0; i < p_.controls.size(); ++i) {
       const auto& c = p_.controls[i];
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
+      seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
       unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
       if (c.hold) sampled_.push_back(i);
     }
@@ -271,7 +272,11 @@ class NetworkSystem final : public System<T> {
     const auto& m = p_.members[size_t(c.member)];
     const Out own = Out(unwrapped_).first(size_t(m.nx)), kappa = Out(kappa_).first(size_t(c.size));
     for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(size_t(m.x) + k, x);
-    (*c.law)(t, In(own), y, kappa);
+    const Out seen = Out(seen_).first(size_t(c.size) + c.sensors.size());
+    std::copy(y.begin(), y.end(), seen.begin());
+    for (size_t k = 0; k < c.sensors.size(); ++k)
+      seen[size_t(c.size) + k] = y_[size_t(c.sensors[k])];
+    (*c.law)(t, In(own), In(seen), kappa);
     return kappa;
   }
   /// G u_ of one member.
@@ -307,7 +312,7 @@ class NetworkSystem final : public System<T> {
   std::shared_ptr<const Plan> plan_;
   const Plan& p_;
   std::vector<std::unique_ptr<System<T>>> systems_;
-  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_;
+  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
   std::vector<size_t> sampled_;  ///< the controls with a hold
 };
 

@@ -41,9 +41,10 @@ struct Network::Plan {
     std::string name;
     int row, size, member;
     LawPtr law;
-    HoldPtr hold;  ///< null: continuous
-    std::vector<int>
-        encoder;  ///< per component the coordinate whose differences are its mean flow; empty: the flow itself
+    HoldPtr hold = nullptr;         ///< null: continuous
+    std::vector<int> sensors = {};  ///< rows of the outputs it sees besides its port's
+    std::vector<int> encoder =
+        {};  ///< per component the coordinate whose differences are its mean flow; empty: the flow itself
   };
   struct Spring {
     std::string name;

@@ -65,8 +65,7 @@ void store(const Vec3d& a, std::vector<double>& to, int offset) {
 }
 
 /// Rates of a free joint are the twist in the base's own axes: the world velocity of its origin is turned into them.
-void put_base(const BaseStart& b, const Mechanism& m, Start& s) {
-  const std::string joint = mechanics::base_joint_name;
+void put_base(const BaseStart& b, const std::string& joint, const Mechanism& m, Start& s) {
   const auto& position = m.coordinate(joint + ".position");
   const auto& attitude = m.coordinate(joint + ".attitude");
   store(b.position, s.q, position.q);
@@ -74,6 +73,13 @@ void put_base(const BaseStart& b, const Mechanism& m, Start& s) {
   const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(b.attitude_wxyz));
   store(b.angular_velocity, s.v, attitude.v);
   store(R.tmul(b.linear_velocity), s.v, position.v);
+}
+
+mechanics::BodySpec part_of(const FreeBody& b) {
+  mechanics::BodySpec part;
+  part.name = b.name, part.parent = "world", part.where = b.where;
+  part.joint.type = "free", part.joint.name = b.name, part.mass = b.mass;
+  return part;
 }
 
 }  // namespace
@@ -89,7 +95,10 @@ Assembly assemble(const Scene& scene) {
 
   Assembly a;
   a.notes = std::move(urdf.notes);
-  a.mechanism = std::make_shared<const Mechanism>(std::move(urdf.mechanism));
+  a.parts = std::move(urdf.parts);
+  for (const auto& b : scene.bodies) a.parts.add(part_of(b));
+  a.mechanism = std::make_shared<const Mechanism>(scene.bodies.empty() ? std::move(urdf.mechanism)
+                                                                       : a.parts.build());
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
@@ -98,7 +107,8 @@ Assembly assemble(const Scene& scene) {
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
   for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
-  if (free_base) put_base(scene.base, *a.mechanism, start);
+  if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
+  for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
   a.initial = phs::State(a.model->description(), std::move(x));

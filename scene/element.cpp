@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "mechanics/mechanical_model.h"
+#include "mechanics/urdf.h"
 #include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -23,12 +24,14 @@ Names keys_of(const std::string& type, const std::string& where) {
     own = {"constant", "sine", "profile"};
   else if (type == "dc_motor")
     own = {"inductance", "resistance", "constant", "gear", "rotor_inertia", "friction", "voltage"};
+  else if (type == "wheel")
+    own = {"gain", "rate"};
   else if (type == "controller")
-    own = {"target", "stiffness", "damping", "rate", "output"};
+    own = {"target", "speed", "stiffness", "damping", "rate", "output"};
   else
     refuse(where,
            fmt::format("type is \"{}\", expected \"spring\", \"damper\", \"friction\", \"limits\", "
-                       "\"force\", \"dc_motor\" or \"controller\"",
+                       "\"force\", \"dc_motor\", \"controller\" or \"wheel\"",
                        type));
   own.insert(own.begin(), {"type", "name", "joint"});
   return own;
@@ -84,14 +87,15 @@ void read_motor(const Table& t, Element& e) {
   e.source = signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
 }
 
-/// tau = stiffness (target - z) - damping z', with the z and z' of the instants if it has a rate.
+/// tau = stiffness (target - z) + damping (speed - z'), with the z and z' of the instants if it has a rate.
 void read_controller(const Table& t, Element& e) {
   const double stiffness = t.not_negative_or("stiffness", " of N m/rad or N/m", 0),
                damping = t.not_negative_or("damping", " of N m s/rad or N s/m", 0),
-               target = t.number_or("target", " of rad or m", 0);
+               target = t.number_or("target", " of rad or m", 0),
+               speed = t.number_or("speed", " of rad/s or m/s", 0);
   if (stiffness == 0 && damping == 0)
     refuse(t.where(), t.label() + " does nothing, expected a stiffness or a damping");
-  e.gains = {stiffness, damping, target};
+  e.gains = {stiffness, damping, target, speed};
   if (t.has("rate")) {
     e.rate = t.number("rate", " of Hz");
     if (!(e.rate > 0)) t.fail("rate", fmt::format("is {}, expected a positive number", e.rate));
@@ -114,6 +118,13 @@ void read_one(const Table& t, Element& e) {
   if (e.type == "force") e.source = signal(t, " of N m or N");
   if (e.type == "dc_motor") read_motor(t, e);
   if (e.type == "controller") read_controller(t, e);
+  if (e.type == "wheel") {
+    e.wheel_gain = required(t, "gain", " of N m s/rad");
+    if (!(*e.wheel_gain > 0))
+      t.fail("gain", fmt::format("is {}, expected a positive number", *e.wheel_gain));
+    if (t.has("rate") && !((e.rate = t.number("rate", " of Hz")) > 0))
+      t.fail("rate", fmt::format("is {}, expected a positive number", e.rate));
+  }
   if (e.type == "limits") {
     e.stiffness = required(t, "stiffness", " of N m/rad^2 or N/m^2");
     if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
@@ -161,7 +172,26 @@ phs::LawPtr joint_controller(const mechanics::MechanicalModel& model, const Elem
     if (b.name == e.joint) at = size_t(b.at);
   return phs::law([at, g = *e.gains](auto, auto x, auto y, auto u) {
     using T = typename decltype(u)::value_type;
-    u[0] = T(g.stiffness) * (T(g.target) - x[at]) - T(g.damping) * y[0];
+    u[0] = T(g.stiffness) * (T(g.target) - x[at]) + T(g.damping) * (T(g.speed) - y[0]);
+  });
+}
+
+/// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels the opposite.
+phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
+  const auto& m = model.mechanism();
+  const auto& c = m.coordinate(e.joint);
+  const auto& node = m.nodes()[size_t(c.node)];
+  const bool on_base =
+      node.parent >= 0 &&
+      m.coordinate(std::string(mechanics::base_joint_name) + ".attitude").node == node.parent;
+  if (!on_base || c.kind != phs::BlockKind::angle)
+    throw InvalidArgument(fmt::format(
+        "{}: element '{}': joint '{}' does not turn on a free base, expected a wheel that does",
+        e.where, e.name, e.joint));
+  const mechanics::Vec3d a = node.placement.R.z;  // the joint's axis in the base
+  return phs::law([a, gain = *e.wheel_gain](auto, auto, auto y, auto u) {
+    using T = typename decltype(u)::value_type;
+    u[0] = T(gain) * (T(a.x) * y[1] + T(a.y) * y[2] + T(a.z) * y[3]);
   });
 }
 
@@ -198,6 +228,11 @@ std::shared_ptr<const phs::Model> with_elements(
       if (e.type == "limits") n.potential(e.name, at.coordinate, limits(*model, e));
       if (e.potential) n.potential(e.name, at.coordinate, *e.potential);
       if (e.law) n.resist(e.name, at.port, e.law);
+      if (e.wheel_gain) {
+        phs::Network::Control how{.sensors = {"mechanism.base.wrench"}};
+        if (e.rate > 0) how.period = 1 / e.rate;
+        n.control(e.name, at.port, wheel(*model, e), how);
+      }
       if (e.gains) {
         const auto law = joint_controller(*model, e);
         if (e.rate == 0)

@@ -23,11 +23,12 @@ struct Element {
   phs::FunctionPtr law;                     ///< of a damper or friction
   phs::FunctionPtr source;                  ///< of a torque; the voltage of a motor
   std::optional<phs::DcMotor> motor;
-  /// Of a joint controller, tau = stiffness (target - z) - damping z'.
+  /// Of a joint controller, tau = stiffness (target - z) + damping (speed - z').
   struct Gains {
-    double stiffness, damping, target;
+    double stiffness, damping, target, speed;
   };
   std::optional<Gains> gains;
+  std::optional<double> wheel_gain;    ///< [N m s/rad], of a reaction wheel
   double rate = 0;                     ///< [Hz], of a sampled one; 0: continuous
   bool mean = false;                   ///< it sees the mean rate between its instants
   std::optional<double> lower, upper;  ///< of limits; not given: the model file's

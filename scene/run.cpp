@@ -11,6 +11,7 @@
 #include "scene/checkpoint.h"
 #include "scene/files.h"
 #include "scene/ledger.h"
+#include "scene/phases.h"
 #include "scene/results.h"
 #include "scene/verdict.h"
 
@@ -295,6 +296,7 @@ class Session {
 }  // namespace
 
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
+  if (!scene.events.empty()) return run_phases(scene, assembly, options);
   if (scene.method != auto_method) return Session(scene, assembly, options).run();
   if (!options.resume) refuse_unfinished(options.out);  // before the pilots
   const Scene chosen = options.resume

@@ -13,6 +13,7 @@
 #include "mechanics/urdf.h"
 #include "phs/state.h"
 #include "scene/element.h"
+#include "scene/event.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
 namespace porthos::scene {
@@ -21,14 +22,6 @@ namespace porthos::scene {
 struct JointStart {
   double position = 0, velocity = 0;  ///< [rad | m], [rad/s | m/s]
   std::string where;                  ///< "file:line"
-};
-
-/// Start of the free base: velocity of the base origin in the world frame, body rates.
-struct BaseStart {
-  mechanics::Vec3d position{0, 0, 0}, linear_velocity{0, 0, 0}, angular_velocity{0, 0, 0};
-  double attitude_wxyz[4] = {1, 0, 0,
-                             0};  ///< unit after reading (a non-unit one is normalised once, here)
-  std::string where;
 };
 
 /// Seeded random joint states on top of nothing else: uniform in ± the bounds.
@@ -55,6 +48,8 @@ struct Scene {
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
   std::vector<Element> elements;  ///< at the joints, besides what the model file has
+  std::vector<FreeBody> bodies;   ///< besides the model
+  std::vector<Event> events;      ///< in the order of their times
 
   std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
   double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
@@ -106,6 +101,7 @@ struct Assembly {
   /// The mechanism in it, whose state is the first of the model's; null in a system without one.
   std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
+  mechanics::MechanismBuilder parts;  ///< what the mechanism was built from
   phs::State initial;
   std::vector<mechanics::UrdfNote> notes;
 };

@@ -97,8 +97,8 @@ class Reader {
     s_.text = read_file(s_.path, "scene file");
     parse();
     const Table top(file_, root_, "the scene", "",
-                    {"title", "model", "environment", "initial", "element", "integrator", "monitor",
-                     "run", "verify"});
+                    {"title", "model", "environment", "initial", "body", "element", "event",
+                     "integrator", "monitor", "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -106,7 +106,9 @@ class Reader {
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
     if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
+    s_.bodies = read_bodies(top);
     s_.elements = read_elements(top);
+    s_.events = read_events(top);
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
@@ -161,21 +163,9 @@ class Reader {
     if (t.has("use_damping")) s_.urdf.use_damping = t.boolean("use_damping");
     t.each("inertia", {"mass", "com", "inertia"},
            [&](const std::string& link, const std::string&, const Table& given) {
-             s_.urdf.link_inertia[link] = mass_properties(given);
+             s_.urdf.link_inertia[link] = read_mass_properties(given);
            });
     urdf(t);
-  }
-
-  static mechanics::MassProperties mass_properties(const Table& t) {
-    t.require("mass", "a number of kg");
-    mechanics::MassProperties m;
-    m.mass = t.not_negative_or("mass", " of kg", 0);
-    m.com = t.vector_or_zero("com", " of metres");
-    if (!t.has("inertia")) return m;
-    const auto i = t.numbers<6>("inertia", " of kg m^2 (ixx, iyy, izz, ixy, ixz, iyz)");
-    m.inertia.xx = i[0], m.inertia.yy = i[1], m.inertia.zz = i[2];
-    m.inertia.xy = i[3], m.inertia.xz = i[4], m.inertia.yz = i[5];
-    return m;
   }
 
   void urdf(const Table& t) {
@@ -223,19 +213,8 @@ class Reader {
   void base(const Table& initial) {
     const Table t =
         initial.table("base", {"position", "attitude_wxyz", "linear_velocity", "angular_velocity"});
-    BaseStart& b = s_.base;
-    b.where = initial.at_key("base");
-    b.position = t.vector_or_zero("position", " of metres");
-    b.linear_velocity = t.vector_or_zero("linear_velocity", " of m/s");
-    b.angular_velocity = t.vector_or_zero("angular_velocity", " of rad/s");
-    if (!t.has("attitude_wxyz")) return;
-    auto xi = t.numbers<4>("attitude_wxyz", "");
-    double largest = 0;
-    for (const double x : xi) largest = std::max(largest, std::fabs(x));
-    if (largest == 0) t.fail("attitude_wxyz", "has length 0, expected a quaternion of length 1");
-    for (double& x : xi) x /= largest;  // so that no square overflows or vanishes
-    const double length = std::sqrt(std::inner_product(xi.begin(), xi.end(), xi.begin(), 0.0));
-    for (size_t i = 0; i < 4; ++i) b.attitude_wxyz[i] = xi[i] / length;
+    s_.base = read_base_start(t);
+    s_.base.where = initial.at_key("base");
   }
 
   void integrator(const Table& t) {

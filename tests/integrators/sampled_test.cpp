@@ -215,8 +215,11 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
             std::string::npos);
   Network n("n");
   n.add("mass", std::make_shared<phs::UserModel<Mass>>(Mass{}));
-  EXPECT_EQ(refusal([&] { n.control("pd", "mass.force", pd(), {0}); }),
-            "network 'n': the period of the controller 'pd' is 0 s, expected a positive number");
+  EXPECT_EQ(refusal([&] { n.control("pd", "mass.force", pd(), {-1}); }),
+            "network 'n': the period of the controller 'pd' is -1 s, expected a positive number, or "
+            "0 for a continuous one");
+  EXPECT_EQ(refusal([&] { n.control("pd", "mass.force", pd(), {0, {"mass.position"}}); }),
+            "network 'n': the controller 'pd' has an encoder without a period, expected both");
   EXPECT_EQ(
       refusal([&] {
         n.control("pd", "mass.force", pd(), {0.1, {"mass.angle"}});

@@ -1,0 +1,269 @@
+#include "scene/phases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "scene/checkpoint.h"
+#include "scene/files.h"
+
+namespace porthos::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr double momentum_limit = 1e-14;  // across an event: the rounding of the state behind it
+
+fs::path phase_folder(const RunOptions& o, size_t k) {
+  return fs::path(o.out) / fmt::format("phase_{}", k + 1);
+}
+fs::path end_folder(const fs::path& phase) { return phase / "end"; }
+
+void check(const Scene& s) {
+  if (s.step_control != integrators::StepControl::fixed)
+    throw InvalidArgument(s.events[0].where +
+                          ": events need steps of one size, expected step_control = \"fixed\"");
+  for (const Event& e : s.events) {
+    const double steps = e.at / s.step;
+    if (!(e.at > 0 && e.at < s.duration))
+      throw InvalidArgument(
+          fmt::format("{}: the event is at {:g} s, expected a time inside the run, "
+                      "between 0 and {:g} s",
+                      e.where, e.at, s.duration));
+    if (std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+      throw InvalidArgument(fmt::format(
+          "{}: the event is at {:g} s, {:g} steps of {:g} s, expected a whole number of steps",
+          e.where, e.at, steps, s.step));
+  }
+  for (const Element& e : s.elements)
+    if (e.motor)
+      throw InvalidArgument(e.where + ": element '" + e.name +
+                            "' has a state of its own, which an event would lose: expected none "
+                            "with such a state in a scene with events");
+}
+
+/// Where the phases end: at each time that has an event, and with the run.
+std::vector<double> ends_of(const Scene& s) {
+  std::vector<double> ends;
+  for (const Event& e : s.events)
+    if (ends.empty() || e.at != ends.back()) ends.push_back(e.at);
+  ends.push_back(s.duration);
+  return ends;
+}
+
+double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
+
+/// The errors and books of all phases in one report.
+class Whole {
+ public:
+  explicit Whole(const Scene& s) { r_.title = s.title, r_.method = s.method, r_.step_s = s.step; }
+
+  void add(const RunReport& p, double from) {
+    const bool first = r_.records == 0;
+    r_.records += p.records, r_.steps = p.steps, r_.simulated_s = p.simulated_s;
+    r_.cpu_s += p.cpu_s, r_.wall_s += p.wall_s;
+    r_.cost.steps += p.cost.steps, r_.cost.evaluations += p.cost.evaluations;
+    r_.cost.sweeps += p.cost.sweeps;
+    EnergyReport& e = r_.energy;
+    if (first) e = p.energy;
+    e.scale_J = std::max(e.scale_J, p.energy.scale_J);
+    e.max_abs_error_J = std::max(e.max_abs_error_J, p.energy.max_abs_error_J);
+    for (const auto at : {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error,
+                          &EnergyReport::growth_exponent})
+      e.*at = std::fmax(e.*at, p.energy.*at);  // not a number: too few records to tell
+    if (std::fabs(p.energy.drift_per_s) > std::fabs(e.drift_per_s))
+      e.drift_per_s = p.energy.drift_per_s;
+    e.drift_is_significant |= p.energy.drift_is_significant;
+    for (const auto at : {&RunReport::linear_momentum_error, &RunReport::angular_momentum_error,
+                          &RunReport::quaternion_norm_error})
+      r_.*at = std::max(r_.*at, p.*at);
+    for (const auto at : {&RunReport::stored_J, &RunReport::supplied_J, &RunReport::dissipated_J,
+                          &RunReport::defect_J, &RunReport::turned_over_J})
+      r_.*at += p.*at;
+    for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
+      for (const auto& [name, joule] : p.*list) book(r_.*list, name, joule);
+    for (const Check& c : p.checks) worst(c);
+    for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
+    r_.outcome = p.outcome, r_.interrupted = p.interrupted;
+  }
+  void add(const Event& e, const mechanics::Impact& i) {
+    book(r_.losses, text(e), i.dissipated_J);
+    r_.stored_J -= i.dissipated_J, r_.dissipated_J += i.dissipated_J;
+    r_.turned_over_J += i.dissipated_J;
+    const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
+    const double jump = std::max(relative(i.linear_jump, size(i.momentum.linear)),
+                                 relative(i.angular_jump, size(i.momentum.angular)));
+    worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit});
+  }
+  RunReport& report() { return r_; }
+
+ private:
+  static void book(RunReport::Named& list, const std::string& name, double joule) {
+    for (auto& [known, sum] : list)
+      if (known == name) return void(sum += joule);
+    list.emplace_back(name, joule);
+  }
+  void worst(const Check& c) {
+    for (Check& known : r_.checks)
+      if (known.name == c.name) {
+        known.pass &= c.pass;
+        if (!(c.value <= known.value)) known.value = c.value;
+        return;
+      }
+    r_.checks.push_back(c);
+  }
+  RunReport r_;
+};
+
+Json json_of(const Event& e, const mechanics::Impact& i) {
+  const auto& P = i.momentum.linear;
+  const auto& L = i.momentum.angular;
+  return {{"at_s", e.at},
+          {"event", text(e)},
+          {"dissipated_J", i.dissipated_J},
+          {"linear_momentum", {P.x, P.y, P.z}},
+          {"angular_momentum", {L.x, L.y, L.z}},
+          {"linear_momentum_jump", i.linear_jump},
+          {"angular_momentum_jump", i.angular_jump},
+          {"largest_twist_jump", i.rate_jump}};
+}
+
+RunReport::Named named(const Json& j) {
+  RunReport::Named list;
+  for (const auto& [name, joule] : j.items()) list.emplace_back(name, joule.get<double>());
+  return list;
+}
+double number(const Json& j) { return j.is_number() ? j.get<double>() : NAN; }
+
+/// The report of a phase as its summary tells it.
+RunReport read_report(const fs::path& folder, const phs::State& end) {
+  const Json j = Json::parse(read_file(folder / "summary.json"));
+  RunReport r;
+  r.steps = j["steps"], r.records = j["records"], r.simulated_s = number(j["simulated_s"]);
+  r.cpu_s = number(j["cpu_s"]), r.wall_s = number(j["wall_s"]);
+  r.cost.evaluations = j["evaluations"], r.cost.steps = r.steps;
+  r.cost.sweeps = std::llround(number(j["sweeps_per_step"]) * double(r.steps));
+  const Json &e = j["energy"], &b = j["balance"];
+  r.energy = {number(e["initial_J"]),       number(e["scale_J"]),
+              number(e["max_abs_error_J"]), number(e["max_rel_error"]),
+              number(e["rms_rel_error"]),   number(e["growth_exponent"]),
+              number(e["drift_per_s"]),     e["drift_is_significant"].get<bool>()};
+  r.linear_momentum_error = number(j["linear_momentum"]["max_rel_error"]);
+  r.angular_momentum_error = number(j["angular_momentum"]["max_rel_error"]);
+  r.quaternion_norm_error = number(j["quaternion_norm"]["max_error"]);
+  r.stored_J = number(b["stored_J"]), r.supplied_J = number(b["supplied_J"]);
+  r.dissipated_J = number(b["dissipated_J"]), r.defect_J = number(b["defect_J"]);
+  r.turned_over_J = number(b["turned_over_J"]);
+  r.storages = named(b["storages"]), r.ports = named(b["ports"]), r.losses = named(b["losses"]);
+  for (const auto& c : j["checks"])
+    r.checks.push_back({c["name"], number(c["value"]), number(c["limit"]), c["pass"]});
+  for (const auto& n : j["notes"]) r.notes.push_back(n);
+  r.final_state = end;
+  return r;
+}
+
+/// The scene of a phase: what acts at joints that are locked rests with them.
+Scene phase_of(const Scene& scene, const mechanics::Moving& moving, double end) {
+  Scene s = scene;
+  s.events.clear();
+  s.duration = end;
+  std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  return s;
+}
+
+Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
+                           const mechanics::Moving& moving) {
+  Assembly a = whole;
+  a.mechanical = moving.model;
+  a.mechanism =
+      std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
+  a.model = with_elements(moving.model, scene.elements);
+  a.initial = moving.state;
+  a.parts = moving.parts;
+  return a;
+}
+
+/// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
+void make_room(const RunOptions& o, size_t phases) {
+  for (size_t k = 0; k < phases; ++k)
+    if (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
+        (has_checkpoint(end_folder(phase_folder(o, k))) &&
+         !fs::exists(fs::path(o.out) / "summary.json")))
+      throw InvalidArgument(fmt::format(
+          "{} holds an unfinished run: use --resume to continue it, or remove the folder", o.out));
+  std::error_code ignored;
+  for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
+    fs::remove_all(phase_folder(o, k), ignored);
+  fs::remove(fs::path(o.out) / "summary.json", ignored);
+}
+
+}  // namespace
+
+RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
+  check(scene);
+  mechanics::Moving moving(assembly.parts);
+  moving.model = assembly.mechanical, moving.state = assembly.initial;
+  const auto ends = ends_of(scene);
+  const size_t phases = ends.size();
+  make_folder(options.out);
+  if (!options.resume) make_room(options, phases);
+
+  Whole whole(scene);
+  Json events = Json::array(), folders = Json::array();
+  Assembly last = assembly;
+  double from = 0;
+  for (size_t k = 0; k < phases; ++k) {
+    const double end = ends[k];
+    const fs::path folder = phase_folder(options, k);
+    const Scene s = phase_of(scene, moving, end);
+    last = assembly_of_phase(s, assembly, moving);
+    RunReport r;
+    if (options.resume && has_checkpoint(end_folder(folder))) {
+      r = read_report(folder, read_checkpoint(end_folder(folder)).state);
+    } else {
+      RunOptions o = options;
+      o.out = folder.string();
+      o.resume = options.resume && has_checkpoint(folder / "checkpoint");
+      if (options.progress)
+        o.progress = [&](double done, double spent, double left) {
+          const double now = (from + done * (end - from)) / scene.duration;
+          options.progress(
+              now, spent,
+              now > 0 && done > 0 ? left + spent * (1 - end / scene.duration) / now : left);
+        };
+      r = run(s, last, o);
+      if (r.interrupted || r.outcome != integrators::Outcome::ok) {
+        whole.add(r, from);
+        whole.report().final_state = r.final_state;
+        return whole.report();
+      }
+      make_folder(end_folder(folder));
+      Checkpoint c;
+      c.state = r.final_state;
+      write_checkpoint(end_folder(folder), c);
+    }
+    whole.add(r, from);
+    folders.push_back({{"folder", folder.filename().string()}, {"from_s", from}, {"to_s", end}});
+    moving.state = r.final_state;
+    from = end;
+    for (const Event& e : scene.events) {
+      if (e.at != end) continue;
+      const auto impact = apply(moving, e);
+      whole.add(e, impact);
+      events.push_back(json_of(e, impact));
+    }
+  }
+  RunReport& r = whole.report();
+  r.final_state = moving.state, r.phases = int(phases);
+  Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
+  summary["events"] = events, summary["phases"] = folders;
+  const fs::path path = fs::path(options.out) / "summary.json";
+  write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  put_in_place(path);
+  return r;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,136 @@
+// Scenes with events: momenta and books across them, resumed runs, and what is refused.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/run/scenes.h"
+
+namespace porthos::test {
+namespace {
+
+std::string example() {
+  return read_bytes(std::string(PORTHOS_SOURCE_DIR) + "/examples/capture/scene.toml");
+}
+/// The example, changed, and shorter.
+scene::Scene capture_scene(const TemporaryFolder& folder, const std::string& from = "",
+                           const std::string& to = "") {
+  write_bytes(folder / "servicer.urdf",
+              read_bytes(std::string(PORTHOS_SOURCE_DIR) + "/examples/capture/servicer.urdf"));
+  std::string text = example();
+  if (!from.empty()) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  }
+  write_bytes(folder / "scene.toml", text);
+  auto s = scene::read_scene((folder / "scene.toml").string());
+  return s;
+}
+double row(const scene::RunReport::Named& list, const std::string& name) {
+  for (const auto& [key, joule] : list)
+    if (key == name) return joule;
+  return NAN;
+}
+
+TEST(Events, ACaptureKeepsMomentaAndItsLossIsARow) {
+  TemporaryFolder folder;
+  const auto s = capture_scene(folder);
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  ASSERT_TRUE(r.passed());
+  const auto j = nlohmann::json::parse(read_bytes(folder / "out" / "summary.json"));
+  ASSERT_EQ(j["events"].size(), 4u);
+  ASSERT_EQ(j["phases"].size(), 3u);
+  const double lost = row(r.losses, "capture of target by hand");
+  EXPECT_EQ(lost, j["events"][0]["dissipated_J"].get<double>());
+  EXPECT_GT(lost, 0.01);
+  // All of the target's spin is in the wheels at the end: the bus is at rest, and its momentum that of the start.
+  const auto rates = j["final_state"]["v"];
+  double spin = 0;
+  for (const double w : rates["base.attitude"]) spin = std::max(spin, std::fabs(w));
+  const double wheel = rates["wheel_x"], target = j["events"][0]["angular_momentum"][0];
+  std::printf(
+      "  lost %.6f J; bus at %.1e rad/s (1e-6), wheel_x %.3f rad/s; defect %.1e of %.1f J\n", lost,
+      spin, wheel, r.defect_J, r.turned_over_J);
+  EXPECT_LT(spin, 1e-6);
+  EXPECT_NEAR(target, 3.6, 1e-9);
+  EXPECT_LT(std::fabs(r.defect_J), 1e-12 * r.turned_over_J);
+  EXPECT_EQ(r.steps, 30000);
+  EXPECT_EQ(r.records, 3003);
+  for (const char* phase : {"phase_1", "phase_2", "phase_3"})
+    EXPECT_GT(fs::file_size(folder / "out" / phase / "run.h5"), 10000u);
+}
+
+TEST(Events, AnInterruptedRunContinuesBitForBit) {
+  TemporaryFolder folder;
+  auto s = capture_scene(folder);
+  s.duration = 1000;
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  std::atomic<bool> stop{false};
+  auto o = into(folder / "part");
+  o.stop = &stop;
+  int parts = 0;
+  scene::RunReport r;
+  do {  // stopped at any moment, each part a little longer
+    stop = false;
+    std::jthread clock([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10 * (parts + 1)));
+      stop = true;
+    });
+    r = scene::run(s, a, o);
+    ++parts, o.resume = true;
+  } while (r.interrupted && parts < 100);
+  EXPECT_GT(parts, 1);
+  std::printf("  in %d parts\n", parts);
+  EXPECT_EQ(r.final_state.x, whole.final_state.x);
+  EXPECT_EQ(r.final_state.lo, whole.final_state.lo);
+  EXPECT_EQ(r.supplied_J, whole.supplied_J);
+  EXPECT_EQ(r.defect_J, whole.defect_J);
+  EXPECT_EQ(r.records, whole.records);
+}
+
+TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
+  struct Case {
+    const char *from, *to, *says;
+    bool at_reading;
+  };
+  const Case cases[] = {
+      {"reach = 0.05", "reach = 0.001",
+       "scene.toml:22:1: at 20 s: capture of 'target' by 'hand': "
+       "the distance is",
+       false},
+      {"rate = 0.1", "rate = 0.01", "the relative rate is 0.05", false},
+      {"link = \"hand\"", "link = \"hnad\"", "there is no body 'hnad', expected one of bus", false},
+      {"type = \"lock\"", "type = \"unlock\"", "the joint 'shoulder' is not locked", false},
+      {"at = 20.0", "at = 20.03", "200.3 steps of 0.1 s, expected a whole number of steps", false},
+      {"at = 20.0", "at = 4000.0", "expected a time inside the run, between 0 and 3000 s", false},
+      {"type = \"capture\"", "type = \"catch\"",
+       "type is \"catch\", expected \"capture\", \"release\", \"lock\" or \"unlock\"", true},
+      {"gain = 20.0", "gain = -1.0", "gain is -1, expected a positive number", true},
+      {"joint = \"wheel_x\"", "joint = \"elbow\"",
+       "joint 'elbow' does not turn on a free base, expected a wheel that does", false}};
+  for (const Case& c : cases) {
+    TemporaryFolder folder;
+    const auto refused = refusal([&] {
+      const auto s = capture_scene(folder, c.from, c.to);
+      if (!c.at_reading) scene::run(s, scene::assemble(s), into(folder / "out"));
+    });
+    EXPECT_TRUE(says(refused, c.says)) << refused;
+  }
+  // A scene that was edited is another run.
+  TemporaryFolder folder;
+  auto s = capture_scene(folder);
+  std::atomic<bool> stop{true};
+  auto o = into(folder / "out");
+  o.stop = &stop;
+  ASSERT_TRUE(scene::run(s, scene::assemble(s), o).interrupted);
+  EXPECT_TRUE(says(refusal([&] { scene::run(s, scene::assemble(s), into(folder / "out")); }),
+                   "holds an unfinished run: use --resume"));
+  s = capture_scene(folder, "mass = 300.0", "mass = 301.0");
+  o.resume = true;
+  EXPECT_TRUE(says(refusal([&] { scene::run(s, scene::assemble(s), o); }), "is of another run"));
+}
+
+}  // namespace
+}  // namespace porthos::test
