@@ -93,7 +93,16 @@ Assembly assemble(const Scene& scene) {
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
-  a.model = with_elements(a.mechanical, scene.elements);
+  std::shared_ptr<const phs::NetworkModel> network;
+  if (scene.elements.empty() && scene.actuators.empty()) {
+    a.model = a.mechanical;
+  } else {
+    phs::Network n(a.mechanical->description().name);
+    n.add("mechanism", a.mechanical).main("mechanism");
+    add_elements(n, *a.mechanical, scene.elements);
+    add_actuators(n, *a.mechanical, scene.actuators);
+    a.model = network = n.build();
+  }
 
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
@@ -101,6 +110,8 @@ Assembly assemble(const Scene& scene) {
   if (free_base) put_base(scene.base, *a.mechanism, start);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
+  for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
+    std::copy(own.begin(), own.end(), x.begin() + network->offset(name));
   a.initial = phs::State(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), a.initial);
   return a;

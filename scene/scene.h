@@ -12,6 +12,7 @@
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 #include "phs/state.h"
+#include "scene/actuator.h"
 #include "scene/element.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
@@ -55,6 +56,7 @@ struct Scene {
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
   std::vector<Element> elements;  ///< at the joints, besides what the model file has
+  std::vector<JointActuator> actuators;
 
   std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
   double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
