@@ -23,7 +23,7 @@ double tick(double range) {
 }
 
 struct Curve {
-  std::vector<double> y;
+  std::vector<double> x, y;  ///< within the limits
   std::string colour;
 };
 
@@ -55,8 +55,8 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
       svg.rule(px(side), top, px(side), bottom, colour::alarm, 1, " stroke-dasharray=\"3 3\"");
   for (const auto& c : curves) {
     std::string line;
-    for (size_t i = 0; i < x.size(); ++i)
-      line += fmt::format("{:.1f},{:.1f} ", px(x[i]), py(c.y[i]));
+    for (size_t i = 0; i < c.x.size(); ++i)
+      line += fmt::format("{:.1f},{:.1f} ", px(c.x[i]), py(c.y[i]));
     svg.polyline(line, c.colour, 1.8);
   }
   svg.text(left + panel / 2, bottom + 38, "middle", 11.5, colour::soft, "deflection [rad]");
@@ -71,14 +71,17 @@ std::string datasheet_plot(const vsa::Device& d) {
   std::vector<Curve> torque, stiffness;
   std::vector<double> sigmas(d.sigma.begin(), d.sigma.end());
   for (size_t k = 0; k < sigmas.size(); ++k) {
-    const std::string colour = colours[k % std::size(colours)];
-    Curve t{{}, colour}, s{{}, colour};
-    for (const double phi : x) {
-      const double q = phi;  // θ = 0, or the angle of the first servo
-      t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q),
-          s.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
+    Curve t, c;
+    t.colour = c.colour = colours[k % std::size(colours)];
+    for (const double q : x) {
+      const auto strains = e->strains(q, d.theta, sigmas[k]);
+      if (std::any_of(strains.begin(), strains.end(),
+                      [&](double v) { return std::fabs(v) > d.limits.deflection; }))
+        continue;
+      t.x.push_back(q), t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q);
+      c.x.push_back(q), c.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
     }
-    torque.push_back(t), stiffness.push_back(s);
+    torque.push_back(t), stiffness.push_back(c);
   }
   Svg svg(width, height);
   svg.text(64, 26, "start", 16, colour::ink, d.title, " font-weight=\"600\"");

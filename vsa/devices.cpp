@@ -197,8 +197,8 @@ Device awas2() {
 Device maccepa2() {
   Device d{.name = "maccepa_2", .title = "MACCEPA 2.0", .family = "maccepa_profile"};
   std::vector<double> angle, length;
-  for (int i = -8; i <= 8; ++i) {
-    const double x = 0.2 * i;
+  for (int i = -32; i <= 32; ++i) {
+    const double x = 0.05 * i;
     angle.push_back(x), length.push_back(0.03 * (std::sqrt(1 + 2 * x * x) - 1));
   }
   d.parameters = {of("kappa", 2000, "N/m", illustrative), of("drum", 0.015, "m", illustrative),
@@ -238,7 +238,7 @@ Device fsj() {
 
 Device vs_joint() {
   Device d{.name = "dlr_vs_joint", .title = "DLR VS-Joint", .family = "preload_cam"};
-  const auto [angle, rise] = cam(0.25, 0.01, 2);
+  const auto [angle, rise] = cam(0.5, 0.04, 2);
   d.parameters = {
       of("kappa", 6e4, "N/m", illustrative), table("angle", angle, "rad", illustrative),
       table("rise", rise, "m", illustrative, "0.01 m (angle / 0.25 rad)^2; the cam is not public")};
