@@ -91,6 +91,7 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
       if (has_rotor(drive)) {
         axis.momentum = d.nx++;
         axis.inertia = drive.gear * drive.gear * drive.inertia;
+        axis.per_inertia = 1 / axis.inertia;
         axis.damping = drive.gear * drive.gear * drive.viscous;
         auto& block = d.blocks[size_t(axis.at)];
         block.momentum = axis.momentum, block.momentum_unit = effort + " s";

@@ -14,7 +14,7 @@ struct Layout {
     Drive::Kind kind = Drive::Kind::fixed;
     int at = -1, momentum = -1, servo = -1;  ///< in the state; servo: rate, then acceleration
     int port = -1;                           ///< in u
-    double inertia = 0, damping = 0;         ///< seen at the gear's output
+    double inertia = 0, per_inertia = 0, damping = 0;  ///< seen at the gear's output
     std::array<double, 3> p{};
     phs::FunctionPtr command;                   ///< of a servo
     int friction = -1, work = -1, stored = -1;  ///< in the books
@@ -45,15 +45,14 @@ class ActuatorSystem final : public phs::System<T> {
   }
   void gradient(In x, Out e) override {
     std::fill(e.begin(), e.end(), T(0.0));
-    const size_t n = l_.axes[1].at >= 0 ? 3 : 2;
-    if (!known_ || std::memcmp(at_.data(), x.data(), n * sizeof(T)) != 0) {
+    if (!known_ || !(l_.axes[1].at >= 0 ? same<3>(x) : same<2>(x))) {
       slopes_ = l_.elastic->slopes(x[0], x[1], sigma(x));
-      std::copy_n(x.begin(), n, at_.begin()), known_ = true;
+      std::copy_n(x.begin(), l_.axes[1].at >= 0 ? 3 : 2, at_.begin()), known_ = true;
     }
     e[0] = slopes_.q, e[1] = slopes_.theta;
     if (l_.axes[1].at >= 0) e[2] = slopes_.sigma;
     for (const auto& a : l_.axes)
-      if (a.momentum >= 0) e[size_t(a.momentum)] = x[size_t(a.momentum)] * T(1 / a.inertia);
+      if (a.momentum >= 0) e[size_t(a.momentum)] = x[size_t(a.momentum)] * T(a.per_inertia);
   }
   void field(T t, In x, In u, Out dx) override {
     const Out e = Out(e_).first(x.size());
@@ -110,10 +109,15 @@ class ActuatorSystem final : public phs::System<T> {
   void invariants(In, Out) override {}
 
  private:
+  /// Bit for bit.
+  template <size_t n>
+  bool same(In x) const {
+    return std::memcmp(at_.data(), x.data(), n * sizeof(T)) == 0;
+  }
   T sigma(In x) const { return l_.axes[1].at >= 0 ? x[2] : T(0.0); }
   static T kinetic(const Layout::Axis& a, In x) {
     const T p = x[size_t(a.momentum)];
-    return T(0.5 / a.inertia) * p * p;
+    return T(0.5 * a.per_inertia) * p * p;
   }
   static size_t input_of(const Layout::Axis& a) {
     return size_t(a.momentum >= 0 ? a.momentum : a.at);

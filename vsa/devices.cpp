@@ -212,8 +212,8 @@ Device maccepa2() {
 
 std::pair<std::vector<double>, std::vector<double>> cam(double half, double rise, double power) {
   std::pair<std::vector<double>, std::vector<double>> c;
-  for (int i = -10; i <= 10; ++i) {
-    const double u = 0.1 * i;
+  for (int i = -20; i <= 20; ++i) {
+    const double u = 0.05 * i;
     c.first.push_back(half * u), c.second.push_back(rise * std::pow(std::fabs(u), power));
   }
   return c;
@@ -221,7 +221,7 @@ std::pair<std::vector<double>, std::vector<double>> cam(double half, double rise
 
 Device fsj() {
   Device d{.name = "dlr_fsj", .title = "DLR FSJ", .family = "floating_spring_cam"};
-  const auto [angle, rise] = cam(0.5, 0.012, 3);
+  const auto [angle, rise] = cam(0.75, 0.0405, 3);
   d.parameters = {of("kappa", 6e4, "N/m", illustrative), of("x0", 0.002, "m", illustrative),
                   table("angle", angle, "rad", illustrative),
                   table("rise", rise, "m", illustrative,

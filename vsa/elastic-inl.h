@@ -22,12 +22,13 @@ inline constexpr bool by_deflection = requires(const F& f, double x) {
   f.energy(x, x);
 };
 
-/// ⅓ k depth³ outside [lower, upper].
+/// E += ⅓ k depth³ outside [lower, upper]. Where no lane is outside nothing is computed: the same bits, as it would be 0.
 template <class T>
-T stop_energy(const T& x, double lower, double upper, double k) {
-  using phs::max;
+void add_stop(T& E, const T& x, double lower, double upper, double k) {
+  using phs::any, phs::max;
+  if (!any((T(upper) < x) | (x < T(lower)))) return;
   const T zero(0.0), above = max(T(x - T(upper)), zero), below = max(T(T(lower) - x), zero);
-  return T(k / 3) * (above * above * above + below * below * below);
+  E = E + T(k / 3) * (above * above * above + below * below * below);
 }
 
 template <class F>
@@ -84,9 +85,8 @@ class ElasticOf final : public Elastic {
     const Limits& l = traits_.limits;
     if (stops_)
       for (const T& s : strains_of(q, theta, sigma))
-        E = E + stop_energy(s, -l.deflection, l.deflection, l.stop_stiffness);
-    if (sigma_stops_)
-      E = E + stop_energy(sigma, l.sigma_lower, l.sigma_upper, l.sigma_stop_stiffness);
+        add_stop(E, s, -l.deflection, l.deflection, l.stop_stiffness);
+    if (sigma_stops_) add_stop(E, sigma, l.sigma_lower, l.sigma_upper, l.sigma_stop_stiffness);
     return E;
   }
   template <class T>
