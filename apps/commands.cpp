@@ -11,6 +11,7 @@
 #include <optional>
 #include <sstream>
 
+#include "apps/actuators.h"
 #include "apps/methods.h"
 #include "apps/progress.h"
 #include "apps/verdict.h"
@@ -195,6 +196,12 @@ int compare_command(const Arguments& a) {
 int info_command(const Arguments& a) {
   const scene::Scene s = read(a);
   print(scene::info_text(s, scene::assemble(s)));
+  return exit_ok;
+}
+
+int actuators_command(const Arguments& a) {
+  if (a.plots) return write_actuator_plots(*a.plots), exit_ok;
+  print(a.markdown ? actuators_markdown() : actuators_text());
   return exit_ok;
 }
 

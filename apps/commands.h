@@ -16,7 +16,7 @@ enum ExitCode {
 /// The arguments of all commands, as typed.
 struct Arguments {
   std::string scene;
-  std::optional<std::string> out, method, step, duration, budget;
+  std::optional<std::string> out, method, step, duration, budget, plots;
   std::vector<std::string> methods;
   bool resume = false, json = false, markdown = false;
 };
@@ -28,5 +28,6 @@ int verify_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
+int actuators_command(const Arguments& arguments);
 
 }  // namespace porthos::apps

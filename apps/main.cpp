@@ -20,7 +20,7 @@ CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char*
                       const char* example) {
   CLI::App* c = app.add_subcommand(name, what);
   c->footer(fmt::format("Example:\n  {}\n", example));
-  if (std::string_view(name) != "methods")
+  if (std::string_view(name) != "methods" && std::string_view(name) != "actuators")
     c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
   return c;
 }
@@ -61,14 +61,19 @@ void add_commands(CLI::App& app, Arguments& a) {
               "porthos info examples/ets_vii/scene.toml");
   add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
       ->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  auto* actuators =
+      add_command(app, a, "actuators", "the actuators of the catalogue", "porthos actuators");
+  actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
+  actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
 }
 
 /// What was wrong with the arguments, in our words where CLI11's do not say it.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
   if (first && *first != '-' && app.get_subcommands(named).empty())
-    return fmt::format("there is no command '{}', expected run, verify, compare, info or methods",
-                       first);
+    return fmt::format(
+        "there is no command '{}', expected run, verify, compare, info, methods or actuators",
+        first);
   return e.what();
 }
 
@@ -77,6 +82,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("verify")) return verify_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("info")) return info_command(a);
+  if (app.got_subcommand("actuators")) return actuators_command(a);
   return methods_command(a);
 }
 

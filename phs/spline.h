@@ -33,21 +33,29 @@ class Spline {
       });
   }
 
- private:
   struct Piece {
     double x, y, b, c, d;  ///< y + b δ + c δ² + d δ³ at x + δ
     double before;         ///< integral up to x
   };
-  template <class T, class F>
-  T at(const T& x, F f) const {
+  /// The first and the last are those outside.
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  /// Which of them x lies on.
+  size_t piece_at(double x) const {
     size_t low = 0, high = pieces_.size();
     while (high - low > 1) {
       const size_t mid = (low + high) / 2;
-      (to_double(x) < pieces_[mid].x ? high : low) = mid;
+      (x < pieces_[mid].x ? high : low) = mid;
     }
-    return f(pieces_[low], x - T(pieces_[low].x));
+    return low;
   }
-  std::vector<Piece> pieces_;  ///< the first and the last are those outside
+
+ private:
+  template <class T, class F>
+  T at(const T& x, F f) const {
+    const Piece& p = pieces_[piece_at(to_double(x))];
+    return f(p, x - T(p.x));
+  }
+  std::vector<Piece> pieces_;
 };
 
 }  // namespace porthos::phs

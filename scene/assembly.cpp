@@ -84,6 +84,16 @@ mechanics::BodySpec part_of(const FreeBody& b) {
 
 }  // namespace
 
+std::shared_ptr<const phs::Model> with_joint_parts(
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene) {
+  if (scene.elements.empty() && scene.actuators.empty()) return mechanical;
+  phs::Network n(mechanical->description().name);
+  n.add("mechanism", mechanical).main("mechanism");
+  add_elements(n, *mechanical, scene.elements);
+  add_actuators(n, *mechanical, scene.actuators);
+  return n.build();
+}
+
 Assembly assemble(const Scene& scene) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
   if (!free_base && !scene.base.where.empty())
@@ -102,7 +112,7 @@ Assembly assemble(const Scene& scene) {
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
-  a.model = with_elements(a.mechanical, scene.elements);
+  a.model = with_joint_parts(a.mechanical, scene);
 
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
@@ -111,6 +121,9 @@ Assembly assemble(const Scene& scene) {
   for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
+  for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
+    std::copy(own.begin(), own.end(),
+              x.begin() + dynamic_cast<const phs::NetworkModel&>(*a.model).offset(name));
   a.initial = phs::State(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), a.initial);
   return a;

@@ -42,23 +42,6 @@ double required(const Table& t, const char* key, const char* unit) {
   return t.number(key, unit);
 }
 
-/// One of constant, sine = { amplitude, frequency, phase }, profile = { times, values }.
-phs::FunctionPtr signal(const Table& t, const char* unit) {
-  const int given = t.has("constant") + t.has("sine") + t.has("profile");
-  if (given != 1)
-    refuse(t.where(), fmt::format("{} has {} of the keys constant, sine and profile, expected one",
-                                  t.label(), given));
-  if (t.has("constant")) return phs::constant(t.number("constant", unit));
-  if (t.has("sine")) {
-    const Table s = t.table("sine", {"amplitude", "frequency", "phase"});
-    return phs::sine(required(s, "amplitude", unit), required(s, "frequency", " of Hz"),
-                     s.number_or("phase", " of rad", 0));
-  }
-  const Table p = t.table("profile", {"times", "values"});
-  p.require("times", "an array of seconds"), p.require("values", "an array of numbers");
-  return phs::profile(p.list("times", " of seconds"), p.list("values", unit));
-}
-
 void read_spring(const Table& t, Element& e) {
   const bool table = t.has("elongation") || t.has("force");
   if (table) {
@@ -84,7 +67,7 @@ void read_motor(const Table& t, Element& e) {
   m.friction = t.not_negative_or("friction", " of N m s/rad", 0);
   e.motor = m;
   t.require("voltage", "a table with one of the keys constant, sine, profile");
-  e.source = signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
+  e.source = read_signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
 }
 
 /// tau = stiffness (target - z) + damping (speed - z'), with the z and z' of the instants if it has a rate.
@@ -115,7 +98,7 @@ void read_one(const Table& t, Element& e) {
                            .stribeck = t.number_or("stribeck", " of rad/s or m/s", 0),
                            .viscous = t.number_or("viscous", " of N m s/rad or N s/m", 0),
                            .smoothing = required(t, "smoothing", " of rad/s or m/s")});
-  if (e.type == "force") e.source = signal(t, " of N m or N");
+  if (e.type == "force") e.source = read_signal(t, " of N m or N");
   if (e.type == "dc_motor") read_motor(t, e);
   if (e.type == "controller") read_controller(t, e);
   if (e.type == "wheel") {
@@ -130,25 +113,6 @@ void read_one(const Table& t, Element& e) {
     if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
     if (t.has("upper")) e.upper = t.number("upper", " of rad or m");
   }
-}
-
-/// The joint's coordinate block and port, both named as in the model.
-struct Place {
-  std::string coordinate, port;
-};
-Place place_of(const mechanics::MechanicalModel& model, const Element& e) {
-  std::string known;
-  for (const auto& c : model.mechanism().coordinates()) {
-    if (c.nq != 1 || c.nv != 1) continue;
-    known += (known.empty() ? "" : ", ") + c.name;
-    if (c.name != e.joint) continue;
-    for (const auto& p : model.description().ports)
-      if (p.size == 1 && p.name.rfind(c.name + ".", 0) == 0)
-        return {"mechanism." + c.name, "mechanism." + p.name};
-  }
-  throw InvalidArgument(fmt::format(
-      "{}: element '{}': the model has no joint '{}' of one freedom, expected one of: {}", e.where,
-      e.name, e.joint, known.empty() ? "(none)" : known));
 }
 
 phs::Potential limits(const mechanics::MechanicalModel& model, const Element& e) {
@@ -197,6 +161,38 @@ phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
 
 }  // namespace
 
+phs::FunctionPtr read_signal(const Table& t, const char* unit) {
+  const int given = t.has("constant") + t.has("sine") + t.has("profile");
+  if (given != 1)
+    refuse(t.where(), fmt::format("{} has {} of the keys constant, sine and profile, expected one",
+                                  t.label(), given));
+  if (t.has("constant")) return phs::constant(t.number("constant", unit));
+  if (t.has("sine")) {
+    const Table s = t.table("sine", {"amplitude", "frequency", "phase"});
+    return phs::sine(required(s, "amplitude", unit), required(s, "frequency", " of Hz"),
+                     s.number_or("phase", " of rad", 0));
+  }
+  const Table p = t.table("profile", {"times", "values"});
+  p.require("times", "an array of seconds"), p.require("values", "an array of numbers");
+  return phs::profile(p.list("times", " of seconds"), p.list("values", unit));
+}
+
+JointPlace joint_place(const mechanics::MechanicalModel& model, const std::string& where,
+                       const std::string& who, const std::string& joint) {
+  std::string known;
+  for (const auto& c : model.mechanism().coordinates()) {
+    if (c.nq != 1 || c.nv != 1) continue;
+    known += (known.empty() ? "" : ", ") + c.name;
+    if (c.name != joint) continue;
+    for (const auto& p : model.description().ports)
+      if (p.size == 1 && p.name.rfind(c.name + ".", 0) == 0)
+        return {"mechanism." + c.name, "mechanism." + p.name, c.q};
+  }
+  throw InvalidArgument(
+      fmt::format("{}: {}: the model has no joint '{}' of one freedom, expected one of: {}", where,
+                  who, joint, known.empty() ? "(none)" : known));
+}
+
 std::vector<Element> read_elements(const Table& scene) {
   std::vector<Element> list;
   scene.each_of("element", "type", keys_of, [&](const std::string& type, const Table& t) {
@@ -217,15 +213,12 @@ std::vector<Element> read_elements(const Table& scene) {
   return list;
 }
 
-std::shared_ptr<const phs::Model> with_elements(
-    std::shared_ptr<const mechanics::MechanicalModel> model, const std::vector<Element>& elements) {
-  if (elements.empty()) return model;
-  phs::Network n(model->description().name);
-  n.add("mechanism", model).main("mechanism");
+void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
+                  const std::vector<Element>& elements) {
   for (const Element& e : elements) {
-    const Place at = place_of(*model, e);
+    const JointPlace at = joint_place(model, e.where, "element '" + e.name + "'", e.joint);
     try {
-      if (e.type == "limits") n.potential(e.name, at.coordinate, limits(*model, e));
+      if (e.type == "limits") n.potential(e.name, at.coordinate, limits(model, e));
       if (e.potential) n.potential(e.name, at.coordinate, *e.potential);
       if (e.law) n.resist(e.name, at.port, e.law);
       if (e.wheel_gain) {
@@ -234,7 +227,7 @@ std::shared_ptr<const phs::Model> with_elements(
         n.control(e.name, at.port, wheel(*model, e), how);
       }
       if (e.gains) {
-        const auto law = joint_controller(*model, e);
+        const auto law = joint_controller(model, e);
         if (e.rate == 0)
           n.control(e.name, at.port, law);
         else
@@ -256,7 +249,6 @@ std::shared_ptr<const phs::Model> with_elements(
       throw InvalidArgument(text.rfind(e.where, 0) == 0 ? text : e.where + ": " + text);
     }
   }
-  return n.build();
 }
 
 }  // namespace porthos::scene

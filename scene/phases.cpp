@@ -38,6 +38,10 @@ void check(const Scene& s) {
           "{}: the event is at {:g} s, {:g} steps of {:g} s, expected a whole number of steps",
           e.where, e.at, steps, s.step));
   }
+  if (!s.actuators.empty())
+    throw InvalidArgument(s.actuators[0].where + ": actuator '" + s.actuators[0].name +
+                          "' has a state of its own, which an event would lose: expected none in a "
+                          "scene with events");
   for (const Element& e : s.elements)
     if (e.motor)
       throw InvalidArgument(e.where + ": element '" + e.name +
@@ -180,7 +184,7 @@ Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
   a.mechanical = moving.model;
   a.mechanism =
       std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
-  a.model = with_elements(moving.model, scene.elements);
+  a.model = with_joint_parts(moving.model, scene);
   a.initial = moving.state;
   a.parts = moving.parts;
   return a;

@@ -12,6 +12,7 @@
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 #include "phs/state.h"
+#include "scene/actuator.h"
 #include "scene/element.h"
 #include "scene/event.h"
 
@@ -50,6 +51,7 @@ struct Scene {
   std::vector<Element> elements;  ///< at the joints, besides what the model file has
   std::vector<FreeBody> bodies;   ///< besides the model
   std::vector<Event> events;      ///< in the order of their times
+  std::vector<JointActuator> actuators;
 
   std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
   double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
@@ -108,6 +110,11 @@ struct Assembly {
 
 /// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
 Assembly assemble(const Scene& scene);
+
+/// The mechanism with the scene's elements and actuators at its joints; itself if there are none.
+/// @throws InvalidArgument naming file and line, as add_elements() and add_actuators()
+std::shared_ptr<const phs::Model> with_joint_parts(
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene);
 
 /// A system of the user's own instead of a model file, from the state x at time 0: run() and the verdict take it with a
 /// Scene whose method, step, duration and record_every are set. @throws InvalidArgument if x has another size

@@ -97,8 +97,8 @@ class Reader {
     s_.text = read_file(s_.path, "scene file");
     parse();
     const Table top(file_, root_, "the scene", "",
-                    {"title", "model", "environment", "initial", "body", "element", "event",
-                     "integrator", "monitor", "run", "verify"});
+                    {"title", "model", "environment", "initial", "body", "element", "actuator",
+                     "event", "integrator", "monitor", "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -109,6 +109,7 @@ class Reader {
     s_.bodies = read_bodies(top);
     s_.elements = read_elements(top);
     s_.events = read_events(top);
+    s_.actuators = read_actuators(top, fs::path(s_.path).parent_path().string());
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;

@@ -107,7 +107,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: scene file 'absent.toml' cannot be opened: No such file or directory\n"},
       {"run bad.toml",
        "porthos: bad.toml:5:1: unknown key 'stpe' in [integrator], the nearest known one is 'step' "
-       "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, step_control_rate, "
+       "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, "
+       "step_control_rate, "
        "step_control_length)\n"},
       {"run swing/scene.toml --step 0", "porthos: --step: step is 0 s, expected more than 0 s\n"},
       {"run swing/scene.toml --step -1", "porthos: --step: step is -1 s, expected more than 0 s\n"},
@@ -120,7 +121,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected run, verify, compare, info or methods (see "
+       "porthos: there is no command 'walk', expected run, verify, compare, info, methods or "
+       "actuators (see "
        "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
@@ -166,8 +168,24 @@ TEST_F(Cli, ThePageOfMethodsIsTheCatalogue) {
       << "write it anew: porthos methods --markdown > docs/methods.md";
 }
 
+TEST_F(Cli, ThePageOfActuatorsIsTheCatalogue) {
+  const auto read = [](const std::string& path) {
+    std::ifstream file(path);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  const std::string docs = std::string(PORTHOS_SOURCE_DIR) + "/docs";
+  EXPECT_EQ(porthos("actuators --markdown").out, read(docs + "/actuators.md"))
+      << "write it anew: porthos actuators --markdown > docs/actuators.md";
+  EXPECT_EQ(porthos("actuators --plots plots").code, 0);
+  EXPECT_EQ(read((folder_ / "plots" / "qbmove_advanced.svg").string()),
+            read(docs + "/images/actuators/qbmove_advanced.svg"))
+      << "draw them anew: porthos actuators --plots docs/images/actuators";
+  EXPECT_TRUE(contains(porthos("actuators").out, "\nqbmove_advanced "));
+}
+
 TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
-  for (const std::string command : {"", "run ", "verify ", "compare ", "info ", "methods "}) {
+  for (const std::string command :
+       {"", "run ", "verify ", "compare ", "info ", "methods ", "actuators "}) {
     const Answer a = porthos(command + "--help");
     EXPECT_EQ(a.code, 0) << command;
     EXPECT_TRUE(

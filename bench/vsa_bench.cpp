@@ -1,0 +1,58 @@
+// What an actuator adds to an evaluation: one energy with its slopes, and seven actuators on a 7-joint arm against the arm.
+#include <benchmark/benchmark.h>
+
+#include "bench/chain.h"
+#include "mechanics/mechanical_model.h"
+#include "phs/network.h"
+#include "vsa/actuator.h"
+#include "vsa/catalogue.h"
+
+namespace porthos::bench {
+namespace {
+
+void slopes(benchmark::State& state, const vsa::Device& d) {
+  const auto e = vsa::elastic_of(d);
+  double q = 0.1;
+  for (auto _ : state) {
+    const auto s = e->slopes(q, d.theta, d.sigma.back());
+    benchmark::DoNotOptimize(q += 1e-12 * s.q);
+  }
+}
+
+/// The arm's field with and without actuators at its first seven joints.
+void arm(benchmark::State& state, bool actuators) {
+  const auto m = chain(7, false);
+  const auto bare = std::make_shared<const mechanics::MechanicalModel>(m);
+  phs::Network n("arm");
+  n.add("arm", bare).main("arm");
+  int count = 0;
+  for (const auto& p : bare->description().ports) {
+    if (p.size != 1 || !actuators) continue;
+    vsa::Actuator a;
+    a.elastic = vsa::elastic_of(vsa::device("qbmove_advanced"));
+    a.theta = {.kind = vsa::Drive::Kind::torque, .inertia = 0.01, .viscous = 0.1};
+    a.sigma = {.kind = vsa::Drive::Kind::torque, .inertia = 0.01, .viscous = 0.1};
+    vsa::attach(n, "vsa" + std::to_string(count++), "arm." + p.name, a);
+  }
+  const auto model = n.build();
+  const auto f = model->instantiate<double>();
+  std::vector<double> x(size_t(model->description().nx), 0.1), dx(x.size());
+  for (auto _ : state) {
+    for (double& number : x) number += 1e-9;  // nothing may be known from before
+    f->field(0, x, {}, dx);
+    benchmark::DoNotOptimize(dx.data());
+  }
+  state.counters["actuators"] = count;
+}
+
+const bool registered = [] {
+  for (const auto& d : vsa::devices())
+    if (!d.family.empty())
+      benchmark::RegisterBenchmark(("vsa/slopes/" + d.name).c_str(), slopes, d);
+  benchmark::RegisterBenchmark("vsa/arm7/bare", arm, false);
+  benchmark::RegisterBenchmark("vsa/arm7/seven_qbmoves", arm, true);
+  return true;
+}();
+
+}  // namespace
+}  // namespace porthos::bench

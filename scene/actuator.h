@@ -1,0 +1,43 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "vsa/actuator.h"
+
+namespace porthos::mechanics {
+class MechanicalModel;
+}
+
+namespace porthos::scene {
+
+class Table;
+
+/// An actuator between a joint and its motors: an [[actuator]] of the scene, docs/actuators.md.
+struct JointActuator {
+  std::string name, joint;
+  std::string where;  ///< "file:line:column"
+  vsa::Actuator actuator;
+  std::optional<double>
+      theta;         ///< start [rad]; none: where the spring is at rest, the joint's angle
+  double sigma = 0;  ///< start
+};
+
+/// Reads the [[actuator]] tables; tables of measurements are looked for from `folder`.
+/// @throws InvalidArgument as read_scene()
+std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder);
+
+/// Puts them at the joints of the member "mechanism" of a network.
+/// @throws InvalidArgument naming file and line, for an unknown joint or one that an actuator or motor drives already
+void add_actuators(phs::Network& n, const mechanics::MechanicalModel& model,
+                   const std::vector<JointActuator>& actuators);
+
+/// Their states at the start by name, with the mechanism's coordinates at q.
+/// @throws InvalidArgument naming file and line, for a deflection or σ beyond its limits
+std::vector<std::pair<std::string, std::vector<double>>> start_actuators(
+    const mechanics::MechanicalModel& model, const std::vector<JointActuator>& actuators,
+    std::span<const double> q);
+
+}  // namespace porthos::scene

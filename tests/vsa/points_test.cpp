@@ -1,0 +1,235 @@
+// Numbers of the literature and of independent computations, tables, and what is refused.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+
+#include "tests/support/bounds.h"
+#include "vsa/catalogue.h"
+#include "vsa/families.h"
+#include "vsa/table.h"
+
+namespace porthos::test {
+namespace {
+
+using vsa::Limits;
+
+/// `digits` of the value given, rounded: half a unit of its last place.
+#define EXPECT_DIGITS(measured, given, unit_of_last) \
+  EXPECT_NEAR(measured, given, 0.5000001 * (unit_of_last)) << #measured
+
+TEST(Points, QbmoveAdvanced) {
+  const auto e = vsa::elastic_of(vsa::device("qbmove_advanced"));
+  EXPECT_DIGITS(e->stiffness(0, 0, 0), 0.298936, 1e-6);
+  EXPECT_DIGITS(e->stiffness(0, 0, 0.2), 0.613464, 1e-6);
+  EXPECT_DIGITS(e->stiffness(0, 0, 0.8), 32.64165, 1e-5);
+  EXPECT_DIGITS(-e->slopes(0.2, 0.0, 0.4).q, -0.590592, 1e-6);
+  EXPECT_DIGITS(e->energy(0.2, 0.0, 0.4), 0.093858, 1e-6);
+  EXPECT_DIGITS(-e->slopes(0.8, 0.0, 0.0).q, -4.847951, 1e-6);
+  EXPECT_DIGITS(e->energy(0.8, 0.0, 0.0), 0.713485, 1e-6);
+  // The closed forms, to rounding.
+  const double a = 6.7328, k = 0.0222, phi = 0.31, s = 0.17;
+  EXPECT_NEAR(e->slopes(phi, 0.0, s).q, 2 * k * std::cosh(a * s) * std::sinh(a * phi), 1e-15);
+  EXPECT_NEAR(e->slopes(phi, 0.0, s).sigma, 2 * k * std::cosh(a * phi) * std::sinh(a * s), 1e-15);
+  EXPECT_NEAR(e->stiffness(phi, 0, s), 2 * a * k * std::cosh(a * s) * std::cosh(a * phi), 1e-14);
+}
+
+TEST(Points, Maccepa) {
+  const auto e = vsa::elastic_of(vsa::device("maccepa_vd"));
+  // The angle counts from the link to the motor: q = -0.5 at theta = 0.
+  EXPECT_DIGITS(e->energy(-0.5, 0.0, 1.5), 0.116378, 1e-6);
+  EXPECT_DIGITS(-e->slopes(-0.5, 0.0, 1.5).q, 0.145438, 1e-6);  // towards theta
+  EXPECT_DIGITS(e->stiffness(-0.5, 0, 1.5), 0.341293, 1e-6);
+  EXPECT_DIGITS(e->slopes(-0.5, 0.0, 1.5).sigma, 0.13006, 1e-5);
+  EXPECT_EQ(e->stiffness(0, 0, 0), 0);
+}
+
+TEST(Points, Edinburgh) {
+  const auto e = vsa::elastic_of(vsa::device("edinburgh"));
+  EXPECT_DIGITS(e->energy(0.2, 1.0, 2.0), 1.44183608, 1e-8);
+  EXPECT_DIGITS(-e->slopes(0.2, 1.0, 2.0).q, -0.44067028, 1e-8);
+  EXPECT_DIGITS(e->stiffness(0.2, 1, 2), 0.8098218, 1e-7);
+}
+
+TEST(Points, ClosedFormsOfTheOtherFamilies) {
+  const double phi = 0.23, s = 0.6;
+  const auto lever = vsa::lever_arm({.ks = 8e4});
+  EXPECT_NEAR(lever->stiffness(0, 0, 0.09), 2 * 8e4 * 0.09 * 0.09, 1e-9);
+  EXPECT_NEAR(lever->slopes(phi, 0.0, s).sigma, 2 * 8e4 * s * std::pow(std::sin(phi), 2), 1e-9);
+  EXPECT_NEAR(lever->stiffness(phi, 0, s), 2 * 8e4 * s * s * std::cos(2 * phi), 1e-9);
+  const auto tendons = vsa::antagonistic_quadratic({.ks = 3e5, .r = 0.02});
+  const double c = 4 * 3e5 * 8e-6;
+  EXPECT_NEAR(tendons->slopes(phi, 0.0, s).q, c * s * phi, 1e-14);  // a linear spring
+  EXPECT_NEAR(tendons->stiffness(phi, 0, s), c * s, 1e-14);
+  EXPECT_NEAR(tendons->slopes(phi, 0.0, s).sigma, 0.5 * c * (phi * phi + s * s), 1e-14);
+  EXPECT_NEAR(tendons->slopes(0.9, 0.0, 0.1).q, 0.25 * c * 1.0, 1e-14) << "one tendon is slack";
+  const auto exponential = vsa::antagonistic_exponential({.c = 0.2, .b = 4});
+  EXPECT_NEAR(exponential->slopes(phi, 0.0, s).q, 0.4 * std::exp(4 * s) * std::sinh(4 * phi),
+              1e-14);
+  const auto pivot = vsa::moving_pivot({.ks = 2e4, .R = 0.1, .L = 0.1}, {.sigma_upper = 0.09});
+  const double alpha = 0.06 / 0.04;
+  EXPECT_NEAR(pivot->stiffness(0, 0, 0.06), 2e4 * 0.01 * alpha * alpha, 1e-10);
+  EXPECT_NEAR(pivot->slopes(phi, 0.0, 0.06).q, 0.5 * 200 * alpha * alpha * std::sin(2 * phi),
+              1e-12);
+  const auto two = vsa::cosh_springs({.a = 6.7328, .k = 0.0222, .a2 = 6.9602, .k2 = 0.0216});
+  EXPECT_NEAR(two->stiffness(0, 0, 0), 6.7328 * 0.0222 + 6.9602 * 0.0216, 1e-15);
+}
+
+TEST(Points, ChargeAndReleaseOfTheQbmove) {  // sigma 0 -> 0.6 -> 0 at zero deflection
+  const auto e = vsa::elastic_of(vsa::device("qbmove_advanced"));
+  const int n = 4096;
+  double work = 0, peak = 0;
+  for (int i = 0; i < n; ++i) {  // sigma = 0.3 (1 - cos t): exponentially exact
+    const double t = 2 * M_PI * i / n;
+    work += e->slopes(0.0, 0.0, 0.3 * (1 - std::cos(t))).sigma * 0.3 * std::sin(t) * 2 * M_PI / n;
+    peak = std::max(peak, e->energy(0.0, 0.0, 0.3 * (1 - std::cos(t))));
+  }
+  EXPECT_DIGITS(peak, 0.180776, 1e-6);
+  keeps("net work of the cycle [J]", std::fabs(work), 1e-15);
+}
+
+// --- tables ------------------------------------------------------------------------------------------------------
+
+vsa::Measurements measured(double noise = 0, bool curl = false) {
+  vsa::Measurements m;
+  const double a = 6.7328, k = 0.0222;
+  for (int i = -20; i <= 20; ++i) m.deflection.push_back(0.02 * i);
+  for (int j = 0; j <= 10; ++j) m.sigma.push_back(0.04 * j);
+  int n = 0;
+  for (const double s : m.sigma)
+    for (const double f : m.deflection) {
+      m.torque.push_back(2 * k * std::cosh(a * s) * std::sinh(a * f) *
+                         (1 + noise * std::sin(13.0 * n++)));
+      m.stiffness.push_back(2 * a * k * std::cosh(a * s) * std::cosh(a * f));
+      m.sigma_effort.push_back(curl ? 0 : 2 * k * std::cosh(a * f) * std::sinh(a * s));
+    }
+  return m;
+}
+
+TEST(Table, IsTheEnergyItWasTakenFrom) {
+  const auto table = vsa::tabulated(measured());
+  const auto model = vsa::elastic_of(vsa::device("qbmove_advanced"));
+  double torque = 0, energy = 0, effort = 0, knots = 0;
+  for (double f = -0.35; f <= 0.35; f += 0.017)
+    for (double s = 0.05; s <= 0.35; s += 0.013) {
+      const auto a = table->slopes(f, 0.0, s), b = model->slopes(f, 0.0, s);
+      torque = std::max(torque, std::fabs(a.q - b.q));
+      effort = std::max(effort, std::fabs(a.sigma - b.sigma));
+      energy = std::max(energy, std::fabs(table->energy(f, 0.0, s) - model->energy(f, 0.0, s)));
+    }
+  const auto m = measured();
+  for (size_t i = 0; i < m.deflection.size(); ++i)
+    for (size_t j = 0; j < m.sigma.size(); ++j)
+      knots = std::max(knots, std::fabs(table->slopes(m.deflection[i], 0.0, m.sigma[j]).q -
+                                        m.torque[j * m.deflection.size() + i]));
+  keeps("torques of the table are met [N m]", knots, 1e-14);
+  // Natural splines bend none at their ends: about h² f''/9√3 there, 0.04² · 135/16, falling by 3.7 a knot.
+  keeps("torque between its places, of 3 N m", torque, 3e-3);
+  keeps("energy, of 0.3 J", energy, 5e-4);
+  keeps("effort of the stiffness port, of 3 N m", effort, 2e-2);
+}
+
+TEST(Table, NoEnergyIsRefused) {
+  EXPECT_NO_THROW(vsa::tabulated(measured(1e-4))) << "noise is not a contradiction";
+  EXPECT_NE(refusal([] {
+              vsa::tabulated(measured(0, true));
+            }).find("is of no energy: round the cell of deflections -0.4"),
+            std::string::npos)
+      << refusal([] { vsa::tabulated(measured(0, true)); });
+  auto m = measured();
+  m.torque[100] = m.torque[99];
+  EXPECT_NE(refusal([&] {
+              vsa::tabulated(m);
+            }).find("expected it to rise: the equilibrium would not be unique"),
+            std::string::npos);
+  m = measured();
+  for (auto& k : m.stiffness) k *= 1.2;
+  EXPECT_NE(refusal([&] { vsa::tabulated(m); }).find("expected the derivative of the torque"),
+            std::string::npos);
+  m = measured();
+  m.sigma[3] = m.sigma[2];
+  EXPECT_NE(refusal([&] {
+              vsa::tabulated(m);
+            }).find("sigma number 4 is 0.08, expected finite numbers that rise"),
+            std::string::npos);
+}
+
+TEST(Table, FromAFile) {
+  const std::string path = ::testing::TempDir() + "porthos_vsa_table.csv";
+  const auto write = [&](const std::string& text) { std::ofstream(path) << text; };
+  write(
+      "# a spring of 2 N m/rad, of 4 at sigma = 1\nsigma, deflection, "
+      "torque\n0,-1,-2\n0,0,0\n0,1,2\n1,1,4\n1,-1,-4\n1,0,0\n");
+  const auto e = vsa::tabulated(vsa::read_measurements(path));
+  EXPECT_NEAR(e->stiffness(0.3, 0, 0), 2, 1e-14);
+  EXPECT_NEAR(e->energy(0.5, 0.0, 1.0), 0.5, 1e-15);
+  EXPECT_NEAR(e->slopes(0.5, 0.0, 0.5).sigma, 0.25, 1e-15);
+  const std::pair<const char*, const char*> bad[] = {
+      {"sigma,angle,torque\n", ":1: unknown column 'angle', expected deflection, sigma, torque"},
+      {"sigma,deflection\n", ":1: no column 'torque'"},
+      {"sigma,deflection,torque\n0,0\n", ":2: has 2 numbers, expected 3"},
+      {"sigma,deflection,torque\n0,0,x\n", ":2: column 'torque' is 'x', expected a number"},
+      {"sigma,deflection,torque\n0,0,1\n0,0,2\n", ":3: deflection 0 and sigma 0 are given twice"},
+      {"sigma,deflection,torque\n0,0,0\n0,1,1\n1,0,0\n",
+       "3 places are no grid of 2 deflections by 2"},
+      {"", "0 places are no grid"}};
+  for (const auto& [text, says] : bad) {
+    write(text);
+    const std::string why = refusal([&] { vsa::read_measurements(path); });
+    EXPECT_NE(why.find(says), std::string::npos) << why << "\n  instead of: " << says;
+  }
+  std::remove(path.c_str());
+}
+
+TEST(Refused, Starts) {
+  const auto e = vsa::elastic_of(vsa::device("qbmove_advanced"));
+  EXPECT_NO_THROW(e->require_inside("elbow", 0.3, 0, 0.5));
+  EXPECT_NE(refusal([&] { e->require_inside("elbow", 0.4, 0, 0.5); })
+                .find("elbow: starts with a spring deflected by 0.9 rad (link 0.4 rad, theta 0 "
+                      "rad, sigma 0.5 rad), expected "
+                      "no more than 0.8 rad"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] {
+              e->require_inside("elbow", 0, 0, 0.9);
+            }).find("elbow: sigma starts at 0.9 rad, expected -0.8 to 0.8 rad"),
+            std::string::npos);
+}
+
+TEST(Refused, Parameters) {
+  const std::pair<std::function<void()>, const char*> bad[] = {
+      {[] { vsa::make_elastic("cosine", {}, {}); },
+       "unknown family 'cosine', expected one of series_elastic"},
+      {[] {
+         vsa::make_elastic("cosh", {{"a", {1}}}, {});
+       },
+       "cosh: no parameter 'k' [N m], expected a, k, a2, k2"},
+      {[] {
+         vsa::make_elastic("cosh", {{"b", {1}}}, {});
+       },
+       "cosh: unknown parameter 'b', expected a, k, a2, k2"},
+      {[] {
+         vsa::make_elastic("cosh", {{"a", {1, 2}}, {"k", {1}}}, {});
+       },
+       "cosh: a has 2 entries, expected one number"},
+      {[] { vsa::cosh_springs({.a = -1, .k = 1}); }, "cosh: a is -1, expected more than 0 1/rad"},
+      {[] { vsa::maccepa({.kappa = 1, .B = 0.2, .C = 0.1, .drum = 1}); },
+       "maccepa: C is 0.1, expected more than B"},
+      {[] { vsa::moving_pivot({.ks = 1, .R = 1, .L = 0.1}, {.sigma_upper = 0.1}); },
+       "expected less than the lever's length L"},
+      {[] {
+         vsa::variable_lever({{1, -2}}, {.sigma_lower = 0, .sigma_upper = 1});
+       },
+       "expected 0 or more over sigma's range 0 to 1"},
+      {[] { vsa::lever_arm({.ks = 1}, {.deflection = 0.3}); },
+       "the stiffness of the deflection stop is 0, expected more than 0"},
+      {[] { vsa::device("fsj"); }, "unknown device 'fsj', expected one of qbmove_advanced"},
+      {[] { vsa::elastic_of(vsa::device("vsaut_ii")); }, "device 'vsaut_ii' has no model"}};
+  for (const auto& [call, says] : bad) {
+    const std::string why = refusal(call);
+    EXPECT_NE(why.find(says), std::string::npos) << why << "\n  instead of: " << says;
+  }
+}
+
+}  // namespace
+}  // namespace porthos::test

@@ -1,0 +1,101 @@
+// [[actuator]] in scenes: what it makes, and the sentence for each mistake.
+#include <filesystem>
+#include <fstream>
+
+#include "scene/scene.h"
+#include "tests/support/bounds.h"
+#include "tests/vsa/actuators.h"
+
+namespace porthos::test {
+namespace {
+
+class Scenes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) / "porthos_vsa_scenes";
+    std::filesystem::create_directories(folder_);
+    std::filesystem::copy_file(std::string(PORTHOS_SOURCE_DIR) + "/examples/qbmove_arm/arm.urdf",
+                               folder_ / "arm.urdf",
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  scene::Assembly assembly(const std::string& actuator) {
+    std::ofstream(folder_ / "scene.toml")
+        << "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[initial]\njoints.elbow = { position = "
+           "0.3 }\n[[actuator]]\n"
+        << actuator << "\n[integrator]\nmethod = \"gauss8\"\nstep = 0.01\n[run]\nduration = 1\n";
+    return scene::assemble(scene::read_scene((folder_ / "scene.toml").string()));
+  }
+  std::filesystem::path folder_;
+};
+
+const std::string elbow = "joint = \"elbow\"\n", qbmove = elbow + "device = \"qbmove_advanced\"\n";
+const std::string fixed = "theta = { drive = \"fixed\" }\n",
+                  held = "sigma = { drive = \"fixed\", start = 0.1 }\n";
+
+TEST_F(Scenes, StartAtTheJointsAngle) {
+  const auto a = assembly(qbmove + fixed + held);
+  const auto& n = dynamic_cast<const phs::NetworkModel&>(*a.model);
+  const size_t at = size_t(n.offset("elbow.actuator"));
+  EXPECT_EQ(a.initial.x[at], 0.3);
+  EXPECT_EQ(a.initial.x[at + 1], 0.3) << "the spring at rest";
+  EXPECT_EQ(a.initial.x[at + 2], 0.1);
+  const auto lower = assembly(elbow + "family = \"cosh\"\nparameters = { a = 6.0, k = 0.02 }\n" +
+                              "theta = { drive = \"fixed\", start = 0.1 }\n" + held);
+  EXPECT_EQ(lower.initial.x[at + 1], 0.1);
+}
+
+TEST_F(Scenes, TablesAreReadFromTheScenesFolder) {
+  std::ofstream(folder_ / "spring.csv") << "deflection,sigma,torque\n-1,0,-2\n0,0,0\n1,0,2\n";
+  EXPECT_NO_THROW(assembly(elbow + "table = \"spring.csv\"\n" + fixed));
+  std::ofstream(folder_ / "spring.csv") << "deflection,sigma,torque\n-1,0,-2\n0,0,3\n1,0,2\n";
+  const std::string why = refusal([&] { assembly(elbow + "table = \"spring.csv\"\n" + fixed); });
+  EXPECT_NE(why.find("scene.toml:6:1: tabulated: at sigma = 0 torque goes from 3 to 2 N m"),
+            std::string::npos)
+      << why;
+}
+
+TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
+  const std::pair<std::string, const char*> bad[] = {
+      {qbmove + "theta = { drive = \"fixed\", start = -0.5 }\n" + held,
+       "scene.toml:6:1: actuator 'elbow.actuator': starts with a spring deflected by 0.9 rad"},
+      {qbmove + fixed + "sigma = { drive = \"fixed\", start = 1.0 }",
+       "sigma starts at 1 rad, expected -0.8 to 0.8 rad"},
+      {qbmove + "theta = { drive = \"torque\", inertia = 0, command = { constant = 1 } }\n" + held,
+       "theta inertia is 0, expected more than 0 kg m^2: a torque on no inertia has no rate"},
+      {qbmove + fixed,
+       "[[actuator]] has no key 'sigma', expected a table with the keys start [rad] (half the "
+       "angle between the motors) and drive"},
+      {qbmove + held, "[[actuator]] has no key 'theta'"},
+      {elbow + fixed, "has 0 of the keys device, family and table, expected one"},
+      {elbow + "device = \"qbmove\"\n" + fixed + held,
+       "unknown device 'qbmove', expected one of qbmove_advanced"},
+      {elbow + "device = \"vsa_cube\"\n" + fixed + held,
+       "has no model: its parameters are not public"},
+      {elbow + "family = \"cosh\"\nparameters = { a = 6.0, c = 1 }\n" + fixed + held,
+       "unknown key 'c' in parameters, the nearest known one is 'a'"},
+      {elbow + "device = \"sea_100\"\n" + fixed + held,
+       "the energy of 'series_elastic' does not depend on sigma, expected none"},
+      {elbow + "device = \"edinburgh\"\n" + fixed + "sigma = { drive = \"fixed\", start = 1 }",
+       "theta has no key 'start', expected a number of rad: this spring is at rest at no one "
+       "angle"},
+      {qbmove + "theta = { drive = \"rate\", command = { constant = 1 }, inertia = 1 }\n" + held,
+       "theta.inertia is given with drive = \"rate\""},
+      {qbmove + "theta = { drive = \"torque\", inertia = 1 }\n" + held,
+       "theta has no key 'command', expected a table"},
+      {qbmove + fixed + held + "joints = 1",
+       "unknown key 'joints' in [[actuator]], the nearest known one is 'joint'"},
+      {"joint = \"wrist\"\ndevice = \"qbmove_advanced\"\n" + fixed + held,
+       "actuator 'wrist.actuator': the model has no joint 'wrist' of one freedom, expected one of: "
+       "shoulder, elbow"},
+      {qbmove + fixed + held + "[[actuator]]\nname = \"again\"\n" + qbmove + fixed + held,
+       "port 'mechanism.elbow.torque' is joined by"}};
+  for (const auto& [text, says] : bad) {
+    const std::string why = refusal([&, t = text] { assembly(t); });
+    EXPECT_NE(why.find(says), std::string::npos) << why << "\n  instead of: " << says;
+    EXPECT_NE(why.find("scene.toml:"), std::string::npos) << why;
+  }
+}
+
+}  // namespace
+}  // namespace porthos::test

@@ -1,0 +1,137 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "vsa/actuator.h"
+
+/// The system of an actuator. Private to actuator.cpp.
+namespace porthos::vsa {
+
+/// Where the numbers of an actuator stand; -1: it has none such.
+struct Layout {
+  struct Axis {
+    Drive::Kind kind = Drive::Kind::fixed;
+    int at = -1, momentum = -1, servo = -1;  ///< in the state; servo: rate, then acceleration
+    int port = -1;                           ///< in u
+    double inertia = 0, per_inertia = 0, damping = 0;  ///< seen at the gear's output
+    std::array<double, 3> p{};
+    phs::FunctionPtr command;                   ///< of a servo
+    int friction = -1, work = -1, stored = -1;  ///< in the books
+  };
+  ElasticPtr elastic;
+  std::array<Axis, 2> axes;  ///< θ, σ
+  phs::Description description;
+};
+
+template <class T>
+class ActuatorSystem final : public phs::System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+  static constexpr size_t most = 9;
+
+ public:
+  explicit ActuatorSystem(const Layout& l) : l_(l) {}
+  const phs::Description& description() const override { return l_.description; }
+  std::unique_ptr<phs::System<T>> clone() const override {
+    return std::make_unique<ActuatorSystem>(l_);
+  }
+
+  T hamiltonian(In x) override {
+    T H = l_.elastic->energy(x[0], x[1], sigma(x));
+    for (const auto& a : l_.axes)
+      if (a.momentum >= 0) H = H + kinetic(a, x);
+    return H;
+  }
+  void gradient(In x, Out e) override {
+    std::fill(e.begin(), e.end(), T(0.0));
+    if (!known_ || !(l_.axes[1].at >= 0 ? same<3>(x) : same<2>(x))) {
+      slopes_ = l_.elastic->slopes(x[0], x[1], sigma(x));
+      std::copy_n(x.begin(), l_.axes[1].at >= 0 ? 3 : 2, at_.begin()), known_ = true;
+    }
+    e[0] = slopes_.q, e[1] = slopes_.theta;
+    if (l_.axes[1].at >= 0) e[2] = slopes_.sigma;
+    for (const auto& a : l_.axes)
+      if (a.momentum >= 0) e[size_t(a.momentum)] = x[size_t(a.momentum)] * T(a.per_inertia);
+  }
+  void field(T t, In x, In u, Out dx) override {
+    const Out e = Out(e_).first(x.size());
+    gradient(x, e), rate(t, x, e, dx);
+    if (!u.empty()) add_input(u, dx);
+  }
+  void efforts(T, In x, In, Out e) override { gradient(x, e); }  // known from the field, mostly
+  void rate(T t, In x, In e, Out dx) override {
+    apply_structure(x, e, dx);
+    for (const auto& a : l_.axes) {
+      if (a.momentum >= 0)
+        dx[size_t(a.momentum)] = dx[size_t(a.momentum)] - T(a.damping) * e[size_t(a.momentum)];
+      if (a.servo < 0) continue;
+      const T z = x[size_t(a.at)], v = x[size_t(a.servo)], w = x[size_t(a.servo + 1)];
+      dx[size_t(a.at)] = v, dx[size_t(a.servo)] = w;
+      const T wish = a.command ? (*a.command)(t) : T(0.0);
+      dx[size_t(a.servo + 1)] = T(a.p[0]) * (wish - z) - T(a.p[1]) * v - T(a.p[2]) * w;
+    }
+  }
+  void apply_structure(In, In e, Out Je) override {
+    std::fill(Je.begin(), Je.end(), T(0.0));
+    for (const auto& a : l_.axes)
+      if (a.momentum >= 0)
+        Je[size_t(a.at)] = e[size_t(a.momentum)], Je[size_t(a.momentum)] = -e[size_t(a.at)];
+  }
+  void apply_dissipation(In, In e, Out Re) override {
+    std::fill(Re.begin(), Re.end(), T(0.0));
+    for (const auto& a : l_.axes)
+      if (a.momentum >= 0) Re[size_t(a.momentum)] = T(a.damping) * e[size_t(a.momentum)];
+  }
+  void apply_input(In, In u, Out Gu) override {
+    std::fill(Gu.begin(), Gu.end(), T(0.0));
+    add_input(u, Gu);
+  }
+  void output(In, In e, Out y) override {
+    y[0] = e[0];
+    for (const auto& a : l_.axes)
+      if (a.port >= 0) y[size_t(a.port)] = e[input_of(a)];
+  }
+  void stored(In x, Out values) override {
+    values[0] = l_.elastic->energy(x[0], x[1], sigma(x));
+    for (const auto& a : l_.axes)
+      if (a.stored >= 0) values[size_t(a.stored)] = kinetic(a, x);
+  }
+  void powers(T, In x, In e, Out values) override {
+    for (const auto& a : l_.axes) {
+      if (a.friction >= 0) {
+        const T v = e[size_t(a.momentum)];
+        values[size_t(a.friction)] = T(a.damping) * v * v;
+      }
+      if (a.work >= 0) values[size_t(a.work)] = e[size_t(a.at)] * x[size_t(a.servo)];
+    }
+  }
+  void invariants(In, Out) override {}
+
+ private:
+  /// Bit for bit.
+  template <size_t n>
+  bool same(In x) const {
+    return std::memcmp(at_.data(), x.data(), n * sizeof(T)) == 0;
+  }
+  T sigma(In x) const { return l_.axes[1].at >= 0 ? x[2] : T(0.0); }
+  static T kinetic(const Layout::Axis& a, In x) {
+    const T p = x[size_t(a.momentum)];
+    return T(0.5 * a.per_inertia) * p * p;
+  }
+  static size_t input_of(const Layout::Axis& a) {
+    return size_t(a.momentum >= 0 ? a.momentum : a.at);
+  }
+  void add_input(In u, Out dx) const {
+    dx[0] = dx[0] + u[0];
+    for (const auto& a : l_.axes)
+      if (a.port >= 0) dx[input_of(a)] = dx[input_of(a)] + u[size_t(a.port)];
+  }
+  const Layout& l_;
+  std::array<T, most> e_{};
+  std::array<T, 3> at_{};  ///< where slopes_ are
+  Slopes<T> slopes_{};
+  bool known_ = false;
+};
+
+}  // namespace porthos::vsa

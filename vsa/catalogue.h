@@ -1,0 +1,66 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "vsa/elastic.h"
+
+/// The families by name with their parameters, and a catalogue of devices whose every number says where it comes from.
+namespace porthos::vsa {
+
+/// Parameters by name. A number is a list of one.
+using Values = std::map<std::string, std::vector<double>>;
+
+struct Key {
+  std::string name, unit;
+  bool list = false;  ///< a table's column, or coefficients
+  bool optional = false;
+};
+struct Family {
+  std::string name;
+  std::vector<Key> keys;
+  std::function<ElasticPtr(const Values&, const Limits&)> make;
+};
+const std::vector<Family>& families();
+/// A member of a family. @throws InvalidArgument for an unknown family or parameter (lists the known ones), a missing one,
+///   a list where a number is expected, or a number the family refuses
+ElasticPtr make_elastic(const std::string& family, const Values& values, const Limits& l);
+
+/// Where a number comes from.
+enum class Provenance {
+  published,     ///< read in the source that is named
+  derived,       ///< computed from published numbers by the model
+  recalled,      ///< from memory of the literature, not verified: do not build on it
+  illustrative,  ///< chosen here, so that there is something to run
+};
+const char* to_string(Provenance p);
+
+struct Quantity {
+  std::string name;
+  std::vector<double> value;
+  std::string unit;
+  Provenance provenance = Provenance::illustrative;
+  std::string source = {};
+};
+
+struct Device {
+  std::string name, title;
+  std::string family = {};                ///< empty: no model, its parameters are not public
+  std::vector<Quantity> parameters = {};  ///< of the family
+  std::vector<Quantity> datasheet =
+      {};  ///< what is said of the device; nothing is computed from it
+  Limits limits = {};
+  std::vector<Quantity> stops = {};  ///< the limits above, with their provenance
+  std::string remark = {};
+  std::vector<double> sigma = {};  ///< for the plot of its datasheet, and for tests
+  double deflection = 0;           ///< for the same, ± [rad]
+  double theta = 0;  ///< where φ is counted from in an energy that is not translation invariant
+};
+const std::vector<Device>& devices();
+/// @throws InvalidArgument for an unknown name, which lists the known ones
+const Device& device(const std::string& name);
+/// @throws InvalidArgument for a device without a model
+ElasticPtr elastic_of(const Device& d);
+
+}  // namespace porthos::vsa

@@ -1,0 +1,282 @@
+#include "vsa/table.h"
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <fmt/ranges.h>
+
+#include "phs/spline.h"
+#include "vsa/elastic-inl.h"
+
+namespace porthos::vsa {
+namespace {
+
+using phs::Spline;
+constexpr const char* family = "tabulated";
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw InvalidArgument(std::string(family) + ": " + why);
+}
+
+/// Torque as a spline in φ whose coefficients are splines in σ, and its integral.
+struct TableEnergy {
+  struct Cubic {
+    double y, b, c, d;
+  };
+  enum { value, slope, square, cube, before, coefficients };
+  std::vector<double> phi,
+      sigma;  ///< where pieces begin; the first and the last piece are those outside
+  std::vector<Cubic>
+      cubics;  ///< [(piece of φ · coefficients + coefficient) · pieces of σ + piece of σ]
+
+  static size_t piece(const std::vector<double>& starts, double x) {
+    size_t low = 0, high = starts.size();
+    while (high - low > 1) {
+      const size_t mid = (low + high) / 2;
+      (x < starts[mid] ? high : low) = mid;
+    }
+    return low;
+  }
+  template <class T>
+  T energy(const T& phi_now, const T& sigma_now) const {
+    constexpr int n = phs::lanes<typename Below<T>::type>;
+    std::array<size_t, size_t(n)> i, j;
+    for (int k = 0; k < n; ++k) {
+      i[size_t(k)] = piece(phi, lane(phi_now, k));
+      j[size_t(k)] = piece(sigma, lane(sigma_now, k));
+    }
+    const T f = phi_now - gather<T>([&](int k) { return phi[i[size_t(k)]]; });
+    const T s = sigma_now - gather<T>([&](int k) { return sigma[j[size_t(k)]]; });
+    const auto at = [&](size_t c) {
+      const auto number = [&](double Cubic::*m) {
+        return gather<T>([&](int k) {
+          return cubics[(i[size_t(k)] * coefficients + c) * sigma.size() + j[size_t(k)]].*m;
+        });
+      };
+      return number(&Cubic::y) +
+             s * (number(&Cubic::b) + s * (number(&Cubic::c) + s * number(&Cubic::d)));
+    };
+    return at(before) + f * (at(value) + f * (T(0.5) * at(slope) + f * (at(square) / T(3.0) +
+                                                                        f * (T(0.25) * at(cube)))));
+  }
+};
+
+/// The columns of the table as splines.
+struct Splines {
+  const Measurements& m;
+  size_t n = m.deflection.size(), count = m.sigma.size();
+  double at(const std::vector<double>& v, size_t i, size_t j) const { return v[j * n + i]; }
+  Spline row(const std::vector<double>& v, size_t j) const {
+    return {m.deflection,
+            {v.begin() + long(j * n), v.begin() + long(j * n + n)},
+            Spline::Outside::linear,
+            family};
+  }
+  Spline column(const std::vector<double>& v, size_t i) const {
+    std::vector<double> c;
+    for (size_t j = 0; j < count; ++j) c.push_back(at(v, i, j));
+    return {m.sigma, c, Spline::Outside::linear, family};
+  }
+};
+
+void check_grid(const Measurements& m) {
+  const size_t n = m.deflection.size(), count = m.sigma.size();
+  if (n < 3 || count < 1)
+    refuse(fmt::format("has {} deflections and {} values of sigma, expected 3 and 1 or more", n,
+                       count));
+  for (const auto* axis : {&m.deflection, &m.sigma})
+    for (size_t i = 0; i < axis->size(); ++i)
+      if (!std::isfinite((*axis)[i]) || (i > 0 && !((*axis)[i] > (*axis)[i - 1])))
+        refuse(fmt::format("{} number {} is {}, expected finite numbers that rise",
+                           axis == &m.sigma ? "sigma" : "deflection", i + 1, (*axis)[i]));
+  if (m.deflection.front() > 0 || m.deflection.back() < 0)
+    refuse(fmt::format(
+        "deflections go from {} to {} rad, expected 0 among them: energies count from there",
+        m.deflection.front(), m.deflection.back()));
+  for (const auto& [name, column, needed] : {std::tuple{"torque", &m.torque, true},
+                                             {"stiffness", &m.stiffness, false},
+                                             {"sigma_effort", &m.sigma_effort, false}}) {
+    if (column->empty() && !needed) continue;
+    if (column->size() != n * count)
+      refuse(fmt::format("{} has {} numbers, expected {}", name, column->size(), n * count));
+    for (const double x : *column)
+      if (!std::isfinite(x)) refuse(fmt::format("{} has a number that is not finite", name));
+  }
+}
+
+void check_torques(const Measurements& m, double tolerance) {
+  const Splines s{m};
+  const auto [low, high] = std::minmax_element(m.torque.begin(), m.torque.end());
+  for (size_t j = 0; j < s.count; ++j)
+    for (size_t i = 0; i + 1 < s.n; ++i) {
+      const double from = s.at(m.torque, i, j), to = s.at(m.torque, i + 1, j);
+      if (!(to > from))
+        refuse(
+            fmt::format("at sigma = {} torque goes from {} to {} N m between deflections {} and {} "
+                        "rad, expected "
+                        "it to rise: the equilibrium would not be unique",
+                        m.sigma[j], from, to, m.deflection[i], m.deflection[i + 1]));
+      if (m.stiffness.empty()) continue;
+      const Spline k = s.row(m.stiffness, j);
+      const double by_stiffness = k.integral(m.deflection[i + 1]) - k.integral(m.deflection[i]);
+      if (!(std::fabs(by_stiffness - (to - from)) <=
+            tolerance * (to - from + 0.05 * (*high - *low))))
+        refuse(fmt::format(
+            "at sigma = {} torque rises by {:.6g} N m between deflections {} and {} rad, but the "
+            "stiffness adds up to {:.6g} N m, expected the derivative of the torque (to {} of it)",
+            m.sigma[j], to - from, m.deflection[i], m.deflection[i + 1], by_stiffness, tolerance));
+    }
+}
+
+/// ∮ τ dφ + s dσ round each cell.
+void check_curl(const Measurements& m, double tolerance) {
+  const Splines s{m};
+  for (size_t j = 0; j + 1 < s.count; ++j) {
+    const Spline lower = s.row(m.torque, j), upper = s.row(m.torque, j + 1);
+    for (size_t i = 0; i + 1 < s.n; ++i) {
+      const Spline left = s.column(m.sigma_effort, i), right = s.column(m.sigma_effort, i + 1);
+      const auto along = [](const Spline& f, const std::vector<double>& x, size_t k) {
+        return f.integral(x[k + 1]) - f.integral(x[k]);
+      };
+      const double sides[] = {along(lower, m.deflection, i), along(right, m.sigma, j),
+                              -along(upper, m.deflection, i), -along(left, m.sigma, j)};
+      double work = 0, size = 0;
+      for (const double x : sides) work += x, size += std::fabs(x);
+      if (!(std::fabs(work) <= tolerance * size))
+        refuse(
+            fmt::format("is of no energy: round the cell of deflections {} to {} rad and sigma {} "
+                        "to {} the work is {:.6g} J "
+                        "of {:.6g} J, expected 0 (to {} of it): a cycle there would make energy",
+                        m.deflection[i], m.deflection[i + 1], m.sigma[j], m.sigma[j + 1], work,
+                        size, tolerance));
+    }
+  }
+}
+
+TableEnergy surface(const Measurements& m) {
+  const Splines s{m};
+  TableEnergy e;
+  std::vector<Spline> rows;
+  std::vector<double> at_rest;  // E(0, σ)
+  for (size_t j = 0; j < s.count; ++j) rows.push_back(s.row(m.torque, j));
+  if (m.sigma_effort.empty() || s.count == 1) {
+    at_rest.assign(s.count, 0.0);
+  } else {
+    std::vector<double> effort;
+    for (size_t j = 0; j < s.count; ++j) effort.push_back(s.row(m.sigma_effort, j).value(0.0));
+    const Spline preload(m.sigma, effort, Spline::Outside::linear, family);
+    for (const double x : m.sigma) at_rest.push_back(preload.integral(x));
+  }
+  for (const auto& p : rows[0].pieces()) e.phi.push_back(p.x);
+  const auto put = [&](const std::vector<double>& over_sigma) {
+    if (s.count == 1) {
+      e.sigma = {m.sigma[0]};
+      e.cubics.push_back({over_sigma[0], 0, 0, 0});
+      return;
+    }
+    const Spline f(m.sigma, over_sigma, Spline::Outside::linear, family);
+    e.sigma.clear();
+    for (const auto& p : f.pieces())
+      e.sigma.push_back(p.x), e.cubics.push_back({p.y, p.b, p.c, p.d});
+  };
+  using P = Spline::Piece;
+  for (size_t i = 0; i < e.phi.size(); ++i)
+    for (double P::*member : {&P::y, &P::b, &P::c, &P::d, &P::before}) {
+      std::vector<double> over_sigma;
+      for (size_t j = 0; j < s.count; ++j) {
+        double x = rows[j].pieces()[i].*member;
+        if (member == &P::before) x += at_rest[j] - rows[j].integral(0.0);
+        over_sigma.push_back(x);
+      }
+      put(over_sigma);
+    }
+  return e;
+}
+
+}  // namespace
+
+ElasticPtr tabulated(const Measurements& m, const Limits& l, double tolerance) {
+  check_grid(m);
+  require(tolerance > 0 && tolerance < 1, family, "the tolerance", tolerance,
+          "a number between 0 and 1");
+  check_torques(m, tolerance);
+  if (!m.sigma_effort.empty()) check_curl(m, tolerance);
+  return make_elastic(surface(m), {.family = family,
+                                   .title = "Measured torques, splines",
+                                   .sigma = m.sigma.size() > 1 ? "as in the table" : "",
+                                   .sigma_unit = "1",
+                                   .limits = l});
+}
+
+Measurements read_measurements(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InvalidArgument(fmt::format("{}: cannot be opened", path));
+  const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
+                                         "sigma_effort"};
+  std::vector<int> meaning;  // of each column: its place in names
+  std::map<std::pair<double, double>, std::array<double, 5>> rows;  // by σ, then deflection
+  std::array<bool, 5> there{};
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto at = [&](const std::string& why) {
+      throw InvalidArgument(fmt::format("{}:{}: {}", path, number, why));
+    };
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line[0] == '#') continue;
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) {
+      const auto first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
+      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    }
+    if (meaning.empty()) {
+      for (const auto& c : cells) {
+        const auto found = std::find(names.begin(), names.end(), c);
+        if (found == names.end())
+          at(fmt::format("unknown column '{}', expected {}", c, fmt::join(names, ", ")));
+        meaning.push_back(int(found - names.begin())), there[size_t(meaning.back())] = true;
+      }
+      for (size_t k = 0; k < 3; ++k)
+        if (!there[k])
+          at(fmt::format("no column '{}', expected {}", names[k], fmt::join(names, ", ")));
+      continue;
+    }
+    if (cells.size() != meaning.size())
+      at(fmt::format("has {} numbers, expected {}", cells.size(), meaning.size()));
+    std::array<double, 5> row{};
+    for (size_t k = 0; k < cells.size(); ++k) {
+      char* end = nullptr;
+      row[size_t(meaning[k])] = std::strtod(cells[k].c_str(), &end);
+      if (cells[k].empty() || *end != 0 || !std::isfinite(row[size_t(meaning[k])]))
+        at(fmt::format("column '{}' is '{}', expected a number", names[size_t(meaning[k])],
+                       cells[k]));
+    }
+    if (!rows.emplace(std::pair{row[1], row[0]}, row).second)
+      at(fmt::format("deflection {} and sigma {} are given twice", row[0], row[1]));
+  }
+  Measurements m;
+  for (const auto& [place, row] : rows) {
+    if (m.sigma.empty() || m.sigma.back() != place.first) m.sigma.push_back(place.first);
+    if (m.sigma.size() == 1) m.deflection.push_back(place.second);
+  }
+  size_t k = 0;
+  for (const auto& [place, row] : rows) {
+    const size_t i = m.deflection.empty() ? 0 : k % m.deflection.size(),
+                 j = m.deflection.empty() ? 0 : k / m.deflection.size();
+    if (j >= m.sigma.size() || place != std::pair{m.sigma[j], m.deflection[i]}) break;
+    m.torque.push_back(row[2]);
+    if (there[3]) m.stiffness.push_back(row[3]);
+    if (there[4]) m.sigma_effort.push_back(row[4]);
+    ++k;
+  }
+  if (rows.empty() || k != rows.size() || k != m.deflection.size() * m.sigma.size())
+    throw InvalidArgument(
+        fmt::format("{}: {} places are no grid of {} deflections by {} values of sigma, expected "
+                    "the same deflections at every sigma",
+                    path, rows.size(), m.deflection.size(), m.sigma.size()));
+  return m;
+}
+
+}  // namespace porthos::vsa
