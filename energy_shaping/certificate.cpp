@@ -44,13 +44,23 @@ const CertificateItem& Certificate::item(const std::string& name) const {
 
 void Certificate::at_most(const std::string& name, double value, double bound,
                           const std::string& text, std::vector<double> at) {
-  add({name, value <= bound ? Finding::holds : Finding::fails, value, bound, text, {},
+  add({name,
+       value <= bound ? Finding::holds : Finding::fails,
+       value,
+       bound,
+       text,
+       {},
        std::move(at)});
 }
 
 void Certificate::at_least(const std::string& name, double value, double bound,
                            const std::string& text, std::vector<double> at) {
-  add({name, value >= bound ? Finding::holds : Finding::fails, value, bound, text, {},
+  add({name,
+       value >= bound ? Finding::holds : Finding::fails,
+       value,
+       bound,
+       text,
+       {},
        std::move(at)});
 }
 

@@ -13,9 +13,9 @@ struct CertificateItem {
   Finding finding = Finding::reported;
   double value = 0;
   double bound = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
-  std::string text;             ///< what was looked at, in a few words
-  std::vector<double> numbers;  ///< further figures: eigenvalues, ...
-  std::vector<double> at;       ///< the state or coordinates where the worst was found; may be empty
+  std::string text;                                         ///< what was looked at, in a few words
+  std::vector<double> numbers;                              ///< further figures: eigenvalues, ...
+  std::vector<double> at;  ///< the state or coordinates where the worst was found; may be empty
 };
 
 /// What was verified of a closed loop, and how.

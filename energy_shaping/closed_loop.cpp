@@ -34,10 +34,10 @@ void refuse_failure(const Certificate& certificate) {
   if (!i) return;
   std::string where;
   for (const double x : i->at) where += fmt::format("{}{:.5g}", where.empty() ? "" : ", ", x);
-  throw InvalidArgument(fmt::format(
-      "{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name, i->value,
-      i->value > i->bound || std::isnan(i->value) ? "at most" : "at least", i->bound, i->text,
-      where.empty() ? "" : "; worst at (" + where + ")"));
+  throw InvalidArgument(
+      fmt::format("{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name,
+                  i->value, i->value > i->bound || std::isnan(i->value) ? "at most" : "at least",
+                  i->bound, i->text, where.empty() ? "" : "; worst at (" + where + ")"));
 }
 
 }  // namespace porthos::energy_shaping

@@ -14,7 +14,8 @@ using LoopPtr = std::shared_ptr<const MatchedLoop>;
 using PlantPtr = std::shared_ptr<const phs::Model>;
 
 /// Inertia-wheel pendulum: q1 the pendulum from upright, q2 with M = diag(I1, I2), V = m3 cos q1, G = (-1, 1).
-/// Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002. Its kp is k1 (a1 a3 - a2²)/(-(a1 + a2)) / ... see the law.
+/// Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002. The gain kp = 3.75 published
+/// there for the numbers below is k1 = 0.1 here.
 struct InertiaWheelPendulum {
   double I1 = 0.1, I2 = 0.2, m3 = 10;  ///< [kg m²], [kg m²], [N m]
   double a1 = 1, a2 = -1.5, a3 = 6;    ///< M_d = [[a1, a2], [a2, a3]]

@@ -40,7 +40,8 @@ std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double>
 
 std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A) {
   const RowMatrix M = as_matrix(n, A);
-  if (!M.allFinite()) return std::vector<std::complex<double>>(n, std::numeric_limits<double>::quiet_NaN());
+  if (!M.allFinite())
+    return std::vector<std::complex<double>>(n, std::numeric_limits<double>::quiet_NaN());
   const Eigen::VectorXcd e = Eigen::EigenSolver<RowMatrix>(M, false).eigenvalues();
   std::vector<std::complex<double>> all(e.data(), e.data() + e.size());
   std::sort(all.begin(), all.end(), [](auto a, auto b) {

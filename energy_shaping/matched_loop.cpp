@@ -45,8 +45,8 @@ void check_region(const Region& r, const Shaping& s, const std::vector<double>& 
       refuse(s.name(), fmt::format("region of coordinate {}: {} to {} is no interval", i,
                                    r.lower[i], r.upper[i]));
     if (!(rest[i] >= r.lower[i] && rest[i] <= r.upper[i]))
-      refuse(s.name(), fmt::format("the rest point's coordinate {} = {} is outside the region", i,
-                                   rest[i]));
+      refuse(s.name(),
+             fmt::format("the rest point's coordinate {} = {} is outside the region", i, rest[i]));
   }
   if (!(r.rate > 0) || r.samples < 1) refuse(s.name(), "a region needs a rate > 0 and samples");
 }

@@ -6,7 +6,8 @@ namespace porthos::energy_shaping {
 
 struct MatchingOptions {
   Region region;
-  double matching = 1e-10;  ///< bound of the relative residuals; 1e-6 is usual for numerical designs
+  double matching =
+      1e-10;  ///< bound of the relative residuals; 1e-6 is usual for numerical designs
   /// Throw where a condition fails. Off: the object is made all the same and its certificate says what fails, for
   /// controls and for looking into a design.
   bool refuse = true;

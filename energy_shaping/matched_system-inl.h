@@ -139,8 +139,7 @@ class MatchedSystem final : public LoopSystem<T> {
   void target_gradient(In x, Out e) {
     (void)shaping_.potential(x.first(n_), k_, dV_);
     for (size_t k = 0; k < n_; ++k) {
-      e[k] = dV_[k] -
-             T(0.5) * dense::form(n_, w_.data(), dMd_.data() + k * n_ * n_, w_.data());
+      e[k] = dV_[k] - T(0.5) * dense::form(n_, w_.data(), dMd_.data() + k * n_ * n_, w_.data());
       e[n_ + k] = w_[k];
     }
   }
@@ -242,8 +241,7 @@ class MatchedSystem final : public LoopSystem<T> {
     dense::multiply(n, n, Q_.data(), v_.data(), r_.data());  // 2 bb
     for (size_t i = 0; i < n; ++i)
       for (size_t j = 0; j < n; ++j)
-        B_[i * n + j] =
-            T(0.5) * ((r_[i] * v_[j] - v_[i] * r_[j]) / vv - Q_[i * n + j]);
+        B_[i * n + j] = T(0.5) * ((r_[i] * v_[j] - v_[i] * r_[j]) / vv - Q_[i * n + j]);
     dense::multiply_transposed(n, n, B_.data(), w_.data(), r_.data());
     for (size_t i = 0; i < n; ++i)
       for (size_t j = 0; j < n; ++j) J2_[i * n + j] = (v_[i] * r_[j] - r_[i] * v_[j]) / vv;

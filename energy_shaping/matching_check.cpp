@@ -72,7 +72,8 @@ Vec momenta(MatchedSystem<double>& s, const Vec& q, std::span<const double> v) {
 MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
   const size_t n = x.size() / 2;
   s.forces(x);
-  Vec moving(s.force().begin(), s.force().end()), size(s.force_sizes().begin(), s.force_sizes().end());
+  Vec moving(s.force().begin(), s.force().end()),
+      size(s.force_sizes().begin(), s.force_sizes().end());
   std::fill(x.begin() + long(n), x.end(), 0.0);
   s.forces(x);
   Vec still(s.force().begin(), s.force().end());
@@ -192,9 +193,10 @@ void MatchedLoop::check() {
   const auto curvature = symmetric_eigenvalues(n, hessian_V);
   c.at_most("rest point", norm(linear_solve(n, hessian_V, slope)), 1e-8,
             "Newton's step to the critical point of V_d", q_rest);
-  c.at_least("Hessian of V_d > 0",
-             curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())),
-             1e-9, "at the rest point, least over greatest eigenvalue");
+  c.at_least(
+      "Hessian of V_d > 0",
+      curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())), 1e-9,
+      "at the rest point, least over greatest eigenvalue");
   c.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
 }
 

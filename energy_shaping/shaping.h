@@ -23,8 +23,8 @@ inline constexpr int max_coordinates = 8;  ///< of a shaped plant
 
 /// Where J2 of the closed loop comes from.
 enum class Skew {
-  zero,    ///< J2 = 0
-  given,   ///< the design's own
+  zero,   ///< J2 = 0
+  given,  ///< the design's own
   solved,  ///< found from the kinetic matching equation; underactuation degree one, 2 or 3 coordinates
 };
 
@@ -40,15 +40,15 @@ class Shaping {
   virtual Skew skew_kind() const = 0;
 
 #define PORTHOS_SHAPING(T)                                                                         \
-  /* M_d, and where dMd is not empty ∂M_d/∂q_k at dMd[k n²] */                                     \
+  /* M_d, and where dMd is not empty ∂M_d/∂q_k at dMd[k n²] */                                \
   virtual void mass(std::span<const T> q, std::span<const T> k, std::span<T> Md, std::span<T> dMd) \
       const = 0;                                                                                   \
   /* V_d and its gradient */                                                                       \
   virtual T potential(std::span<const T> q, std::span<const T> k, std::span<T> dV) const = 0;      \
-  /* J2(q, p), n × n, of Skew::given */                                                            \
+  /* J2(q, p), n × n, of Skew::given */                                                           \
   virtual void skew(std::span<const T> q, std::span<const T> p, std::span<const T> k,              \
                     std::span<T> J2) const = 0;                                                    \
-  /* Kv(q), m × m */                                                                               \
+  /* Kv(q), m × m */                                                                              \
   virtual void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv) const = 0;
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_SHAPING)
 #undef PORTHOS_SHAPING
@@ -98,23 +98,23 @@ class UserShaping final : public Shaping {
     return HasSkew<D> ? Skew::given : SolvesSkew<D> ? Skew::solved : Skew::zero;
   }
 
-#define PORTHOS_SHAPING(T)                                                               \
-  void mass(std::span<const T> q, std::span<const T> k, std::span<T> Md, std::span<T> d) \
-      const override {                                                                   \
-    mass_of(q, k, Md, d);                                                                \
-  }                                                                                      \
-  T potential(std::span<const T> q, std::span<const T> k, std::span<T> dV) const override { \
-    return potential_of(q, k, dV);                                                       \
-  }                                                                                      \
-  void skew(std::span<const T> q, std::span<const T> p, std::span<const T> k,            \
-            std::span<T> J2) const override {                                            \
-    if constexpr (HasSkew<D>)                                                            \
-      design_.skew(q, p, k, J2);                                                         \
-    else                                                                                 \
-      for (auto& j : J2) j = static_cast<T>(0.0);                                                     \
-  }                                                                                      \
-  void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv) const override { \
-    damping_of(q, k, Kv);                                                                \
+#define PORTHOS_SHAPING(T)                                                                     \
+  void mass(std::span<const T> q, std::span<const T> k, std::span<T> Md, std::span<T> d)       \
+      const override {                                                                         \
+    mass_of(q, k, Md, d);                                                                      \
+  }                                                                                            \
+  T potential(std::span<const T> q, std::span<const T> k, std::span<T> dV) const override {    \
+    return potential_of(q, k, dV);                                                             \
+  }                                                                                            \
+  void skew(std::span<const T> q, std::span<const T> p, std::span<const T> k, std::span<T> J2) \
+      const override {                                                                         \
+    if constexpr (HasSkew<D>)                                                                  \
+      design_.skew(q, p, k, J2);                                                               \
+    else                                                                                       \
+      for (auto& j : J2) j = static_cast<T>(0.0);                                              \
+  }                                                                                            \
+  void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv) const override {   \
+    damping_of(q, k, Kv);                                                                      \
   }
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_SHAPING)
 #undef PORTHOS_SHAPING

@@ -48,11 +48,18 @@ void sincos(Tangent<T> x, Tangent<T>& s, Tangent<T>& c) {
   s = {sv, cv * x.d}, c = {cv, -(sv * x.d)};
 }
 
-/// asinh, the same to rounding for x and -x.
+/// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y cancels).
+template <class T>
+T log1p(T y) {
+  const T one(1.0), w = one + y, d = w - one;
+  const auto tiny = !(d > T(0.0));
+  return select(tiny, y, y * (log(w) / select(tiny, one, d)));
+}
+/// asinh with small relative error, the same for x and -x.
 template <class T>
 T asinh(T x) {
   const T one(1.0), a = abs(x);
-  const T y = log(a + sqrt(a * a + one));
+  const T y = log1p(a + a * a / (one + sqrt(one + a * a)));
   return select(x < T(0.0), -y, y);
 }
 template <class T>

@@ -11,7 +11,8 @@ struct Form {
   static constexpr int n = 2, m = 1;
   double c1, c2, c3, c4, c5, g;
   const char* name = "acrobot";
-  std::array<std::pair<const char*, const char*>, 2> coordinates{{{"shoulder", "rad"}, {"elbow", "rad"}}};
+  std::array<std::pair<const char*, const char*>, 2> coordinates{
+      {{"shoulder", "rad"}, {"elbow", "rad"}}};
   std::array<const char*, 1> inputs{"elbow"};
   template <class S>
   void mass(std::span<const S> q, std::span<S> M) const {
@@ -48,8 +49,8 @@ struct Design {
                         -d.c3 * d.c5 / 2};  // n = -1, 0, 1, 2
     S sum(0.0);
     for (int i = 0; i < 4; ++i)
-      sum = sum + S(-d.g / d.a2 * C[i] / (1 + (i - 1) * mu)) *
-                      phs::cos(q[0] + S(double(i - 1)) * q[1]);
+      sum = sum +
+            S(-d.g / d.a2 * C[i] / (1 + (i - 1) * mu)) * phs::cos(q[0] + S(double(i - 1)) * q[1]);
     const S z = q[1] - S(mu) * q[0];
     return sum + S(0.5) * S(gain[0]) * z * z;
   }
@@ -93,7 +94,8 @@ LoopPtr acrobot(const Acrobot& d, PlantPtr p, std::optional<MatchingOptions> opt
                 const std::string& elbow_port) {
   const Requirement need("acrobot (constant M_d)");
   need(d.c1 > 0 && d.c2 > 0 && d.g > 0 && d.a2 > 0, "c1, c2, g, a2 > 0", {d.c1, d.c2, d.g, d.a2});
-  need(d.c2 > d.c1, "c2 > c1, a second link heavier about the elbow than the first about the shoulder",
+  need(d.c2 > d.c1,
+       "c2 > c1, a second link heavier about the elbow than the first about the shoulder",
        {d.c2, d.c1});
   const double s = std::sqrt(d.c1 / d.c2), k = 1 - s;
   need(d.a3 > d.a2 / k, "a3 > a2/(1 - √(c1/c2)) so that M_d > 0", {d.a3, d.a2 / k});

@@ -42,11 +42,11 @@ struct Design {
   S potential(std::span<const S> q, std::span<const T> k) const {
     using phs::asinh;
     const S z = q[1] - asinh(q[0] / S(d.L)) / S(sqrt2);
-    return S(d.g) * (S(1.0) - phs::cos(q[1])) + S(0.5) * S(k[0]) * z * z;
+    const S half = phs::sin(S(0.5) * q[1]);  // 1 - cos q2 with small relative error
+    return S(2 * d.g) * half * half + S(0.5) * S(k[0]) * z * z;
   }
   template <class T>
-  void skew(std::span<const T> q, std::span<const T> p, std::span<const T>,
-            std::span<T> J2) const {
+  void skew(std::span<const T> q, std::span<const T> p, std::span<const T>, std::span<T> J2) const {
     using phs::sqrt;
     const T j = q[0] * (p[0] - T(sqrt2) * p[1] / sqrt(T(d.L * d.L) + q[0] * q[0]));
     J2[0] = J2[3] = T(0.0), J2[1] = j, J2[2] = -j;

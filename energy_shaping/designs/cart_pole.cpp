@@ -29,9 +29,7 @@ struct Design {
   static constexpr int n = 2;
   CartPole d;
   std::string name = "cart-pole";
-  std::vector<Gain> gains() const {
-    return {{"k", d.k}, {"m22", d.m22}, {"P", d.P}, {"kv", d.kv}};
-  }
+  std::vector<Gain> gains() const { return {{"k", d.k}, {"m22", d.m22}, {"P", d.P}, {"kv", d.kv}}; }
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T> gain, std::span<S> Md) const {
     const S c = phs::cos(q[0]), k(gain[0]), m22(gain[1]);
@@ -41,10 +39,9 @@ struct Design {
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> gain) const {
-    using phs::log;
+    using phs::asinh;  // log(sec + tan) = asinh(tan)
     const S c = phs::cos(q[0]), s = phs::sin(q[0]), k(gain[0]), m22(gain[1]), P(gain[2]);
-    const S z = q[1] - S(d.q2_rest) + S(3 / d.b) * log((S(1.0) + s) / c) +
-                S(6 / d.b) * m22 / k * s / c;
+    const S z = q[1] - S(d.q2_rest) + S(3 / d.b) * asinh(s / c) + S(6 / d.b) * m22 / k * s / c;
     return S(3 * d.a / (d.b * d.b)) / (k * c * c) + S(0.5) * P * z * z;
   }
   template <class T>

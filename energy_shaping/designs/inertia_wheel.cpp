@@ -9,7 +9,8 @@ struct Form {
   static constexpr int n = 2, m = 1;
   double I1, I2, m3;
   const char* name = "inertia-wheel pendulum";
-  std::array<std::pair<const char*, const char*>, 2> coordinates{{{"pendulum", "rad"}, {"wheel", "rad"}}};
+  std::array<std::pair<const char*, const char*>, 2> coordinates{
+      {{"pendulum", "rad"}, {"wheel", "rad"}}};
   std::array<const char*, 1> inputs{"wheel"};
   template <class S>
   void mass(std::span<const S>, std::span<S> M) const {

@@ -18,7 +18,8 @@ class Requirement {
     for (const double x : got) {
       char text[32];
       std::snprintf(text, sizeof text, "%.6g", x);
-      numbers += (numbers.empty() ? "" : ", ") + std::string(text);
+      if (!numbers.empty()) numbers += ", ";
+      numbers += text;
     }
     throw InvalidArgument("design '" + design_ + "' does not apply: it needs " + condition +
                           "; got " + numbers);

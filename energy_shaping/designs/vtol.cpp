@@ -9,7 +9,8 @@ struct Form {
   static constexpr int n = 3, m = 2;
   double epsilon, g;
   const char* name = "VTOL aircraft after an input change";
-  std::array<std::pair<const char*, const char*>, 3> coordinates{{{"x", "m"}, {"y", "m"}, {"theta", "rad"}}};
+  std::array<std::pair<const char*, const char*>, 3> coordinates{
+      {{"x", "m"}, {"y", "m"}, {"theta", "rad"}}};
   std::array<const char*, 2> inputs{"u1", "u2"};
   template <class S>
   void mass(std::span<const S>, std::span<S> M) const {
@@ -57,13 +58,12 @@ LoopPtr vtol(const Vtol& d, PlantPtr p, std::optional<MatchingOptions> options) 
   need(d.epsilon > 0 && d.g > 0 && d.k1 > 0 && d.P > 0, "epsilon, g, k1, P > 0",
        {d.epsilon, d.g, d.k1, d.P});
   need(d.k3 > 5 * d.k1 * d.epsilon, "k3 > 5 k1 epsilon", {d.k3, 5 * d.k1 * d.epsilon});
-  need(d.k1 / d.epsilon > d.k2 && d.k2 > d.k1 / (2 * d.epsilon),
-       "k1/epsilon > k2 > k1/(2 epsilon)", {d.k1 / d.epsilon, d.k2});
+  need(d.k1 / d.epsilon > d.k2 && d.k2 > d.k1 / (2 * d.epsilon), "k1/epsilon > k2 > k1/(2 epsilon)",
+       {d.k1 / d.epsilon, d.k2});
   if (!p) p = vtol_plant(d);
   if (!options)
-    options = MatchingOptions{.region = {{d.x_rest - 10, d.y_rest - 10, -3.2},
-                                         {d.x_rest + 10, d.y_rest + 10, 3.2},
-                                         2}};
+    options = MatchingOptions{
+        .region = {{d.x_rest - 10, d.y_rest - 10, -3.2}, {d.x_rest + 10, d.y_rest + 10, 3.2}, 2}};
   std::vector<std::string> ports;
   for (const auto& port : p->description().ports) ports.push_back(port.name);
   return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}), ports,

@@ -10,7 +10,8 @@
 namespace porthos::energy_shaping {
 namespace {
 
-using test::agrees, test::breaks, test::keeps, test::law_at, test::refusal, test::run_loop, test::Vec;
+using test::agrees, test::breaks, test::keeps, test::law_at, test::refusal, test::run_loop,
+    test::Vec;
 
 std::vector<std::pair<std::string, LoopPtr>> all_designs() {
   return {{"inertia wheel", inertia_wheel_pendulum({})},
@@ -88,7 +89,8 @@ TEST(Matching, AMechanismOfBodies) {
   agrees("c5", d.c5, published.c5, 1e-12);
   d.ku = 200, d.kv = 2;
   const auto loop = acrobot(d, model, {}, "elbow.torque");
-  keeps("bodies: kinetic residual", loop->certificate().item("matching, kinetic energy").value, 1e-10);
+  keeps("bodies: kinetic residual", loop->certificate().item("matching, kinetic energy").value,
+        1e-10);
   keeps("bodies: plant under the law against the target",
         law_against_target(*loop, {0.5, 0.5, 2, 2}), 1e-10);
   // The same loop from formulas.
@@ -112,8 +114,8 @@ TEST(Matching, FrictionOfThePlant) {
   EXPECT_NE(why.find("damping >= 0 fails"), std::string::npos) << why;
   std::printf("  %s\n", why.c_str());
   // Made all the same, it is still a system whose plant moves as its target does.
-  const auto loop = acrobot(d, model, MatchingOptions{.region = {{-1, -1}, {1, 1}, 2}, .refuse = false},
-                            "elbow.torque");
+  const auto loop = acrobot(
+      d, model, MatchingOptions{.region = {{-1, -1}, {1, 1}, 2}, .refuse = false}, "elbow.torque");
   EXPECT_FALSE(loop->certificate().holds());
   keeps("with friction: plant under the law against the target",
         law_against_target(*loop, {0.5, 0.5, 2, 2}), 1e-10);
@@ -154,7 +156,9 @@ TEST(Matching, RefusesWithTheReason) {
       {refusal([] { (void)inertia_wheel_pendulum({.a2 = -0.5}); }), "a1 + a2 < 0"},
       {refusal([] { (void)inertia_wheel_pendulum({.kv = -1}); }), "Kv >= 0 fails"},
       {refusal([] { (void)vtol({.k2 = 5}); }), "k1/epsilon > k2"},
-      {refusal([] { (void)cart_pole({}, nullptr, MatchingOptions{.region = {{-1.7, -1}, {1.7, 1}}}); }),
+      {refusal([] {
+         (void)cart_pole({}, nullptr, MatchingOptions{.region = {{-1.7, -1}, {1.7, 1}}});
+       }),
        "M_d > 0 fails"},
       {refusal([] {
          MatchedLoop(vtol_plant({}), shaping(Bare{}), {"u1.force"}, {0, 0},
@@ -163,7 +167,8 @@ TEST(Matching, RefusesWithTheReason) {
        "the design is for 2 coordinates"}};
   for (const auto& [got, expected] : cases) {
     std::printf("  %s\n", got.c_str());
-    EXPECT_NE(got.find(expected), std::string::npos) << "expected: " << expected << "\ngot: " << got;
+    EXPECT_NE(got.find(expected), std::string::npos)
+        << "expected: " << expected << "\ngot: " << got;
   }
 }
 
@@ -226,8 +231,7 @@ struct BallWithSkew {
   template <class T>
   void skew(std::span<const T> q, std::span<const T> p, std::span<const T>, std::span<T> J2) const {
     using phs::sqrt;
-    const T j = T(sign) * q[0] *
-                (p[0] - T(std::sqrt(2.0)) * p[1] / sqrt(T(1.0) + q[0] * q[0]));
+    const T j = T(sign) * q[0] * (p[0] - T(std::sqrt(2.0)) * p[1] / sqrt(T(1.0) + q[0] * q[0]));
     J2[0] = J2[3] = T(0.0), J2[1] = j, J2[2] = -j;
   }
 };
@@ -237,8 +241,10 @@ TEST(Negative, SignOfJ2) {
     return MatchedLoop(ball_and_beam_plant({}), shaping(BallWithSkew{.sign = sign}), {"beam.force"},
                        {0, 0}, {.region = {{-1, -1.5}, {1, 1.5}}, .refuse = false});
   };
-  keeps("sign +, kinetic residual", loop(1).certificate().item("matching, kinetic energy").value, 1e-10);
-  breaks("sign -, kinetic residual", loop(-1).certificate().item("matching, kinetic energy").value, 1e-2);
+  keeps("sign +, kinetic residual", loop(1).certificate().item("matching, kinetic energy").value,
+        1e-10);
+  breaks("sign -, kinetic residual", loop(-1).certificate().item("matching, kinetic energy").value,
+         1e-2);
 }
 
 /// The cart-pole without a J2 of its own: the machine solves for it.
@@ -270,8 +276,8 @@ struct Spoilt : CartPoleWithoutJ2 {
 };
 
 TEST(Matching, J2CanBeSolvedFor) {
-  const MatchedLoop solved(cart_pole_plant({}), shaping(CartPoleWithoutJ2{}), {"cart.force"}, {0, 0},
-                           {.region = {{-1.4, -10}, {1.4, 10}, 3}});
+  const MatchedLoop solved(cart_pole_plant({}), shaping(CartPoleWithoutJ2{}), {"cart.force"},
+                           {0, 0}, {.region = {{-1.4, -10}, {1.4, 10}, 3}});
   const auto given = cart_pole({});
   keeps("kinetic residual", solved.certificate().item("matching, kinetic energy").value, 1e-10);
   for (const Vec& x : {Vec{0.5, 0, 0, 0}, Vec{-0.3, 1, 0.4, -2}, Vec{1.2, 3, -1, 5}})
@@ -313,6 +319,25 @@ TEST(Monotone, DiscreteGradientSteps) {
     }
     keeps(c.name + ", greatest rise of H_d in a step, relative", double(worst / scale), 1e-14);
   }
+}
+
+TEST(Monotone,
+     ControlOfTheMethod) {  // no damping: H_d is to stay; a method that is not exact lets it rise
+  const auto loop = acrobot({.kv = 0});
+  const auto rise = [&](const char* method) {
+    const auto integrator = integrators::make_integrator(method, *loop, 0.01);
+    const auto system = loop->instantiate<double>();
+    phs::State s(loop->description(), {0.1, 0, 0, 0});
+    double H = system->hamiltonian(s.x), first = H, worst = 0;
+    for (int i = 0; i < 500; ++i) {
+      if (integrator->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
+      const double next = system->hamiltonian(s.x);
+      worst = std::max(worst, next - H), H = next;
+    }
+    return worst / std::fabs(first);
+  };
+  keeps("kv = 0, gonzalez, greatest rise of H_d in a step", rise("gonzalez"), 1e-14);
+  breaks("kv = 0, rk4", rise("rk4"), 1e-12);
 }
 
 TEST(Lanes, SameBitsAsOneState) {
