@@ -286,10 +286,17 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
     if (std::isnan(value[node])) value[node] = V(point(node));
     return value[node];
   };
-  size_t start = 0;
-  for (size_t a = 0; a < n; ++a)
-    start += stride[a] * size_t(std::lround((loop.rest()[a] - region.lower[a]) /
-                                            (region.upper[a] - region.lower[a]) * N));
+  const auto nearest = [&](const Vec& q) {
+    size_t node = 0;
+    for (size_t a = 0; a < n; ++a)
+      node += stride[a] * size_t(std::lround((q[a] - region.lower[a]) /
+                                             (region.upper[a] - region.lower[a]) * N));
+    return node;
+  };
+  const size_t start = nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
+  std::vector<size_t> others;  // other critical points: a state may come to rest there
+  for (const auto& p : critical_points(loop, region))
+    if (const size_t node = nearest(p.q); node != start) others.push_back(node);
   // The lowest level at which a path from the rest point reaches each node, and the node it is set by.
   using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
@@ -305,7 +312,7 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
     done[node] = true;
     bool edge = false;
     for (size_t a = 0; a < n; ++a) edge = edge || index(node, a) == 0 || index(node, a) == N;
-    if (edge) {
+    if (edge || std::find(others.begin(), others.end(), node) != others.end()) {
       level = l, summit = top;
       break;
     }

@@ -21,13 +21,15 @@ struct CriticalPoint {
 std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
                                            int starts = 400);
 
-/// A level c such that the component of {V_d < c} around the rest point does not leave the region.
+/// A level c such that the component of {V_d < c} around the rest point neither leaves the region nor has another critical
+/// point in it.
 struct Basin {
   double level = 0, depth = 0;  ///< c, and c - V_d(q*)
   std::vector<double> at;       ///< where it would leave
   std::string method;
 };
-/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the region's boundary), the
+/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the region's boundary or to
+/// another critical point, of those critical_points() finds), the
 /// pass refined by Newton's method, on the boundary lowered by the second differences of the grid. A pass narrower
 /// than the grid is missed. More coordinates are refused.
 Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);

@@ -32,8 +32,9 @@ struct Plant {
     for (const double c : damping) d.traits.lossless = d.traits.lossless && c == 0;
     for (int i = 0; i < F::n; ++i) {
       const auto& c = form.coordinates[size_t(i)];
-      d.blocks.push_back({c.first, phs::BlockKind::linear, i, 1, F::n + i, c.second,
-                          c.second == "m" ? "kg m/s" : "kg m^2/s"});
+      const std::string unit(c.second);
+      d.blocks.push_back({std::string(c.first), phs::BlockKind::linear, i, 1, F::n + i, unit,
+                          unit == "m" ? "kg m/s" : "kg m^2/s"});
     }
     for (int j = 0; j < F::m; ++j)
       d.ports.push_back({std::string(form.inputs[size_t(j)]) + ".force", phs::PortKind::effort_in,

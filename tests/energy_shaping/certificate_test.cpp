@@ -82,8 +82,6 @@ TEST(Certify, BasinOfADoubleWell) {
   keeps("pass", std::fabs(b.at[0]), 1e-9);
   // A state just above c leaves, one below stays.
   const auto crosses = [&](double H) {
-    const auto r = simulate(loop, {2.2, 0}, {.duration = 0.01});
-    (void)r;
     const double v = -std::sqrt(2 * H);
     const auto run = simulate(loop, {1, v}, {.duration = 30});
     return run.x.back()[0] < 0;
