@@ -56,7 +56,8 @@ class Runs {
       r.left = energy[lane] / first_energy[lane];
       r.finite = std::isfinite(r.left);
       r.peak = peak[lane], r.travel = travel[lane];
-      r.settling = r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
+      r.settling =
+          r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
     }
   }
 
@@ -150,7 +151,8 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
   std::vector<double> M(nv * nv);
   mechanics::crba<double>(m, w, rest, M);
   // A floating base follows: M~ = M_jj - M_jb M_bb⁻¹ M_bj.
-  const bool floating = m.coordinates().front().node == 0 && m.coordinates().front().nq != 1 && nv > 6;
+  const bool floating =
+      m.coordinates().front().node == 0 && m.coordinates().front().nq != 1 && nv > 6;
   double L[36], Mbb[36], column[6];
   if (floating) {
     for (size_t i = 0; i < 6; ++i)
@@ -163,8 +165,7 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
     if (port.size != 1) continue;
     const auto c = std::find_if(m.coordinates().begin(), m.coordinates().end(),
                                 [&](const auto& k) { return k.v == port.at && k.nq == 1; });
-    if (c == m.coordinates().end() ||
-        std::find(skip.begin(), skip.end(), port.name) != skip.end())
+    if (c == m.coordinates().end() || std::find(skip.begin(), skip.end(), port.name) != skip.end())
       continue;
     const size_t v = size_t(c->v);
     double mass = M[v + nv * v];

@@ -11,10 +11,11 @@ namespace porthos::energy_shaping {
 /// One run of a sweep.
 struct SweepResult {
   std::vector<double> gains;
-  double settling = 0;  ///< time after which H_d - H_d(rest) stays below `settled` of its start [s]; inf: never
-  double peak = 0;      ///< largest |u| [N m | N]
-  double left = 0;      ///< (H_d - H_d(rest)) / its start, at the end
-  double travel = 0;    ///< largest |q_i - q_i*|
+  double settling =
+      0;  ///< time after which H_d - H_d(rest) stays below `settled` of its start [s]; inf: never
+  double peak = 0;    ///< largest |u| [N m | N]
+  double left = 0;    ///< (H_d - H_d(rest)) / its start, at the end
+  double travel = 0;  ///< largest |q_i - q_i*|
   bool finite = true;
 };
 
@@ -43,8 +44,8 @@ int fastest(const std::vector<SweepResult>& results, double limit);
 /// Joint springs and dampers of a bandwidth and damping ratio at the rest point: k = M_jj ω², d = 2 ζ M_jj ω, with M_jj the
 /// mass the joint feels there while the others stand still (with a floating base that follows: less the base's part).
 /// Joints of one freedom that are not in `skip`. @param bandwidth [rad/s]
-PotentialShaping joint_regulation(const mechanics::MechanicalModel& model,
-                                  std::vector<double> rest, double bandwidth, double damping_ratio,
+PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
+                                  double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip = {});
 
 }  // namespace porthos::energy_shaping

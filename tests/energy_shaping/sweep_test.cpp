@@ -45,15 +45,18 @@ TEST(Sweep, TenThousandAcrobotsLONG) {
   const auto loop = acrobot({});
   const auto gains = grid_of({logarithmic(80, 800, 100), logarithmic(0.3, 30, 100)});
   const auto before = std::chrono::steady_clock::now();
-  const auto results = sweep(*loop, gains, {.start = {0.2, 0, 0, 0}, .duration = 20, .step = 0.01, .threads = 2});
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+  const auto results =
+      sweep(*loop, gains, {.start = {0.2, 0, 0, 0}, .duration = 20, .step = 0.01, .threads = 2});
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
   int settled = 0;
   for (const auto& r : results) settled += std::isfinite(r.settling);
   const int best = fastest(results, 100);
   ASSERT_GE(best, 0);
   std::printf("  %d of %zu settle; fastest with |u| <= 100: ku %.0f, kv %.2f, %.2f s, |u| %.1f\n",
-              settled, results.size(), results[size_t(best)].gains[0], results[size_t(best)].gains[1],
-              results[size_t(best)].settling, results[size_t(best)].peak);
+              settled, results.size(), results[size_t(best)].gains[0],
+              results[size_t(best)].gains[1], results[size_t(best)].settling,
+              results[size_t(best)].peak);
   keeps("wall-clock [s]", seconds, 60);
 }
 
