@@ -17,7 +17,7 @@ const char* word(Finding f) {
 std::string list(const std::vector<double>& numbers) {
   std::string s;
   for (const double x : numbers) s += fmt::format("{}{:.5g}", s.empty() ? "" : ", ", x);
-  return "(" + s + ")";
+  return fmt::format("({})", s);
 }
 
 nlohmann::json number(double x) {  // JSON has no inf and no NaN

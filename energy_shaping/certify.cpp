@@ -130,7 +130,9 @@ void rate_of_energy(const ClosedLoop& loop, const Region& region, Certificate& c
     }
     if (!(std::fabs(power) / size <= worst)) worst = std::fabs(power) / size, worst_at = x;
   }
-  c.at_most("H_d' = -∂H_dᵀ R_d ∂H_d", worst, 1e-9, "of the plant under the law, relative",
+  const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
+  const double bound = std::max(1e-9, matched ? matched->options().matching : 0.0);
+  c.at_most("H_d' = -∂H_dᵀ R_d ∂H_d", worst, bound, "of the plant under the law, relative",
             worst_at);
 }
 

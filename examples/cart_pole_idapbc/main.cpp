@@ -22,12 +22,16 @@ int main(int argc, char** argv) {
     for (double& h : H) h -= 30;
     return H;
   };
-  return show(argc, argv, certificate,
-              porthos::scene::trace_plot(
-                  {{"pole [rad], cart [m]", {column("pole", run.t, run.x, 0), column("cart", run.t, run.x, 1)}},
-                   {"H_d above rest [J]",
-                    {{"continuous", run.t, above(run)}, {"held for 50 ms", slow.t, above(slow)}}, true},
-                   {"input [m/s²]", {column("continuous", run.t, run.u, 0), column("held for 50 ms", slow.t, slow.u, 0)}}},
-                  "Cart-pole by interconnection and damping assignment",
-                  "from 1.2 rad off upright; the cart is to stop at 1 m"));
+  return show(
+      argc, argv, certificate,
+      porthos::scene::trace_plot(
+          {{"pole [rad], cart [m]",
+            {column("pole", run.t, run.x, 0), column("cart", run.t, run.x, 1)}},
+           {"H_d above rest [J]",
+            {{"continuous", run.t, above(run)}, {"held for 50 ms", slow.t, above(slow)}},
+            true},
+           {"input [m/s²]",
+            {column("continuous", run.t, run.u, 0), column("held for 50 ms", slow.t, slow.u, 0)}}},
+          "Cart-pole by interconnection and damping assignment",
+          "from 1.2 rad off upright; the cart is to stop at 1 m"));
 }

@@ -14,7 +14,8 @@ using namespace porthos::energy_shaping;
 int main(int argc, char** argv) {
   mechanics::UrdfOptions options;
   options.base = mechanics::UrdfOptions::Base::free, options.accept_unphysical_inertia = true;
-  const auto urdf = mechanics::read_urdf(PORTHOS_SOURCE_DIR "/examples/space_arm_regulation/ets_vii_with_wheels.urdf", options);
+  const auto urdf = mechanics::read_urdf(
+      PORTHOS_SOURCE_DIR "/examples/space_arm_regulation/ets_vii_with_wheels.urdf", options);
   const auto mechanism = std::make_shared<mechanics::Mechanism>(urdf.mechanism);
   const auto robot = std::make_shared<mechanics::MechanicalModel>(mechanism);
   const auto at = [&](const std::string& joint) { return size_t(mechanism->coordinate(joint).q); };
@@ -38,7 +39,8 @@ int main(int argc, char** argv) {
   q[3] = std::cos(0.025), q[4] = 0.6 * std::sin(0.025), q[5] = 0.8 * std::sin(0.025);
   const auto start = robot->state(q, std::vector<double>(size_t(mechanism->nv()), 0.0));
   CertifyOptions o{.region = {}, .starts = {start}};
-  o.region.lower.assign(rest.size(), -1), o.region.upper.assign(rest.size(), 1), o.region.samples = 200;
+  o.region.lower.assign(rest.size(), -1), o.region.upper.assign(rest.size(), 1),
+      o.region.samples = 200;
   o.run.duration = 1500, o.run.step = 0.05, o.run.record = 1, o.periods = {0, 0.05};
   Certificate certificate = certify(loop, o);
 
@@ -68,11 +70,13 @@ int main(int argc, char** argv) {
     for (const auto& p : robot->description().ports)
       if (p.at == loop.actuated()[j] && p.size == 1)
         (p.name[0] == 'w' ? wheel_torques : torques).push_back(column(p.name, run.t, run.u, j));
-  return show(argc, argv, certificate,
-              scene::trace_plot({{"arm [rad]", joints},
-                                 {"base off [rad]", {{"attitude", run.t, off}}},
-                                 {"H_d [J]", {{"H_d", run.t, run.H}}, true},
-                                 {"arm torque [N m]", torques},
-                                 {"wheel torque [N m]", wheel_torques}},
-                                "ETS-VII: arm and base by internal torques", "wheels of 0.4 kg m², base of 2552 kg; total momentum zero throughout"));
+  return show(
+      argc, argv, certificate,
+      scene::trace_plot({{"arm [rad]", joints},
+                         {"base off [rad]", {{"attitude", run.t, off}}},
+                         {"H_d [J]", {{"H_d", run.t, run.H}}, true},
+                         {"arm torque [N m]", torques},
+                         {"wheel torque [N m]", wheel_torques}},
+                        "ETS-VII: arm and base by internal torques",
+                        "wheels of 0.4 kg m², base of 2552 kg; total momentum zero throughout"));
 }

@@ -148,7 +148,8 @@ TEST(ReferenceRuns, EnergySwingUp) {  // numbers of the DFKI torque-limited pend
     }
     return HUGE_VAL;
   };
-  std::printf("  up after %.2f s (published with a regulator that catches it earlier: 2.91 s)\n", up(law));
+  std::printf("  up after %.2f s (published with a regulator that catches it earlier: 2.91 s)\n",
+              up(law));
   keeps("time to the top [s]", up(law), 6);
   breaks("without a kick", up(without), 10);
   // d/dt ½ (E - E_d)² = -k q'² (E - E_d)², away from the limit.
