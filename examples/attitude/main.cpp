@@ -33,7 +33,8 @@ int main(int argc, char** argv) {
   for (size_t i = 3; i < 7; ++i) minus[i] = -minus[i];
   const std::vector<double> still(6, 0.0);
 
-  CertifyOptions o{.region = {std::vector<double>(7, -1), std::vector<double>(7, 1)}};
+  CertifyOptions o{};
+  o.region.lower.assign(7, -1), o.region.upper.assign(7, 1);
   o.starts = {satellite->state(q, still), satellite->state(minus, still)};
   o.periods = {0, 0.1}, o.run.duration = 120, o.run.step = 0.05;
   const Certificate certificate = certify(loop, o);
