@@ -15,7 +15,7 @@ BELOW = {
     "mechanics": ["phs"],
     "integrators": ["phs"],
     "adapters": ["integrators"],
-    "energy_shaping": ["mechanics"],
+    "energy_shaping": ["mechanics", "integrators"],
     "vsa": ["mechanics"],
     "scene": ["integrators", "energy_shaping", "vsa"],
     "apps": ["scene", "adapters"],

@@ -1,0 +1,55 @@
+#pragma once
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace porthos::energy_shaping {
+
+enum class Finding { holds, fails, reported };
+
+/// One line of a certificate: a condition with its number and bound, or a figure that is reported without a bound.
+struct CertificateItem {
+  std::string name;  ///< "matching, potential energy"
+  Finding finding = Finding::reported;
+  double value = 0;
+  double bound = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
+  std::string text;                                         ///< what was looked at, in a few words
+  std::vector<double> numbers;                              ///< further figures: eigenvalues, ...
+  std::vector<double> at;  ///< the state or coordinates where the worst was found; may be empty
+};
+
+/// What was verified of a closed loop, and how.
+class Certificate {
+ public:
+  explicit Certificate(std::string title = {}) : title_(std::move(title)) {}
+
+  const std::string& title() const { return title_; }
+  const std::vector<CertificateItem>& items() const { return items_; }
+  /// @throws InvalidArgument for an unknown name
+  const CertificateItem& item(const std::string& name) const;
+  bool has(const std::string& name) const;
+  void add(CertificateItem item) { items_.push_back(std::move(item)); }
+  /// value <= bound.
+  void at_most(const std::string& name, double value, double bound, const std::string& text,
+               std::vector<double> at = {});
+  /// value >= bound.
+  void at_least(const std::string& name, double value, double bound, const std::string& text,
+                std::vector<double> at = {});
+  void report(const std::string& name, double value, const std::string& text,
+              std::vector<double> numbers = {}, std::vector<double> at = {});
+
+  /// No item fails.
+  bool holds() const;
+  /// The first failing item, or nullptr.
+  const CertificateItem* failure() const;
+  /// A table for people.
+  std::string text() const;
+  /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound", ...}]}.
+  std::string json() const;
+
+ private:
+  std::string title_;
+  std::vector<CertificateItem> items_;
+};
+
+}  // namespace porthos::energy_shaping

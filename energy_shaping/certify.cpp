@@ -1,0 +1,388 @@
+#include "energy_shaping/certify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <random>
+
+#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/potential_loop.h"
+#include "phs/random_state.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using Vec = std::vector<double>;
+
+/// V_d(q) = H_d(q, 0) with derivatives.
+class ShapedPotential {
+ public:
+  explicit ShapedPotential(const ClosedLoop& loop)
+      : loop_(loop),
+        system_(loop.instantiate<double>()),
+        dual_(loop.instantiate<phs::Dual>()),
+        n_(loop.rest().size() / 2),
+        x_(2 * n_, 0.0),
+        e_(2 * n_),
+        xd_(2 * n_, phs::Dual(0.0)),
+        ed_(2 * n_) {}
+  size_t size() const { return n_; }
+  double operator()(std::span<const double> q) {
+    std::copy(q.begin(), q.end(), x_.begin());
+    return system_->hamiltonian(x_);
+  }
+  void gradient(std::span<const double> q, Vec& g, Vec& K) {
+    g.resize(n_), K.resize(n_ * n_);
+    for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
+    for (size_t j = 0; j < n_; ++j) {
+      xd_[j].d = 1;
+      dual_->gradient(xd_, ed_);
+      xd_[j].d = 0;
+      for (size_t i = 0; i < n_; ++i) g[i] = ed_[i].v, K[i * n_ + j] = ed_[i].d;
+    }
+  }
+  /// Newton's method from q; false where it does not converge or leaves the region by more than it is wide.
+  bool refine(Vec& q, const Region& r) {
+    Vec g, K;
+    for (int i = 0; i < 50; ++i) {
+      gradient(q, g, K);
+      const Vec step = linear_solve(n_, K, g);
+      double size = 0;
+      for (size_t a = 0; a < n_; ++a) {
+        const double width = r.upper[a] - r.lower[a];
+        if (!(std::fabs(step[a]) < width)) return false;
+        q[a] -= step[a], size = std::max(size, std::fabs(step[a]) / width);
+        if (q[a] < r.lower[a] - width || q[a] > r.upper[a] + width) return false;
+      }
+      if (size < 1e-12) return true;
+    }
+    return false;
+  }
+
+ private:
+  const ClosedLoop& loop_;
+  std::unique_ptr<phs::System<double>> system_;
+  std::unique_ptr<phs::System<phs::Dual>> dual_;
+  size_t n_;
+  Vec x_, e_;
+  std::vector<phs::Dual> xd_, ed_;
+};
+
+void check_region(const ClosedLoop& loop, const Region& r) {
+  const size_t n = loop.rest().size() / 2;
+  require_size("region.lower", r.lower.size(), n);
+  require_size("region.upper", r.upper.size(), n);
+}
+
+bool inside(const Region& r, const Vec& q) {
+  for (size_t a = 0; a < q.size(); ++a)
+    if (q[a] < r.lower[a] || q[a] > r.upper[a]) return false;
+  return true;
+}
+
+Vec random_coordinates(const Region& r, std::mt19937_64& generator) {
+  Vec q(r.lower.size());
+  for (size_t a = 0; a < q.size(); ++a)
+    q[a] = std::uniform_real_distribution<double>(r.lower[a], r.upper[a])(generator);
+  return q;
+}
+
+bool has_quaternions(const ClosedLoop& loop) {
+  for (const auto& b : loop.description().blocks)
+    if (b.kind == phs::BlockKind::rotation) return true;
+  return false;
+}
+
+/// A random state of the region, at momenta of rates up to region.rate where the plant says what they are.
+Vec random_state_of(const ClosedLoop& loop, const Region& r, std::mt19937_64& generator) {
+  const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
+  if (!matched) {
+    Vec x = phs::random_state(loop.description(), 0.5, generator);
+    const auto* shaped = dynamic_cast<const PotentialLoop*>(&loop);
+    if (shaped && shaped->parts().zero_momentum)
+      for (size_t i = 0; i < 7; ++i) x[x.size() / 2 + shaped->parts().base_q + i] = 0;
+    return x;
+  }
+  Vec v(r.lower.size());
+  for (double& y : v) y = std::uniform_real_distribution<double>(-r.rate, r.rate)(generator);
+  return matched->state(random_coordinates(r, generator), v);
+}
+
+void rate_of_energy(const ClosedLoop& loop, const Region& region, Certificate& c) {
+  const auto law = loop.loop<double>();
+  const auto plant = loop.plant().instantiate<double>();
+  std::mt19937_64 generator(region.seed + 1);
+  const size_t nx = loop.rest().size();
+  Vec u(size_t(loop.plant().description().nu)), dx(nx), e(nx), Re(nx), worst_at;
+  double worst = 0;
+  for (int i = 0; i < std::min(region.samples, 500); ++i) {
+    const Vec x = random_state_of(loop, region, generator);
+    law->law(0.0, x, u);
+    plant->field(0.0, x, u, dx);
+    law->gradient(x, e);
+    law->apply_dissipation(x, e, Re);
+    double power = 0, size = 1e-300;
+    for (size_t k = 0; k < nx; ++k) {
+      power += e[k] * (dx[k] + Re[k]);
+      size += std::fabs(e[k] * dx[k]) + std::fabs(e[k] * Re[k]);
+    }
+    if (!(std::fabs(power) / size <= worst)) worst = std::fabs(power) / size, worst_at = x;
+  }
+  const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
+  const double bound = std::max(1e-9, matched ? matched->options().matching : 0.0);
+  c.at_most("H_d' = -∂H_dᵀ R_d ∂H_d", worst, bound, "of the plant under the law, relative",
+            worst_at);
+}
+
+void linearised(const ClosedLoop& loop, Certificate& c) {
+  const auto e = eigenvalues(loop.rest().size(), field_jacobian(loop, loop.rest()));
+  double size = 0;
+  for (const auto& l : e) size = std::max(size, std::abs(l));
+  double rightmost = -HUGE_VAL, least_damping = 1;
+  int neutral = 0;
+  Vec parts;
+  for (const auto& l : e) {
+    if (std::abs(l) <= 1e-7 * size) {
+      ++neutral;
+      continue;
+    }
+    rightmost = std::max(rightmost, l.real());
+    least_damping = std::min(least_damping, -l.real() / std::abs(l));
+    if (l.imag() >= 0) parts.push_back(l.real()), parts.push_back(l.imag());
+  }
+  c.at_most(
+      "rightmost eigenvalue", rightmost, -1e-9 * size,
+      neutral ? fmt::format("linearised at rest, {} zeros apart", neutral) : "linearised at rest");
+  c.report("least modal damping", least_damping, "eigenvalues (re, im, ...)", parts);
+}
+
+void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,
+                     Certificate& c) {
+  const auto law = loop.loop<double>();
+  std::mt19937_64 generator(region.seed + 2);
+  Vec u(size_t(loop.plant().description().nu)), at;
+  double peak = 0;
+  int inside_basin = 0;
+  const size_t n = region.lower.size();
+  for (int i = 0; i < 20000; ++i) {
+    Vec x = random_state_of(loop, region, generator);
+    Vec still = x;
+    std::fill(still.begin() + long(n), still.end(), 0.0);
+    const double V = law->hamiltonian(still), T = law->hamiltonian(x) - V;
+    if (!(V < basin.level) || !(T > 0)) continue;
+    const double scale = std::sqrt((basin.level - V) / T);  // onto the level set
+    for (size_t k = n; k < 2 * n; ++k) x[k] *= scale;
+    law->law(0.0, x, u);
+    ++inside_basin;
+    for (const int a : loop.actuated())
+      if (std::fabs(u[size_t(a)]) > peak) peak = std::fabs(u[size_t(a)]), at = x;
+  }
+  c.report("input on the basin", peak,
+           fmt::format("largest |u| on H_d = c, {} states sampled", inside_basin), {}, at);
+}
+
+double distance(const ClosedLoop& loop, const Vec& x) {
+  double d = 0;
+  for (size_t i = 0; i < x.size(); ++i) d = std::max(d, std::fabs(x[i] - loop.rest()[i]));
+  return d;
+}
+
+void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
+  const double rest = loop.instantiate<double>()->hamiltonian(loop.rest());
+  const auto settled = [&](const Run& r) {
+    return r.finished && std::fabs(r.H.back() - rest) <= o.settled * std::fabs(r.H.front() - rest);
+  };
+  const auto at_start = [&](size_t s) {
+    return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
+  };
+  // Where some directions have no stiffness (a floating base, a quaternion's sign), there is no one state to be off from.
+  const bool whole = !loop.certificate().has("directions without stiffness") ||
+                     loop.certificate().item("directions without stiffness").value == 0;
+  for (size_t s = 0; s < o.starts.size(); ++s)
+    for (const double period : o.periods) {
+      RunOptions run = o.run;
+      run.period = period;
+      const Run r = simulate(loop, o.starts[s], run);
+      const double H0 = std::fabs(r.H.front() - rest);
+      const std::string name =
+          (period > 0 ? fmt::format("run at {:g} ms", 1e3 * period) : "run, continuous") +
+          at_start(s);
+      c.add({name,
+             settled(r) ? Finding::holds : Finding::fails,
+             (r.H.back() - rest) / H0,
+             o.settled,
+             !r.finished ? "did not finish: " + r.outcome
+             : whole ? fmt::format("H_d left, relative; {:g} s, state off by {:.2e}", run.duration,
+                                   distance(loop, r.x.back()))
+                     : fmt::format("H_d left, relative; {:g} s", run.duration),
+             {},
+             {}});
+      // A hold may let H_d rise; the law in continuous time must not.
+      const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
+      const std::string rise = name + ", rise of H_d";
+      if (period == 0 && run.limits.empty())
+        c.at_most(rise, r.rise, allowed, "in a step [J]");
+      else
+        c.report(rise, r.rise, "in a step [J]");
+      c.report(name + ", injected", r.injected, "energy put into H_d [J]");
+      double share = 0;
+      for (size_t j = 0; j < run.limits.size(); ++j)
+        share = std::max(share, r.peak[j] / run.limits[j]);
+      c.report(name + ", input peak", *std::max_element(r.peak.begin(), r.peak.end()),
+               run.limits.empty() ? "" : fmt::format("{:.0f} % of its limit", 100 * share), r.peak);
+    }
+  if (o.plants.empty() || o.starts.empty()) return;
+  size_t good = 0, all = 0;
+  for (const auto& plant : o.plants)
+    for (const auto& start : o.starts) {
+      RunOptions run = o.run;
+      run.plant = plant.get(), run.period = o.periods.back(), run.record = run.duration / 10;
+      good += settled(simulate(loop, start, run)), ++all;
+    }
+  c.report("settles with other parameters", double(good) / double(all),
+           fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
+}
+
+}  // namespace
+
+std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
+                                           int starts) {
+  check_region(loop, region);
+  ShapedPotential V(loop);
+  std::mt19937_64 generator(region.seed);
+  std::vector<CriticalPoint> found;
+  Vec g, K;
+  for (int i = 0; i < starts; ++i) {
+    Vec q = random_coordinates(region, generator);
+    if (i == 0) q.assign(loop.rest().begin(), loop.rest().begin() + long(V.size()));
+    if (!V.refine(q, region) || !inside(region, q)) continue;
+    const bool known = std::any_of(found.begin(), found.end(), [&](const CriticalPoint& p) {
+      for (size_t a = 0; a < q.size(); ++a)
+        if (std::fabs(p.q[a] - q[a]) > 1e-6 * (region.upper[a] - region.lower[a])) return false;
+      return true;
+    });
+    if (known) continue;
+    V.gradient(q, g, K);
+    int descending = 0;
+    for (const double k : symmetric_eigenvalues(q.size(), K)) descending += k < 0;
+    found.push_back({q, V(q), descending});
+  }
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.value < b.value; });
+  return found;
+}
+
+Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
+  check_region(loop, region);
+  ShapedPotential V(loop);
+  const size_t n = V.size();
+  if (n > 3 || has_quaternions(loop))
+    throw InvalidArgument("the basin of '" + loop.description().name +
+                          "': the flood takes up to 3 "
+                          "plain coordinates, this has " +
+                          std::to_string(n));
+  const int N = cells > 0 ? cells : n == 1 ? 2000 : n == 2 ? 200 : 48;
+  std::vector<size_t> stride(n, 1);
+  for (size_t a = 1; a < n; ++a) stride[a] = stride[a - 1] * size_t(N + 1);
+  const size_t total = stride[n - 1] * size_t(N + 1);
+  const auto index = [&](size_t node, size_t a) { return int(node / stride[a] % size_t(N + 1)); };
+  const auto point = [&](size_t node) {
+    Vec q(n);
+    for (size_t a = 0; a < n; ++a)
+      q[a] = region.lower[a] + (region.upper[a] - region.lower[a]) * index(node, a) / N;
+    return q;
+  };
+  Vec value(total, std::numeric_limits<double>::quiet_NaN());
+  const auto at = [&](size_t node) {
+    if (std::isnan(value[node])) value[node] = V(point(node));
+    return value[node];
+  };
+  const auto nearest = [&](const Vec& q) {
+    size_t node = 0;
+    for (size_t a = 0; a < n; ++a)
+      node +=
+          stride[a] *
+          size_t(std::lround((q[a] - region.lower[a]) / (region.upper[a] - region.lower[a]) * N));
+    return node;
+  };
+  const size_t start = nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
+  std::vector<size_t> others;  // other critical points: a state may come to rest there
+  for (const auto& p : critical_points(loop, region))
+    if (const size_t node = nearest(p.q); node != start) others.push_back(node);
+  // The lowest level at which a path from the rest point reaches each node, and the node it is set by.
+  using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  std::vector<bool> done(total, false);
+  front.push({at(start), {start, start}});
+  double level = HUGE_VAL;
+  size_t summit = start;
+  while (!front.empty()) {
+    const auto [l, nodes] = front.top();
+    front.pop();
+    const auto [node, top] = nodes;
+    if (done[node]) continue;
+    done[node] = true;
+    bool edge = false;
+    for (size_t a = 0; a < n; ++a) edge = edge || index(node, a) == 0 || index(node, a) == N;
+    if (edge || std::find(others.begin(), others.end(), node) != others.end()) {
+      level = l, summit = top;
+      break;
+    }
+    for (size_t a = 0; a < n; ++a)
+      for (const size_t next : {node - stride[a], node + stride[a]})
+        if (!done[next]) {
+          const double v = at(next);
+          if (std::isfinite(v)) front.push({std::max(l, v), {next, v > l ? next : top}});
+        }
+  }
+  Basin b;
+  b.level = level, b.at = point(summit), b.method = fmt::format("flood on a grid of {}^{}", N, n);
+  const double bottom = V(std::span(loop.rest()).first(n));
+  bool edge = false;
+  for (size_t a = 0; a < n; ++a) edge = edge || index(summit, a) == 0 || index(summit, a) == N;
+  Vec q = b.at;
+  if (edge) {
+    double slack = 0;
+    for (size_t a = 0; a < n; ++a)
+      if (index(summit, a) > 0 && index(summit, a) < N)
+        slack += std::fabs(at(summit + stride[a]) - 2 * at(summit) + at(summit - stride[a])) / 8;
+    b.level -= slack, b.method += ", left through the region's boundary";
+  } else if (V.refine(q, region)) {
+    bool near = true;
+    for (size_t a = 0; a < n; ++a)
+      near = near && std::fabs(q[a] - b.at[a]) < 4 * (region.upper[a] - region.lower[a]) / N;
+    if (near) b.level = std::min(level, V(q)), b.at = q, b.method += ", pass by Newton's method";
+  }
+  b.depth = b.level - bottom;
+  return b;
+}
+
+Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
+  Certificate c = loop.certificate();
+  const size_t n = loop.rest().size() / 2;
+  rate_of_energy(loop, o.region, c);
+  linearised(loop, c);
+  if (n <= 3 && !has_quaternions(loop)) {
+    const auto points = critical_points(loop, o.region);
+    int minima = 0;
+    for (const auto& p : points) minima += p.descending == 0;
+    c.report("critical points of V_d", double(points.size()),
+             fmt::format("in the region, {} of them minima", minima));
+    for (size_t i = 0; i < std::min<size_t>(points.size(), 8); ++i)
+      c.report(points[i].descending == 0   ? "  minimum"
+               : points[i].descending == 1 ? "  pass"
+                                           : "  summit",
+               points[i].value, "V_d", {}, points[i].q);
+    const Basin b = basin(loop, o.region);
+    c.at_least("basin, c - H_d(rest)", b.depth, 0,
+               "no state of its component of {H_d < c} leaves; " + b.method, b.at);
+    c.report("basin, c", b.level, "");
+    inputs_on_basin(loop, o.region, b, c);
+  }
+  runs(loop, o, c);
+  return c;
+}
+
+}  // namespace porthos::energy_shaping

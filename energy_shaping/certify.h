@@ -1,0 +1,52 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energy_shaping/closed_loop.h"
+#include "energy_shaping/matched_loop.h"
+#include "energy_shaping/run.h"
+
+namespace porthos::energy_shaping {
+
+/// A critical point of V_d.
+struct CriticalPoint {
+  std::vector<double> q;
+  double value = 0;    ///< V_d
+  int descending = 0;  ///< directions V_d falls in: 0 a minimum, 1 a pass
+};
+
+/// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points of it, by rising value.
+/// What no start leads to is not found.
+std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
+                                           int starts = 400);
+
+/// A level c such that the component of {V_d < c} around the rest point neither leaves the region nor has another critical
+/// point in it.
+struct Basin {
+  double level = 0, depth = 0;  ///< c, and c - V_d(q*)
+  std::vector<double> at;       ///< where it would leave
+  std::string method;
+};
+/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the region's boundary or to
+/// another critical point, of those critical_points() finds), the
+/// pass refined by Newton's method, on the boundary lowered by the second differences of the grid. A pass narrower
+/// than the grid is missed. More coordinates are refused.
+Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);
+
+struct CertifyOptions {
+  Region region;                                 ///< of coordinates and rates looked at
+  std::vector<std::vector<double>> starts = {};  ///< states that runs start from
+  std::vector<double> periods = {0};  ///< of the controller in those runs [s]; 0: continuous
+  RunOptions run = {};                ///< duration, step, method, limits
+  double settled =
+      1e-2;  ///< a run has settled if H_d - H_d(rest) came down to this part of its start
+  /// The same plant with other parameters: each is run from each start under the law as designed.
+  std::vector<std::shared_ptr<const phs::Model>> plants = {};
+};
+
+/// The certificate of the constructor, and: H_d' against the formula, linearised eigenvalues, critical points and basin (up to 3
+/// coordinates), inputs on the basin, runs of the plant as sampled, and with other parameters.
+Certificate certify(const ClosedLoop& loop, const CertifyOptions& options);
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,43 @@
+#include "energy_shaping/closed_loop.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace porthos::energy_shaping {
+
+std::vector<int> port_offsets(const phs::Description& plant,
+                              const std::vector<std::string>& ports) {
+  std::vector<int> at;
+  for (const auto& name : ports) {
+    std::string known;
+    const size_t before = at.size();
+    for (const auto& p : plant.ports) {
+      if (p.name == name && p.kind == phs::PortKind::effort_in)
+        for (int k = 0; k < p.size; ++k) at.push_back(p.at + k);
+      known += (known.empty() ? "" : ", ") + p.name;
+    }
+    if (at.size() == before)
+      throw InvalidArgument("plant '" + plant.name + "' has no port '" + name +
+                            "' that takes an effort; its ports: " + known);
+    for (size_t i = before; i < at.size(); ++i)
+      for (size_t j = 0; j < before; ++j)
+        if (at[i] == at[j])
+          throw InvalidArgument("port '" + name + "' is named twice among the actuators of '" +
+                                plant.name + "'");
+  }
+  return at;
+}
+
+void refuse_failure(const Certificate& certificate) {
+  const CertificateItem* i = certificate.failure();
+  if (!i) return;
+  std::string where;
+  for (const double x : i->at) where += fmt::format("{}{:.5g}", where.empty() ? "" : ", ", x);
+  throw InvalidArgument(
+      fmt::format("{}: {} fails: {:.4g}, expected {} {:.3g} ({}){}", certificate.title(), i->name,
+                  i->value, i->value > i->bound || std::isnan(i->value) ? "at most" : "at least",
+                  i->bound, i->text, where.empty() ? "" : "; worst at (" + where + ")"));
+}
+
+}  // namespace porthos::energy_shaping

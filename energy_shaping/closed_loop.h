@@ -1,0 +1,85 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energy_shaping/certificate.h"
+#include "phs/system.h"
+
+/// A controller here is an object that gives the closed loop as a port-Hamiltonian system, with the energy H_d it was
+/// shaped to have, and a certificate.
+namespace porthos::energy_shaping {
+
+/// A closed loop evaluated in T; hamiltonian() is H_d.
+template <class T>
+class LoopSystem : public phs::System<T> {
+ public:
+  /// The law: u, as many numbers as the *plant* has inputs, 0 where there is no actuator.
+  virtual void law(T t, std::span<const T> x, std::span<T> u) = 0;
+  /// The gains this object works with, in the order of ClosedLoop::gains; each lane may have its own. Empty: fixed.
+  virtual std::span<T> gains() { return {}; }
+};
+
+/// Immutable, shared by threads. State: that of the plant, or the plant's with the controller's behind it.
+///
+/// The field of this model is the *target* dynamics (J_d - R_d) ∂H_d/∂x. That the plant under the law moves so is what
+/// the constructor has verified; run the plant itself with `law` to see it (run.h).
+class ClosedLoop : public phs::Model {
+ public:
+  ClosedLoop(std::shared_ptr<const phs::Model> plant, std::vector<double> rest)
+      : plant_(std::move(plant)), rest_(std::move(rest)) {}
+
+  const phs::Model& plant() const { return *plant_; }
+  const std::shared_ptr<const phs::Model>& shared_plant() const { return plant_; }
+  /// x*: where the loop is to rest.
+  const std::vector<double>& rest() const { return rest_; }
+  const Certificate& certificate() const { return certificate_; }
+  /// Offsets in the plant's u that the law writes.
+  const std::vector<int>& actuated() const { return actuated_; }
+  virtual std::vector<std::string> gain_names() const { return {}; }
+
+  template <class T>
+  std::unique_ptr<LoopSystem<T>> loop() const {
+    auto s = instantiate<T>();  // every `make` below makes a LoopSystem
+    return std::unique_ptr<LoopSystem<T>>(static_cast<LoopSystem<T>*>(s.release()));
+  }
+
+ protected:
+  std::shared_ptr<const phs::Model> plant_;
+  std::vector<double> rest_;
+  std::vector<int> actuated_;
+  Certificate certificate_;
+};
+
+/// Fills the `make` overloads from Derived::make_loop<T>().
+template <class Derived>
+class ClosedLoopFor : public ClosedLoop {
+ public:
+  using ClosedLoop::ClosedLoop;
+
+ protected:
+#define PORTHOS_MAKE(T)                                             \
+  void make(std::unique_ptr<phs::System<T>>& s) const override {    \
+    std::unique_ptr<LoopSystem<T>> loop =                           \
+        static_cast<const Derived*>(this)->template make_loop<T>(); \
+    s = std::move(loop);                                            \
+  }
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_MAKE)
+#undef PORTHOS_MAKE
+};
+
+/// The box of coordinates and rates that conditions are checked in.
+struct Region {
+  std::vector<double> lower, upper;  ///< of each coordinate
+  double rate = 1;                   ///< |q'_i| up to this
+  int samples = 2000;
+  unsigned seed = 1;
+};
+
+/// Offsets in u of the ports of these names; a port with one number each. @throws InvalidArgument listing the known ones
+std::vector<int> port_offsets(const phs::Description& plant, const std::vector<std::string>& ports);
+
+/// Throws InvalidArgument with one sentence for the first failing item of a certificate.
+void refuse_failure(const Certificate& certificate);
+
+}  // namespace porthos::energy_shaping

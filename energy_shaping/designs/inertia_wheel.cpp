@@ -1,0 +1,66 @@
+#include "energy_shaping/designs.h"
+#include "energy_shaping/designs/require.h"
+#include "energy_shaping/plant.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+struct Form {
+  static constexpr int n = 2, m = 1;
+  double I1, I2, m3;
+  const char* name = "inertia-wheel pendulum";
+  std::array<std::pair<const char*, const char*>, 2> coordinates{
+      {{"pendulum", "rad"}, {"wheel", "rad"}}};
+  std::array<const char*, 1> inputs{"wheel"};
+  template <class S>
+  void mass(std::span<const S>, std::span<S> M) const {
+    M[0] = S(I1), M[1] = M[2] = S(0.0), M[3] = S(I2);
+  }
+  template <class S>
+  S potential(std::span<const S> q) const {
+    return S(m3) * phs::cos(q[0]);
+  }
+  template <class T>
+  void input(std::span<const T>, std::span<T> G) const {
+    G[0] = T(-1.0), G[1] = T(1.0);
+  }
+};
+
+struct Design {
+  static constexpr int n = 2;
+  InertiaWheelPendulum d;
+  std::string name = "inertia-wheel pendulum (constant M_d)";
+  std::vector<Gain> gains() const { return {{"k1", d.k1}, {"kv", d.kv}}; }
+  template <class S, class T>
+  void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
+    Md[0] = S(d.a1), Md[1] = Md[2] = S(d.a2), Md[3] = S(d.a3);
+  }
+  template <class S, class T>
+  S potential(std::span<const S> q, std::span<const T> k) const {
+    const double gamma2 = -d.I1 * (d.a2 + d.a3) / (d.I2 * (d.a1 + d.a2));
+    const S z = q[1] + S(gamma2) * q[0];
+    return S(d.I1 * d.m3 / (d.a1 + d.a2)) * phs::cos(q[0]) + S(0.5) * S(k[0]) * z * z;
+  }
+};
+
+}  // namespace
+
+PlantPtr inertia_wheel_plant(const InertiaWheelPendulum& d) {
+  return plant(Form{.I1 = d.I1, .I2 = d.I2, .m3 = d.m3});
+}
+
+LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr p,
+                               std::optional<MatchingOptions> options) {
+  const Requirement need("inertia-wheel pendulum");
+  need(d.I1 > 0 && d.I2 > 0 && d.m3 > 0, "I1, I2, m3 > 0", {d.I1, d.I2, d.m3});
+  need(d.a1 > 0 && d.a1 * d.a3 > d.a2 * d.a2, "a1 > 0 and a1 a3 > a2²", {d.a1, d.a2, d.a3});
+  need(d.a1 + d.a2 < 0, "a1 + a2 < 0, or V_d has no minimum at the top", {d.a1, d.a2});
+  need(d.k1 > 0, "k1 > 0", {d.k1});
+  if (!p) p = inertia_wheel_plant(d);
+  if (!options) options = MatchingOptions{.region = {{-3.2, -20}, {3.2, 20}, 20}};
+  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}),
+                                       std::vector<std::string>{p->description().ports[0].name},
+                                       std::vector<double>{0, 0}, *options);
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,231 @@
+#include "energy_shaping/numerical_matching.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+namespace porthos::energy_shaping {
+namespace {
+
+/// A polynomial on [-w, w] by its Chebyshev coefficients.
+struct Chebyshev {
+  double w = 1;
+  std::vector<double> c;
+
+  /// Clenshaw's recurrence.
+  template <class S>
+  S operator()(const S& x) const {
+    const S y = x * S(1 / w), two_y = y + y;
+    S a(0.0), b(0.0);
+    for (size_t k = c.size(); k-- > 1;) {
+      const S next = two_y * a - b + S(c[k]);
+      b = a, a = next;
+    }
+    return y * a - b + S(c[0]);
+  }
+  /// Interpolates f at n + 1 Chebyshev points.
+  static Chebyshev of(double w, int n, const std::function<double(double)>& f) {
+    const double pi = std::acos(-1.0);
+    const int N = n + 1;
+    std::vector<double> values(static_cast<size_t>(N));
+    for (int j = 0; j < N; ++j) values[size_t(j)] = f(w * std::cos(pi * (j + 0.5) / N));
+    Chebyshev p{w, std::vector<double>(size_t(N), 0.0)};
+    for (int k = 0; k < N; ++k) {
+      for (int j = 0; j < N; ++j)
+        p.c[size_t(k)] += 2.0 / N * values[size_t(j)] * std::cos(pi * k * (j + 0.5) / N);
+      if (k == 0) p.c[0] /= 2;
+    }
+    return p;
+  }
+  /// Its integral from 0.
+  Chebyshev integral() const {
+    const size_t n = c.size();
+    const auto at = [&](size_t k) { return k < n ? c[k] * (k == 0 ? 2 : 1) : 0.0; };
+    Chebyshev p{w, std::vector<double>(n + 1, 0.0)};
+    for (size_t k = 1; k <= n; ++k) p.c[k] = w * (at(k - 1) - at(k + 1)) / (2.0 * double(k));
+    p.c[0] = -p(0.0);
+    return p;
+  }
+  /// The last coefficients over the largest: how well it resolves.
+  double tail() const {
+    double largest = 1e-300, last = 0;
+    for (const double x : c) largest = std::max(largest, std::fabs(x));
+    for (size_t k = c.size() - 4; k < c.size(); ++k) last = std::max(last, std::fabs(c[k]));
+    return last / largest;
+  }
+};
+
+struct Design {
+  static constexpr int n = 2;
+  static constexpr bool solve_skew = true;
+  std::string name;
+  size_t r, s;
+  double rho, ku, kv;
+  Chebyshev rr, rs, ss, constant, cosine, sine;
+
+  std::vector<Gain> gains() const { return {{"ku", ku}, {"kv", kv}}; }
+  template <class S, class T>
+  void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
+    Md[3 * r] = rr(q[r]), Md[1] = Md[2] = rs(q[r]), Md[3 * s] = ss(q[r]);
+  }
+  template <class S, class T>
+  S potential(std::span<const S> q, std::span<const T> k) const {
+    const S z = q[s] - S(rho) * q[r];
+    return constant(q[r]) + cosine(q[r]) * phs::cos(q[s]) + sine(q[r]) * phs::sin(q[s]) +
+           S(0.5) * S(k[0]) * z * z;
+  }
+};
+
+/// What the quadratures need of the plant.
+class Probe {
+ public:
+  Probe(const phs::Model& plant, size_t r)
+      : system_(plant.instantiate<phs::Dual>()), r_(r), s_(1 - r) {}
+
+  struct Mass {
+    double rr, rs, ss, d_rr, d_rs, d_ss;  ///< and ∂/∂r
+  };
+  Mass mass(double at) {
+    phs::Dual I[4];  // M⁻¹
+    for (size_t j = 0; j < 2; ++j) {
+      std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
+      x[r_] = {at, 1}, x[2 + j] = 1.0;
+      system_->gradient(x, e);
+      for (size_t i = 0; i < 2; ++i) I[2 * i + j] = e[2 + i];
+    }
+    const phs::Dual det = I[0] * I[3] - I[1] * I[2];
+    const phs::Dual rr = I[3 * s_] / det, ss = I[3 * r_] / det, rs = -I[1] / det;
+    return {rr.v, rs.v, ss.v, rr.d, rs.d, ss.d};
+  }
+  /// ∂V/∂r
+  double slope(double r, double s) {
+    std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
+    x[r_] = r, x[s_] = s;
+    system_->gradient(x, e);
+    return e[r_].v;
+  }
+
+ private:
+  std::unique_ptr<phs::System<phs::Dual>> system_;
+  size_t r_, s_;
+};
+
+}  // namespace
+
+LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
+  const auto refuse = [&](const std::string& why) {
+    throw InvalidArgument("numerical matching '" + o.name + "': " + why);
+  };
+  const auto& d = plant->description();
+  if (d.nx != 4 || (o.unactuated != 0 && o.unactuated != 1))
+    refuse("the plant needs two coordinates, and the unactuated one is 0 or 1");
+  if (!(o.half_width > 0) || !(o.scale > 0) || !(o.determinant > 0) || o.degree < 8)
+    refuse("half_width, scale, determinant > 0 and a degree >= 8 are needed");
+  const auto r = size_t(o.unactuated);
+  Probe probe(*plant, r);
+  const double w = o.half_width, rho = o.ratio, half_turn = std::acos(-1.0);
+
+  // F = ρ M_rs + M_rr keeps its sign: M_d_rr = λ_r F.
+  const auto F = [&](double x) {
+    const auto M = probe.mass(x);
+    return rho * M.rs + M.rr;
+  };
+  const double F0 = F(0);
+  for (int i = -200; i <= 200; ++i) {
+    const double x = w * i / 200;
+    if (!(F(x) * F0 > 0))
+      refuse(
+          fmt::format("with the ratio {} the column of M_d degenerates at r = {:.4g}: "
+                      "rho M_rs + M_rr = {:.3g} there and {:.3g} at rest; take another ratio or a "
+                      "smaller half_width",
+                      rho, x, F(x), F0));
+  }
+  const Chebyshev log_lambda = Chebyshev::of(w, o.degree, [&](double x) {
+                                 const auto M = probe.mass(x);
+                                 return (rho * rho * M.d_ss + rho * M.d_rs) / (rho * M.rs + M.rr);
+                               }).integral();
+  const auto lambda = [&](double x) {
+    return (F0 > 0 ? o.scale : -o.scale) * std::exp(log_lambda(x));
+  };
+
+  // ∂V/∂r = V0 + Vc cos s + Vs sin s, read off four values of s and held against a fifth.
+  const auto harmonic = [&](double x, int which) {
+    const double at[] = {probe.slope(x, 0), probe.slope(x, half_turn / 2),
+                         probe.slope(x, half_turn)};
+    const double V0 = 0.5 * (at[0] + at[2]);
+    return which == 0 ? V0 : which == 1 ? at[0] - V0 : at[1] - V0;
+  };
+  for (int i = -5; i <= 5; ++i) {
+    const double x = w * i / 5, s = 0.7;
+    const double V[] = {harmonic(x, 0), harmonic(x, 1), harmonic(x, 2)};
+    const double expected = V[0] + V[1] * std::cos(s) + V[2] * std::sin(s);
+    const double size = std::fabs(V[0]) + std::fabs(V[1]) + std::fabs(V[2]) + 1e-300;
+    if (!(std::fabs(probe.slope(x, s) - expected) <= 1e-10 * size))
+      refuse(
+          fmt::format("V of '{}' is not a0(r) + a1(r) cos s + a2(r) sin s: at r = {:.4g}, s = {} "
+                      "its slope is {:.6g}, expected {:.6g}",
+                      d.name, x, s, probe.slope(x, s), expected));
+  }
+  // V_d = C + A cos s + B sin s with A' = -ρB + Vc/λ, B' = ρA + Vs/λ: e^{-iρr}(A + iB) is a quadrature.
+  const auto turned = [&](double x, bool imaginary) {
+    const double c = harmonic(x, 1) / lambda(x), s = harmonic(x, 2) / lambda(x);
+    return imaginary ? s * std::cos(rho * x) - c * std::sin(rho * x)
+                     : c * std::cos(rho * x) + s * std::sin(rho * x);
+  };
+  const auto quadrature = [&](const std::function<double(double)>& f) {
+    return Chebyshev::of(w, o.degree, f).integral();
+  };
+  const Chebyshev re = quadrature([&](double x) { return turned(x, false); }),
+                  im = quadrature([&](double x) { return turned(x, true); });
+  const auto fit = [&](const std::function<double(double)>& f) {
+    return Chebyshev::of(w, o.degree, f);
+  };
+  Design design{.name = o.name,
+                .r = r,
+                .s = 1 - r,
+                .rho = rho,
+                .ku = o.ku,
+                .kv = o.kv,
+                .rr = {},
+                .rs = {},
+                .ss = {},
+                .constant = {},
+                .cosine = {},
+                .sine = {}};
+  design.rr = fit([&](double x) { return lambda(x) * F(x); });
+  const auto rs = [&](double x) {
+    const auto M = probe.mass(x);
+    return lambda(x) * (rho * M.ss + M.rs);
+  };
+  design.rs = fit(rs);
+  design.ss = fit([&](double x) {
+    const double z = rs(x);
+    return z * z / (lambda(x) * F(x)) + o.determinant;
+  });
+  design.constant = quadrature([&](double x) { return harmonic(x, 0) / lambda(x); });
+  design.cosine =
+      fit([&](double x) { return re(x) * std::cos(rho * x) - im(x) * std::sin(rho * x); });
+  design.sine =
+      fit([&](double x) { return re(x) * std::sin(rho * x) + im(x) * std::cos(rho * x); });
+  for (const auto& [what, p] : {std::pair<const char*, const Chebyshev*>{"M_d", &design.rr},
+                                {"M_d", &design.rs},
+                                {"M_d", &design.ss}})
+    if (p->tail() > 0.1 * o.matching)
+      refuse(
+          fmt::format("polynomials of degree {} do not resolve {}: last coefficients {:.1e} of the "
+                      "largest; raise the degree or narrow half_width",
+                      o.degree, what, p->tail()));
+
+  MatchingOptions options;
+  options.matching = o.matching;
+  options.region.lower.assign(2, -o.other), options.region.upper.assign(2, o.other);
+  options.region.lower[r] = -w, options.region.upper[r] = w, options.region.rate = o.rate;
+  return std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
+                                       std::vector<std::string>{o.actuator},
+                                       std::vector<double>{0, 0}, options);
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+
+#include "energy_shaping/designs.h"
+
+namespace porthos::energy_shaping {
+
+/// Matching of two coordinates with one actuator where no closed form is at hand: the masses depend on the unactuated
+/// coordinate r alone, the actuated one s enters V as a0(r) + a1(r) cos s + a2(r) sin s (a pendubot, a cart-pole, ...).
+///
+/// With λ = M⁻¹M_d e_r the matching equations are  λ_r (M_d)_rr' = λᵀM'λ  (J2 being solved for) and λ·∂V_d = ∂V/∂r
+/// (after Auckly, Kapitanski, White 2000). For a constant ratio ρ = λ_s/λ_r both are quadratures,
+///   λ_r'/λ_r = (ρ² M_ss' + ρ M_rs')/(ρ M_rs + M_rr),   s - ρ r constant along the characteristics,
+/// done in Chebyshev polynomials of r. (M_d)_ss is chosen so that det M_d = `determinant` · M_d_rr. V_d gets ½ ku (s - ρ r)².
+/// Derivatives are those of the polynomials, so that the residual of MatchedLoop has the interpolation in it.
+struct NumericalMatching {
+  std::string name = "numerical matching";
+  std::string actuator;    ///< port of s
+  int unactuated = 1;      ///< r: 0 or 1
+  double ratio = 0;        ///< ρ
+  double half_width = 1;   ///< r in [-half_width, half_width]
+  double scale = 1;        ///< |λ_r| at rest
+  double determinant = 1;  ///< > 0
+  double ku = 100, kv = 1;
+  double other = 3;        ///< the region: |s| up to this
+  double rate = 2;         ///< and |q'_i| up to this
+  int degree = 60;         ///< of the polynomials
+  double matching = 1e-6;  ///< bound of the residuals
+};
+
+/// Rest at q = 0, an equilibrium of the plant. @throws InvalidArgument where ρ M_rs + M_rr vanishes in the interval (with the
+/// place), V is not of the form above, the polynomials do not resolve the functions, or MatchedLoop refuses
+LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
+
+}  // namespace porthos::energy_shaping

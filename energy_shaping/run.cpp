@@ -1,0 +1,175 @@
+#include "energy_shaping/run.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "integrators/integrator.h"
+
+namespace porthos::energy_shaping {
+
+template <class T>
+class DrivenPlant::Evaluator final : public phs::System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  explicit Evaluator(const DrivenPlant& m)
+      : m_(m),
+        plant_(m.plant_.instantiate<T>()),
+        loop_(m.loop_.loop<T>()),
+        u_(size_t(m.plant_.description().nu), T(0.0)),
+        y_(u_.size()),
+        w_(size_t(m.description_.nx)) {}
+  const phs::Description& description() const override { return m_.description_; }
+  std::unique_ptr<phs::System<T>> clone() const override { return std::make_unique<Evaluator>(m_); }
+  T hamiltonian(In x) override { return plant_->hamiltonian(x); }
+  void gradient(In x, Out e) override { plant_->gradient(x, e); }
+  void field(T t, In x, In, Out dx) override {
+    drive(t, x);
+    plant_->field(t, x, u_, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    drive(t, x);
+    plant_->rate(t, x, e, dx);
+    plant_->apply_input(x, u_, w_);
+    for (size_t i = 0; i < dx.size(); ++i) dx[i] = dx[i] + w_[i];
+  }
+  void apply_structure(In x, In e, Out Je) override { plant_->apply_structure(x, e, Je); }
+  void apply_dissipation(In x, In e, Out Re) override { plant_->apply_dissipation(x, e, Re); }
+  void apply_input(In, In, Out Gu) override {
+    for (T& g : Gu) g = T(0.0);
+  }
+  void output(In, In, Out) override {}
+  void stored(In x, Out values) override { plant_->stored(x, values); }
+  void powers(T t, In x, In e, Out values) override {
+    const size_t own = values.size() - 1;
+    plant_->powers(t, x, e, values.first(own));
+    drive(t, x);
+    plant_->output(x, e, y_);
+    T sum(0.0);
+    for (size_t i = 0; i < u_.size(); ++i) sum = sum + u_[i] * y_[i];
+    values[own] = sum;
+  }
+  void invariants(In x, Out values) override { plant_->invariants(x, values); }
+
+ private:
+  void drive(T t, In x) {
+    if (m_.held_) {
+      for (size_t i = 0; i < u_.size(); ++i) u_[i] = T((*m_.held_)[i]);
+      return;
+    }
+    loop_->law(t, x, u_);
+    const auto& at = m_.loop_.actuated();
+    for (size_t j = 0; j < m_.limits_.size(); ++j) {
+      T& u = u_[size_t(at[j])];
+      u = phs::max(phs::min(u, T(m_.limits_[j])), T(-m_.limits_[j]));
+    }
+  }
+  const DrivenPlant& m_;
+  std::unique_ptr<phs::System<T>> plant_;
+  std::unique_ptr<LoopSystem<T>> loop_;
+  std::vector<T> u_, y_, w_;
+};
+
+DrivenPlant::DrivenPlant(const ClosedLoop& loop, const phs::Model& plant,
+                         std::vector<double> limits,
+                         std::shared_ptr<const std::vector<double>> held)
+    : loop_(loop), plant_(plant), limits_(std::move(limits)), held_(std::move(held)) {
+  description_ = plant.description();
+  if (description_.nx != loop.plant().description().nx ||
+      description_.nu != loop.plant().description().nu)
+    throw InvalidArgument("the law of '" + loop.description().name + "' does not fit plant '" +
+                          description_.name + "': state or inputs differ in number");
+  if (!limits_.empty()) require_size("limits", limits_.size(), loop.actuated().size());
+  if (held_) require_size("held inputs", held_->size(), size_t(description_.nu));
+  for (auto& b : description_.blocks)
+    if (b.kind == phs::BlockKind::angle) b.kind = phs::BlockKind::linear;
+  description_.name += " under its law";
+  description_.nu = 0, description_.ports.clear(), description_.flows.clear();
+  description_.invariants.clear();
+  description_.traits.canonical = description_.traits.separable = false;
+  description_.traits.lossless = false;
+  description_.powers.push_back({"actuators", phs::PowerKind::supplied});
+}
+
+template <class T>
+std::unique_ptr<phs::System<T>> DrivenPlant::make_system() const {
+  return std::make_unique<Evaluator<T>>(*this);
+}
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<phs::System<T>> DrivenPlant::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& o) {
+  const phs::Model& plant = o.plant ? *o.plant : loop.plant();
+  require_size("start state", x0.size(), size_t(loop.description().nx));
+  if (!(o.step > 0) || !(o.duration > 0))
+    throw InvalidArgument("a run needs a step and a duration > 0");
+  const auto steps = std::int64_t(std::llround(o.duration / o.step));
+  const auto hold = std::int64_t(std::llround(o.period / o.step));
+  if (o.period != 0 && (hold < 1 || std::fabs(double(hold) * o.step - o.period) > 1e-9 * o.period))
+    throw InvalidArgument(fmt::format(
+        "the controller's period {} s is no multiple of the step {} s", o.period, o.step));
+  const auto every = o.record > 0 ? std::max<std::int64_t>(1, std::llround(o.record / o.step)) : 1;
+
+  auto held = std::make_shared<std::vector<double>>(size_t(plant.description().nu), 0.0);
+  const DrivenPlant driven(loop, plant, o.limits, hold > 0 ? held : nullptr);
+  const auto integrator = integrators::make_integrator(o.method, driven, o.step, {.books = false});
+  const auto law = loop.loop<double>();
+  phs::State s(driven.description(), x0);
+  std::vector<double> e(x0.size()), Re(x0.size()), u(held->size());
+  const auto& at = loop.actuated();
+
+  Run run;
+  run.peak.assign(at.size(), 0.0);
+  double H = law->hamiltonian(s.x), before = 0, middle = 0;
+  const auto damping = [&] {
+    law->gradient(s.x, e);
+    law->apply_dissipation(s.x, e, Re);
+    double P = 0;
+    for (size_t i = 0; i < e.size(); ++i) P += e[i] * Re[i];
+    return P;
+  };
+  const auto inputs = [&] {
+    law->law(double(s.step) * o.step, s.x, u);
+    for (size_t j = 0; j < o.limits.size(); ++j) {
+      double& v = u[size_t(at[j])];
+      v = std::max(-o.limits[j], std::min(v, o.limits[j]));
+    }
+  };
+  const auto record = [&] {
+    run.t.push_back(double(s.step) * o.step), run.H.push_back(H), run.x.push_back(s.x);
+    run.u.emplace_back();
+    const auto& applied = hold > 0 ? *held : u;
+    for (const int a : at) run.u.back().push_back(applied[size_t(a)]);
+  };
+  before = damping();
+  for (std::int64_t k = 0;; ++k) {
+    if (hold == 0 || k % hold == 0) inputs();
+    if (hold > 0 && k % hold == 0) *held = u;
+    for (size_t j = 0; j < at.size(); ++j)
+      run.peak[j] = std::max(run.peak[j], std::fabs(u[size_t(at[j])]));
+    if (k % every == 0 || k == steps) record();
+    if (k == steps) break;
+    const auto outcome = integrator->step(s);
+    const double next = law->hamiltonian(s.x);
+    if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
+      run.finished = false, run.outcome = integrators::to_string(outcome);
+      break;
+    }
+    run.rise = std::max(run.rise, next - H), H = next;
+    const double P = damping();
+    if (k % 2 == 0) {
+      middle = P;
+      if (k + 1 == steps) run.dissipated += 0.5 * o.step * (before + P);
+    } else {
+      run.dissipated += o.step / 3 * (before + 4 * middle + P), before = P;
+    }
+  }
+  run.injected = H - run.H.front() + run.dissipated;
+  return run;
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,61 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energy_shaping/closed_loop.h"
+
+namespace porthos::energy_shaping {
+
+/// The plant under a law, as a model for any integrator: continuously, or with the inputs held. Coordinates are kept whole
+/// (no wrapping), as laws need not be periodic. Its energy is the plant's; what the actuators do is booked as the power
+/// "actuators". Keeps references to the loop and the plant.
+class DrivenPlant : public phs::ModelFor<DrivenPlant> {
+ public:
+  /// limits: largest |u| of each actuated input, in the order of loop.actuated(); empty: none. held: one number per input
+  /// of the plant, read at every evaluation; null: the law itself.
+  DrivenPlant(const ClosedLoop& loop, const phs::Model& plant, std::vector<double> limits = {},
+              std::shared_ptr<const std::vector<double>> held = nullptr);
+  const phs::Description& description() const override { return description_; }
+  template <class T>
+  std::unique_ptr<phs::System<T>> make_system() const;
+
+ private:
+  template <class T>
+  class Evaluator;
+  const ClosedLoop& loop_;
+  const phs::Model& plant_;
+  std::vector<double> limits_;
+  std::shared_ptr<const std::vector<double>> held_;
+  phs::Description description_;
+};
+
+struct RunOptions {
+  double duration = 10;  ///< [s]
+  double step = 0.01;    ///< of the integrator [s]
+  std::string method = "gauss8";
+  double period = 0;                ///< of the controller [s], a multiple of step; 0: continuous
+  std::vector<double> limits = {};  ///< as DrivenPlant
+  const phs::Model* plant =
+      nullptr;        ///< another plant than the one the loop was made for; null: that one
+  double record = 0;  ///< between records [s]; 0: every step
+};
+
+/// A simulated run of the *plant* under the law.
+struct Run {
+  std::vector<double> t, H;            ///< H_d at the records
+  std::vector<std::vector<double>> x;  ///< states at the records
+  std::vector<std::vector<double>> u;  ///< actuated inputs at the records
+  std::vector<double> peak;            ///< largest |u| of each actuated input, over all steps
+  double rise = 0;                     ///< largest rise of H_d over a step [J]
+  double dissipated =
+      0;  ///< ∫ ∂H_dᵀ R_d ∂H_d dt, by Simpson's rule over pairs of steps, trapezoids at an odd end
+  double injected =
+      0;  ///< H_d(end) - H_d(0) + dissipated: what sampling, limits and another plant put in [J]
+  bool finished = true;  ///< false: the integrator gave up or left the finite numbers
+  std::string outcome = "ok";
+};
+/// @throws InvalidArgument for a period that is no multiple of the step, or sizes that do not fit
+Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOptions& options);
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,186 @@
+#include "energy_shaping/sweep.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "energy_shaping/dense.h"
+#include "mechanics/crba.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using phs::Pack8;
+using Lanes = std::vector<Pack8>;
+
+/// Eight runs.
+class Runs {
+ public:
+  Runs(const ClosedLoop& loop, const SweepOptions& o)
+      : loop_(loop),
+        o_(o),
+        system_(loop.loop<Pack8>()),
+        n_(o.start.size()),
+        x_(n_),
+        y_(n_),
+        u_(size_t(loop.plant().description().nu)) {
+    for (auto& k : k_) k.resize(n_);
+  }
+
+  void run(const std::vector<std::vector<double>>& gains, size_t first,
+           std::vector<SweepResult>& results) {
+    const size_t lanes = std::min<size_t>(8, gains.size() - first);
+    const auto k = system_->gains();
+    for (size_t l = 0; l < 8; ++l)  // a lane without a run repeats the last
+      for (size_t i = 0; i < k.size(); ++i)
+        k[i].set(int(l), gains[first + std::min(l, lanes - 1)][i]);
+    for (size_t i = 0; i < n_; ++i) y_[i] = Pack8(loop_.rest()[i]), x_[i] = Pack8(o_.start[i]);
+    const Pack8 rest = system_->hamiltonian(y_);
+    const Pack8 first_energy = system_->hamiltonian(x_) - rest;
+    Pack8 peak(0.0), settling(0.0), travel(0.0), energy = first_energy;
+    const auto steps = std::int64_t(std::llround(o_.duration / o_.step));
+    for (std::int64_t s = 0; s < steps; ++s) {
+      inputs(peak);
+      step();
+      energy = system_->hamiltonian(x_) - rest;
+      const auto unsettled = !(energy <= Pack8(o_.settled) * first_energy);
+      settling = select(unsettled, Pack8(double(s + 1) * o_.step), settling);
+      for (size_t i = 0; i < n_ / 2; ++i)
+        travel = phs::max(travel, phs::abs(x_[i] - Pack8(loop_.rest()[i])));
+    }
+    for (size_t l = 0; l < lanes; ++l) {
+      auto& r = results[first + l];
+      const int lane = int(l);
+      r.gains = gains[first + l];
+      r.left = energy[lane] / first_energy[lane];
+      r.finite = std::isfinite(r.left);
+      r.peak = peak[lane], r.travel = travel[lane];
+      r.settling =
+          r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
+    }
+  }
+
+ private:
+  void inputs(Pack8& peak) {
+    system_->law(Pack8(0.0), x_, u_);
+    for (const int a : loop_.actuated()) peak = phs::max(peak, phs::abs(u_[size_t(a)]));
+  }
+  void step() {
+    const double h = o_.step;
+    system_->field(Pack8(0.0), x_, {}, k_[0]);
+    for (int j = 1; j < 4; ++j) {
+      const Pack8 c(j == 3 ? h : 0.5 * h);
+      for (size_t i = 0; i < n_; ++i) y_[i] = x_[i] + c * k_[j - 1][i];
+      system_->field(Pack8(0.0), y_, {}, k_[j]);
+    }
+    for (size_t i = 0; i < n_; ++i)
+      x_[i] += Pack8(h / 6) * (k_[0][i] + Pack8(2.0) * (k_[1][i] + k_[2][i]) + k_[3][i]);
+  }
+
+  const ClosedLoop& loop_;
+  const SweepOptions& o_;
+  std::unique_ptr<LoopSystem<Pack8>> system_;
+  size_t n_;
+  Lanes x_, y_, u_, k_[4];
+};
+
+}  // namespace
+
+std::vector<SweepResult> sweep(const ClosedLoop& loop,
+                               const std::vector<std::vector<double>>& gains,
+                               const SweepOptions& o) {
+  const auto names = loop.gain_names();
+  if (names.empty())
+    throw InvalidArgument("'" + loop.description().name + "' has no gains that could be swept");
+  for (const auto& row : gains) require_size("a row of gains", row.size(), names.size());
+  require_size("start state", o.start.size(), size_t(loop.description().nx));
+  if (!(o.step > 0) || !(o.duration > 0))
+    throw InvalidArgument("a sweep needs a step and a duration > 0");
+  std::vector<SweepResult> results(gains.size());
+  std::atomic<size_t> next{0};
+  const auto work = [&] {
+    Runs runs(loop, o);
+    for (size_t first; (first = next.fetch_add(8)) < gains.size();) runs.run(gains, first, results);
+  };
+  const int threads =
+      o.threads > 0 ? o.threads : std::max(1, int(std::thread::hardware_concurrency()));
+  std::vector<std::thread> team;
+  for (int i = 1; i < threads; ++i) team.emplace_back(work);
+  work();
+  for (auto& t : team) t.join();
+  return results;
+}
+
+std::vector<std::vector<double>> grid_of(const std::vector<std::vector<double>>& values) {
+  std::vector<std::vector<double>> rows{{}};
+  for (const auto& list : values) {
+    std::vector<std::vector<double>> longer;
+    for (const auto& row : rows)
+      for (const double v : list) longer.push_back(row), longer.back().push_back(v);
+    rows = std::move(longer);
+  }
+  return rows;
+}
+
+std::vector<double> logarithmic(double low, double high, int count) {
+  std::vector<double> v;
+  for (int i = 0; i < count; ++i)
+    v.push_back(low * std::pow(high / low, count > 1 ? double(i) / (count - 1) : 0.0));
+  return v;
+}
+
+int fastest(const std::vector<SweepResult>& results, double limit) {
+  int best = -1;
+  for (size_t i = 0; i < results.size(); ++i)
+    if (results[i].peak <= limit && std::isfinite(results[i].settling) &&
+        (best < 0 || results[i].settling < results[size_t(best)].settling))
+      best = int(i);
+  return best;
+}
+
+PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
+                                  double bandwidth, double damping_ratio,
+                                  const std::vector<std::string>& skip) {
+  const auto& m = model.mechanism();
+  require_size("rest", rest.size(), size_t(m.nq()));
+  if (!(bandwidth > 0) || !(damping_ratio > 0))
+    throw InvalidArgument("joint regulation needs a bandwidth and a damping ratio > 0");
+  const size_t nv = size_t(m.nv());
+  mechanics::Workspace<double> w(m);
+  std::vector<double> M(nv * nv);
+  mechanics::crba<double>(m, w, rest, M);
+  // A floating base follows: M~ = M_jj - M_jb M_bb⁻¹ M_bj.
+  const bool floating =
+      m.coordinates().front().node == 0 && m.coordinates().front().nq != 1 && nv > 6;
+  double L[36], Mbb[36], column[6];
+  if (floating) {
+    for (size_t i = 0; i < 6; ++i)
+      for (size_t j = 0; j < 6; ++j) Mbb[i * 6 + j] = M[i + nv * j];
+    dense::cholesky(size_t(6), Mbb, L);
+  }
+  PotentialShaping s;
+  s.name = "joint regulation";
+  for (const auto& port : model.description().ports) {
+    if (port.size != 1) continue;
+    const auto c = std::find_if(m.coordinates().begin(), m.coordinates().end(),
+                                [&](const auto& k) { return k.v == port.at && k.nq == 1; });
+    if (c == m.coordinates().end() || std::find(skip.begin(), skip.end(), port.name) != skip.end())
+      continue;
+    const size_t v = size_t(c->v);
+    double mass = M[v + nv * v];
+    if (floating) {
+      for (size_t i = 0; i < 6; ++i) column[i] = M[i + nv * v];
+      double y[6];
+      dense::solve(size_t(6), L, column, y);
+      mass -= dense::dot(size_t(6), column, y);
+    }
+    s.joints.push_back({port.name, mass * bandwidth * bandwidth, rest[size_t(c->q)]});
+    s.damping.push_back({port.name, {2 * damping_ratio * bandwidth * mass}});
+    s.actuators.push_back(port.name);
+  }
+  s.rest = std::move(rest);
+  return s;
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,94 @@
+// Designs without a closed form at hand: a pendubot of bodies, a cart and pole of bodies.
+#include "energy_shaping/numerical_matching.h"
+
+#include "energy_shaping/certify.h"
+#include "tests/energy_shaping/robots.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using test::agrees, test::breaks, test::keeps, test::refusal, test::Vec;
+
+/// Two links, coordinates from upright; torque at the shoulder makes it a pendubot.
+test::ModelPtr two_links() {
+  mechanics::MechanismBuilder b("pendubot");
+  b.gravity({0, 0, -9.8});
+  const auto link = [&](const char* name, const char* parent, const char* joint, double at,
+                        double m, double com, double I) {
+    mechanics::BodySpec s;
+    s.name = name, s.parent = parent, s.joint.name = joint, s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0}, s.placement.r = {0, 0, at};
+    s.mass.mass = m, s.mass.com = {0, 0, com}, s.mass.inertia = {I, 0, 0, I, 0, I};
+    b.add(s);
+  };
+  link("upper", "world", "shoulder", 0, 2, 0.5, 0.1);
+  link("lower", "upper", "elbow", 1, 1, 0.5, 0.05);
+  return std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<mechanics::Mechanism>(b.build()));
+}
+NumericalMatching pendubot() {
+  NumericalMatching o;
+  o.name = "pendubot", o.actuator = "shoulder.torque", o.unactuated = 1;
+  o.ratio = -0.6, o.half_width = 0.8, o.ku = 300, o.kv = 0.5, o.determinant = 0.2;
+  return o;
+}
+
+TEST(NumericalMatching, Pendubot) {
+  const auto loop = numerical_matching(two_links(), pendubot());
+  const auto& c = loop->certificate();
+  std::printf("%s", c.text().c_str());
+  keeps("matching, kinetic energy", c.item("matching, kinetic energy").value, 1e-10);
+  keeps("matching, potential energy", c.item("matching, potential energy").value, 1e-10);
+  CertifyOptions o{.region = loop->options().region, .starts = {{0.1, -0.1, 0, 0}}};
+  o.run.duration = 30, o.run.step = 0.005, o.periods = {0, 0.005};
+  const auto full = certify(*loop, o);
+  std::printf("%s", full.text().c_str());
+  EXPECT_TRUE(full.holds());
+}
+
+/// Ferguson's cart and pole: both of 1 kg, 1 m, g = 9.8; M = [[2, cos q], [cos q, 1]].
+TEST(NumericalMatching, CartAndPoleOfBodies) {
+  mechanics::MechanismBuilder b("cart and pole");
+  b.gravity({0, 0, -9.8});
+  mechanics::BodySpec cart, pole;
+  cart.name = "cart", cart.parent = "world", cart.joint.name = "rail";
+  cart.joint.type = "prismatic", cart.joint.axis = {1, 0, 0};
+  cart.mass.mass = 1, cart.mass.inertia = {1, 0, 0, 1, 0, 1};
+  pole.name = "pole", pole.parent = "cart", pole.joint.name = "pivot";
+  pole.joint.type = "revolute", pole.joint.axis = {0, 1, 0};
+  pole.mass.mass = 1, pole.mass.com = {0, 0, 1}, pole.mass.inertia = {1e-9, 0, 0, 1e-9, 0, 1e-9};
+  b.add(cart).add(pole);
+  const auto model = std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<mechanics::Mechanism>(b.build()));
+  NumericalMatching o;
+  o.name = "cart and pole", o.actuator = "rail.force", o.unactuated = 1;
+  o.ratio = -2, o.half_width = 0.8, o.ku = 5, o.kv = 5, o.determinant = 2;
+  const auto loop = numerical_matching(model, o);
+  keeps("matching, kinetic energy", loop->certificate().item("matching, kinetic energy").value,
+        1e-10);
+  const auto run = simulate(*loop, loop->state(Vec{0, 0.3}, Vec{0, 0}),
+                            {.duration = 60, .step = 0.005, .record = 10});
+  for (size_t k = 0; k < run.t.size(); ++k)
+    std::printf("  t = %3.0f s: cart %+.4f m, pole %+.5f rad, H_d %.3e\n", run.t[k], run.x[k][0],
+                run.x[k][1], run.H[k]);
+  ASSERT_TRUE(run.finished) << run.outcome;
+  keeps("pole after 60 s [rad]", std::fabs(run.x.back()[1]), 1e-3);
+}
+
+TEST(NumericalMatching, RefusesWithTheReason) {
+  const auto model = two_links();
+  auto degenerate = pendubot(), coarse = pendubot(), wide = pendubot(), port = pendubot();
+  degenerate.ratio = -0.52, wide.half_width = 2, coarse.degree = 8, coarse.matching = 1e-9;
+  port.actuator = "elbow.torque";
+  for (const auto& [o, expected] :
+       {std::pair<NumericalMatching, const char*>{wide, "degenerates at r"},
+        {coarse, "do not resolve"},
+        {port, "matching, "}}) {
+    const auto got = refusal([&] { (void)numerical_matching(model, o); });
+    std::printf("  %s\n", got.c_str());
+    EXPECT_NE(got.find(expected), std::string::npos) << got;
+  }
+}
+
+}  // namespace
+}  // namespace porthos::energy_shaping

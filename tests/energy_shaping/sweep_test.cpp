@@ -1,0 +1,82 @@
+// Gain sweeps over lanes and threads.
+#include "energy_shaping/sweep.h"
+
+#include <chrono>
+#include <cstdlib>
+
+#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/run.h"
+#include "tests/energy_shaping/robots.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using test::agrees, test::keeps, test::refusal, test::Vec;
+
+TEST(Sweep, IsTheRunsOneByOne) {
+  const auto loop = acrobot({});
+  SweepOptions o{.start = {0.1, 0, 0, 0}, .duration = 20, .step = 0.01, .threads = 2};
+  const auto gains = grid_of({{150, 200, 250}, {1, 2, 4, 8}});  // 12: a last pack half full
+  const auto results = sweep(*loop, gains, o);
+  o.threads = 1;
+  const auto alone = sweep(*loop, gains, o);
+  for (size_t i = 0; i < gains.size(); ++i) {
+    EXPECT_EQ(results[i].left, alone[i].left) << "any number of threads gives the same bits";
+    const auto one = acrobot({.ku = gains[i][0], .kv = gains[i][1]});
+    const auto run = simulate(*one, o.start, {.duration = 20, .step = 0.01});
+    const double rest = one->instantiate<double>()->hamiltonian(one->rest());
+    agrees("H_d left", results[i].left, (run.H.back() - rest) / (run.H.front() - rest), 1e-4);
+    agrees("largest input", results[i].peak, run.peak[0], 1e-5);
+  }
+  const int best = fastest(results, 1e9);
+  ASSERT_GE(best, 0);
+  for (const auto& r : results) EXPECT_LE(results[size_t(best)].settling, r.settling);
+  EXPECT_EQ(fastest(results, 1e-3), -1) << "no run has so small a torque";
+}
+
+TEST(Sweep, Refuses) {
+  const auto loop = acrobot({});
+  EXPECT_NE(refusal([&] { (void)sweep(*loop, {{1}}, {.start = {0, 0, 0, 0}}); }), "");
+  EXPECT_NE(refusal([&] { (void)sweep(*loop, {{200, 1}}, {.start = {0, 0}}); }), "");
+}
+
+TEST(Sweep, TenThousandAcrobotsLONG) {
+  if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "10 000 runs: set PORTHOS_LONG=1";
+  const auto loop = acrobot({});
+  const auto gains = grid_of({logarithmic(80, 800, 100), logarithmic(0.3, 30, 100)});
+  const auto before = std::chrono::steady_clock::now();
+  const auto results =
+      sweep(*loop, gains, {.start = {0.2, 0, 0, 0}, .duration = 20, .step = 0.01, .threads = 2});
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+  int settled = 0;
+  for (const auto& r : results) settled += std::isfinite(r.settling);
+  const int best = fastest(results, 100);
+  ASSERT_GE(best, 0);
+  std::printf("  %d of %zu settle; fastest with |u| <= 100: ku %.0f, kv %.2f, %.2f s, |u| %.1f\n",
+              settled, results.size(), results[size_t(best)].gains[0],
+              results[size_t(best)].gains[1], results[size_t(best)].settling,
+              results[size_t(best)].peak);
+  keeps("wall-clock [s]", seconds, 60);
+}
+
+TEST(DesignHelp, BandwidthAndDampingRatio) {
+  const auto model = test::ets_vii_model(false);
+  Vec rest = model->mechanism().neutral();
+  const PotentialLoop loop(model, joint_regulation(*model, rest, 0.2, 0.8));
+  // One joint alone would have exactly ω and ζ; coupled, all six modes are near.
+  int modes = 0;
+  for (const auto& l : eigenvalues(26, field_jacobian(loop, loop.rest()))) {
+    if (std::abs(l) < 1e-3) continue;  // the floating base
+    ++modes;
+    EXPECT_LT(l.real(), 0);
+  }
+  EXPECT_EQ(modes, 12);
+  const auto one = test::arm(1, 0, 0);
+  const PotentialLoop single(one, joint_regulation(*one, {0.0}, 3, 0.5));
+  const auto e = eigenvalues(2, field_jacobian(single, single.rest()));
+  agrees("|λ|", std::abs(e[0]), 3, 1e-12), agrees("damping ratio", -e[0].real() / 3, 0.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace porthos::energy_shaping
