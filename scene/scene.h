@@ -13,6 +13,8 @@
 #include "mechanics/urdf.h"
 #include "phs/state.h"
 #include "scene/element.h"
+#include "scene/orbit.h"
+#include "space/spacecraft.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
 namespace porthos::scene {
@@ -41,6 +43,7 @@ struct RandomStart {
 struct Limits {
   std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
       symmetry;
+  std::optional<double> orbital, coupling;  ///< of spacecraft in orbit
 };
 
 struct Scene {
@@ -54,7 +57,8 @@ struct Scene {
   BaseStart base;
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
-  std::vector<Element> elements;  ///< at the joints, besides what the model file has
+  std::optional<OrbitScene> orbit;  ///< around a planet, else in free space or on the ground
+  std::vector<Element> elements;    ///< at the joints, besides what the model file has
 
   std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
   double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
@@ -106,6 +110,7 @@ struct Assembly {
   /// The mechanism in it, whose state is the first of the model's; null in a system without one.
   std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
+  std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   phs::State initial;
   std::vector<mechanics::UrdfNote> notes;
 };

@@ -33,6 +33,7 @@ struct LedgerReport {
   double initial = 0, change = 0, defect = 0, largest_defect = 0;
   double scale = 0;  ///< what a relative defect is relative to
   std::vector<std::pair<std::string, double>> works;
+  double relative() const { return scale > 0 ? largest_defect / scale : largest_defect; }
 };
 
 struct SpaceReport {

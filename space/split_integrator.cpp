@@ -123,6 +123,8 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);
     if (o != Outcome::ok) return ledgers_ = before, o;
+    auto count = inner_->cost();
+    ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
     const auto own = inner_->works();
     for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
     model_.orbit().drift(p, dt);
