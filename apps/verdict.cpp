@@ -72,7 +72,8 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
   if (r.space) text += space_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
-  text += "results     " + out + "/: summary.json, run.h5, energy_error.svg, ledger.svg\n";
+  text += "results     " + out + "/: summary.json, run.h5, energy_error.svg, ledger.svg" +
+          (r.space ? ", ledgers.svg\n" : "\n");
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;
