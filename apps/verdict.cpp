@@ -30,6 +30,28 @@ std::string energy_text(const RunReport& r) {
              e.drift_is_significant ? "significant" : "not significant");
 }
 
+/// Three ledgers, never one total.
+std::string space_text(const RunReport& r) {
+  const auto& s = *r.space;
+  TextRows rows{{"ledger", "start J", "change J", "largest defect J", "relative"}};
+  const auto add = [&](const char* name, double start, double change, double defect, double rel) {
+    rows.push_back({name, fmt::format("{:.6g}", start), fmt::format("{:.6g}", change),
+                    fmt::format("{:.3g}", defect), fmt::format("{:.3g}", rel)});
+  };
+  const auto& o = s.orbital;
+  add("orbital", o.initial, o.change, o.largest_defect, o.relative());
+  add("internal", r.energy.initial_J, r.stored_J, r.energy.max_abs_error_J, r.energy.max_rel_error);
+  for (const auto* l : {&s.coupling, &s.harmonics})
+    if (l->scale > 0) add(l->name.c_str(), l->initial, l->change, l->largest_defect, l->relative());
+  return scene::aligned(rows) +
+         fmt::format(
+             "            angular momentum up to {:.4g} kg m^2/s, impulse of the gradient "
+             "{:.4g}, what is left {:.2g} relative\n",
+             s.angular_momentum, s.angular_impulse, s.angular_defect) +
+         fmt::format("            neglected next order of the gradient {:.2g} relative\n",
+                     s.next_order);
+}
+
 std::string cost_text(const RunReport& r) {
   const double steps = r.cost.steps > 0 ? double(r.cost.steps) : 1;
   return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} sweeps per step, {} evaluations",
@@ -47,13 +69,14 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
                       : fmt::format("({}) from", to_string(r.step_control)),
                   r.step_s, r.simulated_s);
   text += checks_text(r) + "\n";
+  if (r.space) text += space_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
-  text += r.phases == 1
-              ? "results     " + out + "/: summary.json, run.h5, energy_error.svg, ledger.svg\n"
-              : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: run.h5, "
-                            "energy_error.svg, ledger.svg\n",
-                            out, r.phases);
+  const std::string pictures =
+      std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
+  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}\n", out, pictures)
+                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}\n",
+                                      out, r.phases, pictures);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;

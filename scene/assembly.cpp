@@ -4,6 +4,7 @@
 #include <random>
 
 #include "scene/scene.h"
+#include "space/split_integrator.h"
 
 namespace porthos::scene {
 namespace {
@@ -124,6 +125,16 @@ Assembly assemble(const Scene& scene) {
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
     std::copy(own.begin(), own.end(),
               x.begin() + dynamic_cast<const phs::NetworkModel&>(*a.model).offset(name));
+  if (scene.orbit) {
+    try {
+      a.spacecraft = std::make_shared<const space::Spacecraft>(a.mechanical, a.model,
+                                                               scene.orbit->environment);
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument(at(scene.orbit->where) + e.what());
+    }
+    x = a.spacecraft->state(x, scene.orbit->start);
+    a.model = a.spacecraft;
+  }
   a.initial = phs::State(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), a.initial);
   return a;
@@ -140,10 +151,18 @@ Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const do
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
-  return integrators::make_controlled(
-      scene.step_control, scene.method, model, h,
-      {.rate = scene.control_rate, .length = scene.control_length},
-      {.rtol = scene.rtol, .iteration_tolerance = scene.iteration_tolerance});
+  const integrators::Options options{.rtol = scene.rtol,
+                                     .iteration_tolerance = scene.iteration_tolerance};
+  if (scene.orbit)
+    if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
+        return std::make_unique<space::SplitIntegrator>(
+            *craft, h, space::SplitOptions{scene.orbit->splitting, scene.method, options});
+      } catch (const InvalidArgument& e) {
+        throw InvalidArgument(at(scene.orbit->where) + e.what());
+      }
+  return integrators::make_controlled(scene.step_control, scene.method, model, h,
+                                      {.rate = scene.control_rate, .length = scene.control_length},
+                                      options);
 }
 
 }  // namespace porthos::scene

@@ -132,7 +132,8 @@ std::string plan_section(const Scene& s, const Mechanism& m) {
          aligned(
              {{"gravity", m.has_gravity()
                               ? fmt::format("active, uniform ({}, {}, {}) m/s^2", g.x, g.y, g.z)
-                              : "absent"},
+                          : s.orbit ? "active, of a planet, with its gradient on every link"
+                                    : "absent"},
               {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
               {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
               {"translation of the base", free ? "active" : "absent"},

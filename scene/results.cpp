@@ -9,6 +9,7 @@
 #include "scene/plot.h"
 #include "scene/record_log.h"
 #include "scene/run_file.h"
+#include "scene/space_plot.h"
 
 namespace porthos::scene {
 namespace {
@@ -89,6 +90,8 @@ void write_results(const std::filesystem::path& folder, const Scene& scene,
   write_aside(svg, plot(scene, assembly, report, log));
   write_aside(books, ledger(scene, assembly, report, log));
   write_aside(summary, summary_json(scene, assembly, report, report.final_state));
+  const auto ledgers = folder / "ledgers.svg";
+  if (report.space) write_aside(ledgers, space_plot(report)), put_in_place(ledgers);
   for (const auto& path : {h5, svg, books, summary}) put_in_place(path);
 }
 

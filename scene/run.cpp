@@ -14,6 +14,7 @@
 #include "scene/phases.h"
 #include "scene/results.h"
 #include "scene/verdict.h"
+#include "space/split_integrator.h"
 
 namespace porthos::scene {
 namespace fs = std::filesystem;
@@ -71,6 +72,7 @@ class Session {
         folder_(checkpoint_folder(options.out)),
         fixed_(scene.step_control == integrators::StepControl::fixed),
         integrator_(make_integrator(scene, *assembly.model, scene.step)),
+        split_(dynamic_cast<const space::SplitIntegrator*>(integrator_.get())),
         monitor_(watch()),
         meter_(assembly),
         layout_(assembly.model->description()),
@@ -240,6 +242,7 @@ class Session {
     r.steps = state_.step;
     r.cost = integrator_->cost();
     ledger_.fill(r, meter_);
+    if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
     r.outcome = outcome_, r.interrupted = interrupted_;
     r.final_state = state_;
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
@@ -276,6 +279,7 @@ class Session {
   const fs::path folder_;
   const bool fixed_;  ///< steps of the scene's size
   std::unique_ptr<integrators::Integrator> integrator_;
+  const space::SplitIntegrator* split_;  ///< null: not in orbit
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   Meter meter_;
   RecordLayout layout_;

@@ -6,6 +6,7 @@
 
 #include "integrators/integrator.h"
 #include "scene/scene.h"
+#include "space/ledgers.h"
 
 namespace porthos::scene {
 
@@ -44,6 +45,7 @@ struct RunReport {
   using Named = std::vector<std::pair<std::string, double>>;
   Named storages;       ///< change of each stored energy [J]
   Named ports, losses;  ///< energy in through each source, lost in each dissipating element [J]
+  std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;

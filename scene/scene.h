@@ -15,6 +15,8 @@
 #include "scene/actuator.h"
 #include "scene/element.h"
 #include "scene/event.h"
+#include "scene/orbit.h"
+#include "space/spacecraft.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
 namespace porthos::scene {
@@ -35,6 +37,7 @@ struct RandomStart {
 struct Limits {
   std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
       symmetry;
+  std::optional<double> orbital, coupling;  ///< of spacecraft in orbit
 };
 
 struct Scene {
@@ -52,6 +55,7 @@ struct Scene {
   std::vector<FreeBody> bodies;   ///< besides the model
   std::vector<Event> events;      ///< in the order of their times
   std::vector<JointActuator> actuators;
+  std::optional<OrbitScene> orbit;  ///< around a planet, else in free space or on the ground
 
   std::string method = "gauss16";  ///< or "auto" until a method is chosen, see auto_method.h
   double step = 0;                 ///< [s]; of "auto" the first guess, 0: none
@@ -103,7 +107,8 @@ struct Assembly {
   /// The mechanism in it, whose state is the first of the model's; null in a system without one.
   std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
-  mechanics::MechanismBuilder parts;  ///< what the mechanism was built from
+  mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
+  std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   phs::State initial;
   std::vector<mechanics::UrdfNote> notes;
 };

@@ -98,7 +98,7 @@ class Reader {
     parse();
     const Table top(file_, root_, "the scene", "",
                     {"title", "model", "environment", "initial", "body", "element", "actuator",
-                     "event", "integrator", "monitor", "run", "verify"});
+                     "event", "planet", "orbit", "integrator", "monitor", "run", "verify"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -113,6 +113,7 @@ class Reader {
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
+    s_.orbit = read_orbit(top);
     const Table method =
         section(top, "integrator",
                 {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",
@@ -122,6 +123,7 @@ class Reader {
       monitor(section(top, "monitor", {"limit", "step_limit", "action", "project"}));
     run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
     verify(top);
+    if (s_.orbit) check_orbit_scene();
     return std::move(s_);
   }
 
@@ -266,6 +268,32 @@ class Reader {
     }
   }
 
+  /// What a scene in orbit cannot have besides.
+  void check_orbit_scene() const {
+    const std::string& where = s_.orbit->where;
+    const auto& b = s_.base;
+    if (s_.urdf.base != mechanics::UrdfOptions::Base::free)
+      refuse(where,
+             "[orbit] is given, but the base is \"fixed\", expected [model] base = \"free\"");
+    if (mechanics::norm(s_.urdf.gravity) != 0)
+      refuse(where, "[orbit] is given with uniform gravity, expected one of both");
+    if (mechanics::norm(b.position) != 0 || mechanics::norm(b.linear_velocity) != 0)
+      refuse(b.where,
+             "the base has a position or a linear velocity besides the [orbit] of the "
+             "centre of mass, expected attitude and angular velocity alone");
+    if (s_.method == auto_method)
+      refuse(where, "[orbit] is given with method = \"auto\", expected a method");
+    if (s_.step_control != integrators::StepControl::fixed)
+      refuse(where, "[orbit] is given with a step_control, expected a fixed step");
+    if (s_.monitor)
+      refuse(where,
+             "[orbit] is given with a [monitor], which watches one energy: expected limits in "
+             "[verify] for the three ledgers");
+    if (!s_.events.empty() || !s_.bodies.empty())
+      refuse(where,
+             "[orbit] is given with an [[event]] or a [[body]], expected them in free space");
+  }
+
   void monitor(const Table& t) {
     if (s_.method == auto_method)
       refuse(t.where(), "[monitor] is given with method = \"auto\", expected a method");
@@ -306,13 +334,14 @@ class Reader {
     }
     const Table t = section(top, "verify",
                             {"energy", "linear_momentum", "angular_momentum", "quaternion_norm",
-                             "balance", "symmetry"});
+                             "balance", "symmetry", "orbital", "coupling"});
     const auto limit = [&](const char* key, std::optional<double>& to) {
       if (t.has(key)) to = t.not_negative_or(key, "", 0);
     };
     limit("energy", l.energy), limit("linear_momentum", l.linear_momentum);
     limit("angular_momentum", l.angular_momentum), limit("quaternion_norm", l.quaternion_norm);
     limit("balance", l.balance), limit("symmetry", l.symmetry);
+    limit("orbital", l.orbital), limit("coupling", l.coupling);
   }
 
   File file_;

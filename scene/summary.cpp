@@ -67,6 +67,40 @@ Json balance(const RunReport& r) {
           {"ports", named(r.ports)},          {"losses", named(r.losses)}};
 }
 
+Json ledger(const space::LedgerReport& l) {
+  Json works = Json::object();
+  for (const auto& [name, joule] : l.works) works[name] = joule;
+  return {{"initial_J", l.initial},
+          {"change_J", l.change},
+          {"works_J", works},
+          {"defect_J", l.defect},
+          {"largest_defect_J", l.largest_defect},
+          {"scale_J", l.scale},
+          {"largest_relative_defect", l.relative()}};
+}
+
+/// Three ledgers and no total: docs/space.md.
+Json ledgers(const RunReport& r) {
+  const auto& s = *r.space;
+  return {{"orbital", ledger(s.orbital)},
+          {"internal",
+           {{"initial_J", r.energy.initial_J},
+            {"change_J", r.stored_J},
+            {"supplied_J", r.supplied_J},
+            {"dissipated_J", r.dissipated_J},
+            {"defect_J", r.defect_J},
+            {"largest_defect_J", r.energy.max_abs_error_J},
+            {"scale_J", r.energy.scale_J},
+            {"largest_relative_defect", r.energy.max_rel_error}}},
+          {"coupling", ledger(s.coupling)},
+          {"harmonics", ledger(s.harmonics)},
+          {"angular_momentum",
+           {{"largest_kg_m2_s", s.angular_momentum},
+            {"gradient_impulse_kg_m2_s", s.angular_impulse},
+            {"largest_relative_defect", s.angular_defect}}},
+          {"neglected_next_order", s.next_order}};
+}
+
 Json checks(const RunReport& r) {
   Json list = Json::array();
   for (const Check& c : r.checks)
@@ -97,6 +131,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
   j["balance"] = balance(r);
+  if (r.space) j["ledgers"] = ledgers(r);
   j["final_state"] = final_state(assembly, last);
   j["checks"] = checks(r);
   j["verdict"] = r.passed() ? "pass" : "fail";

@@ -81,10 +81,18 @@ void judge(RunReport& r, const Scene& scene, const Meter& meter) {
   if (limits.energy) check(r, "energy", r.energy.max_rel_error, *limits.energy);
   check_kept(r, "linear_momentum", meter.has_linear(), r.linear_momentum_error,
              limits.linear_momentum);
-  check_kept(r, "angular_momentum", meter.has_angular(), r.angular_momentum_error,
-             limits.angular_momentum);
+  if (r.space && limits.angular_momentum)
+    check(r, "angular_momentum (less impulses)", r.space->angular_defect, *limits.angular_momentum);
+  else
+    check_kept(r, "angular_momentum", meter.has_angular(), r.angular_momentum_error,
+               limits.angular_momentum);
   if (limits.quaternion_norm && meter.has_rotations())
     check(r, "quaternion_norm", r.quaternion_norm_error, *limits.quaternion_norm);
+  if (r.space && limits.orbital) check(r, "orbital", r.space->orbital.relative(), *limits.orbital);
+  if (r.space && limits.coupling)
+    check(r, "coupling", r.space->coupling.relative(), *limits.coupling);
+  if (!r.space && (limits.orbital || limits.coupling))
+    r.notes.push_back("orbital and coupling are ledgers of an [orbit] and were not checked");
   if (limits.balance)
     check(r, "balance", std::fabs(r.defect_J) / std::max(r.energy.scale_J, r.turned_over_J),
           *limits.balance);

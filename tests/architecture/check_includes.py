@@ -17,11 +17,12 @@ BELOW = {
     "adapters": ["integrators"],
     "energy_shaping": ["mechanics", "integrators"],
     "vsa": ["mechanics"],
-    "scene": ["integrators", "energy_shaping", "vsa"],
+    "space": ["mechanics", "integrators"],
+    "scene": ["space", "energy_shaping", "vsa"],
     "apps": ["scene", "adapters"],
     "python": ["scene"],
 }
-LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "scene"]
+LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "space", "scene"]
 ANYTHING_GOES = ["tests", "bench", "examples"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

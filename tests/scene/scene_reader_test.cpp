@@ -171,7 +171,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
        "12:2: unknown key 'verfiy' in the scene, the nearest known one is 'verify' "
-       "(known: title, model, environment, initial, body, element, actuator, event, integrator, monitor, run, verify)"},
+       "(known: title, model, environment, initial, body, element, actuator, event, planet, orbit, integrator, monitor, run, verify)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
        "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia)"},

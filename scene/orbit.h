@@ -1,0 +1,22 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "space/environment.h"
+
+namespace porthos::scene {
+
+class Table;
+
+/// [planet] and [orbit] of a scene, docs/space.md.
+struct OrbitScene {
+  space::Environment environment;
+  space::PointState<double> start;     ///< of the centre of mass
+  std::string splitting = "lobatto4";  ///< see space::split_schemes()
+  std::string where;                   ///< "file:line:column" of [orbit]
+};
+
+/// Reads [orbit] and [planet]; nothing if there is neither. @throws InvalidArgument as read_scene()
+std::optional<OrbitScene> read_orbit(const Table& scene);
+
+}  // namespace porthos::scene

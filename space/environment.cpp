@@ -1,0 +1,138 @@
+#include "space/environment.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace porthos::space {
+namespace {
+
+constexpr double tau = 6.283185307179586476925286766559;
+constexpr double obliquity = 0.40909280422232897;  // 23.4392911 degrees, J2000
+
+double length(const Vec3d& v) { return mechanics::norm(v); }
+bool finite(const Vec3d& v) { return std::isfinite(v.x + v.y + v.z); }
+
+/// From the ecliptic to the equator.
+PointState<double> tilted(const PointState<double>& s) {
+  const double c = std::cos(obliquity), n = std::sin(obliquity);
+  const auto turn = [&](const Vec3d& a) {
+    return Vec3d{a.x, c * a.y - n * a.z, n * a.y + c * a.z};
+  };
+  return {turn(s.r), turn(s.v)};
+}
+
+void positive(double x, const char* what, const char* unit) {
+  if (!(x > 0 && std::isfinite(x)))
+    throw InvalidArgument(fmt::format("{} is {} {}, expected a positive number", what, x, unit));
+}
+
+}  // namespace
+
+Zonals earth_zonals() {
+  return {1.082626683553e-3, -2.532656485e-6, -1.619621591e-6, -2.272960829e-7, 5.406812391e-7};
+}
+
+PointState<double> from_elements(double mu, double a, double e, double i, double node,
+                                 double argument, double anomaly) {
+  const double p = a * (1 - e * e), r = p / (1 + e * std::cos(anomaly)), w = std::sqrt(mu / p);
+  const double u = argument + anomaly;
+  const Vec3d N{std::cos(node), std::sin(node), 0};
+  const Vec3d M{-std::sin(node) * std::cos(i), std::cos(node) * std::cos(i), std::sin(i)};
+  const auto at = [&](double angle) { return std::cos(angle) * N + std::sin(angle) * M; };
+  const auto across = [&](double angle) { return -std::sin(angle) * N + std::cos(angle) * M; };
+  return {r * at(u), w * (across(u) + e * across(argument))};
+}
+
+ThirdBody mean_sun(double longitude) {
+  const double mu = 1.32712440018e20, total = mu + 3.986004415e14;
+  constexpr double perigee = 4.93819;  // 282.9373 degrees
+  return {
+      "sun", mu,
+      tilted(from_elements(total, 1.49598023e11, 0.0167086, 0, 0, perigee, longitude - perigee)),
+      total};
+}
+
+ThirdBody mean_moon(double longitude) {
+  const double mu = 4.9028e12, total = mu + 3.986004415e14;
+  return {"moon", mu, tilted(from_elements(total, 3.844e8, 0.0549, 0.0898, 0, 0, longitude)),
+          total};
+}
+
+void Environment::validate() const {
+  positive(planet.mu, "the planet's mu", "m^3/s^2");
+  positive(planet.radius, "the planet's radius", "m");
+  if (!finite(planet.axis) || std::fabs(length(planet.axis) - 1) > 1e-9)
+    throw InvalidArgument("the planet's axis has length " + std::to_string(length(planet.axis)) +
+                          ", expected 1");
+  for (const double J : planet.J)
+    if (!(std::fabs(J) < 1))
+      throw InvalidArgument(fmt::format("a zonal harmonic is {}, expected |J| < 1", J));
+  bool sun = false;
+  for (const auto& b : third_bodies) {
+    positive(b.mu, "the mu of a third body", "m^3/s^2");
+    positive(b.total_mu, "the total mu of a third body", "m^3/s^2");
+    if (!finite(b.start.r) || !finite(b.start.v) || length(b.start.r) <= planet.radius)
+      throw InvalidArgument(
+          fmt::format("third body '{}' starts {} m from the planet's centre, expected more than "
+                      "the planet's radius",
+                      b.name, length(b.start.r)));
+    sun = sun || b.name == "sun";
+  }
+  if (atmosphere) {
+    positive(atmosphere->density, "the density of the atmosphere", "kg/m^3");
+    positive(atmosphere->scale_height, "the scale height of the atmosphere", "m");
+    positive(atmosphere->area_coefficient, "the drag area C_D A", "m^2");
+    if (!planet.rotation_rate)
+      throw InvalidArgument(
+          "an atmosphere turns with its planet, whose rotation is not given, expected "
+          "rotation_rate (0 for one that stands still)");
+  }
+  if (solar_pressure) {
+    positive(solar_pressure->area_coefficient, "the area C_R A in sunlight", "m^2");
+    if (!sun)
+      throw InvalidArgument(
+          "sunlight is asked for without a sun, expected a third body named \"sun\"");
+  }
+}
+
+Elements elements_of(double mu, const PointState<double>& s) {
+  const double r = length(s.r), v2 = dot(s.v, s.v);
+  const Vec3d h = cross(s.r, s.v), k{0, 0, 1};
+  const Vec3d e = (1 / mu) * (cross(s.v, h) - (mu / r) * s.r);
+  const Vec3d n = cross(k, h);
+  Elements o{};
+  const double beta = 2 * mu / r - v2;
+  o.semi_major_axis = mu / beta;
+  o.eccentricity = length(e);
+  o.inclination = std::atan2(std::hypot(h.x, h.y), h.z);
+  o.node = length(n) > 0 ? std::atan2(n.y, n.x) : 0;
+  const Vec3d N{std::cos(o.node), std::sin(o.node), 0}, M = (1 / length(h)) * cross(h, N);
+  const double u = std::atan2(dot(s.r, M), dot(s.r, N));
+  o.argument = o.eccentricity > 1e-12 ? std::atan2(dot(e, M), dot(e, N)) : 0;
+  o.true_anomaly = u - o.argument;
+  o.period = beta > 0 ? tau * mu / (beta * std::sqrt(beta)) : HUGE_VAL;
+  o.pericentre = dot(h, h) / (mu * (1 + o.eccentricity));
+  return o;
+}
+
+void check_orbit(const Planet& planet, const PointState<double>& start, bool bound) {
+  if (!finite(start.r) || !finite(start.v))
+    throw InvalidArgument("the orbit's start is not finite, expected numbers of m and m/s");
+  const double r = length(start.r);
+  if (r < planet.radius)
+    throw InvalidArgument(fmt::format(
+        "the orbit starts {:.6g} km below the surface of the planet, whose radius is {:.6g} km",
+        (planet.radius - r) / 1e3, planet.radius / 1e3));
+  const Elements o = elements_of(planet.mu, start);
+  if (bound && !std::isfinite(o.period))
+    throw InvalidArgument(fmt::format(
+        "the orbit is hyperbolic (eccentricity {:.6g}), expected a bound one", o.eccentricity));
+  if (bound && o.pericentre < planet.radius)
+    throw InvalidArgument(
+        fmt::format("the orbit's pericentre is {:.6g} km below the surface of the planet, whose "
+                    "radius is {:.6g} km",
+                    (planet.radius - o.pericentre) / 1e3, planet.radius / 1e3));
+}
+
+}  // namespace porthos::space

@@ -1,0 +1,77 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "space/gravity.h"
+#include "space/kepler.h"
+
+/// What acts on the centre of mass of a spacecraft, as users give it.
+namespace porthos::space {
+
+using Vec3d = Vec3<double>;
+
+/// The body at the origin of the inertial axes.
+struct Planet {
+  std::string name = "earth";
+  double mu = 398600441500000.0;        ///< [m³/s²]; default: EGM96
+  double radius = 6378136.3;            ///< equatorial, the a of the J_n [m]
+  Vec3d axis{0, 0, 1};                  ///< unit axis of symmetry and rotation, inertial
+  Zonals J{0, 0, 0, 0, 0};              ///< J_2 … J_6
+  std::optional<double> rotation_rate;  ///< [rad/s] about the axis; what needs it refuses without
+};
+/// J_2 … J_6 of the Earth, from the normalised C_n0 of EGM96 (Lemoine et al. 1998, NASA/TP-1998-206861).
+Zonals earth_zonals();
+
+/// A perturbing body on a fixed ellipse about the planet (for the Sun: the planet's orbit seen from the planet).
+struct ThirdBody {
+  std::string name;
+  double mu = 0;             ///< [m³/s²]
+  PointState<double> start;  ///< relative to the planet at time 0, inertial axes
+  double total_mu = 0;       ///< μ of its relative motion: planet and body together
+};
+/// A Keplerian ellipse by its elements [m, -, rad].
+PointState<double> from_elements(double mu, double semi_major_axis, double eccentricity,
+                                 double inclination, double node, double argument,
+                                 double true_anomaly);
+/// Sun and Moon on mean ellipses of the epoch J2000 in equatorial axes of date, good to a degree or so: for the size and
+/// period of the perturbation, not for an ephemeris.
+ThirdBody mean_sun(double mean_longitude_at_start);
+ThirdBody mean_moon(double mean_longitude_at_start);
+
+/// ρ = ρ_0 exp(-(altitude - altitude_0)/scale height), turning with the planet.
+struct Atmosphere {
+  double density = 0;           ///< ρ_0 [kg/m³]
+  double altitude = 0;          ///< [m] above Planet::radius
+  double scale_height = 0;      ///< [m]
+  double area_coefficient = 0;  ///< C_D A of the spacecraft [m²]
+};
+
+/// Pressure of sunlight on a sphere; needs the third body "sun". Shadow: a cylinder behind the planet.
+struct SolarPressure {
+  double area_coefficient = 0;  ///< C_R A [m²]
+  double at_1_au = 4.56e-6;     ///< [N/m²]
+};
+
+struct Environment {
+  Planet planet;
+  std::vector<ThirdBody> third_bodies;
+  std::optional<Atmosphere> atmosphere;
+  std::optional<SolarPressure> solar_pressure;
+
+  /// @throws InvalidArgument, one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
+  void validate() const;
+};
+
+/// The osculating orbit of a state: what a user asks first.
+struct Elements {
+  double semi_major_axis, eccentricity, inclination, node, argument, true_anomaly;  ///< [m, -, rad]
+  double period;      ///< [s]; infinite if not bound
+  double pericentre;  ///< [m] from the centre
+};
+Elements elements_of(double mu, const PointState<double>& s);
+
+/// @throws InvalidArgument for a pericentre below the planet's surface, or an orbit that is not bound where one is asked
+void check_orbit(const Planet& planet, const PointState<double>& start, bool bound);
+
+}  // namespace porthos::space

@@ -1,0 +1,99 @@
+#include "space/ledgers.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "phs/state.h"
+
+namespace porthos::space {
+namespace {
+
+constexpr size_t gradient = size_t(OrbitSource::gradient), zonal = size_t(OrbitSource::zonal);
+
+LongSum split(OrbitReal x) { return {double(x), double(x - OrbitReal(double(x)))}; }
+
+}  // namespace
+
+void LongSum::add(double x) { phs::compensated_add(value, low, x); }
+
+void SpaceLedgers::Balance::look(OrbitReal value, OrbitReal off) {
+  last = double(value), defect = double(off);
+  worst = std::max(worst, std::fabs(defect)), scale = std::max(scale, std::fabs(last));
+}
+
+LedgerReport SpaceLedgers::Balance::report(const char* name) const {
+  return {name, first, last - first, defect, worst, scale, {}};
+}
+
+void SpaceLedgers::start(const Reading& r) {
+  data_ = {};
+  Data& d = data_;
+  d.started = 1;
+  d.orbital_0 = split(r.orbital);
+  d.orbital.first = double(r.orbital), d.gradient.first = r.gradient, d.zonal.first = r.zonal;
+  for (int k = 0; k < 3; ++k) d.L_0[k] = split(r.L[k]);
+  look(r);
+}
+
+void SpaceLedgers::kick(const OrbitWorks& on_orbit, double on_internal,
+                        const Vec3<double>& impulse) {
+  for (size_t s = 0; s < orbit_sources; ++s) data_.orbit[s].add(double(on_orbit[s]));
+  data_.internal.add(on_internal);
+  for (int k = 0; k < 3; ++k) data_.impulse[k].add(impulse[k]);
+}
+
+void SpaceLedgers::look(const Reading& r) {
+  Data& d = data_;
+  OrbitReal defect = r.orbital - d.orbital_0.total();
+  for (const LongSum& w : d.orbit) defect -= w.total();
+  d.orbital.look(r.orbital, defect);
+  d.gradient.look(r.gradient, OrbitReal(r.gradient) - d.gradient.first + d.internal.total() +
+                                  d.orbit[gradient].total());
+  d.zonal.look(r.zonal, OrbitReal(r.zonal) - d.zonal.first + d.orbit[zonal].total());
+
+  OrbitReal off = 0;
+  for (int k = 0; k < 3; ++k) {
+    const OrbitReal c = r.L[k] - d.L_0[k].total() - d.impulse[k].total();
+    off += c * c;
+  }
+  d.L_largest = std::max(d.L_largest, double(mechanics::norm(r.L)));
+  d.L_worst = std::max(d.L_worst, double(sqrtl(off)));
+  next_order_ = std::max(next_order_, std::fabs(r.next_order));
+}
+
+SpaceReport SpaceLedgers::report() const {
+  const Data& d = data_;
+  SpaceReport r;
+  r.orbital = d.orbital.report("orbital");
+  for (size_t s = 0; s < orbit_sources; ++s)
+    if (d.orbit[s].value != 0)
+      r.orbital.works.emplace_back(to_string(OrbitSource(s)), d.orbit[s].value);
+  r.coupling = d.gradient.report("coupling");
+  r.coupling.works = {{"to_orbit", d.orbit[gradient].value}, {"to_internal", d.internal.value}};
+  r.harmonics = d.zonal.report("harmonics");
+  r.harmonics.works = {{"to_orbit", d.orbit[zonal].value}};
+  r.gradient_work = d.internal.value;
+  r.angular_momentum = d.L_largest;
+  r.angular_impulse = std::hypot(d.impulse[0].value, d.impulse[1].value, d.impulse[2].value);
+  r.angular_defect = d.L_largest > 0 ? d.L_worst / d.L_largest : d.L_worst;
+  r.next_order = d.gradient.scale > 0 ? next_order_ / d.gradient.scale : next_order_;
+  return r;
+}
+
+std::vector<double> SpaceLedgers::memory() const {
+  const auto m = std::bit_cast<std::array<double, memory_size - 1>>(data_);
+  std::vector<double> all(m.begin(), m.end());
+  all.push_back(next_order_);
+  return all;
+}
+
+void SpaceLedgers::restore(std::span<const double> memory) {
+  require_size("memory of the space ledgers", memory.size(), memory_size);
+  std::array<double, memory_size - 1> m;
+  std::copy_n(memory.begin(), m.size(), m.begin());
+  data_ = std::bit_cast<Data>(m);
+  next_order_ = memory.back();
+}
+
+}  // namespace porthos::space

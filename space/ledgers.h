@@ -1,0 +1,88 @@
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "space/orbit.h"
+
+/// The books of a spacecraft in orbit. Energy stands in three places, each with a ledger of its own; none is a total.
+///
+///   orbital    E = m (v²/2 - μ/r)            defect = E - E(0) - Σ works on the orbit
+///   internal   H of the mechanism            defect = H - H(0) - Σ its own works - work of the gradient   (the run's ledger)
+///   coupling   V of the gravity gradient     defect = V - V(0) + its work on the orbit + its work on the internal motion
+/// and where the planet is no point
+///   harmonics  V of the zonal harmonics      defect = V - V(0) + its work on the orbit
+///
+/// A kick changes momenta at fixed positions, so its work on either side is known to rounding and the first two defects
+/// show the errors of the Kepler flow and of the internal integrator alone. The others show the error of the splitting.
+/// The angular momentum about the centre of mass has a ledger too: L - L(0) - Σ torque impulses.
+namespace porthos::space {
+
+/// A sum of double length that checkpoints can hold.
+struct LongSum {
+  double value = 0, low = 0;
+  void add(double x);
+  OrbitReal total() const { return OrbitReal(value) + low; }
+};
+
+/// One ledger as reported [J].
+struct LedgerReport {
+  std::string name;
+  double initial = 0, change = 0, defect = 0, largest_defect = 0;
+  double scale = 0;  ///< what a relative defect is relative to
+  std::vector<std::pair<std::string, double>> works;
+  double relative() const { return scale > 0 ? largest_defect / scale : largest_defect; }
+};
+
+struct SpaceReport {
+  LedgerReport orbital, coupling, harmonics;
+  double gradient_work = 0;     ///< on the internal motion [J]
+  double angular_momentum = 0;  ///< about the centre of mass, largest size [kg m²/s]
+  double angular_impulse = 0;   ///< of the gradient's torque, size [kg m²/s]
+  double angular_defect = 0;    ///< largest |L - L(0) - Σ impulses| over the largest |L|
+  double next_order = 0;  ///< largest third order (neglected) over the second's largest energy
+};
+
+/// Kept by the split integrator, step by step, in constant memory.
+class SpaceLedgers {
+ public:
+  /// What the state says now.
+  struct Reading {
+    OrbitReal orbital;
+    double gradient, zonal;  ///< potential energies
+    Vec3<OrbitReal> L;       ///< angular momentum about the centre of mass
+    double next_order = 0;   ///< energy of the expansion's third order, where it was taken
+  };
+  /// Before the first step.
+  void start(const Reading& r);
+  bool started() const { return data_.started != 0; }
+  void kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse);
+  /// At the end of a step.
+  void look(const Reading& r);
+  SpaceReport report() const;
+
+  static constexpr size_t memory_size = 1 + 8 + 18 + 15 + 2 + 1;
+  std::vector<double> memory() const;
+  void restore(std::span<const double> memory);
+
+ private:
+  struct Balance {
+    double first = 0, last = 0, defect = 0, worst = 0, scale = 0;
+    void look(OrbitReal value, OrbitReal off);
+    LedgerReport report(const char* name) const;
+  };
+  struct Data {
+    double started = 0;
+    LongSum orbital_0, L_0[3];
+    LongSum orbit[orbit_sources], internal, impulse[3];
+    Balance orbital, gradient, zonal;
+    double L_largest = 0, L_worst = 0;
+  };
+  static_assert(sizeof(Data) == (memory_size - 1) * sizeof(double));
+  Data data_;
+  double next_order_ = 0;
+};
+
+}  // namespace porthos::space

@@ -1,0 +1,87 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "space/environment.h"
+#include "space/split_scheme.h"
+
+/// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by everything else.
+namespace porthos::space {
+
+/// The scalar orbits are moved in: a 64-bit significand, stored as value + low word. One rounding of a 7000 km position
+/// is then 4e-13 m, where a double's is 9e-10 m.
+using OrbitReal = long double;
+using OrbitPoint = PointState<OrbitReal>;
+
+/// Reads x + lo and writes it back: six numbers r, v.
+OrbitPoint load_point(std::span<const double> x, std::span<const double> lo);
+void store_point(const OrbitPoint& p, std::span<double> x, std::span<double> lo);
+
+/// What changes the orbital energy besides the centre of gravity.
+enum class OrbitSource { zonal, gradient, third_body, drag, sunlight, count };
+inline constexpr size_t orbit_sources = size_t(OrbitSource::count);
+const char* to_string(OrbitSource s);
+/// Work on the orbital motion by each source [J].
+using OrbitWorks = std::array<OrbitReal, orbit_sources>;
+
+class OrbitMotion {
+ public:
+  /// @throws InvalidArgument as Environment::validate(), or for a mass that is not positive
+  OrbitMotion(Environment environment, double mass);
+  const Environment& environment() const { return environment_; }
+  double mass() const { return mass_; }
+
+  /// The Kepler flow over dt, exactly.
+  void drift(OrbitPoint& p, OrbitReal dt) const { p = kepler_flow(mu_, p, dt); }
+
+  /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`: acceleration of the
+  /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends
+  /// (implicit midpoint). works: written; their sum is the change of m v²/2 to rounding, whatever the step.
+  void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
+            OrbitWorks& works) const;
+
+  /// m (v²/2 - μ/r) [J].
+  OrbitReal energy(const OrbitPoint& p) const;
+  /// Potential energy of the zonal harmonics at p [J].
+  OrbitReal zonal_energy(const OrbitPoint& p) const;
+  /// Whether a kick does anything besides the gravity gradient.
+  bool perturbed() const { return perturbed_; }
+  /// Position of a third body at t, relative to the planet [m].
+  Vec3<OrbitReal> third_body_position(const ThirdBody& body, OrbitReal t) const;
+
+ private:
+  bool in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun) const;
+  Environment environment_;
+  double mass_;
+  OrbitReal mu_;
+  bool zonal_, perturbed_;
+};
+
+/// An orbit alone, with its books: E(t) - E(0) = Σ works to rounding, and the zonal potential of the scheme's order.
+class OrbitPropagator {
+ public:
+  OrbitPropagator(Environment environment, double mass, const PointState<double>& start, double h,
+                  const std::string& scheme = "strang");
+  void step();
+  double time() const { return double(steps_) * h_; }
+  OrbitPoint point() const { return load_point(x_, lo_); }
+  const OrbitMotion& motion() const { return motion_; }
+  /// Work of each source since the start [J].
+  double work(OrbitSource s) const { return sum_[size_t(s)] + low_[size_t(s)]; }
+  /// E - E(0) - Σ works [J]: rounding alone.
+  double energy_defect() const;
+  /// V_zonal - V_zonal(0) + work of the zonals [J]: the splitting's error, bounded where it is symplectic.
+  double zonal_defect() const;
+
+ private:
+  OrbitMotion motion_;
+  const SplitScheme& scheme_;
+  double h_;
+  std::int64_t steps_ = 0;
+  std::array<double, 6> x_{}, lo_{};
+  std::array<double, orbit_sources> sum_{}, low_{};
+  OrbitReal energy_0_ = 0, zonal_0_ = 0;
+};
+
+}  // namespace porthos::space

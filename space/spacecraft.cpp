@@ -1,0 +1,174 @@
+#include "space/spacecraft.h"
+
+#include <algorithm>
+
+#include "mechanics/momentum.h"
+#include "mechanics/rotation.h"
+
+namespace porthos::space {
+namespace {
+
+phs::Description describe(const phs::Description& internal) {
+  phs::Description d = internal;
+  d.nx += 6;
+  d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
+  d.blocks.push_back({"orbit.velocity", phs::BlockKind::linear, internal.nx + 3, 3, -1, "m/s", ""});
+  d.traits.canonical = d.traits.separable = false;
+  d.traits.autonomous = false;  // the orbit drives it: rate is more than (J - R) e
+  d.flows.clear();
+  d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
+  d.invariants.clear();
+  int at = 0;
+  for (auto i : internal.invariants) {
+    if (i.name == "angular_momentum") continue;
+    i.at = at, at += i.size;
+    d.invariants.push_back(std::move(i));
+  }
+  return d;
+}
+
+template <class T>
+class SpacecraftSystem : public phs::System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  explicit SpacecraftSystem(const Spacecraft& model)
+      : model_(model),
+        internal_(model.internal().instantiate<T>()),
+        gradient_(model.mechanism()),
+        n_(model.internal_size()),
+        nq_(size_t(model.mechanism().nq())),
+        pull_(nq_),
+        values_(size_t(model.internal().description().invariant_count())) {}
+
+  const phs::Description& description() const override { return model_.description(); }
+  std::unique_ptr<phs::System<T>> clone() const override {
+    auto copy = std::make_unique<SpacecraftSystem>(model_);
+    copy->set_turn_angles(turns_);
+    return copy;
+  }
+  T hamiltonian(In x) override { return internal_->hamiltonian(x.first(n_)); }
+  void gradient(In x, Out e) override { internal_->gradient(x.first(n_), e.first(n_)), clear(e); }
+  void field(T t, In x, In u, Out dx) override {
+    internal_->field(t, x.first(n_), u, dx.first(n_));
+    drive(x, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    internal_->rate(t, x.first(n_), e.first(n_), dx.first(n_));
+    drive(x, dx);
+  }
+  void apply_structure(In x, In e, Out Je) override {
+    internal_->apply_structure(x.first(n_), e.first(n_), Je.first(n_)), clear(Je);
+  }
+  void apply_dissipation(In x, In e, Out Re) override {
+    internal_->apply_dissipation(x.first(n_), e.first(n_), Re.first(n_)), clear(Re);
+  }
+  void apply_input(In x, In u, Out Gu) override {
+    internal_->apply_input(x.first(n_), u, Gu.first(n_)), clear(Gu);
+  }
+  void output(In x, In e, Out y) override { internal_->output(x.first(n_), e.first(n_), y); }
+  void stored(In x, Out values) override { internal_->stored(x.first(n_), values); }
+  void powers(T t, In x, In e, Out values) override {
+    internal_->powers(t, x.first(n_), e.first(n_), values.first(values.size() - 1));
+    pull(x);
+    T power(0.0);
+    for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
+    values[values.size() - 1] = power;
+  }
+  void invariants(In x, Out values) override {
+    internal_->invariants(x.first(n_), values_);
+    size_t k = 0;
+    for (const auto& i : model_.internal().description().invariants)
+      if (i.name != "angular_momentum")
+        for (int c = 0; c < i.size; ++c) values[k++] = values_[size_t(i.at + c)];
+  }
+  void set_turn_angles(In angles) override {
+    turns_.assign(angles.begin(), angles.end());
+    internal_->set_turn_angles(angles);
+    gradient_.set_turn_angles(angles.first(size_t(model_.mechanism().angle_count())));
+  }
+
+ private:
+  void clear(Out tail) const {
+    for (size_t i = n_; i < n_ + 6; ++i) tail[i] = T(0.0);
+  }
+  Vec3<T> position(In x) const { return {x[n_], x[n_ + 1], x[n_ + 2]}; }
+  void pull(In x) {
+    gradient_.evaluate(model_.orbit().environment().planet.mu, x.first(nq_), position(x));
+    gradient_.momentum_rates(x.first(nq_), pull_);
+  }
+  /// The orbit by central gravity, harmonics and the reaction; the gradient on the internal motion.
+  void drive(In x, Out dx) {
+    const Environment& env = model_.orbit().environment();
+    if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure)
+      throw InvalidArgument("system '" + description().name +
+                            "': third bodies, drag and sunlight act in the split of orbit and "
+                            "internal motion only, not in a plain field");
+    pull(x);
+    for (size_t i = 0; i < nq_; ++i) dx[nq_ + i] = dx[nq_ + i] + pull_[i];
+    const Vec3<T> R = position(x);
+    const T d2 = dot(R, R), k = T(-env.planet.mu) / (d2 * mechanics::norm(R));
+    Vec3<T> zonal;
+    zonal_field(T(env.planet.mu), T(env.planet.radius), Vec3<T>(env.planet.axis), env.planet.J, R,
+                zonal);
+    const Vec3<T> a = k * R + zonal + T(1 / model_.orbit().mass()) * gradient_.reaction();
+    for (int i = 0; i < 3; ++i)
+      dx[n_ + size_t(i)] = x[n_ + 3 + size_t(i)], dx[n_ + 3 + size_t(i)] = a[i];
+  }
+
+  const Spacecraft& model_;
+  std::unique_ptr<phs::System<T>> internal_;
+  GravityGradient<T> gradient_;
+  size_t n_, nq_;
+  std::vector<T> pull_, values_, turns_;
+};
+
+}  // namespace
+
+Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
+                       std::shared_ptr<const phs::Model> internal, Environment environment)
+    : mechanical_(std::move(mechanical)),
+      internal_(std::move(internal)),
+      orbit_(std::move(environment), mechanical_->mechanism().total_mass()),
+      description_(describe(internal_->description())) {
+  const GravityGradient<double> fits(mechanical_->mechanism());
+  if (!internal_->holds().empty())
+    throw InvalidArgument(
+        "a sampled controller is given for a spacecraft in orbit, expected a continuous one: the "
+        "split steps the internal motion between its instants");
+}
+
+std::vector<double> Spacecraft::state(std::span<const double> internal,
+                                      const PointState<double>& centre) const {
+  require_size("internal state", internal.size(), internal_size());
+  const Mechanism& m = mechanism();
+  const size_t nq = size_t(m.nq());
+  std::vector<double> x(internal.begin(), internal.end());
+  mechanics::Workspace<double> w(m);
+  const auto mechanical = std::span<double>(x).first(2 * nq);
+  const auto q = mechanical.first(nq);
+  const Vec3d c = mechanics::centre_of_mass<double>(m, w, q);
+  const Vec3d P{x[nq + base_position], x[nq + base_position + 1], x[nq + base_position + 2]};
+  // The same rates, seen from the centre of mass.
+  auto v = mechanical_->rates(mechanical);
+  const auto xi = mechanics::Quaternion<double>::load(&x[base_attitude]);
+  const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
+  for (int k = 0; k < 3; ++k) v[size_t(3 + k)] -= back[k], q[size_t(base_position + k)] -= c[k];
+  const auto moved = mechanical_->state(q, v);
+  std::copy(moved.begin(), moved.end(), mechanical.begin());
+  for (size_t k = 0; k < 3; ++k) x[nq + base_position + k] = 0;  // rounding until here
+  for (const Vec3d& a : {centre.r, centre.v}) x.insert(x.end(), {a.x, a.y, a.z});
+  return x;
+}
+
+template <class T>
+std::unique_ptr<phs::System<T>> Spacecraft::make_system() const {
+  return std::make_unique<SpacecraftSystem<T>>(*this);
+}
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<phs::System<T>> Spacecraft::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::space

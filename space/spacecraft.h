@@ -1,0 +1,49 @@
+#pragma once
+#include <memory>
+
+#include "mechanics/mechanical_model.h"
+#include "space/gravity_gradient.h"
+#include "space/orbit.h"
+
+/// A spacecraft in orbit, split into the motion of its centre of mass and everything else.
+namespace porthos::space {
+
+/// The state: that of the internal model, a mechanism on a free base with whatever is joined to it (first its q and p,
+/// see mechanics::MechanicalModel), then position and velocity of the centre of mass, "orbit.position" and
+/// "orbit.velocity" [m, m/s].
+///
+/// The base's linear momentum is zero and stays zero, exactly: internal motion is motion relative to the centre of mass
+/// ("base.position" is the base's origin relative to it), and its kinetic energy splits off without a rest,
+/// T = |P|²/2m + T_int(attitude, joints). The port-Hamiltonian system declared here is the *internal* one: H is its energy,
+/// and gravity's gradient a source, "gravity_gradient", whose power is what the orbit gives it. There is no total of
+/// orbital and internal energy: of 7e10 J one rounding is 1e-5 J, as much as an arm's motion in a year.
+/// The angular momentum of the internal motion is that about the centre of mass, and no invariant in orbit.
+class Spacecraft : public phs::ModelFor<Spacecraft> {
+ public:
+  /// internal: `mechanical` itself or a model whose state begins with that of it.
+  /// @throws InvalidArgument as GravityGradient and OrbitMotion; for sampled controllers, whose instants are not kept here
+  Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
+             std::shared_ptr<const phs::Model> internal, Environment environment);
+
+  const phs::Description& description() const override { return description_; }
+  const phs::Model& internal() const { return *internal_; }
+  const Mechanism& mechanism() const { return mechanical_->mechanism(); }
+  const OrbitMotion& orbit() const { return orbit_; }
+  size_t internal_size() const { return size_t(internal_->description().nx); }
+
+  /// The whole state from an internal one, its motion relative to the centre of mass, and the orbit of that. The base's
+  /// position and linear momentum in `internal` are replaced: by its place relative to the centre of mass, and by 0.
+  std::vector<double> state(std::span<const double> internal,
+                            const PointState<double>& centre) const;
+
+  template <class T>
+  std::unique_ptr<phs::System<T>> make_system() const;
+
+ private:
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
+  std::shared_ptr<const phs::Model> internal_;
+  OrbitMotion orbit_;
+  phs::Description description_;
+};
+
+}  // namespace porthos::space

@@ -1,0 +1,162 @@
+#include "space/split_integrator.h"
+
+#include <algorithm>
+
+#include "mechanics/rotation.h"
+
+namespace porthos::space {
+
+using integrators::Outcome;
+
+namespace {
+
+integrators::Declaration declare(const SplitScheme& scheme, const std::string& method) {
+  integrators::Declaration d = integrators::declaration_of(method);
+  d.title = "orbit and internal motion split, " + scheme.title + "; internal motion by " + method;
+  d.family = "splitting of orbit and internal motion";
+  d.order = scheme.order;
+  d.energy_exact = d.passivity_exact = integrators::Claim::fails;
+  d.needs = {};
+  d.source = scheme.source;
+  return d;
+}
+
+}  // namespace
+
+SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& o)
+    : BasicIntegrator(declare(split_scheme(o.splitting), o.method), model, h, o.options),
+      model_(model),
+      scheme_(split_scheme(o.splitting)),
+      inner_(integrators::make_integrator(o.method, model.internal(), h, o.options)),
+      gradient_(model.mechanism()),
+      w_(model.mechanism()),
+      n_internal_(model.internal_size()),
+      nq_(size_t(model.mechanism().nq())),
+      inside_(model.internal().description(), std::vector<double>(n_internal_, 0.0)),
+      q_(nq_),
+      change_(nq_),
+      middle_(nq_),
+      turn_angles_(size_t(model.mechanism().angle_count()), 0.0) {
+  if (!scheme_.forward && !model.description().traits.lossless)
+    throw InvalidArgument("splitting '" + scheme_.name +
+                          "' steps backwards inside a step and the internal motion is damped, "
+                          "expected strang, lobatto4, lobatto6 or lobatto8");
+}
+
+void SplitIntegrator::gather(const State& s) {
+  std::copy_n(s.x.begin(), n_internal_, inside_.x.begin());
+  std::copy_n(s.lo.begin(), n_internal_, inside_.lo.begin());
+  if (inside_.turns == s.turns) return;
+  inside_.turns = s.turns;
+  for (size_t i = 0; i < turn_angles_.size(); ++i)
+    turn_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
+  gradient_.set_turn_angles(turn_angles_);
+  w_.turn_angle = turn_angles_;
+}
+
+void SplitIntegrator::scatter(State& s) const {
+  std::copy(inside_.x.begin(), inside_.x.end(), s.x.begin());
+  std::copy(inside_.lo.begin(), inside_.lo.end(), s.lo.begin());
+}
+
+void SplitIntegrator::pull(const OrbitPoint& p) {
+  for (size_t i = 0; i < nq_; ++i) q_[i] = inside_.x[i] + inside_.lo[i];
+  gradient_.evaluate(model_.orbit().environment().planet.mu, q_, Vec3d(p.r));
+}
+
+SpaceLedgers::Reading SplitIntegrator::read(const OrbitPoint& p, bool next_order) {
+  SpaceLedgers::Reading r{model_.orbit().energy(p), gradient_.energy(),
+                          double(model_.orbit().zonal_energy(p)), angular_momentum()};
+  if (next_order)
+    r.next_order = gradient_.next_order(model_.orbit().environment().planet.mu, q_, Vec3d(p.r));
+  return r;
+}
+
+Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
+  // ½ Im(π ξ̄); the base's place contributes nothing, the linear momentum being zero
+  OrbitReal a[8];
+  for (size_t k = 0; k < 4; ++k) {
+    const size_t q = base_attitude + k, p = nq_ + q;
+    a[k] = OrbitReal(inside_.x[q]) + inside_.lo[q];
+    a[4 + k] = OrbitReal(inside_.x[p]) + inside_.lo[p];
+  }
+  using Q = mechanics::Quaternion<OrbitReal>;
+  return OrbitReal(0.5) * (Q::load(a + 4) * Q::load(a).conj()).v;
+}
+
+void SplitIntegrator::kick(double t, double h, OrbitPoint& p) {
+  pull(p);
+  gradient_.momentum_rates(q_, change_);
+  for (size_t i = 0; i < nq_; ++i) {
+    change_[i] *= h;
+    middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
+  }
+  mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
+  double work = 0;
+  const auto force = gradient_.joint_forces();
+  for (size_t j = 0; j < force.size(); ++j) work += force[j] * w_.rate[j];
+  work *= h;
+  for (size_t i = 0; i < nq_; ++i)
+    phs::compensated_add(inside_.x[nq_ + i], inside_.lo[nq_ + i], change_[i]);
+
+  OrbitWorks works;
+  model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / model_.orbit().mass()) * gradient_.reaction()),
+                      works);
+  ledgers_.kick(works, work, h * gradient_.torque());
+  if (works_.any()) works_.add(works_.of_step().size() - 1, work);
+}
+
+Outcome SplitIntegrator::advance(double t, double h, State& s) {
+  gather(s);
+  const std::span<double> x(s.x), lo(s.lo);
+  OrbitPoint p = load_point(x.subspan(n_internal_), lo.subspan(n_internal_));
+  if (!ledgers_.started()) {
+    pull(p);
+    ledgers_.start(read(p, true));
+  }
+  const SpaceLedgers before = ledgers_;
+  works_.restart();
+  double here = t;
+  for (size_t i = 0; i < scheme_.kick.size(); ++i) {
+    if (scheme_.kick[i] != 0) kick(here, scheme_.kick[i] * h, p);
+    if (i == scheme_.drift.size()) break;
+    const double dt = scheme_.drift[i] * h;
+    const Outcome o = inner_->advance_with_books(here, dt, inside_);
+    if (o != Outcome::ok) return ledgers_ = before, o;
+    auto count = inner_->cost();
+    ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
+    const auto own = inner_->works();
+    for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
+    model_.orbit().drift(p, dt);
+    here += dt;
+  }
+  if (scheme_.kick.back() == 0) pull(p);  // else the last kick was here
+  ledgers_.look(read(p, s.step % 64 == 0));
+  scatter(s);
+  store_point(p, x.subspan(n_internal_), lo.subspan(n_internal_));
+  return Outcome::ok;
+}
+
+std::vector<double> SplitIntegrator::memory() const {
+  auto m = ledgers_.memory();
+  const auto inner = inner_->memory();
+  m.insert(m.end(), inner.begin(), inner.end());
+  return m;
+}
+
+void SplitIntegrator::restore(std::span<const double> m) {
+  if (m.size() < SpaceLedgers::memory_size)
+    require_size("memory of the orbit's split", m.size(), SpaceLedgers::memory_size);
+  ledgers_.restore(m.first(SpaceLedgers::memory_size));
+  inner_->restore(m.subspan(SpaceLedgers::memory_size));
+}
+
+integrators::Cost SplitIntegrator::cost() const {
+  integrators::Cost c = inner_->cost();
+  c.steps = cost_.steps;
+  return c;
+}
+
+void SplitIntegrator::set_cost(const integrators::Cost& c) { inner_->set_cost(c), cost_ = c; }
+
+}  // namespace porthos::space

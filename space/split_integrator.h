@@ -1,0 +1,54 @@
+#pragma once
+#include "integrators/integrator.h"
+#include "space/ledgers.h"
+#include "space/spacecraft.h"
+
+namespace porthos::space {
+
+struct SplitOptions {
+  std::string splitting = "lobatto4";  ///< see split_schemes()
+  std::string method = "gauss16";      ///< of the internal motion
+  integrators::Options options = {};   ///< of that method
+};
+
+/// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the centre of mass drifts by
+/// the exact Kepler flow while the internal motion is stepped by a method of the catalogue; in between, kicks by all that
+/// couples them or perturbs the orbit, at fixed positions. The step is set by the internal motion, not by the orbit.
+/// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the centre of mass; its work
+/// on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and booked (ledgers.h).
+class SplitIntegrator final : public integrators::Integrator {
+ public:
+  /// The model must outlive it. @throws InvalidArgument for an unknown splitting or method, or a splitting that steps
+  ///   backwards for a damped internal motion
+  SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& options = {});
+
+  integrators::Outcome advance(double t, double h, State& state) override;
+  std::vector<double> memory() const override;
+  void restore(std::span<const double> memory) override;
+  std::string remark() const override { return inner_->remark(); }
+  bool keeps_books() const override { return true; }
+  integrators::Cost cost() const override;
+  void set_cost(const integrators::Cost& c) override;
+
+  const SpaceLedgers& ledgers() const { return ledgers_; }
+
+ private:
+  void gather(const State& s);
+  void scatter(State& s) const;
+  void pull(const OrbitPoint& p);
+  void kick(double t, double h, OrbitPoint& p);
+  SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
+  Vec3<OrbitReal> angular_momentum() const;
+
+  const Spacecraft& model_;
+  const SplitScheme& scheme_;
+  std::unique_ptr<integrators::Integrator> inner_;
+  GravityGradient<double> gradient_;
+  mechanics::Workspace<double> w_;
+  size_t n_internal_, nq_;
+  State inside_;
+  std::vector<double> q_, change_, middle_, turn_angles_;
+  SpaceLedgers ledgers_;
+};
+
+}  // namespace porthos::space
