@@ -36,9 +36,10 @@ class Collocation final : public BasicIntegrator<T> {
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
         E_(works_.any() ? n_ : 0),
         smallest_(n_),
-        noise_(n_, 0.0) {
+        noise_(n_, 0.0),
+        size_(n_, 1.0) {
     for (int c = 0; c < chunks; ++c) {
-      Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_);
+      Y_[c].resize(n_), L_[c].resize(n_), F_[c].resize(n_), F_at_Y_[c].resize(n_);
       L_before_[c].assign(n_, Lanes(T(0.0)));
     }
     for (int i = 0; i < W; ++i)
@@ -118,6 +119,7 @@ class Collocation final : public BasicIntegrator<T> {
     void finish() { method.improve(); }
     void freeze(SimplifiedNewton& newton, Solver solver) { method.freeze(state, newton, solver); }
     double newton_step() const { return phs::to_double(method.h_of_weights_); }
+    double noise() { return method.noise_of_newton(state); }
   };
 
   /// works = Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i) once the step is solved.
@@ -263,13 +265,52 @@ class Collocation final : public BasicIntegrator<T> {
         // Newton's solve spreads its noise over all components, where single records mean nothing.
         if (move < smallest_[k]) smallest_[k] = move, p.improved = fixed_point;
       }
-      const double size = std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
+      const double size = size_[k] =
+          std::max({magnitude(state.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
       if (!fixed_point) p.blur(noise_[k] / size);
       distance = std::max(distance, away / size);
     }
     for (int i = 0; i < V; ++i) p.finite &= total[i] < HUGE_VAL;
     return p;
+  }
+
+  /// What Newton's move comes to by rounding alone: that of stage values off by a few units in their last places, this way
+  /// and that. A spring as stiff as a shaft makes much of the rounding of two angles; no sweep gets below it.
+  double noise_of_newton(const State& state) {
+    const auto field = [&] {
+      cost_.evaluations += s_;
+      for (int c = 0; c < chunks; ++c)
+        field_.field(t_, ch_[c], Y_[c], F_[c], std::min(V, s_ - c * V));
+    };
+    field(), std::swap(F_, F_at_Y_);
+    unsigned turn = 1;
+    for (size_t k = 0; k < n_; ++k)
+      for (int i = 0; i < W; ++i) {
+        turn = 1664525u * turn + 1013904223u;  // Numerical Recipes' congruential generator
+        const double off = (turn >> 31 ? 4 : -4) * unit_roundoff<T>;
+        Y_[i / V][k].set(i % V, at(Y_, k, i) * (T(1.0) + T(off)));
+      }
+    field();
+    double noise = 0;
+    for (int part = 0; part < newton_parts<T>; ++part) {
+      for (size_t k = 0; k < n_; ++k)
+        for (int i = 0; i < s_; ++i)
+          residual_[k * size_t(s_) + size_t(i)] =
+              part_of(T(hb_[i / V][i % V] * (at(F_, k, i) - at(F_at_Y_, k, i))), part);
+      SimplifiedNewton& newton = *solver_.newton();
+      newton.solve(residual_);
+      for (size_t k = 0; k < n_; ++k)
+        for (int i = 0; i < s_; ++i) {
+          double move = 0;
+          for (int j = 0; j < s_; ++j)
+            move += phs::to_double(mu_[j][i / V][i % V]) * residual_[k * size_t(s_) + size_t(j)];
+          noise = std::max(noise, std::fabs(move) / size_[k]);
+        }
+    }
+    for (int c = 0; c < chunks; ++c)
+      for (size_t k = 0; k < n_; ++k) Y_[c][k] = stage_values(state, c, k, mu_, L_);
+    return noise;
   }
 
   /// Σ L_i, outer pairs first as the weights are symmetric.
@@ -288,9 +329,10 @@ class Collocation final : public BasicIntegrator<T> {
   std::array<Lanes, chunks> hb_, ch_, mu_[W], mu_p_[W], nu_[W], slope_[W];
   bool have_coefficients_ = false;
   T h_of_weights_, h_of_extrapolation_;
-  Stages Y_, L_, F_;
-  std::vector<Lanes> E_;                  ///< for the books
-  std::vector<double> smallest_, noise_;  ///< noise_: of Newton's solve
+  Stages Y_, L_, F_, F_at_Y_;
+  std::vector<Lanes> E_;  ///< for the books
+  std::vector<double> smallest_, noise_,
+      size_;  ///< noise_: of Newton's solve; size_: of a component
   Stages L_before_;
   bool have_before_ = false;
   T h_before_ = T(0.0);

@@ -143,6 +143,7 @@ class Radau15 final : public BasicIntegrator<T> {
     return iterate(Iteration{.guess = [&](bool predicted) { guess(predicted); },
                              .sweep = [&](double& distance) { return sweep_once(distance); },
                              .between = [] {},
+                             .noise = [] { return 0.0; },
                              .finish = [&] { evaluate(); }},
                    stagnation_, have_before_, options_.max_sweeps)
         .outcome;

@@ -56,7 +56,16 @@ class Stagnation {
   void restart(int patience = 10) {
     patience_ = patience;
     smallest_ = HUGE_VAL, since_record_ = 0, grace_ = 1, ratio_ = 0, last_ = HUGE_VAL;
+    noise_ = 0, noise_known_ = false;
   }
+
+  /// Whether the moves, small already, have all but stopped shrinking above `settled`: slow contraction, or rounding that
+  /// the equations magnify, as a stiff spring does that of a difference of angles. Asked for once between restarts; who
+  /// can tell then says how large moves by noise are.
+  bool wants_noise() const {
+    return !noise_known_ && last_ > settled_ && last_ < small * settled_ && ratio_ > 0.3;
+  }
+  void set_noise(double noise) { noise_ = std::min(noise, small * settled_), noise_known_ = true; }
 
   Verdict after(const Sweep& s) {
     if (!s.finite) return Verdict::not_finite;
@@ -65,19 +74,23 @@ class Stagnation {
     if (s.change <= tolerance_) return Verdict::stagnated;
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
     smallest_ = std::min(smallest_, s.change);
-    if (s.change > settled_)
+    if (!settled())
       return since_record_ > patience_ || s.change > 1e6 * smallest_ ? Verdict::diverges
                                                                      : Verdict::go_on;
     grace_ = s.improved || since_record_ == 0 ? 1 : grace_ - 1;
     return grace_ < 0 || since_record_ >= 4 ? Verdict::stagnated : Verdict::go_on;
   }
   /// Whether the moves have become small enough for only noise to be left.
-  bool settled() const { return last_ <= settled_; }
+  bool settled() const { return last_ <= std::max(settled_, noise_); }
   /// The last move over the one before: the contraction where it is steady.
   double ratio() const { return ratio_; }
 
  private:
+  static constexpr double small = 1e5;  ///< of `settled`: above, nothing is noise
+
   double settled_, tolerance_;
+  double noise_ = 0;
+  bool noise_known_ = false;
   double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;
   int patience_ = 10, since_record_ = 0, grace_ = 1;
 };

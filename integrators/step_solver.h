@@ -12,12 +12,14 @@ namespace porthos::integrators {
 ///   guess(predicted)   puts the unknowns to their first values, with or without a prediction from the step before
 ///   sweep(distance)    one sweep; distance: how far the unknowns are from the start of the step, in the units of Sweep
 ///   between()          called before each further sweep
+///   noise()            the largest move that may be rounding only, in the units of Sweep; 0 if not known
 ///   finish()           brings what the sweeps see up to what the last of them moved
-template <class Guess, class SweepOnce, class Between, class Finish>
+template <class Guess, class SweepOnce, class Between, class Noise, class Finish>
 struct Iteration {
   Guess guess;
   SweepOnce sweep;
   Between between;
+  Noise noise;
   Finish finish;
 };
 
@@ -44,7 +46,9 @@ Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool 
       continue;
     }
     using enum Stagnation::Verdict;
-    switch (stagnation.after(p)) {
+    const auto verdict = stagnation.after(p);
+    if (verdict == go_on && stagnation.wants_noise()) stagnation.set_noise(parts.noise());
+    switch (verdict) {
       case not_finite:
         return r.outcome = Outcome::not_finite, r;
       case diverges:
@@ -68,6 +72,7 @@ Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool 
 /// and finish as above — a sweep by Newton where newton() says so — and
 ///   freeze(newton, solver)   freezes J where the unknowns are now
 ///   newton_step()            the step size J is frozen for
+///   noise()                  of moves by Newton, as above, where it is offered
 class StepSolver {
  public:
   StepSolver(Stagnation stagnation, const Options& o, size_t n)
@@ -211,6 +216,12 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
                               if (refresh == Refresh::always || refreshed < some_refreshes)
                                 freeze(), ++refreshed;
                             },
+                        .noise = [&]() -> double {
+                          if constexpr (requires { e.noise(); })
+                            return newton ? e.noise() : 0;
+                          else
+                            return 0;
+                        },
                         .finish = [&] { e.finish(); }};
   const Iterated r = iterate(parts, stagnation_, predicted, most_sweeps,
                              refresh == Refresh::always ? most_sweeps : 10);

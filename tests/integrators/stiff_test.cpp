@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "integrators/gauss.h"
+#include "integrators/stagnation.h"
 #include "phs/user_model.h"
 #include "tests/support/robots.h"
 #include "tests/support/stiff.h"
@@ -310,6 +311,35 @@ TEST(Stiff, AnImpossibleStepIsAStatus) {
 }
 
 // Restart in the middle of Newton: the frozen Jacobian and the state of the choice come back.
+// Sweeps that stand still above what usually is rounding end there if, and only if, moves of this size are measured to be
+// rounding. Slow contraction above the noise goes on, and standing still above it diverges.
+TEST(Stiff, OnlyMeasuredNoiseEndsSweepsAboveTheUsual) {
+  using enum Stagnation::Verdict;
+  const auto last = [](double noise, double ratio) {
+    auto stagnation = Stagnation::of<double>();
+    stagnation.restart();
+    auto verdict = go_on;
+    double move = 1e-6;
+    int sweeps = 0;
+    for (; verdict == go_on && sweeps < 100; ++sweeps) {
+      move = sweeps < 5 ? move * 0.2 : move * ratio;  // 3e-10 after five
+      verdict = stagnation.after({.changed = true, .change = move});
+      if (verdict == go_on && stagnation.wants_noise()) stagnation.set_noise(noise);
+    }
+    std::printf("  noise %.0e, ratio %.2f: after %d sweeps at %.1e\n", noise, ratio, sweeps, move);
+    return std::pair{verdict, sweeps};
+  };
+  EXPECT_EQ(last(1e-9, 1.0).first, stagnated);
+  EXPECT_LT(last(1e-9, 1.0).second, 10);
+  EXPECT_EQ(last(1e-12, 1.0).first, diverges) << "as without a measurement";
+  EXPECT_EQ(last(1e-12, 0.95).first, go_on) << "it still shrinks";
+  EXPECT_EQ(last(1.0, 1.0).first, stagnated);
+  // Nothing is noise above 1e-6, whatever was measured.
+  auto far = Stagnation::of<double>();
+  far.restart(), far.set_noise(1.0);
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(far.after({.changed = true, .change = 1e-4}), go_on);
+}
+
 TEST(Stiff, RestartIsContinuation) {
   const auto robot = stiff_chain(5, 1e3, 0.01);
   for (const Solver solver : {Solver::automatic, Solver::newton_dense}) {
