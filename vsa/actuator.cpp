@@ -128,31 +128,69 @@ T limited(const T& u, double L) {
   return L < HUGE_VAL ? T(L) * tanh(T(u / T(L))) : u;
 }
 
-void act(phs::Network& n, const std::string& name, const char* axis, size_t at, const Drive& d) {
-  const std::string who = name + "." + axis;
+/// A law of the gear's output, force by rate, behind a lever r: r law(r v).
+phs::FunctionPtr behind(phs::FunctionPtr law, double r) {
+  if (r == 1) return law;
+  return phs::function([law, r](auto v) {
+    using T = decltype(v);
+    return T(T(r) * (*law)(T(T(r) * v)));
+  });
+}
+
+/// The port a drive acts at, whose flow is the gear's output over r.
+struct Place {
+  std::string port;
+  double r = 1;
+};
+
+void act(phs::Network& n, const std::string& who, const Place& place, size_t at, const Drive& d) {
   if (d.kind == Kind::torque && d.command)
-    n.source(who + ".torque", who, phs::function([f = d.command, L = d.torque_limit](auto t) {
-               return limited((*f)(t), L);
+    n.source(who + ".torque", place.port,
+             phs::function([f = d.command, L = d.torque_limit, r = place.r](auto t) {
+               using T = decltype(t);
+               return T(T(r) * limited((*f)(t), L));
              }));
   if (d.kind == Kind::rate && d.command)
-    n.source(who + ".rate", who, phs::function([f = d.command, L = d.rate_limit](auto t) {
+    n.source(who + ".rate", place.port, phs::function([f = d.command, L = d.rate_limit](auto t) {
                return limited((*f)(t), L);
              }));
   if (d.kind == Kind::position)
-    n.control(who + ".controller", who, phs::law([d, at](auto t, auto x, auto y, auto u) {
+    n.control(who + ".controller", place.port, phs::law([d, at](auto t, auto x, auto y, auto u) {
                 using T = std::remove_cvref_t<decltype(t)>;
                 const T wish = T(d.kp) * ((*d.command)(t)-x[at]) - T(d.kd) * y[0];
                 u[0] = limited(wish, d.torque_limit);
               }));
-  if (d.friction) n.resist(who + ".friction", who, d.friction);
-  if (has_rotor(d) && d.rate_limit < HUGE_VAL)
-    n.resist(who + ".brake", who, phs::function([w = d.rate_limit, L = d.torque_limit](auto v) {
-               using T = decltype(v);
-               using phs::max;
-               const double c = L / (0.05 * 0.05 * w * w);
-               const T fast = max(T(v - T(w)), T(0.0)), back = max(T(-v - T(w)), T(0.0));
-               return T(c) * (fast * fast - back * back);
-             }));
+  if (d.friction) n.resist(who + ".friction", place.port, behind(d.friction, place.r));
+  if (has_rotor(d) && d.rate_limit < HUGE_VAL) {
+    const auto brake = phs::function([w = d.rate_limit, L = d.torque_limit](auto v) {
+      using T = decltype(v);
+      using phs::max;
+      const double c = L / (0.05 * 0.05 * w * w);
+      const T fast = max(T(v - T(w)), T(0.0)), back = max(T(-v - T(w)), T(0.0));
+      return T(c) * (fast * fast - back * back);
+    });
+    n.resist(who + ".brake", place.port, behind(brake, place.r));
+  }
+}
+
+/// All but the member and its junctions.
+void act(phs::Network& n, const std::string& name, const std::string& joint_port,
+         const Place& theta, const Actuator& a) {
+  act(n, name + ".theta", theta, 1, a.theta);
+  if (!a.elastic->traits().sigma.empty()) act(n, name + ".sigma", {name + ".sigma"}, 2, a.sigma);
+  const double c = a.damping, r = theta.r;
+  if (c > 0 && has_rotor(a.theta))
+    n.resist(name + ".damping", {joint_port, theta.port},
+             phs::Matrix{{c, -r * c}, {-r * c, r * r * c}});
+  else if (c > 0)
+    n.resist(name + ".damping", joint_port, phs::viscous(c));
+  if (a.damper)
+    n.control(name + ".damper", joint_port,
+              phs::law([f = a.damper, most = a.damper_limit](auto t, auto, auto y, auto u) {
+                using T = std::remove_cvref_t<decltype(t)>;
+                using phs::max, phs::min;
+                u[0] = -min(max(T((*f)(t)), T(0.0)), T(most)) * y[0];
+              }));
 }
 
 }  // namespace
@@ -192,20 +230,25 @@ std::vector<double> actuator_start(const std::string& who, const Actuator& a, do
 void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
             const Actuator& a) {
   n.add(name, actuator_model(a)).feedback(joint_port, name + ".link");
-  act(n, name, "theta", 1, a.theta);
-  if (!a.elastic->traits().sigma.empty()) act(n, name, "sigma", 2, a.sigma);
-  if (a.damping > 0 && has_rotor(a.theta))
-    n.resist(name + ".damping", {joint_port, name + ".theta"},
-             phs::Matrix{{a.damping, -a.damping}, {-a.damping, a.damping}});
-  else if (a.damping > 0)
-    n.resist(name + ".damping", joint_port, phs::viscous(a.damping));
-  if (a.damper)
-    n.control(name + ".damper", joint_port,
-              phs::law([f = a.damper, most = a.damper_limit](auto t, auto, auto y, auto u) {
-                using T = std::remove_cvref_t<decltype(t)>;
-                using phs::max, phs::min;
-                u[0] = -min(max(T((*f)(t)), T(0.0)), T(most)) * y[0];
-              }));
+  act(n, name, joint_port, {name + ".theta"}, a);
+}
+
+void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
+            const std::string& rotor_port, const Actuator& a) {
+  const Drive& d = a.theta;
+  if (d.kind != Kind::torque || d.inertia != 0)
+    refuse(
+        fmt::format("'{}' has a rotor that is a body, expected theta driven by torque and "
+                    "without an inertia, which is the body's",
+                    name));
+  Actuator spring = a;
+  spring.theta.inertia = 1;
+  (void)actuator_model(spring);  // every other number is judged as without a body
+  spring.theta = {.kind = Kind::rate}, spring.damping = 0;
+  n.add(name, actuator_model(spring)).feedback(joint_port, name + ".link");
+  n.transformer(rotor_port, name + ".theta", 1 / d.gear);
+  if (d.viscous > 0) n.resist(name + ".theta.viscous", rotor_port, phs::viscous(d.viscous));
+  act(n, name, joint_port, {rotor_port, 1 / d.gear}, a);
 }
 
 }  // namespace porthos::vsa

@@ -42,7 +42,8 @@ struct Drive {
 };
 
 /// Rotors turn about the joint's axis only in what concerns their energy, ½ n² J θ'² (Spong 1987, J. Dyn. Syst. 109): the
-/// gyroscopic moment of a rotor that is carried round is neglected, as that of JointSpec::rotor_inertia.
+/// gyroscopic moment of a rotor that is carried round is neglected, as that of JointSpec::rotor_inertia;
+/// rotor_body.h has rotors that do without this.
 struct Actuator {
   ElasticPtr elastic = nullptr;
   Drive theta = {}, sigma = {};  ///< sigma: only where the energy depends on it
@@ -74,5 +75,14 @@ std::vector<double> actuator_start(const std::string& who, const Actuator& a, do
 /// @throws InvalidArgument as actuator_model()
 void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
             const Actuator& a);
+
+/// The same with the rotor of θ a body of the mechanism (add_rotor() of rotor_body.h), whose gyroscopic moment is then no
+/// longer neglected. `rotor_port`: "<member>.<joint>_rotor.torque". a.theta is a drive by torque whose inertia is 0, as
+/// the body has it; gear, friction, limits and command are its own. θ' is the rotor's rate over the gear; θ - angle / gear
+/// stays. Without a command the rotor's port stays open, for torques on the rotor's side. Storages: "<name>.spring" and
+/// those of σ; the rotor's energy is the mechanism's.
+/// @throws InvalidArgument as actuator_model(), for another drive or an inertia at θ
+void attach(phs::Network& n, const std::string& name, const std::string& joint_port,
+            const std::string& rotor_port, const Actuator& a);
 
 }  // namespace porthos::vsa
