@@ -73,8 +73,12 @@ std::string actuators_markdown() {
       "deflection are energies too, "
       "⅓ k d³ beyond: nothing is clipped.\n\n"
       "Rotors count by ½ n² J θ'² (Spong 1987); the gyroscopic moment of a rotor that is carried "
-      "round is neglected. Two equal motors "
+      "round is neglected, but for rotors that are bodies of the mechanism (`vsa/rotor_body.h`). "
+      "Two equal motors "
       "at θ ± σ are one of 2 J at θ and one of 2 J at σ.\n\n"
+      "Planning in C++: constant-energy paths and resonance tuning (`vsa/planning.h`), changes of "
+      "stiffness that take the least electrical energy, with the torque that runs them "
+      "(`vsa/minimum_energy.h`).\n\n"
       "## Families\n`family = \"...\"` with `parameters = { ... }`. Formulas and sources: "
       "`vsa/families.h`, `vsa/table.h`.\n\n"
       "| family | parameters [unit] |\n|---|---|\n";

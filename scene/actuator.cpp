@@ -16,9 +16,9 @@ namespace {
 
 using Kind = vsa::Drive::Kind;
 
-const Names drive_keys{"start",   "drive",        "command",   "inertia", "gear",
-                       "viscous", "coulomb",      "smoothing", "kp",      "kd",
-                       "servo",   "torque_limit", "rate_limit"};
+const Names drive_keys{"start",   "drive",        "command",    "inertia",    "gear",
+                       "viscous", "coulomb",      "smoothing",  "kp",         "kd",
+                       "servo",   "torque_limit", "rate_limit", "gyroscopics"};
 
 /// A sentence of the actuator's own gets the place in the file in front.
 template <class F>
@@ -41,10 +41,10 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
       {"fixed", {}},
       {"torque",
        {"command", "inertia", "gear", "viscous", "coulomb", "smoothing", "torque_limit",
-        "rate_limit"}},
+        "rate_limit", "gyroscopics"}},
       {"position",
        {"command", "inertia", "gear", "viscous", "coulomb", "smoothing", "torque_limit",
-        "rate_limit", "kp", "kd"}},
+        "rate_limit", "kp", "kd", "gyroscopics"}},
       {"rate", {"command", "rate_limit"}},
       {"servo", {"command", "servo"}}};
   for (size_t i = 0; i < own.size(); ++i) {
@@ -58,6 +58,10 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
                            own[i].second.empty() ? "no more keys" : joined(own[i].second)));
   }
   if (d.kind == Kind::fixed) return d;
+  if (t.has("gyroscopics") && t.text("gyroscopics", "\"neglected\"") != "neglected")
+    t.fail("gyroscopics",
+           "is not \"neglected\", and a scene offers nothing else: a rotor with its gyroscopic "
+           "moment is a body of the mechanism (vsa/rotor_body.h)");
   const std::string unit = d.kind == Kind::torque ? " of N m"
                            : d.kind == Kind::rate ? " of " + angle + "/s"
                                                   : " of " + angle;

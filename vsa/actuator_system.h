@@ -28,7 +28,6 @@ template <class T>
 class ActuatorSystem final : public phs::System<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
-  static constexpr size_t most = 9;
 
  public:
   explicit ActuatorSystem(const Layout& l) : l_(l) {}
@@ -43,20 +42,33 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.momentum >= 0) H = H + kinetic(a, x);
     return H;
   }
+  // Entries are written one by one: filling nine numbers first would cost as much as the spring.
   void gradient(In x, Out e) override {
-    std::fill(e.begin(), e.end(), T(0.0));
-    if (!known_ || !(l_.axes[1].at >= 0 ? same<3>(x) : same<2>(x))) {
-      slopes_ = l_.elastic->slopes(x[0], x[1], sigma(x));
-      std::copy_n(x.begin(), l_.axes[1].at >= 0 ? 3 : 2, at_.begin()), known_ = true;
-    }
-    e[0] = slopes_.q, e[1] = slopes_.theta;
-    if (l_.axes[1].at >= 0) e[2] = slopes_.sigma;
-    for (const auto& a : l_.axes)
+    know(x);
+    e[0] = slopes_.q;
+    for (size_t k = 0; k < 2; ++k) {
+      const auto& a = l_.axes[k];
+      if (a.at < 0) continue;
+      e[size_t(a.at)] = slope(k);
       if (a.momentum >= 0) e[size_t(a.momentum)] = x[size_t(a.momentum)] * T(a.per_inertia);
+      if (a.servo >= 0) e[size_t(a.servo)] = e[size_t(a.servo + 1)] = T(0.0);
+    }
   }
   void field(T t, In x, In u, Out dx) override {
-    const Out e = Out(e_).first(x.size());
-    gradient(x, e), rate(t, x, e, dx);
+    know(x);
+    dx[0] = T(0.0);
+    for (size_t k = 0; k < 2; ++k) {
+      const auto& a = l_.axes[k];
+      if (a.at < 0) continue;
+      if (a.momentum >= 0) {
+        const T v = x[size_t(a.momentum)] * T(a.per_inertia);
+        dx[size_t(a.at)] = v, dx[size_t(a.momentum)] = -slope(k) - T(a.damping) * v;
+      } else if (a.servo >= 0) {
+        serve(a, t, x, dx);
+      } else {
+        dx[size_t(a.at)] = T(0.0);
+      }
+    }
     if (!u.empty()) add_input(u, dx);
   }
   void efforts(T, In x, In, Out e) override { gradient(x, e); }  // known from the field, mostly
@@ -65,11 +77,7 @@ class ActuatorSystem final : public phs::System<T> {
     for (const auto& a : l_.axes) {
       if (a.momentum >= 0)
         dx[size_t(a.momentum)] = dx[size_t(a.momentum)] - T(a.damping) * e[size_t(a.momentum)];
-      if (a.servo < 0) continue;
-      const T z = x[size_t(a.at)], v = x[size_t(a.servo)], w = x[size_t(a.servo + 1)];
-      dx[size_t(a.at)] = v, dx[size_t(a.servo)] = w;
-      const T wish = a.command ? (*a.command)(t) : T(0.0);
-      dx[size_t(a.servo + 1)] = T(a.p[0]) * (wish - z) - T(a.p[1]) * v - T(a.p[2]) * w;
+      if (a.servo >= 0) serve(a, t, x, dx);
     }
   }
   void apply_structure(In, In e, Out Je) override {
@@ -84,7 +92,10 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.momentum >= 0) Re[size_t(a.momentum)] = T(a.damping) * e[size_t(a.momentum)];
   }
   void apply_input(In, In u, Out Gu) override {
-    std::fill(Gu.begin(), Gu.end(), T(0.0));
+    Gu[0] = T(0.0);
+    for (const auto& a : l_.axes)
+      for (const int k : {a.at, a.momentum, a.servo, a.servo < 0 ? -1 : a.servo + 1})
+        if (k >= 0) Gu[size_t(k)] = T(0.0);
     add_input(u, Gu);
   }
   void output(In, In e, Out y) override {
@@ -109,7 +120,21 @@ class ActuatorSystem final : public phs::System<T> {
   void invariants(In, Out) override {}
 
  private:
-  /// Bit for bit.
+  /// The slopes at x, unless they are those of the last x, bit for bit.
+  void know(In x) {
+    const bool sigma_too = l_.axes[1].at >= 0;
+    if (known_ && (sigma_too ? same<3>(x) : same<2>(x))) return;
+    slopes_ = l_.elastic->slopes(x[0], x[1], sigma(x));
+    at_[0] = x[0], at_[1] = x[1], known_ = true;
+    if (sigma_too) at_[2] = x[2];
+  }
+  const T& slope(size_t axis) const { return axis == 0 ? slopes_.theta : slopes_.sigma; }
+  static void serve(const Layout::Axis& a, T t, In x, Out dx) {
+    const T z = x[size_t(a.at)], v = x[size_t(a.servo)], w = x[size_t(a.servo + 1)];
+    dx[size_t(a.at)] = v, dx[size_t(a.servo)] = w;
+    const T wish = a.command ? (*a.command)(t) : T(0.0);
+    dx[size_t(a.servo + 1)] = T(a.p[0]) * (wish - z) - T(a.p[1]) * v - T(a.p[2]) * w;
+  }
   template <size_t n>
   bool same(In x) const {
     return std::memcmp(at_.data(), x.data(), n * sizeof(T)) == 0;
@@ -128,7 +153,6 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.port >= 0) dx[input_of(a)] = dx[input_of(a)] + u[size_t(a.port)];
   }
   const Layout& l_;
-  std::array<T, most> e_{};
   std::array<T, 3> at_{};  ///< where slopes_ are
   Slopes<T> slopes_{};
   bool known_ = false;

@@ -57,6 +57,8 @@ TEST_F(Scenes, TablesAreReadFromTheScenesFolder) {
 
 TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
   const std::pair<std::string, const char*> bad[] = {
+      {qbmove + "theta = { drive = \"torque\", inertia = 0.01, gyroscopics = \"body\" }\n" + held,
+       "gyroscopics is not \"neglected\", and a scene offers nothing else"},
       {qbmove + "theta = { drive = \"fixed\", start = -0.5 }\n" + held,
        "scene.toml:6:1: actuator 'elbow.actuator': starts with a spring deflected by 0.9 rad"},
       {qbmove + fixed + "sigma = { drive = \"fixed\", start = 1.0 }",
