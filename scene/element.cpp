@@ -224,7 +224,7 @@ void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
       if (e.wheel_gain) {
         phs::Network::Control how{.sensors = {"mechanism.base.wrench"}};
         if (e.rate > 0) how.period = 1 / e.rate;
-        n.control(e.name, at.port, wheel(*model, e), how);
+        n.control(e.name, at.port, wheel(model, e), how);
       }
       if (e.gains) {
         const auto law = joint_controller(model, e);
