@@ -38,7 +38,7 @@ class WheelBase {
 
   const PotentialLoop& shaped() const { return *shaped_; }
   const Certificate& certificate() const { return certificate_; }
-  /// u of the plant at its state x: force, no moment, wheels, joints.
+  /// u of the plant at its state x: force, no moment, wheels, joints. Makes an evaluator each time; port_laws() keep theirs.
   void law(std::span<const double> x, std::span<double> u) const;
   /// As controllers of a network (port_law.h): the base's port, the wheels' and those of the shaped joints.
   std::vector<PortLaw> port_laws() const;
