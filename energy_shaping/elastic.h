@@ -7,6 +7,7 @@
 
 #include "energy_shaping/designs.h"
 #include "energy_shaping/plant.h"
+#include "energy_shaping/port_law.h"
 #include "energy_shaping/shaping.h"
 
 /// Arms with elastic joints:  M(q) q'' + C q' + ∂V + D_q q' = K (θ - q),  B θ'' = u - K (θ - q),  K and B diagonal.
@@ -236,6 +237,13 @@ class ElasticStructurePreserving {
     }
   }
 
+  /// The law as controllers of the motors' ports, for a network with plant_model() (port_law.h).
+  std::vector<PortLaw> port_laws() const {
+    std::vector<int> all(N);
+    for (size_t a = 0; a < N; ++a) all[a] = int(a);
+    return energy_shaping::port_laws(Source{*this}, plant_model()->description(), all);
+  }
+
   /// The plant under the law, for any integrator; energy: the plant's.
   std::shared_ptr<const phs::Model> under_law() const {
     return std::make_shared<phs::UserModel<UnderLaw>>(
@@ -243,6 +251,13 @@ class ElasticStructurePreserving {
   }
 
  private:
+  struct Source {
+    ElasticStructurePreserving esp;
+    template <class T>
+    auto evaluator() const {
+      return [esp = esp](T, std::span<const T> x, std::span<T> u) { esp.law(x, u); };
+    }
+  };
   struct UnderLaw : Plant<ElasticForm<F>> {
     ElasticStructurePreserving esp;
     phs::Description description() const {

@@ -3,16 +3,31 @@
 #include <span>
 #include <vector>
 
+#include "energy_shaping/port_law.h"
 #include "mechanics/mechanical_model.h"
 
 namespace porthos::energy_shaping {
 
-/// Where the joints are to be: q_d(t) with two derivatives, each of nv numbers.
+/// Where the joints are to be: q_d(t) with two derivatives, each of nv numbers. Immutable, shared by threads.
 class Trajectory {
  public:
   virtual ~Trajectory() = default;
-  virtual void at(double t, std::span<double> q, std::span<double> v,
-                  std::span<double> a) const = 0;
+#define PORTHOS_AT(T) \
+  virtual void at(T t, std::span<T> q, std::span<T> v, std::span<T> a) const = 0;
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_AT)
+#undef PORTHOS_AT
+};
+
+/// Fills `at` from Derived::motion<T>(t, q, v, a).
+template <class Derived>
+class TrajectoryFor : public Trajectory {
+ public:
+#define PORTHOS_AT(T)                                                           \
+  void at(T t, std::span<T> q, std::span<T> v, std::span<T> a) const override { \
+    static_cast<const Derived*>(this)->template motion<T>(t, q, v, a);          \
+  }
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_AT)
+#undef PORTHOS_AT
 };
 
 /// From one set of coordinates to another in the time T: a polynomial of degree 7 with zero rates, accelerations and jerks
@@ -35,8 +50,12 @@ class PdPlus {
          std::shared_ptr<const Trajectory> trajectory, std::vector<double> kp,
          std::vector<double> kd);
 
+  ~PdPlus();
+
   /// u = τ at time t and the plant's state x = (q, p): nv numbers, followed by zeros for body ports. Three RNEA.
   void law(double t, std::span<const double> x, std::span<double> u);
+  /// The law as controllers of the joints' ports, for a network with the plant (port_law.h).
+  std::vector<PortLaw> port_laws() const;
   /// H_e [J].
   double error_energy(double t, std::span<const double> x);
   /// e'ᵀKd e' [W], the rate H_e falls at.
@@ -44,15 +63,18 @@ class PdPlus {
   /// The largest |e_i| [rad | m].
   double error(double t, std::span<const double> x);
 
- private:
-  void compare(double t, std::span<const double> x);
+  /// What it was made of.
+  struct Parts {
+    std::shared_ptr<const mechanics::MechanicalModel> plant;
+    std::shared_ptr<const Trajectory> trajectory;
+    std::vector<double> kp, kd;
+  };
+  template <class T>
+  class Evaluator;
 
-  std::shared_ptr<const mechanics::MechanicalModel> plant_;
-  std::shared_ptr<const Trajectory> trajectory_;
-  std::vector<double> kp_, kd_;
-  mechanics::Workspace<double> w_;
-  size_t n_;
-  std::vector<double> q_, v_, a_, rate_, e_, de_, sum_, both_, first_, second_, zero_;
+ private:
+  std::shared_ptr<const Parts> parts_;
+  std::unique_ptr<Evaluator<double>> evaluator_;
 };
 
 }  // namespace porthos::energy_shaping

@@ -1,0 +1,192 @@
+#include "energy_shaping/interconnection.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "energy_shaping/closed_loop.h"
+#include "energy_shaping/linear_algebra.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+const phs::Port& port_of(const phs::Model& model, const std::string& name) {
+  std::string known;
+  for (const auto& p : model.description().ports) {
+    if (p.name == name) return p;
+    known += (known.empty() ? "" : ", ") + p.name;
+  }
+  throw InvalidArgument("'" + model.description().name + "' has no port '" + name +
+                        "' to join; its ports: " + known);
+}
+
+std::string name_of(const phs::Description& d, int k) {
+  for (const auto& b : d.blocks) {
+    if (k >= b.at && k < b.at + b.size) return b.name;
+    if (b.momentum >= 0 && k >= b.momentum && k < b.momentum + b.size) return "p(" + b.name + ")";
+  }
+  return "x[" + std::to_string(k) + "]";
+}
+
+double largest(std::span<const double> v) {
+  double most = 0;
+  for (const double x : v) most = std::max(most, std::fabs(x));
+  return most;
+}
+
+}  // namespace
+
+Interconnection::Interconnection(std::shared_ptr<const phs::Model> plant,
+                                 std::shared_ptr<const phs::Model> controller,
+                                 InterconnectionOptions options)
+    : plant_(std::move(plant)), controller_(std::move(controller)) {
+  const auto& d = plant_->description();
+  require_size("rest", options.rest.size(), size_t(d.nx));
+  phs::Network n(d.name + " with " + controller_->description().name);
+  n.add("plant", plant_).add("controller", controller_);
+  for (const auto& j : options.joins) {
+    const std::string a = "plant." + j.plant, b = "controller." + j.controller;
+    const auto& p = port_of(*plant_, j.plant);
+    (void)port_of(*controller_, j.controller);
+    if (p.kind == phs::PortKind::effort_in)
+      n.feedback(a, b);
+    else
+      n.feedback(b, a);
+    if (!(j.damping >= 0))
+      throw InvalidArgument(
+          fmt::format("damping injected at '{}' is {}, expected >= 0", j.plant, j.damping));
+    if (j.damping == 0) continue;
+    auto D = phs::Matrix::identity(p.size);
+    for (double& y : D.a) y *= j.damping;
+    n.resist("damping of " + j.plant, std::vector{a}, D);
+  }
+  loop_ = n.build();
+  certificate_ = Certificate("control by interconnection, " + loop_->description().name);
+  check(options);
+  if (options.refuse) refuse_failure(certificate_);
+}
+
+void Interconnection::check(const InterconnectionOptions& o) {
+  const size_t n = o.rest.size(), nc = size_t(controller_->description().nx), N = n + nc;
+  const auto plant = plant_->instantiate<double>();
+  const auto loop = loop_->instantiate<double>();
+
+  // The obstacle: what the plant loses at x*, and the directions that it damps.
+  std::vector<double> e(n), Re(n), unit(n, 0.0), damped;
+  plant->gradient(o.rest, e);
+  plant->apply_dissipation(o.rest, e, Re);
+  const double stiffest = largest(hessian(*plant_, o.rest));  // ∂H one unit of state away
+  double lost = 0, size = stiffest * stiffest, resistance = 1e-300;
+  for (size_t i = 0; i < n; ++i) lost += e[i] * Re[i], size = std::max(size, e[i] * e[i]);
+  std::string names;
+  for (size_t i = 0; i < n; ++i) {
+    unit[i] = 1;
+    plant->apply_dissipation(o.rest, unit, Re);
+    unit[i] = 0;
+    if (largest(Re) == 0) continue;
+    resistance = std::max(resistance, largest(Re));
+    damped.push_back(double(i));
+    names += (names.empty() ? "" : ", ") + name_of(plant_->description(), int(i));
+  }
+  certificate_.at_most("power lost at rest", lost / (resistance * std::max(size, 1e-300)),
+                       o.tolerance,
+                       fmt::format("dissipation obstacle: {:.3g} W for ever, of no passive "
+                                   "controller; relative",
+                                   lost),
+                       o.rest);
+  certificate_.report("damped directions", double(damped.size()),
+                      "of the plant, no tie along them: " + (names.empty() ? "none" : names),
+                      damped);
+
+  // ξ* that holds x*: Gauss and Newton.
+  rest_ = o.rest, rest_.resize(N, 0.0);
+  std::vector<double> f(N), g(N);
+  for (int round = 0; round < 50; ++round) {
+    loop->field(0.0, rest_, {}, f);
+    const auto J = field_jacobian(*loop_, rest_);
+    MatrixXd B(N, nc);
+    for (size_t i = 0; i < N; ++i)
+      for (size_t k = 0; k < nc; ++k) B(long(i), long(k)) = J[i * N + n + k];
+    const VectorXd step =
+        B.completeOrthogonalDecomposition().solve(-Eigen::Map<const VectorXd>(f.data(), long(N)));
+    for (size_t k = 0; k < nc; ++k) rest_[n + k] += step[long(k)];
+    if (step.size() == 0 || step.cwiseAbs().maxCoeff() < 1e-15) break;
+  }
+  loop->field(0.0, rest_, {}, f), loop->gradient(rest_, g);
+  const auto H = hessian(*loop_, rest_);
+  const double scale = std::max({largest(g), largest(H), 1e-300});
+  certificate_.at_most(
+      "rest point", largest(f) / scale, o.tolerance,
+      "field of the loop at (x*, ξ*) over the gradient of H + H_c, a unit of state away at least",
+      rest_);
+
+  // Casimirs are linear: their gradients from their values at unit states.
+  const auto& d = loop_->description();
+  std::vector<std::vector<double>> rows;
+  std::vector<double> zero(N, 0.0), at0(size_t(d.invariant_count())), at1(at0);
+  loop->invariants(zero, at0);
+  MatrixXd C(long(loop_->casimirs().size()), long(N));
+  for (size_t i = 0; i < N; ++i) {
+    zero[i] = 1;
+    loop->invariants(zero, at1);
+    zero[i] = 0;
+    long row = 0;
+    for (const auto& inv : d.invariants)
+      if (inv.name.starts_with("casimir."))
+        C(row++, long(i)) = at1[size_t(inv.at)] - at0[size_t(inv.at)];
+  }
+  std::string texts;
+  for (const auto& c : loop_->casimirs()) texts += (texts.empty() ? "" : "; ") + c;
+  certificate_.report("Casimirs", double(C.rows()), texts.empty() ? "none" : texts);
+  long tied = 0;
+  F_ = phs::Matrix(int(nc), int(n));
+  if (C.rows() > 0) {
+    const MatrixXd Cx = C.leftCols(long(n)), Cc = C.rightCols(long(nc));
+    const auto solver = Cc.transpose().completeOrthogonalDecomposition();
+    tied = solver.rank();
+    const MatrixXd L = solver.solve(MatrixXd::Identity(long(nc), long(nc)));
+    const MatrixXd F = -(L.transpose() * Cx);
+    for (size_t k = 0; k < nc; ++k)
+      for (size_t i = 0; i < n; ++i) F_(int(k), int(i)) = F(long(k), long(i));
+  }
+  certificate_.at_least("controller states tied", double(tied), double(nc),
+                        "by Casimirs to the plant's state", {});
+  if (tied < long(nc)) return;
+
+  // H_d on the leaf: gradient and Hessian of H + H_c along (dx, F dx).
+  MatrixXd leaf = MatrixXd::Zero(long(N), long(n));
+  leaf.topRows(long(n)).setIdentity();
+  for (size_t k = 0; k < nc; ++k)
+    for (size_t i = 0; i < n; ++i) leaf(long(n + k), long(i)) = F_(int(k), int(i));
+  const VectorXd slope = leaf.transpose() * Eigen::Map<const VectorXd>(g.data(), long(N));
+  certificate_.at_most("gradient of H_d", slope.cwiseAbs().maxCoeff() / scale, o.tolerance,
+                       "at the rest point, on its leaf, relative", rest_);
+  using RowMajor = Eigen::Matrix<double, -1, -1, Eigen::RowMajor>;
+  const RowMajor curvature =
+      leaf.transpose() * Eigen::Map<const RowMajor>(H.data(), long(N), long(N)) * leaf;
+  const auto values = symmetric_eigenvalues(n, {curvature.data(), n * n});
+  certificate_.at_least("Hessian of H_d >= 0", values.front() / std::max(largest(values), 1e-300),
+                        -o.tolerance, "least eigenvalue on the leaf, relative", {});
+  certificate_.report("curvature of H_d", values.front(), "eigenvalues of the Hessian", values);
+}
+
+std::vector<double> Interconnection::start(std::span<const double> x) const {
+  const size_t n = size_t(plant_->description().nx);
+  require_size("state of the plant", x.size(), n);
+  std::vector<double> all(x.begin(), x.end());
+  for (int k = 0; k < F_.rows; ++k) {
+    double xi = rest_[n + size_t(k)];
+    for (size_t i = 0; i < n; ++i) xi += F_(k, int(i)) * (x[i] - rest_[i]);
+    all.push_back(xi);
+  }
+  return all;
+}
+double Interconnection::energy(std::span<const double> x) const {
+  return loop_->instantiate<double>()->hamiltonian(start(x));
+}
+
+}  // namespace porthos::energy_shaping

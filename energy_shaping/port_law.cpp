@@ -1,0 +1,51 @@
+#include "energy_shaping/port_law.h"
+
+#include <fmt/format.h>
+
+namespace porthos::energy_shaping {
+namespace {
+
+struct LoopLaw {
+  std::shared_ptr<const ClosedLoop> loop;
+  std::vector<double> limits;
+
+  template <class T>
+  auto evaluator() const {
+    return [s = loop->loop<T>(), keep = loop, bounds = limits](T t, std::span<const T> x,
+                                                               std::span<T> u) mutable {
+      s->law(t, x, u);
+      for (size_t j = 0; j < bounds.size(); ++j) {
+        T& v = u[size_t(keep->actuated()[j])];
+        v = phs::max(phs::min(v, T(bounds[j])), T(-bounds[j]));
+      }
+    };
+  }
+};
+
+}  // namespace
+
+std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop, std::vector<double> limits) {
+  if (!limits.empty()) require_size("limits", limits.size(), loop->actuated().size());
+  for (const double l : limits)
+    if (!(l >= 0))
+      throw InvalidArgument(fmt::format("the law of '{}' has a limit {}, expected one >= 0",
+                                        loop->description().name, l));
+  const auto& plant = loop->plant().description();
+  const auto at = loop->actuated();
+  return port_laws(LoopLaw{std::move(loop), std::move(limits)}, plant, at);
+}
+
+phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,
+                      const std::vector<PortLaw>& laws, const phs::Network::Control& how) {
+  if (laws.empty()) throw InvalidArgument("the controller '" + name + "' has no port");
+  if (!how.encoder.empty() && laws.size() > 1)
+    throw InvalidArgument("the controller '" + name + "' acts on " + std::to_string(laws.size()) +
+                          " ports and has an encoder, which belongs to one: expected each port's "
+                          "law in a Network::control of its own");
+  for (const auto& l : laws)
+    network.control(laws.size() == 1 ? name : name + "." + l.port, member + "." + l.port, l.law,
+                    how);
+  return network;
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,123 @@
+#pragma once
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "energy_shaping/closed_loop.h"
+#include "phs/law.h"
+#include "phs/network.h"
+
+/// The laws of this room as controllers of a network, on the ports of the plant: continuous, or sampled with what the hold
+/// injects in the books.
+namespace porthos::energy_shaping {
+
+/// The law of one port.
+struct PortLaw {
+  std::string port;  ///< as in the plant's description, "elbow.torque"
+  phs::LawPtr law;   ///< as many numbers as the port has
+};
+
+/// One law over all inputs of a plant, shared by the controllers of its ports. An evaluator needs memory, a Law has none:
+/// evaluators are kept here, lent for the time of one evaluation, and remember the last one, so that several ports at the
+/// same state cost one evaluation. Safe for threads; no allocation once there is an evaluator for each of them.
+/// Source: Callable with  template <class T> auto evaluator() const, giving a movable f(T t, span<const T> x, span<T> u).
+template <class Source>
+class SharedLaw {
+ public:
+  /// inputs: of the plant.
+  SharedLaw(Source source, size_t inputs) : source_(std::move(source)), inputs_(inputs) {}
+
+  /// Numbers [at, at + u.size()) of the law.
+  template <class T>
+  void operator()(const T& t, std::span<const T> x, size_t at, std::span<T> u) const {
+    auto e = borrow<T>();
+    if (!e->remembers(t, x)) {
+      e->valid = false;  // should the law throw
+      e->f(t, x, std::span<T>(e->u));
+      e->t = t, e->x.assign(x.begin(), x.end()), e->valid = true;
+    }
+    for (size_t k = 0; k < u.size(); ++k) u[k] = e->u[at + k];
+    give_back(std::move(e));
+  }
+
+ private:
+  template <class T>
+  struct Evaluator {
+    decltype(std::declval<const Source&>().template evaluator<T>()) f;
+    std::vector<T> x, u;
+    T t{};
+    bool valid = false;
+    bool remembers(const T& at, std::span<const T> y) const {
+      static_assert(std::is_trivially_copyable_v<T>);
+      return valid && x.size() == y.size() && std::memcmp(&t, &at, sizeof t) == 0 &&
+             std::memcmp(x.data(), y.data(), y.size_bytes()) == 0;
+    }
+  };
+  template <class T>
+  using Pool = std::vector<std::unique_ptr<Evaluator<T>>>;
+
+  template <class T>
+  std::unique_ptr<Evaluator<T>> borrow() const {
+    {
+      const std::lock_guard lock(mutex_);
+      auto& pool = std::get<Pool<T>>(pools_);
+      if (!pool.empty()) {
+        auto e = std::move(pool.back());
+        pool.pop_back();
+        return e;
+      }
+    }
+    return std::unique_ptr<Evaluator<T>>(
+        new Evaluator<T>{source_.template evaluator<T>(), {}, std::vector<T>(inputs_)});
+  }
+  template <class T>
+  void give_back(std::unique_ptr<Evaluator<T>> e) const {
+    const std::lock_guard lock(mutex_);
+    std::get<Pool<T>>(pools_).push_back(std::move(e));
+  }
+
+  Source source_;
+  size_t inputs_;
+  mutable std::mutex mutex_;
+  mutable std::tuple<Pool<double>, Pool<long double>, Pool<phs::Quad>, Pool<phs::Dual>,
+                     Pool<phs::Pack4>, Pool<phs::Pack8>>
+      pools_;
+};
+
+/// The laws of the ports that hold the inputs `actuated` (offsets in the plant's u), in the order of the ports.
+template <class Source>
+std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
+                               const std::vector<int>& actuated) {
+  const auto shared =
+      std::make_shared<const SharedLaw<Source>>(std::move(source), size_t(plant.nu));
+  std::vector<PortLaw> laws;
+  for (const auto& port : plant.ports)
+    if (std::any_of(actuated.begin(), actuated.end(),
+                    [&](int a) { return a >= port.at && a < port.at + port.size; }))
+      laws.push_back(
+          {port.name, phs::law([shared, at = size_t(port.at)](auto t, auto x, auto, auto u) {
+             (*shared)(t, x, at, u);
+           })});
+  return laws;
+}
+
+/// Those of a closed loop; the laws keep it. limits: largest |u| of each actuated input, in the order of
+/// loop->actuated(); empty: none.
+/// @throws InvalidArgument for limits of the wrong number or sign
+std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop,
+                               std::vector<double> limits = {});
+
+/// Puts laws on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over several ports
+/// `name`.<port> and `name`.<port>.hold.
+/// @throws InvalidArgument as Network::control does; an encoder, as it belongs to one port
+phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,
+                      const std::vector<PortLaw>& laws, const phs::Network::Control& how = {});
+
+}  // namespace porthos::energy_shaping
