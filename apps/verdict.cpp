@@ -52,6 +52,14 @@ std::string space_text(const RunReport& r) {
                      s.next_order);
 }
 
+std::string momentum_text(const RunReport& r) {
+  TextRows rows{{"momentum", "start N m s", "end N m s", "largest N m s"}};
+  for (const auto& m : r.momentum)
+    rows.push_back({m.name, fmt::format("{:.6g}", m.start), fmt::format("{:.6g}", m.end),
+                    fmt::format("{:.6g}", m.largest)});
+  return scene::aligned(rows);
+}
+
 std::string cost_text(const RunReport& r) {
   const double steps = r.cost.steps > 0 ? double(r.cost.steps) : 1;
   return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} sweeps per step, {} evaluations",
@@ -70,6 +78,7 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
                   r.step_s, r.simulated_s);
   text += checks_text(r) + "\n";
   if (r.space) text += space_text(r) + "\n";
+  if (!r.momentum.empty()) text += momentum_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
   const std::string pictures =

@@ -89,6 +89,7 @@ class Whole {
       r_.*at += p.*at;
     for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
       for (const auto& [name, joule] : p.*list) book(r_.*list, name, joule);
+    for (const MomentumRow& m : p.momentum) hold(m);
     for (const Check& c : p.checks) worst(c);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
     r_.outcome = p.outcome, r_.interrupted = p.interrupted;
@@ -109,6 +110,15 @@ class Whole {
     for (auto& [known, sum] : list)
       if (known == name) return void(sum += joule);
     list.emplace_back(name, joule);
+  }
+  /// A wheel that is locked keeps its last row.
+  void hold(const MomentumRow& m) {
+    for (MomentumRow& known : r_.momentum)
+      if (known.name == m.name) {
+        known.end = m.end, known.largest = std::max(known.largest, m.largest);
+        return;
+      }
+    r_.momentum.push_back(m);
   }
   void worst(const Check& c) {
     for (Check& known : r_.checks)
@@ -165,6 +175,10 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   for (const auto& c : j["checks"])
     r.checks.push_back({c["name"], number(c["value"]), number(c["limit"]), c["pass"]});
   for (const auto& n : j["notes"]) r.notes.push_back(n);
+  if (j.contains("momentum"))
+    for (const auto& [name, m] : j["momentum"].items())
+      r.momentum.push_back(
+          {name, number(m["start_Nms"]), number(m["end_Nms"]), number(m["largest_Nms"])});
   r.final_state = end;
   return r;
 }

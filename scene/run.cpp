@@ -266,6 +266,7 @@ class Session {
     judge(r, scene_, meter_);
     if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
     log_->sync();
+    r.momentum = wheel_momentum(scene_, assembly_, log_path());
     write_results(options_.out, scene_, assembly_, r, log_path());
     if (outcome_ != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;

@@ -6,6 +6,7 @@
 
 #include "integrators/integrator.h"
 #include "scene/scene.h"
+#include "scene/wheel_momentum.h"
 #include "space/ledgers.h"
 
 namespace porthos::scene {
@@ -45,6 +46,7 @@ struct RunReport {
   using Named = std::vector<std::pair<std::string, double>>;
   Named storages;       ///< change of each stored energy [J]
   Named ports, losses;  ///< energy in through each source, lost in each dissipating element [J]
+  std::vector<MomentumRow> momentum;        ///< of wheels, last the total; empty without wheels
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
   std::vector<std::string> notes;

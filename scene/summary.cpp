@@ -67,6 +67,13 @@ Json balance(const RunReport& r) {
           {"ports", named(r.ports)},          {"losses", named(r.losses)}};
 }
 
+Json momentum(const RunReport& r) {
+  Json j = Json::object();
+  for (const MomentumRow& m : r.momentum)
+    j[m.name] = {{"start_Nms", m.start}, {"end_Nms", m.end}, {"largest_Nms", m.largest}};
+  return j;
+}
+
 Json ledger(const space::LedgerReport& l) {
   Json works = Json::object();
   for (const auto& [name, joule] : l.works) works[name] = joule;
@@ -131,6 +138,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
   j["balance"] = balance(r);
+  if (!r.momentum.empty()) j["momentum"] = momentum(r);
   if (r.space) j["ledgers"] = ledgers(r);
   j["final_state"] = final_state(assembly, last);
   j["checks"] = checks(r);

@@ -55,6 +55,16 @@ TEST(Events, ACaptureKeepsMomentaAndItsLossIsARow) {
   EXPECT_LT(spin, 1e-6);
   EXPECT_NEAR(target, 3.6, 1e-9);
   EXPECT_LT(std::fabs(r.defect_J), 1e-12 * r.turned_over_J);
+  // The momentum table: each wheel from rest to its share, the total the same at both ends.
+  const auto& table = j["momentum"];
+  const double x = table["wheel_x"]["end_Nms"], y = table["wheel_y"]["end_Nms"],
+               z = table["wheel_z"]["end_Nms"], total = table["total"]["start_Nms"];
+  std::printf("  wheels hold %.6f %.6f %.6f N m s\n", x, y, z);
+  EXPECT_EQ(table.size(), 4u);
+  EXPECT_EQ(table["wheel_x"]["start_Nms"].get<double>(), 0.0);
+  EXPECT_NEAR(x, 0.1 * wheel, 1e-6);  // its inertia about the axis, and the bus at rest
+  EXPECT_GE(table["wheel_x"]["largest_Nms"].get<double>(), std::fabs(x));
+  EXPECT_NEAR(table["total"]["end_Nms"].get<double>(), total, 1e-13 * total);
   EXPECT_EQ(r.steps, 30000);
   EXPECT_EQ(r.records, 3003);
   for (const char* phase : {"phase_1", "phase_2", "phase_3"})

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -63,7 +64,9 @@ TEST_P(Resume, AfterTheStopFlagAtSeveralPoints) {
 
 TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
   TemporaryFolder folder;
-  Case c = floating_arm(folder, 1600, GetParam());
+  const bool longer = std::getenv("PORTHOS_LONG") != nullptr;
+  const int kills = longer ? 20 : 6;
+  Case c = floating_arm(folder, longer ? 8000 : 1600, GetParam());
   const auto started = std::chrono::steady_clock::now();
   const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
   const double seconds =
@@ -72,7 +75,7 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
 
   std::srand(11);
   int killed = 0;
-  for (; killed < 6; ++killed) {
+  for (; killed < kills; ++killed) {
     const bool resume = scene::has_checkpoint(folder / "parts" / "checkpoint");
     const pid_t child = fork();
     ASSERT_GE(child, 0);
@@ -86,7 +89,7 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
       _exit(0);
     }
     std::this_thread::sleep_for(
-        std::chrono::duration<double>(0.3 * seconds * std::rand() / RAND_MAX));
+        std::chrono::duration<double>((longer ? 0.06 : 0.3) * seconds * std::rand() / RAND_MAX));
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
@@ -95,7 +98,8 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
       break;
     }
   }
-  EXPECT_GE(killed, 1) << "the run was over before it could be killed";
+  std::printf("  killed %d times in a run of %.2f s\n", killed, seconds);
+  EXPECT_GE(killed, longer ? kills : 1) << "the run was over before it could be killed";
   RecordProperty("killed", killed);
   const auto report =
       scene::run(c.scene, c.assembly,
