@@ -129,7 +129,9 @@ TEST(EnergyMonitor, NanAndLimitsRollBack) {
     EXPECT_EQ(s.x, good.x);
     EXPECT_LT(s.x[0], nan ? 1.5 : 1.2);
     EXPECT_GT(s.x[0], nan ? 1.3 : 1.1);
-    if (!nan) EXPECT_NE(seen->text().find("beyond 1.2 rad"), std::string::npos);
+    if (!nan) {
+      EXPECT_NE(seen->text().find("beyond 1.2 rad"), std::string::npos);
+    }
   }
 }
 

@@ -159,12 +159,11 @@ TEST(Sampled, ContinuesBitForBitBetweenInstants) {
 // A continuous controller is a spring and a damper where its law says so; its axioms are those of any system.
 TEST(Sampled, AContinuousControllerIsWhatItsLawSays) {
   const auto robot = swinging_pendulum();
-  const size_t elbow = 1;
   Network a("controlled"), b("sprung");
   for (Network* n : {&a, &b}) n->add("arm", robot.model);
   a.control("pd", "arm.lower.torque", phs::law([](auto, auto x, auto y, auto u) {
               using T = typename decltype(u)::value_type;
-              u[0] = T(-7.0) * x[elbow] - T(0.5) * y[0];
+              u[0] = T(-7.0) * x[1] - T(0.5) * y[0];
             }));
   b.potential("spring", "arm.lower", phs::spring(7))
       .resist("damper", "arm.lower.torque", phs::viscous(0.5));
@@ -215,10 +214,13 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
             std::string::npos);
   Network n("n");
   n.add("mass", std::make_shared<phs::UserModel<Mass>>(Mass{}));
-  EXPECT_EQ(refusal([&] { n.control("pd", "mass.force", pd(), {-1}); }),
-            "network 'n': the period of the controller 'pd' is -1 s, expected a positive number, or "
-            "0 for a continuous one");
-  EXPECT_EQ(refusal([&] { n.control("pd", "mass.force", pd(), {0, {"mass.position"}}); }),
+  EXPECT_EQ(
+      refusal([&] { n.control("pd", "mass.force", pd(), {-1}); }),
+      "network 'n': the period of the controller 'pd' is -1 s, expected a positive number, or "
+      "0 for a continuous one");
+  EXPECT_EQ(refusal([&] {
+              n.control("pd", "mass.force", pd(), {0, {"mass.position"}});
+            }),
             "network 'n': the controller 'pd' has an encoder without a period, expected both");
   EXPECT_EQ(
       refusal([&] {
