@@ -314,18 +314,18 @@ class ElasticStructurePreserving {
     std::array<T, N * N> M, L;
     for (size_t i = 0; i < N; ++i) q[i] = x[i], zero[i] = T(0.0);
     j_.arm.mass(std::span<const T>(q), std::span<T>(M));
-    dense::cholesky(N, M.data(), L.data());
-    dense::solve(N, L.data(), x.data() + 2 * N, v.data());
+    phs::dense::cholesky(N, M.data(), L.data());
+    phs::dense::solve(N, L.data(), x.data() + 2 * N, v.data());
     inverse_dynamics(q, v, zero, tau);
     for (size_t i = 0; i < N; ++i) tau[i] = T(j_.stiffness[i]) * (x[N + i] - q[i]) - tau[i];
-    dense::solve(N, L.data(), tau.data(), a.data());
+    phs::dense::solve(N, L.data(), tau.data(), a.data());
     // d/dt of M a + ... = K (θ - q)
     std::array<D, N> qd, vd, ad, td;
     for (size_t i = 0; i < N; ++i) qd[i] = D(q[i], v[i]), vd[i] = D(v[i], a[i]), ad[i] = D(a[i]);
     inverse_dynamics(qd, vd, ad, td);
     for (size_t i = 0; i < N; ++i)
       tau[i] = T(j_.stiffness[i]) * (x[3 * N + i] / T(j_.motor[i]) - v[i]) - td[i].d;
-    dense::solve(N, L.data(), tau.data(), jerk.data());
+    phs::dense::solve(N, L.data(), tau.data(), jerk.data());
     // ∂V with two derivatives in time; the gradient by one tangent more
     using G = phs::Tangent<DD>;
     std::array<G, N> s;

@@ -1,6 +1,6 @@
 #pragma once
-#include "energy_shaping/dense.h"
 #include "energy_shaping/matched_loop.h"
+#include "phs/dense.h"
 
 namespace porthos::energy_shaping {
 
@@ -39,9 +39,9 @@ class MatchedSystem final : public LoopSystem<T> {
   T hamiltonian(In x) override {
     const In q = x.first(n_);
     shaping_.mass(q, k_, Md_, {});
-    dense::cholesky(n_, Md_.data(), L_.data());
-    dense::solve(n_, L_.data(), x.data() + n_, w_.data());
-    return T(0.5) * dense::dot(n_, w_.data(), x.data() + n_) + shaping_.potential(q, k_, {});
+    phs::dense::cholesky(n_, Md_.data(), L_.data());
+    phs::dense::solve(n_, L_.data(), x.data() + n_, w_.data());
+    return T(0.5) * phs::dense::dot(n_, w_.data(), x.data() + n_) + shaping_.potential(q, k_, {});
   }
   void stored(In x, Out values) override {
     const T H = hamiltonian(x), V = shaping_.potential(x.first(n_), k_, {});
@@ -55,7 +55,7 @@ class MatchedSystem final : public LoopSystem<T> {
     structure_times(ed_, dx);
     subtract_damping(ed_, dx);
     if (u.empty()) return;
-    dense::multiply(n_, m_, G_.data(), u.data(), r_.data());
+    phs::dense::multiply(n_, m_, G_.data(), u.data(), r_.data());
     for (size_t i = 0; i < n_; ++i) dx[n_ + i] = dx[n_ + i] + r_[i];
   }
   void rate(T, In x, In e, Out dx) override {
@@ -76,15 +76,15 @@ class MatchedSystem final : public LoopSystem<T> {
   void apply_input(In x, In u, Out Gu) override {
     input_matrix(x);
     for (size_t i = 0; i < n_; ++i) Gu[i] = T(0.0);
-    dense::multiply(n_, m_, G_.data(), u.data(), Gu.data() + n_);
+    phs::dense::multiply(n_, m_, G_.data(), u.data(), Gu.data() + n_);
   }
   void output(In x, In e, Out y) override {
     input_matrix(x);
-    dense::multiply_transposed(n_, m_, G_.data(), e.data() + n_, y.data());
+    phs::dense::multiply_transposed(n_, m_, G_.data(), e.data() + n_, y.data());
   }
   void powers(T, In x, In e, Out values) override {
     apply_dissipation(x, e, f_);
-    values[0] = dense::dot(n_, e.data() + n_, f_.data() + n_);
+    values[0] = phs::dense::dot(n_, e.data() + n_, f_.data() + n_);
   }
   void invariants(In, Out) override {}
 
@@ -92,7 +92,7 @@ class MatchedSystem final : public LoopSystem<T> {
     forces(x);
     for (T& y : u) y = T(0.0);
     least_squares(f_.data() + n_, a_.data());
-    dense::multiply_transposed(n_, m_, G_.data(), w_.data(), b_.data());
+    phs::dense::multiply_transposed(n_, m_, G_.data(), w_.data(), b_.data());
     for (size_t j = 0; j < m_; ++j) {
       T s = a_[j];
       for (size_t k = 0; k < m_; ++k) s = s - Kv_[j * m_ + k] * b_[k];
@@ -106,8 +106,8 @@ class MatchedSystem final : public LoopSystem<T> {
     plant_->gradient(x, e_);
     target_mass(x), target_gradient(x, ed_);
     structure(x, true);
-    dense::multiply_transposed(n_, n_, A_.data(), ed_.data(), f_.data() + n_);
-    dense::multiply(n_, n_, J2_.data(), w_.data(), r_.data());
+    phs::dense::multiply_transposed(n_, n_, A_.data(), ed_.data(), f_.data() + n_);
+    phs::dense::multiply(n_, n_, J2_.data(), w_.data(), r_.data());
     for (size_t i = 0; i < n_; ++i) {
       s_[i] = phs::abs(e_[i]) + phs::abs(f_[n_ + i]) + phs::abs(r_[i]);
       f_[n_ + i] = e_[i] - f_[n_ + i] + r_[i];
@@ -133,13 +133,14 @@ class MatchedSystem final : public LoopSystem<T> {
   /// M_d, ∂M_d, its factor, w = M_d⁻¹p.
   void target_mass(In x) {
     shaping_.mass(x.first(n_), k_, Md_, dMd_);
-    dense::cholesky(n_, Md_.data(), L_.data());
-    dense::solve(n_, L_.data(), x.data() + n_, w_.data());
+    phs::dense::cholesky(n_, Md_.data(), L_.data());
+    phs::dense::solve(n_, L_.data(), x.data() + n_, w_.data());
   }
   void target_gradient(In x, Out e) {
     (void)shaping_.potential(x.first(n_), k_, dV_);
     for (size_t k = 0; k < n_; ++k) {
-      e[k] = dV_[k] - T(0.5) * dense::form(n_, w_.data(), dMd_.data() + k * n_ * n_, w_.data());
+      e[k] =
+          dV_[k] - T(0.5) * phs::dense::form(n_, w_.data(), dMd_.data() + k * n_ * n_, w_.data());
       e[n_ + k] = w_[k];
     }
   }
@@ -159,7 +160,7 @@ class MatchedSystem final : public LoopSystem<T> {
       plant_->gradient(x_, f_);
       for (size_t i = 0; i < n_; ++i) Minv_[i * n_ + j] = f_[n_ + i];
     }
-    dense::multiply(n_, n_, n_, Minv_.data(), Md_.data(), A_.data());
+    phs::dense::multiply(n_, n_, n_, Minv_.data(), Md_.data(), A_.data());
     input_matrix(x);
     damping(x);
     if (!with_skew || kind_ == Skew::zero) return;
@@ -178,8 +179,8 @@ class MatchedSystem final : public LoopSystem<T> {
     }
   }
   void structure_times(In e, Out Je) {
-    dense::multiply(n_, n_, A_.data(), e.data() + n_, Je.data());
-    dense::multiply_transposed(n_, n_, A_.data(), e.data(), Je.data() + n_);
+    phs::dense::multiply(n_, n_, A_.data(), e.data() + n_, Je.data());
+    phs::dense::multiply_transposed(n_, n_, A_.data(), e.data(), Je.data() + n_);
     for (size_t i = 0; i < n_; ++i) {
       T s = -Je[n_ + i];
       for (size_t j = 0; j < n_; ++j) {
@@ -190,8 +191,8 @@ class MatchedSystem final : public LoopSystem<T> {
     }
   }
   void subtract_damping(In e, Out dx) {
-    dense::multiply_transposed(n_, m_, G_.data(), e.data() + n_, a_.data());
-    dense::multiply(m_, m_, Kv_.data(), a_.data(), b_.data());
+    phs::dense::multiply_transposed(n_, m_, G_.data(), e.data() + n_, a_.data());
+    phs::dense::multiply(m_, m_, Kv_.data(), a_.data(), b_.data());
     for (size_t i = 0; i < n_; ++i) {
       T s(0.0);
       for (size_t j = 0; j < m_; ++j) s = s + G_[i * m_ + j] * b_[j];
@@ -209,9 +210,9 @@ class MatchedSystem final : public LoopSystem<T> {
         for (size_t k = 0; k < n_; ++k) s = s + G_[k * m_ + i] * G_[k * m_ + j];
         GG_[i * m_ + j] = s;
       }
-    dense::cholesky(m_, GG_.data(), LG_.data());
-    dense::multiply_transposed(n_, m_, G_.data(), f, a);
-    dense::solve(m_, LG_.data(), a, a);
+    phs::dense::cholesky(m_, GG_.data(), LG_.data());
+    phs::dense::multiply_transposed(n_, m_, G_.data(), f, a);
+    phs::dense::solve(m_, LG_.data(), a, a);
   }
 
   /// The kinetic equation with one unactuated direction v, Gᵀv = 0, is wᵀQ w + 2 vᵀJ2 w = 0 in w = M_d⁻¹p, and Q is
@@ -237,12 +238,12 @@ class MatchedSystem final : public LoopSystem<T> {
         Q_[i * n + j] = Q_[i * n + j] - T(0.5) * Q_[i * n + i];
         Q_[j * n + i] = Q_[i * n + j];
       }
-    const T vv = dense::dot(n, v_.data(), v_.data());
-    dense::multiply(n, n, Q_.data(), v_.data(), r_.data());  // 2 bb
+    const T vv = phs::dense::dot(n, v_.data(), v_.data());
+    phs::dense::multiply(n, n, Q_.data(), v_.data(), r_.data());  // 2 bb
     for (size_t i = 0; i < n; ++i)
       for (size_t j = 0; j < n; ++j)
         B_[i * n + j] = T(0.5) * ((r_[i] * v_[j] - v_[i] * r_[j]) / vv - Q_[i * n + j]);
-    dense::multiply_transposed(n, n, B_.data(), w_.data(), r_.data());
+    phs::dense::multiply_transposed(n, n, B_.data(), w_.data(), r_.data());
     for (size_t i = 0; i < n; ++i)
       for (size_t j = 0; j < n; ++j) J2_[i * n + j] = (v_[i] * r_[j] - r_[i] * v_[j]) / vv;
   }
@@ -257,7 +258,7 @@ class MatchedSystem final : public LoopSystem<T> {
     for (size_t a = 0; a < n; ++a) g_[a] = f_[a], x_[n + a] = T(0.0);
     plant_->gradient(x_, f_);
     // (A v)ᵀ = vᵀM_d M⁻¹
-    dense::multiply(n, n, A_.data(), v_.data(), r_.data());
+    phs::dense::multiply(n, n, A_.data(), v_.data(), r_.data());
     T sum(0.0);
     for (size_t k = 0; k < n; ++k) {
       const T* d = dMd_.data() + k * n * n;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/dense.h"
 #include "energy_shaping/linear_algebra.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
+#include "phs/dense.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -42,25 +42,25 @@ class Projector {
     for (size_t i = 0; i < r_; ++i)
       for (size_t j = 0; j < n_; ++j) J_[i * n_ + j] = all_[6 * j + size_t(loop_.rows()[i])];
     mechanics::crba<T>(m_, w_, q, std::span<T>(M_));
-    dense::cholesky(n_, M_.data(), L_.data());
+    phs::dense::cholesky(n_, M_.data(), L_.data());
     for (size_t i = 0; i < r_; ++i) {  // J M⁻¹Jᵀ, column by column
-      dense::solve(n_, L_.data(), J_.data() + i * n_, column_.data());
+      phs::dense::solve(n_, L_.data(), J_.data() + i * n_, column_.data());
       for (size_t k = 0; k < r_; ++k)
-        S_[k * r_ + i] = dense::dot(n_, J_.data() + k * n_, column_.data());
+        S_[k * r_ + i] = phs::dense::dot(n_, J_.data() + k * n_, column_.data());
     }
-    dense::cholesky(r_, S_.data(), LS_.data());
+    phs::dense::cholesky(r_, S_.data(), LS_.data());
   }
   /// a = J M⁻¹τ
   const std::vector<T>& acceleration(const T* tau) {
-    dense::solve(n_, L_.data(), tau, column_.data());
-    dense::multiply(r_, n_, J_.data(), column_.data(), a_.data());
+    phs::dense::solve(n_, L_.data(), tau, column_.data());
+    phs::dense::multiply(r_, n_, J_.data(), column_.data(), a_.data());
     return a_;
   }
   /// w = Jᵀ J̄ᵀ τ, the part of τ that the task feels.
   void felt(const T* tau, T* w) {
     (void)acceleration(tau);
-    dense::solve(r_, LS_.data(), a_.data(), a_.data());
-    dense::multiply_transposed(r_, n_, J_.data(), a_.data(), w);
+    phs::dense::solve(r_, LS_.data(), a_.data(), a_.data());
+    phs::dense::multiply_transposed(r_, n_, J_.data(), a_.data(), w);
   }
   const std::vector<T>& jacobian() const { return J_; }
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "energy_shaping/dense.h"
+#include "phs/dense.h"
 #include "phs/tangent.h"
 #include "phs/user_model.h"
 
@@ -46,17 +46,17 @@ struct Plant {
     std::array<T, n * n> M, L;
     std::array<T, n> v;
     form.mass(x.first(n), std::span<T>(M));
-    dense::cholesky(n, M.data(), L.data());
-    dense::solve(n, L.data(), x.data() + n, v.data());
-    return T(0.5) * dense::dot(n, v.data(), x.data() + n) + form.potential(x.first(n));
+    phs::dense::cholesky(n, M.data(), L.data());
+    phs::dense::solve(n, L.data(), x.data() + n, v.data());
+    return T(0.5) * phs::dense::dot(n, v.data(), x.data() + n) + form.potential(x.first(n));
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     using S = phs::Tangent<T>;
     std::array<T, n * n> M, L;
     form.mass(x.first(n), std::span<T>(M));
-    dense::cholesky(n, M.data(), L.data());
-    dense::solve(n, L.data(), x.data() + n, e.data() + n);
+    phs::dense::cholesky(n, M.data(), L.data());
+    phs::dense::solve(n, L.data(), x.data() + n, e.data() + n);
     std::array<S, n> q;
     std::array<S, n * n> dM;
     for (size_t i = 0; i < n; ++i) q[i] = S(x[i]);
@@ -79,7 +79,7 @@ struct Plant {
     std::array<T, n * m> G;
     form.input(x.first(n), std::span<T>(G));
     for (size_t i = 0; i < n; ++i) Gu[i] = T(0.0);
-    dense::multiply(n, m, G.data(), u.data(), Gu.data() + n);
+    phs::dense::multiply(n, m, G.data(), u.data(), Gu.data() + n);
   }
 };
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/dense.h"
 #include "energy_shaping/linear_algebra.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rnea.h"
+#include "phs/dense.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -220,10 +220,10 @@ class ShapedSystem final : public LoopSystem<T> {
     T Mbb[36], L[36], column[6];
     for (size_t i = 0; i < 6; ++i)
       for (size_t j = 0; j < 6; ++j) Mbb[i * 6 + j] = M_[(b + i) + nv_ * (b + j)];
-    dense::cholesky(size_t(6), Mbb, L);
+    phs::dense::cholesky(size_t(6), Mbb, L);
     for (size_t j = 0; j < nv_; ++j) {
       for (size_t i = 0; i < 6; ++i) column[i] = -M_[(b + i) + nv_ * j];
-      dense::solve(size_t(6), L, column, column);
+      phs::dense::solve(size_t(6), L, column, column);
       for (size_t i = 0; i < 6; ++i) A_[i * nv_ + j] = column[i];
     }
     for (size_t a = 0; a < 6; ++a) {

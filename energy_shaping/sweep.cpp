@@ -5,8 +5,8 @@
 #include <cmath>
 #include <thread>
 
-#include "energy_shaping/dense.h"
 #include "mechanics/crba.h"
+#include "phs/dense.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -157,7 +157,7 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
   if (floating) {
     for (size_t i = 0; i < 6; ++i)
       for (size_t j = 0; j < 6; ++j) Mbb[i * 6 + j] = M[i + nv * j];
-    dense::cholesky(size_t(6), Mbb, L);
+    phs::dense::cholesky(size_t(6), Mbb, L);
   }
   PotentialShaping s;
   s.name = "joint regulation";
@@ -172,8 +172,8 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
     if (floating) {
       for (size_t i = 0; i < 6; ++i) column[i] = M[i + nv * v];
       double y[6];
-      dense::solve(size_t(6), L, column, y);
-      mass -= dense::dot(size_t(6), column, y);
+      phs::dense::solve(size_t(6), L, column, y);
+      mass -= phs::dense::dot(size_t(6), column, y);
     }
     s.joints.push_back({port.name, mass * bandwidth * bandwidth, rest[size_t(c->q)]});
     s.damping.push_back({port.name, {2 * damping_ratio * bandwidth * mass}});

@@ -8,6 +8,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
+#include "phs/dense.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -94,28 +95,6 @@ Quaternion<Real> quaternion(const Mat3<Real>& R) {
   const Real size = phs::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (Real& x : q) x /= size;
   return Quaternion<Real>::load(q);
-}
-
-/// M v = h by Cholesky's factorisation; M: n × n, overwritten.
-void solve(Reals& M, Reals& h) {
-  const size_t n = h.size();
-  const auto at = [&](size_t i, size_t j) -> Real& { return M[i + n * j]; };
-  for (size_t j = 0; j < n; ++j) {
-    for (size_t k = 0; k < j; ++k) at(j, j) -= at(j, k) * at(j, k);
-    at(j, j) = phs::sqrt(at(j, j));
-    for (size_t i = j + 1; i < n; ++i) {
-      for (size_t k = 0; k < j; ++k) at(i, j) -= at(i, k) * at(j, k);
-      at(i, j) /= at(j, j);
-    }
-  }
-  for (size_t i = 0; i < n; ++i) {
-    for (size_t k = 0; k < i; ++k) h[i] -= at(i, k) * h[k];
-    h[i] /= at(i, i);
-  }
-  for (size_t i = n; i-- > 0;) {
-    for (size_t k = i + 1; k < n; ++k) h[i] -= at(k, i) * h[k];
-    h[i] /= at(i, i);
-  }
 }
 
 /// Inertia of a body about its frame's origin, in its frame's axes, from what the user gave.
@@ -215,7 +194,8 @@ Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
   for (const auto& j : to.m.joint_properties())
     if (j.rotor_inertia > 0) h[size_t(j.v)] += Real(j.rotor_inertia) * rotor_rate(from, j.joint);
   crba<Real>(to.m, to.w, to.q, M);
-  solve(M, h);
+  phs::dense::cholesky(nv, M.data(), M.data());
+  phs::dense::solve(nv, M.data(), h.data(), h.data());
   to.v = h;
   momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
   for (size_t i = 0; i < nq; ++i) {

@@ -21,8 +21,20 @@ using In = std::span<const T>;
 template <class T>
 using Out = std::span<T>;
 
+/// One number that its input alone moves: x' = u, y = ∂H/∂x.
+struct Store {
+  template <class T>
+  void structure(In<T>, In<T>, Out<T> Je) const {
+    Je[0] = T(0.0);
+  }
+  template <class T>
+  void input(In<T>, In<T> u, Out<T> Gu) const {
+    Gu[0] = u[0];
+  }
+};
+
 /// z' = u, y = U'(z).
-struct SpringElement {
+struct SpringElement : Store {
   Potential U;
   Domain d;
 
@@ -41,18 +53,10 @@ struct SpringElement {
   void gradient(In<T> x, Out<T> e) const {
     e[0] = (*U.slope)(x[0]);
   }
-  template <class T>
-  void structure(In<T>, In<T>, Out<T> Je) const {
-    Je[0] = T(0.0);
-  }
-  template <class T>
-  void input(In<T>, In<T> u, Out<T> Gu) const {
-    Gu[0] = u[0];
-  }
 };
 
 /// p' = u, y = p / m.
-struct InertiaElement {
+struct InertiaElement : Store {
   double mass;
   Domain d;
 
@@ -70,14 +74,6 @@ struct InertiaElement {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
     e[0] = x[0] / T(mass);
-  }
-  template <class T>
-  void structure(In<T>, In<T>, Out<T> Je) const {
-    Je[0] = T(0.0);
-  }
-  template <class T>
-  void input(In<T>, In<T> u, Out<T> Gu) const {
-    Gu[0] = u[0];
   }
 };
 
@@ -271,11 +267,11 @@ FunctionPtr Held::signal() const {
 }
 
 std::shared_ptr<const Model> spring_element(const Potential& potential, const Domain& d) {
-  return std::make_shared<UserModel<SpringElement>>(SpringElement{potential, d});
+  return std::make_shared<UserModel<SpringElement>>(SpringElement{{}, potential, d});
 }
 std::shared_ptr<const Model> inertia_element(double mass, const Domain& d) {
   require(mass > 0, "inertia", "mass", mass, "more than 0");
-  return std::make_shared<UserModel<InertiaElement>>(InertiaElement{mass, d});
+  return std::make_shared<UserModel<InertiaElement>>(InertiaElement{{}, mass, d});
 }
 std::shared_ptr<const Model> dc_motor(const DcMotor& m) {
   check("dc motor", m);

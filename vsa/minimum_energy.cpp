@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "phs/dense.h"
 #include "phs/error.h"
 
 namespace porthos::vsa {
@@ -46,21 +47,11 @@ std::array<Powers, unknowns> make_basis() {
 
 /// a x = b, a symmetric; false unless it is positive definite.
 bool solve(std::array<Coefficients, unknowns> a, Coefficients& b) {
-  for (size_t j = 0; j < unknowns; ++j) {  // Cholesky
-    for (size_t k = 0; k < j; ++k)
-      for (size_t i = j; i < unknowns; ++i) a[i][j] -= a[i][k] * a[j][k];
+  double* const A = a[0].data();
+  phs::dense::cholesky(unknowns, A, A);
+  for (size_t j = 0; j < unknowns; ++j)
     if (!(a[j][j] > 0)) return false;
-    const double root = std::sqrt(a[j][j]);
-    for (size_t i = j; i < unknowns; ++i) a[i][j] /= root;
-  }
-  for (size_t i = 0; i < unknowns; ++i) {
-    for (size_t k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
-    b[i] /= a[i][i];
-  }
-  for (size_t i = unknowns; i-- > 0;) {
-    for (size_t k = i + 1; k < unknowns; ++k) b[i] -= a[k][i] * b[k];
-    b[i] /= a[i][i];
-  }
+  phs::dense::solve(unknowns, A, b.data(), b.data());
   return true;
 }
 

@@ -4,7 +4,7 @@
 #include "phs/scalar.h"
 
 /// Small dense matrices of any scalar, row by row, for kernels: no branch on a T, no allocation.
-namespace porthos::energy_shaping::dense {
+namespace porthos::phs::dense {
 
 /// A = L Lᵀ, the lower triangle of A read. A matrix that is not positive makes NaN.
 template <class T>
@@ -83,4 +83,4 @@ T form(std::size_t n, const T* a, const T* A, const T* b) {
   return s;
 }
 
-}  // namespace porthos::energy_shaping::dense
+}  // namespace porthos::phs::dense
