@@ -5,20 +5,22 @@
 namespace porthos::mechanics {
 
 template <class T>
-void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
-         const Loads<T>& loads, std::span<T> vdot) {
+[[gnu::flatten]] void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                          std::span<const T> v, const Loads<T>& loads, std::span<T> vdot) {
   const auto& nodes = m.nodes();
-  passes::place_bodies(m, w, q.data());
+  passes::sines(m, w, q.data());
 
   // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V - wrench.
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
-      const Motion<T> own = passes::joint_twist<decltype(J)>(n, v.data());
-      const Motion<T> V = n.parent < 0 ? own : w.X[i].to_child(w.V[size_t(n.parent)]) + own;
-      w.V[i] = V;
-      w.a[i] = cross(V, own);
-      w.A[i] = ArticulatedInertia<T>(n.inertia);
+      using Joint = decltype(J);
+      passes::place_body<Joint>(n, w, i, q.data());
+      Motion<T> V = passes::zero_motion<T>(), a = V;
+      if (n.parent >= 0) V = w.X[i].to_child(w.V[size_t(n.parent)]);
+      passes::add_joint_twist<Joint>(n, v.data(), V);
+      passes::add_velocity_product<Joint>(n, V, v.data(), a);
+      w.V[i] = V, w.a[i] = a;
       w.b[i] = cross(V, passes::rigid<T>(n) * V);
       if (!loads.wrench.empty()) w.b[i] -= loads.wrench[i];
     });
@@ -30,10 +32,13 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
-      passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
+      ArticulatedInertia<T>& A = passes::collected(n, w, i);
+      Force<T> b = w.b[i];
+      passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
       if (n.parent < 0) return;
-      if constexpr (Joint::nv < 6) w.b[i] += w.A[i] * w.a[i];
-      passes::pass_to_parent<Joint>(n, w, i);
+      if constexpr (Joint::nv < 6) b += passes::left_times<Joint>(n, A, w.a[i]);
+      passes::pass_to_parent<Joint>(m, n, w.X[i], w, A);
+      w.b[size_t(n.parent)] += w.X[i].to_parent(b);
     });
   }
 

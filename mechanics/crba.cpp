@@ -24,7 +24,8 @@ RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
 }  // namespace
 
 template <class T>
-void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T> M) {
+[[gnu::flatten]] void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                           std::span<T> M) {
   const auto& nodes = m.nodes();
   const size_t nv = size_t(m.nv());
   passes::place_bodies(m, w, q.data());
@@ -36,22 +37,21 @@ void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T
   const auto store = [&](size_t i, const RigidInertia<T>& r) {
     C[i].M.xx = r.m, C[i].H.x = r.mc, C[i].I = r.I;
   };
-  for (size_t i = 0; i < nodes.size(); ++i) store(i, passes::rigid<T>(nodes[i]));
-
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
-    const RigidInertia<T> composite = load(i);
+    const RigidInertia<T> composite = n.leaf ? passes::rigid<T>(n) : load(i);
     if (n.parent >= 0) {
-      const RigidInertia<T> above = load(size_t(n.parent)), below = to_parent(w.X[i], composite);
+      const Node& parent = nodes[size_t(n.parent)];
+      const RigidInertia<T> above =
+          n.last_child ? passes::rigid<T>(parent) : load(size_t(n.parent));
+      const RigidInertia<T> below = to_parent(w.X[i], composite);
       store(size_t(n.parent), {above.m + below.m, above.mc + below.mc, above.I + below.I});
     }
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       unroll<Joint::nv>([&](auto k) {
         const size_t column = size_t(n.v + k);
-        Motion<T> S = passes::zero_motion<T>();
-        Joint::template add<k>(n, T(1.0), S);
-        Force<T> F = composite * S;
+        Force<T> F = Joint::template column<k>(n, composite);
         unroll<Joint::nv>(
             [&](auto l) { M[size_t(n.v + l) + nv * column] = Joint::template project<l>(n, F); });
         if constexpr (Joint::nv == 1)

@@ -5,10 +5,11 @@
 namespace porthos::mechanics {
 
 template <class T>
-void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
-          std::span<const T> vdot, std::span<const Force<T>> wrench, std::span<T> tau) {
+[[gnu::flatten]] void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                           std::span<const T> v, std::span<const T> vdot,
+                           std::span<const Force<T>> wrench, std::span<T> tau) {
   const auto& nodes = m.nodes();
-  passes::place_bodies(m, w, q.data());
+  passes::sines(m, w, q.data());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -Vec3<T>(m.gravity())};
 
   // Root → leaf: twists V, accelerations a, net forces b.
@@ -17,13 +18,17 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       const bool root = n.parent < 0;
-      const Motion<T> own =
-          v.empty() ? passes::zero_motion<T>() : passes::joint_twist<Joint>(n, v.data());
-      w.V[i] = root ? own : w.X[i].to_child(w.V[size_t(n.parent)]) + own;
-      w.a[i] = w.X[i].to_child(root ? world : w.a[size_t(n.parent)]) + cross(w.V[i], own);
-      if (!vdot.empty()) w.a[i] += passes::joint_twist<Joint>(n, vdot.data());
+      passes::place_body<Joint>(n, w, i, q.data());
+      Motion<T> V = root ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
+      Motion<T> a = w.X[i].to_child(root ? world : w.a[size_t(n.parent)]);
+      if (!v.empty()) {
+        passes::add_joint_twist<Joint>(n, v.data(), V);
+        passes::add_velocity_product<Joint>(n, V, v.data(), a);
+      }
+      if (!vdot.empty()) passes::add_joint_twist<Joint>(n, vdot.data(), a);
       const auto I = passes::rigid<T>(n);
-      w.b[i] = I * w.a[i] + cross(w.V[i], I * w.V[i]);
+      w.V[i] = V, w.a[i] = a;
+      w.b[i] = I * a + cross(V, I * V);
       if (!wrench.empty()) w.b[i] -= wrench[i];
     });
   }
