@@ -7,8 +7,8 @@ namespace field_detail {
 
 /// Root → leaf: X_i, and w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
 template <class T>
-[[gnu::flatten]] void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
-                                  std::span<const Force<T>> wrench) {
+void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
+                 std::span<const Force<T>> wrench) {
   const auto& nodes = m.nodes();
   const Vec3<T> g_world(m.gravity());
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -25,8 +25,7 @@ template <class T>
 /// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too. Without loads nobody needed X_i
 /// before, and it is made here, when it is first used.
 template <class T>
-[[gnu::flatten]] void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p,
-                             bool loaded) {
+void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
   const auto& nodes = m.nodes();
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
@@ -50,9 +49,9 @@ template <class T>
 }  // namespace field_detail
 
 template <class T>
-[[gnu::flatten]] void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
-                                        std::span<const T> p, const Loads<T>& loads,
-                                        std::span<T> q_dot, std::span<T> p_dot) {
+void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                       std::span<const T> p, const Loads<T>& loads, std::span<T> q_dot,
+                       std::span<T> p_dot) {
   const auto& nodes = m.nodes();
   const bool loaded = m.has_gravity() || !loads.wrench.empty();
   passes::sines(m, w, q.data());
