@@ -1,5 +1,6 @@
 #include "ensemble/batch.h"
 
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -21,10 +22,12 @@ void in_parallel(int threads, int count, const std::function<void(int)>& work) {
     for (int i = 0; i < count; ++i) work(i);
     return;
   }
+  // More threads than the machine has are allowed, if asked for.
+  const oneapi::tbb::global_control allow(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          size_t(std::max(n, threads_of(0))));
   oneapi::tbb::task_arena arena(n);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(0, count, work, oneapi::tbb::simple_partitioner());
-  });
+  arena.execute(
+      [&] { oneapi::tbb::parallel_for(0, count, work, oneapi::tbb::simple_partitioner()); });
 }
 
 void simulate_batch(const phs::Model& model, const std::string& method, double step,

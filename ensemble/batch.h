@@ -20,11 +20,12 @@ class Run {
  public:
   virtual ~Run() = default;
 
-  phs::State start;                ///< where it begins
-  std::int64_t steps = 0;          ///< how many it takes
-  std::int64_t every = 0;          ///< steps from see() to see(); 0: at the end only
-  bool books = false;              ///< whether booked() is asked for
-  std::vector<double> parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
+  phs::State start;        ///< where it begins
+  std::int64_t steps = 0;  ///< how many it takes
+  std::int64_t every = 0;  ///< steps from see() to see(); 0: at the end only
+  bool books = false;      ///< whether booked() is asked for
+  std::vector<double>
+      parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
 
   /// Called first, by the thread that runs it: the place for work that others need not wait for.
   virtual void prepare() {}

@@ -15,7 +15,8 @@ std::int64_t next_look(const Run& r, std::int64_t step) {
   const std::int64_t taken = step - r.start.step;
   if (taken >= r.steps) return step;
   if (r.books) return step + 1;
-  return r.start.step + (r.every > 0 ? std::min(r.steps, (taken / r.every + 1) * r.every) : r.steps);
+  return r.start.step +
+         (r.every > 0 ? std::min(r.steps, (taken / r.every + 1) * r.every) : r.steps);
 }
 
 /// Tells the run what happened. @return whether it goes on

@@ -36,8 +36,8 @@ class LaneTeam {
   size_t powers_;
   std::unique_ptr<integrators::LaneIntegrator> lanes_;  ///< null: one state at a time
   std::span<Lanes> parameters_;
-  std::vector<double> given_;                          ///< the parameters as they are
-  std::vector<std::unique_ptr<Run>> run_;              ///< in each lane
+  std::vector<double> given_;              ///< the parameters as they are
+  std::vector<std::unique_ptr<Run>> run_;  ///< in each lane
   phs::State state_;
   std::vector<double> works_;
   std::function<bool()> stopped_;

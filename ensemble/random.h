@@ -26,9 +26,7 @@ class Stream {
 };
 
 /// In (0, 1), from the first 52 of some bits.
-inline double unit_interval(std::uint64_t bits) {
-  return (double(bits >> 12) + 0.5) * 0x1p-52;
-}
+inline double unit_interval(std::uint64_t bits) { return (double(bits >> 12) + 0.5) * 0x1p-52; }
 
 /// The number below which a normal variable (mean 0, deviation 1) lies with probability p, 0 < p < 1; relative error below
 /// 1e-15. Source: Wichura 1988, algorithm AS 241, PPND16.
