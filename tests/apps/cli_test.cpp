@@ -121,7 +121,7 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected run, verify, compare, info, methods or "
+       "porthos: there is no command 'walk', expected run, verify, compare, ensemble, info, methods or "
        "actuators (see "
        "porthos "
        "--help)\n"},
