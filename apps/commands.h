@@ -18,7 +18,7 @@ struct Arguments {
   std::string scene;
   std::optional<std::string> out, method, step, duration, budget, plots;
   std::vector<std::string> methods;
-  bool resume = false, json = false, markdown = false;
+  bool resume = false, json = false, markdown = false, no_report = false;
 };
 
 /// Each prints its results to stdout, everything else to stderr, and returns the exit code.

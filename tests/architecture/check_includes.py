@@ -19,7 +19,8 @@ BELOW = {
     "vsa": ["mechanics"],
     "space": ["mechanics", "integrators"],
     "scene": ["space", "energy_shaping", "vsa"],
-    "apps": ["scene", "adapters"],
+    "report": ["scene"],
+    "apps": ["report", "adapters"],
     "python": ["scene"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "space", "scene"]
