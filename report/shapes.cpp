@@ -24,7 +24,7 @@ Mat3<double> columns(const Eigen::Matrix3d& m) {
 }
 
 /// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m. Moments that break the
-/// triangle inequality have none; a side is at least a twentieth of the longest.
+/// triangle inequality have none: null. A side is at least a twentieth of the longest.
 Json box_of(const mechanics::MassProperties& m) {
   if (!(m.mass > 0)) return nullptr;
   Eigen::Matrix3d I;
@@ -35,8 +35,11 @@ Json box_of(const mechanics::MassProperties& m) {
   if (axes.determinant() < 0) axes.col(0) *= -1;
   const Eigen::Vector3d e = solver.eigenvalues();
   std::array<double, 3> side{};
-  for (int k = 0; k < 3; ++k)
-    side[size_t(k)] = std::sqrt(std::max(0.0, 6 / m.mass * (e.sum() - 2 * e[k])));
+  for (int k = 0; k < 3; ++k) {
+    const double square = 6 / m.mass * (e.sum() - 2 * e[k]);
+    if (square < -1e-6 * e.sum() / m.mass) return nullptr;
+    side[size_t(k)] = std::sqrt(std::max(0.0, square));
+  }
   const double longest = *std::max_element(side.begin(), side.end());
   if (!(longest > 0) || !std::isfinite(longest)) return nullptr;
   for (double& s : side) s = std::max(s, longest / 20);
@@ -144,6 +147,7 @@ Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string
               {"parent", b.parent},
               {"joint", b.joint.type},
               {"mass", b.mass.mass},
+              {"com", place(b.mass.com)},
               {"box", box_of(b.mass)},
               {"visuals", Json::array()},
               {"joints", Json::array()}};

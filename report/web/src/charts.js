@@ -29,7 +29,7 @@ export function chart(o) {
   const box = h("div", { class: "chart" }, o.title && h("h3", {}, o.title), o.what && h("p", { class: "what" }, o.what));
   const place = h("div", {});
   box.append(place, o.note ? h("p", { class: "what" }, o.note) : "");
-  const last = o.t[o.t.length - 1] || 1, unit = timeUnit(last);
+  const last = o.t[o.t.length - 1] || 1, unit = o.logTime ? { name: "s", seconds: 1 } : timeUnit(last);
   // A logarithmic axis has no place for 0.
   const from = o.logTime ? o.t.findIndex((x) => x > 0) : 0;
   const x = Array.from(o.t.subarray(Math.max(0, from)), (s) => s / unit.seconds);
@@ -96,22 +96,27 @@ function mark(c, t) {
 /** The playback is at t [s]. */
 export function markTime(t) {
   now = t;
-  for (const c of charts) mark(c, t);
+  for (const c of charts) if (c.near !== false) mark(c, t);
 }
 
 let started = false;
+/** Draws what is on the screen or near it; the rest when it comes there. Again: all that was drawn. */
 export function drawCharts() {
-  for (const c of charts) c.draw();
+  for (const c of charts) if (c.plot) c.draw();
   if (started) return;
   started = true;
+  const near = new IntersectionObserver((seen) => {
+    for (const s of seen) if (s.isIntersecting) near.unobserve(s.target), charts.find((c) => c.box === s.target).draw();
+  }, { rootMargin: "400px" });
+  for (const c of charts) near.observe(c.box);
+  addEventListener("beforeprint", () => charts.forEach((c) => c.plot || c.draw()));
   let pending = 0;
   new ResizeObserver(() => {
     cancelAnimationFrame(pending);
     pending = requestAnimationFrame(() => {
       for (const c of charts) {
         const width = c.box.clientWidth;
-        if (!c.plot) c.draw();
-        else if (width > 40 && Math.abs(width - c.plot.width) > 1) c.plot.setSize({ width, height: c.plot.height });
+        if (c.plot && width > 40 && Math.abs(width - c.plot.width) > 1) c.plot.setSize({ width, height: c.plot.height });
       }
     });
   }).observe(document.getElementById("page"));

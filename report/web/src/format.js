@@ -18,7 +18,7 @@ export function number(x, digits = 3) {
     return sign + grouped(a >= 1000 ? String(Math.round(a)) : text);
   }
   const [m, e] = a.toExponential(Math.max(0, digits - 1)).split("e");
-  return `${sign}${Number(m)} × ${power(Number(e))}`;
+  return sign + (Number(m) === 1 ? "" : `${Number(m)} × `) + power(Number(e));
 }
 
 /** The same shorter, for axes: 2e-16 -> "2×10⁻¹⁶", 1e-16 -> "10⁻¹⁶". */
@@ -40,8 +40,12 @@ export function timeUnit(last) {
 /** A time in words: "2 h 46 min", "12.5 s". */
 export function duration(s) {
   if (s < 120) return `${number(s)} s`;
-  if (s < 7200) return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
-  if (s < 2 * 86400) return `${Math.floor(s / 3600)} h ${Math.round((s % 3600) / 60)} min`;
+  const two = (big, small, seconds) => {
+    const n = Math.round(s / seconds), per = 60, rest = n % per;
+    return `${Math.floor(n / per)} ${big}${rest ? ` ${rest} ${small}` : ""}`;
+  };
+  if (s < 7200) return two("min", "s", 1);
+  if (s < 2 * 86400) return two("h", "min", 60);
   if (s < 3 * 365.25 * 86400) return `${number(s / 86400, 4)} d`;
   return `${number(s / 365.25 / 86400, 4)} y`;
 }

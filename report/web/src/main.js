@@ -29,6 +29,7 @@ function theme(changed) {
 }
 
 function main() {
+  performance.mark("start");
   const page = document.getElementById("page");
   let d;
   try {
@@ -58,8 +59,13 @@ function main() {
     h("main", {}, parts.map(([, box]) => box)),
     h("footer", {}, series && !d.series.exact ? "Plots show of each stretch of records the least and the greatest value, so that no peak is lost. " : "", "Everything is in this file; nothing is fetched."));
   drawCharts();
-  stage = play ? play.start() : null;
-  window.porthos = { data: d, stage, ready: true };
+  window.porthos = { data: d, stage: null, ready: true };
+  performance.mark("ready");
+  // The page can be read before the first picture of the playback is there.
+  if (play) requestAnimationFrame(() => setTimeout(() => {
+    window.porthos.stage = stage = play.start();
+    performance.mark("stage");
+  }));
 }
 
 main();

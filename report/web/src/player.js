@@ -46,22 +46,29 @@ export function player(d) {
     try {
       stage = new Stage(host, d);
     } catch (e) {
-      failed(`No playback: this browser offers no WebGL (${e.message}).`);
+      failed(/webgl/i.test(e.message) ? "No playback: this browser offers no WebGL." : `No playback: ${e.message}`);
+      console.warn(e);
       return null;
     }
     const unit = () => timeUnit(stage.last);
+    if (several && clips[0].turn > 1.6) stage.choose(1), (clip.dataset.first = 1);
     function fill() {
       const span = stage.last - stage.first, s = speeds(span);
       speed.replaceChildren(...s.list.map((r) => h("option", { value: r }, r === 1 ? "real time" : `${number(r)}×`)));
       speed.value = s.usual;
       stage.rate = s.usual;
       ticks.replaceChildren(...events.filter((e) => e.t > stage.first && e.t < stage.last).map((e) => h("i", { style: `left:${(100 * (e.t - stage.first)) / span}%`, title: e.text })));
-      const c = stage.clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
+      const c = stage.clips[0], whole = stage.clips[0] === clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
       warning.textContent = `${c.t.length > 1 ? `A picture every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))} of the run; between them places are joined straight and attitudes the short way.` : ""}`
-        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: what is seen may be slower than what happened.${several ? " The beginning is shown record by record." : " A smaller record_every shows more."}` : "");
+        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: what is seen may be slower than what happened.${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows more."}` : "");
     }
     let shownEvent = -1;
+    let told = 0;
     stage.onTime = (t) => {
+      markTime(t);
+      const clock = performance.now();
+      if (stage.playing && clock - told < 80) return;  // words need not be as quick as pictures
+      told = clock;
       const u = unit(), span = stage.last - stage.first || 1;
       slider.value = (1000 * (t - stage.first)) / span;
       slider.setAttribute("aria-valuetext", duration(t));
@@ -74,7 +81,6 @@ export function player(d) {
         shownEvent = gone;
       }
       play.textContent = stage.playing ? "❚❚ Pause" : "▶ Play";
-      markTime(t);
     };
     const go = (on) => { stage.play(on); stage.onTime(stage.time); };
     play.addEventListener("click", () => go(!stage.playing));
@@ -82,6 +88,7 @@ export function player(d) {
     speed.addEventListener("change", () => (stage.rate = Number(speed.value)));
     ride.addEventListener("change", () => stage.set("ride", ride.value));
     clips.forEach((c, i) => clip.append(h("option", { value: i }, c.name)));
+    if (clip.dataset.first) clip.value = clip.dataset.first;
     clip.addEventListener("change", () => { stage.choose(Number(clip.value)); fill(); });
     if (views) for (const [v, text] of [["mechanism", "craft"], ["orbit", "orbit"]]) {
       const b = h("button", { type: "button", "aria-pressed": String(v === "mechanism"), onclick: () => { for (const x of views.children) x.setAttribute("aria-pressed", String(x === b)); stage.set("view", v); } }, text);

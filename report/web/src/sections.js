@@ -15,10 +15,12 @@ const names = {
   balance: "power balance", symmetry: "forth and back", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
 };
 
-/** How far below its limit a value is, as a bar: full at the limit, empty sixteen decades below. */
+/** How far below its limit a value is: a factor, and a bar that is full from six decades on. */
 function room(c) {
-  const share = c.value > 0 && c.limit > 0 ? Math.min(1, Math.max(0.02, 1 + Math.log10(c.value / c.limit) / 16)) : c.value > 0 ? 1 : 0;
-  return h("div", { class: `room ${c.pass ? "" : "fail"}`, title: c.limit > 0 && c.value > 0 ? `value / limit = ${number(c.value / c.limit)}` : "" }, h("i", { style: `width:${100 * share}%` }));
+  if (!(c.value > 0) || !(c.limit > 0)) return c.pass ? h("span", { class: "soft" }, "exact") : "";
+  const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
+  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(factor, 2)}×${c.pass ? "" : " above"}`),
+    h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
 }
 
 function growthWords(e) {
@@ -40,7 +42,7 @@ export function verdict(d) {
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : "fail"}` }, pass ? "Pass" : "Fail"),
       h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy)}.`))),
-    s.checks.length ? card(table(["check", "value", "limit", "room to the limit", ""],
+    s.checks.length ? card(table(["check", "value", "limit", "below the limit by", ""],
       s.checks.map((c) => [names[c.name] || c.name, number(c.value), number(c.limit), room(c), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail")]), ["", "n", "n", "", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),

@@ -32,7 +32,7 @@ class Cast {
     this.frames = [];
     this.edges = [];
     this.root.add(this.still, ...this.nodes);
-    this.size = 0;
+    this.reach = new Array(act.nodes).fill(0);
     const heaviest = Math.max(...act.bodies.map((b) => b.mass || 0));
     for (const b of act.bodies) if (b.node !== undefined) this.add(b, look, b.mass === heaviest);
     // Paths are drawn for what has no children: the hands.
@@ -46,8 +46,8 @@ class Cast {
     (b.node < 0 ? this.still : this.nodes[b.node]).add(holder);
     const tint = b.joint === "free" && !heavy ? "caught" : heavy ? "body" : "link";
     if (b.visuals.length) for (const v of b.visuals) this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look);
-    else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, tint, look);
-    const com = b.box ? b.box.p : null, from = new Vector3();
+    else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, b.joints.length ? `${tint}-clear` : tint, look);  // what it carries may be inside
+    const com = b.com, from = new Vector3();
     const bones = b.joints.map((p) => new Vector3(...p));
     if (!bones.length && com) bones.push(new Vector3(...com));
     if (b.parent !== "world" || b.joint !== "free") for (const to of bones) this.bone(holder, from, to, look);
@@ -56,8 +56,8 @@ class Cast {
     axes.visible = false;
     holder.add(axes);
     this.frames.push(axes);
-    for (const p of b.joints) this.size = Math.max(this.size, Math.hypot(...p));
-    if (b.box) this.size = Math.max(this.size, Math.max(...b.box.size) / 2);
+    const own = Math.max(Math.hypot(...b.com) + (b.box ? Math.max(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
+    if (b.node >= 0) this.reach[b.node] = Math.max(this.reach[b.node], Math.hypot(...b.p) + own);
   }
   shape(holder, s, own, tint, look) {
     const [x, y, z] = s.size;
@@ -89,6 +89,17 @@ class Cast {
   }
 }
 
+/** Whether pictures are drawn by the processor: smoothing edges is then too dear. */
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+const slow = 1 / 30;  // [s] a picture may take
+
 /** The playback: mechanism and, in orbit, the planet. onTime(t) is called whenever the time shown changes. */
 export class Stage {
   constructor(host, data) {
@@ -100,15 +111,18 @@ export class Stage {
     this.rate = 1;
     this.playing = false;
     this.options = { frames: false, trails: true, ride: "place", view: "mechanism" };
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: "low-power" });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    const software = drawnBySoftware();
+    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power" });
+    this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
+    this.ratio = this.fine;  // coarser while it plays where pictures take too long
+    this.mean = 0;
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", "Playback of the mechanism. Drag to turn, wheel to zoom, arrow keys to turn, plus and minus to zoom, space to play or pause.");
     host.prepend(canvas);
     this.materials = new Map();
-    const look = { material: (n) => this.shared(n, () => new MeshLambertMaterial()), line: (n) => this.shared(n + "-line", () => new LineBasicMaterial({ transparent: true, opacity: 0.55 })) };
+    const look = { material: (n) => this.shared(n, () => new MeshLambertMaterial(n.endsWith("-clear") ? { transparent: true, opacity: 0.42, depthWrite: false } : {})), line: (n) => this.shared(n + "-line", () => new LineBasicMaterial({ transparent: true, opacity: 0.55 })) };
     this.scene = new Scene();
     this.space = new Scene();
     for (const s of [this.scene, this.space]) {
@@ -148,13 +162,12 @@ export class Stage {
   }
   /** How far the mechanism reaches, over all frames; far away free bodies of the start do not count. */
   measure() {
-    let reach = 0, size = 0;
+    let reach = 0;
     for (const c of this.casts) {
-      size = Math.max(size, c.size);
       const { poses } = c.act.clips[0];
-      for (let i = 0; i < poses.length; i += 7) reach = Math.max(reach, Math.hypot(poses[i], poses[i + 1], poses[i + 2]));
+      for (let i = 0; i < poses.length; i += 7) reach = Math.max(reach, Math.hypot(poses[i], poses[i + 1], poses[i + 2]) + c.reach[(i / 7) % c.act.nodes]);
     }
-    this.size = Math.max(reach + size, 1e-6) * 1.05;
+    this.size = Math.max(reach, 1e-6);
   }
   surroundings() {
     const act = this.data.acts[0];
@@ -199,7 +212,8 @@ export class Stage {
     this.scene.add(this.down, this.ahead);
   }
   theme() {
-    for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught" }[name] || name) || "#888888");
+    this.renderer.setClearColor(colour("stage"));
+    for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught" }[name] || name.replace("-clear", "")) || "#888888");
     if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
     if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
     for (const l of this.trails) l.material.color.set(colour("c1"));
@@ -208,6 +222,7 @@ export class Stage {
   resize() {
     const { clientWidth: w, clientHeight: hgt } = this.host;
     if (w < 2 || hgt < 2) return;
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.setSize(w, hgt, false);
     for (const c of [this.camera, this.far]) if (c) (c.aspect = w / hgt), c.updateProjectionMatrix();
     this.wake();
@@ -228,7 +243,7 @@ export class Stage {
     this.casts.forEach((cast, k) => {
       const clip = this.clips[k], n = clip.t.length;
       for (const tip of cast.tips) {
-        const at = new Vector3(...(tip.box ? tip.box.p : [0, 0, 0])).applyQuaternion(unit(tip.q)).add(new Vector3(...tip.p));
+        const at = new Vector3(...tip.com).applyQuaternion(unit(tip.q)).add(new Vector3(...tip.p));
         const places = new Float32Array(3 * n);
         for (let f = 0; f < n; ++f) {
           this.pose(clip, f, tip.node, p, q);
@@ -265,7 +280,7 @@ export class Stage {
   }
   /** Camera presets; the target stays the middle. */
   look(name) {
-    const d = this.size * 3.1;
+    const d = this.size * 2.5;
     const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
@@ -293,9 +308,25 @@ export class Stage {
 
   play(on) {
     this.playing = on;
+    if (!on) this.sharpen(this.fine);
     if (on && this.time >= this.last) this.time = this.first;
     this.before = null;
     this.wake();
+  }
+  /** Fewer pixels while pictures come too slowly, all of them when it stands still. */
+  sharpen(ratio) {
+    this.mean = 0;
+    if (ratio === this.ratio) return;
+    this.ratio = ratio;
+    this.resize();
+  }
+  watch(passed) {
+    if (!(passed > 0)) return;
+    this.mean = this.mean ? this.mean + 0.1 * (passed - this.mean) : passed;
+    this.seenFrames = (this.seenFrames || 0) + 1;
+    if (this.seenFrames < 12 || this.mean < slow) return;
+    this.seenFrames = 0;
+    this.sharpen(Math.max(0.4, 0.75 * this.ratio));
   }
   seek(t) {
     this.time = Math.min(Math.max(t, this.first), this.last);
@@ -311,8 +342,9 @@ export class Stage {
       if (this.playing) {
         const passed = this.before ? Math.min(0.25, (at - this.before) / 1000) : 0;
         this.before = at;
+        this.watch(passed);
         this.time = Math.min(this.last, this.time + passed * this.rate);
-        if (this.time >= this.last) this.playing = false;
+        if (this.time >= this.last) this.play(false);
         this.arrange();
         this.onTime(this.time);
       }
@@ -347,7 +379,7 @@ export class Stage {
     for (const frames of cast.frames) frames.visible = this.options.frames;
     const tail = Math.max(2, Math.min(120, clip.t.length));
     for (const l of this.trails) {
-      l.visible = this.options.trails && l.userData.act === act;
+      l.visible = this.options.trails && l.userData.act === act && clip.turn < 1.6;  // else it would be a tangle of chords
       const end = f + 1, begin = Math.max(0, end - tail);
       l.geometry.setDrawRange(begin, end - begin);
     }
