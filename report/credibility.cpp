@@ -67,10 +67,10 @@ Json verification(const Json& s) {
 
 Json uncertainty(const Json& s, const Json& comparison) {
   const auto& e = s["energy"];
-  std::string text = fmt::format(
-      "Numerical: energy error at most {} relative, growth exponent {}, drift {}. ",
-      number(e["max_rel_error"]), number(e["growth_exponent"], "{:.2f}"),
-      e["drift_is_significant"].get<bool>() ? "significant" : "not significant");
+  std::string text =
+      fmt::format("Numerical: energy error at most {} relative, growth exponent {}, drift {}. ",
+                  number(e["max_rel_error"]), number(e["growth_exponent"], "{:.2f}"),
+                  e["drift_is_significant"].get<bool>() ? "significant" : "not significant");
   if (comparison.is_object() && comparison.contains("trajectory") &&
       comparison["trajectory"]["reference_error"].is_number())
     text += fmt::format("Trajectories were compared with a reference known to {}. ",
@@ -80,9 +80,11 @@ Json uncertainty(const Json& s, const Json& comparison) {
 
 Json robustness(const Json& comparison) {
   if (!comparison.is_object())
-    return row("Robustness", not_stated,
-               "Sensitivity to method, step and start values was not examined: porthos compare does.");
-  std::string text = fmt::format("{} trials by other methods and steps. ", comparison["runs"].size());
+    return row(
+        "Robustness", not_stated,
+        "Sensitivity to method, step and start values was not examined: porthos compare does.");
+  std::string text =
+      fmt::format("{} trials by other methods and steps. ", comparison["runs"].size());
   const auto& l = comparison["lyapunov"];
   text += l["chaotic"].get<bool>()
               ? fmt::format("Small deviations grow e-fold in {} s. ", number(l["time_s"]))
@@ -96,25 +98,29 @@ Json robustness(const Json& comparison) {
 Json credibility(const Json& s, const Json& comparison, const scene::Scene* scene) {
   Json list = Json::array();
   const std::string source = scene ? first_comment(scene->urdf_text) : "";
-  list.push_back(source.empty()
-                     ? row("Data pedigree", not_stated,
-                           "The model file says nothing of where its numbers are from.")
-                     : row("Data pedigree", partly,
-                           "The model file says of itself: “" + source + "”"));
+  list.push_back(source.empty() ? row("Data pedigree", not_stated,
+                                      "The model file says nothing of where its numbers are from.")
+                                : row("Data pedigree", partly,
+                                      "The model file says of itself: “" + source + "”"));
   list.push_back(verification(s));
-  list.push_back(row("Validation", not_stated, "No comparison with a measurement is known to this run."));
-  std::string inputs = "Scene and model are kept in the results and named by their SHA-256 (below).";
+  list.push_back(
+      row("Validation", not_stated, "No comparison with a measurement is known to this run."));
+  std::string inputs =
+      "Scene and model are kept in the results and named by their SHA-256 (below).";
   if (scene && scene->random)
     inputs += fmt::format(" Start values are random, seed {}.", scene->random->seed);
   list.push_back(row("Input pedigree", partly, inputs + " Who chose them, and why: not stated."));
   list.push_back(uncertainty(s, comparison));
   list.push_back(robustness(comparison));
-  list.push_back(row("History of use", not_stated, "Earlier uses of this model are not known to this run."));
-  const std::string hash = s.contains("provenance") ? s["provenance"].value("git_hash", "unknown") : "unknown";
+  list.push_back(
+      row("History of use", not_stated, "Earlier uses of this model are not known to this run."));
+  const std::string hash =
+      s.contains("provenance") ? s["provenance"].value("git_hash", "unknown") : "unknown";
   list.push_back(row("Management", hash == "unknown" ? not_stated : partly,
-                     hash == "unknown" ? "The program does not know its commit."
-                                       : "Program, compiler and flags are recorded (below). Whether the "
-                                         "sources were those of the commit: not stated."));
+                     hash == "unknown"
+                         ? "The program does not know its commit."
+                         : "Program, compiler and flags are recorded (below). Whether the "
+                           "sources were those of the commit: not stated."));
   return list;
 }
 

@@ -35,7 +35,8 @@ class Gathered {
       summary_ = nullptr, miss("summary.json is no summary of Porthos, or damaged");
     const bool run = fs::exists(folder_ / "run.h5"), phases = fs::exists(folder_ / "phase_1"),
                begun = scene::has_checkpoint(checkpoint);
-    if (!run && !phases && !begun && summary_.is_null() && comparison_.is_null() && missing_.empty())
+    if (!run && !phases && !begun && summary_.is_null() && comparison_.is_null() &&
+        missing_.empty())
       throw InvalidArgument(
           fmt::format("{} holds no results: expected summary.json, run.h5, compare.json or "
                       "checkpoint/ of a run",
@@ -91,7 +92,8 @@ class Gathered {
     attempt("series", [&] { phase["series"] = Thinned(r, most_buckets).json(); });
     if (stage_.mechanism) {
       stage_.records = &r;
-      attempt("no playback", [&] { phase["playback"] = playback(stage_, most_frames / phase_count_); });
+      attempt("no playback",
+              [&] { phase["playback"] = playback(stage_, most_frames / phase_count_); });
     }
     phases_.push_back(phase);
   }
@@ -155,8 +157,8 @@ class Gathered {
           e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;  // it happened
           scene::apply(*moving, e);
         }
-        stage_.mechanism = std::shared_ptr<const mechanics::Mechanism>(
-            moving->model, &moving->model->mechanism());
+        stage_.mechanism =
+            std::shared_ptr<const mechanics::Mechanism>(moving->model, &moving->model->mechanism());
         stage_.bodies = moving->parts.bodies();
       });
   }
@@ -165,8 +167,7 @@ class Gathered {
   void look_beside() {
     if (!summary_.is_object() || !summary_.contains("provenance")) return;
     const fs::path here = fs::absolute(folder_).lexically_normal();
-    const std::string name =
-        (here.has_filename() ? here : here.parent_path()).filename().string();
+    const std::string name = (here.has_filename() ? here : here.parent_path()).filename().string();
     const fs::path path = here / ".." / ("compare_" + name) / "compare.json";
     const Json c = fs::exists(path) ? Json::parse(scene::read_file(path), nullptr, false) : Json();
     if (!c.is_object() || !c.contains("provenance")) return;
@@ -207,8 +208,9 @@ class Gathered {
       return {{"state", "damaged"}, {"text", "Part of the results could not be read."}};
     if (finished && begun && summary_.is_object() && summary_.value("outcome", "") == "ok")
       return {{"state", "complete"},
-              {"text", "A newer run is under way in this folder or was interrupted; this is the "
-                       "finished one before it."}};
+              {"text",
+               "A newer run is under way in this folder or was interrupted; this is the "
+               "finished one before it."}};
     return {{"state", "complete"}, {"text", ""}};
   }
   void describe(Json& j) const {

@@ -30,15 +30,16 @@ fs::path find_template() {
   std::error_code e;
   const fs::path program = fs::read_symlink("/proc/self/exe", e);
   const fs::path beside = program.parent_path().parent_path() / "share/porthos" / template_name;
-  for (const fs::path& path : {e ? fs::path() : beside, fs::path(built_template),
-                               fs::path(installed_template)})
+  for (const fs::path& path :
+       {e ? fs::path() : beside, fs::path(built_template), fs::path(installed_template)})
     if (!path.empty() && fs::exists(path, e)) return path;
   return {};
 }
 
 std::string no_template_text() {
   return fmt::format(
-      "there is no template for the report: build with node and npm (Debian: nodejs, npm; cmake says at its end whether it "
+      "there is no template for the report: build with node and npm (Debian: nodejs, npm; cmake "
+      "says at its end whether it "
       "found them), or name a {} by the environment variable PORTHOS_REPORT_TEMPLATE",
       template_name);
 }
@@ -47,8 +48,8 @@ void write_report(const fs::path& folder, const fs::path& out, const fs::path& p
   const std::string text = scene::read_file(page);
   const auto mark = text.find(data_mark);
   if (mark == text.npos || text.find(data_mark, mark + 1) != text.npos)
-    throw InvalidArgument(fmt::format("{} is no template of a report: expected {} once",
-                                      page.string(), data_mark));
+    throw InvalidArgument(
+        fmt::format("{} is no template of a report: expected {} once", page.string(), data_mark));
   scene::write_aside(out, text.substr(0, mark) + in_script(report_json(folder)) +
                               text.substr(mark + data_mark.size()));
   scene::put_in_place(out);

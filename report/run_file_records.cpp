@@ -86,8 +86,8 @@ class RunFileRecords : public Records {
   void read(const std::string& name, const Piece& f) const override {
     const auto [rows, columns] = shape(name);
     if (rows != count_)
-      throw InvalidArgument(fmt::format("{}: '{}' has {} records, expected {} as 'time'", path_,
-                                        name, rows, count_));
+      throw InvalidArgument(
+          fmt::format("{}: '{}' has {} records, expected {} as 'time'", path_, name, rows, count_));
     const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), all(H5Dget_space(d));
     const int rank = columns > 0 ? 2 : 1, width = std::max(1, columns);
     std::vector<double> values;

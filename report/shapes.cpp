@@ -143,14 +143,9 @@ Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string
   std::map<std::string, size_t> at;
   for (const auto& b : bodies) {
     at[b.name] = list.size();
-    Json j = {{"name", b.name},
-              {"parent", b.parent},
-              {"joint", b.joint.type},
-              {"mass", b.mass.mass},
-              {"com", place(b.mass.com)},
-              {"box", box_of(b.mass)},
-              {"visuals", Json::array()},
-              {"joints", Json::array()}};
+    Json j = {{"name", b.name},           {"parent", b.parent},       {"joint", b.joint.type},
+              {"mass", b.mass.mass},      {"com", place(b.mass.com)}, {"box", box_of(b.mass)},
+              {"visuals", Json::array()}, {"joints", Json::array()}};
     if (const auto v = visuals.find(b.name); v != visuals.end()) j["visuals"] = v->second;
     list.push_back(j);
   }

@@ -19,7 +19,7 @@ const names = {
 function room(c) {
   if (!(c.value > 0) || !(c.limit > 0)) return c.pass ? h("span", { class: "soft" }, "exact") : "";
   const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
-  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(factor, 2)}×${c.pass ? "" : " above"}`),
+  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}×${c.pass ? "" : " above"}`),
     h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
 }
 
@@ -42,8 +42,8 @@ export function verdict(d) {
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : "fail"}` }, pass ? "Pass" : "Fail"),
       h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy)}.`))),
-    s.checks.length ? card(table(["check", "value", "limit", "below the limit by", ""],
-      s.checks.map((c) => [names[c.name] || c.name, number(c.value), number(c.limit), room(c), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail")]), ["", "n", "n", "", ""])) : "",
+    s.checks.length ? card(table(["check", "", "value", "limit", "below the limit by"],
+      s.checks.map((c) => [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]), ["", "", "n", "n", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),
@@ -133,7 +133,7 @@ export function ledgers(d) {
     lead("In orbit energy stands in three places, and there is no total: one rounding of the orbital energy is more than an arm moves in a year."),
     card(table(["ledger", "start [J]", "change [J]", "largest defect [J]", "relative", "works"],
       rows.map((k) => [k, number(l[k].initial_J, 6), number(l[k].change_J, 4), number(l[k].largest_defect_J), number(l[k].largest_relative_defect), h("span", { class: "soft" }, works(k))]), ["", "n", "n", "n", "n", ""]),
-      h("p", { class: "soft" }, `Angular momentum about the centre of mass: up to ${number(l.angular_momentum.largest_kg_m2_s, 4)} kg m²/s, impulse of the gradient's torque ${number(l.angular_momentum.gradient_impulse_kg_m2_s, 4)} kg m²/s, left over ${number(l.angular_momentum.largest_relative_defect)} relative. Neglected next order of the gradient: ${number(l.neglected_next_order)}.`)));
+      h("p", { class: "soft", style: "margin-top:12px" }, `Angular momentum about the centre of mass: up to ${number(l.angular_momentum.largest_kg_m2_s, 4)} kg m²/s, impulse of the gradient's torque ${number(l.angular_momentum.gradient_impulse_kg_m2_s, 4)} kg m²/s, left over ${number(l.angular_momentum.largest_relative_defect)} relative. Neglected next order of the gradient: ${number(l.neglected_next_order)}.`)));
 }
 
 export function comparison(d) {
@@ -148,7 +148,7 @@ export function comparison(d) {
   }
   const methods = [...byMethod.values()].filter((m) => m.points.length);
   return section("comparison", "Speed against error",
-    lead(`Every method over a range of steps, ${duration(c.duration_s)} simulated. Down is more accurate, left is faster. ${c.interrupted ? "The comparison was interrupted. " : ""}`, h("span", {}, c.advice.sentence)),
+    lead(`Every method over a range of steps, ${duration(c.duration_s)} simulated. Down is more accurate, left is faster. ${c.interrupted ? "The comparison was interrupted. " : ""}`, c.advice.sentence ? `${c.advice.sentence[0].toUpperCase()}${c.advice.sentence.slice(1)}.` : ""),
     card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "Squares are rivals that work to a tolerance; the dotted line is the target.")),
     h("details", {}, h("summary", {}, `All ${c.runs.length} trials`), card(table(["method", "step or tolerance", "CPU [s]", "steps", "energy error", "trajectory error", "outcome"],
       c.runs.map((r) => [r.method, r.rtol ? `rtol ${short(r.rtol)}` : `${short(r.step_s)} s`, number(r.cpu_s), grouped(r.steps), number(r.energy.max_rel_error), number(r.trajectory_error), r.outcome]), ["", "n", "n", "n", "n", "n", ""]))));
@@ -167,7 +167,7 @@ export function provenance(d) {
   const p = d.summary?.provenance || d.comparison?.provenance;
   if (!p) return null;
   return section("provenance", "Provenance", lead("Equal inputs, program, compiler and instruction set give equal bits."),
-    card(h("div", { class: "scroll" }, h("table", {}, h("tbody", {}, Object.entries(p).map(([k, v]) => h("tr", {}, h("th", { scope: "row", style: "border-bottom:0;padding-top:7px" }, provenanceNames[k] || k), h("td", { class: "hash" }, v))))))),
+    card(h("div", { class: "scroll" }, h("table", {}, h("tbody", {}, Object.entries(p).map(([k, v]) => h("tr", {}, h("th", { scope: "row" }, provenanceNames[k] || k), h("td", { class: "hash" }, v))))))),
     d.texts.scene ? h("details", {}, h("summary", {}, "Scene file"), h("pre", { tabindex: 0 }, d.texts.scene)) : "",
     d.texts.model ? h("details", {}, h("summary", {}, "Model"), h("pre", { tabindex: 0 }, d.texts.model)) : "");
 }

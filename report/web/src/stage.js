@@ -143,12 +143,12 @@ export class Stage {
     this.controls = this.control(this.camera);
     this.surroundings(look);
     if (data.planet && data.acts[0]?.clips[0].orbit) this.planet();
+    this.resize();
     this.choose(0);
     this.look("iso");
     this.theme();
     new ResizeObserver(() => this.resize()).observe(host);
     new IntersectionObserver((e) => { this.seen = e[0].isIntersecting; this.wake(); }).observe(host);
-    this.resize();
   }
   shared(name, make) {
     if (!this.materials.has(name)) this.materials.set(name, make());
@@ -284,7 +284,7 @@ export class Stage {
     const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
-    const distance = orbit ? this.far.position.length() : d / Math.min(1, Math.max(0.55, camera.aspect || 1));
+    const distance = orbit ? this.far.position.length() : d / Math.min(1, Math.max(0.4, camera.aspect || 1));
     camera.position.set(...to).multiplyScalar(distance);
     controls.target.set(0, 0, 0);
     controls.update();
