@@ -18,7 +18,7 @@ struct Arguments {
   std::string scene;
   std::optional<std::string> out, method, step, duration, budget, plots, part;
   std::vector<std::string> methods;
-  bool resume = false, json = false, markdown = false, join = false;
+  bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;
 };
 

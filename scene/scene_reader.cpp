@@ -15,6 +15,7 @@
 #include "scene/auto_method.h"
 #include "scene/element.h"
 #include "scene/scene.h"
+#include "scene/scene_texts.h"
 #include "scene/toml_table-inl.h"
 #include "scene/variation.h"
 
@@ -91,10 +92,11 @@ double default_record_every(double step, double duration) {
 
 class Reader {
  public:
-  explicit Reader(std::string path) : file_{std::move(path)} {}
+  explicit Reader(std::string path, const SceneTexts* kept = nullptr)
+      : file_{std::move(path)}, kept_(kept) {}
 
   Scene read() {
-    s_.text = read_file(file_.path, "scene file");
+    s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
     return read({});
   }
   Scene read(std::string text, std::span<const Replacement> replacements) {
@@ -186,6 +188,10 @@ class Reader {
     const std::string name = t.text("urdf", "the name of a URDF file");
     if (name.empty()) t.fail("urdf", "is empty, expected the name of a URDF file");
     s_.urdf_path = (fs::path(s_.path).parent_path() / name).string();
+    if (kept_) {
+      s_.urdf_text = kept_->urdf;
+      return;
+    }
     try {
       s_.urdf_text = read_file(s_.urdf_path, "URDF file");
     } catch (const InvalidArgument& e) {
@@ -356,6 +362,7 @@ class Reader {
   }
 
   File file_;
+  const SceneTexts* kept_;
   toml::table root_;
   Scene s_;
 };
@@ -367,6 +374,10 @@ Scene read_scene(const std::string& path) { return Reader(path).read(); }
 Scene read_variation(const std::string& path, const std::string& text,
                      std::span<const Replacement> replacements) {
   return Reader(path).read(text, replacements);
+}
+
+Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
+  return Reader(path, &kept).read();
 }
 
 void apply(Scene& scene, const Overrides& overrides) {
