@@ -59,6 +59,14 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
+  auto* ensemble =
+      add_command(app, a, "ensemble", "the runs of a scene's [ensemble], over lanes and threads",
+                  "porthos ensemble examples/ensemble/scene.toml --threads 2");
+  add_results(ensemble, a, "results/<name of the scene>", "ensemble.json");
+  ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
+  ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
+  ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
+  ensemble->add_flag("--resume", a.resume, "run the cases that are missing in the folder");
   auto* report = add_command(app, a, "report", "report.html of a results folder, finished or not",
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
@@ -90,6 +98,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
+  if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("info")) return info_command(a);
   if (app.got_subcommand("actuators")) return actuators_command(a);

@@ -17,6 +17,7 @@
 #include "scene/scene.h"
 #include "scene/scene_texts.h"
 #include "scene/toml_table-inl.h"
+#include "scene/variation.h"
 
 namespace porthos::scene {
 namespace {
@@ -95,12 +96,23 @@ class Reader {
       : file_{std::move(path)}, kept_(kept) {}
 
   Scene read() {
+    s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
+    return read({});
+  }
+  Scene read(std::string text, std::span<const Replacement> replacements) {
+    s_.text = std::move(text);
+    return read(replacements);
+  }
+
+ private:
+  Scene read(std::span<const Replacement> replacements) {
     s_.path = file_.path;
-    s_.text = kept_ ? kept_->scene : read_file(s_.path, "scene file");
     parse();
-    const Table top(file_, root_, "the scene", "",
-                    {"title", "model", "environment", "initial", "body", "element", "actuator",
-                     "event", "planet", "orbit", "integrator", "monitor", "run", "verify"});
+    for (const Replacement& r : replacements) replace(root_, r.key, r.values);
+    const Table top(
+        file_, root_, "the scene", "",
+        {"title", "model", "environment", "initial", "body", "element", "actuator", "event",
+         "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -129,7 +141,6 @@ class Reader {
     return std::move(s_);
   }
 
- private:
   void parse() {
     try {
       root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
@@ -359,6 +370,11 @@ class Reader {
 }  // namespace
 
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
+
+Scene read_variation(const std::string& path, const std::string& text,
+                     std::span<const Replacement> replacements) {
+  return Reader(path).read(text, replacements);
+}
 
 Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
   return Reader(path, &kept).read();
