@@ -17,6 +17,7 @@
 #include "apps/verdict.h"
 #include "scene/compare.h"
 #include "scene/files.h"
+#include "scene/replot.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -191,6 +192,11 @@ int compare_command(const Arguments& a) {
   if (!c.interrupted) return exit_ok;
   log("interrupted: the results are of the trials until then");
   return exit_interrupted;
+}
+
+int plot_command(const Arguments& a) {
+  for (const auto& file : scene::replot(a.scene)) print(file + "\n");
+  return exit_ok;
 }
 
 int info_command(const Arguments& a) {

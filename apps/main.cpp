@@ -20,7 +20,9 @@ CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char*
                       const char* example) {
   CLI::App* c = app.add_subcommand(name, what);
   c->footer(fmt::format("Example:\n  {}\n", example));
-  if (std::string_view(name) != "methods" && std::string_view(name) != "actuators")
+  if (std::string_view(name) == "plot")
+    c->add_option("DIR", a.scene, "results folder of a finished run")->required();
+  else if (std::string_view(name) != "methods" && std::string_view(name) != "actuators")
     c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
   return c;
 }
@@ -57,6 +59,8 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
+  add_command(app, a, "plot", "draw the pictures of a finished run anew from its run.h5",
+              "porthos plot results/ets_vii");
   add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
               "porthos info examples/ets_vii/scene.toml");
   add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
@@ -72,7 +76,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const cha
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
   if (first && *first != '-' && app.get_subcommands(named).empty())
     return fmt::format(
-        "there is no command '{}', expected run, verify, compare, info, methods or actuators",
+        "there is no command '{}', expected run, verify, compare, plot, info, methods or actuators",
         first);
   return e.what();
 }
@@ -81,6 +85,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
+  if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("info")) return info_command(a);
   if (app.got_subcommand("actuators")) return actuators_command(a);
   return methods_command(a);
