@@ -400,15 +400,8 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
     d.powers.push_back({l.name + ".damping", Kind::dissipated});
     d.traits.lossless = false;
   }
-  for (const auto& t : parts.thrusters) d.powers.push_back({t.name, Kind::supplied});
-  for (const auto& t : parts.torquers) d.powers.push_back({t.name, Kind::supplied});
-  for (const auto& t : parts.thrusters)
-    for (const char* of : {".impulse", ".angular_impulse"})
-      for (const char* axis : {".x", ".y", ".z"})
-        d.powers.push_back({t.name + of + axis, Kind::observed});
-  for (const auto& t : parts.torquers)
-    for (const char* axis : {".x", ".y", ".z"})
-      d.powers.push_back({t.name + ".angular_impulse" + axis, Kind::observed});
+  const auto pushes = push_accounts(parts);
+  d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
   d.invariants.clear();
   int at = 0;
   for (auto i : inner.invariants) {
@@ -422,8 +415,23 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
 
 }  // namespace
 
+std::vector<phs::PowerAccount> push_accounts(const Parts& parts) {
+  using Kind = phs::PowerKind;
+  std::vector<phs::PowerAccount> list;
+  for (const auto& t : parts.thrusters) list.push_back({t.name, Kind::supplied});
+  for (const auto& t : parts.torquers) list.push_back({t.name, Kind::supplied});
+  for (const auto& t : parts.thrusters)
+    for (const char* of : {".impulse", ".angular_impulse"})
+      for (const char* axis : {".x", ".y", ".z"})
+        list.push_back({t.name + of + axis, Kind::observed});
+  for (const auto& t : parts.torquers)
+    for (const char* axis : {".x", ".y", ".z"})
+      list.push_back({t.name + ".angular_impulse" + axis, Kind::observed});
+  return list;
+}
+
 template <class T>
-Vec3<T> torque_of(const Torquer& rod, const std::vector<PartsModel::WheelAxis>& wheels, const T& t,
+Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
                   std::span<const T> x, size_t nq, const Vec3<T>& B) {
   const Vec3<T> d(rod.direction);
   T m(0.0);
@@ -431,7 +439,7 @@ Vec3<T> torque_of(const Torquer& rod, const std::vector<PartsModel::WheelAxis>& 
     m = (*rod.dipole)(t);
   } else {
     Vec3<T> h = zero<T>();
-    for (const auto& w : wheels) h += x[nq + size_t(w.p)] * Vec3<T>(w.axis);
+    for (const auto& w : wheels) h += x[nq + size_t(w.q)] * Vec3<T>(w.axis);
     const T tiny(1e-30), B2 = dot(B, B);
     m = T(rod.unload) * dot(d, cross(h, B)) / phs::max(B2, tiny);
   }
@@ -439,10 +447,10 @@ Vec3<T> torque_of(const Torquer& rod, const std::vector<PartsModel::WheelAxis>& 
   return m * cross(d, B);
 }
 
-std::vector<PartsModel::WheelAxis> wheel_axes(const Mechanism& m, const std::string& who,
-                                              const std::vector<std::string>& joints) {
+std::vector<WheelAxis> wheel_axes(const Mechanism& m, const std::string& who,
+                                  const std::vector<std::string>& joints) {
   const int base = free_base(m);
-  std::vector<PartsModel::WheelAxis> list;
+  std::vector<WheelAxis> list;
   for (const auto& joint : joints) {
     const mechanics::JointCoordinates* found = nullptr;
     for (const auto& c : m.coordinates())
@@ -486,9 +494,9 @@ template <class T>
 std::unique_ptr<phs::System<T>> PartsModel::make_system() const {
   return std::make_unique<PartsSystem<T>>(*this, placed_);
 }
-#define PORTHOS_INSTANTIATE(T)                                                                    \
-  template std::unique_ptr<phs::System<T>> PartsModel::make_system<T>() const;                    \
-  template Vec3<T> torque_of(const Torquer&, const std::vector<PartsModel::WheelAxis>&, const T&, \
+#define PORTHOS_INSTANTIATE(T)                                                        \
+  template std::unique_ptr<phs::System<T>> PartsModel::make_system<T>() const;        \
+  template Vec3<T> torque_of(const Torquer&, const std::vector<WheelAxis>&, const T&, \
                              std::span<const T>, size_t, const Vec3<T>&);
 PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE

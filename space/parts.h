@@ -85,6 +85,12 @@ struct Parts {
   bool any() const { return !thrusters.empty() || !torquers.empty() || !latches.empty(); }
 };
 
+/// Of a wheel on the base: its joint's coordinate, whose momentum p it holds, and its axis in the base.
+struct WheelAxis {
+  int q;
+  Vec3d axis;
+};
+
 /// A mechanism with such parts: a port-Hamiltonian system with the mechanism's state and joint ports (then a body port
 /// "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per place). Each latch is a storage "<name>" and a loss
 /// "<name>.damping", each thruster and torquer a source of its name. Besides, the impulse each source gives is integrated
@@ -111,11 +117,6 @@ class PartsModel : public phs::ModelFor<PartsModel> {
     Mat3<double> axes;  ///< of the frame in the port's
     size_t u;           ///< where the port begins in the input
   };
-  /// A wheel's momentum in the state and its axis in the base.
-  struct WheelAxis {
-    int p;
-    Vec3d axis;
-  };
   struct Placed {
     std::vector<Mount> nozzles, a, b;
     std::vector<std::vector<WheelAxis>> wheels;  ///< per torquer
@@ -129,13 +130,16 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   phs::Description description_;
 };
 
+/// The accounts of thrusters and torquers in a system's books, in the order above: works, then impulses.
+std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
+
 /// Torque of a rod on the base, in its axes [N m]: B the field there in the same axes [T], x the state, nq its positions.
 template <class T>
-Vec3<T> torque_of(const Torquer& rod, const std::vector<PartsModel::WheelAxis>& wheels, const T& t,
+Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
                   std::span<const T> x, size_t nq, const Vec3<T>& B);
 
 /// Axes and momenta of wheels on the free base. @throws InvalidArgument beginning with `who` for a joint that does not turn on it
-std::vector<PartsModel::WheelAxis> wheel_axes(const mechanics::Mechanism& m, const std::string& who,
-                                              const std::vector<std::string>& joints);
+std::vector<WheelAxis> wheel_axes(const mechanics::Mechanism& m, const std::string& who,
+                                  const std::vector<std::string>& joints);
 
 }  // namespace porthos::space
