@@ -90,7 +90,7 @@ std::string cost_text(const RunReport& r) {
 
 }  // namespace
 
-std::string verdict_text(const RunReport& r, const std::string& out) {
+std::string verdict_text(const RunReport& r, const std::string& out, bool has_page) {
   std::string text =
       fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
                   r.step_control == integrators::StepControl::fixed
@@ -105,9 +105,11 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
   text += "cost        " + cost_text(r) + "\n";
   const std::string pictures =
       std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
-  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}\n", out, pictures)
-                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}\n",
-                                      out, r.phases, pictures);
+  const char* page = has_page ? "report.html, " : "";
+  text += r.phases == 1
+              ? fmt::format("results     {}/: {}summary.json, {}\n", out, page, pictures)
+              : fmt::format("results     {}/: {}summary.json; phase_1 … phase_{}: {}\n", out,
+                            page, r.phases, pictures);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;

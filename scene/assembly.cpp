@@ -5,6 +5,7 @@
 
 #include "scene/part.h"
 #include "scene/scene.h"
+#include "scene/variation.h"
 #include "space/split_integrator.h"
 
 namespace porthos::scene {
@@ -137,17 +138,6 @@ Assembly assemble(const Scene& scene) {
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
   a.model = with_joint_parts(a.mechanical, scene);
-
-  Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
-  if (scene.random) put_random(*scene.random, *a.mechanism, start);
-  for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
-  if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
-  for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
-  auto x = a.mechanical->state(start.q, start.v);
-  x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
-  for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
-    std::copy(own.begin(), own.end(),
-              x.begin() + dynamic_cast<const phs::NetworkModel&>(*a.model).offset(name));
   if (scene.orbit) {
     try {
       a.spacecraft = std::make_shared<const space::Spacecraft>(
@@ -155,12 +145,30 @@ Assembly assemble(const Scene& scene) {
     } catch (const InvalidArgument& e) {
       throw InvalidArgument(at(scene.orbit->where) + e.what());
     }
-    x = a.spacecraft->state(x, scene.orbit->start);
     a.model = a.spacecraft;
   }
-  a.initial = phs::State(a.model->description(), std::move(x));
-  phs::wrap_angles(a.model->description(), a.initial);
+  a.initial = start_of(scene, a);
   return a;
+}
+
+phs::State start_of(const Scene& scene, const Assembly& a) {
+  const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  // What the mechanism and its parts make up, without the orbit.
+  const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
+  Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
+  if (scene.random) put_random(*scene.random, *a.mechanism, start);
+  for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
+  if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
+  for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
+  auto x = a.mechanical->state(start.q, start.v);
+  x.resize(size_t(internal.description().nx), 0.0);  // elements start empty
+  for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
+    std::copy(own.begin(), own.end(),
+              x.begin() + dynamic_cast<const phs::NetworkModel&>(internal).offset(name));
+  if (a.spacecraft) x = a.spacecraft->state(x, scene.orbit->start);
+  phs::State s(a.model->description(), std::move(x));
+  phs::wrap_angles(a.model->description(), s);
+  return s;
 }
 
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x) {

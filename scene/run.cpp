@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 
 #include "scene/auto_method.h"
 #include "scene/checkpoint.h"
@@ -117,10 +118,18 @@ class Session {
   void start() {
     refuse_unfinished(options_.out);
     make_folder(folder_);
+    keep_texts();
     log_ = std::make_unique<RecordLog>(log_path(), layout_);
     remember();
     record();
     if (outcome_ != Outcome::ok || resumable()) checkpoint();
+  }
+
+  /// Beside the checkpoint, so that a report can read the records of a run that has not come to its end.
+  void keep_texts() const {
+    if (scene_.text.empty()) return;
+    std::ofstream(folder_ / "scene.toml", std::ios::binary) << scene_.text;
+    std::ofstream(folder_ / "model.urdf", std::ios::binary) << scene_.urdf_text;
   }
 
   void resume() {
@@ -197,7 +206,7 @@ class Session {
       return;
     }
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, row_);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps, row_);
     log_->append(row_);
     remember();
   }

@@ -39,6 +39,7 @@ class RunFile {
     if (layout_.turns > 0) declare_turns(d);
     declare_errors(r);
     declare_books(d);
+    series_.push_back(series("sweeps", layout_.sweeps(), 1, Hdf5File::Kind::real, "1"));
   }
 
   void fill(const std::filesystem::path& log) {

@@ -88,7 +88,7 @@ struct Scene {
   }
 };
 
-/// Reads and validates a scene. @throws InvalidArgument, one sentence "file:line:column: ..." for a missing file,
+/// Reads and validates a scene. @throws InvalidArgument with one sentence "file:line:column: ..." for a missing file,
 /// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
 Scene read_scene(const std::string& path);
 

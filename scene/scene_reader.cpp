@@ -16,7 +16,9 @@
 #include "scene/element.h"
 #include "scene/part.h"
 #include "scene/scene.h"
+#include "scene/scene_texts.h"
 #include "scene/toml_table-inl.h"
+#include "scene/variation.h"
 
 namespace porthos::scene {
 namespace {
@@ -91,16 +93,27 @@ double default_record_every(double step, double duration) {
 
 class Reader {
  public:
-  explicit Reader(std::string path) : file_{std::move(path)} {}
+  explicit Reader(std::string path, const SceneTexts* kept = nullptr)
+      : file_{std::move(path)}, kept_(kept) {}
 
   Scene read() {
+    s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
+    return read({});
+  }
+  Scene read(std::string text, std::span<const Replacement> replacements) {
+    s_.text = std::move(text);
+    return read(replacements);
+  }
+
+ private:
+  Scene read(std::span<const Replacement> replacements) {
     s_.path = file_.path;
-    s_.text = read_file(s_.path, "scene file");
     parse();
+    for (const Replacement& r : replacements) replace(root_, r.key, r.values);
     const Table top(
         file_, root_, "the scene", "",
         {"title", "model", "environment", "initial", "body", "panel", "element", "actuator",
-         "event", "planet", "orbit", "integrator", "monitor", "run", "verify"});
+         "event", "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
@@ -131,7 +144,6 @@ class Reader {
     return std::move(s_);
   }
 
- private:
   void parse() {
     try {
       root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
@@ -179,6 +191,10 @@ class Reader {
     const std::string name = t.text("urdf", "the name of a URDF file");
     if (name.empty()) t.fail("urdf", "is empty, expected the name of a URDF file");
     s_.urdf_path = (fs::path(s_.path).parent_path() / name).string();
+    if (kept_) {
+      s_.urdf_text = kept_->urdf;
+      return;
+    }
     try {
       s_.urdf_text = read_file(s_.urdf_path, "URDF file");
     } catch (const InvalidArgument& e) {
@@ -353,6 +369,7 @@ class Reader {
   }
 
   File file_;
+  const SceneTexts* kept_;
   toml::table root_;
   Scene s_;
 };
@@ -360,6 +377,15 @@ class Reader {
 }  // namespace
 
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
+
+Scene read_variation(const std::string& path, const std::string& text,
+                     std::span<const Replacement> replacements) {
+  return Reader(path).read(text, replacements);
+}
+
+Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
+  return Reader(path, &kept).read();
+}
 
 void apply(Scene& scene, const Overrides& overrides) {
   Scene s = scene;  // all or nothing

@@ -67,7 +67,7 @@ struct Environment {
   std::optional<Atmosphere> atmosphere;
   std::optional<SolarPressure> solar_pressure;
 
-  /// @throws InvalidArgument, one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
+  /// @throws InvalidArgument with one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
   void validate() const;
 };
 
