@@ -67,8 +67,9 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
       for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
     }
   for (size_t a = 0; a < works.size(); ++a)
-    (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
-        .push_back(std::move(works[a]));
+    if (d.powers[a].kind != phs::PowerKind::observed)
+      (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
+          .push_back(std::move(works[a]));
   return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
