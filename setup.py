@@ -31,6 +31,9 @@ class CMakeModule(build_ext):
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
         self.copy_file(str(built), str(target))
+        page = Path(folder) / "report" / "report_template.html"  # there if node and npm were
+        if page.exists():
+            self.copy_file(str(page), str(target.with_name(page.name)))
 
 
 version = re.search(r"project\(porthos VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]

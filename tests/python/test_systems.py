@@ -74,8 +74,8 @@ def test_a_comparison_needs_quads_and_gets_them(duffing):
         damping = 0.0
 
     c = ph.compare(ph.UserModel(Lossless()), [1.2, 0.0], step=0.1, duration=2, methods=["gauss4", "rk4"], budget=2, progress=False)
-    methods = {m["method"] for m in c.content["methods"]}
-    assert {"gauss4", "rk4"} <= methods
+    assert {r["method"] for r in c.content["runs"]} == {"gauss4", "rk4"}
+    assert "113 bits" in c.content["trajectory"]["reference"]
     assert "gauss4" in str(c)
 
 
