@@ -94,7 +94,7 @@ def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], g
             continue
         t, low, high = envelope(t, y)
         floor = high.max() * 1e-4  # an error that passes through zero says nothing by it
-        ax.fill_between(t, np.maximum(low, floor), np.maximum(high, floor), color=LINES[k], alpha=0.3, linewidth=0.6)
+        ax.fill_between(t, np.maximum(low, floor), np.maximum(high, floor), where=high > floor, color=LINES[k], alpha=0.3, linewidth=0.6)
         so_far = np.maximum.accumulate(high)
         ax.plot(t, np.where(so_far > 0, so_far, np.nan), color=LINES[k], linewidth=1.3, label=name)
         ends.append((t, so_far[-1]))

@@ -66,7 +66,7 @@ def test_verify_and_compare(pendulum):
     assert not bad.passed and bad.verdict == "fail" and "FAIL" in str(bad)  # negative control
     refused(lambda: ph.verify(model), "state x")
     refused(lambda: ph.simulate(model, x, step=-1, duration=1), "step is -1")
-    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16")
+    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16", most=900)
     refused(lambda: ph.simulate(model, x[:3], step=0.1, duration=1), "x has 3 numbers, expected 4")
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, tolerance=1), "'tolerance'")
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, limits={"enrgy": 1}), "enrgy")
