@@ -26,6 +26,8 @@ class CMakeModule(build_ext):
                        "PORTHOS_BUILD_BENCH": "OFF"}
             subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{k}={v}" for k, v in options.items()),
                             *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True)
+            # the page of report.html, where node and npm are
+            subprocess.run(["cmake", "--build", folder, "--target", "porthos_report_page"], check=False)
         subprocess.run(["cmake", "--build", folder, "--target", "porthos_python"], check=True)
         built = next((Path(folder) / "python" / "porthos").glob("_core*.so"))
         target = Path(self.get_ext_fullpath(ext.name))
