@@ -18,9 +18,11 @@
 #include "apps/ensemble.h"
 #include "apps/methods.h"
 #include "apps/progress.h"
+#include "apps/report.h"
 #include "apps/verdict.h"
 #include "scene/compare.h"
 #include "scene/files.h"
+#include "scene/replot.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -150,8 +152,9 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
                     assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
+  const bool report = !r.interrupted && !a.no_report && make_report(options.out);
   if (!r.interrupted)
-    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out));
+    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out, report));
   return finish(a, options, r);
 }
 
@@ -190,7 +193,9 @@ int compare_command(const Arguments& a) {
   const scene::Comparison c = scene::compare(s, assembly, options);
   progress.finish();
   scene::write_comparison(out, s, c);
-  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg", out));
+  const bool report = !a.no_report && make_report(out);
+  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg{}", out,
+                  report ? ", report.html" : ""));
   print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
   if (!c.interrupted) return exit_ok;
   log("interrupted: the results are of the trials until then");
@@ -236,6 +241,11 @@ int ensemble_command(const Arguments& a) {
   else
     print(ensemble_text(ensemble, r, options.out));
   return !r.complete || r.passed == r.cases ? exit_ok : exit_verdict_failed;
+}
+
+int plot_command(const Arguments& a) {
+  for (const auto& file : scene::replot(a.scene)) print(file + "\n");
+  return exit_ok;
 }
 
 int info_command(const Arguments& a) {

@@ -18,7 +18,7 @@ struct Arguments {
   std::string scene;
   std::optional<std::string> out, method, step, duration, budget, plots, part;
   std::vector<std::string> methods;
-  bool resume = false, json = false, markdown = false, join = false;
+  bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;
 };
 
@@ -28,6 +28,7 @@ int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
 int ensemble_command(const Arguments& arguments);
+int plot_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
 int actuators_command(const Arguments& arguments);

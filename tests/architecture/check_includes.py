@@ -20,7 +20,8 @@ BELOW = {
     "vsa": ["mechanics"],
     "space": ["mechanics", "integrators"],
     "scene": ["space", "energy_shaping", "vsa", "ensemble"],
-    "apps": ["scene", "adapters"],
+    "report": ["scene"],
+    "apps": ["report", "adapters"],
     "python": ["scene"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene"]
