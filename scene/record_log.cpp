@@ -34,7 +34,8 @@ RecordLayout::RecordLayout(const phs::Description& d)
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
-                 std::span<const double> works, double energy_error, std::span<double> row) {
+                 std::span<const double> works, double energy_error, std::int64_t sweeps,
+                 std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
@@ -45,6 +46,7 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   row[l.quaternion()] = m.quaternion_norm;
   std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
   std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
+  row[l.sweeps()] = double(sweeps);
 }
 
 RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)

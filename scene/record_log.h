@@ -13,7 +13,8 @@
 namespace porthos::scene {
 
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
-/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J].
+/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J],
+/// sweeps of the implicit iteration since the start.
 struct RecordLayout {
   size_t nx, turns, storages, powers;
   explicit RecordLayout(const phs::Description& d);
@@ -26,13 +27,14 @@ struct RecordLayout {
   size_t quaternion() const { return energy() + 7; }
   size_t stored() const { return energy() + 8; }
   size_t work() const { return stored() + storages; }
-  size_t size() const { return work() + powers; }
+  size_t sweeps() const { return work() + powers; }
+  size_t size() const { return sweeps() + 1; }
 };
 
 /// One row. works: of each of the system's powers since the start; `energy_error` contains them.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
-                 std::span<double> row);
+                 std::int64_t sweeps, std::span<double> row);
 
 /// How far a log had come when a checkpoint was written.
 struct LogMark {

@@ -63,7 +63,7 @@ class SpaceLedgers {
   void look(const Reading& r);
   SpaceReport report() const;
 
-  static constexpr size_t memory_size = 1 + 8 + 18 + 15 + 2 + 1;
+  static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 2 + 1;
   std::vector<double> memory() const;
   void restore(std::span<const double> memory);
 

@@ -8,7 +8,7 @@
 namespace porthos::space {
 namespace {
 
-phs::Description describe(const phs::Description& internal) {
+phs::Description describe(const phs::Description& internal, const Parts& parts) {
   phs::Description d = internal;
   d.nx += 6;
   d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
@@ -17,6 +17,8 @@ phs::Description describe(const phs::Description& internal) {
   d.traits.autonomous = false;  // the orbit drives it: rate is more than (J - R) e
   d.flows.clear();
   d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
+  const auto pushes = push_accounts(parts);
+  d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
   d.invariants.clear();
   int at = 0;
   for (auto i : internal.invariants) {
@@ -70,11 +72,13 @@ class SpacecraftSystem : public phs::System<T> {
   void output(In x, In e, Out y) override { internal_->output(x.first(n_), e.first(n_), y); }
   void stored(In x, Out values) override { internal_->stored(x.first(n_), values); }
   void powers(T t, In x, In e, Out values) override {
-    internal_->powers(t, x.first(n_), e.first(n_), values.first(values.size() - 1));
+    const size_t own = model_.internal().description().powers.size();
+    for (T& value : values) value = T(0.0);
+    internal_->powers(t, x.first(n_), e.first(n_), values.first(own));
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[values.size() - 1] = power;
+    values[own] = power;  // thrusters and torquers: in the split alone
   }
   void invariants(In x, Out values) override {
     internal_->invariants(x.first(n_), values_);
@@ -101,10 +105,11 @@ class SpacecraftSystem : public phs::System<T> {
   /// The orbit by central gravity, harmonics and the reaction; the gradient on the internal motion.
   void drive(In x, Out dx) {
     const Environment& env = model_.orbit().environment();
-    if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure)
-      throw InvalidArgument("system '" + description().name +
-                            "': third bodies, drag and sunlight act in the split of orbit and "
-                            "internal motion only, not in a plain field");
+    if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure || model_.parts().any())
+      throw InvalidArgument(
+          "system '" + description().name +
+          "': third bodies, drag, sunlight, thrusters and torquers act in the split of orbit and "
+          "internal motion only, not in a plain field");
     pull(x);
     for (size_t i = 0; i < nq_; ++i) dx[nq_ + i] = dx[nq_ + i] + pull_[i];
     const Vec3<T> R = position(x);
@@ -127,11 +132,13 @@ class SpacecraftSystem : public phs::System<T> {
 }  // namespace
 
 Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
-                       std::shared_ptr<const phs::Model> internal, Environment environment)
+                       std::shared_ptr<const phs::Model> internal, Environment environment,
+                       Parts parts)
     : mechanical_(std::move(mechanical)),
       internal_(std::move(internal)),
       orbit_(std::move(environment), mechanical_->mechanism().total_mass()),
-      description_(describe(internal_->description())) {
+      parts_(std::move(parts)),
+      description_(describe(internal_->description(), parts_)) {
   const GravityGradient<double> fits(mechanical_->mechanism());
   if (!internal_->holds().empty())
     throw InvalidArgument(

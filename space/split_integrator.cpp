@@ -29,6 +29,7 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       scheme_(split_scheme(o.splitting)),
       inner_(integrators::make_integrator(o.method, model.internal(), h, o.options)),
       gradient_(model.mechanism()),
+      push_(model.mechanism(), model.parts(), model.orbit().environment().planet),
       w_(model.mechanism()),
       n_internal_(model.internal_size()),
       nq_(size_t(model.mechanism().nq())),
@@ -36,6 +37,7 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       q_(nq_),
       change_(nq_),
       middle_(nq_),
+      place_(2 * nq_),
       turn_angles_(size_t(model.mechanism().angle_count()), 0.0) {
   if (!scheme_.forward && !model.description().traits.lossless)
     throw InvalidArgument("splitting '" + scheme_.name +
@@ -51,6 +53,7 @@ void SplitIntegrator::gather(const State& s) {
   for (size_t i = 0; i < turn_angles_.size(); ++i)
     turn_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
   gradient_.set_turn_angles(turn_angles_);
+  push_.set_turn_angles(turn_angles_);
   w_.turn_angle = turn_angles_;
 }
 
@@ -84,9 +87,16 @@ Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
   return OrbitReal(0.5) * (Q::load(a + 4) * Q::load(a).conj()).v;
 }
 
-void SplitIntegrator::kick(double t, double h, OrbitPoint& p) {
+void SplitIntegrator::kick(double t, double h, double middle, OrbitPoint& p) {
   pull(p);
   gradient_.momentum_rates(q_, change_);
+  if (push_.count() > 0) {
+    for (size_t i = 0; i < nq_; ++i)
+      place_[i] = q_[i], place_[nq_ + i] = inside_.x[nq_ + i] + inside_.lo[nq_ + i];
+    push_.evaluate(place_, Vec3d(p.r), t, middle);
+    for (size_t k = 0; k < push_.count(); ++k)
+      push_.momentum_rates(q_, push_.joint_forces(k), change_);
+  }
   for (size_t i = 0; i < nq_; ++i) {
     change_[i] *= h;
     middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
@@ -102,8 +112,30 @@ void SplitIntegrator::kick(double t, double h, OrbitPoint& p) {
   OrbitWorks works;
   model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / model_.orbit().mass()) * gradient_.reaction()),
                       works);
-  ledgers_.kick(works, work, h * gradient_.torque());
-  if (works_.any()) works_.add(works_.of_step().size() - 1, work);
+  Vec3d impulse = h * gradient_.torque();
+  for (size_t k = 0; k < push_.count(); ++k) {
+    // After the kick of all else, at the same place: the works add up exactly.
+    const Vec3<OrbitReal> dv(Vec3d((h / model_.orbit().mass()) * push_.force(k)));
+    const Vec3<OrbitReal> mean = p.v + OrbitReal(0.5) * dv;
+    works[size_t(OrbitSource::thrust)] += OrbitReal(model_.orbit().mass()) * dot(dv, mean);
+    p.v += dv;
+    impulse += h * push_.torque(k);
+  }
+  ledgers_.kick(works, work, impulse);
+  if (!works_.any()) return;
+  size_t at = inner_->works().size();
+  works_.add(at++, work);
+  size_t impulses = at + push_.count();
+  for (size_t k = 0; k < push_.count(); ++k) {
+    double own = 0;
+    const auto f = push_.joint_forces(k);
+    for (size_t j = 0; j < f.size(); ++j) own += f[j] * w_.rate[j];
+    works_.add(at++, h * own);
+    const bool thruster = k < model_.parts().thrusters.size();
+    for (const Vec3d* give : {&push_.force(k), &push_.torque(k)})
+      for (int c = 0; c < 3 && (thruster || give == &push_.torque(k)); ++c)
+        works_.add(impulses++, h * (*give)[c]);
+  }
 }
 
 Outcome SplitIntegrator::advance(double t, double h, State& s) {
@@ -118,7 +150,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
-    if (scheme_.kick[i] != 0) kick(here, scheme_.kick[i] * h, p);
+    if (scheme_.kick[i] != 0) kick(here, scheme_.kick[i] * h, t + 0.5 * h, p);
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);

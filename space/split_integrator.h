@@ -1,6 +1,7 @@
 #pragma once
 #include "integrators/integrator.h"
 #include "space/ledgers.h"
+#include "space/push.h"
 #include "space/spacecraft.h"
 
 namespace porthos::space {
@@ -36,7 +37,8 @@ class SplitIntegrator final : public integrators::Integrator {
   void gather(const State& s);
   void scatter(State& s) const;
   void pull(const OrbitPoint& p);
-  void kick(double t, double h, OrbitPoint& p);
+  /// middle: of the whole step, for what switches between steps.
+  void kick(double t, double h, double middle, OrbitPoint& p);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
 
@@ -44,10 +46,11 @@ class SplitIntegrator final : public integrators::Integrator {
   const SplitScheme& scheme_;
   std::unique_ptr<integrators::Integrator> inner_;
   GravityGradient<double> gradient_;
+  OrbitPush push_;
   mechanics::Workspace<double> w_;
   size_t n_internal_, nq_;
   State inside_;
-  std::vector<double> q_, change_, middle_, turn_angles_;
+  std::vector<double> q_, change_, middle_, place_, turn_angles_;
   SpaceLedgers ledgers_;
 };
 
