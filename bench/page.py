@@ -37,7 +37,7 @@ def measure_kernels(build, out):
     program = build / "bench/kernels/porthos_kernels"
     if not program.exists():
         return print(f"not built: {program}", file=sys.stderr)
-    run(program, "--benchmark_repetitions=5", "--benchmark_min_time=0.02", "--benchmark_out_format=json",
+    run(program, "--benchmark_repetitions=7", "--benchmark_min_time=0.005", "--benchmark_out_format=json",
         f"--benchmark_out={out / 'kernels.json'}", "--benchmark_enable_random_interleaving=true")
 
 
@@ -46,7 +46,7 @@ def measure_peers(build, out):
     models = [a for base, file, _ in PEER_MODELS if (SHARED / file).exists() for a in (base, SHARED / file)]
     if not program.exists() or not models:
         return print("no peers: the program or the models are not there", file=sys.stderr)
-    run(program, "--rounds", "1000", "--json", out / "peers.json", *models)
+    run(program, "--rounds", "500", "--json", out / "peers.json", *models)
 
 
 def measure_compile(build, out):
@@ -107,7 +107,7 @@ def peers_section(rows):
     names = list(dict.fromkeys(r["subject"] for r in rows if r["subject"] != "Porthos"))
     text += (f"Present: {', '.join(names)}. The bar is the fastest of them, of each algorithm on each model; for the "
              "field it is the fastest ABA. All programs take turns on the same 64 states in one run; what is given is the "
-             "fastest of 1000 batches. Before anything is timed the accelerations, torques and mass matrices are "
+             "fastest of 500 batches. Before anything is timed the accelerations, torques and mass matrices are "
              "compared with Porthos' (1e-10; MuJoCo, which diagonalises inertias, 1e-5).\n\n")
     get = {(r["model"], r["subject"], r["what"]): r for r in rows}
     models = list(dict.fromkeys(r["model"] for r in rows))
