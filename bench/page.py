@@ -14,6 +14,7 @@ import json
 import os
 import pathlib
 import platform
+import re
 import subprocess
 import sys
 
@@ -85,10 +86,11 @@ class Kernels:
         self.context, self.best = data["context"], {}
         for b in data["benchmarks"]:
             if b.get("run_type") == "iteration":
-                old = self.best.get(b["run_name"])
-                key = "real_time" if "real_time" in b["run_name"] else "cpu_time"
+                name = re.sub("/iterations:[0-9]+", "", b["run_name"])
+                old = self.best.get(name)
+                key = "real_time" if "real_time" in name else "cpu_time"
                 if old is None or b[key] < old[key]:
-                    self.best[b["run_name"]] = b
+                    self.best[name] = b
 
     def __getitem__(self, name):
         return self.best.get(name)
@@ -107,7 +109,7 @@ def peers_section(rows):
     names = list(dict.fromkeys(r["subject"] for r in rows if r["subject"] != "Porthos"))
     text += (f"Present: {', '.join(names)}. The bar is the fastest of them, of each algorithm on each model; for the "
              "field it is the fastest ABA. All programs take turns on the same 64 states in one run; what is given is the "
-             "fastest of 500 batches. Before anything is timed the accelerations, torques and mass matrices are "
+             "fastest of several hundred batches. Before anything is timed the accelerations, torques and mass matrices are "
              "compared with Porthos' (1e-10; MuJoCo, which diagonalises inertias, 1e-5).\n\n")
     get = {(r["model"], r["subject"], r["what"]): r for r in rows}
     models = list(dict.fromkeys(r["model"] for r in rows))
