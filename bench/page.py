@@ -136,7 +136,7 @@ def kernels_section(k):
     text = ("## Operations and the machine's limit\n"
             "Additions, multiplications and divisions per state, counted by a scalar that counts (`bench/kernels/counted.h`; a "
             "sine with its cosine is 62 of them), and the rate they amount to. The peak is a loop of independent "
-            f"multiplications and additions in the same run: {one / 1e9:.1f} GFlop/s with one number at a time, "
+            f"multiplications and additions in the same session: {one / 1e9:.1f} GFlop/s with one number at a time, "
             f"{wide / 1e9:.1f} with a register of them. No multiply-add is fused: results are the same on every machine.\n\n")
     models = ["ets_vii", "panda7", "sat_panda", "hyq", "talos"]
     body = []
