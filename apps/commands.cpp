@@ -22,6 +22,7 @@
 #include "apps/verdict.h"
 #include "scene/compare.h"
 #include "scene/files.h"
+#include "scene/replot.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -153,8 +154,7 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && !a.no_report && make_report(options.out);
   if (!r.interrupted)
-    print(a.json ? file_text(options.out + "/summary.json")
-                 : verdict_text(r, options.out, report));
+    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out, report));
   return finish(a, options, r);
 }
 
@@ -241,6 +241,11 @@ int ensemble_command(const Arguments& a) {
   else
     print(ensemble_text(ensemble, r, options.out));
   return !r.complete || r.passed == r.cases ? exit_ok : exit_verdict_failed;
+}
+
+int plot_command(const Arguments& a) {
+  for (const auto& file : scene::replot(a.scene)) print(file + "\n");
+  return exit_ok;
 }
 
 int info_command(const Arguments& a) {

@@ -71,6 +71,10 @@ void add_commands(CLI::App& app, Arguments& a) {
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
+  add_command(app, a, "plot", "draw the pictures of a finished run anew from its run.h5",
+              "porthos plot results/ets_vii")
+      ->add_option("DIR", a.scene, "results folder of a finished run")
+      ->required();
 
   add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
               "porthos info examples/ets_vii/scene.toml");
@@ -100,6 +104,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("report")) return report_command(a);
+  if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("info")) return info_command(a);
   if (app.got_subcommand("actuators")) return actuators_command(a);
   return methods_command(a);

@@ -38,7 +38,7 @@ void simulate_batch(const phs::Model& model, const std::string& method, double s
     return failed.load(std::memory_order_relaxed) ||
            (o.stop && o.stop->load(std::memory_order_relaxed));
   };
-  const Source next = [&]() -> std::unique_ptr<Run> {
+  const Source next = [&]() -> std::unique_ptr<BatchRun> {
     const std::lock_guard lock(one_at_a_time);
     return stopped() ? nullptr : source();
   };
@@ -56,7 +56,7 @@ void simulate_batch(const phs::Model& model, const std::string& method, double s
 
 namespace {
 
-class Kept final : public Run {
+class Kept final : public BatchRun {
  public:
   explicit Kept(BatchResult& to) : to_(to) {}
   void end(const phs::State& last, integrators::Outcome outcome) override { to_ = {last, outcome}; }
@@ -77,7 +77,7 @@ std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::stri
   size_t at = 0;
   simulate_batch(
       model, method, step,
-      [&]() -> std::unique_ptr<Run> {
+      [&]() -> std::unique_ptr<BatchRun> {
         if (at == starts.size()) return nullptr;
         auto run = std::make_unique<Kept>(results[at]);
         run->start = phs::State(model.description(), starts[at++]);

@@ -16,9 +16,9 @@ namespace porthos::ensemble {
 
 /// One run of a batch. Made when a lane is free for it and gone when it has ended, so that a batch of any length needs
 /// the memory of as many runs as are at work. One thread calls its functions; those of other runs are called meanwhile.
-class Run {
+class BatchRun {
  public:
-  virtual ~Run() = default;
+  virtual ~BatchRun() = default;
 
   phs::State start;        ///< where it begins
   std::int64_t steps = 0;  ///< how many it takes
@@ -40,7 +40,7 @@ class Run {
 };
 
 /// Gives the next run, null when there is none left. Called by one thread at a time.
-using Source = std::function<std::unique_ptr<Run>()>;
+using Source = std::function<std::unique_ptr<BatchRun>()>;
 
 struct BatchOptions {
   int threads = 0;    ///< 0: as many as the machine has

@@ -11,7 +11,7 @@ using integrators::Outcome;
 namespace {
 
 /// The step a run is next looked at.
-std::int64_t next_look(const Run& r, std::int64_t step) {
+std::int64_t next_look(const BatchRun& r, std::int64_t step) {
   const std::int64_t taken = step - r.start.step;
   if (taken >= r.steps) return step;
   if (r.books) return step + 1;
@@ -20,7 +20,7 @@ std::int64_t next_look(const Run& r, std::int64_t step) {
 }
 
 /// Tells the run what happened. @return whether it goes on
-bool tell(Run& r, const phs::State& s, std::span<const double> works) {
+bool tell(BatchRun& r, const phs::State& s, std::span<const double> works) {
   const std::int64_t taken = s.step - r.start.step;
   const bool last = taken >= r.steps;
   if (r.books && taken > 0) r.booked(works);
@@ -47,7 +47,7 @@ LaneTeam::LaneTeam(const phs::Model& model, std::string method, double step,
   for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i] = Lanes(given_[i]);
 }
 
-void LaneTeam::check(const Run& r) const {
+void LaneTeam::check(const BatchRun& r) const {
   require_size("start state of a run", r.start.x.size(), size_t(model_.description().nx));
   if (!r.parameters.empty())
     require_size("parameters of a run", r.parameters.size(), given_.size());
@@ -108,7 +108,7 @@ void LaneTeam::arrived(int lane) {
   run.reset();
 }
 
-void LaneTeam::alone(Run& r, phs::State s, std::span<const double> memory) {
+void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) {
   std::unique_ptr<phs::TunedModel> tuned;
   std::unique_ptr<integrators::Integrator> made;
   integrators::Integrator* method = r.own_method();

@@ -24,9 +24,9 @@ class LaneTeam {
 
   /// Puts the next run into a lane; those that lanes cannot take are run on the spot. @return whether there was one
   bool fill(int lane, const Source& next);
-  void check(const Run& run) const;
+  void check(const BatchRun& run) const;
   /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from the start).
-  void alone(Run& run, phs::State state, std::span<const double> memory);
+  void alone(BatchRun& run, phs::State state, std::span<const double> memory);
   void arrived(int lane);
 
   const phs::Model& model_;
@@ -37,7 +37,7 @@ class LaneTeam {
   std::unique_ptr<integrators::LaneIntegrator> lanes_;  ///< null: one state at a time
   std::span<Lanes> parameters_;
   std::vector<double> given_;              ///< the parameters as they are
-  std::vector<std::unique_ptr<Run>> run_;  ///< in each lane
+  std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
   phs::State state_;
   std::vector<double> works_;
   std::function<bool()> stopped_;

@@ -147,6 +147,9 @@ void LaneIntegrator::tell_turns() {
 std::unique_ptr<LaneIntegrator> make_lane_integrator(const std::string& method,
                                                      const phs::Model& model, double h,
                                                      const Options& options) {
+  if (!std::isfinite(h) || h == 0)
+    throw InvalidArgument("step is " + std::to_string(h) +
+                          " s, expected a finite number other than 0");
   const Entry& e = entry_of(method);
   if (const auto reason = misfit(e.declaration, model.description()))
     throw InvalidArgument(*reason);

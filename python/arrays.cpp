@@ -35,8 +35,8 @@ const py::array& Rows::check(const char* name, py::handle h, const Shape& item) 
         fmt::format("{} is {}, expected a numpy array of float64", name, kind_of(h)));
   const auto& a = reinterpret_cast<const py::array&>(h);
   if (!py::isinstance<py::array_t<double>>(a))
-    throw InvalidArgument(fmt::format("{0} has dtype {1}, expected float64", name,
-                                      std::string(py::str(a.dtype()))));
+    throw InvalidArgument(
+        fmt::format("{0} has dtype {1}, expected float64", name, std::string(py::str(a.dtype()))));
   const auto fits = [&](bool batched) {
     const py::ssize_t lead = batched;
     if (a.ndim() != py::ssize_t(item.size()) + lead) return false;
@@ -54,9 +54,9 @@ const py::array& Rows::check(const char* name, py::handle h, const Shape& item) 
   } else if (!fits(batched_) || (batched_ && a.shape(0) != rows_)) {
     Shape wanted = item;
     if (batched_) wanted.insert(wanted.begin(), rows_);
-    throw InvalidArgument(fmt::format("{} has shape {}, expected {} as {} is {}", name,
-                                      text(a.shape(), size_t(a.ndim())), text(wanted), first_,
-                                      batched_ ? fmt::format("of {} states", rows_) : "of one state"));
+    throw InvalidArgument(fmt::format(
+        "{} has shape {}, expected {} as {} is {}", name, text(a.shape(), size_t(a.ndim())),
+        text(wanted), first_, batched_ ? fmt::format("of {} states", rows_) : "of one state"));
   }
   constexpr int contiguous = int(py::array::c_style) | int(py::detail::npy_api::NPY_ARRAY_ALIGNED_);
   if ((a.flags() & contiguous) != contiguous)

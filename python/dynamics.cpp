@@ -39,7 +39,8 @@ struct Scratch {
         return of_double;
       else
         return of_packs;
-    }();
+    }
+    ();
     if (v.size() < n) v.resize(n);
     return v;
   }
@@ -66,7 +67,8 @@ void over_rows(const MechanismPtr& m, const Rows& rows, const std::array<Source,
   Lanes<I, O> lanes(in, out);
   const auto work = [&] {
     lanes.run(
-        rows.count(), [&](const auto& a, const auto& b) { f.template operator()<double>(s, s.one, a, b); },
+        rows.count(),
+        [&](const auto& a, const auto& b) { f.template operator()<double>(s, s.one, a, b); },
         [&](const auto& a, const auto& b) { f.template operator()<Pack8>(s, s.eight, a, b); });
   };
   if (rows.count() < 32) return work();
@@ -164,9 +166,8 @@ py::array_t<double> jacobian_of(const MechanismPtr& m, py::object q, const std::
   auto J = r.out("out", out, Shape{6, m->nv()});
   over_rows(m, r, in, std::array<Target, 1>{{{J.mutable_data(), 6 * nv(m)}}},
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-              by_rows<T>(s, 6, nv(m), o[0], [&](std::span<T> c) {
-                jacobian<T>(*m, w, a[0], frame, in_axes, c);
-              });
+              by_rows<T>(s, 6, nv(m), o[0],
+                         [&](std::span<T> c) { jacobian<T>(*m, w, a[0], frame, in_axes, c); });
             });
   return J;
 }
@@ -202,12 +203,11 @@ py::tuple hamiltonian_field_of(const MechanismPtr& m, py::object q, py::object p
                                   {r.in("wrench", wrench, wrench_shape(m), true), b}}};
   const auto [first, second] = two(out);
   auto q_dot = r.out("out[0]", first, nq(m)), p_dot = r.out("out[1]", second, nq(m));
-  over_rows(
-      m, r, in,
-      std::array<Target, 2>{{{q_dot.mutable_data(), nq(m)}, {p_dot.mutable_data(), nq(m)}}},
-      [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
-        hamiltonian_field<T>(*m, w, a[0], a[1], {a[2], wrenches<T>(s, a[3])}, o[0], o[1]);
-      });
+  over_rows(m, r, in,
+            std::array<Target, 2>{{{q_dot.mutable_data(), nq(m)}, {p_dot.mutable_data(), nq(m)}}},
+            [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
+              hamiltonian_field<T>(*m, w, a[0], a[1], {a[2], wrenches<T>(s, a[3])}, o[0], o[1]);
+            });
   return py::make_tuple(q_dot, p_dot);
 }
 
@@ -227,8 +227,7 @@ py::tuple forward_kinematics_of(const MechanismPtr& m, py::object q, py::object 
   const auto [first, second] = two(out);
   auto R = r.out("out[0]", first, Shape{py::ssize_t(n), 3, 3}),
        x = r.out("out[1]", second, Shape{py::ssize_t(n), 3});
-  over_rows(m, r, in,
-            std::array<Target, 2>{{{R.mutable_data(), 9 * n}, {x.mutable_data(), 3 * n}}},
+  over_rows(m, r, in, std::array<Target, 2>{{{R.mutable_data(), 9 * n}, {x.mutable_data(), 3 * n}}},
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
               auto& pose = s.pick<T>(s.pose, s.poses, n);
               forward_kinematics<T>(*m, w, a[0], std::span<Transform<T>>(pose.data(), n));
@@ -283,18 +282,20 @@ void bind_dynamics(py::module_& m) {
   using py::arg;
   const py::object none = py::none();
 
-  m.def("aba", &aba_of, arg("mechanism"), arg("q"), arg("v"), arg("tau") = none,
-        arg("wrench") = none, arg("out") = none,
-        R"(Forward dynamics by the articulated-body algorithm, O(n): M(q) vdot + C(q, v) v + dV/dq = tau + loads.
+  m.def(
+      "aba", &aba_of, arg("mechanism"), arg("q"), arg("v"), arg("tau") = none, arg("wrench") = none,
+      arg("out") = none,
+      R"(Forward dynamics by the articulated-body algorithm, O(n): M(q) vdot + C(q, v) v + dV/dq = tau + loads.
 
 q: configuration, (nq,) or (n, nq). v: joint rates, (nv,) [rad/s | m/s]. tau: joint forces, (nv,) [N m | N].
 wrench: per moving body [moment; force] about its frame's origin in its own axes, (bodies, 6) [N m; N].
 Returns vdot, (nv,) or (n, nv); of a free or ball joint the derivative of its body-frame twist. Every array has one
 state, or all have n, in C order; a batch runs in SIMD lanes and gives the bits of its rows one by one.
 Source: Featherstone 2008, table 7.1.)");
-  m.def("rnea", &rnea_of, arg("mechanism"), arg("q"), arg("v") = none, arg("vdot") = none,
-        arg("wrench") = none, arg("out") = none,
-        R"(Inverse dynamics by the recursive Newton-Euler algorithm, O(n): tau = M(q) vdot + C(q, v) v + dV/dq - wrench terms.
+  m.def(
+      "rnea", &rnea_of, arg("mechanism"), arg("q"), arg("v") = none, arg("vdot") = none,
+      arg("wrench") = none, arg("out") = none,
+      R"(Inverse dynamics by the recursive Newton-Euler algorithm, O(n): tau = M(q) vdot + C(q, v) v + dV/dq - wrench terms.
 
 Shapes as in aba; v and vdot left out are zero. Returns tau, (nv,) or (n, nv).
 Source: Featherstone 2008, table 5.1, with the world accelerated by -g.)");
@@ -303,27 +304,30 @@ Source: Featherstone 2008, table 5.1, with the world accelerated by -g.)");
 
 q: (nq,) or (n, nq). Returns M, (nv, nv) or (n, nv, nv), both triangles; zero between branches.
 Source: Featherstone 2008, table 6.2.)");
-  m.def("jacobian", &jacobian_of, arg("mechanism"), arg("q"), arg("body"), arg("axes") = "world",
-        arg("out") = none,
-        R"(Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the frame's origin.
+  m.def(
+      "jacobian", &jacobian_of, arg("mechanism"), arg("q"), arg("body"), arg("axes") = "world",
+      arg("out") = none,
+      R"(Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the frame's origin.
 
 axes: 'body' or 'world', the axes the rows are written in. Returns J, (6, nv) or (n, 6, nv).)");
-  m.def("centroidal_momentum_matrix", &centroidal, arg("mechanism"), arg("q"), arg("out") = none,
-        R"(Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear].
+  m.def(
+      "centroidal_momentum_matrix", &centroidal, arg("mechanism"), arg("q"), arg("out") = none,
+      R"(Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear].
 
 Of the bodies, without the spin of rotors. Returns A, (6, nv) or (n, 6, nv). Source: Orin, Goswami, Lee 2013.)");
-  m.def("hamiltonian_field", &hamiltonian_field_of, arg("mechanism"), arg("q"), arg("p"),
-        arg("tau") = none, arg("wrench") = none, arg("out") = none,
-        R"(The O(n) Hamiltonian vector field of H(q, p) = p M(q)^-1 p / 2 + V(q), no mass matrix formed: q' = dH/dp, p' = -dH/dq + loads.
+  m.def(
+      "hamiltonian_field", &hamiltonian_field_of, arg("mechanism"), arg("q"), arg("p"),
+      arg("tau") = none, arg("wrench") = none, arg("out") = none,
+      R"(The O(n) Hamiltonian vector field of H(q, p) = p M(q)^-1 p / 2 + V(q), no mass matrix formed: q' = dH/dp, p' = -dH/dq + loads.
 
 q, p: (nq,) or (n, nq), rotation blocks: quaternion and lift. Returns (q_dot, p_dot); out: a tuple of two arrays.)");
-  m.def("forward_kinematics", &forward_kinematics_of, arg("mechanism"), arg("q"),
-        arg("out") = none,
+  m.def("forward_kinematics", &forward_kinematics_of, arg("mechanism"), arg("q"), arg("out") = none,
         R"(Pose of the moving bodies' frames in the world, root to leaf: (R, r).
 
 R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies, 3), origins [m]. A user's body: body_pose.)");
-  m.def("body_pose", &body_pose_of, arg("mechanism"), arg("q"), arg("body"), arg("out") = none,
-        R"(Pose of a body of that name in the world: (R, r), (3, 3) and (3,), or (n, 3, 3) and (n, 3).)");
+  m.def(
+      "body_pose", &body_pose_of, arg("mechanism"), arg("q"), arg("body"), arg("out") = none,
+      R"(Pose of a body of that name in the world: (R, r), (3, 3) and (3,), or (n, 3, 3) and (n, 3).)");
   m.def(
       "coordinate_rates",
       [](const MechanismPtr& p, py::object q, py::object v, py::object out) {
@@ -397,7 +401,8 @@ It is the momentum of the bodies; the spin of rotors is not in it.)");
                              }));
       },
       arg("mechanism"), arg("q"), arg("out") = none,
-      "V = -sum m_i g c_i, zero at the world's origin [J]: a number, or (n,) of a batch. Joint springs are the system's.");
+      "V = -sum m_i g c_i, zero at the world's origin [J]: a number, or (n,) of a batch. Joint "
+      "springs are the system's.");
 }
 
 }  // namespace porthos::python

@@ -23,9 +23,9 @@ void bind_certificate(py::module_& m) {
       .value("holds", es::Finding::holds)
       .value("fails", es::Finding::fails)
       .value("reported", es::Finding::reported);
-  py::class_<es::CertificateItem>(
-      m, "CertificateItem",
-      "One line of a certificate: a condition with its number and bound, or a figure without a bound.")
+  py::class_<es::CertificateItem>(m, "CertificateItem",
+                                  "One line of a certificate: a condition with its number and "
+                                  "bound, or a figure without a bound.")
       .def_readonly("name", &es::CertificateItem::name)
       .def_readonly("finding", &es::CertificateItem::finding)
       .def_readonly("value", &es::CertificateItem::value)
@@ -73,8 +73,10 @@ void bind_loops(py::module_& m) {
       m, "ClosedLoop",
       R"(A closed loop as a port-Hamiltonian system with the energy H_d it was shaped to have, and a certificate. State: that of
 the plant. The field of this model is the target dynamics; that the plant under the law moves so is what was verified.)")
-      .def_property_readonly(
-          "plant", [](const es::ClosedLoop& l) { return std::const_pointer_cast<phs::Model>(l.shared_plant()); })
+      .def_property_readonly("plant",
+                             [](const es::ClosedLoop& l) {
+                               return std::const_pointer_cast<phs::Model>(l.shared_plant());
+                             })
       .def_property_readonly("rest", &es::ClosedLoop::rest, "x*: where the loop is to rest.")
       .def_property_readonly("certificate", &es::ClosedLoop::certificate,
                              py::return_value_policy::copy)
@@ -98,15 +100,17 @@ the plant. The field of this model is the target dynamics; that the plant under 
           arg("t"), arg("x"),
           "u, as many numbers as the plant has inputs, 0 where there is no actuator.");
 
-  py::class_<es::JointSpring>(m, "JointSpring",
-                              "A spring at a joint of one freedom: U = k (q - rest)^2 / 2, or k (1 - cos(q - rest)).")
+  py::class_<es::JointSpring>(
+      m, "JointSpring",
+      "A spring at a joint of one freedom: U = k (q - rest)^2 / 2, or k (1 - cos(q - rest)).")
       .def(from_keywords<es::JointSpring>())
       .def_readwrite("port", &es::JointSpring::port, "'shoulder.torque'")
       .def_readwrite("stiffness", &es::JointSpring::stiffness)
       .def_readwrite("rest", &es::JointSpring::rest)
       .def_readwrite("periodic", &es::JointSpring::periodic);
-  py::class_<es::PoseSpring>(m, "PoseSpring",
-                             R"(A spring between a body and a place in the world, of a link's point and of its attitude:
+  py::class_<es::PoseSpring>(
+      m, "PoseSpring",
+      R"(A spring between a body and a place in the world, of a link's point and of its attitude:
 U = k |r - position|^2 / 2 + tr(A (1 - R_d^T R)), A = diag(attitude_stiffness).)")
       .def(from_keywords<es::PoseSpring>())
       .def_readwrite("link", &es::PoseSpring::link)
@@ -142,8 +146,9 @@ U = k |r - position|^2 / 2 + tr(A (1 - R_d^T R)), A = diag(attitude_stiffness).)
       .def_readwrite("damping", &es::PotentialShaping::damping)
       .def_readwrite("compensate", &es::PotentialShaping::compensate,
                      "Takes the plant's own potential away, so that H_d = T + U.")
-      .def_readwrite("constant_compensation", &es::PotentialShaping::constant_compensation,
-                     "A constant force that balances the plant's potential at the rest point instead.")
+      .def_readwrite(
+          "constant_compensation", &es::PotentialShaping::constant_compensation,
+          "A constant force that balances the plant's potential at the rest point instead.")
       .def_readwrite("actuators", &es::PotentialShaping::actuators,
                      "Ports with an actuator; empty: every joint port.")
       .def_readwrite("zero_momentum", &es::PotentialShaping::zero_momentum,
@@ -159,13 +164,15 @@ U = k |r - position|^2 / 2 + tr(A (1 - R_d^T R)), A = diag(attitude_stiffness).)
 Raises InvalidArgument naming the port, link or number at fault, a force no actuator can make, or a rest point that is none.)")
       .def(py::init<std::shared_ptr<const mechanics::MechanicalModel>, es::PotentialShaping>(),
            arg("plant"), arg("shaping"));
-  m.def("joint_regulation", &es::joint_regulation, arg("model"), arg("rest"), arg("bandwidth"),
-        arg("damping_ratio"), arg("skip") = std::vector<std::string>{},
-        R"(Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
+  m.def(
+      "joint_regulation", &es::joint_regulation, arg("model"), arg("rest"), arg("bandwidth"),
+      arg("damping_ratio"), arg("skip") = std::vector<std::string>{},
+      R"(Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
 M_jj the mass the joint feels there while the others stand still. A PotentialShaping.)");
   py::class_<es::MatchedLoop, es::ClosedLoop, std::shared_ptr<es::MatchedLoop>>(
       m, "MatchedLoop",
-      "A plant under interconnection and damping assignment (IDA-PBC): kinetic and potential energy shaped, the matching "
+      "A plant under interconnection and damping assignment (IDA-PBC): kinetic and potential "
+      "energy shaped, the matching "
       "equations checked over a region.")
       .def(
           "residual",
@@ -176,8 +183,9 @@ M_jj the mass the joint feels there while the others stand still. A PotentialSha
           arg("x"), "Relative residuals of the matching equations, (kinetic, potential).")
       .def(
           "state",
-          [](const es::MatchedLoop& l, const std::vector<double>& q,
-             const std::vector<double>& v) { return as_array(l.state(q, v)); },
+          [](const es::MatchedLoop& l, const std::vector<double>& q, const std::vector<double>& v) {
+            return as_array(l.state(q, v));
+          },
           arg("q"), arg("v"), "(q, p = M(q) v).");
 }
 
@@ -190,7 +198,8 @@ std::shared_ptr<phs::Model> made(const es::PlantPtr& p) {
 
 void bind_designs(py::module_& m) {
   const py::object none = py::none();
-  py::class_<es::InertiaWheelPendulum>(m, "InertiaWheelPendulum", "Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002.")
+  py::class_<es::InertiaWheelPendulum>(m, "InertiaWheelPendulum",
+                                       "Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002.")
       .def(from_keywords<es::InertiaWheelPendulum>())
       .def_readwrite("I1", &es::InertiaWheelPendulum::I1)
       .def_readwrite("I2", &es::InertiaWheelPendulum::I2)
@@ -200,13 +209,15 @@ void bind_designs(py::module_& m) {
       .def_readwrite("a3", &es::InertiaWheelPendulum::a3)
       .def_readwrite("k1", &es::InertiaWheelPendulum::k1)
       .def_readwrite("kv", &es::InertiaWheelPendulum::kv);
-  py::class_<es::BallAndBeam>(m, "BallAndBeam", "Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002, section VI.")
+  py::class_<es::BallAndBeam>(m, "BallAndBeam",
+                              "Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002, section VI.")
       .def(from_keywords<es::BallAndBeam>())
       .def_readwrite("L", &es::BallAndBeam::L)
       .def_readwrite("g", &es::BallAndBeam::g)
       .def_readwrite("kp", &es::BallAndBeam::kp)
       .def_readwrite("kv", &es::BallAndBeam::kv);
-  py::class_<es::CartPole>(m, "CartPole", "Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section IV.")
+  py::class_<es::CartPole>(m, "CartPole",
+                           "Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section IV.")
       .def(from_keywords<es::CartPole>())
       .def_readwrite("a", &es::CartPole::a)
       .def_readwrite("b", &es::CartPole::b)
@@ -218,7 +229,8 @@ void bind_designs(py::module_& m) {
   py::class_<es::Acrobot>(m, "Acrobot", "Source: Mahindrakar, Astolfi, Ortega, Viola 2006.")
       .def(from_keywords<es::Acrobot>())
       .def_static("of", &es::Acrobot::of, arg("plant"), arg("g") = 9.81,
-                  "The numbers of the dynamics read off a plant with coordinates (shoulder from upright, elbow).")
+                  "The numbers of the dynamics read off a plant with coordinates (shoulder from "
+                  "upright, elbow).")
       .def_readwrite("c1", &es::Acrobot::c1)
       .def_readwrite("c2", &es::Acrobot::c2)
       .def_readwrite("c3", &es::Acrobot::c3)
@@ -229,32 +241,47 @@ void bind_designs(py::module_& m) {
       .def_readwrite("a3", &es::Acrobot::a3)
       .def_readwrite("ku", &es::Acrobot::ku)
       .def_readwrite("kv", &es::Acrobot::kv);
-  m.def("inertia_wheel_pendulum",
-        [](const es::InertiaWheelPendulum& d, ModelPtr plant) {
-          return made(es::inertia_wheel_pendulum(d, std::move(plant)));
-        },
-        arg("design") = es::InertiaWheelPendulum{}, arg("plant") = none,
-        "Pendulum from upright with a reaction wheel. plant: another one to match the law to, else the design's own.");
-  m.def("ball_and_beam",
-        [](const es::BallAndBeam& d, ModelPtr plant) { return made(es::ball_and_beam(d, std::move(plant))); },
-        arg("design") = es::BallAndBeam{}, arg("plant") = none);
-  m.def("cart_pole",
-        [](const es::CartPole& d, ModelPtr plant) { return made(es::cart_pole(d, std::move(plant))); },
-        arg("design") = es::CartPole{}, arg("plant") = none,
-        "After partial feedback linearisation; the pole within 90 degrees of upright.");
-  m.def("acrobot",
-        [](const es::Acrobot& d, ModelPtr plant, const std::string& port) {
-          return made(es::acrobot(d, std::move(plant), {}, port));
-        },
-        arg("design") = es::Acrobot{}, arg("plant") = none, arg("elbow_port") = "elbow.force");
-  m.def("inertia_wheel_plant", [](const es::InertiaWheelPendulum& d) { return made(es::inertia_wheel_plant(d)); },
-        arg("design") = es::InertiaWheelPendulum{});
-  m.def("ball_and_beam_plant", [](const es::BallAndBeam& d) { return made(es::ball_and_beam_plant(d)); },
-        arg("design") = es::BallAndBeam{});
-  m.def("cart_pole_plant", [](const es::CartPole& d) { return made(es::cart_pole_plant(d)); },
-        arg("design") = es::CartPole{});
-  m.def("acrobot_plant", [](const es::Acrobot& d) { return made(es::acrobot_plant(d)); },
-        arg("design") = es::Acrobot{});
+  m.def(
+      "inertia_wheel_pendulum",
+      [](const es::InertiaWheelPendulum& d, ModelPtr plant) {
+        return made(es::inertia_wheel_pendulum(d, std::move(plant)));
+      },
+      arg("design") = es::InertiaWheelPendulum{}, arg("plant") = none,
+      "Pendulum from upright with a reaction wheel. plant: another one to match the law to, else "
+      "the design's own.");
+  m.def(
+      "ball_and_beam",
+      [](const es::BallAndBeam& d, ModelPtr plant) {
+        return made(es::ball_and_beam(d, std::move(plant)));
+      },
+      arg("design") = es::BallAndBeam{}, arg("plant") = none);
+  m.def(
+      "cart_pole",
+      [](const es::CartPole& d, ModelPtr plant) {
+        return made(es::cart_pole(d, std::move(plant)));
+      },
+      arg("design") = es::CartPole{}, arg("plant") = none,
+      "After partial feedback linearisation; the pole within 90 degrees of upright.");
+  m.def(
+      "acrobot",
+      [](const es::Acrobot& d, ModelPtr plant, const std::string& port) {
+        return made(es::acrobot(d, std::move(plant), {}, port));
+      },
+      arg("design") = es::Acrobot{}, arg("plant") = none, arg("elbow_port") = "elbow.force");
+  m.def(
+      "inertia_wheel_plant",
+      [](const es::InertiaWheelPendulum& d) { return made(es::inertia_wheel_plant(d)); },
+      arg("design") = es::InertiaWheelPendulum{});
+  m.def(
+      "ball_and_beam_plant",
+      [](const es::BallAndBeam& d) { return made(es::ball_and_beam_plant(d)); },
+      arg("design") = es::BallAndBeam{});
+  m.def(
+      "cart_pole_plant", [](const es::CartPole& d) { return made(es::cart_pole_plant(d)); },
+      arg("design") = es::CartPole{});
+  m.def(
+      "acrobot_plant", [](const es::Acrobot& d) { return made(es::acrobot_plant(d)); },
+      arg("design") = es::Acrobot{});
 }
 
 void bind_runs(py::module_& m) {
@@ -306,8 +333,8 @@ coordinates), inputs on the basin, runs of the plant as sampled. lower, upper: t
                            es::port_laws(std::shared_ptr<const es::ClosedLoop>(loop), limits),
                            {period, {}, {}});
       },
-      py::return_value_policy::reference, arg("network"), arg("name"), arg("member"), arg("loop"), py::kw_only(),
-      arg("limits") = std::vector<double>{}, arg("period") = 0.0,
+      py::return_value_policy::reference, arg("network"), arg("name"), arg("member"), arg("loop"),
+      py::kw_only(), arg("limits") = std::vector<double>{}, arg("period") = 0.0,
       R"(Puts the law of a loop on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over
 several ports `name`.<port>. limits: largest |u| of each actuated input; none: without.)");
 }
@@ -315,7 +342,8 @@ several ports `name`.<port>. limits: largest |u| of each actuated input; none: w
 }  // namespace
 
 void bind_energy_shaping(py::module_& core) {
-  py::module_ m = core.def_submodule("energy_shaping", "Controllers as closed loops with an energy of their own.");
+  py::module_ m = core.def_submodule("energy_shaping",
+                                     "Controllers as closed loops with an energy of their own.");
   bind_certificate(m);
   bind_loops(m);
   bind_designs(m);

@@ -25,9 +25,9 @@ struct Method {
 
 void require_ok(Outcome o, const Method& m, const State& s) {
   if (o != Outcome::ok)
-    throw std::runtime_error(fmt::format("{} stopped at t = {} s: {}; the state is the last good one",
-                                         m.integrator->declaration().name,
-                                         m.integrator->time(s), to_string(o)));
+    throw std::runtime_error(
+        fmt::format("{} stopped at t = {} s: {}; the state is the last good one",
+                    m.integrator->declaration().name, m.integrator->time(s), to_string(o)));
 }
 
 /// Steps, and the states at every `every`-th of them.
@@ -57,7 +57,9 @@ py::tuple run(Method& m, State& s, std::int64_t steps, std::int64_t every) {
 }
 
 void bind_declarations(py::module_& m) {
-  py::enum_<Claim>(m, "Claim", "What a method says of a property; the test suite checks every `holds` and `fails`.")
+  py::enum_<Claim>(
+      m, "Claim",
+      "What a method says of a property; the test suite checks every `holds` and `fails`.")
       .value("holds", Claim::holds)
       .value("fails", Claim::fails)
       .value("unknown", Claim::unknown);
@@ -69,8 +71,7 @@ void bind_declarations(py::module_& m) {
       .def_readonly("order", &Declaration::order, "0: varies with a tolerance.")
       .def_readonly("symmetric", &Declaration::symmetric)
       .def_readonly("symplectic", &Declaration::symplectic)
-      .def_readonly("energy_exact", &Declaration::energy_exact,
-                    "H kept to rounding for any H.")
+      .def_readonly("energy_exact", &Declaration::energy_exact, "H kept to rounding for any H.")
       .def_readonly("passivity_exact", &Declaration::passivity_exact,
                     "The discrete power balance closes to rounding for any H.")
       .def_readonly("quadratic_invariants", &Declaration::quadratic_invariants)
@@ -87,8 +88,7 @@ void bind_declarations(py::module_& m) {
       [](const std::string& method, const Model& model) {
         return misfit(declaration_of(method), model.description());
       },
-      py::arg("method"), py::arg("model"),
-      "Why a method cannot take a system, or None if it can.");
+      py::arg("method"), py::arg("model"), "Why a method cannot take a system, or None if it can.");
   py::enum_<Solver>(m, "Solver", "How an implicit method solves its equations.")
       .value("automatic", Solver::automatic)
       .value("fixed_point", Solver::fixed_point)
@@ -97,15 +97,15 @@ void bind_declarations(py::module_& m) {
       .value("newton_krylov", Solver::newton_krylov);
   py::class_<Cost>(m, "Cost")
       .def_readonly("steps", &Cost::steps)
-      .def_readonly("evaluations", &Cost::evaluations,
-                    "Of the field (or its parts) for one state.")
+      .def_readonly("evaluations", &Cost::evaluations, "Of the field (or its parts) for one state.")
       .def_readonly("sweeps", &Cost::sweeps, "Of the implicit iteration.")
       .def_readonly("factorisations", &Cost::factorisations, "Of a Newton matrix.");
 }
 
 void bind_state(py::module_& m) {
-  py::class_<State>(m, "State",
-                    R"(A state of double-length numbers x + lo, with the turns taken off its angle blocks and an integer clock.
+  py::class_<State>(
+      m, "State",
+      R"(A state of double-length numbers x + lo, with the turns taken off its angle blocks and an integer clock.
 
 `x` and `lo` are views: they change with the state.)")
       .def(py::init([](const Model& model, py::object x) {
@@ -138,7 +138,8 @@ void bind_state(py::module_& m) {
           "One per angle block: the true angle is x + lo + 2 pi turns.")
       .def_readonly("step", &State::step, "Steps taken.")
       .def("copy", [](const State& s) { return s; })
-      .def("__eq__", [](const State& a, const State& b) { return a == b; }, py::is_operator());
+      .def(
+          "__eq__", [](const State& a, const State& b) { return a == b; }, py::is_operator());
 }
 
 }  // namespace
@@ -152,8 +153,9 @@ void bind_integrators(py::module_& m) {
                              [](const Method& i) { return i.integrator->declaration(); })
       .def_property_readonly("step_size", [](const Method& i) { return i.integrator->step_size(); })
       .def_property_readonly("cost", [](const Method& i) { return i.integrator->cost(); })
-      .def_property_readonly("remark", [](const Method& i) { return i.integrator->remark(); },
-                             "What the method has to say of how it went. Empty: nothing unusual.")
+      .def_property_readonly(
+          "remark", [](const Method& i) { return i.integrator->remark(); },
+          "What the method has to say of how it went. Empty: nothing unusual.")
       .def_property_readonly(
           "works",
           [](const Method& i) {
@@ -175,9 +177,11 @@ void bind_integrators(py::module_& m) {
             require_ok(o, i, s);
           },
           py::arg("state"),
-          "Advances the state by one step. RuntimeError if it does not converge or is not finite: the state is unchanged.")
-      .def("run", &run, py::arg("state"), py::arg("steps"), py::arg("every") = 1,
-           R"(Advances the state by that many steps, without the GIL. Returns (t, x): times (n,) and states (n, nx) at the start and
+          "Advances the state by one step. RuntimeError if it does not converge or is not finite: "
+          "the state is unchanged.")
+      .def(
+          "run", &run, py::arg("state"), py::arg("steps"), py::arg("every") = 1,
+          R"(Advances the state by that many steps, without the GIL. Returns (t, x): times (n,) and states (n, nx) at the start and
 after every `every`-th step. Ctrl-C stops between steps; the state is then where it came to.)");
   m.def(
       "integrator",
@@ -191,9 +195,8 @@ after every `every`-th step. Ctrl-C stops between steps; the state is then where
         return std::make_unique<Method>(Method{std::move(model), std::move(made)});
       },
       py::arg("name"), py::arg("model"), py::arg("step"), py::kw_only(), py::arg("rtol") = 1e-12,
-      py::arg("atol") = 1e-14, py::arg("max_sweeps") = 100,
-      py::arg("solver") = Solver::automatic, py::arg("lanes") = true, py::arg("binding") = 0.0,
-      py::arg("iteration_tolerance") = 0.0,
+      py::arg("atol") = 1e-14, py::arg("max_sweeps") = 100, py::arg("solver") = Solver::automatic,
+      py::arg("lanes") = true, py::arg("binding") = 0.0, py::arg("iteration_tolerance") = 0.0,
       R"(A method by its name in methods() on a system, step [s].
 
 rtol, atol: of methods that work to a tolerance. max_sweeps: of implicit iterations. iteration_tolerance: 0 iterates to

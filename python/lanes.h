@@ -25,16 +25,17 @@ class Lanes {
   using Pack = phs::Pack8;
 
  public:
-  Lanes(const std::array<Source, I>& in, const std::array<Target, O>& out) : in_(in), out_(out) {
-    size_t total = 0;
-    for (const auto& s : in_) total += s.data ? s.n : 0;
-    for (const auto& t : out_) total += t.n;
-    packs_.resize(total);
-  }
+  Lanes(const std::array<Source, I>& in, const std::array<Target, O>& out) : in_(in), out_(out) {}
 
   /// f(in, out) with arrays of spans over T, for the scalars one and eight: `one` takes double, `eight` takes Pack8.
   template <class One, class Eight>
   void run(size_t rows, One&& one, Eight&& eight) {
+    if (rows > 2) {
+      size_t total = 0;
+      for (const auto& s : in_) total += s.data ? s.n : 0;
+      for (const auto& t : out_) total += t.n;
+      packs_.resize(total);
+    }
     std::array<std::span<const Pack>, I> in;
     std::array<std::span<Pack>, O> out;
     size_t at = 0;
@@ -43,14 +44,14 @@ class Lanes {
     for (size_t k = 0; k < O; ++k) out[k] = {packs_.data() + at, out_[k].n}, at += out_[k].n;
     size_t r = 0;
     for (; r + W <= rows; r += W) {
-      load<W>(r, W);
+      load(r, W);
       eight(in, out);
-      store<W>(r, W, out);
+      store(r, W, out);
     }
     if (rows - r > 2) {  // lanes beyond the last row repeat it
-      load<0>(r, rows - r);
+      load(r, rows - r);
       eight(in, out);
-      store<0>(r, rows - r, out);
+      store(r, rows - r, out);
       r = rows;
     }
     for (; r < rows; ++r) {
@@ -64,32 +65,59 @@ class Lanes {
   }
 
  private:
-  template <size_t fixed>
+  // Rows become columns of four by four doubles at a time: two shuffles and half a load per vector.
+  typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
+  static void transpose(const Four& a, const Four& b, const Four& c, const Four& d, Four* r) {
+    const Four s = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+               t = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const Four u = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+               v = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    r[0] = __builtin_shufflevector(s, u, 0, 1, 4, 5),
+    r[1] = __builtin_shufflevector(t, v, 0, 1, 4, 5);
+    r[2] = __builtin_shufflevector(s, u, 2, 3, 6, 7),
+    r[3] = __builtin_shufflevector(t, v, 2, 3, 6, 7);
+  }
+  static Four four(const double* p) { return *reinterpret_cast<const Four*>(p); }
+  static void put(double* p, const Four& v) { *reinterpret_cast<Four*>(p) = v; }
+
+  /// Rows r ... r + count of the inputs into the packs; lanes beyond them repeat the last.
   void load(size_t r, size_t count) {
-    Pack* to = packs_.data();
+    static_assert(sizeof(Pack) == W * sizeof(double));
+    auto* to = reinterpret_cast<double*>(packs_.data());
     for (const auto& s : in_) {
       if (!s.data) continue;
       const double* row[W];
-      for (size_t l = 0; l < W; ++l)
-        row[l] = s.data + (r + (fixed || l < count ? l : count - 1)) * s.n;
-      for (size_t i = 0; i < s.n; ++i, ++to) {
-        alignas(64) double v[W];
-        for (size_t l = 0; l < W; ++l) v[l] = row[l][i];
-        static_assert(sizeof v == sizeof *to);
-        __builtin_memcpy(static_cast<void*>(to), v, sizeof v);
-      }
+      for (size_t l = 0; l < W; ++l) row[l] = s.data + (r + (l < count ? l : count - 1)) * s.n;
+      size_t i = 0;
+      for (; i + 4 <= s.n; i += 4, to += 4 * W)
+        for (size_t half = 0; half < W; half += 4) {
+          Four v[4];
+          transpose(four(row[half] + i), four(row[half + 1] + i), four(row[half + 2] + i),
+                    four(row[half + 3] + i), v);
+          for (size_t k = 0; k < 4; ++k) put(to + k * W + half, v[k]);
+        }
+      for (; i < s.n; ++i, to += W)
+        for (size_t half = 0; half < W; half += 4)
+          put(to + half, Four{row[half][i], row[half + 1][i], row[half + 2][i], row[half + 3][i]});
     }
   }
-  template <size_t fixed>
+  /// The packs of the outputs into rows r ... r + count.
   void store(size_t r, size_t count, const std::array<std::span<Pack>, O>& out) {
     for (size_t k = 0; k < O; ++k) {
-      double* to = out_[k].data + r * out_[k].n;
-      const size_t n = out_[k].n, lanes = fixed ? fixed : count;
-      for (size_t i = 0; i < n; ++i) {
-        alignas(64) double v[W];
-        __builtin_memcpy(v, static_cast<const void*>(&out[k][i]), sizeof v);
-        for (size_t l = 0; l < lanes; ++l) to[l * n + i] = v[l];
-      }
+      const auto* from = reinterpret_cast<const double*>(out[k].data());
+      const size_t n = out_[k].n;
+      double* to = out_[k].data + r * n;
+      size_t i = 0;
+      if (count == W)
+        for (; i + 4 <= n; i += 4, from += 4 * W)
+          for (size_t half = 0; half < W; half += 4) {
+            Four v[4];
+            const double* f = from + half;
+            transpose(four(f), four(f + W), four(f + 2 * W), four(f + 3 * W), v);
+            for (size_t l = 0; l < 4; ++l) put(to + (half + l) * n + i, v[l]);
+          }
+      for (; i < n; ++i, from += W)
+        for (size_t l = 0; l < count; ++l) to[l * n + i] = from[l];
     }
   }
 

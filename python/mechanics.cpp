@@ -17,8 +17,7 @@ std::vector<double> numbers(const char* name, py::handle sequence, size_t n) {
   try {
     v = sequence.cast<std::vector<double>>();
   } catch (const py::cast_error&) {
-    throw InvalidArgument(
-        fmt::format("{} is {}, expected {} numbers", name, kind_of(sequence), n));
+    throw InvalidArgument(fmt::format("{} is {}, expected {} numbers", name, kind_of(sequence), n));
   }
   if (v.size() != n)
     throw InvalidArgument(fmt::format("{} has {} numbers, expected {}", name, v.size(), n));
@@ -40,8 +39,8 @@ phs::Matrix matrix(const char* name, py::handle rows) {
   phs::Matrix m(int(a.size()), a.empty() ? 0 : int(a[0].size()));
   for (size_t i = 0; i < a.size(); ++i) {
     if (a[i].size() != a[0].size())
-      throw InvalidArgument(fmt::format("row {} of {} has {} numbers, expected {} as the first",
-                                        i, name, a[i].size(), a[0].size()));
+      throw InvalidArgument(fmt::format("row {} of {} has {} numbers, expected {} as the first", i,
+                                        name, a[i].size(), a[0].size()));
     for (size_t j = 0; j < a[i].size(); ++j) m(int(i), int(j)) = a[i][j];
   }
   return m;
@@ -50,7 +49,8 @@ phs::Matrix matrix(const char* name, py::handle rows) {
 mechanics::Mat3<double> matrix3(const char* name, py::handle rows) {
   const phs::Matrix a = matrix(name, rows);
   if (a.rows != 3 || a.cols != 3)
-    throw InvalidArgument(fmt::format("{} has shape ({}, {}), expected (3, 3)", name, a.rows, a.cols));
+    throw InvalidArgument(
+        fmt::format("{} has shape ({}, {}), expected (3, 3)", name, a.rows, a.cols));
   mechanics::Mat3<double> m;
   for (int i = 0; i < 3; ++i) m.x[i] = a(i, 0), m.y[i] = a(i, 1), m.z[i] = a(i, 2);
   return m;
@@ -91,7 +91,8 @@ void bind_specs(py::module_& m) {
             const auto I = numbers("inertia", v, 6);
             p.inertia = {I[0], I[1], I[2], I[3], I[4], I[5]};
           },
-          "About the centre of mass, along `axes` [kg m^2], tensor elements xx, xy, xz, yy, yz, zz.")
+          "About the centre of mass, along `axes` [kg m^2], tensor elements xx, xy, xz, yy, yz, "
+          "zz.")
       .def_property(
           "axes", [](const MassProperties& p) { return array_of(p.axes); },
           [](MassProperties& p, py::object v) { p.axes = matrix3("axes", v); },
@@ -127,8 +128,7 @@ void bind_specs(py::module_& m) {
                      "Rotor (armature) inertia [kg m^2 | kg], >= 0: n^2 J of a rotor of inertia J "
                      "behind a gear of ratio n, as the joint feels it.");
 
-  py::class_<BodySpec>(m, "BodySpec",
-                       "A body, the joint that carries it and where the joint sits.")
+  py::class_<BodySpec>(m, "BodySpec", "A body, the joint that carries it and where the joint sits.")
       .def(from_keywords<BodySpec>())
       .def_readwrite("name", &BodySpec::name)
       .def_readwrite("parent", &BodySpec::parent, "Name of another body, or 'world'.")
@@ -154,9 +154,8 @@ void bind_mechanism(py::module_& m) {
   py::class_<Remark>(m, "Remark", "Something noticed in the input that does not stop a run.")
       .def_readonly("where", &Remark::where, "'file:line', may be empty.")
       .def_readonly("text", &Remark::text)
-      .def("__repr__", [](const Remark& r) {
-        return (r.where.empty() ? "" : r.where + ": ") + r.text;
-      });
+      .def("__repr__",
+           [](const Remark& r) { return (r.where.empty() ? "" : r.where + ": ") + r.text; });
 
   py::class_<JointCoordinates>(
       m, "JointCoordinates",
@@ -177,8 +176,9 @@ void bind_mechanism(py::module_& m) {
                            c.q + c.nq, c.v, c.v + c.nv);
       });
 
-  py::class_<Mechanism, MechanismPtr>(m, "Mechanism",
-                                      R"(An articulated mechanism: an immutable tree of bodies. Made by MechanismBuilder or read_urdf().
+  py::class_<Mechanism, MechanismPtr>(
+      m, "Mechanism",
+      R"(An articulated mechanism: an immutable tree of bodies. Made by MechanismBuilder or read_urdf().
 
 q = joint coordinates, v = joint rates (body-frame twists of ball and free joints, [angular; linear]),
 p = momenta conjugate to q, of the same size as q.)")
@@ -229,8 +229,7 @@ p = momenta conjugate to q, of the same size as q.)")
            "Takes inertias that are positive but break the triangle inequality, as some published "
            "robots have; each becomes a remark. Off by default.")
       .def(
-          "build",
-          [](const MechanismBuilder& b) { return std::make_shared<Mechanism>(b.build()); },
+          "build", [](const MechanismBuilder& b) { return std::make_shared<Mechanism>(b.build()); },
           R"(The mechanism.
 
 Raises InvalidArgument naming the offender: duplicate or unknown names, a cycle, a negative or non-finite mass, an
@@ -265,8 +264,9 @@ UrdfOptions options_of(const std::string& base, py::object gravity, bool massles
 void bind_urdf(py::module_& m) {
   py::class_<Urdf>(m, "UrdfResult")
       .def_readonly("mechanism", &Urdf::mechanism)
-      .def_readonly("notes", &Urdf::notes,
-                    "Unknown tags and attributes, mimic, limits, friction, ignored geometry counts.")
+      .def_readonly(
+          "notes", &Urdf::notes,
+          "Unknown tags and attributes, mimic, limits, friction, ignored geometry counts.")
       .def_readonly("root_link", &Urdf::root_link);
   const py::tuple none = py::make_tuple(0.0, 0.0, 0.0);
   const std::map<std::string, double> no_rotors;
@@ -278,8 +278,9 @@ base: 'fixed' or 'free', how the root link is carried. gravity: world axes [m/s^
 damping> becomes viscous joint damping. Raises InvalidArgument 'file:line: ...' for a missing file, broken XML, missing or malformed
 numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder refuses.)";
   static const std::string of_file = fmt::format(fmt::runtime(options), "a URDF file"),
-                           of_text = fmt::format(fmt::runtime(options),
-                                                 "the text of a URDF file; `name` stands for the file in messages");
+                           of_text = fmt::format(
+                               fmt::runtime(options),
+                               "the text of a URDF file; `name` stands for the file in messages");
   m.def(
       "read_urdf",
       [](py::object path, const std::string& base, py::object gravity, bool massless,
@@ -289,15 +290,14 @@ numbers, unknown joint types, several root links, cycles, and everything Mechani
       },
       py::arg("path"), py::kw_only(), py::arg("base") = "fixed", py::arg("gravity") = none,
       py::arg("massless_links") = false, py::arg("rotor_inertia") = no_rotors,
-      py::arg("accept_unphysical_inertia") = false, py::arg("use_damping") = true,
-      of_file.c_str());
+      py::arg("accept_unphysical_inertia") = false, py::arg("use_damping") = true, of_file.c_str());
   m.def(
       "parse_urdf",
       [](const std::string& text, const std::string& name, const std::string& base,
          py::object gravity, bool massless, const std::map<std::string, double>& rotors,
          bool accept, bool damping) {
-        return urdf(parse_urdf(text, name,
-                               options_of(base, gravity, massless, rotors, accept, damping)));
+        return urdf(
+            parse_urdf(text, name, options_of(base, gravity, massless, rotors, accept, damping)));
       },
       py::arg("text"), py::arg("name") = "<text>", py::kw_only(), py::arg("base") = "fixed",
       py::arg("gravity") = none, py::arg("massless_links") = false,
@@ -312,8 +312,9 @@ void bind_mechanics(py::module_& m) {
   bind_mechanism(m);
   bind_urdf(m);
 
-  py::class_<BodyPort>(m, "BodyPort",
-                       R"(A power port on a body: a frame fixed to a link, with the link's axes. Port '<name>.wrench', 6 numbers each way:
+  py::class_<BodyPort>(
+      m, "BodyPort",
+      R"(A power port on a body: a frame fixed to a link, with the link's axes. Port '<name>.wrench', 6 numbers each way:
 u = [moment; force] on the link about the frame's origin [N m; N]; y = twist [angular; linear] of the frame [rad/s; m/s].)")
       .def(from_keywords<BodyPort>())
       .def_readwrite("name", &BodyPort::name)
@@ -342,8 +343,8 @@ Invariants: linear and angular momentum of mechanisms free in the world without 
           "state",
           [](const MechanicalModel& p, py::object q, py::object v) {
             const auto& mech = p.mechanism();
-            return as_array(p.state(numbers("q", q, size_t(mech.nq())),
-                                    numbers("v", v, size_t(mech.nv()))));
+            return as_array(
+                p.state(numbers("q", q, size_t(mech.nq())), numbers("v", v, size_t(mech.nv()))));
           },
           py::arg("q"), py::arg("v"), "The flat state x of coordinates q and joint rates v.")
       .def(

@@ -48,8 +48,9 @@ std::vector<Network::End> ends_of(py::handle list) {
 }
 
 void bind_elements(py::module_& m) {
-  py::class_<Potential>(m, "Potential",
-                        "An energy U(z) with its slope U'(z): a spring, a limit, any potential of one coordinate.")
+  py::class_<Potential>(
+      m, "Potential",
+      "An energy U(z) with its slope U'(z): a spring, a limit, any potential of one coordinate.")
       .def(py::init([](std::shared_ptr<Function> energy, std::shared_ptr<Function> slope) {
              return Potential{const_ptr(std::move(energy)), const_ptr(std::move(slope))};
            }),
@@ -69,15 +70,15 @@ void bind_elements(py::module_& m) {
     force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)^2)) tanh(rate/smoothing) + viscous rate)");
   m.def("spring", &spring, arg("k"), arg("rest") = 0.0, arg("k3") = 0.0,
         "U = k (z - rest)^2 / 2 + k3 (z - rest)^4 / 4.");
-  m.def("tabulated_spring", &tabulated_spring, arg("z"), arg("force"),
-        "A force measured at some elongations: a natural cubic spline between them, linear outside.");
+  m.def(
+      "tabulated_spring", &tabulated_spring, arg("z"), arg("force"),
+      "A force measured at some elongations: a natural cubic spline between them, linear outside.");
   m.def("soft_limits", &soft_limits, arg("lower"), arg("upper"), arg("k"),
         "U = k d^3 / 3, d the depth beyond a limit: nothing is felt between the limits.");
   m.def(
       "constant", [](double v) { return mutable_ptr(constant(v)); }, arg("value"));
   m.def(
-      "sine",
-      [](double a, double f, double phase) { return mutable_ptr(sine(a, f, phase)); },
+      "sine", [](double a, double f, double phase) { return mutable_ptr(sine(a, f, phase)); },
       arg("amplitude"), arg("frequency_Hz"), arg("phase") = 0.0,
       "amplitude sin(2 pi frequency t + phase)");
   m.def(
@@ -91,8 +92,7 @@ void bind_elements(py::module_& m) {
                    "A value held until it is set again. One per run: set between steps only.")
       .def(py::init<>())
       .def_property("value", &Held::value, &Held::set)
-      .def(
-          "signal", [](const Held& h) { return mutable_ptr(h.signal()); });
+      .def("signal", [](const Held& h) { return mutable_ptr(h.signal()); });
 
   m.def(
       "spring_element",
@@ -100,14 +100,16 @@ void bind_elements(py::module_& m) {
         return mutable_ptr(spring_element(p, domain_of(d)));
       },
       arg("potential"), arg("domain") = "rotation",
-      "State: elongation z, z' = rate. Port 'ends' (flow in): rate -> force U'(z). A capacitor in the electrical domain.");
+      "State: elongation z, z' = rate. Port 'ends' (flow in): rate -> force U'(z). A capacitor in "
+      "the electrical domain.");
   m.def(
       "inertia_element",
       [](double mass, const std::string& d) {
         return mutable_ptr(inertia_element(mass, domain_of(d)));
       },
       arg("mass"), arg("domain") = "rotation",
-      "State: momentum p, p' = force. Port 'body' (effort in): force -> rate p/m. An inductor in the electrical domain.");
+      "State: momentum p, p' = force. Port 'body' (effort in): force -> rate p/m. An inductor in "
+      "the electrical domain.");
   const auto motor = [](double L, double R, double k, double gear, double rotor, double friction) {
     return DcMotor{L, R, k, gear, rotor, friction};
   };
@@ -160,13 +162,13 @@ void bind_network(py::module_& m) {
       m, "NetworkModel",
       R"(The system a Network builds. State: the members' states one after another; with one member its blocks keep their names,
 with several they are prefixed '<member>.'.)")
-      .def("offset", &NetworkModel::offset, arg("member"),
-           "Where the state of a member begins.")
+      .def("offset", &NetworkModel::offset, arg("member"), "Where the state of a member begins.")
       .def_property_readonly("casimirs", &NetworkModel::casimirs,
                              "The Casimirs as sentences, 'spring.elongation - arm.elbow'.");
 
-  py::class_<Network>(m, "Network",
-                      R"(Collects members and junctions, checks each as it comes, and builds the model. Ports are named
+  py::class_<Network>(
+      m, "Network",
+      R"(Collects members and junctions, checks each as it comes, and builds the model. Ports are named
 '<member>.<port>', as 'arm.elbow.torque'.
 
 Every method raises InvalidArgument with one sentence for an unknown or ambiguous name, ports whose kinds, sizes or units
@@ -179,7 +181,8 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           },
           arg("name"), arg("member"), chain, "A member. Several of one type share their model.")
       .def("main", &Network::main, arg("name"), chain,
-           "The member the others are elements of: its blocks, books and invariants keep their names.")
+           "The member the others are elements of: its blocks, books and invariants keep their "
+           "names.")
       .def("feedback", &Network::feedback, arg("effort_in"), arg("flow_in"), chain,
            "The flow of effort_in drives flow_in, whose effort acts back: u_a = -y_b, u_b = y_a.")
       .def("transformer", &Network::transformer, arg("effort_in"), arg("flow_in"), arg("ratio"),
@@ -192,14 +195,16 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
             return n.one_junction(name, ends_of(ends));
           },
           arg("name"), arg("ends"), chain,
-          "One flow, efforts sum to zero; exactly one effort_in port sets the flow. ends: ports, or (port, sign).")
+          "One flow, efforts sum to zero; exactly one effort_in port sets the flow. ends: ports, "
+          "or (port, sign).")
       .def(
           "zero_junction",
           [](Network& n, const std::string& name, py::object ends) -> Network& {
             return n.zero_junction(name, ends_of(ends));
           },
           arg("name"), arg("ends"), chain,
-          "One effort, flows sum to zero; exactly one flow_in port sets the effort. ends: ports, or (port, sign).")
+          "One effort, flows sum to zero; exactly one flow_in port sets the effort. ends: ports, "
+          "or (port, sign).")
       .def(
           "couple",
           [](Network& n, const std::vector<std::string>& ports, py::object K) -> Network& {
@@ -220,7 +225,8 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           [](Network& n, const std::string& name, const std::vector<std::string>& ports,
              py::object D) -> Network& { return n.resist(name, ports, matrix("D", D)); },
           arg("name"), arg("ports"), arg("D"), chain,
-          "Rayleigh damping u -= D y over the ports one after another. InvalidArgument if D + D^T is not >= 0.")
+          "Rayleigh damping u -= D y over the ports one after another. InvalidArgument if D + D^T "
+          "is not >= 0.")
       .def(
           "source",
           [](Network& n, const std::string& name, const std::string& port,
@@ -230,8 +236,8 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           arg("name"), arg("port"), arg("v"), arg("component") = 0, chain, "u += v(t).")
       .def(
           "control",
-          [](Network& n, const std::string& name, const std::string& port,
-             std::shared_ptr<Law> law, double period, std::vector<std::string> encoder,
+          [](Network& n, const std::string& name, const std::string& port, std::shared_ptr<Law> law,
+             double period, std::vector<std::string> encoder,
              std::vector<std::string> sensors) -> Network& {
             return n.control(name, port, LawPtr(std::move(law)),
                              {period, std::move(encoder), std::move(sensors)});

@@ -41,17 +41,27 @@ T power(T x, double n) {
 template <class P, class Class>
 void arithmetic(Class& c) {
   const auto both = [&](const char* name, const char* reflected, auto f) {
-    c.def(name, [f](const P& a, const P& b) { return wrap<P>(f(value(a), value(b))); }, py::is_operator());
-    c.def(name, [f](const P& a, double b) { return wrap<P>(f(value(a), decltype(value(a))(b))); }, py::is_operator());
-    c.def(reflected, [f](const P& a, double b) { return wrap<P>(f(decltype(value(a))(b), value(a))); }, py::is_operator());
+    c.def(
+        name, [f](const P& a, const P& b) { return wrap<P>(f(value(a), value(b))); },
+        py::is_operator());
+    c.def(
+        name, [f](const P& a, double b) { return wrap<P>(f(value(a), decltype(value(a))(b))); },
+        py::is_operator());
+    c.def(
+        reflected,
+        [f](const P& a, double b) { return wrap<P>(f(decltype(value(a))(b), value(a))); },
+        py::is_operator());
   };
   both("__add__", "__radd__", [](auto a, auto b) { return a + b; });
   both("__sub__", "__rsub__", [](auto a, auto b) { return a - b; });
   both("__mul__", "__rmul__", [](auto a, auto b) { return a * b; });
   both("__truediv__", "__rtruediv__", [](auto a, auto b) { return a / b; });
   const auto compare = [&](const char* name, auto f) {
-    c.def(name, [f](const P& a, const P& b) { return f(value(a), value(b)); }, py::is_operator());
-    c.def(name, [f](const P& a, double b) { return f(value(a), decltype(value(a))(b)); }, py::is_operator());
+    c.def(
+        name, [f](const P& a, const P& b) { return f(value(a), value(b)); }, py::is_operator());
+    c.def(
+        name, [f](const P& a, double b) { return f(value(a), decltype(value(a))(b)); },
+        py::is_operator());
   };
   compare("__lt__", [](auto a, auto b) { return a < b; });
   compare("__gt__", [](auto a, auto b) { return a > b; });
@@ -60,7 +70,9 @@ void arithmetic(Class& c) {
   compare("__eq__", [](auto a, auto b) { return a == b; });
   c.def("__neg__", [](const P& a) { return wrap<P>(-value(a)); });
   c.def("__pos__", [](const P& a) { return a; });
-  c.def("__pow__", [](const P& a, double n) { return wrap<P>(power(value(a), n)); }, py::is_operator());
+  c.def(
+      "__pow__", [](const P& a, double n) { return wrap<P>(power(value(a), n)); },
+      py::is_operator());
   c.def("__float__", [](const P& a) { return phs::to_double(value(a)); });
   c.def("__repr__", [](const P& a) { return text(a); });
   c.def("__abs__", [](const P& a) { return wrap<P>(phs::abs(value(a))); });
@@ -70,9 +82,21 @@ void arithmetic(Class& c) {
   const auto unary = [&](const char* name, auto f) {
     c.def(name, [f](const P& a) { return wrap<P>(f(value(a))); });
   };
-  unary("sin", [](auto x) { decltype(x) s, k; phs::sincos(x, s, k); return s; });
-  unary("cos", [](auto x) { decltype(x) s, k; phs::sincos(x, s, k); return k; });
-  unary("tan", [](auto x) { decltype(x) s, k; phs::sincos(x, s, k); return s / k; });
+  unary("sin", [](auto x) {
+    decltype(x) s, k;
+    phs::sincos(x, s, k);
+    return s;
+  });
+  unary("cos", [](auto x) {
+    decltype(x) s, k;
+    phs::sincos(x, s, k);
+    return k;
+  });
+  unary("tan", [](auto x) {
+    decltype(x) s, k;
+    phs::sincos(x, s, k);
+    return s / k;
+  });
   unary("sqrt", [](auto x) { return phs::sqrt(x); });
   unary("exp", [](auto x) { return phs::exp(x); });
   unary("log", [](auto x) { return phs::log(x); });
@@ -93,7 +117,8 @@ take them, those of math do not.)");
       .def_readwrite("v", &Dual::v, "Value.")
       .def_readwrite("d", &Dual::d, "Derivative along the seeded direction.");
   arithmetic<Dual>(dual);
-  py::class_<QuadNumber> quad(m, "Quad", "A 113-bit float, of reference solutions. Like Dual in object arrays.");
+  py::class_<QuadNumber> quad(
+      m, "Quad", "A 113-bit float, of reference solutions. Like Dual in object arrays.");
   quad.def(py::init([](double v) { return QuadNumber{Quad(v)}; }), py::arg("v"));
   arithmetic<QuadNumber>(quad);
 }

@@ -107,8 +107,8 @@ void from_python(py::handle h, std::span<T> to, const std::string& who) {
     if (!a) {
       PyErr_Clear();
       throw InvalidArgument(who + " returned a " +
-                            std::string(py::str(py::type::of(h).attr("__name__"))) +
-                            ", expected " + std::to_string(to.size()) + " numbers");
+                            std::string(py::str(py::type::of(h).attr("__name__"))) + ", expected " +
+                            std::to_string(to.size()) + " numbers");
     }
     expect(a.size());
     std::copy_n(a.data(), to.size(), to.begin());

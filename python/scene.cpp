@@ -63,7 +63,8 @@ class Columns {
       const std::string name = link(b.name, taken);
       put("state/" + name, layout_.x() + size_t(b.at), size_t(b.size), b.unit, real);
       if (b.momentum >= 0)
-        put("momentum/" + name, layout_.x() + size_t(b.momentum), size_t(b.size), b.momentum_unit, real);
+        put("momentum/" + name, layout_.x() + size_t(b.momentum), size_t(b.size), b.momentum_unit,
+            real);
     }
     if (layout_.turns > 0) put("turns", layout_.turn(), layout_.turns, "1", integer, true);
     put("energy_error", layout_.energy(), 1, "J", real);
@@ -126,8 +127,7 @@ py::tuple run_in_memory(const Scene& s, const Assembly& a, bool check_symmetry, 
 /// (compare.json, compare.txt), and the files in `out` unless it is empty.
 py::tuple compare_methods(const Scene& s, const Assembly& a,
                           const std::vector<std::string>& methods, double budget,
-                          std::optional<double> duration, const std::string& out,
-                          py::object tell) {
+                          std::optional<double> duration, const std::string& out, py::object tell) {
   CompareOptions o{.methods = methods, .budget_s = budget, .duration = duration};
   check(o);
   if (!out.empty()) make_folder(out);
@@ -205,13 +205,15 @@ void bind_scene(py::module_& m) {
       .def_readwrite("symmetry", &Limits::symmetry)
       .def_readwrite("orbital", &Limits::orbital)
       .def_readwrite("coupling", &Limits::coupling);
-  py::class_<Scene>(m, "SceneData", "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
+  py::class_<Scene>(m, "SceneData",
+                    "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
       .def(py::init<>())
       .def_readonly("path", &Scene::path)
       .def_readwrite("title", &Scene::title)
       .def_readwrite("method", &Scene::method, "See methods(); 'auto': found by pilot runs.")
       .def_readwrite("step", &Scene::step, "[s]")
-      .def_readwrite("duration", &Scene::duration, "[s]; the run takes round(duration / step) steps.")
+      .def_readwrite("duration", &Scene::duration,
+                     "[s]; the run takes round(duration / step) steps.")
       .def_readwrite("record_every", &Scene::record_every,
                      "[s]; rounded to whole steps, at least one.")
       .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")
@@ -225,7 +227,9 @@ void bind_scene(py::module_& m) {
           "What is run.")
       .def_property_readonly(
           "mechanism",
-          [](const Assembly& a) { return std::const_pointer_cast<mechanics::Mechanism>(a.mechanism); },
+          [](const Assembly& a) {
+            return std::const_pointer_cast<mechanics::Mechanism>(a.mechanism);
+          },
           "The mechanism in it; None in a system without one.")
       .def_property_readonly("initial", [](const Assembly& a) { return a.initial; })
       .def_readonly("notes", &Assembly::notes);
@@ -240,7 +244,8 @@ void bind_scene(py::module_& m) {
       },
       arg("path"), py::kw_only(), arg("method") = py::none(), arg("step") = py::none(),
       arg("duration") = py::none(),
-      "Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it.");
+      "Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for "
+      "whatever is wrong in it.");
   m.def("assemble", &assemble, arg("scene"));
   m.def("assembly_of", &assembly_from, arg("model"), arg("x"),
         "A system of the user's own instead of a model file, from the state x at time 0.");
@@ -249,13 +254,16 @@ void bind_scene(py::module_& m) {
   m.def("version_text", &version_text, "What `porthos --version` prints.");
   m.def("run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
         arg("check_symmetry") = false, arg("tell") = py::none(),
-        "Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with (fraction, spent, left).");
+        "Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with "
+        "(fraction, spent, left).");
   m.def("run_in_memory", &run_in_memory, arg("scene"), arg("assembly"),
         arg("check_symmetry") = false, arg("tell") = py::none(),
-        "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of run.h5.");
+        "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "
+        "run.h5.");
   m.def("compare_methods", &compare_methods, arg("scene"), arg("assembly"), arg("methods"),
         arg("budget"), arg("duration"), arg("out"), arg("tell") = py::none(),
-        "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty.");
+        "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
+        "empty.");
   bind_reader(m);
 }
 

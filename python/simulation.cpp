@@ -19,16 +19,20 @@ using Clock = std::chrono::steady_clock;
 void require(const Scene& s) {
   const auto positive = [](const char* name, double x) {
     if (!(x > 0) || !std::isfinite(x))
-      throw InvalidArgument(fmt::format("{} is {}, expected a positive number of seconds", name, x));
+      throw InvalidArgument(
+          fmt::format("{} is {}, expected a positive number of seconds", name, x));
   };
   positive("step", s.step), positive("duration", s.duration);
   positive("record_every", s.record_every);
   if (s.method == "auto")
     throw InvalidArgument(
-        "method is 'auto', expected a method's name: pilot runs are for scenes with an `out` folder");
-  if (s.step_control != integrators::StepControl::fixed || s.monitor || !s.events.empty() || s.orbit)
+        "method is 'auto', expected a method's name: pilot runs are for scenes with an `out` "
+        "folder");
+  if (s.step_control != integrators::StepControl::fixed || s.monitor || !s.events.empty() ||
+      s.orbit)
     throw InvalidArgument(
-        "a scene with a step control, a monitor, events or an orbit cannot run in memory: give it an "
+        "a scene with a step control, a monitor, events or an orbit cannot run in memory: give it "
+        "an "
         "`out` folder");
 }
 
@@ -45,7 +49,8 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
   phs::State state = assembly.initial;
   Simulation s{{}, RecordLayout(d), {}, {}};
   const std::int64_t total = std::llround(scene.duration / scene.step),
-                     every = std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step));
+                     every =
+                         std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step));
   std::vector<double> row(s.layout.size());
   s.rows.reserve(size_t(std::min<std::int64_t>(total / every + 2, 1 << 16)) * row.size());
   Outcome outcome = Outcome::ok;
@@ -59,7 +64,7 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
     }
     const double t = double(state.step) * scene.step;
     const double error = ledger.add(t, m, state.step % every == 0);
-    fill_record(s.layout, t, state, m, ledger.works(), error, row);
+    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, row);
     s.rows.insert(s.rows.end(), row.begin(), row.end());
     good = state;
   };

@@ -19,14 +19,22 @@ using namespace phs;
 using ModelPtr = std::shared_ptr<const Model>;
 
 void bind_description(py::module_& m) {
-  py::enum_<BlockKind>(m, "BlockKind",
-                       "linear: any real number. angle: 2 pi-periodic, kept in (-pi, pi] plus a turn count. rotation: a "
-                       "quaternion (w, x, y, z), body to parent, whose conjugate block is its lift.")
+  py::enum_<BlockKind>(
+      m, "BlockKind",
+      "linear: any real number. angle: 2 pi-periodic, kept in (-pi, pi] plus a turn count. "
+      "rotation: a "
+      "quaternion (w, x, y, z), body to parent, whose conjugate block is its lift.")
       .value("linear", BlockKind::linear)
       .value("angle", BlockKind::angle)
       .value("rotation", BlockKind::rotation);
   py::class_<Block>(m, "Block", "A slice of the state vector.")
-      .def(from_keywords<Block>({.name = {}, .kind = BlockKind::linear, .at = 0, .size = 1, .momentum = -1, .unit = "1", .momentum_unit = "1"}))
+      .def(from_keywords<Block>({.name = {},
+                                 .kind = BlockKind::linear,
+                                 .at = 0,
+                                 .size = 1,
+                                 .momentum = -1,
+                                 .unit = "1",
+                                 .momentum_unit = "1"}))
       .def_readwrite("name", &Block::name)
       .def_readwrite("kind", &Block::kind)
       .def_readwrite("at", &Block::at, "Offset of its coordinates in the state.")
@@ -34,12 +42,18 @@ void bind_description(py::module_& m) {
       .def_readwrite("momentum", &Block::momentum, "Offset of the conjugate block, -1 for none.")
       .def_readwrite("unit", &Block::unit)
       .def_readwrite("momentum_unit", &Block::momentum_unit);
-  py::enum_<PortKind>(m, "PortKind",
-                      "effort in, flow out (a force or torque drives; a rate answers), or the other way round.")
+  py::enum_<PortKind>(
+      m, "PortKind",
+      "effort in, flow out (a force or torque drives; a rate answers), or the other way round.")
       .value("effort_in", PortKind::effort_in)
       .value("flow_in", PortKind::flow_in);
   py::class_<Port>(m, "Port", "A power port. Sign: u y is the power flowing into the system [W].")
-      .def(from_keywords<Port>({.name = {}, .kind = PortKind::effort_in, .size = 1, .at = 0, .input_unit = "1", .output_unit = "1"}))
+      .def(from_keywords<Port>({.name = {},
+                                .kind = PortKind::effort_in,
+                                .size = 1,
+                                .at = 0,
+                                .input_unit = "1",
+                                .output_unit = "1"}))
       .def_readwrite("name", &Port::name)
       .def_readwrite("kind", &Port::kind)
       .def_readwrite("size", &Port::size)
@@ -49,7 +63,8 @@ void bind_description(py::module_& m) {
       .def_readwrite("required", &Port::required,
                      "Means nothing unless it is joined to something.");
   py::enum_<PowerKind>(m, "PowerKind",
-                       "supplied adds to the stored energy, dissipated takes away, observed is no part of this balance.")
+                       "supplied adds to the stored energy, dissipated takes away, observed is no "
+                       "part of this balance.")
       .value("supplied", PowerKind::supplied)
       .value("dissipated", PowerKind::dissipated)
       .value("observed", PowerKind::observed);
@@ -58,8 +73,7 @@ void bind_description(py::module_& m) {
       .def_readwrite("name", &PowerAccount::name)
       .def_readwrite("kind", &PowerAccount::kind)
       .def_readwrite("control", &PowerAccount::control, "A controller's.");
-  py::class_<Invariant>(m, "Invariant",
-                        "A quantity the unforced, undamped field keeps.")
+  py::class_<Invariant>(m, "Invariant", "A quantity the unforced, undamped field keeps.")
       .def(from_keywords<Invariant>({.name = {}, .size = 1, .at = 0, .degree = 0, .unit = "1"}))
       .def_readwrite("name", &Invariant::name)
       .def_readwrite("size", &Invariant::size)
@@ -75,7 +89,8 @@ void bind_description(py::module_& m) {
       .def_readwrite("separable", &Traits::separable, "H = T(p) + V(q).")
       .def_readwrite("lossless", &Traits::lossless, "R = 0.");
   py::class_<Description>(m, "Description",
-                          "What a port-Hamiltonian system says of itself. Lists are handed out as copies: set them whole.")
+                          "What a port-Hamiltonian system says of itself. Lists are handed out as "
+                          "copies: set them whole.")
       .def(from_keywords<Description>())
       .def_readwrite("name", &Description::name)
       .def_readwrite("nx", &Description::nx, "Numbers in the state.")
@@ -85,8 +100,9 @@ void bind_description(py::module_& m) {
       .def_readwrite("invariants", &Description::invariants, "Besides H.")
       .def_readwrite("traits", &Description::traits)
       .def_readwrite("storages", &Description::storages, "Parts of H, for the books.")
-      .def_readwrite("powers", &Description::powers,
-                     "d/dt sum of storages = sum supplied - sum dissipated, with all open ports at u = 0.")
+      .def_readwrite(
+          "powers", &Description::powers,
+          "d/dt sum of storages = sum supplied - sum dissipated, with all open ports at u = 0.")
       .def("invariant_count", &Description::invariant_count)
       .def("__repr__", [](const Description& d) {
         return fmt::format("<porthos.Description '{}': {} states, {} inputs>", d.name, d.nx, d.nu);
@@ -128,8 +144,8 @@ class Evaluator {
 };
 
 template <size_t I, class F>
-py::array_t<double> evaluate(Evaluator& e, Rows& r, const std::array<Source, I>& in,
-                             py::handle out, const Shape& item, F f) {
+py::array_t<double> evaluate(Evaluator& e, Rows& r, const std::array<Source, I>& in, py::handle out,
+                             const Shape& item, F f) {
   auto y = r.out("out", out, item);
   e.run(r, in, {y.mutable_data(), item.empty() ? 1 : size_t(item[0])}, f);
   return y;
@@ -142,7 +158,8 @@ auto of_two(const char* second, size_t (Evaluator::*n)() const, size_t (Evaluato
             F f) {
   return [=](Evaluator& e, py::object x, py::object a, py::object out) {
     Rows r;
-    const std::array<Source, 2> in{{{r.in("x", x, e.nx()), e.nx()}, {r.in(second, a, (e.*n)()), (e.*n)()}}};
+    const std::array<Source, 2> in{
+        {{r.in("x", x, e.nx()), e.nx()}, {r.in(second, a, (e.*n)()), (e.*n)()}}};
     return evaluate(e, r, in, out, length((e.*result)()), f);
   };
 }
@@ -158,17 +175,16 @@ void bind_evaluator(py::module_& m) {
 
 Arrays: x, e, dx have nx numbers, u and y have nu; each of one state, or all of n, (n, nx). u left out is zero. Angles
 count no turns.)")
-      .def_property_readonly("description", &Evaluator::description,
-                             py::return_value_policy::copy)
-      .def_property_readonly("model", [](const Evaluator& e) { return std::const_pointer_cast<Model>(e.model()); })
+      .def_property_readonly("description", &Evaluator::description, py::return_value_policy::copy)
+      .def_property_readonly(
+          "model", [](const Evaluator& e) { return std::const_pointer_cast<Model>(e.model()); })
       .def(
           "hamiltonian",
           [](Evaluator& e, py::object x, py::object out) -> py::object {
             Rows r;
             const std::array<Source, 1> in{{{r.in("x", x, e.nx()), e.nx()}}};
-            auto y = evaluate(e, r, in, out, Shape{}, [](auto& s, const auto& a, auto o) {
-              o[0] = s.hamiltonian(a[0]);
-            });
+            auto y = evaluate(e, r, in, out, Shape{},
+                              [](auto& s, const auto& a, auto o) { o[0] = s.hamiltonian(a[0]); });
             if (!r.batched()) return py::float_(*y.data());
             return y;
           },
@@ -186,11 +202,10 @@ count no turns.)")
           "field",
           [](Evaluator& e, double t, py::object x, py::object u, py::object out) {
             Rows r;
-            const std::array<Source, 2> in{{{r.in("x", x, e.nx()), e.nx()},
-                                            {r.in("u", u, e.nu(), true), e.nu()}}};
-            return evaluate(e, r, in, out, length(e.nx()), [t](auto& s, const auto& a, auto o) {
-              s.field(t, a[0], a[1], o);
-            });
+            const std::array<Source, 2> in{
+                {{r.in("x", x, e.nx()), e.nx()}, {r.in("u", u, e.nu(), true), e.nu()}}};
+            return evaluate(e, r, in, out, length(e.nx()),
+                            [t](auto& s, const auto& a, auto o) { s.field(t, a[0], a[1], o); });
           },
           arg("t"), arg("x"), arg("u") = none, arg("out") = none,
           "dx = (J - R) e + G u at time t, plus the system's own sources.")
@@ -198,10 +213,10 @@ count no turns.)")
           "rate",
           [](Evaluator& e, double t, py::object x, py::object effort, py::object out) {
             Rows r;
-            const std::array<Source, 2> in{{{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
-            return evaluate(e, r, in, out, length(e.nx()), [t](auto& s, const auto& a, auto o) {
-              s.rate(t, a[0], a[1], o);
-            });
+            const std::array<Source, 2> in{
+                {{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
+            return evaluate(e, r, in, out, length(e.nx()),
+                            [t](auto& s, const auto& a, auto o) { s.rate(t, a[0], a[1], o); });
           },
           arg("t"), arg("x"), arg("e"), arg("out") = none,
           "The field for any efforts e instead of dH/dx(x), as discrete gradients put them in.")
@@ -234,10 +249,10 @@ count no turns.)")
           "powers",
           [](Evaluator& e, double t, py::object x, py::object effort, py::object out) {
             Rows r;
-            const std::array<Source, 2> in{{{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
-            return evaluate(
-                e, r, in, out, length(e.description().powers.size()),
-                [t](auto& s, const auto& a, auto o) { s.powers(t, a[0], a[1], o); });
+            const std::array<Source, 2> in{
+                {{r.in("x", x, e.nx()), e.nx()}, {r.in("e", effort, e.nx()), e.nx()}}};
+            return evaluate(e, r, in, out, length(e.description().powers.size()),
+                            [t](auto& s, const auto& a, auto o) { s.powers(t, a[0], a[1], o); });
           },
           arg("t"), arg("x"), arg("e"), arg("out") = none,
           "Each of description.powers at the efforts e [W].")
@@ -253,8 +268,9 @@ count no turns.)")
 }
 
 void bind_check(py::module_& m) {
-  py::class_<AxiomResult>(m, "AxiomResult",
-                          "One axiom: the worst relative violation found and the state where it was found.")
+  py::class_<AxiomResult>(
+      m, "AxiomResult",
+      "One axiom: the worst relative violation found and the state where it was found.")
       .def_readonly("axiom", &AxiomResult::axiom)
       .def_readonly("worst", &AxiomResult::worst)
       .def_readonly("limit", &AxiomResult::limit)
@@ -289,18 +305,17 @@ terms compared. Cost: about 3 nx evaluations per sample.)");
 
 void bind_system(py::module_& m) {
   bind_description(m);
-  py::class_<Model, std::shared_ptr<Model>>(m, "Model",
-                                            "A port-Hamiltonian system: immutable, shared by threads.")
-      .def_property_readonly("description", &Model::description, py::return_value_policy::copy)
-      .def(
-          "instantiate",
-          [](const ModelPtr& p) { return std::make_shared<Evaluator>(p); },
-          "The evaluator: hamiltonian, gradient, field and the rest on numpy arrays.")
+  py::class_<Model, std::shared_ptr<Model>> model(
+      m, "Model", "A port-Hamiltonian system: immutable, shared by threads.");
+  bind_evaluator(m);
+  model.def_property_readonly("description", &Model::description, py::return_value_policy::copy)
       .def("__repr__", [](const Model& p) {
         const auto& d = p.description();
         return fmt::format("<porthos.Model '{}': {} states, {} inputs>", d.name, d.nx, d.nu);
-      });
-  bind_evaluator(m);
+      })
+      .def(
+          "instantiate", [](const ModelPtr& p) { return std::make_shared<Evaluator>(p); },
+          "The evaluator: hamiltonian, gradient, field and the rest on numpy arrays.");
   bind_check(m);
 }
 

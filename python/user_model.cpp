@@ -104,7 +104,8 @@ class PythonSystem {
   T hamiltonian(std::span<const T> x) const {
     const py::gil_scoped_acquire gil;
     T H;
-    each_lane<T>([&](int l) { put_lane(call("hamiltonian", lane_array(x, l)), H, l, who("hamiltonian")); });
+    each_lane<T>(
+        [&](int l) { put_lane(call("hamiltonian", lane_array(x, l)), H, l, who("hamiltonian")); });
     return H;
   }
   template <class T>
@@ -117,8 +118,10 @@ class PythonSystem {
         for (size_t i = 0; i < x.size(); ++i) d[i] = Dual(lane_of(x[i], l));
         for (size_t i = 0; i < x.size(); ++i) {
           d[i].d = 1;
-          const double g = from_python<Dual>(call("hamiltonian", to_python(std::span<const Dual>(d))),
-                                             who("hamiltonian")).d;
+          const double g =
+              from_python<Dual>(call("hamiltonian", to_python(std::span<const Dual>(d))),
+                                who("hamiltonian"))
+                  .d;
           d[i].d = 0;
           if constexpr (phs::is_pack<T>)
             e[i].set(l, g);
@@ -280,18 +283,19 @@ and numpy's sin, cos, sqrt, exp, log, tanh.)")
            }),
            py::arg("system"));
 
-  py::class_<Law, std::shared_ptr<Law>>(
-      m, "Law", "u = kappa(t, x, y): a controller's, see Network.control.");
+  py::class_<Law, std::shared_ptr<Law>>(m, "Law",
+                                        "u = kappa(t, x, y): a controller's, see Network.control.");
   m.def(
       "law",
       [](py::function f) {
         return std::const_pointer_cast<Law>(phs::law(PythonLaw{keep(std::move(f))}));
       },
       py::arg("f"),
-      "f(t, x, y) -> u as a Law: x the state of the system it acts on, y the output of its port, u the input there. See "
+      "f(t, x, y) -> u as a Law: x the state of the system it acts on, y the output of its port, u "
+      "the input there. See "
       "UserModel for what the arrays hold.");
-  py::class_<Function, std::shared_ptr<Function>>(m, "Function",
-                                                  "y = f(x): a law of an element, or a signal v(t).")
+  py::class_<Function, std::shared_ptr<Function>>(
+      m, "Function", "y = f(x): a law of an element, or a signal v(t).")
       .def(
           "__call__", [](const Function& f, double x) { return f(x); }, py::arg("x"));
   m.def(

@@ -16,7 +16,9 @@ using py::arg;
 using ElasticHandle = std::shared_ptr<Elastic>;
 
 void bind_elastic(py::module_& m) {
-  py::class_<Limits>(m, "Limits", "Where deflection and sigma end. Beyond, a stop takes up energy as well; nothing is clipped.")
+  py::class_<Limits>(
+      m, "Limits",
+      "Where deflection and sigma end. Beyond, a stop takes up energy as well; nothing is clipped.")
       .def(from_keywords<Limits>())
       .def_readwrite("deflection", &Limits::deflection, "[rad], > 0")
       .def_readwrite("stop_stiffness", &Limits::stop_stiffness,
@@ -26,14 +28,20 @@ void bind_elastic(py::module_& m) {
       .def_readwrite("sigma_stop_stiffness", &Limits::sigma_stop_stiffness, "[J/sigma^3]");
   py::class_<Elastic, ElasticHandle>(
       m, "Elastic",
-      "The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's equilibrium angle, sigma what sets the stiffness.")
+      "The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's "
+      "equilibrium angle, sigma what sets the stiffness.")
       .def_property_readonly("family", [](const Elastic& e) { return e.traits().family; })
       .def_property_readonly("title", [](const Elastic& e) { return e.traits().title; })
-      .def_property_readonly("sigma", [](const Elastic& e) { return e.traits().sigma; }, "What sigma is; empty: the energy does not depend on it.")
+      .def_property_readonly(
+          "sigma", [](const Elastic& e) { return e.traits().sigma; },
+          "What sigma is; empty: the energy does not depend on it.")
       .def_property_readonly("sigma_unit", [](const Elastic& e) { return e.traits().sigma_unit; })
       .def_property_readonly("limits", [](const Elastic& e) { return e.traits().limits; })
       .def(
-          "energy", [](const Elastic& e, double q, double theta, double sigma) { return e.energy(q, theta, sigma); },
+          "energy",
+          [](const Elastic& e, double q, double theta, double sigma) {
+            return e.energy(q, theta, sigma);
+          },
           arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]")
       .def(
           "slopes",
@@ -42,24 +50,28 @@ void bind_elastic(py::module_& m) {
             return py::make_tuple(s.q, s.theta, s.sigma);
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0,
-          "dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their negative.")
+          "dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their "
+          "negative.")
       .def("stiffness", &Elastic::stiffness, arg("q"), arg("theta"), arg("sigma") = 0.0,
            "d2E/dq2 [N m/rad]")
       .def(
           "hessian",
           [](const Elastic& e, double q, double theta, double sigma) {
             std::vector<double> a;
-            for (const auto& row : e.hessian(q, theta, sigma)) a.insert(a.end(), row.begin(), row.end());
+            for (const auto& row : e.hessian(q, theta, sigma))
+              a.insert(a.end(), row.begin(), row.end());
             return as_array(std::move(a), {3, 3});
           },
-          arg("q"), arg("theta"), arg("sigma") = 0.0, "Second derivatives, rows and columns (q, theta, sigma).");
+          arg("q"), arg("theta"), arg("sigma") = 0.0,
+          "Second derivatives, rows and columns (q, theta, sigma).");
   m.def(
       "families",
       [] {
         py::dict all;
         for (const auto& f : families()) {
           py::dict keys;
-          for (const auto& k : f.keys) keys[py::str(k.name)] = k.unit + (k.optional ? " (optional)" : "");
+          for (const auto& k : f.keys)
+            keys[py::str(k.name)] = k.unit + (k.optional ? " (optional)" : "");
           all[py::str(f.name)] = keys;
         }
         return all;
@@ -70,9 +82,10 @@ void bind_elastic(py::module_& m) {
       [](const std::string& family, const Limits& limits, const py::kwargs& parameters) {
         Values v;
         for (const auto& [key, value] : parameters)
-          v[key.cast<std::string>()] = py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)
-                                           ? value.cast<std::vector<double>>()
-                                           : std::vector<double>{value.cast<double>()};
+          v[key.cast<std::string>()] =
+              py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)
+                  ? value.cast<std::vector<double>>()
+                  : std::vector<double>{value.cast<double>()};
         return std::const_pointer_cast<Elastic>(make_elastic(family, v, limits));
       },
       arg("family"), arg("limits") = Limits{},
@@ -96,9 +109,11 @@ void bind_catalogue(py::module_& m) {
       .def_readonly("datasheet", &Device::datasheet)
       .def_readonly("limits", &Device::limits)
       .def_readonly("remark", &Device::remark)
-      .def("__repr__", [](const Device& d) { return fmt::format("<porthos.vsa.Device '{}'>", d.name); });
+      .def("__repr__",
+           [](const Device& d) { return fmt::format("<porthos.vsa.Device '{}'>", d.name); });
   m.def("devices", &devices);
-  m.def("device", &device, arg("name"), "InvalidArgument for an unknown name lists the known ones.");
+  m.def("device", &device, arg("name"),
+        "InvalidArgument for an unknown name lists the known ones.");
   m.def(
       "elastic_of", [](const Device& d) { return std::const_pointer_cast<Elastic>(elastic_of(d)); },
       arg("device"), "InvalidArgument for a device without a model.");
@@ -120,20 +135,24 @@ void bind_actuator(py::module_& m) {
   };
   drive.def(from_keywords<Drive>())
       .def_readwrite("kind", &Drive::kind)
-      .def_readwrite("inertia", &Drive::inertia, "Of torque, position: J on the rotor's side [kg m^2], > 0.")
+      .def_readwrite("inertia", &Drive::inertia,
+                     "Of torque, position: J on the rotor's side [kg m^2], > 0.")
       .def_readwrite("gear", &Drive::gear)
       .def_readwrite("viscous", &Drive::viscous, "[N m s/rad], >= 0, on the rotor's side.")
       .def_property("friction", function(&Drive::friction), set_function(&Drive::friction),
                     "Of the gear at its output, force by rate; None: none.")
-      .def_readwrite("torque_limit", &Drive::torque_limit, "L [N m] at the output: L tanh(wish / L).")
+      .def_readwrite("torque_limit", &Drive::torque_limit,
+                     "L [N m] at the output: L tanh(wish / L).")
       .def_readwrite("rate_limit", &Drive::rate_limit, "[rad/s] at the output.")
-      .def_property("command", function(&Drive::command), set_function(&Drive::command),
-                    "Torque [N m], rate [rad/s] or position [rad] at time t; None: 0, or an open port.")
+      .def_property(
+          "command", function(&Drive::command), set_function(&Drive::command),
+          "Torque [N m], rate [rad/s] or position [rad] at time t; None: 0, or an open port.")
       .def_readwrite("kp", &Drive::kp, "Of position [N m/rad].")
       .def_readwrite("kd", &Drive::kd, "Of position [N m s/rad].")
       .def_readwrite("p", &Drive::p, "Of servo [1/s^3, 1/s^2, 1/s], stable: p1 < p2 p3.");
   py::class_<Actuator>(m, "Actuator",
-                       "An elastic energy and what drives it. Rotors turn about the joint's axis only in what concerns their energy (Spong 1987).")
+                       "An elastic energy and what drives it. Rotors turn about the joint's axis "
+                       "only in what concerns their energy (Spong 1987).")
       .def(from_keywords<Actuator>())
       .def_property(
           "elastic", [](const Actuator& a) { return std::const_pointer_cast<Elastic>(a.elastic); },

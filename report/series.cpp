@@ -108,7 +108,8 @@ std::vector<float> Thinned::rate(const std::string& name) const {
     before = v[0];
     return value;
   });
-  if (out.size() > 1 && std::isnan(out[0])) out[0] = out[1];
+  const auto known = std::find_if(out.begin(), out.end(), [](float x) { return !std::isnan(x); });
+  if (known != out.end()) std::fill(out.begin(), known, *known);  // the first record has none before it
   return out;
 }
 

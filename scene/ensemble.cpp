@@ -21,7 +21,7 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 }
 
 /// One case at work.
-class CaseRun final : public ensemble::Run {
+class CaseRun final : public ensemble::BatchRun {
  public:
   using Done = std::function<void(std::span<const double>)>;
 
@@ -144,7 +144,7 @@ void Ensemble::work(const std::function<std::int64_t()>& next,
   };
   const phs::Description& d = assembly_.model->description();
   ensemble::simulate_batch(*assembly_.model, scene_.method, scene_.step,
-                           [&]() -> std::unique_ptr<ensemble::Run> {
+                           [&]() -> std::unique_ptr<ensemble::BatchRun> {
                              const std::lock_guard lock(one_at_a_time);
                              const std::int64_t index = next();
                              return index < 0 ? nullptr

@@ -33,10 +33,17 @@ bool describe(hid_t data, Hdf5Reader::Dataset& d) {
   const Owned type(H5Dget_type(data)), space(H5Dget_space(data));
   if (!type.ok() || !space.ok()) return false;
   switch (H5Tget_class(type)) {
-    case H5T_FLOAT: d.kind = Kind::real; break;
-    case H5T_INTEGER: d.kind = Kind::integer; break;
-    case H5T_STRING: d.kind = Kind::text; break;
-    default: return false;
+    case H5T_FLOAT:
+      d.kind = Kind::real;
+      break;
+    case H5T_INTEGER:
+      d.kind = Kind::integer;
+      break;
+    case H5T_STRING:
+      d.kind = Kind::text;
+      break;
+    default:
+      return false;
   }
   const int rank = H5Sget_simple_extent_ndims(space);
   if (rank < 0 || rank > 2) return false;
@@ -62,7 +69,8 @@ bool each_attribute(hid_t file, const std::string& object,
   const auto visit = [](hid_t at, const char* name, const H5A_info_t*, void* with) -> herr_t {
     const Owned a(H5Aopen(at, name, H5P_DEFAULT)), type(a.ok() ? H5Aget_type(a) : -1);
     if (!type.ok()) return -1;
-    (*static_cast<const std::function<void(const std::string&, hid_t, hid_t)>*>(with))(name, a, type);
+    (*static_cast<const std::function<void(const std::string&, hid_t, hid_t)>*>(with))(name, a,
+                                                                                       type);
     return 0;
   };
   hsize_t from = 0;

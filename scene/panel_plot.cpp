@@ -1,10 +1,9 @@
 #include "scene/panel_plot.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "scene/record_log.h"
+#include "scene/results.h"
 #include "scene/run.h"
 #include "scene/trace_plot.h"
 
@@ -65,8 +64,7 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
     }
   std::vector<TracePanel> panels{tips};
   if (base >= 0) panels.push_back(rates);
-  return trace_plot(panels, scene.title,
-                    fmt::format("{}, steps of {:g} s", report.method, report.step_s));
+  return trace_plot(panels, scene.title, plot_subtitle(report));
 }
 
 }  // namespace porthos::scene
