@@ -126,6 +126,10 @@ OrbitPropagator::OrbitPropagator(Environment environment, double mass,
                                  const PointState<double>& start, double h,
                                  const std::string& scheme)
     : motion_(std::move(environment), mass), scheme_(split_scheme(scheme)), h_(h) {
+  if (scheme_.corrector != 0)
+    throw InvalidArgument(
+        "splitting '" + scheme +
+        "' corrects the internal motion, expected one without for an orbit alone");
   check_orbit(motion_.environment().planet, start, false);
   store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x_, lo_);
   energy_0_ = motion_.energy(point()), zonal_0_ = motion_.zonal_energy(point());

@@ -1,6 +1,7 @@
 #include "space/split_integrator.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mechanics/rotation.h"
 
@@ -36,7 +37,11 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       q_(nq_),
       change_(nq_),
       middle_(nq_),
-      turn_angles_(size_t(model.mechanism().angle_count()), 0.0) {
+      turn_angles_(size_t(model.mechanism().angle_count()), 0.0),
+      extra_(nq_, 0.0),
+      delta_(nq_),
+      slope_(nq_),
+      side_(nq_) {
   if (!scheme_.forward && !model.description().traits.lossless)
     throw InvalidArgument("splitting '" + scheme_.name +
                           "' steps backwards inside a step and the internal motion is damped, "
@@ -84,25 +89,62 @@ Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
   return OrbitReal(0.5) * (Q::load(a + 4) * Q::load(a).conj()).v;
 }
 
-void SplitIntegrator::kick(double t, double h, OrbitPoint& p) {
+/// extra_ = -weight [(δ·∂)F + ∂T/∂q(q, F)] at q_.
+void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
+  gradient_.momentum_rates(q_, change_);
+  mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, change_, {}, delta_, slope_);
+  double size = 0;
+  for (const double d : delta_) size = std::max(size, std::fabs(d));
+  if (size == 0) return;
+  const double mu = model_.orbit().environment().planet.mu, step = 1e-4 / size;
+  const Vec3d R(p.r);
+  for (size_t i = 0; i < nq_; ++i) extra_[i] = weight * slope_[i];
+  for (const double sign : {1.0, -1.0}) {
+    for (size_t i = 0; i < nq_; ++i) side_[i] = q_[i] + sign * step * delta_[i];
+    gradient_.evaluate(mu, side_, R);
+    gradient_.momentum_rates(side_, slope_);
+    for (size_t i = 0; i < nq_; ++i) extra_[i] -= sign * weight / (2 * step) * slope_[i];
+  }
+  // The lift of a body momentum has no part along the quaternion.
+  double along = 0;
+  for (size_t k = base_attitude; k < base_attitude + 4; ++k) along += extra_[k] * q_[k];
+  for (size_t k = base_attitude; k < base_attitude + 4; ++k) extra_[k] -= along * q_[k];
+}
+
+void SplitIntegrator::kick(double t, double h, double correction, OrbitPoint& p) {
   pull(p);
+  if (correction != 0) {
+    correct(correction, p);
+    gradient_.evaluate(model_.orbit().environment().planet.mu, q_, Vec3d(p.r));
+  } else if (scheme_.corrector != 0) {
+    std::fill(extra_.begin(), extra_.end(), 0.0);
+  }
   gradient_.momentum_rates(q_, change_);
   for (size_t i = 0; i < nq_; ++i) {
-    change_[i] *= h;
+    change_[i] = h * change_[i] + extra_[i];
     middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
   }
-  mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
+  Vec3d impulse = h * gradient_.torque();
+  double more = 0;
+  if (correction != 0) {
+    mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, middle_, {}, delta_, slope_);
+    for (size_t i = 0; i < nq_; ++i) more += extra_[i] * delta_[i];
+    using Q = mechanics::Quaternion<double>;
+    impulse += 0.5 * (Q::load(&extra_[base_attitude]) * Q::load(&q_[base_attitude]).conj()).v;
+  } else {
+    mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
+  }
   double work = 0;
   const auto force = gradient_.joint_forces();
   for (size_t j = 0; j < force.size(); ++j) work += force[j] * w_.rate[j];
-  work *= h;
+  work = h * work + more;
   for (size_t i = 0; i < nq_; ++i)
     phs::compensated_add(inside_.x[nq_ + i], inside_.lo[nq_ + i], change_[i]);
 
   OrbitWorks works;
   model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / model_.orbit().mass()) * gradient_.reaction()),
                       works);
-  ledgers_.kick(works, work, h * gradient_.torque());
+  ledgers_.kick(works, work, impulse);
   if (works_.any()) works_.add(works_.of_step().size() - 1, work);
 }
 
@@ -118,7 +160,9 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
-    if (scheme_.kick[i] != 0) kick(here, scheme_.kick[i] * h, p);
+    const bool end = i == 0 || i + 1 == scheme_.kick.size();
+    if (scheme_.kick[i] != 0)
+      kick(here, scheme_.kick[i] * h, end ? scheme_.corrector * h * h * h : 0, p);
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);
