@@ -129,10 +129,10 @@ Assembly assemble(const Scene& scene) {
     try {
       a.spacecraft = std::make_shared<const space::Spacecraft>(a.mechanical, a.model,
                                                                scene.orbit->environment);
+      x = a.spacecraft->state(x, scene.orbit->start);
     } catch (const InvalidArgument& e) {
       throw InvalidArgument(at(scene.orbit->where) + e.what());
     }
-    x = a.spacecraft->state(x, scene.orbit->start);
     a.model = a.spacecraft;
   }
   a.initial = phs::State(a.model->description(), std::move(x));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "mechanics/momentum.h"
 #include "scene/checkpoint.h"
 #include "scene/files.h"
 
@@ -93,14 +94,20 @@ class Whole {
     for (const Check& c : p.checks) worst(c);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
     r_.outcome = p.outcome, r_.interrupted = p.interrupted;
+    if (p.space && r_.space)
+      space::append(*r_.space, *p.space);
+    else if (p.space)
+      r_.space = p.space;
   }
-  void add(const Event& e, const mechanics::Impact& i) {
+  /// size: Σ m |v| and its like, which momenta that are zero are relative to.
+  void add(const Event& e, const mechanics::Impact& i, const mechanics::MomentumScale& scale) {
     book(r_.losses, text(e), i.dissipated_J);
     r_.stored_J -= i.dissipated_J, r_.dissipated_J += i.dissipated_J;
     r_.turned_over_J += i.dissipated_J;
     const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
-    const double jump = std::max(relative(i.linear_jump, size(i.momentum.linear)),
-                                 relative(i.angular_jump, size(i.momentum.angular)));
+    const double jump =
+        std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), scale.linear)),
+                 relative(i.angular_jump, std::max(size(i.momentum.angular), scale.angular)));
     worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit});
   }
   RunReport& report() { return r_; }
@@ -152,6 +159,29 @@ RunReport::Named named(const Json& j) {
 }
 double number(const Json& j) { return j.is_number() ? j.get<double>() : NAN; }
 
+space::LedgerReport read_ledger(const Json& j, const char* name) {
+  const Json& l = j[name];
+  return {name,
+          number(l["initial_J"]),
+          number(l["change_J"]),
+          number(l["defect_J"]),
+          number(l["largest_defect_J"]),
+          number(l["scale_J"]),
+          number(l["turned_over_J"]),
+          named(l["works_J"])};
+}
+space::SpaceReport read_space(const Json& j) {
+  space::SpaceReport s;
+  s.orbital = read_ledger(j, "orbital"), s.coupling = read_ledger(j, "coupling");
+  s.harmonics = read_ledger(j, "harmonics");
+  const Json& L = j["angular_momentum"];
+  s.angular_momentum = number(L["largest_kg_m2_s"]);
+  s.angular_impulse = number(L["gradient_impulse_kg_m2_s"]);
+  s.angular_defect = number(L["largest_relative_defect"]);
+  s.next_order = number(j["neglected_next_order"]);
+  return s;
+}
+
 /// The report of a phase as its summary tells it.
 RunReport read_report(const fs::path& folder, const phs::State& end) {
   const Json j = Json::parse(read_file(folder / "summary.json"));
@@ -179,6 +209,7 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
     for (const auto& [name, m] : j["momentum"].items())
       r.momentum.push_back(
           {name, number(m["start_Nms"]), number(m["end_Nms"]), number(m["largest_Nms"])});
+  if (j.contains("ledgers")) r.space = read_space(j["ledgers"]);
   r.final_state = end;
   return r;
 }
@@ -204,6 +235,63 @@ Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
   return a;
 }
 
+/// A mechanism in orbit between phases: the state of its motion about the centre of mass, which the events change, and the
+/// orbit of that, which they do not.
+class InOrbit {
+ public:
+  explicit InOrbit(const Assembly& a) : there_(a.spacecraft != nullptr) {}
+
+  /// Takes the orbit off a state.
+  void part(phs::State& s) {
+    if (!there_) return;
+    x_.assign(s.x.end() - 6, s.x.end()), lo_.assign(s.lo.end() - 6, s.lo.end());
+    s.x.resize(s.x.size() - 6), s.lo.resize(s.lo.size() - 6);
+  }
+  /// The assembly of a phase with its orbit.
+  void join(Assembly& a, const Scene& scene) const {
+    if (!there_) return;
+    try {
+      a.spacecraft = std::make_shared<const space::Spacecraft>(a.mechanical, a.model,
+                                                               scene.orbit->environment);
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument(scene.orbit->where + ": " + e.what());
+    }
+    a.model = a.spacecraft;
+    join(a.initial);
+  }
+  void join(phs::State& s) const {
+    if (!there_) return;
+    s.x.insert(s.x.end(), x_.begin(), x_.end()), s.lo.insert(s.lo.end(), lo_.begin(), lo_.end());
+  }
+  /// Leaves no rounding in the linear momentum, which is zero about the centre of mass.
+  void still(mechanics::Moving& m) const {
+    if (!there_) return;
+    const auto& tree = m.model->mechanism();
+    const size_t nq = size_t(tree.nq());
+    for (size_t k = 0; k < 3; ++k) {
+      long double others = 0;
+      for (const auto& n : tree.nodes())
+        if (n.parent < 0 && n.q != 0)
+          others += static_cast<long double>(m.state.x[nq + size_t(n.q) + k]) +
+                    m.state.lo[nq + size_t(n.q) + k];
+      m.state.x[nq + k] = double(-others);
+      m.state.lo[nq + k] = double(-others - m.state.x[nq + k]);
+    }
+  }
+
+ private:
+  bool there_;
+  std::vector<double> x_, lo_;
+};
+
+mechanics::MomentumScale scale_of(const mechanics::Moving& m) {
+  const auto& tree = m.model->mechanism();
+  mechanics::Workspace<double> w(tree);
+  const std::span<const double> x(m.state.x);
+  const auto v = m.model->rates(x.first(2 * size_t(tree.nq())));
+  return mechanics::momentum_scale(tree, w, x.first(size_t(tree.nq())), v);
+}
+
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
 void make_room(const RunOptions& o, size_t phases) {
   for (size_t k = 0; k < phases; ++k)
@@ -224,6 +312,8 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   check(scene);
   mechanics::Moving moving(assembly.parts);
   moving.model = assembly.mechanical, moving.state = assembly.initial;
+  InOrbit orbit(assembly);
+  orbit.part(moving.state);
   const auto ends = ends_of(scene);
   const size_t phases = ends.size();
   make_folder(options.out);
@@ -238,9 +328,14 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     const fs::path folder = phase_folder(options, k);
     const Scene s = phase_of(scene, moving, end);
     last = assembly_of_phase(s, assembly, moving);
+    orbit.join(last, s);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
-      r = read_report(folder, read_checkpoint(end_folder(folder)).state);
+      const Checkpoint done = read_checkpoint(end_folder(folder));
+      if (const auto changes = difference(done.fingerprint, fingerprint(s)); !changes.empty())
+        throw InvalidArgument(fmt::format("the phase in {} is of another run: {}", folder.string(),
+                                          changes));
+      r = read_report(folder, done.state);
     } else {
       RunOptions o = options;
       o.out = folder.string();
@@ -260,20 +355,24 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       }
       make_folder(end_folder(folder));
       Checkpoint c;
-      c.state = r.final_state;
+      c.state = r.final_state, c.fingerprint = fingerprint(s);
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
     folders.push_back({{"folder", folder.filename().string()}, {"from_s", from}, {"to_s", end}});
     moving.state = r.final_state;
+    orbit.part(moving.state);
     from = end;
     for (const Event& e : scene.events) {
       if (e.at != end) continue;
+      const auto scale = scale_of(moving);
       const auto impact = apply(moving, e);
-      whole.add(e, impact);
+      orbit.still(moving);
+      whole.add(e, impact, scale);
       events.push_back(json_of(e, impact));
     }
   }
+  orbit.join(moving.state);
   RunReport& r = whole.report();
   r.final_state = moving.state, r.phases = int(phases);
   Json summary = Json::parse(summary_json(scene, last, r, r.final_state));

@@ -33,7 +33,7 @@ std::vector<MomentumRow> wheel_momentum(const Scene& scene, const Assembly& asse
   if (rows.empty()) return rows;
   rows.push_back({"total"});
 
-  const RecordLayout layout(assembly.model->description());
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
   mechanics::Workspace<double> w(m);
   RecordReader reader(log, layout);
   std::vector<double> records;

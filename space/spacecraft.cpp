@@ -1,14 +1,17 @@
 #include "space/spacecraft.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
+#include "space/plates.h"
 
 namespace porthos::space {
 namespace {
 
-phs::Description describe(const phs::Description& internal) {
+phs::Description describe(const phs::Description& internal, bool plates) {
   phs::Description d = internal;
   d.nx += 6;
   d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
@@ -17,6 +20,7 @@ phs::Description describe(const phs::Description& internal) {
   d.traits.autonomous = false;  // the orbit drives it: rate is more than (J - R) e
   d.flows.clear();
   d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
+  if (plates) d.powers.push_back({"plates", phs::PowerKind::supplied});
   d.invariants.clear();
   int at = 0;
   for (auto i : internal.invariants) {
@@ -70,11 +74,13 @@ class SpacecraftSystem : public phs::System<T> {
   void output(In x, In e, Out y) override { internal_->output(x.first(n_), e.first(n_), y); }
   void stored(In x, Out values) override { internal_->stored(x.first(n_), values); }
   void powers(T t, In x, In e, Out values) override {
-    internal_->powers(t, x.first(n_), e.first(n_), values.first(values.size() - 1));
+    const size_t own = model_.internal().description().powers.size();
+    internal_->powers(t, x.first(n_), e.first(n_), values.first(own));
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[values.size() - 1] = power;
+    values[own] = power;
+    if (own + 1 < values.size()) values[own + 1] = T(0.0);  // plates act in the split alone
   }
   void invariants(In x, Out values) override {
     internal_->invariants(x.first(n_), values_);
@@ -131,8 +137,8 @@ Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechani
     : mechanical_(std::move(mechanical)),
       internal_(std::move(internal)),
       orbit_(std::move(environment), mechanical_->mechanism().total_mass()),
-      description_(describe(internal_->description())) {
-  const GravityGradient<double> fits(mechanical_->mechanism());
+      description_(describe(internal_->description(), !orbit_.environment().plates.empty())) {
+  const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
   if (!internal_->holds().empty())
     throw InvalidArgument(
         "a sampled controller is given for a spacecraft in orbit, expected a continuous one: the "
@@ -149,15 +155,34 @@ std::vector<double> Spacecraft::state(std::span<const double> internal,
   const auto mechanical = std::span<double>(x).first(2 * nq);
   const auto q = mechanical.first(nq);
   const Vec3d c = mechanics::centre_of_mass<double>(m, w, q);
-  const Vec3d P{x[nq + base_position], x[nq + base_position + 1], x[nq + base_position + 2]};
+  Vec3d P{0, 0, 0};
+  for (const auto& n : m.nodes())
+    if (n.parent < 0)
+      for (int k = 0; k < 3; ++k) P[k] += x[nq + size_t(n.q + k)];
   // The same rates, seen from the centre of mass.
   auto v = mechanical_->rates(mechanical);
-  const auto xi = mechanics::Quaternion<double>::load(&x[base_attitude]);
-  const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
-  for (int k = 0; k < 3; ++k) v[size_t(3 + k)] -= back[k], q[size_t(base_position + k)] -= c[k];
+  for (const auto& n : m.nodes()) {
+    if (n.parent >= 0) continue;
+    const size_t at = size_t(n.q);
+    const auto xi = mechanics::Quaternion<double>::load(&x[at + base_attitude]);
+    const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
+    for (int k = 0; k < 3; ++k)
+      v[size_t(n.v + 3 + k)] -= back[k], q[at + size_t(base_position + k)] -= c[k];
+    const double off = mechanics::norm(Vec3d{q[at], q[at + 1], q[at + 2]});
+    if (!(off <= 1e-3 * mechanics::norm(centre.r)))
+      throw InvalidArgument(
+          fmt::format("a body is {:.4g} km from the common centre of mass, expected a thousandth "
+                      "of the {:.4g} km to the planet at most: gravity is expanded about it",
+                      off / 1e3, mechanics::norm(centre.r) / 1e3));
+  }
   const auto moved = mechanical_->state(q, v);
   std::copy(moved.begin(), moved.end(), mechanical.begin());
-  for (size_t k = 0; k < 3; ++k) x[nq + base_position + k] = 0;  // rounding until here
+  for (size_t k = 0; k < 3; ++k) {  // rounding until here
+    double others = 0;
+    for (const auto& n : m.nodes())
+      if (n.parent < 0 && n.q != 0) others += x[nq + size_t(n.q) + k];
+    x[nq + base_position + k] = -others;
+  }
   for (const Vec3d& a : {centre.r, centre.v}) x.insert(x.end(), {a.x, a.y, a.z});
   return x;
 }

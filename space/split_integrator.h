@@ -1,6 +1,7 @@
 #pragma once
 #include "integrators/integrator.h"
 #include "space/ledgers.h"
+#include "space/plates.h"
 #include "space/spacecraft.h"
 
 namespace porthos::space {
@@ -34,6 +35,8 @@ class SplitIntegrator final : public integrators::Integrator {
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 
+  /// Opens the ledgers at a state, unless they are open; the first step does it otherwise.
+  void begin(const State& state);
   const SpaceLedgers& ledgers() const { return ledgers_; }
 
  private:
@@ -44,16 +47,21 @@ class SplitIntegrator final : public integrators::Integrator {
   void correct(double weight, const OrbitPoint& p);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
+  Vec3d impulse_of(std::span<const double> added) const;
 
   const Spacecraft& model_;
   const SplitScheme& scheme_;
   std::unique_ptr<integrators::Integrator> inner_;
   GravityGradient<double> gradient_;
+  PlateForces plates_;
+  bool has_plates_;
+  std::vector<size_t> roots_;  ///< offsets in q of the base and of what floats beside it
   mechanics::Workspace<double> w_;
   size_t n_internal_, nq_;
   State inside_;
   std::vector<double> q_, change_, middle_, turn_angles_;
-  std::vector<double> extra_, delta_, slope_, side_;  ///< of the corrector
+  std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
+  std::vector<double> delta_, slope_, side_;  ///< of the corrector
   SpaceLedgers ledgers_;
 };
 
