@@ -11,12 +11,18 @@
 #include <optional>
 #include <sstream>
 
+#ifdef PORTHOS_MPI
+#include "adapters/mpi/mpi.h"
+#endif
 #include "apps/actuators.h"
+#include "apps/ensemble.h"
 #include "apps/methods.h"
 #include "apps/progress.h"
+#include "apps/report.h"
 #include "apps/verdict.h"
 #include "scene/compare.h"
 #include "scene/files.h"
+#include "scene/replot.h"
 #include "scene/run.h"
 
 namespace porthos::apps {
@@ -146,8 +152,9 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
                     assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
+  const bool report = !r.interrupted && !a.no_report && make_report(options.out);
   if (!r.interrupted)
-    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out));
+    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out, report));
   return finish(a, options, r);
 }
 
@@ -186,11 +193,59 @@ int compare_command(const Arguments& a) {
   const scene::Comparison c = scene::compare(s, assembly, options);
   progress.finish();
   scene::write_comparison(out, s, c);
-  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg", out));
+  const bool report = !a.no_report && make_report(out);
+  log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg{}", out,
+                  report ? ", report.html" : ""));
   print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
   if (!c.interrupted) return exit_ok;
   log("interrupted: the results are of the trials until then");
   return exit_interrupted;
+}
+
+int ensemble_command(const Arguments& a) {
+#ifdef PORTHOS_MPI
+  const adapters::MpiRank rank;  // the others than 0 leave the talking to it
+#endif
+  scene::EnsembleOptions options;
+  options.out = a.out.value_or("results/" + name_of(a.scene));
+  if (a.part) options.part = scene::part_of(*a.part);
+  options.resume = a.resume, options.join = a.join;
+  if (a.join && (a.part || a.resume))
+    throw InvalidArgument("--join runs nothing: expected neither --part nor --resume with it");
+  if (a.threads < 0)
+    throw InvalidArgument(
+        fmt::format("--threads: threads is {}, expected 1 or more, or 0", a.threads));
+  options.threads = a.threads;
+  const scene::Ensemble ensemble(scene::read_scene(a.scene));
+  options.stop = &stop;
+  Progress progress;
+  stop_on_signals();
+  options.progress = [&](double fraction, double spent, double left) {
+    progress.update(fraction, spent, left);
+  };
+#ifdef PORTHOS_MPI
+  const auto report = adapters::run_ensemble(rank, ensemble, options);
+  if (!report) return exit_ok;
+  const scene::EnsembleReport& r = *report;
+#else
+  const scene::EnsembleReport r = scene::run_ensemble(ensemble, options);
+#endif
+  progress.finish();
+  if (r.interrupted) {
+    log(fmt::format("interrupted with {} of {} cases done; continue with --resume", r.done,
+                    r.cases));
+    return exit_interrupted;
+  }
+  if (a.json && r.complete)
+    print(file_text(options.out + "/ensemble.json"));
+  else
+    print(ensemble_text(ensemble, r, options.out));
+  return !r.complete || r.passed == r.cases ? exit_ok : exit_verdict_failed;
+}
+
+int plot_command(const Arguments& a) {
+  for (const auto& file : scene::replot(a.scene)) print(file + "\n");
+  return exit_ok;
 }
 
 int info_command(const Arguments& a) {

@@ -16,9 +16,10 @@ enum ExitCode {
 /// The arguments of all commands, as typed.
 struct Arguments {
   std::string scene;
-  std::optional<std::string> out, method, step, duration, budget, plots;
+  std::optional<std::string> out, method, step, duration, budget, plots, part;
   std::vector<std::string> methods;
-  bool resume = false, json = false, markdown = false;
+  bool resume = false, json = false, markdown = false, join = false, no_report = false;
+  int threads = 0;
 };
 
 /// Each prints its results to stdout, everything else to stderr, and returns the exit code.
@@ -26,6 +27,8 @@ struct Arguments {
 int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
+int ensemble_command(const Arguments& arguments);
+int plot_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
 int actuators_command(const Arguments& arguments);

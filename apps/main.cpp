@@ -9,6 +9,7 @@
 #include "adapters/gsl/gsl.h"
 #endif
 #include "apps/commands.h"
+#include "apps/report.h"
 #include "phs/error.h"
 #include "scene/scene.h"
 
@@ -20,7 +21,7 @@ CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char*
                       const char* example) {
   CLI::App* c = app.add_subcommand(name, what);
   c->footer(fmt::format("Example:\n  {}\n", example));
-  if (std::string_view(name) != "methods" && std::string_view(name) != "actuators")
+  if (std::string_view(example).find(".toml") != std::string_view::npos)  // a command on a scene
     c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
   return c;
 }
@@ -29,6 +30,7 @@ void add_results(CLI::App* c, Arguments& a, const char* default_out,
                  const char* json = "summary.json") {
   c->add_option("--out", a.out, fmt::format("results folder [{}]", default_out))->type_name("DIR");
   c->add_flag("--json", a.json, fmt::format("print {} instead of the table", json));
+  c->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
 void add_commands(CLI::App& app, Arguments& a) {
@@ -57,6 +59,23 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
+  auto* ensemble =
+      add_command(app, a, "ensemble", "the runs of a scene's [ensemble], over lanes and threads",
+                  "porthos ensemble examples/ensemble/scene.toml --threads 2");
+  add_results(ensemble, a, "results/<name of the scene>", "ensemble.json");
+  ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
+  ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
+  ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
+  ensemble->add_flag("--resume", a.resume, "run the cases that are missing in the folder");
+  auto* report = add_command(app, a, "report", "report.html of a results folder, finished or not",
+                             "porthos report results/ets_vii");
+  report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
+  report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
+  add_command(app, a, "plot", "draw the pictures of a finished run anew from its run.h5",
+              "porthos plot results/ets_vii")
+      ->add_option("DIR", a.scene, "results folder of a finished run")
+      ->required();
+
   add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
               "porthos info examples/ets_vii/scene.toml");
   add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
@@ -70,10 +89,12 @@ void add_commands(CLI::App& app, Arguments& a) {
 /// What was wrong with the arguments, in our words where CLI11's do not say it.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
-  if (first && *first != '-' && app.get_subcommands(named).empty())
-    return fmt::format(
-        "there is no command '{}', expected run, verify, compare, info, methods or actuators",
-        first);
+  if (first && *first != '-' && app.get_subcommands(named).empty()) {
+    std::string known;
+    for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
+      known += (known.empty() ? "" : ", ") + c->get_name();
+    return fmt::format("there is no command '{}', expected one of {}", first, known);
+  }
   return e.what();
 }
 
@@ -81,6 +102,9 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
+  if (app.got_subcommand("ensemble")) return ensemble_command(a);
+  if (app.got_subcommand("report")) return report_command(a);
+  if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("info")) return info_command(a);
   if (app.got_subcommand("actuators")) return actuators_command(a);
   return methods_command(a);

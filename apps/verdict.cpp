@@ -49,9 +49,11 @@ std::string space_text(const RunReport& r) {
              s.coupling.turned_over,
              s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over : 0.0) +
          fmt::format(
-             "            angular momentum up to {:.4g} kg m^2/s, impulse from outside "
+             "            angular momentum up to {:.4g} kg m^2/s, impulse of {} "
              "{:.4g}, what is left {:.2g} relative\n",
-             s.angular_momentum, s.angular_impulse, s.angular_defect) +
+             s.angular_momentum,
+             r.impulses.rows.empty() ? "the gradient" : "gradient, thrusters and torquers",
+             s.angular_impulse, s.angular_defect) +
          fmt::format("            neglected next order of the gradient {:.2g} relative\n",
                      s.next_order);
 }
@@ -64,6 +66,25 @@ std::string momentum_text(const RunReport& r) {
   return scene::aligned(rows);
 }
 
+std::string impulses_text(const RunReport& r) {
+  TextRows rows{{"actuator", "impulse N s", "angular impulse N m s", "on s", "propellant kg"}};
+  const auto three = [](const std::array<double, 3>& a) {
+    return fmt::format("{:.5g} {:.5g} {:.5g}", a[0], a[1], a[2]);
+  };
+  for (const auto& i : r.impulses.rows) {
+    const bool thruster = i.type == "thruster";
+    rows.push_back({i.name, thruster ? three(i.impulse) : "-", three(i.angular),
+                    thruster ? fmt::format("{:.6g}", i.on_s) : "-",
+                    i.propellant_kg > 0 ? fmt::format("{:.4g}", i.propellant_kg) : "-"});
+  }
+  std::string text = scene::aligned(rows);
+  if (!r.space)
+    text += fmt::format(
+        "            momenta less impulses: linear off by {:.2g}, angular by {:.2g}, relative\n",
+        r.impulses.linear_left, r.impulses.angular_left);
+  return text;
+}
+
 std::string cost_text(const RunReport& r) {
   const double steps = r.cost.steps > 0 ? double(r.cost.steps) : 1;
   return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} sweeps per step, {} evaluations",
@@ -73,7 +94,7 @@ std::string cost_text(const RunReport& r) {
 
 }  // namespace
 
-std::string verdict_text(const RunReport& r, const std::string& out) {
+std::string verdict_text(const RunReport& r, const std::string& out, bool has_page) {
   std::string text =
       fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
                   r.step_control == integrators::StepControl::fixed
@@ -83,13 +104,16 @@ std::string verdict_text(const RunReport& r, const std::string& out) {
   text += checks_text(r) + "\n";
   if (r.space) text += space_text(r) + "\n";
   if (!r.momentum.empty()) text += momentum_text(r) + "\n";
+  if (!r.impulses.rows.empty()) text += impulses_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
   const std::string pictures =
       std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
-  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}\n", out, pictures)
-                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}\n",
-                                      out, r.phases, pictures);
+  const char* page = has_page ? "report.html, " : "";
+  text += r.phases == 1
+              ? fmt::format("results     {}/: {}summary.json, {}\n", out, page, pictures)
+              : fmt::format("results     {}/: {}summary.json; phase_1 … phase_{}: {}\n", out,
+                            page, r.phases, pictures);
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;

@@ -20,6 +20,13 @@ add_library(porthos_toml INTERFACE)
 target_include_directories(porthos_toml SYSTEM INTERFACE ${PORTHOS_TOML_INCLUDE_DIR})
 target_compile_definitions(porthos_toml INTERFACE TOML_HEADER_ONLY=1)
 
+# Threads and random streams of ensembles. Random123 is header-only and stays out of public headers.
+find_package(TBB REQUIRED)
+find_path(PORTHOS_RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
+mark_as_advanced(PORTHOS_RANDOM123_INCLUDE_DIR)
+add_library(porthos_random123 INTERFACE)
+target_include_directories(porthos_random123 SYSTEM INTERFACE ${PORTHOS_RANDOM123_INCLUDE_DIR})
+
 # GPL-3, therefore never in the libraries: for the tests, and for the command where PORTHOS_GSL_RIVALS asks for it.
 if((PORTHOS_GSL AND PORTHOS_BUILD_TESTS) OR PORTHOS_GSL_RIVALS)
   find_package(GSL QUIET)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "integrators/lane_integrator.h"
 
 namespace porthos::integrators {
 
@@ -12,12 +13,17 @@ template <class T>
 using Maker = std::function<std::unique_ptr<BasicIntegrator<T>>(
     const Declaration&, const phs::Model&, T h, const Options&)>;
 
+/// Of a state per SIMD lane; may return null where a system or the options do not allow it.
+using LaneMaker = std::function<std::unique_ptr<LaneIntegrator>(
+    const Declaration&, const phs::Model&, double h, const Options&)>;
+
 /// A method of the catalogue: what it says of itself and how it is made for each scalar it takes.
 struct Entry {
   Declaration declaration;
   Maker<double> make_double;
   Maker<phs::Dual> make_dual;
   Maker<phs::Quad> make_quad;
+  LaneMaker make_lanes = nullptr;  ///< null: one state at a time
 
   template <class T>
   const Maker<T>& make() const {
@@ -36,13 +42,18 @@ template <class MakerOfAny>
 Entry entry(Declaration d, MakerOfAny make) {
   return {std::move(d), make, make, make};
 }
+/// The same with a state per lane.
+inline Entry with_lanes(Entry e, LaneMaker lanes) {
+  e.make_lanes = std::move(lanes);
+  return e;
+}
 #define PORTHOS_MAKER(function)                                             \
   [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
     return function(d, m, h, o);                                            \
   }
 /// An entry of a method that works in double alone.
 inline Entry double_entry(Declaration d, Maker<double> make) {
-  return {std::move(d), std::move(make), nullptr, nullptr};
+  return {std::move(d), std::move(make), nullptr, nullptr, nullptr};
 }
 
 /// Every method, family by family. A family is a file pair with one function `Entries <family>_entries()`, named once in

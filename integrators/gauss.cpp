@@ -2,6 +2,7 @@
 
 #include "integrators/catalogue.h"
 #include "integrators/collocation.h"
+#include "integrators/lane_collocation.h"
 
 namespace porthos::integrators {
 
@@ -10,18 +11,22 @@ using phs::Quad;
 Entries gauss_entries() {
   const auto gauss = [](std::string name, std::string title, int s) {
     constexpr auto holds = Claim::holds;
-    return entry({.name = std::move(name),
-                  .title = std::move(title),
-                  .family = "Gauss collocation",
-                  .order = 2 * s,
-                  .symmetric = holds,
-                  .symplectic = holds,
-                  .quadratic_invariants = holds,
-                  .source = "Hairer, Lubich, Wanner 2006, II.1.3; Antonana, Makazaga, Murua 2017 "
-                            "(round-off)"},
-                 [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
-                   return make_collocation(d, gauss_table<TableReal<decltype(h)>>(s), m, h, o);
-                 });
+    return with_lanes(
+        entry({.name = std::move(name),
+               .title = std::move(title),
+               .family = "Gauss collocation",
+               .order = 2 * s,
+               .symmetric = holds,
+               .symplectic = holds,
+               .quadratic_invariants = holds,
+               .source = "Hairer, Lubich, Wanner 2006, II.1.3; Antonana, Makazaga, Murua 2017 "
+                         "(round-off)"},
+              [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
+                return make_collocation(d, gauss_table<TableReal<decltype(h)>>(s), m, h, o);
+              }),
+        [s](const Declaration& d, const phs::Model& m, double h, const Options& o) {
+          return make_lane_collocation(d, gauss_table<double>(s), m, h, o);
+        });
   };
   Entries e;
   for (int s = 8; s >= 1; --s)

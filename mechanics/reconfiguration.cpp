@@ -224,6 +224,11 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   const auto a = momentum<Real>(from.m, from.w, from.q, from.p),
              b = momentum<Real>(to.m, to.w, to.q, to.p);
   r.momentum = {lowered(a.linear), lowered(a.angular)};
+  Workspace<double> w(from.m);
+  std::vector<double> q, v;
+  for (const Real& x : from.q) q.push_back(double(x));
+  for (const Real& x : from.v) v.push_back(double(x));
+  r.scale = momentum_scale(from.m, w, q, v);
   r.linear_jump = size(b.linear - a.linear), r.angular_jump = size(b.angular - a.angular);
 }
 
@@ -315,6 +320,25 @@ Impact capture(Moving& moving, const Latch& latch) {
   body.joint = {};
   body.joint.name = latch.body + ".latch";
   return change(moving, std::move(next));
+}
+
+bool within_limits(const Moving& moving, const phs::State& state, const Latch& latch) {
+  const Instant now(*moving.model, state);
+  try {
+    check(latch, now);
+  } catch (const InvalidArgument&) {
+    return false;
+  }
+  return true;
+}
+
+void require_within_limits(const Moving& moving, const Latch& latch) {
+  check(latch, Instant(*moving.model, moving.state));
+}
+
+Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body) {
+  const Instant now(*moving.model, moving.state);
+  return lowered(inverse(now.pose(link)) * now.pose(body));
 }
 
 Impact release(Moving& moving, const std::string& name) {

@@ -47,6 +47,7 @@ struct Moving {
 struct Impact {
   double dissipated_J = 0;                   ///< plastic loss, >= 0
   Momentum<double> momentum;                 ///< before, about the world's origin
+  MomentumScale scale{0, 0};                 ///< of the motion before, where the momenta are small
   double linear_jump = 0, angular_jump = 0;  ///< |after - before| [kg m/s, kg m²/s]: rounding
   double rate_jump = 0;  ///< largest |v⁺ - v| of a body's twist [rad/s or m/s]
 };
@@ -66,6 +67,14 @@ struct Latch {
 /// @throws InvalidArgument for unknown names, a body that is not free in the world or carries the link, points further apart
 ///   than the reach, or relative motion beyond the limits; with the numbers. Nothing has changed then.
 Impact capture(Moving& moving, const Latch& latch);
+/// Whether the latch's points are within its reach, and their motion within its limits.
+/// @throws InvalidArgument for unknown names
+bool within_limits(const Moving& moving, const phs::State& state, const Latch& latch);
+/// @throws InvalidArgument saying which limit is passed, with the numbers
+void require_within_limits(const Moving& moving, const Latch& latch);
+/// The body's frame in the link's, as they are now.
+Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body);
+
 /// The body and all it carries become free in the world, with the motion they have.
 /// @throws InvalidArgument for an unknown body or one that is free already
 Impact release(Moving& moving, const std::string& body);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <random>
 
+#include "scene/part.h"
 #include "scene/scene.h"
+#include "scene/variation.h"
 #include "space/split_integrator.h"
 
 namespace porthos::scene {
@@ -76,6 +78,20 @@ void put_base(const BaseStart& b, const std::string& joint, const Mechanism& m, 
   store(R.tmul(b.linear_velocity), s.v, position.v);
 }
 
+/// A refusal names the part; the line is that of its element.
+std::shared_ptr<const phs::Model> with_parts(
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
+    const space::Parts& parts) {
+  try {
+    return std::make_shared<const space::PartsModel>(std::move(mechanical), parts);
+  } catch (const InvalidArgument& why) {
+    const std::string text = why.what();
+    for (const Element& e : scene.elements)
+      if (text.find("'" + e.name) != std::string::npos) throw InvalidArgument(at(e.where) + text);
+    throw;
+  }
+}
+
 mechanics::BodySpec part_of(const FreeBody& b) {
   mechanics::BodySpec part;
   part.name = b.name, part.parent = "world", part.where = b.where;
@@ -88,8 +104,14 @@ mechanics::BodySpec part_of(const FreeBody& b) {
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene) {
   if (scene.elements.empty() && scene.actuators.empty()) return mechanical;
+  std::shared_ptr<const phs::Model> body = mechanical;
+  if (space::Parts parts = parts_of(scene); parts.any())
+    body = with_parts(mechanical, scene, parts);
+  if (scene.actuators.empty() && std::all_of(scene.elements.begin(), scene.elements.end(),
+                                             [](const Element& e) { return e.joint.empty(); }))
+    return body;
   phs::Network n(mechanical->description().name);
-  n.add("mechanism", mechanical).main("mechanism");
+  n.add("mechanism", body).main("mechanism");
   add_elements(n, *mechanical, scene.elements);
   add_actuators(n, *mechanical, scene.actuators);
   return n.build();
@@ -108,36 +130,49 @@ Assembly assemble(const Scene& scene) {
   a.notes = std::move(urdf.notes);
   a.parts = std::move(urdf.parts);
   for (const auto& b : scene.bodies) a.parts.add(part_of(b));
-  a.mechanism = std::make_shared<const Mechanism>(scene.bodies.empty() ? std::move(urdf.mechanism)
-                                                                       : a.parts.build());
+  for (const auto& p : scene.panels) add_panel(a.parts, p);
+  const bool as_in_file = scene.bodies.empty() && scene.panels.empty();
+  a.mechanism =
+      std::make_shared<const Mechanism>(as_in_file ? std::move(urdf.mechanism) : a.parts.build());
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
   a.model = with_joint_parts(a.mechanical, scene);
+  if (scene.orbit) {
+    try {
+      a.spacecraft = std::make_shared<const space::Spacecraft>(
+          a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument(at(scene.orbit->where) + e.what());
+    }
+    a.model = a.spacecraft;
+  }
+  a.initial = start_of(scene, a);
+  return a;
+}
 
+phs::State start_of(const Scene& scene, const Assembly& a) {
+  const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  // What the mechanism and its parts make up, without the orbit.
+  const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
   for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
   if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
   for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
   auto x = a.mechanical->state(start.q, start.v);
-  x.resize(size_t(a.model->description().nx), 0.0);  // elements start empty
+  x.resize(size_t(internal.description().nx), 0.0);  // elements start empty
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
     std::copy(own.begin(), own.end(),
-              x.begin() + dynamic_cast<const phs::NetworkModel&>(*a.model).offset(name));
-  if (scene.orbit) {
-    try {
-      a.spacecraft = std::make_shared<const space::Spacecraft>(a.mechanical, a.model,
-                                                               scene.orbit->environment);
+              x.begin() + dynamic_cast<const phs::NetworkModel&>(internal).offset(name));
+  if (a.spacecraft) try {
       x = a.spacecraft->state(x, scene.orbit->start);
     } catch (const InvalidArgument& e) {
       throw InvalidArgument(at(scene.orbit->where) + e.what());
     }
-    a.model = a.spacecraft;
-  }
-  a.initial = phs::State(a.model->description(), std::move(x));
-  phs::wrap_angles(a.model->description(), a.initial);
-  return a;
+  phs::State s(a.model->description(), std::move(x));
+  phs::wrap_angles(a.model->description(), s);
+  return s;
 }
 
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x) {
@@ -151,6 +186,7 @@ Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const do
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
+  check_switching(scene, h);
   const integrators::Options options{.rtol = scene.rtol,
                                      .iteration_tolerance = scene.iteration_tolerance};
   if (scene.orbit)

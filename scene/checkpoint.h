@@ -29,7 +29,7 @@ void write_checkpoint(const std::filesystem::path& folder, const Checkpoint& che
 
 bool has_checkpoint(const std::filesystem::path& folder);
 
-/// @throws InvalidArgument, one sentence, if there is none, or it is truncated, damaged or of
+/// @throws InvalidArgument with one sentence, if there is none, or it is truncated, damaged or of
 /// another format version
 Checkpoint read_checkpoint(const std::filesystem::path& folder);
 

@@ -4,6 +4,7 @@
 
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
+#include "scene/part.h"
 #include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -26,14 +27,20 @@ Names keys_of(const std::string& type, const std::string& where) {
     own = {"inductance", "resistance", "constant", "gear", "rotor_inertia", "friction", "voltage"};
   else if (type == "wheel")
     own = {"gain", "rate"};
+  else if (type == "cmg")
+    own = {"wheel", "gain", "constant", "sine", "profile"};
+  else if (is_part(type))
+    own = part_keys(type);
   else if (type == "controller")
     own = {"target", "speed", "stiffness", "damping", "rate", "output"};
   else
     refuse(where,
            fmt::format("type is \"{}\", expected \"spring\", \"damper\", \"friction\", \"limits\", "
-                       "\"force\", \"dc_motor\", \"controller\" or \"wheel\"",
+                       "\"force\", \"dc_motor\", \"controller\", \"wheel\", \"cmg\", "
+                       "\"thruster\", \"torquer\" or \"soft_latch\"",
                        type));
-  own.insert(own.begin(), {"type", "name", "joint"});
+  own.insert(own.begin(), {"type", "name"});
+  if (!is_part(type)) own.insert(own.begin() + 2, "joint");
   return own;
 }
 
@@ -108,6 +115,13 @@ void read_one(const Table& t, Element& e) {
     if (t.has("rate") && !((e.rate = t.number("rate", " of Hz")) > 0))
       t.fail("rate", fmt::format("is {}, expected a positive number", e.rate));
   }
+  if (e.type == "cmg") {
+    t.require("wheel", "the name of the joint its wheel turns on");
+    e.gimbal = {t.text("wheel", "the name of a joint"), required(t, "gain", " of N m s/rad")};
+    if (!(e.gimbal->gain > 0))
+      t.fail("gain", fmt::format("is {}, expected a positive number", e.gimbal->gain));
+    e.source = read_signal(t, " of rad/s");
+  }
   if (e.type == "limits") {
     e.stiffness = required(t, "stiffness", " of N m/rad^2 or N/m^2");
     if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
@@ -159,6 +173,35 @@ phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
   });
 }
 
+/// The drive of a gimbal follows a rate. Its wheel keeps its momentum by itself: a balanced one is a cyclic coordinate.
+phs::LawPtr gimbal(const mechanics::MechanicalModel& model, const Element& e) {
+  const auto& m = model.mechanism();
+  const auto refuse_wheel = [&](const std::string& why) {
+    throw InvalidArgument(
+        fmt::format("{}: element '{}': wheel '{}' {}", e.where, e.name, e.gimbal->wheel, why));
+  };
+  const mechanics::JointCoordinates *wheel = nullptr, *own = nullptr;
+  for (const auto& c : m.coordinates()) {
+    if (c.name == e.gimbal->wheel && c.kind == phs::BlockKind::angle) wheel = &c;
+    if (c.name == e.joint) own = &c;
+  }
+  if (!wheel) refuse_wheel("is no joint that turns, expected the joint of a wheel");
+  const auto& node = m.nodes()[size_t(wheel->node)];
+  if (node.parent != own->node)
+    refuse_wheel("is not carried by joint '" + e.joint + "', expected a wheel on the gimbal");
+  const auto& I = node.inertia;
+  const double size = std::max({I.I.xx, I.I.yy, I.I.zz}) * 1e-9;
+  if (std::fabs(I.I.xx - I.I.yy) > size || std::fabs(I.I.xy) > size || std::fabs(I.I.xz) > size ||
+      std::fabs(I.I.yz) > size || std::hypot(I.mc.x, I.mc.y) > 1e-9 * I.m)
+    refuse_wheel("is not balanced about its axis, expected a wheel whose angle nothing feels");
+  for (const auto& n : m.nodes())
+    if (n.parent == wheel->node) refuse_wheel("carries another link, expected a wheel alone");
+  return phs::law([command = e.source, gain = e.gimbal->gain](auto t, auto, auto y, auto u) {
+    using T = typename decltype(u)::value_type;
+    u[0] = T(gain) * ((*command)(T(t)) - y[0]);
+  });
+}
+
 }  // namespace
 
 phs::FunctionPtr read_signal(const Table& t, const char* unit) {
@@ -198,11 +241,13 @@ std::vector<Element> read_elements(const Table& scene) {
   scene.each_of("element", "type", keys_of, [&](const std::string& type, const Table& t) {
     Element e;
     e.type = type, e.where = t.where();
-    t.require("joint", "the name of a joint");
-    e.joint = t.text("joint", "the name of a joint");
-    e.name = t.has("name") ? t.text("name", "text") : e.joint + "." + type;
+    if (!is_part(type)) {
+      t.require("joint", "the name of a joint");
+      e.joint = t.text("joint", "the name of a joint");
+      e.name = t.has("name") ? t.text("name", "text") : e.joint + "." + type;
+    }
     try {
-      read_one(t, e);
+      is_part(type) ? read_part(t, e) : read_one(t, e);
     } catch (const InvalidArgument& why) {
       const std::string text = why.what();  // of the element itself: it knows no line
       if (text.find(e.where.substr(0, e.where.find(':'))) == 0) throw;
@@ -216,6 +261,7 @@ std::vector<Element> read_elements(const Table& scene) {
 void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements) {
   for (const Element& e : elements) {
+    if (e.joint.empty()) continue;  // on a body
     const JointPlace at = joint_place(model, e.where, "element '" + e.name + "'", e.joint);
     try {
       if (e.type == "limits") n.potential(e.name, at.coordinate, limits(model, e));
@@ -241,6 +287,8 @@ void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
         if (e.motor->friction > 0)
           n.resist(e.name + ".rotor_friction", at.port,
                    phs::viscous(e.motor->friction * e.motor->gear * e.motor->gear));
+      } else if (e.gimbal) {
+        n.control(e.name, at.port, gimbal(model, e));
       } else if (e.source) {
         n.source(e.name, at.port, e.source);
       }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "phs/network.h"
+#include "space/parts.h"
 
 namespace porthos::mechanics {
 class MechanicalModel;
@@ -14,10 +15,10 @@ namespace porthos::scene {
 class Table;
 struct Scene;
 
-/// Something that acts at a joint of the model: a [[element]] of the scene, docs/scene.md.
+/// Something that acts at a joint of the model, or on a body (part.h): a [[element]] of the scene, docs/scene.md.
 struct Element {
-  std::string type, name, joint;
-  std::string where;  ///< "file:line:column"
+  std::string type, name, joint;  ///< joint: empty for a part
+  std::string where;              ///< "file:line:column"
 
   std::optional<phs::Potential> potential;  ///< of a spring
   phs::FunctionPtr law;                     ///< of a damper or friction
@@ -28,7 +29,16 @@ struct Element {
     double stiffness, damping, target, speed;
   };
   std::optional<Gains> gains;
-  std::optional<double> wheel_gain;    ///< [N m s/rad], of a reaction wheel
+  std::optional<double> wheel_gain;  ///< [N m s/rad], of a reaction wheel
+  /// Of a control-moment gyro at its gimbal: tau = gain (source(t) - gimbal rate).
+  struct Gimbal {
+    std::string wheel;  ///< joint of the wheel it carries
+    double gain;        ///< [N m s/rad]
+  };
+  std::optional<Gimbal> gimbal;
+  std::optional<space::Thruster> thruster;
+  std::optional<space::Torquer> torquer;
+  std::optional<space::SoftLatch> latch;
   double rate = 0;                     ///< [Hz], of a sampled one; 0: continuous
   bool mean = false;                   ///< it sees the mean rate between its instants
   std::optional<double> lower, upper;  ///< of limits; not given: the model file's

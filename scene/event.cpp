@@ -14,11 +14,15 @@ using Type = Event::Type;
 
 Names keys_of(const std::string& type, const std::string& where) {
   if (type == "capture")
-    return {"type", "at", "body", "link", "on_body", "on_link", "reach", "speed", "rate"};
+    return {"type",    "at",      "when",  "after", "body", "link",
+            "on_body", "on_link", "reach", "speed", "rate"};
+  if (type == "engage") return {"type", "at", "when", "after", "latch", "reach", "speed", "rate"};
+  if (type == "disengage") return {"type", "at", "latch"};
   if (type == "release") return {"type", "at", "body"};
-  if (type == "lock" || type == "unlock") return {"type", "at", "joint"};
-  refuse(where, fmt::format("type is \"{}\", expected \"capture\", \"release\", \"lock\" or "
-                            "\"unlock\"",
+  if (type == "lock") return {"type", "at", "above", "below", "after", "joint"};
+  if (type == "unlock") return {"type", "at", "joint"};
+  refuse(where, fmt::format("type is \"{}\", expected \"capture\", \"release\", \"lock\", "
+                            "\"unlock\", \"engage\" or \"disengage\"",
                             type));
 }
 
@@ -29,23 +33,49 @@ double limit(const Table& t, const char* key, const char* unit) {
   return x;
 }
 
+/// A time, or what the event waits for.
+void read_moment(const Table& t, Event& e) {
+  for (const auto& [key, to] : {std::pair{"above", &e.above}, {"below", &e.below}})
+    if (t.has(key)) *to = t.number(key, " of rad or m");
+  if (t.has("when")) t.choice("when", {"within_reach"}), e.within_reach = true;
+  const int given = t.has("at") + t.has("when") + t.has("above") + t.has("below");
+  const bool may_wait = e.type == Type::lock || e.type == Type::capture || e.type == Type::engage;
+  if (given != 1 && may_wait)
+    refuse(t.where(), fmt::format("{} has {} of the keys {}, expected one", t.label(), given,
+                                  e.type == Type::lock ? "at, above and below" : "at and when"));
+  if (!e.waits()) {
+    t.require("at", "a number of seconds");
+    e.at = t.seconds("at");
+    if (t.has("after")) t.fail("after", "is given with a time, expected one of both");
+    return;
+  }
+  e.at = std::numeric_limits<double>::infinity();
+  if (t.has("after")) e.after = t.seconds("after");
+}
+
 Event read_event(const std::string& type, const Table& t) {
   Event e;
   e.where = t.where();
   e.type = type == "capture"   ? Type::capture
            : type == "release" ? Type::release
            : type == "lock"    ? Type::lock
-                               : Type::unlock;
-  t.require("at", "a number of seconds");
-  e.at = t.seconds("at");
-  const char* named = e.type == Type::capture || e.type == Type::release ? "body" : "joint";
+           : type == "unlock"  ? Type::unlock
+           : type == "engage"  ? Type::engage
+                               : Type::disengage;
+  read_moment(t, e);
+  const bool body = e.type == Type::capture || e.type == Type::release,
+             latch = e.type == Type::engage || e.type == Type::disengage;
+  const char* named = body ? "body" : latch ? "latch" : "joint";
   t.require(named, "a name");
   e.name = t.text(named, "a name");
-  if (e.type != Type::capture) return e;
-  t.require("link", "the name of a link");
-  e.latch.body = e.name, e.latch.link = t.text("link", "the name of a link");
-  e.latch.on_body = t.vector_or_zero("on_body", " of metres");
-  e.latch.on_link = t.vector_or_zero("on_link", " of metres");
+  if (e.type != Type::capture && e.type != Type::engage) return e;
+  if (e.type == Type::capture) {
+    t.require("link", "the name of a link");
+    e.latch.body = e.name, e.latch.link = t.text("link", "the name of a link");
+    e.latch.on_body = t.vector_or_zero("on_body", " of metres");
+    e.latch.on_link = t.vector_or_zero("on_link", " of metres");
+  }
+  if (e.within_reach) t.require("reach", "a number of metres, to wait for");
   e.latch.reach = limit(t, "reach", " of metres");
   e.latch.speed = limit(t, "speed", " of m/s");
   e.latch.rate = limit(t, "rate", " of rad/s");
@@ -124,6 +154,10 @@ std::string text(const Event& e) {
       return "release of " + e.name;
     case Type::lock:
       return "lock of " + e.name;
+    case Type::engage:
+      return "engagement of " + e.name;
+    case Type::disengage:
+      return "disengagement of " + e.name;
     case Type::unlock:
       break;
   }
@@ -140,9 +174,12 @@ mechanics::Impact apply(mechanics::Moving& moving, const Event& e) {
       case Type::lock:
         return mechanics::lock(moving, e.name);
       case Type::unlock:
-        break;
+        return mechanics::unlock(moving, e.name);
+      case Type::engage:
+      case Type::disengage:
+        break;  // the mechanism stays: latching.h
     }
-    return mechanics::unlock(moving, e.name);
+    throw InvalidArgument("soft latch '" + e.name + "' changes no mechanism");
   } catch (const InvalidArgument& why) {
     throw InvalidArgument(fmt::format("{}: at {:g} s: {}", e.where, e.at, why.what()));
   }

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,16 @@ struct FreeBody {
 
 /// A change of the mechanism at a time: an [[event]] of the scene.
 struct Event {
-  enum class Type { capture, release, lock, unlock } type;
-  double at = 0;           ///< [s]
-  std::string name;        ///< of the body that is released, or the joint
-  mechanics::Latch latch;  ///< of a capture
+  enum class Type { capture, release, lock, unlock, engage, disengage } type;
+  double at = 0;           ///< [s]; infinite for one that waits for something
+  std::string name;        ///< of the body that is released, the joint, or the soft latch
+  mechanics::Latch latch;  ///< of a capture; its limits of an engagement
+  /// What an event without a time waits for, at whole steps: a lock for its joint to pass an angle, a capture or engagement
+  /// until it is possible.
+  std::optional<double> above, below;
+  bool within_reach = false;
+  double after = 0;  ///< [s]: it does not happen before
+  bool waits() const { return above || below || within_reach; }
   std::string where;
 };
 /// "capture of target by hand", for reports.

@@ -100,7 +100,8 @@ std::string books_section(const phs::Description& d) {
   for (const auto& s : d.storages) stored += (stored.empty() ? "" : ", ") + s;
   TextRows rows{{"stored", stored}};
   for (const auto& p : d.powers)
-    rows.push_back({p.kind == phs::PowerKind::supplied ? "supplied" : "dissipated", p.name});
+    if (p.kind != phs::PowerKind::observed)
+      rows.push_back({p.kind == phs::PowerKind::supplied ? "supplied" : "dissipated", p.name});
   return "Energy is booked as\n" + aligned(rows, "  ");
 }
 

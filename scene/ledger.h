@@ -25,7 +25,8 @@ class Ledger {
     for (size_t a = 0; a < works.size(); ++a) {
       phs::compensated_add(sum_[a], low_[a], works[a]);
       peak_[a] = std::max(peak_[a], sum_[a]);
-      turned_over_ += std::fabs(works[a]);
+      if (description_->powers[a].kind != phs::PowerKind::observed)
+        turned_over_ += std::fabs(works[a]);
     }
   }
   /// Measures a record. @return the energy error [J]. regular: as in ErrorStatistics.

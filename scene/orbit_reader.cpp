@@ -8,7 +8,7 @@
 namespace porthos::scene {
 namespace {
 
-const Names planet_keys{"mu", "radius", "axis", "harmonics", "rotation_rate"};
+const Names planet_keys{"mu", "radius", "axis", "harmonics", "rotation_rate", "magnetic"};
 const Names orbit_keys{"altitude",       "semi_major_axis", "eccentricity", "inclination",
                        "node",           "argument",        "true_anomaly", "position",
                        "velocity",       "bound",           "splitting",    "sun_longitude",
@@ -50,6 +50,12 @@ void planet(const Table& t, space::Planet& p) {
     p.axis = (1 / length) * k;
   }
   harmonics(t, p);
+  if (t.has("magnetic")) {
+    const Table d = t.table("magnetic", {"equator", "tilt", "longitude"});
+    p.magnetic = space::MagneticDipole{required(d, "equator", " of tesla"),
+                                       d.number_or("tilt", " of rad", 0),
+                                       d.number_or("longitude", " of rad", 0)};
+  }
   if (t.has("rotation_rate")) p.rotation_rate = t.number("rotation_rate", " of rad/s");
 }
 

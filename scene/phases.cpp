@@ -6,9 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "mechanics/momentum.h"
 #include "scene/checkpoint.h"
 #include "scene/files.h"
+#include "scene/latching.h"
+#include "scene/part.h"
 
 namespace porthos::scene {
 namespace {
@@ -28,6 +29,7 @@ void check(const Scene& s) {
     throw InvalidArgument(s.events[0].where +
                           ": events need steps of one size, expected step_control = \"fixed\"");
   for (const Event& e : s.events) {
+    if (e.waits()) continue;
     const double steps = e.at / s.step;
     if (!(e.at > 0 && e.at < s.duration))
       throw InvalidArgument(
@@ -50,13 +52,12 @@ void check(const Scene& s) {
                             "with such a state in a scene with events");
 }
 
-/// Where the phases end: at each time that has an event, and with the run.
-std::vector<double> ends_of(const Scene& s) {
-  std::vector<double> ends;
+/// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or with the run.
+double end_after(const Scene& s, double from) {
+  double end = s.duration;
   for (const Event& e : s.events)
-    if (ends.empty() || e.at != ends.back()) ends.push_back(e.at);
-  ends.push_back(s.duration);
-  return ends;
+    if (!e.waits() && e.at > from) end = std::min(end, e.at);
+  return end;
 }
 
 double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
@@ -91,6 +92,20 @@ class Whole {
     for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
       for (const auto& [name, joule] : p.*list) book(r_.*list, name, joule);
     for (const MomentumRow& m : p.momentum) hold(m);
+    Impulses& given = r_.impulses;
+    for (const ImpulseRow& row : p.impulses.rows) {
+      auto known = std::find_if(given.rows.begin(), given.rows.end(),
+                                [&](const ImpulseRow& k) { return k.name == row.name; });
+      if (known == given.rows.end()) {
+        given.rows.push_back(row);
+        continue;
+      }
+      for (size_t c = 0; c < 3; ++c)
+        known->impulse[c] += row.impulse[c], known->angular[c] += row.angular[c];
+      known->on_s += row.on_s, known->propellant_kg += row.propellant_kg;
+    }
+    given.linear_left = std::max(given.linear_left, p.impulses.linear_left);
+    given.angular_left = std::max(given.angular_left, p.impulses.angular_left);
     for (const Check& c : p.checks) worst(c);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
     r_.outcome = p.outcome, r_.interrupted = p.interrupted;
@@ -99,15 +114,14 @@ class Whole {
     else if (p.space)
       r_.space = p.space;
   }
-  /// size: Σ m |v| and its like, which momenta that are zero are relative to.
-  void add(const Event& e, const mechanics::Impact& i, const mechanics::MomentumScale& scale) {
+  void add(const Event& e, const mechanics::Impact& i) {
     book(r_.losses, text(e), i.dissipated_J);
     r_.stored_J -= i.dissipated_J, r_.dissipated_J += i.dissipated_J;
     r_.turned_over_J += i.dissipated_J;
     const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
     const double jump =
-        std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), scale.linear)),
-                 relative(i.angular_jump, std::max(size(i.momentum.angular), scale.angular)));
+        std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), i.scale.linear)),
+                 relative(i.angular_jump, std::max(size(i.momentum.angular), i.scale.angular)));
     worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit});
   }
   RunReport& report() { return r_; }
@@ -139,10 +153,10 @@ class Whole {
   RunReport r_;
 };
 
-Json json_of(const Event& e, const mechanics::Impact& i) {
+Json json_of(const Event& e, double at, const mechanics::Impact& i) {
   const auto& P = i.momentum.linear;
   const auto& L = i.momentum.angular;
-  return {{"at_s", e.at},
+  return {{"at_s", at},
           {"event", text(e)},
           {"dissipated_J", i.dissipated_J},
           {"linear_momentum", {P.x, P.y, P.z}},
@@ -210,16 +224,32 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
       r.momentum.push_back(
           {name, number(m["start_Nms"]), number(m["end_Nms"]), number(m["largest_Nms"])});
   if (j.contains("ledgers")) r.space = read_space(j["ledgers"]);
+  if (j.contains("impulses")) {
+    for (const auto& [name, i] : j["impulses"].items()) {
+      ImpulseRow row{.name = name, .type = i["type"]};
+      row.angular = i["angular_impulse_Nms"].get<std::array<double, 3>>();
+      if (i.contains("impulse_Ns")) {
+        row.impulse = i["impulse_Ns"].get<std::array<double, 3>>();
+        row.on_s = i["on_s"], row.propellant_kg = i["propellant_kg"];
+      }
+      r.impulses.rows.push_back(row);
+    }
+    if (j.contains("momentum_less_impulses"))
+      r.impulses.linear_left = number(j["momentum_less_impulses"]["linear"]),
+      r.impulses.angular_left = number(j["momentum_less_impulses"]["angular"]);
+  }
   r.final_state = end;
   return r;
 }
 
 /// The scene of a phase: what acts at joints that are locked rests with them.
-Scene phase_of(const Scene& scene, const mechanics::Moving& moving, double end) {
+Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latching& latching,
+               double end) {
   Scene s = scene;
   s.events.clear();
   s.duration = end;
   std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  latching.apply_to(s);
   return s;
 }
 
@@ -251,8 +281,8 @@ class InOrbit {
   void join(Assembly& a, const Scene& scene) const {
     if (!there_) return;
     try {
-      a.spacecraft = std::make_shared<const space::Spacecraft>(a.mechanical, a.model,
-                                                               scene.orbit->environment);
+      a.spacecraft = std::make_shared<const space::Spacecraft>(
+          a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
     } catch (const InvalidArgument& e) {
       throw InvalidArgument(scene.orbit->where + ": " + e.what());
     }
@@ -284,17 +314,9 @@ class InOrbit {
   std::vector<double> x_, lo_;
 };
 
-mechanics::MomentumScale scale_of(const mechanics::Moving& m) {
-  const auto& tree = m.model->mechanism();
-  mechanics::Workspace<double> w(tree);
-  const std::span<const double> x(m.state.x);
-  const auto v = m.model->rates(x.first(2 * size_t(tree.nq())));
-  return mechanics::momentum_scale(tree, w, x.first(size_t(tree.nq())), v);
-}
-
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
-void make_room(const RunOptions& o, size_t phases) {
-  for (size_t k = 0; k < phases; ++k)
+void make_room(const RunOptions& o) {
+  for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
     if (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
         (has_checkpoint(end_folder(phase_folder(o, k))) &&
          !fs::exists(fs::path(o.out) / "summary.json")))
@@ -314,32 +336,43 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   moving.model = assembly.mechanical, moving.state = assembly.initial;
   InOrbit orbit(assembly);
   orbit.part(moving.state);
-  const auto ends = ends_of(scene);
-  const size_t phases = ends.size();
+  Latching latching(scene);
+  std::vector<const Event*> waiting;
+  for (const Event& e : scene.events)
+    if (e.waits()) waiting.push_back(&e);
   make_folder(options.out);
-  if (!options.resume) make_room(options, phases);
+  if (!options.resume) make_room(options);
 
   Whole whole(scene);
   Json events = Json::array(), folders = Json::array();
   Assembly last = assembly;
   double from = 0;
-  for (size_t k = 0; k < phases; ++k) {
-    const double end = ends[k];
+  size_t k = 0;
+  for (bool more = true; more; ++k) {
+    double end = end_after(scene, from);
     const fs::path folder = phase_folder(options, k);
-    const Scene s = phase_of(scene, moving, end);
+    const Scene s = phase_of(scene, moving, latching, end);
+    const auto happens = [&](const Event& e, const phs::State& state) {
+      return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
+    };
     last = assembly_of_phase(s, assembly, moving);
     orbit.join(last, s);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
       const Checkpoint done = read_checkpoint(end_folder(folder));
       if (const auto changes = difference(done.fingerprint, fingerprint(s)); !changes.empty())
-        throw InvalidArgument(fmt::format("the phase in {} is of another run: {}", folder.string(),
-                                          changes));
+        throw InvalidArgument(
+            fmt::format("the phase in {} is of another run: {}", folder.string(), changes));
       r = read_report(folder, done.state);
     } else {
       RunOptions o = options;
       o.out = folder.string();
       o.resume = options.resume && has_checkpoint(folder / "checkpoint");
+      if (!waiting.empty())
+        o.until = [&](const phs::State& state) {
+          return std::any_of(waiting.begin(), waiting.end(),
+                             [&](const Event* e) { return happens(*e, state); });
+        };
       if (options.progress)
         o.progress = [&](double done, double spent, double left) {
           const double now = (from + done * (end - from)) / scene.duration;
@@ -359,22 +392,35 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
+    const double now = double(r.final_state.step) * scene.step;
+    const bool early = now < end - 0.5 * scene.step;  // an event that waited
+    if (early) end = now;
     folders.push_back({{"folder", folder.filename().string()}, {"from_s", from}, {"to_s", end}});
     moving.state = r.final_state;
     orbit.part(moving.state);
     from = end;
-    for (const Event& e : scene.events) {
-      if (e.at != end) continue;
-      const auto scale = scale_of(moving);
-      const auto impact = apply(moving, e);
+    more = early || end < scene.duration;
+    const phs::State reached = moving.state;  // of the mechanism before any change
+    std::vector<const Event*> now_due;
+    for (const Event& e : scene.events)
+      if (e.waits() ? std::count(waiting.begin(), waiting.end(), &e) && happens(e, reached)
+                    : e.at == end)
+        now_due.push_back(&e);
+    for (const Event* e : now_due) {
+      std::erase(waiting, e);
+      const bool soft = e->type == Event::Type::engage || e->type == Event::Type::disengage;
+      const auto impact = soft ? latching.change(scene, moving, *e) : apply(moving, *e);
       orbit.still(moving);
-      whole.add(e, impact, scale);
-      events.push_back(json_of(e, impact));
+      whole.add(*e, impact);
+      events.push_back(json_of(*e, end, impact));
     }
   }
   orbit.join(moving.state);
   RunReport& r = whole.report();
-  r.final_state = moving.state, r.phases = int(phases);
+  for (const Event* e : waiting) r.notes.push_back("it never happened: " + text(*e));
+  if (std::any_of(scene.events.begin(), scene.events.end(), [](auto& e) { return e.waits(); }))
+    r.checks.push_back({"events that never happened", double(waiting.size()), 0, waiting.empty()});
+  r.final_state = moving.state, r.phases = int(k);
   Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
   summary["events"] = events, summary["phases"] = folders;
   const fs::path path = fs::path(options.out) / "summary.json";

@@ -51,11 +51,11 @@ RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
   };
   if (extrema != Extrema::none) watch(x(), turn());
   if (extrema == Extrema::all) watch(energy(), work());
-  if (extrema != Extrema::none) watch(work(), plain());
+  if (extrema != Extrema::none) watch(work(), sweeps()), watch(ledger(), plain());
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
-                 std::span<const double> works, double energy_error,
+                 std::span<const double> works, double energy_error, std::int64_t sweeps,
                  std::span<const double> ledgers, std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
@@ -67,6 +67,7 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   row[l.quaternion()] = m.quaternion_norm;
   std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
   std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
+  row[l.sweeps()] = double(sweeps);
   std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
 }
 

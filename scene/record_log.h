@@ -19,8 +19,8 @@ struct LedgerColumn {
 const std::vector<LedgerColumn>& ledger_columns();
 
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
-/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J], the
-/// ledgers of a spacecraft in orbit; then the smallest and the largest value of each watched column over the steps since
+/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J],
+/// sweeps of the implicit iteration since the start, the ledgers of a spacecraft in orbit; then the smallest and the largest value of each watched column over the steps since
 /// the record before (angles with their turns).
 struct RecordLayout {
   size_t nx, turns, storages, powers, ledgers;
@@ -35,7 +35,8 @@ struct RecordLayout {
   size_t quaternion() const { return energy() + 7; }
   size_t stored() const { return energy() + 8; }
   size_t work() const { return stored() + storages; }
-  size_t ledger() const { return work() + powers; }
+  size_t sweeps() const { return work() + powers; }
+  size_t ledger() const { return sweeps() + 1; }
   size_t plain() const { return ledger() + ledgers; }  ///< a row without extrema
   size_t size() const { return plain() + 2 * watched.size(); }
 };
@@ -43,7 +44,7 @@ struct RecordLayout {
 /// One row. works: of each of the system's powers since the start; `energy_error` contains them.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
-                 std::span<const double> ledgers, std::span<double> row);
+                 std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
 
 /// The extrema of the window under way.
 class Window {

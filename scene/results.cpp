@@ -29,13 +29,6 @@ std::string grouped(std::int64_t n) {
   return text;
 }
 
-std::string subtitle(const RunReport& r) {
-  const bool fixed = r.step_control == integrators::StepControl::fixed;
-  return fmt::format("{}  ·  {}step {:g} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
-                     fixed ? "" : fmt::format("{} ", to_string(r.step_control)), r.step_s,
-                     grouped(r.steps), seconds(r.cpu_s), r.passed() ? "pass" : "fail");
-}
-
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
                  const std::filesystem::path& log) {
   const RecordLayout layout(assembly.model->description(), scene.extrema);
@@ -49,7 +42,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
       const double* row = rows.data() + i * layout.size();
       envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
     }
-  return energy_plot(envelope, {scene.title, subtitle(r), scene.verify.energy});
+  return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
 }
 
 /// The ledger at no more than 750 records.
@@ -74,12 +67,20 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
       for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
     }
   for (size_t a = 0; a < works.size(); ++a)
-    (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
-        .push_back(std::move(works[a]));
-  return ledger_plot(s, scene.title, subtitle(r));
+    if (d.powers[a].kind != phs::PowerKind::observed)
+      (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
+          .push_back(std::move(works[a]));
+  return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
 }  // namespace
+
+std::string plot_subtitle(const RunReport& r) {
+  const bool fixed = r.step_control == integrators::StepControl::fixed;
+  return fmt::format("{}  ·  {}step {:g} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
+                     fixed ? "" : fmt::format("{} ", to_string(r.step_control)), r.step_s,
+                     grouped(r.steps), seconds(r.cpu_s), r.passed() ? "pass" : "fail");
+}
 
 void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,

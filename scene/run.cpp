@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 
 #include "scene/auto_method.h"
 #include "scene/checkpoint.h"
@@ -118,11 +119,19 @@ class Session {
   void start() {
     refuse_unfinished(options_.out);
     make_folder(folder_);
+    keep_texts();
     log_ = std::make_unique<RecordLog>(log_path(), layout_);
     if (split_) split_->begin(state_);
     remember();
     record();
     if (outcome_ != Outcome::ok || resumable()) checkpoint();
+  }
+
+  /// Beside the checkpoint, so that a report can read the records of a run that has not come to its end.
+  void keep_texts() const {
+    if (scene_.text.empty()) return;
+    std::ofstream(folder_ / "scene.toml", std::ios::binary) << scene_.text;
+    std::ofstream(folder_ / "model.urdf", std::ios::binary) << scene_.urdf_text;
   }
 
   void resume() {
@@ -161,6 +170,7 @@ class Session {
       }
       outcome_ = fixed_ ? integrator_->step(state_) : controlled_step();
       if (outcome_ != Outcome::ok) break;
+      reached_ = options_.until && options_.until(state_);
       ledger_.book(integrator_->works());
       if (at_record() || ended())
         record();
@@ -178,7 +188,9 @@ class Session {
   double time() const {
     return fixed_ ? double(state_.step) * scene_.step : integrator_->time(state_);
   }
-  bool ended() const { return fixed_ ? state_.step >= total_ : time() >= scene_.duration; }
+  bool ended() const {
+    return reached_ || (fixed_ ? state_.step >= total_ : time() >= scene_.duration);
+  }
   /// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie behind by up to a step.
   bool at_record() const {
     if (fixed_) return state_.step % every_ == 0;
@@ -205,7 +217,7 @@ class Session {
     m.stored_J.assign(layout_.storages, 0.0);
     double error = 0;
     if (scene_.extrema == Extrema::all) m = meter_(state_), error = ledger_.error(m);
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, ledgers(), row_);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, 0, ledgers(), row_);
     return row_;
   }
 
@@ -219,7 +231,8 @@ class Session {
       return;
     }
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, ledgers(), row_);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps,
+                ledgers(), row_);
     if (window_.watches()) window_.see(row_), window_.put(row_), window_.restart();
     log_->append(row_);
     remember();
@@ -293,10 +306,11 @@ class Session {
 
   RunReport finish() {
     RunReport r = report();
-    judge(r, scene_, meter_);
-    if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
     log_->sync();
     r.momentum = wheel_momentum(scene_, assembly_, log_path());
+    r.impulses = impulses(scene_, assembly_, log_path());
+    judge(r, scene_, meter_);
+    if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
     write_results(options_.out, scene_, assembly_, r, log_path());
     if (outcome_ != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;
@@ -323,7 +337,7 @@ class Session {
   std::unique_ptr<RecordLog> log_;
   std::optional<Moment> good_;
   Outcome outcome_ = Outcome::ok;
-  bool interrupted_ = false, stopped_ = false;
+  bool interrupted_ = false, stopped_ = false, reached_ = false;
   double first_fraction_ = 0;
   double cpu_before_ = 0, wall_before_ = 0, cpu_start_ = cpu_now();
   Clock::time_point wall_start_ = Clock::now();

@@ -47,6 +47,7 @@ struct RunReport {
   Named storages;       ///< change of each stored energy [J]
   Named ports, losses;  ///< energy in through each source, lost in each dissipating element [J]
   std::vector<MomentumRow> momentum;        ///< of wheels, last the total; empty without wheels
+  Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
   std::vector<std::string> notes;
@@ -60,6 +61,8 @@ struct RunReport {
 struct RunOptions {
   std::string out = "results";  ///< results folder, made if missing
   bool resume = false;          ///< continue from out/checkpoint
+  /// Ends the run at the first step after the start at whose state this holds; called at every step.
+  std::function<bool(const phs::State&)> until = {};
   bool check_symmetry = false;  ///< `verify`: forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.

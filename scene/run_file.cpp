@@ -41,6 +41,7 @@ class RunFile {
     if (layout_.turns > 0) declare_turns(d);
     declare_errors(r);
     declare_books(d);
+    series_.push_back(series("sweeps", layout_.sweeps(), 1, Hdf5File::Kind::real, "1"));
     declare_ledgers();
     if (!layout_.watched.empty()) declare_extrema();
   }
@@ -134,8 +135,16 @@ class RunFile {
           series("stored/" + link_name(d.storages[k], taken), layout_.stored() + k, 1, real, "J"));
     if (d.powers.empty()) return;
     file_.group("supplied"), file_.group("dissipated");
+    if (std::any_of(d.powers.begin(), d.powers.end(),
+                    [](const auto& p) { return p.kind == phs::PowerKind::observed; }))
+      file_.group("observed");  // impulses of thrusters and torquers: N s, N m s
     taken.clear();
     for (size_t a = 0; a < d.powers.size(); ++a) {
+      if (d.powers[a].kind == phs::PowerKind::observed) {
+        series_.push_back(series("observed/" + link_name(d.powers[a].name, taken),
+                                 layout_.work() + a, 1, real, "integral"));
+        continue;
+      }
       const bool in = d.powers[a].kind == phs::PowerKind::supplied;
       series_.push_back(
           series((in ? "supplied/" : "dissipated/") + link_name(d.powers[a].name, taken),

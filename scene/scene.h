@@ -10,6 +10,7 @@
 #include "integrators/energy_monitor.h"
 #include "integrators/step_control.h"
 #include "mechanics/mechanical_model.h"
+#include "mechanics/panel.h"
 #include "mechanics/urdf.h"
 #include "phs/state.h"
 #include "scene/actuator.h"
@@ -54,9 +55,11 @@ struct Scene {
   BaseStart base;
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
-  std::vector<Element> elements;  ///< at the joints, besides what the model file has
-  std::vector<FreeBody> bodies;   ///< besides the model
-  std::vector<Event> events;      ///< in the order of their times
+  std::vector<Element> elements;             ///< at the joints, besides what the model file has
+  std::vector<FreeBody> bodies;              ///< besides the model
+  std::vector<mechanics::Panel> panels;      ///< flexible ones, on links of the model
+  mechanics::Vec3d magnetic_field{0, 0, 0};  ///< constant in the world [T]; in orbit the planet's
+  std::vector<Event> events;                 ///< in the order of their times
   std::vector<JointActuator> actuators;
   std::optional<OrbitScene> orbit;  ///< around a planet, else in free space or on the ground
 
@@ -89,7 +92,7 @@ struct Scene {
   }
 };
 
-/// Reads and validates a scene. @throws InvalidArgument, one sentence "file:line:column: ..." for a missing file,
+/// Reads and validates a scene. @throws InvalidArgument with one sentence "file:line:column: ..." for a missing file,
 /// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
 Scene read_scene(const std::string& path);
 

@@ -14,8 +14,11 @@
 #include "integrators/integrator.h"
 #include "scene/auto_method.h"
 #include "scene/element.h"
+#include "scene/part.h"
 #include "scene/scene.h"
+#include "scene/scene_texts.h"
 #include "scene/toml_table-inl.h"
+#include "scene/variation.h"
 
 namespace porthos::scene {
 namespace {
@@ -90,23 +93,37 @@ double default_record_every(double step, double duration) {
 
 class Reader {
  public:
-  explicit Reader(std::string path) : file_{std::move(path)} {}
+  explicit Reader(std::string path, const SceneTexts* kept = nullptr)
+      : file_{std::move(path)}, kept_(kept) {}
 
   Scene read() {
+    s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
+    return read({});
+  }
+  Scene read(std::string text, std::span<const Replacement> replacements) {
+    s_.text = std::move(text);
+    return read(replacements);
+  }
+
+ private:
+  Scene read(std::span<const Replacement> replacements) {
     s_.path = file_.path;
-    s_.text = read_file(s_.path, "scene file");
     parse();
-    const Table top(file_, root_, "the scene", "",
-                    {"title", "model", "environment", "initial", "body", "element", "actuator",
-                     "event", "planet", "orbit", "integrator", "monitor", "run", "verify"});
+    for (const Replacement& r : replacements) replace(root_, r.key, r.values);
+    const Table top(
+        file_, root_, "the scene", "",
+        {"title", "model", "environment", "initial", "body", "panel", "element", "actuator",
+         "event", "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(
         top, "model",
         {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
-    if (top.has("environment")) environment(section(top, "environment", {"gravity", "vector"}));
+    if (top.has("environment"))
+      environment(section(top, "environment", {"gravity", "vector", "magnetic_field"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
     s_.bodies = read_bodies(top);
+    s_.panels = read_panels(top);
     s_.elements = read_elements(top);
     s_.events = read_events(top);
     s_.actuators = read_actuators(top, fs::path(s_.path).parent_path().string());
@@ -127,7 +144,6 @@ class Reader {
     return std::move(s_);
   }
 
- private:
   void parse() {
     try {
       root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
@@ -175,6 +191,10 @@ class Reader {
     const std::string name = t.text("urdf", "the name of a URDF file");
     if (name.empty()) t.fail("urdf", "is empty, expected the name of a URDF file");
     s_.urdf_path = (fs::path(s_.path).parent_path() / name).string();
+    if (kept_) {
+      s_.urdf_text = kept_->urdf;
+      return;
+    }
     try {
       s_.urdf_text = read_file(s_.urdf_path, "URDF file");
     } catch (const InvalidArgument& e) {
@@ -191,6 +211,7 @@ class Reader {
       t.fail("gravity", fmt::format("is \"{}\", {}", kind, expected));
     if (kind == "none" && t.has("vector"))
       t.fail("vector", "is given without gravity = \"uniform\", expected both or neither");
+    s_.magnetic_field = t.vector_or_zero("magnetic_field", " of tesla");
     if (kind == "none") return;
     t.require("vector", "3 numbers of m/s^2, because gravity is \"uniform\"");
     s_.urdf.gravity = t.vector_or_zero("vector", " of m/s^2");
@@ -277,6 +298,9 @@ class Reader {
              "[orbit] is given, but the base is \"fixed\", expected [model] base = \"free\"");
     if (mechanics::norm(s_.urdf.gravity) != 0)
       refuse(where, "[orbit] is given with uniform gravity, expected one of both");
+    if (mechanics::norm(s_.magnetic_field) != 0)
+      refuse(where,
+             "[orbit] is given with a constant magnetic_field, expected that of the [planet]");
     if (mechanics::norm(b.position) != 0 || mechanics::norm(b.linear_velocity) != 0)
       refuse(b.where,
              "the base has a position or a linear velocity besides the [orbit] of the "
@@ -350,6 +374,7 @@ class Reader {
   }
 
   File file_;
+  const SceneTexts* kept_;
   toml::table root_;
   Scene s_;
 };
@@ -357,6 +382,15 @@ class Reader {
 }  // namespace
 
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
+
+Scene read_variation(const std::string& path, const std::string& text,
+                     std::span<const Replacement> replacements) {
+  return Reader(path).read(text, replacements);
+}
+
+Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
+  return Reader(path, &kept).read();
+}
 
 void apply(Scene& scene, const Overrides& overrides) {
   Scene s = scene;  // all or nothing

@@ -74,6 +74,19 @@ Json momentum(const RunReport& r) {
   return j;
 }
 
+Json impulses(const RunReport& r) {
+  Json j = Json::object();
+  for (const ImpulseRow& row : r.impulses.rows) {
+    Json& one = j[row.name];
+    one["type"] = row.type;
+    if (row.type == "thruster")
+      one["impulse_Ns"] = row.impulse, one["on_s"] = row.on_s,
+      one["propellant_kg"] = row.propellant_kg;
+    one["angular_impulse_Nms"] = row.angular;
+  }
+  return j;
+}
+
 Json ledger(const space::LedgerReport& l) {
   Json works = Json::object();
   for (const auto& [name, joule] : l.works) works[name] = joule;
@@ -140,6 +153,12 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
   j["balance"] = balance(r);
   if (!r.momentum.empty()) j["momentum"] = momentum(r);
+  if (!r.impulses.rows.empty()) {
+    j["impulses"] = impulses(r);
+    if (!r.space)
+      j["momentum_less_impulses"] = {{"linear", r.impulses.linear_left},
+                                     {"angular", r.impulses.angular_left}};
+  }
   if (r.space) j["ledgers"] = ledgers(r);
   j["final_state"] = final_state(assembly, last);
   j["checks"] = checks(r);

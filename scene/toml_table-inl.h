@@ -37,6 +37,9 @@ struct File {
   }
 };
 
+/// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has no place
+void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
+
 /// Reads typed values; every refusal names file, line, column, key, what was found and what was expected.
 class Table {
  public:

@@ -1,5 +1,10 @@
 #include "scene/toml_table-inl.h"
 
+#include <charconv>
+#include <optional>
+
+#include "scene/variation.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -52,6 +57,59 @@ std::string found(const toml::node& n) {
 void refuse(const std::string& where, const std::string& sentence) {
   throw InvalidArgument(where + ": " + sentence);
 }
+
+void replace(toml::table& root, const std::string& key, const std::vector<double>& values) {
+  const auto nowhere = [&](const std::string& why) {
+    throw InvalidArgument(fmt::format("there is no '{}' in the scene: {}", key, why));
+  };
+  toml::array numbers;
+  for (const double v : values) numbers.push_back(v);
+  toml::node* at = &root;
+  for (size_t begin = 0; begin <= key.size();) {
+    const size_t end = std::min(key.find('.', begin), key.size());
+    std::string name = key.substr(begin, end - begin);
+    std::optional<size_t> place;
+    if (const size_t open = name.find('['); open != std::string::npos && name.back() == ']') {
+      size_t n = 0;
+      const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
+      const auto [rest, error] = std::from_chars(first, last, n);
+      if (error != std::errc() || rest != last) nowhere("expected a whole number in the brackets");
+      place = n, name.resize(open);
+    }
+    toml::table* table = at->as_table();
+    if (!table || name.empty()) nowhere("expected tables and keys with dots between them");
+    const bool whole = end == key.size() && !place;
+    if (whole && values.size() == 1) {
+      table->insert_or_assign(name, values[0]);
+      return;
+    }
+    if (whole) {
+      table->insert_or_assign(name, numbers);
+      return;
+    }
+    if (!table->contains(name)) {
+      if (place)  // a vector that was left at its default
+        table->insert(name, toml::array{0.0, 0.0, 0.0});
+      else
+        table->insert(name, toml::table{});
+    }
+    at = table->get(name);
+    if (place) {
+      toml::array* array = at->as_array();
+      if (!array) nowhere(fmt::format("'{}' is {}, expected an array", name, found(*at)));
+      if (*place >= array->size())
+        nowhere(fmt::format("'{}' has the places 0 to {}", name, int(array->size()) - 1));
+      if (end == key.size()) {
+        array->replace(array->cbegin() + long(*place), values[0]);
+        return;
+      }
+      at = array->get(*place);
+    }
+    begin = end + 1;
+  }
+}
+
+bool is_of_start(const std::string& key) { return key.rfind("initial.", 0) == 0; }
 
 void check_seconds(const char* name, double seconds, const std::string& where) {
   if (!std::isfinite(seconds))

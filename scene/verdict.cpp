@@ -79,9 +79,23 @@ void judge(RunReport& r, const Scene& scene, const Meter& meter) {
         fmt::format("the run ended at t = {} s: {}", r.simulated_s, to_string(r.outcome)));
   }
   if (limits.energy) check(r, "energy", r.energy.max_rel_error, *limits.energy);
-  check_kept(r, "linear_momentum", meter.has_linear(), r.linear_momentum_error,
-             limits.linear_momentum);
-  if (r.space && limits.angular_momentum)
+  const bool pushed = !r.impulses.rows.empty() && !r.space;
+  const auto thrusts = [](const ImpulseRow& row) { return row.type == "thruster"; };
+  if (pushed && limits.linear_momentum &&
+      std::any_of(r.impulses.rows.begin(), r.impulses.rows.end(), thrusts))
+    check(r, "linear_momentum (less impulses)", r.impulses.linear_left, *limits.linear_momentum);
+  else
+    check_kept(r, "linear_momentum", meter.has_linear(), r.linear_momentum_error,
+               limits.linear_momentum);
+  for (const ImpulseRow& row : r.impulses.rows)
+    if (row.propellant_kg > 0)
+      r.notes.push_back(fmt::format(
+          "thruster '{}' took {:.4g} kg of propellant; masses and inertias of the links are held "
+          "constant",
+          row.name, row.propellant_kg));
+  if (pushed && limits.angular_momentum)
+    check(r, "angular_momentum (less impulses)", r.impulses.angular_left, *limits.angular_momentum);
+  else if (r.space && limits.angular_momentum)
     check(r, "angular_momentum (less impulses)", r.space->angular_defect, *limits.angular_momentum);
   else
     check_kept(r, "angular_momentum", meter.has_angular(), r.angular_momentum_error,

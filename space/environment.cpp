@@ -68,6 +68,13 @@ void Environment::validate() const {
   for (const double J : planet.J)
     if (!(std::fabs(J) < 1))
       throw InvalidArgument(fmt::format("a zonal harmonic is {}, expected |J| < 1", J));
+  if (planet.magnetic) {
+    positive(planet.magnetic->equator, "the planet's magnetic field at its equator", "T");
+    if (planet.magnetic->tilt != 0 && !planet.rotation_rate)
+      throw InvalidArgument(
+          "a tilted magnetic dipole turns with its planet, whose rotation is not given, expected "
+          "rotation_rate (0 for one that stands still)");
+  }
   bool sun = false;
   for (const auto& b : third_bodies) {
     positive(b.mu, "the mu of a third body", "m^3/s^2");

@@ -12,13 +12,21 @@ namespace porthos::space {
 
 using Vec3d = Vec3<double>;
 
+/// A magnetic dipole at the planet's centre.
+struct MagneticDipole {
+  double equator = 0;    ///< field at its equator, at Planet::radius [T]
+  double tilt = 0;       ///< of its north from the planet's axis [rad]
+  double longitude = 0;  ///< of its north at time 0, from the inertial x about the axis [rad]
+};
+
 /// The body at the origin of the inertial axes.
 struct Planet {
   std::string name = "earth";
-  double mu = 398600441500000.0;        ///< [m³/s²]; default: EGM96
-  double radius = 6378136.3;            ///< equatorial, the a of the J_n [m]
-  Vec3d axis{0, 0, 1};                  ///< unit axis of symmetry and rotation, inertial
-  Zonals J{0, 0, 0, 0, 0};              ///< J_2 … J_6
+  double mu = 398600441500000.0;  ///< [m³/s²]; default: EGM96
+  double radius = 6378136.3;      ///< equatorial, the a of the J_n [m]
+  Vec3d axis{0, 0, 1};            ///< unit axis of symmetry and rotation, inertial
+  Zonals J{0, 0, 0, 0, 0};        ///< J_2 … J_6
+  std::optional<MagneticDipole> magnetic;
   std::optional<double> rotation_rate;  ///< [rad/s] about the axis; what needs it refuses without
 };
 /// J_2 … J_6 of the Earth, from the normalised C_n0 of EGM96 (Lemoine et al. 1998, NASA/TP-1998-206861).
@@ -81,7 +89,7 @@ struct Environment {
   std::optional<SolarPressure> solar_pressure;
   std::vector<Plate> plates;
 
-  /// @throws InvalidArgument, one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
+  /// @throws InvalidArgument with one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
   void validate() const;
 };
 

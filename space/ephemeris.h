@@ -34,7 +34,7 @@ class DatedEphemeris final : public Ephemeris {
   Vec3d position(double t) const override;
 
  private:
-  static constexpr size_t terms = 16;
+  static constexpr size_t terms = 18;
   void fit(double piece) const;
   Luminary which_;
   JulianDate epoch_;

@@ -77,7 +77,7 @@ class SpaceLedgers {
   static constexpr size_t reading_size = 7;
   std::array<double, reading_size> now() const;
 
-  static constexpr size_t memory_size = 1 + 8 + 18 + 15 + 5 + 1;
+  static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 5 + 1;
   std::vector<double> memory() const;
   void restore(std::span<const double> memory);
 

@@ -35,6 +35,8 @@ const char* to_string(OrbitSource s) {
       return "drag";
     case OrbitSource::sunlight:
       return "sunlight";
+    case OrbitSource::thrust:
+      return "thrust";
     case OrbitSource::count:
       break;
   }

@@ -21,7 +21,7 @@ OrbitPoint load_point(std::span<const double> x, std::span<const double> lo);
 void store_point(const OrbitPoint& p, std::span<double> x, std::span<double> lo);
 
 /// What changes the orbital energy besides the centre of gravity.
-enum class OrbitSource { zonal, gradient, third_body, drag, sunlight, count };
+enum class OrbitSource { zonal, gradient, third_body, drag, sunlight, thrust, count };
 inline constexpr size_t orbit_sources = size_t(OrbitSource::count);
 const char* to_string(OrbitSource s);
 /// Work on the orbital motion by each source [J].

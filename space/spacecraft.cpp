@@ -11,7 +11,7 @@
 namespace porthos::space {
 namespace {
 
-phs::Description describe(const phs::Description& internal, bool plates) {
+phs::Description describe(const phs::Description& internal, const Parts& parts, bool plates) {
   phs::Description d = internal;
   d.nx += 6;
   d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
@@ -20,6 +20,8 @@ phs::Description describe(const phs::Description& internal, bool plates) {
   d.traits.autonomous = false;  // the orbit drives it: rate is more than (J - R) e
   d.flows.clear();
   d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
+  const auto pushes = push_accounts(parts);
+  d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
   if (plates) d.powers.push_back({"plates", phs::PowerKind::supplied});
   d.invariants.clear();
   int at = 0;
@@ -75,12 +77,12 @@ class SpacecraftSystem : public phs::System<T> {
   void stored(In x, Out values) override { internal_->stored(x.first(n_), values); }
   void powers(T t, In x, In e, Out values) override {
     const size_t own = model_.internal().description().powers.size();
+    for (T& value : values) value = T(0.0);
     internal_->powers(t, x.first(n_), e.first(n_), values.first(own));
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[own] = power;
-    if (own + 1 < values.size()) values[own + 1] = T(0.0);  // plates act in the split alone
+    values[own] = power;  // thrusters, torquers and plates: in the split alone
   }
   void invariants(In x, Out values) override {
     internal_->invariants(x.first(n_), values_);
@@ -107,10 +109,11 @@ class SpacecraftSystem : public phs::System<T> {
   /// The orbit by central gravity, harmonics and the reaction; the gradient on the internal motion.
   void drive(In x, Out dx) {
     const Environment& env = model_.orbit().environment();
-    if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure)
-      throw InvalidArgument("system '" + description().name +
-                            "': third bodies, drag and sunlight act in the split of orbit and "
-                            "internal motion only, not in a plain field");
+    if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure || model_.parts().any())
+      throw InvalidArgument(
+          "system '" + description().name +
+          "': third bodies, drag, sunlight, thrusters and torquers act in the split of orbit and "
+          "internal motion only, not in a plain field");
     pull(x);
     for (size_t i = 0; i < nq_; ++i) dx[nq_ + i] = dx[nq_ + i] + pull_[i];
     const Vec3<T> R = position(x);
@@ -133,11 +136,14 @@ class SpacecraftSystem : public phs::System<T> {
 }  // namespace
 
 Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
-                       std::shared_ptr<const phs::Model> internal, Environment environment)
+                       std::shared_ptr<const phs::Model> internal, Environment environment,
+                       Parts parts)
     : mechanical_(std::move(mechanical)),
       internal_(std::move(internal)),
       orbit_(std::move(environment), mechanical_->mechanism().total_mass()),
-      description_(describe(internal_->description(), !orbit_.environment().plates.empty())) {
+      parts_(std::move(parts)),
+      description_(
+          describe(internal_->description(), parts_, !orbit_.environment().plates.empty())) {
   const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
   if (!internal_->holds().empty())
     throw InvalidArgument(

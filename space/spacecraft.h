@@ -4,6 +4,7 @@
 #include "mechanics/mechanical_model.h"
 #include "space/gravity_gradient.h"
 #include "space/orbit.h"
+#include "space/parts.h"
 
 /// A spacecraft in orbit, split into the motion of its centre of mass and everything else.
 namespace porthos::space {
@@ -25,12 +26,14 @@ class Spacecraft : public phs::ModelFor<Spacecraft> {
   /// internal: `mechanical` itself or a model whose state begins with that of it.
   /// @throws InvalidArgument as GravityGradient and OrbitMotion; for sampled controllers, whose instants are not kept here
   Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
-             std::shared_ptr<const phs::Model> internal, Environment environment);
+             std::shared_ptr<const phs::Model> internal, Environment environment, Parts parts = {});
 
   const phs::Description& description() const override { return description_; }
   const phs::Model& internal() const { return *internal_; }
   const Mechanism& mechanism() const { return mechanical_->mechanism(); }
   const OrbitMotion& orbit() const { return orbit_; }
+  /// Thrusters and torquers, which push in the kicks of the splitting (push.h).
+  const Parts& parts() const { return parts_; }
   size_t internal_size() const { return size_t(internal_->description().nx); }
 
   /// The whole state from an internal one, its motion relative to the centre of mass, and the orbit of that. Positions and
@@ -46,6 +49,7 @@ class Spacecraft : public phs::ModelFor<Spacecraft> {
   std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
   std::shared_ptr<const phs::Model> internal_;
   OrbitMotion orbit_;
+  Parts parts_;
   phs::Description description_;
 };
 

@@ -33,6 +33,7 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       gradient_(model.mechanism()),
       plates_(model.mechanism(), model.orbit().environment().plates),
       has_plates_(!model.orbit().environment().plates.empty()),
+      push_(model.mechanism(), model.parts(), model.orbit().environment().planet),
       w_(model.mechanism()),
       n_internal_(model.internal_size()),
       nq_(size_t(model.mechanism().nq())),
@@ -40,6 +41,7 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       q_(nq_),
       change_(nq_),
       middle_(nq_),
+      place_(2 * nq_),
       turn_angles_(size_t(model.mechanism().angle_count()), 0.0),
       extra_(nq_, 0.0),
       delta_(nq_),
@@ -61,6 +63,7 @@ void SplitIntegrator::gather(const State& s) {
   for (size_t i = 0; i < turn_angles_.size(); ++i)
     turn_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
   gradient_.set_turn_angles(turn_angles_), plates_.set_turn_angles(turn_angles_);
+  push_.set_turn_angles(turn_angles_);
   w_.turn_angle = turn_angles_;
 }
 
@@ -140,15 +143,16 @@ void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   for (size_t k = 0; k < 3; ++k) extra_[base_position + k] = -others[k];
 }
 
-void SplitIntegrator::kick(double t, double h, double correction, OrbitPoint& p) {
+void SplitIntegrator::kick(double t, double h, double middle, double correction, OrbitPoint& p) {
   pull(p);
   const bool more = correction != 0 || has_plates_;
   if (more) std::fill(extra_.begin(), extra_.end(), 0.0);
   if (correction != 0) correct(correction, p);
   if (has_plates_) plates_.place(q_);
+  const double mass = model_.orbit().mass();
   OrbitWorks works;
-  model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / model_.orbit().mass()) * gradient_.reaction()),
-                      works, has_plates_ ? &plates_ : nullptr);
+  model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / mass) * gradient_.reaction()), works,
+                      has_plates_ ? &plates_ : nullptr);
   Vec3d impulse = h * gradient_.torque();
   if (correction != 0) impulse += impulse_of(extra_);
   if (has_plates_) {
@@ -159,35 +163,60 @@ void SplitIntegrator::kick(double t, double h, double correction, OrbitPoint& p)
   }
 
   gradient_.momentum_rates(q_, change_);
-  for (size_t i = 0; i < nq_; ++i) {
-    change_[i] = h * change_[i] + (more ? extra_[i] : 0.0);
+  if (push_.count() > 0) {
+    for (size_t i = 0; i < nq_; ++i)
+      place_[i] = q_[i], place_[nq_ + i] = inside_.x[nq_ + i] + inside_.lo[nq_ + i];
+    push_.evaluate(place_, Vec3d(p.r), t, middle);
+    for (size_t k = 0; k < push_.count(); ++k)
+      push_.momentum_rates(q_, push_.joint_forces(k), change_);
+  }
+  for (size_t i = 0; i < nq_; ++i) change_[i] = h * change_[i] + (more ? extra_[i] : 0.0);
+  for (size_t k = 0; k < 3; ++k) {  // the sum over all trees stays zero
+    double others = 0;
+    for (const size_t root : roots_)
+      if (root != 0) others += change_[root + k];
+    change_[base_position + k] = -others;
+  }
+  for (size_t i = 0; i < nq_; ++i)
     middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
-  }
-  const auto& m = model_.mechanism();
-  double work = 0, by_plates = 0;
   if (correction != 0)  // leaves the rates too
-    mechanics::hamiltonian_field<double>(m, w_, q_, middle_, {}, delta_, slope_);
+    mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, middle_, {}, delta_, slope_);
   else
-    mechanics::rates_from_momenta<double>(m, w_, q_, middle_);
-  const auto force = gradient_.joint_forces();
-  for (size_t j = 0; j < force.size(); ++j) work += h * force[j] * w_.rate[j];
-  if (has_plates_) {
-    const auto of_plates = plates_.joint_forces();
-    for (size_t j = 0; j < force.size(); ++j) by_plates += h * of_plates[j] * w_.rate[j];
-  }
-  if (correction != 0) {
-    if (has_plates_)
-      for (size_t i = 0; i < nq_; ++i) extra_[i] -= h * side_[i];
-    for (size_t i = 0; i < nq_; ++i) work += extra_[i] * delta_[i];
-  }
+    mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
+  const auto work_of = [&](std::span<const double> force) {
+    double power = 0;
+    for (size_t j = 0; j < force.size(); ++j) power += force[j] * w_.rate[j];
+    return h * power;
+  };
+  double work = work_of(gradient_.joint_forces());
+  const double by_plates = has_plates_ ? work_of(plates_.joint_forces()) : 0;
+  if (correction != 0)
+    for (size_t i = 0; i < nq_; ++i)
+      work += (extra_[i] - (has_plates_ ? h * side_[i] : 0)) * delta_[i];
   for (size_t i = 0; i < nq_; ++i)
     phs::compensated_add(inside_.x[nq_ + i], inside_.lo[nq_ + i], change_[i]);
 
+  for (size_t k = 0; k < push_.count(); ++k) {
+    // After the kick of all else, at the same place: the works add up exactly.
+    const Vec3<OrbitReal> dv(Vec3d((h / mass) * push_.force(k)));
+    const Vec3<OrbitReal> mean = p.v + OrbitReal(0.5) * dv;
+    works[size_t(OrbitSource::thrust)] += OrbitReal(mass) * dot(dv, mean);
+    p.v += dv;
+    impulse += h * push_.torque(k);
+  }
   ledgers_.kick(works, work, impulse, by_plates);
   if (!works_.any()) return;
-  const size_t own = model_.internal().description().powers.size();
-  works_.add(own, work);
-  if (has_plates_) works_.add(own + 1, by_plates);
+  size_t at = inner_->works().size();
+  works_.add(at++, work);
+  size_t impulses = at + push_.count();
+  for (size_t k = 0; k < push_.count(); ++k) {
+    works_.add(at++, work_of(push_.joint_forces(k)));
+    const bool thruster = k < model_.parts().thrusters.size();
+    for (const Vec3d* give : {&push_.force(k), &push_.torque(k)})
+      for (int c = 0; c < 3 && (thruster || give == &push_.torque(k)); ++c)
+        works_.add(impulses++, h * (*give)[c]);
+  }
+  if (has_plates_) works_.add(impulses, by_plates);
 }
 
 void SplitIntegrator::begin(const State& s) {
@@ -210,7 +239,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
     const bool end = i == 0 || i + 1 == scheme_.kick.size();
     if (scheme_.kick[i] != 0)
-      kick(here, scheme_.kick[i] * h, end ? scheme_.corrector * h * h * h : 0, p);
+      kick(here, scheme_.kick[i] * h, t + 0.5 * h, end ? scheme_.corrector * h * h * h : 0, p);
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);

@@ -2,6 +2,7 @@
 #include "integrators/integrator.h"
 #include "space/ledgers.h"
 #include "space/plates.h"
+#include "space/push.h"
 #include "space/spacecraft.h"
 
 namespace porthos::space {
@@ -43,7 +44,8 @@ class SplitIntegrator final : public integrators::Integrator {
   void gather(const State& s);
   void scatter(State& s) const;
   void pull(const OrbitPoint& p);
-  void kick(double t, double h, double correction, OrbitPoint& p);
+  /// middle: of the whole step, for what switches between steps.
+  void kick(double t, double h, double middle, double correction, OrbitPoint& p);
   void correct(double weight, const OrbitPoint& p);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
@@ -53,13 +55,14 @@ class SplitIntegrator final : public integrators::Integrator {
   const SplitScheme& scheme_;
   std::unique_ptr<integrators::Integrator> inner_;
   GravityGradient<double> gradient_;
+  OrbitPush push_;
   PlateForces plates_;
   bool has_plates_;
   std::vector<size_t> roots_;  ///< offsets in q of the base and of what floats beside it
   mechanics::Workspace<double> w_;
   size_t n_internal_, nq_;
   State inside_;
-  std::vector<double> q_, change_, middle_, turn_angles_;
+  std::vector<double> q_, change_, middle_, place_, turn_angles_;
   std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
   std::vector<double> delta_, slope_, side_;  ///< of the corrector
   SpaceLedgers ledgers_;

@@ -62,7 +62,7 @@ class Elastic {
   /// Deflections the limit is of, at these angles. Empty where there is no limit.
   virtual std::vector<double> strains(double q, double theta, double sigma) const = 0;
 
-  /// @throws InvalidArgument, for a start: a deflection beyond its limit, σ out of its range, or a number that is not
+  /// @throws InvalidArgument for a start: a deflection beyond its limit, σ out of its range, or a number that is not
   ///   finite. `who` begins the sentence.
   void require_inside(const std::string& who, double q, double theta, double sigma) const;
 

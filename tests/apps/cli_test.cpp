@@ -121,10 +121,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected run, verify, compare, info, methods or "
-       "actuators (see "
-       "porthos "
-       "--help)\n"},
+       "porthos: there is no command 'walk', expected one of run, verify, compare, ensemble, report, "
+       "plot, info, methods, actuators (see porthos --help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
       {"run", "porthos: SCENE is required (see porthos --help)\n"},

@@ -14,15 +14,17 @@ BELOW = {
     "phs": [],
     "mechanics": ["phs"],
     "integrators": ["phs"],
-    "adapters": ["integrators"],
+    "ensemble": ["integrators"],
+    "adapters": ["scene"],
     "energy_shaping": ["mechanics", "integrators"],
     "vsa": ["mechanics"],
     "space": ["mechanics", "integrators"],
-    "scene": ["space", "energy_shaping", "vsa"],
-    "apps": ["scene", "adapters"],
+    "scene": ["space", "energy_shaping", "vsa", "ensemble"],
+    "report": ["scene"],
+    "apps": ["report", "adapters"],
     "python": ["scene"],
 }
-LIBRARIES = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "space", "scene"]
+LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene"]
 ANYTHING_GOES = ["tests", "bench", "examples"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -108,13 +108,12 @@ TEST(OrbitExample, DampersTakeTheSawtoothOfTheKicks) {
           std::fabs(r.space->coupling.defect) / r.space->coupling.turned_over, 1e-3);
     return r.space->coupling.defect;
   };
-  const double strang = defect("strang", 12), four = defect("lobatto4", 12),
-               half = defect("lobatto4", 6), six = defect("lobatto6", 12);
-  std::printf("  strang %.2e, lobatto4 %.2e, at half the step %.2e, lobatto6 %.2e J\n", strang,
-              four, half, six);
-  EXPECT_NEAR(four / strang, 24.0 / 72, 0.03);
-  EXPECT_NEAR(six / strang, 24 * (13 - 5 * std::sqrt(5.0)) / 288, 0.03);
-  EXPECT_NEAR(four / half, 4, 0.4);
+  // (strang's own swing, bounded and of order h² in ε, is as large as this after so short a time.)
+  const double four = defect("lobatto4", 12), half = defect("lobatto4", 6),
+               six = defect("lobatto6", 12);
+  std::printf("  lobatto4 %.3e, at half the step %.3e, lobatto6 %.3e J\n", four, half, six);
+  EXPECT_NEAR(six / four, 72 * (13 - 5 * std::sqrt(5.0)) / 288, 0.03);
+  EXPECT_NEAR(four / half, 4, 0.2);
 }
 
 TEST(OrbitEvents, WhatCannotBeIsRefusedWithItsLine) {

@@ -112,7 +112,9 @@ TEST(Plates, GiveJointsTheirVirtualWork) {
     std::vector<mechanics::Transform<double>> pose(m.nodes().size());
     mechanics::forward_kinematics<double>(m, w, moved, pose);
     const auto& T = pose[size_t(m.body(plates[k].link).node)];
-    return T.R * plates[k].place + T.r - mechanics::centre_of_mass<double>(m, w, moved);
+    const auto& frame = m.body(plates[k].link).pose;
+    return T.R * (frame.R * plates[k].place + frame.r) + T.r -
+           mechanics::centre_of_mass<double>(m, w, moved);
   };
   double expected = 0;
   Vec3d again{0, 0, 0};
@@ -155,7 +157,8 @@ TEST(Plates, StandInTheLedgers) {
       ASSERT_EQ(by.step(s), integrators::Outcome::ok);
       for (const double w : by.works()) work += w;
       if (!e.plates.empty()) given += by.works().back();
-      worst = std::max(worst, std::fabs(double((gauge.energy(s) - H0 - work) / H0)));
+      const long double most = std::max(std::fabs(H0), std::fabs(work));  // they spin it up
+      worst = std::max(worst, std::fabs(double((gauge.energy(s) - H0 - work) / most)));
     }
     r = by.ledgers().report();
   };
@@ -165,7 +168,7 @@ TEST(Plates, StandInTheLedgers) {
   keeps("internal ledger with plates", worst, 1e-12);
   keeps("orbital ledger", r.orbital.relative(), 1e-16);
   keeps("angular momentum less impulses", r.angular_defect, 1e-13);
-  EXPECT_EQ(r.plates_work, given);
+  EXPECT_NEAR(r.plates_work, given, 1e-13);
   breaks("work of the plates on the internal motion [J]", std::fabs(given), 1e-7);
   env.plates.clear(), env.atmosphere->area_coefficient = env.solar_pressure->area_coefficient = 1;
   fly(env, without, worst, none);

@@ -1,0 +1,41 @@
+#include "apps/ensemble.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "scene/text_table.h"
+
+namespace porthos::apps {
+
+std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport& r,
+                          const std::string& out) {
+  std::string text = fmt::format("{}\n{} cases of {:g} s by {}, step {:g} s\n\n", e.scene().title,
+                                 r.cases, e.scene().duration, e.scene().method, e.scene().step);
+  if (!r.complete)
+    return text +
+           fmt::format("{} of {} cases are done; they wait in {}/parts\n", r.done, r.cases, out);
+  scene::TextRows rows{{"relative error", "median", "95 % below", "largest", "limit", "case"}};
+  const auto add = [&](const char* name, const scene::Spread& s,
+                       const std::optional<double>& limit) {
+    rows.push_back({name, fmt::format("{:.3g}", s.quantiles[3]),
+                    fmt::format("{:.3g}", s.quantiles[5]), fmt::format("{:.3g}", s.quantiles[6]),
+                    limit ? fmt::format("{:.3g}", *limit) : "-", std::to_string(s.worst)});
+  };
+  const auto& limits = e.scene().verify;
+  add("energy", r.energy, limits.energy);
+  for (const auto& i : e.assembly().model->description().invariants) {
+    if (i.name == "linear_momentum") add("linear momentum", r.linear, limits.linear_momentum);
+    if (i.name == "angular_momentum") add("angular momentum", r.angular, limits.angular_momentum);
+  }
+  text += scene::aligned(rows) + "\n";
+  for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
+  if (!r.not_passed.empty())
+    text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
+                        r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "");
+  if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
+  text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg\n", out);
+  return text + fmt::format("verdict     {}: {} of {} cases passed\n",
+                            r.passed == r.cases ? "pass" : "FAIL", r.passed, r.cases);
+}
+
+}  // namespace porthos::apps

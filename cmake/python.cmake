@@ -1,0 +1,21 @@
+# Options of the Python module, folder python/. Debian's interpreter by name: another python3 may come first in PATH, and the
+# module must be built for the one that will import it.
+# pybind11 by its header: its own CMake files look for an interpreter of their choice.
+find_path(PORTHOS_PYBIND11_INCLUDE_DIR pybind11/pybind11.h)
+mark_as_advanced(PORTHOS_PYBIND11_INCLUDE_DIR)
+set(default OFF)
+if(PROJECT_IS_TOP_LEVEL AND PORTHOS_PYBIND11_INCLUDE_DIR)
+  set(default ON)
+endif()
+option(PORTHOS_BUILD_PYTHON "Build the Python module (pybind11, numpy)" ${default})
+set(interpreter "")
+if(EXISTS /usr/bin/python3)
+  set(interpreter /usr/bin/python3)
+else()
+  find_program(interpreter python3 NO_CACHE)
+endif()
+set(PORTHOS_PYTHON_EXECUTABLE "${interpreter}" CACHE FILEPATH "Python interpreter that the module is built for")
+set(PORTHOS_PYTHON_DIR "${CMAKE_INSTALL_LIBDIR}/python3/dist-packages" CACHE STRING "Where the package is installed, below the prefix")
+if(PORTHOS_BUILD_PYTHON AND NOT PORTHOS_PYBIND11_INCLUDE_DIR)
+  message(FATAL_ERROR "PORTHOS_BUILD_PYTHON is on and pybind11 was not found: install pybind11-dev")
+endif()

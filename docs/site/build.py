@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""The documentation as a site: build.py BUILD [--pages-only]
+
+BUILD is a finished build of Porthos, e.g. build/native; the site goes to BUILD/docs/html. The Markdown files are taken as they
+are and stay readable where they are; what a site needs besides is made here: the gallery, by running the examples, and
+the API reference, from the headers. Every warning is an error, so a link to a page, a section or a file that is not
+there fails. Nothing is fetched: links to other sites are listed and not followed.
+"""
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+ROOMS = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "space", "ensemble", "scene", "report"]
+MATHJAX = Path("/usr/share/javascript/mathjax")
+MATHJAX_PARTS = ["MathJax.js", "config/TeX-AMS_SVG.js", "jax/input/TeX", "jax/element", "jax/output/SVG", "extensions"]
+
+# Examples in the order of the gallery. Long ones are shown in part; their pages say what the whole run gives.
+GALLERY = [
+    ("Free floating", ["ets_vii", "ledger", "canadarm", "dzhanibekov"]),
+    ("In orbit", ["ets_vii_orbit", "envisat_tumble", "flexible_panel"]),
+    ("Events", ["capture"]),
+    ("Controllers", ["cart_pole_idapbc", "acrobot", "space_arm_regulation", "attitude", "esp_arm"]),
+    ("Actuators", ["vsa_cycle", "qbmove_arm", "throwing_arm", "dc_motor_arm"]),
+    ("On the ground", ["double_pendulum"]),
+]
+SHORTENED = {"ets_vii_orbit": 500000, "envisat_tumble": 200000, "double_pendulum": 1000, "dzhanibekov": 20000}
+PICTURES = ["plot.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
+
+
+def say(text):
+    print(text, flush=True)
+
+
+def stage(source):
+    """The tree's Markdown in the tree's order, so that relative links hold."""
+    shutil.rmtree(source, ignore_errors=True)
+    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), *ROOT.glob("examples/*/README.md")]:
+        copy = source / page.relative_to(ROOT)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text(site_links(page))
+    shutil.copytree(ROOT / "docs/images", source / "docs/images")
+    for name in ["conf.py", "index.md", "static"]:
+        (shutil.copytree if (HERE / name).is_dir() else shutil.copy)(HERE / name, source / name)
+    index = source / "index.md"
+    index.write_text(index.read_text().replace("/api/rooms", "\n".join(f"/api/{room}" for room in rooms())))
+
+
+def site_links(page):
+    """Links to folders go to their README; links to files that are no pages go to the text of the file, as code."""
+    outside = []
+
+    def link(match):
+        text, target, anchor = match[1], match[2], match[3] or ""
+        if re.match(r"[a-z]+:", target):
+            outside.append(target)
+            return match[0]
+        if not target:
+            return match[0]
+        there = (page.parent / target).resolve()
+        if not there.exists():
+            raise SystemExit(f"{page.relative_to(ROOT)}: link to '{target}', which is not there")
+        if there.is_dir() and (there / "README.md").exists():
+            return f"[{text}]({target.rstrip('/')}/README.md{anchor})"
+        if there.is_dir() or there.suffix not in {".md", ".svg", ".png"}:
+            return f"{text} (`{there.relative_to(ROOT)}`)" if "`" not in text else text
+        return match[0]
+
+    return re.sub(r"(?<!!)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)", link, page.read_text())
+
+
+def gallery(build, docs, source):
+    """Runs the examples, and a page of their pictures."""
+    out, page = docs / "gallery", ["# Gallery", "", "Every picture is drawn by the example it belongs to, run when this site was built.", ""]
+    pictures = source / "gallery"
+    pictures.mkdir()
+    for heading, names in GALLERY:
+        page += [f"## {heading}", ""]
+        for name in names:
+            folder, example = out / name, ROOT / "examples" / name
+            if not example.exists():
+                continue
+            if (example / "scene.toml").exists():
+                command = [build / "apps/porthos", "run", example / "scene.toml", "--out", folder]
+                command += ["--duration", str(SHORTENED[name])] if name in SHORTENED else []
+            else:
+                command = [build / "examples" / f"example_{name}", folder]
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+            say(f"gallery: {name}")
+            done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL)
+            if done.returncode:
+                raise SystemExit(f"gallery: example {name} ended with {done.returncode}\n{done.stdout}{done.stderr}")
+            picture = next((p for p in (folder / n for n in PICTURES) if p.exists()), None) or next(
+                (p for n in PICTURES for p in sorted(folder.glob(f"*/{n}"))), None)
+            if picture is None:
+                raise SystemExit(f"gallery: example {name} drew no picture in {folder}")
+            shutil.copy(picture, pictures / f"{name}.svg")
+            title = (example / "README.md").read_text().splitlines()[0].lstrip("# ")
+            note = f"\nThe first {SHORTENED[name]:,} s of it.\n".replace(",", " ") if name in SHORTENED else ""
+            page += [f"### [{title}](examples/{name}/README.md)", note, f"![{title}](gallery/{name}.svg)", ""]
+    (source / "gallery.md").write_text("\n".join(page + examples_toctree()))
+
+
+def examples_toctree():
+    pages = sorted(p.parent.name for p in ROOT.glob("examples/*/README.md"))
+    return ["```{toctree}", ":hidden:", ""] + [f"/examples/{name}/README" for name in pages] + ["```", ""]
+
+
+def rooms():
+    return [r for r in ROOMS if (ROOT / r).is_dir()]
+
+
+def api(docs, source):
+    """Doxygen reads the headers, Breathe shows them: a page per room, a section per header."""
+    doxygen = docs / "doxygen"
+    doxygen.mkdir(parents=True, exist_ok=True)
+    settings = {
+        "PROJECT_NAME": "Porthos", "OUTPUT_DIRECTORY": doxygen, "GENERATE_XML": "YES", "GENERATE_HTML": "NO", "GENERATE_LATEX": "NO",
+        "INPUT": " ".join(str(ROOT / r) for r in rooms()), "FILE_PATTERNS": "*.h", "EXCLUDE_PATTERNS": "*-inl.h */joints/*",
+        "STRIP_FROM_PATH": ROOT, "QUIET": "YES", "WARN_IF_UNDOCUMENTED": "NO", "WARNINGS": "NO", "WARN_IF_DOC_ERROR": "NO", "WARN_IF_INCOMPLETE_DOC": "NO", "WARN_LOGFILE": "/dev/null", "XML_PROGRAMLISTING": "NO",
+        "MACRO_EXPANSION": "YES", "EXPAND_ONLY_PREDEF": "YES", "PREDEFINED": "PORTHOS_INLINE=inline __extension__=", "SEARCH_INCLUDES": "NO", "JAVADOC_AUTOBRIEF": "YES", "MARKDOWN_SUPPORT": "YES",
+    }
+    say("API reference: doxygen")
+    subprocess.run(["doxygen", "-"], input="\n".join(f"{k} = {v}" for k, v in settings.items()), text=True, check=True, stdout=subprocess.DEVNULL)
+    folder = source / "api"
+    folder.mkdir()
+    table = {m[1]: m[2] for m in re.finditer(r"^\| `(\w+)/` \| [^|]+ \| ([^|]+) \|", (ROOT / "docs/architecture.md").read_text(), re.M)}
+    for room in rooms():
+        headers = sorted(h.relative_to(ROOT).as_posix() for h in (ROOT / room).glob("*.h") if not h.name.endswith("-inl.h"))
+        text = [f"# `{room}`", "", table.get(room, "").strip(), "", "Headers: " + ", ".join(f"`{h}`" for h in headers) + ".", "",
+                "```{doxygennamespace} porthos::" + room, ":members:", ":content-only:", "```", ""]
+        (folder / f"{room}.md").write_text("\n".join(text))
+
+
+def main():
+    try:
+        import sphinx  # noqa: F401
+    except ImportError:
+        raise SystemExit(f"{sys.executable} has no Sphinx: ./dev setup installs Debian's, run this with /usr/bin/python3")
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("build", type=Path)
+    arguments.add_argument("--pages-only", action="store_true", help="no gallery and no API reference: are the pages sound?")
+    options = arguments.parse_args()
+    build = options.build.resolve()
+    docs = build / ("docs_pages" if options.pages_only else "docs")
+    source, html = docs / "source", docs / "html"
+    stage(source)
+    if options.pages_only:
+        (source / "gallery.md").write_text("\n".join(["# Gallery", "", "Left out of this build.", ""] + examples_toctree()))
+        (source / "api").mkdir()
+        for room in rooms():
+            (source / f"api/{room}.md").write_text(f"# `{room}`\n\nLeft out of this build.\n")
+    else:
+        gallery(build, docs, source)
+        api(docs, source)
+    say("pages: sphinx")
+    environment = {**os.environ, "PORTHOS_DOCS_BUILD": str(docs)}
+    subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(docs / "doctrees"), str(source), str(html)],
+                   env=environment, check=True)
+    if MATHJAX.is_dir():
+        for part in MATHJAX_PARTS:
+            here, there = MATHJAX / part, html / "_static/mathjax" / part
+            there.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree(here, there, dirs_exist_ok=True) if here.is_dir() else shutil.copy(here, there))
+    say(f"site: {html / 'index.html'}")
+
+
+if __name__ == "__main__":
+    main()

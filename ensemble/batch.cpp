@@ -1,0 +1,91 @@
+#include "ensemble/batch.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "ensemble/lane_team.h"
+
+namespace porthos::ensemble {
+
+int threads_of(int threads) {
+  return threads > 0 ? threads : std::max(1, oneapi::tbb::info::default_concurrency());
+}
+
+void in_parallel(int threads, int count, const std::function<void(int)>& work) {
+  const int n = std::min(threads_of(threads), count);
+  if (n <= 1) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  // More threads than the machine has are allowed, if asked for.
+  const oneapi::tbb::global_control allow(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          size_t(std::max(n, threads_of(0))));
+  oneapi::tbb::task_arena arena(n);
+  arena.execute(
+      [&] { oneapi::tbb::parallel_for(0, count, work, oneapi::tbb::simple_partitioner()); });
+}
+
+void simulate_batch(const phs::Model& model, const std::string& method, double step,
+                    const Source& source, const BatchOptions& o) {
+  std::mutex one_at_a_time;
+  std::atomic<bool> failed{false};
+  const auto stopped = [&] {
+    return failed.load(std::memory_order_relaxed) ||
+           (o.stop && o.stop->load(std::memory_order_relaxed));
+  };
+  const Source next = [&]() -> std::unique_ptr<BatchRun> {
+    const std::lock_guard lock(one_at_a_time);
+    return stopped() ? nullptr : source();
+  };
+  // What a sampled controller holds belongs to the model: one run at a time.
+  const int threads = model.holds().empty() ? threads_of(o.threads) : 1;
+  in_parallel(threads, threads, [&](int) {
+    try {
+      LaneTeam(model, method, step, o.method, o.lanes).work(next, stopped);
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+  });
+}
+
+namespace {
+
+class Kept final : public BatchRun {
+ public:
+  explicit Kept(BatchResult& to) : to_(to) {}
+  void end(const phs::State& last, integrators::Outcome outcome) override { to_ = {last, outcome}; }
+
+ private:
+  BatchResult& to_;
+};
+
+}  // namespace
+
+std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::string& method,
+                                        double step, std::int64_t steps,
+                                        std::span<const std::vector<double>> starts,
+                                        const BatchOptions& o) {
+  BatchOptions options = o;
+  options.method.books = false;
+  std::vector<BatchResult> results(starts.size());
+  size_t at = 0;
+  simulate_batch(
+      model, method, step,
+      [&]() -> std::unique_ptr<BatchRun> {
+        if (at == starts.size()) return nullptr;
+        auto run = std::make_unique<Kept>(results[at]);
+        run->start = phs::State(model.description(), starts[at++]);
+        run->steps = steps;
+        return run;
+      },
+      options);
+  return results;
+}
+
+}  // namespace porthos::ensemble

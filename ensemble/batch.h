@@ -1,0 +1,77 @@
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "phs/state.h"
+#include "phs/system.h"
+
+/// Many runs of one model by one method: over SIMD lanes and threads, with the bits each run has alone.
+namespace porthos::ensemble {
+
+/// One run of a batch. Made when a lane is free for it and gone when it has ended, so that a batch of any length needs
+/// the memory of as many runs as are at work. One thread calls its functions; those of other runs are called meanwhile.
+class BatchRun {
+ public:
+  virtual ~BatchRun() = default;
+
+  phs::State start;        ///< where it begins
+  std::int64_t steps = 0;  ///< how many it takes
+  std::int64_t every = 0;  ///< steps from see() to see(); 0: at the end only
+  bool books = false;      ///< whether booked() is asked for
+  std::vector<double>
+      parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
+
+  /// Called first, by the thread that runs it: the place for work that others need not wait for.
+  virtual void prepare() {}
+  /// The method of a run that is not the batch's, or of another model, at its beginning; null: the batch's.
+  virtual integrators::Integrator* own_method() { return nullptr; }
+  /// Energy through each of the model's powers in a step [J], after every step.
+  virtual void booked(std::span<const double> works) { (void)works; }
+  /// After every `every` steps and after the last. @return whether to go on
+  virtual bool see(const phs::State& state) { return (void)state, true; }
+  /// Once, at the end: the last good state, and `ok` unless a step from there failed.
+  virtual void end(const phs::State& last, integrators::Outcome outcome) = 0;
+};
+
+/// Gives the next run, null when there is none left. Called by one thread at a time.
+using Source = std::function<std::unique_ptr<BatchRun>()>;
+
+struct BatchOptions {
+  int threads = 0;    ///< 0: as many as the machine has
+  bool lanes = true;  ///< off: one state at a time, the same bits (a control)
+  integrators::Options method = {};
+  const std::atomic<bool>* stop = nullptr;  ///< set: runs at work are dropped without end()
+};
+
+/// Works through all runs of a source. A lane whose run has ended, early or not, takes the next one at once. Which runs
+/// share lanes and threads changes no bit of any of them. Memory: that of the runs at work.
+/// Methods without lanes, models with sampled controllers (on one thread) and runs with a method of their own go one state
+/// at a time, as does a run from the step on whose implicit equations need Newton's iteration.
+/// @throws InvalidArgument as make_integrator, and for a run whose start or parameters have another size than the model's;
+///   what a run's functions throw goes through after the other threads have stopped
+void simulate_batch(const phs::Model& model, const std::string& method, double step,
+                    const Source& source, const BatchOptions& options = {});
+
+/// How a run ended.
+struct BatchResult {
+  phs::State state;
+  integrators::Outcome outcome = integrators::Outcome::ok;
+};
+/// `steps` steps from each of some states (nx numbers each), in their order.
+std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::string& method,
+                                        double step, std::int64_t steps,
+                                        std::span<const std::vector<double>> starts,
+                                        const BatchOptions& options = {});
+
+/// work(0) … work(count - 1), each once, over threads (0: as many as the machine has).
+void in_parallel(int threads, int count, const std::function<void(int)>& work);
+/// What `threads` = 0 stands for.
+int threads_of(int threads);
+
+}  // namespace porthos::ensemble

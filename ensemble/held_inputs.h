@@ -1,0 +1,27 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "phs/system.h"
+
+namespace porthos::ensemble {
+
+/// A model whose inputs are held: its parameters (phs/tunable.h) are the numbers u its ports are fed, nu of them, 0 at
+/// first. Their work is booked as the power "inputs". What the plant declares as invariants is none under inputs.
+class HeldInputs : public phs::ModelFor<HeldInputs> {
+ public:
+  explicit HeldInputs(std::shared_ptr<const phs::Model> plant);
+  const phs::Description& description() const override { return description_; }
+  std::vector<phs::HoldPtr> holds() const override { return plant_->holds(); }
+  const phs::Model& plant() const { return *plant_; }
+  template <class T>
+  std::unique_ptr<phs::System<T>> make_system() const;
+
+ private:
+  template <class T>
+  class Evaluator;
+  std::shared_ptr<const phs::Model> plant_;
+  phs::Description description_;
+};
+
+}  // namespace porthos::ensemble

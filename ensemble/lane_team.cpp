@@ -1,0 +1,132 @@
+#include "ensemble/lane_team.h"
+
+#include <algorithm>
+
+#include "phs/tunable.h"
+
+namespace porthos::ensemble {
+
+using integrators::Outcome;
+
+namespace {
+
+/// The step a run is next looked at.
+std::int64_t next_look(const BatchRun& r, std::int64_t step) {
+  const std::int64_t taken = step - r.start.step;
+  if (taken >= r.steps) return step;
+  if (r.books) return step + 1;
+  return r.start.step +
+         (r.every > 0 ? std::min(r.steps, (taken / r.every + 1) * r.every) : r.steps);
+}
+
+/// Tells the run what happened. @return whether it goes on
+bool tell(BatchRun& r, const phs::State& s, std::span<const double> works) {
+  const std::int64_t taken = s.step - r.start.step;
+  const bool last = taken >= r.steps;
+  if (r.books && taken > 0) r.booked(works);
+  if (taken > 0 && (last || (r.every > 0 && taken % r.every == 0)) && !r.see(s)) return false;
+  return !last;
+}
+
+}  // namespace
+
+LaneTeam::LaneTeam(const phs::Model& model, std::string method, double step,
+                   integrators::Options options, bool lanes)
+    : model_(model),
+      method_(std::move(method)),
+      step_(step),
+      options_(options),
+      powers_(model.description().powers.size()),
+      works_(powers_) {
+  const auto one = model.instantiate<double>();
+  for (const double p : phs::parameters_of(*one)) given_.push_back(p);
+  if (lanes) lanes_ = integrators::make_lane_integrator(method_, model, step, options);
+  if (!lanes_) return;
+  run_.resize(size_t(lanes_->width));
+  parameters_ = phs::parameters_of(lanes_->system());  // empty lanes are evaluated with the others
+  for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i] = Lanes(given_[i]);
+}
+
+void LaneTeam::check(const BatchRun& r) const {
+  require_size("start state of a run", r.start.x.size(), size_t(model_.description().nx));
+  if (!r.parameters.empty())
+    require_size("parameters of a run", r.parameters.size(), given_.size());
+}
+
+void LaneTeam::work(const Source& next, const std::function<bool()>& stopped) {
+  stopped_ = stopped;
+  if (!lanes_) {
+    while (auto run = next()) {
+      run->prepare();
+      alone(*run, run->start, {});
+    }
+    return;
+  }
+  for (int l = 0; l < lanes_->width; ++l)
+    if (!fill(l, next)) break;
+  while (const auto done = lanes_->run()) {
+    if (stopped_()) break;
+    for (int l = 0; l < lanes_->width; ++l) {
+      if (!(done & (1u << l))) continue;
+      arrived(l);
+      if (!run_[size_t(l)] && !fill(l, next)) lanes_->clear(l);
+    }
+  }
+  for (int l = 0; l < lanes_->width; ++l) lanes_->clear(l), run_[size_t(l)].reset();
+}
+
+bool LaneTeam::fill(int lane, const Source& next) {
+  for (;;) {
+    auto run = next();
+    if (!run) return false;
+    run->prepare();
+    if (run->own_method()) {
+      alone(*run, run->start, {});
+      continue;
+    }
+    check(*run);
+    const auto& p = run->parameters.empty() ? given_ : run->parameters;
+    for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i].set(lane, p[i]);
+    lanes_->load(lane, run->start, next_look(*run, run->start.step));
+    run_[size_t(lane)] = std::move(run);
+    return true;
+  }
+}
+
+void LaneTeam::arrived(int lane) {
+  auto& run = run_[size_t(lane)];
+  lanes_->state(lane, state_);
+  if (lanes_->stuck(lane)) {
+    const auto memory = lanes_->memory(lane);
+    alone(*run, state_, memory);
+    run.reset();
+    return;
+  }
+  if (run->books) lanes_->works(lane, works_);
+  if (tell(*run, state_, works_)) return lanes_->go_on(lane, next_look(*run, state_.step));
+  run->end(state_, Outcome::ok);
+  run.reset();
+}
+
+void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) {
+  std::unique_ptr<phs::TunedModel> tuned;
+  std::unique_ptr<integrators::Integrator> made;
+  integrators::Integrator* method = r.own_method();
+  if (!method) {
+    check(r);
+    if (!r.parameters.empty()) tuned = std::make_unique<phs::TunedModel>(model_, r.parameters);
+    const phs::Model& model = tuned ? static_cast<const phs::Model&>(*tuned) : model_;
+    made = integrators::make_integrator(method_, model, step_, options_), method = made.get();
+    if (!memory.empty()) made->restore(memory);
+  }
+  Outcome o = Outcome::ok;
+  bool more = memory.empty() ? tell(r, s, {}) : true;  // of a stuck lane's state it has been told
+  while (more) {
+    if (stopped_()) return;
+    if ((o = method->step(s)) != Outcome::ok) break;
+    more = tell(r, s, method->works());
+  }
+  r.end(s, o);
+}
+
+}  // namespace porthos::ensemble

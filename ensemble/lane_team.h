@@ -1,0 +1,46 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ensemble/batch.h"
+#include "integrators/lane_integrator.h"
+
+namespace porthos::ensemble {
+
+/// The lanes of one thread, and the runs in them.
+class LaneTeam {
+ public:
+  /// The model must outlive it. @throws InvalidArgument as make_integrator
+  LaneTeam(const phs::Model& model, std::string method, double step, integrators::Options options,
+           bool lanes = true);
+
+  /// Works until the source is empty and every run has ended, or until stopped() says so.
+  void work(const Source& next, const std::function<bool()>& stopped);
+
+ private:
+  using Lanes = integrators::LaneIntegrator::Lanes;
+
+  /// Puts the next run into a lane; those that lanes cannot take are run on the spot. @return whether there was one
+  bool fill(int lane, const Source& next);
+  void check(const BatchRun& run) const;
+  /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from the start).
+  void alone(BatchRun& run, phs::State state, std::span<const double> memory);
+  void arrived(int lane);
+
+  const phs::Model& model_;
+  std::string method_;
+  double step_;
+  integrators::Options options_;
+  size_t powers_;
+  std::unique_ptr<integrators::LaneIntegrator> lanes_;  ///< null: one state at a time
+  std::span<Lanes> parameters_;
+  std::vector<double> given_;              ///< the parameters as they are
+  std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
+  phs::State state_;
+  std::vector<double> works_;
+  std::function<bool()> stopped_;
+};
+
+}  // namespace porthos::ensemble

@@ -1,0 +1,19 @@
+#pragma once
+#include <pybind11/pybind11.h>
+
+/// One function per source file; module.cpp calls them in this order.
+namespace porthos::python {
+
+void bind_scalars(pybind11::module_& m);
+void bind_system(pybind11::module_& m);
+void bind_user_model(pybind11::module_& m);
+void bind_mechanics(pybind11::module_& m);
+void bind_dynamics(pybind11::module_& m);
+void bind_network(pybind11::module_& m);
+void bind_integrators(pybind11::module_& m);
+void bind_energy_shaping(pybind11::module_& m);
+void bind_vsa(pybind11::module_& m);
+void bind_scene(pybind11::module_& m);
+void bind_baseline(pybind11::module_& m);
+
+}  // namespace porthos::python

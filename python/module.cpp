@@ -1,0 +1,24 @@
+#include <pybind11/pybind11.h>
+
+#include "phs/error.h"
+#include "python/bind.h"
+
+PYBIND11_MODULE(_core, m) {
+  namespace py = pybind11;
+  using namespace porthos::python;
+  m.doc() = "The compiled part of porthos.";
+  py::register_exception<porthos::InvalidArgument>(m, "InvalidArgument", PyExc_ValueError).doc() =
+      "A user's mistake: the text names what was wrong, its value and what was expected (and "
+      "file:line for files).";
+  bind_scalars(m);
+  bind_system(m);
+  bind_user_model(m);
+  bind_mechanics(m);
+  bind_dynamics(m);
+  bind_network(m);
+  bind_integrators(m);
+  bind_scene(m);
+  bind_baseline(m);
+  bind_energy_shaping(m);
+  bind_vsa(m);
+}

@@ -1,0 +1,265 @@
+// Systems joined through their power ports, and the elements that close or join them.
+#include "phs/network.h"
+
+#include <pybind11/stl.h>
+
+#include "phs/linear_system.h"
+#include "python/arrays.h"
+#include "python/bind.h"
+#include "python/keywords.h"
+
+namespace porthos::python {
+namespace {
+
+using namespace phs;
+using py::arg;
+constexpr auto chain = py::return_value_policy::reference_internal;
+
+FunctionPtr const_ptr(std::shared_ptr<Function> f) { return f; }
+std::shared_ptr<Function> mutable_ptr(const FunctionPtr& f) {
+  return std::const_pointer_cast<Function>(f);
+}
+std::shared_ptr<Model> mutable_ptr(const std::shared_ptr<const Model>& m) {
+  return std::const_pointer_cast<Model>(m);
+}
+
+Domain domain_of(const std::string& name) {
+  if (name == "translation") return translation;
+  if (name == "rotation") return rotation;
+  if (name == "electricity") return electricity;
+  throw InvalidArgument("domain is '" + name +
+                        "', expected 'translation', 'rotation' or 'electricity'");
+}
+
+/// ["a.body", ("b.body", -1)]
+std::vector<Network::End> ends_of(py::handle list) {
+  std::vector<Network::End> ends;
+  for (const auto& e : list) {
+    if (py::isinstance<py::str>(e)) {
+      ends.push_back({e.cast<std::string>(), 1});
+      continue;
+    }
+    if (!py::isinstance<py::tuple>(e) || py::len(e) != 2)
+      throw InvalidArgument("an end is " + kind_of(e) + ", expected a port's name or (name, sign)");
+    const auto t = py::reinterpret_borrow<py::tuple>(e);
+    ends.push_back({t[0].cast<std::string>(), t[1].cast<int>()});
+  }
+  return ends;
+}
+
+void bind_elements(py::module_& m) {
+  py::class_<Potential>(
+      m, "Potential",
+      "An energy U(z) with its slope U'(z): a spring, a limit, any potential of one coordinate.")
+      .def(py::init([](std::shared_ptr<Function> energy, std::shared_ptr<Function> slope) {
+             return Potential{const_ptr(std::move(energy)), const_ptr(std::move(slope))};
+           }),
+           arg("energy"), arg("slope"));
+  m.def(
+      "viscous", [](double damping) { return mutable_ptr(viscous(damping)); }, arg("damping"),
+      "force = damping rate. Raises InvalidArgument if damping < 0.");
+  m.def(
+      "friction",
+      [](double coulomb, double breakaway, double stribeck, double viscous, double smoothing) {
+        return mutable_ptr(friction({coulomb, breakaway, stribeck, viscous, smoothing}));
+      },
+      py::kw_only(), arg("coulomb") = 0.0, arg("breakaway") = 0.0, arg("stribeck") = 0.0,
+      arg("viscous") = 0.0, arg("smoothing") = 0.0,
+      R"(Dry friction with the Stribeck effect, made smooth; passive by construction, as force and rate have one sign.
+
+    force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)^2)) tanh(rate/smoothing) + viscous rate)");
+  m.def("spring", &spring, arg("k"), arg("rest") = 0.0, arg("k3") = 0.0,
+        "U = k (z - rest)^2 / 2 + k3 (z - rest)^4 / 4.");
+  m.def(
+      "tabulated_spring", &tabulated_spring, arg("z"), arg("force"),
+      "A force measured at some elongations: a natural cubic spline between them, linear outside.");
+  m.def("soft_limits", &soft_limits, arg("lower"), arg("upper"), arg("k"),
+        "U = k d^3 / 3, d the depth beyond a limit: nothing is felt between the limits.");
+  m.def(
+      "constant", [](double v) { return mutable_ptr(constant(v)); }, arg("value"));
+  m.def(
+      "sine", [](double a, double f, double phase) { return mutable_ptr(sine(a, f, phase)); },
+      arg("amplitude"), arg("frequency_Hz"), arg("phase") = 0.0,
+      "amplitude sin(2 pi frequency t + phase)");
+  m.def(
+      "profile",
+      [](const std::vector<double>& t, const std::vector<double>& v) {
+        return mutable_ptr(profile(t, v));
+      },
+      arg("t"), arg("value"),
+      "Values at times, a natural cubic spline between them, the first and last value outside.");
+  py::class_<Held>(m, "Held",
+                   "A value held until it is set again. One per run: set between steps only.")
+      .def(py::init<>())
+      .def_property("value", &Held::value, &Held::set)
+      .def("signal", [](const Held& h) { return mutable_ptr(h.signal()); });
+
+  m.def(
+      "spring_element",
+      [](const Potential& p, const std::string& d) {
+        return mutable_ptr(spring_element(p, domain_of(d)));
+      },
+      arg("potential"), arg("domain") = "rotation",
+      "State: elongation z, z' = rate. Port 'ends' (flow in): rate -> force U'(z). A capacitor in "
+      "the electrical domain.");
+  m.def(
+      "inertia_element",
+      [](double mass, const std::string& d) {
+        return mutable_ptr(inertia_element(mass, domain_of(d)));
+      },
+      arg("mass"), arg("domain") = "rotation",
+      "State: momentum p, p' = force. Port 'body' (effort in): force -> rate p/m. An inductor in "
+      "the electrical domain.");
+  const auto motor = [](double L, double R, double k, double gear, double rotor, double friction) {
+    return DcMotor{L, R, k, gear, rotor, friction};
+  };
+  m.def(
+      "dc_motor",
+      [motor](double L, double R, double k, double gear, double rotor, double friction) {
+        return mutable_ptr(dc_motor(motor(L, R, k, gear, rotor, friction)));
+      },
+      py::kw_only(), arg("inductance"), arg("resistance"), arg("constant"), arg("gear") = 1.0,
+      arg("rotor_inertia") = 0.0, arg("friction") = 0.0,
+      R"(Direct-current motor with its rotor: torque k i against back-emf k w. States: flux L i [H], momentum of the rotor
+seen at the shaft. Ports 'supply' (effort in: V -> A) and 'shaft' (effort in: N m -> rad/s).)");
+  m.def(
+      "dc_drive",
+      [motor](double L, double R, double k, double gear, double rotor, double friction) {
+        return mutable_ptr(dc_drive(motor(L, R, k, gear, rotor, friction)));
+      },
+      py::kw_only(), arg("inductance"), arg("resistance"), arg("constant"), arg("gear") = 1.0,
+      arg("rotor_inertia") = 0.0, arg("friction") = 0.0,
+      R"(The drive of a rigid gear: no rotor of its own (give gear^2 rotor_inertia to the joint as its rotor inertia). State:
+flux. Ports 'supply' and 'shaft' (flow in: rad/s -> the torque against it), for Network.feedback with a joint.)");
+}
+
+void bind_linear(py::module_& m) {
+  m.def(
+      "linear_system",
+      [](py::object J, py::object G, py::object R, py::object Q, py::object E,
+         const std::string& name) {
+        LinearMatrices a;
+        a.J = matrix("J", J), a.G = matrix("G", G);
+        if (!R.is_none()) a.R = matrix("R", R);
+        if (!Q.is_none()) a.Q = matrix("Q", Q);
+        if (!E.is_none()) a.E = matrix("E", E);
+        return std::shared_ptr<Model>(LinearSystem(std::move(a), name).to_model());
+      },
+      arg("J"), arg("G"), py::kw_only(), arg("R") = py::none(), arg("Q") = py::none(),
+      arg("E") = py::none(), arg("name") = "linear system",
+      R"(The linear port-Hamiltonian system E x' = (J - R) Q x + G u, y = G^T Q x, H = x E^T Q x / 2, as a model.
+
+Matrices as rows; Q and E left out are the identity, R zero. What is not port-Hamiltonian is refused: matrix, entry and
+size of the violation are named.)");
+}
+
+}  // namespace
+
+void bind_network(py::module_& m) {
+  bind_elements(m);
+  bind_linear(m);
+  py::class_<NetworkModel, Model, std::shared_ptr<NetworkModel>>(
+      m, "NetworkModel",
+      R"(The system a Network builds. State: the members' states one after another; with one member its blocks keep their names,
+with several they are prefixed '<member>.'.)")
+      .def("offset", &NetworkModel::offset, arg("member"), "Where the state of a member begins.")
+      .def_property_readonly("casimirs", &NetworkModel::casimirs,
+                             "The Casimirs as sentences, 'spring.elongation - arm.elbow'.");
+
+  py::class_<Network>(
+      m, "Network",
+      R"(Collects members and junctions, checks each as it comes, and builds the model. Ports are named
+'<member>.<port>', as 'arm.elbow.torque'.
+
+Every method raises InvalidArgument with one sentence for an unknown or ambiguous name, ports whose kinds, sizes or units
+do not match, and a port that is joined already. In all u = (K - D) y + v with K skew and D + D^T >= 0.)")
+      .def(py::init<std::string>(), arg("name"))
+      .def(
+          "add",
+          [](Network& n, const std::string& name, std::shared_ptr<const Model> member) -> Network& {
+            return n.add(name, std::move(member));
+          },
+          arg("name"), arg("member"), chain, "A member. Several of one type share their model.")
+      .def("main", &Network::main, arg("name"), chain,
+           "The member the others are elements of: its blocks, books and invariants keep their "
+           "names.")
+      .def("feedback", &Network::feedback, arg("effort_in"), arg("flow_in"), chain,
+           "The flow of effort_in drives flow_in, whose effort acts back: u_a = -y_b, u_b = y_a.")
+      .def("transformer", &Network::transformer, arg("effort_in"), arg("flow_in"), arg("ratio"),
+           chain, "A gear, a lever: u_b = ratio y_a, u_a = -ratio y_b.")
+      .def("gyrator", &Network::gyrator, arg("a"), arg("b"), arg("r"), chain,
+           "A motor constant, a precession: of two ports of one kind, u_b = r y_a, u_a = -r y_b.")
+      .def(
+          "one_junction",
+          [](Network& n, const std::string& name, py::object ends) -> Network& {
+            return n.one_junction(name, ends_of(ends));
+          },
+          arg("name"), arg("ends"), chain,
+          "One flow, efforts sum to zero; exactly one effort_in port sets the flow. ends: ports, "
+          "or (port, sign).")
+      .def(
+          "zero_junction",
+          [](Network& n, const std::string& name, py::object ends) -> Network& {
+            return n.zero_junction(name, ends_of(ends));
+          },
+          arg("name"), arg("ends"), chain,
+          "One effort, flows sum to zero; exactly one flow_in port sets the effort. ends: ports, "
+          "or (port, sign).")
+      .def(
+          "couple",
+          [](Network& n, const std::vector<std::string>& ports, py::object K) -> Network& {
+            return n.couple(ports, matrix("K", K));
+          },
+          arg("ports"), arg("K"), chain,
+          "u = K y over the ports one after another. InvalidArgument if K is not skew.")
+      .def(
+          "resist",
+          [](Network& n, const std::string& name, const std::string& port,
+             std::shared_ptr<Function> law, int component) -> Network& {
+            return n.resist(name, port, const_ptr(std::move(law)), component);
+          },
+          arg("name"), arg("port"), arg("law"), arg("component") = 0, chain,
+          "u -= law(y) of a port of size 1, or of one component of a larger one.")
+      .def(
+          "resist",
+          [](Network& n, const std::string& name, const std::vector<std::string>& ports,
+             py::object D) -> Network& { return n.resist(name, ports, matrix("D", D)); },
+          arg("name"), arg("ports"), arg("D"), chain,
+          "Rayleigh damping u -= D y over the ports one after another. InvalidArgument if D + D^T "
+          "is not >= 0.")
+      .def(
+          "source",
+          [](Network& n, const std::string& name, const std::string& port,
+             std::shared_ptr<Function> v, int component) -> Network& {
+            return n.source(name, port, const_ptr(std::move(v)), component);
+          },
+          arg("name"), arg("port"), arg("v"), arg("component") = 0, chain, "u += v(t).")
+      .def(
+          "control",
+          [](Network& n, const std::string& name, const std::string& port, std::shared_ptr<Law> law,
+             double period, std::vector<std::string> encoder,
+             std::vector<std::string> sensors) -> Network& {
+            return n.control(name, port, LawPtr(std::move(law)),
+                             {period, std::move(encoder), std::move(sensors)});
+          },
+          arg("name"), arg("port"), arg("law"), py::kw_only(), arg("period") = 0.0,
+          arg("encoder") = std::vector<std::string>{}, arg("sensors") = std::vector<std::string>{},
+          chain,
+          R"(A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the books as
+`name`, and nothing asks it to be passive.
+
+period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then
+what kappa would have supplied all the time, and `name`.hold what the hold adds. encoder: coordinates
+('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.)")
+      .def("potential", &Network::potential, arg("name"), arg("coordinate"), arg("U"), chain,
+           "H += U(z), z a coordinate with a conjugate momentum: '<member>.<block>'.")
+      .def(
+          "build",
+          [](const Network& n) { return std::const_pointer_cast<NetworkModel>(n.build()); },
+          R"(The system. Ports that nothing was joined to stay its ports.
+
+Raises InvalidArgument for a required port that is not joined, an open port with feedthrough, or an algebraic loop without
+a solution.)");
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,24 @@
+"""Porthos from Python: port-Hamiltonian systems, structure-preserving integrators, runs with a verdict.
+
+    import porthos
+    result = porthos.Scene("examples/ets_vii/scene.toml").run(out="results/ets_vii")
+    print(result)                  # every check with its limit, and the verdict
+    result["energy_error"]         # a numpy array; result.names lists all
+
+Names are those of the C++ headers, docs/python.md shows them at work.
+"""
+
+from . import energy_shaping, vsa
+from ._core import *  # noqa: F403
+from ._core import InvalidArgument, version_text
+from .results import Comparison, Result, open
+from .runs import Scene, compare, simulate, verify
+
+__version__ = version_text().split()[1]
+
+
+def plot(result, path=None):
+    """Plots of a result (a Result, or a results folder) into PNG or SVG files; see porthos.plot."""
+    from .plotting import plot as draw
+
+    return draw(result, path)

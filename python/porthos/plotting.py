@@ -1,0 +1,156 @@
+"""Pictures of a run, by matplotlib: energies, works, the defect of the balance with guide lines, momentum errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._core import InvalidArgument
+from .results import PathLike, Result
+from .results import open as open_result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, SOFT, GRID, GUIDE = "#1f2933", "#66717f", "#e4e8ed", "#8a94a0"
+# told apart by lightness as well, for readers who do not see all colours
+LINES = ["#2a5b8c", "#c8743a", "#4f8f5b", "#8a5aa8", "#b8a13a", "#3f9c9c", "#a84a5f", "#777f88"]
+FLOOR = 1e-300
+
+
+def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
+    """Indices of at most so many records, the last among them."""
+    return np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
+
+
+def envelope(t: np.ndarray, y: np.ndarray, columns: int = 1200) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(t, least, greatest) of |y| in columns of equal width in log t: every peak of a million records stays."""
+    keep = t > 0
+    t, y = t[keep], np.abs(y[keep])
+    if len(t) <= columns:
+        return t, y, y
+    edges = np.geomspace(t[0], t[-1], columns + 1)
+    at = np.unique(np.searchsorted(t, edges[:-1]))
+    at = at[at < len(t)]
+    return t[at], np.minimum.reduceat(y, at), np.maximum.reduceat(y, at)
+
+
+def _style(ax: "Axes", title: str, unit: str) -> None:
+    ax.set_title(title, loc="left", fontsize=9, color=INK)
+    ax.set_ylabel(unit, fontsize=8, color=SOFT)
+    ax.tick_params(labelsize=7.5, colors=SOFT, length=3)
+    ax.grid(True, color=GRID, linewidth=0.7)
+    ax.set_axisbelow(True)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        ax.spines[side].set_color(GUIDE)
+
+
+def _legend(ax: "Axes") -> None:
+    handles, _ = ax.get_legend_handles_labels()
+    if handles:
+        ax.legend(fontsize=7, frameon=False, labelcolor=INK, ncol=1 + (len(handles) > 5), loc="best", handlelength=1.4)
+
+
+def _energies(ax: "Axes", r: Result) -> None:
+    stored, at = r.group("stored"), thinned(r.time)
+    t, base = r.time[at], np.zeros(len(at))
+    _style(ax, "stored energies, stacked from their least values", "J")
+    for k, (name, y) in enumerate(stored.items()):
+        top = base + (y[at] - min(0.0, y.min()))
+        ax.fill_between(t, base, top, color=LINES[k % len(LINES)], alpha=0.75, linewidth=0, label=name)
+        base = top
+    _legend(ax)
+
+
+def _works(ax: "Axes", r: Result) -> None:
+    _style(ax, "works: through sources (full), to losses (dashed)", "J")
+    at = thinned(r.time)
+    lines = [(n, y, "-") for n, y in r.group("supplied").items()] + [(n, y, "--") for n, y in r.group("dissipated").items()]
+    for k, (name, y, dash) in enumerate(lines):
+        ax.plot(r.time[at], y[at], dash, color=LINES[k % len(LINES)], linewidth=1.2, label=name)
+    if not lines:
+        ax.text(0.5, 0.5, "nothing is supplied or lost", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
+    _legend(ax)
+
+
+def _guides(ax: "Axes", t: np.ndarray, level: float) -> None:
+    """t^(1/2), a random walk of rounding errors, and t, a drift, through the level at the end."""
+    for power, name in ((0.5, "∝ √t"), (1.0, "∝ t")):
+        y = level * (t / t[-1]) ** power
+        ax.plot(t, y, ":", color=GUIDE, linewidth=1)
+        k = int(0.12 * len(t))
+        ax.annotate(name, (t[k], y[k]), textcoords="offset points", xytext=(0, -9), fontsize=7, color=GUIDE)
+
+
+def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], guides: bool) -> None:
+    ends = []
+    for k, (name, (t, y)) in enumerate(curves.items()):
+        if not np.any(y):
+            ax.plot([], [], color=LINES[k], label=f"{name}: exactly 0")
+            continue
+        t, low, high = envelope(t, y)
+        ax.fill_between(t, np.maximum(low, high.max() * 1e-6), np.maximum(high, high.max() * 1e-6), color=LINES[k], alpha=0.45, linewidth=0.6,
+                        edgecolor=LINES[k], label=name)
+        so_far = np.maximum.accumulate(high)
+        ax.plot(t, np.maximum(so_far, FLOOR), color=LINES[k], linewidth=1.1)
+        ends.append((t, so_far[-1]))
+    if ends:
+        ax.set_xscale("log"), ax.set_yscale("log")
+        if guides:
+            _guides(ax, np.geomspace(ends[0][0][0], ends[0][0][-1], 200), ends[0][1])
+    _legend(ax)
+
+
+def draw(result: Result) -> "Figure":
+    """Four panels of one result, as a matplotlib Figure."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InvalidArgument("plots need matplotlib, which is not installed (Debian: python3-matplotlib); "
+                              "the command `porthos plot` draws SVG without it") from None
+    s = result.summary
+    figure = Figure(figsize=(11, 6.6), layout="constrained")
+    ((a, b), (c, d)) = figure.subplots(2, 2)
+    _energies(a, result)
+    _works(b, result)
+    scale = s["energy"]["scale_J"] or 1.0
+    _style(c, "defect of the balance, relative (band: range, line: largest so far)", "1")
+    _logarithmic(c, {"energy": (result.time, result["energy_error"] / scale)}, True)
+    limit = next((x["limit"] for x in s["checks"] if x["name"] == "energy"), None)
+    if limit and c.get_yscale() == "log":
+        c.axhline(limit, color="#c8472f", linewidth=1)
+        c.annotate("limit", (1, limit), xycoords=("axes fraction", "data"), xytext=(-2, 3), textcoords="offset points",
+                   ha="right", fontsize=7, color="#c8472f")
+    _style(d, "momentum errors (world axes) and |ξ| - 1", "kg m/s, kg m²/s, 1")
+    size = lambda name: np.linalg.norm(result[name], axis=1)
+    _logarithmic(d, {"linear": (result.time, size("linear_momentum_error")), "angular": (result.time, size("angular_momentum_error")),
+                     "quaternion norm": (result.time, result["quaternion_norm_error"])}, False)
+    for ax in (c, d):
+        ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
+    figure.suptitle(f"{s['title']}    {s['method']}, step {s['step_s']:g} s, {s['steps']} steps, verdict: {s['verdict']}",
+                    x=0.01, ha="left", fontsize=11, color=INK)
+    return figure
+
+
+def plot(result: Result | PathLike, path: PathLike | None = None) -> Any:
+    """Draws a result, or the one in a folder. path: a .png or .svg file; None: plot.png in the folder of the run, or for a
+    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each.
+    """
+    if not isinstance(result, Result):
+        result = open_result(result)
+    phases = result.phases
+    if len(phases) > 1:
+        return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}")) for k, p in enumerate(phases, 1)]
+    if path is None and result.folder is not None:
+        path = result.folder / "plot.png"
+    figure = draw(phases[0])
+    if path is not None:
+        if Path(path).suffix not in (".png", ".svg", ".pdf"):
+            raise InvalidArgument(f"path is '{path}', expected a name that ends with .png, .svg or .pdf")
+        figure.savefig(path, dpi=150)
+    return figure

@@ -1,0 +1,176 @@
+"""What a run leaves behind: docs/results.md."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Iterator, Union
+
+import numpy as np
+
+from ._core import InvalidArgument, RunFile
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+class Result(Mapping):
+    """A finished run: figures, verdict and time series.
+
+    Time series are numpy arrays by the names of run.h5: result["energy_error"], result["state/elbow"]. Those of a folder are
+    read when they are asked for, and kept; those of a run in memory are views of one array.
+    """
+
+    def __init__(self, summary: dict[str, Any], folder: Path | None = None,
+                 columns: dict[str, tuple[np.ndarray, str]] | None = None,
+                 states: np.ndarray | None = None):
+        self.summary = summary  #: as summary.json
+        self.folder = folder  #: None for a run in memory
+        self._columns = columns
+        self._states = states
+        self._file: RunFile | None = None
+        self._read: dict[str, np.ndarray] = {}
+
+    # --- figures ------------------------------------------------------------------------------------------------------
+    @property
+    def verdict(self) -> str:
+        """"pass" if the run reached its end and every check passed, else "fail"."""
+        return self.summary["verdict"]
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict == "pass"
+
+    @property
+    def checks(self) -> list[dict[str, Any]]:
+        """name, value, limit, pass: one per limit."""
+        return self.summary["checks"]
+
+    @property
+    def notes(self) -> list[str]:
+        return self.summary["notes"]
+
+    def __str__(self) -> str:
+        s, e = self.summary, self.summary["energy"]
+        lines = [f"{s['title'] or 'run'}: {s['method']}, {s['steps']} steps of {s['step_s']:g} s, {s['simulated_s']:g} s simulated", ""]
+        rows = [("check", "value", "limit", "")]
+        rows += [(c["name"], _short(c["value"]), _short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
+        if len(rows) > 1:
+            width = [max(len(r[k]) for r in rows) for k in range(4)]
+            lines += ["  ".join(t.ljust(w) for t, w in zip(r, width)).rstrip() for r in rows] + [""]
+        lines.append(f"energy   start {_short(e['initial_J'])} J, error max {_short(e['max_abs_error_J'])} J"
+                     f" = {_short(e['max_rel_error'])} relative")
+        lines += [f"note     {n}" for n in self.notes]
+        if self.folder:
+            lines.append(f"results  {self.folder}")
+        return "\n".join(lines + [f"verdict  {self.verdict if self.passed else 'FAIL'}"])
+
+    def __repr__(self) -> str:
+        return f"<porthos.Result '{self.summary['title']}': {self.verdict}, {self.summary['records']} records>"
+
+    # --- time series --------------------------------------------------------------------------------------------------
+    @property
+    def phases(self) -> list["Result"]:
+        """The runs between events, each with time series of its own; [self] without events."""
+        if self.folder and not (self.folder / "run.h5").exists():
+            k, all = 1, []
+            while (self.folder / f"phase_{k}" / "summary.json").exists():
+                all.append(open(self.folder / f"phase_{k}"))
+                k += 1
+            return all
+        return [self]
+
+    @property
+    def file(self) -> RunFile | None:
+        """run.h5, None for a run in memory."""
+        if self._file is None and self.folder is not None:
+            if len(self.phases) > 1:
+                raise InvalidArgument(f"{self.folder} has time series by phase: take them from .phases, which are {len(self.phases)}")
+            self._file = RunFile(self.folder / "run.h5")
+        return self._file
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all time series."""
+        if self._columns is not None:
+            return list(self._columns)
+        return [n for n in self.file.names if not n.startswith("provenance/")]
+
+    def unit(self, name: str) -> str:
+        if self._columns is not None:
+            return self._columns[name][1]
+        return self.file.attributes(name)["unit"]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if self._columns is not None:
+            if name not in self._columns:
+                raise KeyError(f"the run has no series '{name}', it has {', '.join(self._columns)}")
+            return self._columns[name][0]
+        if name not in self._read:
+            if name not in self.file.names:
+                raise KeyError(f"the run has no series '{name}', it has {', '.join(self.names)}")
+            self._read[name] = self.file.read(name)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n,) [s]"""
+        return self["time"]
+
+    @property
+    def x(self) -> np.ndarray:
+        """The flat states, (n, nx): of runs in memory only, a view. Angles are in [-pi, pi], with "turns" beside."""
+        if self._states is None:
+            raise InvalidArgument("the flat states are kept by runs in memory only, expected the series of state/ and momentum/")
+        return self._states
+
+    def group(self, name: str) -> dict[str, np.ndarray]:
+        """The series of a group without its name: group("stored") -> {"kinetic": ..., "gravity": ...}."""
+        start = name + "/"
+        return {n[len(start):]: self[n] for n in self.names if n.startswith(start)}
+
+
+def _short(x) -> str:
+    return "null" if x is None else f"{x:.3g}"
+
+
+def open(folder: PathLike) -> Result:
+    """The result in a folder that a run has written.
+
+    Raises InvalidArgument where there is none, or an unfinished one.
+    """
+    folder = Path(folder)
+    summary = folder / "summary.json"
+    if not folder.is_dir():
+        raise InvalidArgument(f"{folder} is not a folder, expected one with the results of a run")
+    if not summary.exists():
+        unfinished = (folder / "checkpoint").exists()
+        raise InvalidArgument(f"{folder} holds an unfinished run: continue it with resume=True" if unfinished else
+                              f"{folder} has no summary.json, expected the results of a run")
+    try:
+        content = json.loads(summary.read_text(encoding="utf-8"))
+    except ValueError as e:
+        raise InvalidArgument(f"{summary} is damaged: {e}") from None
+    return Result(content, folder)
+
+
+class Comparison:
+    """Speed against error: docs/compare.md."""
+
+    def __init__(self, content: dict[str, Any], table: str, folder: Path | None):
+        self.content = content  #: as compare.json
+        self.table = table  #: as compare.txt
+        self.folder = folder
+
+    def __str__(self) -> str:
+        return self.table

@@ -1,0 +1,167 @@
+"""Runs: scenes, systems of one's own, checks and comparisons."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any, Callable, Mapping, Sequence, Union
+
+from . import _core
+from ._core import InvalidArgument, Model, SceneData
+from .progress import chosen
+from .results import Comparison, PathLike, Result
+from .results import open as open_result
+
+Tell = Union[bool, None, Callable[[float, float, float], None]]
+
+
+def _name_of(path: Path) -> str:
+    """examples/ets_vii/scene.toml -> "ets_vii", arm.toml -> "arm"."""
+    folder = path.resolve().parent.name
+    return folder if path.name == "scene.toml" and folder else path.stem
+
+
+class Scene:
+    """A scene file: one TOML file that describes a run completely (docs/scene.md).
+
+    method, step [s] and duration [s] replace those of the file. `data` holds the rest, to be changed before a run.
+    Raises InvalidArgument, one sentence "file:line:column: ...".
+    """
+
+    def __init__(self, path: PathLike, *, method: str | None = None, step: float | None = None, duration: float | None = None):
+        self.path = Path(path)
+        self.data: SceneData = _core.read_scene(self.path, method=method, step=step, duration=duration)
+        self._assembly: _core.Assembly | None = None
+
+    @property
+    def assembly(self) -> _core.Assembly:
+        """The model, its mechanism and the state at the start."""
+        if self._assembly is None:
+            self._assembly = _core.assemble(self.data)
+        return self._assembly
+
+    @property
+    def model(self) -> Model:
+        return self.assembly.model
+
+    def info(self) -> str:
+        """States, ports, invariants, plan and the measured cost of one evaluation."""
+        return _core.info_text(self.data, self.assembly)
+
+    def run(self, out: PathLike | None = None, *, resume: bool = False, progress: Tell = None) -> Result:
+        """Runs the scene into the folder `out` (default: results/<name of the scene>) and judges it.
+
+        resume: continue from the checkpoint in the folder. progress: True, False, None (in terminals and notebooks), or a
+        function of (fraction, spent, left). Ctrl-C saves a checkpoint and raises KeyboardInterrupt.
+        """
+        return _into(self.data, self.assembly, out or Path("results") / _name_of(self.path), resume, False, progress)
+
+    def verify(self, out: PathLike | None = None, *, progress: Tell = None) -> Result:
+        """The same with every check: also symmetry in time and the axioms of the system."""
+        if self.data.verify.symmetry is None:
+            limits = self.data.verify
+            limits.symmetry = _SYMMETRY
+            self.data.verify = limits
+        return _into(self.data, self.assembly, out or Path("results") / (_name_of(self.path) + "-verify"), False, True, progress)
+
+    def compare(self, *, methods: Sequence[str] = (), budget: float = 120.0, duration: float | None = None,
+                out: PathLike | None = None, progress: Tell = None) -> Comparison:
+        """Speed against error of every method that fits, over a range of steps. budget: CPU seconds for everything."""
+        return _compare(self.data, self.assembly, methods, budget, duration, out, progress)
+
+    def __repr__(self) -> str:
+        return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"
+
+
+_SYMMETRY = 1e-9  # forth and back by a symmetric method leaves rounding only: far below this, far above if it is not
+
+
+def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress: Tell) -> Result:
+    tell, line = chosen(progress)
+    try:
+        summary, interrupted = _core.run_into(data, assembly, str(out), resume, symmetry, tell)
+    finally:
+        line.finish()
+    if interrupted:
+        raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
+    return Result(json.loads(summary), Path(out))
+
+
+def _in_memory(data, assembly, symmetry: bool, progress: Tell) -> Result:
+    tell, line = chosen(progress)
+    try:
+        summary, columns, states = _core.run_in_memory(data, assembly, symmetry, tell)
+    finally:
+        line.finish()
+    return Result(json.loads(summary), None, columns, states)
+
+
+def _compare(data, assembly, methods, budget, duration, out, progress) -> Comparison:
+    tell, line = chosen(progress)
+    try:
+        content, table = _core.compare_methods(data, assembly, list(methods), budget, duration, str(out or ""), tell)
+    finally:
+        line.finish()
+    return Comparison(json.loads(content), table, Path(out) if out else None)
+
+
+def _scene_of(model: Model, x, step, duration, method, record_every, limits, title, options) -> tuple[SceneData, _core.Assembly]:
+    data = SceneData()
+    data.title = title if title is not None else model.description.name
+    data.method, data.step, data.duration = method, step, duration
+    data.record_every = record_every if record_every is not None else step
+    known = {"rtol", "iteration_tolerance"}
+    for name, value in options.items():
+        if name not in known:
+            raise InvalidArgument(f"there is no option '{name}', expected one of: {', '.join(sorted(known))}")
+        setattr(data, name, value)
+    data.verify = _core.Limits(**(limits or {}))
+    return data, _core.assembly_of(model, x)
+
+
+def simulate(model: Model, x, *, step: float, duration: float, method: str = "gauss16", record_every: float | None = None,
+             limits: Mapping[str, float] | None = None, out: PathLike | None = None, title: str | None = None,
+             progress: Tell = None, **options: Any) -> Result:
+    """Runs a model from the state x: round(duration / step) steps, a record every `record_every` [s] (default: every step).
+
+    limits: of the verdict, relative: {"energy": 1e-12, "balance": 1e-12}; see Limits. out: a folder for the files of a run
+    (docs/results.md); without it the run stays in memory. options: rtol, iteration_tolerance.
+    """
+    data, assembly = _scene_of(model, x, step, duration, method, record_every, limits, title, options)
+    if out is not None:
+        return _into(data, assembly, out, False, False, progress)
+    return _in_memory(data, assembly, False, progress)
+
+
+def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,
+           method: str = "gauss16", limits: Mapping[str, float] | None = None, progress: Tell = None, **options: Any) -> Result:
+    """A run with every check: the limits, symmetry in time and the axioms of the system.
+
+    what: a scene (or its path), or a model with the state x, step and duration.
+    """
+    if not isinstance(what, Model):
+        scene = what if isinstance(what, Scene) else Scene(what, step=step, duration=duration)
+        with tempfile.TemporaryDirectory() as folder:
+            return Result(scene.verify(Path(folder) / "verify", progress=progress).summary)
+    if x is None or step is None or duration is None:
+        raise InvalidArgument("verify of a model needs the state x, step and duration")
+    limits = {"symmetry": _SYMMETRY, **(limits or {})}
+    data, assembly = _scene_of(what, x, step, duration, method, None, limits, None, options)
+    return _in_memory(data, assembly, True, progress)
+
+
+def compare(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,
+            methods: Sequence[str] = (), budget: float = 120.0, out: PathLike | None = None, progress: Tell = None) -> Comparison:
+    """Speed against error of every method that fits, over a range of steps (docs/compare.md).
+
+    what: a scene (or its path), or a model with the state x, step (the trials begin there) and duration. budget: CPU seconds
+    for everything. out: a folder for compare.json, compare.txt and work_precision.svg.
+    """
+    if not isinstance(what, Model):
+        scene = what if isinstance(what, Scene) else Scene(what, step=step)
+        return scene.compare(methods=methods, budget=budget, duration=duration, out=out, progress=progress)
+    if x is None or step is None or duration is None:
+        raise InvalidArgument("compare of a model needs the state x, step and duration")
+    data, assembly = _scene_of(what, x, step, duration, "gauss16", None, None, None, {})
+    return _compare(data, assembly, methods, budget, duration, out, progress)

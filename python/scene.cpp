@@ -1,0 +1,270 @@
+// Scenes, runs, comparisons and their results.
+#include "scene/scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <set>
+
+#include "phs/network.h"
+#include "python/arrays.h"
+#include "python/bind.h"
+#include "python/keywords.h"
+#include "python/patience.h"
+#include "python/simulation.h"
+#include "scene/compare.h"
+#include "scene/files.h"
+#include "scene/hdf5_reader.h"
+
+namespace porthos::python {
+namespace {
+
+using namespace scene;
+using py::arg;
+
+/// A run's options with the flag and the figures of patiently().
+template <class Options>
+void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
+  o.stop = &stop;
+  o.progress = [&](double fraction, double spent, double left) {
+    advance.spent = spent, advance.left = left, advance.fraction = fraction;
+  };
+}
+
+/// (summary.json, whether it was interrupted) of a run into a folder.
+py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bool resume,
+                   bool check_symmetry, py::object tell) {
+  RunOptions o{.out = out, .resume = resume, .check_symmetry = check_symmetry};
+  RunReport r;
+  Advance advance;
+  patiently(
+      [&](const std::atomic<bool>& stop) {
+        attach(o, stop, advance);
+        r = run(s, a, o);
+      },
+      std::move(tell), &advance);
+  return py::make_tuple(r.interrupted ? "" : read_file(out + "/summary.json"), r.interrupted);
+}
+
+/// The columns of a record log by the names they have in run.h5, as views of one array.
+class Columns {
+ public:
+  explicit Columns(Simulation s) : layout_(s.layout) {
+    const size_t n = layout_.size();
+    count_ = py::ssize_t(s.rows.size() / n);
+    rows_ = as_array(std::move(s.rows), {count_, py::ssize_t(n)});
+  }
+  py::dict named(const phs::Description& d) {
+    const auto real = py::dtype::of<double>();
+    const auto integer = py::dtype::of<std::int64_t>();
+    put("time", layout_.time(), 1, "s", real), put("step", 0, 1, "1", integer);
+    std::set<std::string> taken;
+    for (const auto& b : d.blocks) {
+      const std::string name = link(b.name, taken);
+      put("state/" + name, layout_.x() + size_t(b.at), size_t(b.size), b.unit, real);
+      if (b.momentum >= 0)
+        put("momentum/" + name, layout_.x() + size_t(b.momentum), size_t(b.size), b.momentum_unit,
+            real);
+    }
+    if (layout_.turns > 0) put("turns", layout_.turn(), layout_.turns, "1", integer, true);
+    put("energy_error", layout_.energy(), 1, "J", real);
+    put("linear_momentum_error", layout_.linear(), 3, "kg m/s", real);
+    put("angular_momentum_error", layout_.angular(), 3, "kg m^2/s", real);
+    put("quaternion_norm_error", layout_.quaternion(), 1, "1", real);
+    taken.clear();
+    for (size_t k = 0; k < d.storages.size(); ++k)
+      put("stored/" + link(d.storages[k], taken), layout_.stored() + k, 1, "J", real);
+    taken.clear();
+    for (size_t a = 0; a < d.powers.size(); ++a)
+      put((d.powers[a].kind == phs::PowerKind::supplied ? "supplied/" : "dissipated/") +
+              link(d.powers[a].name, taken),
+          layout_.work() + a, 1, "J", real);
+    return named_;
+  }
+  /// x of every record, (n, nx).
+  py::array states() { return part(layout_.x(), layout_.nx, py::dtype::of<double>(), true); }
+
+ private:
+  static std::string link(std::string name, std::set<std::string>& taken) {
+    for (char& c : name)
+      if (c == '/') c = '_';
+    while (!taken.insert(name).second) name += "_";
+    return name;
+  }
+  py::array part(size_t first, size_t columns, const py::dtype& type, bool matrix) {
+    const auto width = py::ssize_t(layout_.size() * sizeof(double));
+    Shape shape{count_}, strides{width};
+    if (matrix) shape.push_back(py::ssize_t(columns)), strides.push_back(sizeof(double));
+    return py::array(type, shape, strides, rows_.data() + first, rows_);
+  }
+  void put(const std::string& name, size_t first, size_t columns, const std::string& unit,
+           const py::dtype& type, bool matrix = false) {
+    named_[py::str(name)] = py::make_tuple(part(first, columns, type, matrix || columns > 1), unit);
+  }
+  RecordLayout layout_;
+  py::ssize_t count_ = 0;
+  py::array_t<double> rows_;
+  py::dict named_;
+};
+
+/// (summary.json, {name: (array, unit)}, states) of a run in memory.
+py::tuple run_in_memory(const Scene& s, const Assembly& a, bool check_symmetry, py::object tell) {
+  RunOptions o{.check_symmetry = check_symmetry};
+  std::optional<Simulation> done;
+  Advance advance;
+  patiently(
+      [&](const std::atomic<bool>& stop) {
+        attach(o, stop, advance);
+        done.emplace(simulate(s, a, o));
+      },
+      std::move(tell), &advance);
+  const std::string summary = done->summary;
+  Columns columns(std::move(*done));
+  const py::dict named = columns.named(a.model->description());
+  return py::make_tuple(summary, named, columns.states());
+}
+
+/// (compare.json, compare.txt), and the files in `out` unless it is empty.
+py::tuple compare_methods(const Scene& s, const Assembly& a,
+                          const std::vector<std::string>& methods, double budget,
+                          std::optional<double> duration, const std::string& out, py::object tell) {
+  CompareOptions o{.methods = methods, .budget_s = budget, .duration = duration};
+  check(o);
+  if (!out.empty()) make_folder(out);
+  Comparison c;
+  Advance advance;
+  patiently(
+      [&](const std::atomic<bool>& stop) {
+        attach(o, stop, advance);
+        c = compare(s, a, o);
+        if (!out.empty()) write_comparison(out, s, c);
+      },
+      std::move(tell), &advance);
+  return py::make_tuple(comparison_json(s, c), comparison_table(s, c));
+}
+
+Assembly assembly_from(std::shared_ptr<const phs::Model> model, py::object x) {
+  const auto start = numbers("x", x, size_t(model->description().nx));
+  Assembly a = assembly_of(model, start);
+  if (auto m = std::dynamic_pointer_cast<const mechanics::MechanicalModel>(model)) {
+    a.mechanism = std::shared_ptr<const mechanics::Mechanism>(m, &m->mechanism());
+    a.mechanical = std::move(m);
+  }
+  return a;
+}
+
+void bind_reader(py::module_& m) {
+  py::class_<Hdf5Reader>(m, "RunFile", "The run.h5 of a run.")
+      .def(py::init([](py::object path) {
+             return std::make_unique<Hdf5Reader>(std::string(py::str(path)));
+           }),
+           arg("path"))
+      .def_property_readonly(
+          "names",
+          [](const Hdf5Reader& f) {
+            std::vector<std::string> names;
+            for (const auto& [name, d] : f.datasets()) names.push_back(name);
+            return names;
+          },
+          "Every dataset, 'state/elbow', 'energy_error', ...")
+      .def(
+          "read",
+          [](const Hdf5Reader& f, const std::string& name) -> py::object {
+            const auto& d = f.dataset(name);
+            if (d.kind == Hdf5Reader::Kind::text) return py::str(f.text(name));
+            const Shape shape(d.shape.begin(), d.shape.end());
+            if (d.kind == Hdf5Reader::Kind::integer) {
+              py::array_t<std::int64_t> a(shape);
+              return f.read(name, a.mutable_data()), a;
+            }
+            py::array_t<double> a(shape);
+            return f.read(name, a.mutable_data()), a;
+          },
+          arg("name"), "A dataset as an array, or its text.")
+      .def(
+          "attributes",
+          [](const Hdf5Reader& f, const std::string& object) {
+            py::dict all;
+            for (const auto& [name, text] : f.texts(object)) all[py::str(name)] = text;
+            for (const auto& [name, x] : f.numbers(object)) all[py::str(name)] = x;
+            return all;
+          },
+          arg("object") = "/", "Attributes of a dataset or group ('/': of the file).");
+}
+
+}  // namespace
+
+void bind_scene(py::module_& m) {
+  py::class_<Limits>(m, "Limits", "Limits of the verdict, relative. None: not checked.")
+      .def(from_keywords<Limits>())
+      .def_readwrite("energy", &Limits::energy)
+      .def_readwrite("linear_momentum", &Limits::linear_momentum)
+      .def_readwrite("angular_momentum", &Limits::angular_momentum)
+      .def_readwrite("quaternion_norm", &Limits::quaternion_norm)
+      .def_readwrite("balance", &Limits::balance)
+      .def_readwrite("symmetry", &Limits::symmetry)
+      .def_readwrite("orbital", &Limits::orbital)
+      .def_readwrite("coupling", &Limits::coupling);
+  py::class_<Scene>(m, "SceneData",
+                    "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
+      .def(py::init<>())
+      .def_readonly("path", &Scene::path)
+      .def_readwrite("title", &Scene::title)
+      .def_readwrite("method", &Scene::method, "See methods(); 'auto': found by pilot runs.")
+      .def_readwrite("step", &Scene::step, "[s]")
+      .def_readwrite("duration", &Scene::duration,
+                     "[s]; the run takes round(duration / step) steps.")
+      .def_readwrite("record_every", &Scene::record_every,
+                     "[s]; rounded to whole steps, at least one.")
+      .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")
+      .def_readwrite("iteration_tolerance", &Scene::iteration_tolerance,
+                     "Of implicit methods; 0: to rounding.")
+      .def_readwrite("checkpoint_every", &Scene::checkpoint_every, "Wall-clock seconds.")
+      .def_readwrite("verify", &Scene::verify);
+  py::class_<Assembly>(m, "Assembly", "Everything a run needs, put together from a scene.")
+      .def_property_readonly(
+          "model", [](const Assembly& a) { return std::const_pointer_cast<phs::Model>(a.model); },
+          "What is run.")
+      .def_property_readonly(
+          "mechanism",
+          [](const Assembly& a) {
+            return std::const_pointer_cast<mechanics::Mechanism>(a.mechanism);
+          },
+          "The mechanism in it; None in a system without one.")
+      .def_property_readonly("initial", [](const Assembly& a) { return a.initial; })
+      .def_readonly("notes", &Assembly::notes);
+
+  m.def(
+      "read_scene",
+      [](py::object path, std::optional<std::string> method, std::optional<double> step,
+         std::optional<double> duration) {
+        Scene s = read_scene(std::string(py::str(path)));
+        apply(s, {method, step, duration});
+        return s;
+      },
+      arg("path"), py::kw_only(), arg("method") = py::none(), arg("step") = py::none(),
+      arg("duration") = py::none(),
+      "Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for "
+      "whatever is wrong in it.");
+  m.def("assemble", &assemble, arg("scene"));
+  m.def("assembly_of", &assembly_from, arg("model"), arg("x"),
+        "A system of the user's own instead of a model file, from the state x at time 0.");
+  m.def("info_text", &info_text, arg("scene"), arg("assembly"),
+        "What `porthos info` prints: states, ports, invariants, plan, cost of one evaluation.");
+  m.def("version_text", &version_text, "What `porthos --version` prints.");
+  m.def("run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
+        arg("check_symmetry") = false, arg("tell") = py::none(),
+        "Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with "
+        "(fraction, spent, left).");
+  m.def("run_in_memory", &run_in_memory, arg("scene"), arg("assembly"),
+        arg("check_symmetry") = false, arg("tell") = py::none(),
+        "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "
+        "run.h5.");
+  m.def("compare_methods", &compare_methods, arg("scene"), arg("assembly"), arg("methods"),
+        arg("budget"), arg("duration"), arg("out"), arg("tell") = py::none(),
+        "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
+        "empty.");
+  bind_reader(m);
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,106 @@
+#include "python/simulation.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "scene/cpu_clock.h"
+#include "scene/ledger.h"
+#include "scene/verdict.h"
+
+namespace porthos::python {
+namespace {
+
+using integrators::Outcome;
+using namespace scene;
+using Clock = std::chrono::steady_clock;
+
+void require(const Scene& s) {
+  const auto positive = [](const char* name, double x) {
+    if (!(x > 0) || !std::isfinite(x))
+      throw InvalidArgument(
+          fmt::format("{} is {}, expected a positive number of seconds", name, x));
+  };
+  positive("step", s.step), positive("duration", s.duration);
+  positive("record_every", s.record_every);
+  if (s.method == "auto")
+    throw InvalidArgument(
+        "method is 'auto', expected a method's name: pilot runs are for scenes with an `out` "
+        "folder");
+  if (s.step_control != integrators::StepControl::fixed || s.monitor || !s.events.empty() ||
+      s.orbit)
+    throw InvalidArgument(
+        "a scene with a step control, a monitor, events or an orbit cannot run in memory: give it "
+        "an "
+        "`out` folder");
+}
+
+}  // namespace
+
+Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
+  require(scene);
+  const auto wall = Clock::now();
+  const double cpu = thread_cpu_now();
+  const phs::Description& d = assembly.model->description();
+  const auto integrator = make_integrator(scene, *assembly.model, scene.step);
+  Meter meter(assembly);
+  Ledger ledger(d);
+  phs::State state = assembly.initial;
+  Simulation s{{}, RecordLayout(d, Extrema::none), {}, {}};
+  const std::int64_t total = std::llround(scene.duration / scene.step),
+                     every =
+                         std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step));
+  std::vector<double> row(s.layout.size());
+  s.rows.reserve(size_t(std::min<std::int64_t>(total / every + 2, 1 << 16)) * row.size());
+  Outcome outcome = Outcome::ok;
+  phs::State good = state;
+  const auto record = [&] {
+    const Measured m = meter(state);
+    if (!m.finite() || !std::isfinite(meter.initial_J())) {
+      outcome = Outcome::not_finite;
+      state = good;
+      return;
+    }
+    const double t = double(state.step) * scene.step;
+    const double error = ledger.add(t, m, state.step % every == 0);
+    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {},
+                row);
+    s.rows.insert(s.rows.end(), row.begin(), row.end());
+    good = state;
+  };
+  const auto since = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
+  record();
+  auto told = Clock::now();
+  bool stopped = false;
+  while (outcome == Outcome::ok && state.step < total) {
+    if (options.stop && options.stop->load(std::memory_order_relaxed)) {
+      stopped = true;
+      break;
+    }
+    outcome = integrator->step(state);
+    if (outcome != Outcome::ok) break;
+    ledger.book(integrator->works());
+    if (state.step % every == 0 || state.step == total) record();
+    if (!options.progress || state.step % 64 != 0) continue;
+    if (const auto now = Clock::now(); now - told > std::chrono::milliseconds(250)) {
+      const double f = double(state.step) / double(total);
+      told = now, options.progress(f, since(), since() * (1 - f) / f);
+    }
+  }
+  RunReport& r = s.report;
+  r.title = scene.title, r.method = scene.method, r.step_s = scene.step;
+  r.simulated_s = double(state.step) * scene.step, r.steps = state.step;
+  r.cpu_s = thread_cpu_now() - cpu, r.wall_s = since();
+  r.cost = integrator->cost();
+  ledger.fill(r, meter);
+  r.outcome = outcome, r.interrupted = stopped, r.final_state = state;
+  if (const auto remark = integrator->remark(); !remark.empty()) r.notes.push_back(remark);
+  if (stopped) return s;
+  judge(r, scene, meter);
+  if (options.check_symmetry) judge_symmetry(r, scene, assembly);
+  s.summary = summary_json(scene, assembly, r, r.final_state);
+  return s;
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,198 @@
+// Variable-stiffness actuators: the families, the catalogue and actuators on the joints of a network.
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include "python/arrays.h"
+#include "python/bind.h"
+#include "python/keywords.h"
+#include "vsa/actuator.h"
+#include "vsa/catalogue.h"
+
+namespace porthos::python {
+namespace {
+
+using namespace vsa;
+using py::arg;
+using ElasticHandle = std::shared_ptr<Elastic>;
+
+void bind_elastic(py::module_& m) {
+  py::class_<Limits>(
+      m, "Limits",
+      "Where deflection and sigma end. Beyond, a stop takes up energy as well; nothing is clipped.")
+      .def(from_keywords<Limits>())
+      .def_readwrite("deflection", &Limits::deflection, "[rad], > 0")
+      .def_readwrite("stop_stiffness", &Limits::stop_stiffness,
+                     "[N m/rad^2] where deflection is given, > 0")
+      .def_readwrite("sigma_lower", &Limits::sigma_lower)
+      .def_readwrite("sigma_upper", &Limits::sigma_upper)
+      .def_readwrite("sigma_stop_stiffness", &Limits::sigma_stop_stiffness, "[J/sigma^3]");
+  py::class_<Elastic, ElasticHandle>(
+      m, "Elastic",
+      "The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's "
+      "equilibrium angle, sigma what sets the stiffness.")
+      .def_property_readonly("family", [](const Elastic& e) { return e.traits().family; })
+      .def_property_readonly("title", [](const Elastic& e) { return e.traits().title; })
+      .def_property_readonly(
+          "sigma", [](const Elastic& e) { return e.traits().sigma; },
+          "What sigma is; empty: the energy does not depend on it.")
+      .def_property_readonly("sigma_unit", [](const Elastic& e) { return e.traits().sigma_unit; })
+      .def_property_readonly("limits", [](const Elastic& e) { return e.traits().limits; })
+      .def(
+          "energy",
+          [](const Elastic& e, double q, double theta, double sigma) {
+            return e.energy(q, theta, sigma);
+          },
+          arg("q"), arg("theta"), arg("sigma") = 0.0, "E [J]")
+      .def(
+          "slopes",
+          [](const Elastic& e, double q, double theta, double sigma) {
+            const Slopes<double> s = e.slopes(q, theta, sigma);
+            return py::make_tuple(s.q, s.theta, s.sigma);
+          },
+          arg("q"), arg("theta"), arg("sigma") = 0.0,
+          "dE/d(q, theta, sigma): efforts a motion has to bring up; what the spring does is their "
+          "negative.")
+      .def("stiffness", &Elastic::stiffness, arg("q"), arg("theta"), arg("sigma") = 0.0,
+           "d2E/dq2 [N m/rad]")
+      .def(
+          "hessian",
+          [](const Elastic& e, double q, double theta, double sigma) {
+            std::vector<double> a;
+            for (const auto& row : e.hessian(q, theta, sigma))
+              a.insert(a.end(), row.begin(), row.end());
+            return as_array(std::move(a), {3, 3});
+          },
+          arg("q"), arg("theta"), arg("sigma") = 0.0,
+          "Second derivatives, rows and columns (q, theta, sigma).");
+  m.def(
+      "families",
+      [] {
+        py::dict all;
+        for (const auto& f : families()) {
+          py::dict keys;
+          for (const auto& k : f.keys)
+            keys[py::str(k.name)] = k.unit + (k.optional ? " (optional)" : "");
+          all[py::str(f.name)] = keys;
+        }
+        return all;
+      },
+      "{family: {parameter: unit}}");
+  m.def(
+      "make_elastic",
+      [](const std::string& family, const Limits& limits, const py::kwargs& parameters) {
+        Values v;
+        for (const auto& [key, value] : parameters)
+          v[key.cast<std::string>()] =
+              py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)
+                  ? value.cast<std::vector<double>>()
+                  : std::vector<double>{value.cast<double>()};
+        return std::const_pointer_cast<Elastic>(make_elastic(family, v, limits));
+      },
+      arg("family"), arg("limits") = Limits{},
+      "A member of a family; parameters by name, see families().");
+}
+
+void bind_catalogue(py::module_& m) {
+  py::class_<Quantity>(m, "Quantity", "A number and where it comes from.")
+      .def_readonly("name", &Quantity::name)
+      .def_readonly("value", &Quantity::value)
+      .def_readonly("unit", &Quantity::unit)
+      .def_property_readonly(
+          "provenance", [](const Quantity& q) { return std::string(to_string(q.provenance)); },
+          "published, derived, recalled (do not build on it) or illustrative")
+      .def_readonly("source", &Quantity::source);
+  py::class_<Device>(m, "Device", "A device of the catalogue: docs/actuators.md.")
+      .def_readonly("name", &Device::name)
+      .def_readonly("title", &Device::title)
+      .def_readonly("family", &Device::family, "Empty: no model, its parameters are not public.")
+      .def_readonly("parameters", &Device::parameters)
+      .def_readonly("datasheet", &Device::datasheet)
+      .def_readonly("limits", &Device::limits)
+      .def_readonly("remark", &Device::remark)
+      .def("__repr__",
+           [](const Device& d) { return fmt::format("<porthos.vsa.Device '{}'>", d.name); });
+  m.def("devices", &devices);
+  m.def("device", &device, arg("name"),
+        "InvalidArgument for an unknown name lists the known ones.");
+  m.def(
+      "elastic_of", [](const Device& d) { return std::const_pointer_cast<Elastic>(elastic_of(d)); },
+      arg("device"), "InvalidArgument for a device without a model.");
+}
+
+void bind_actuator(py::module_& m) {
+  py::class_<Drive> drive(m, "Drive", "What moves theta or sigma.");
+  py::enum_<Drive::Kind>(drive, "Kind")
+      .value("fixed", Drive::Kind::fixed)
+      .value("torque", Drive::Kind::torque)
+      .value("position", Drive::Kind::position)
+      .value("rate", Drive::Kind::rate)
+      .value("servo", Drive::Kind::servo);
+  const auto function = [](phs::FunctionPtr Drive::*member) {
+    return [member](const Drive& d) { return std::const_pointer_cast<phs::Function>(d.*member); };
+  };
+  const auto set_function = [](phs::FunctionPtr Drive::*member) {
+    return [member](Drive& d, std::shared_ptr<phs::Function> f) { d.*member = std::move(f); };
+  };
+  drive.def(from_keywords<Drive>())
+      .def_readwrite("kind", &Drive::kind)
+      .def_readwrite("inertia", &Drive::inertia,
+                     "Of torque, position: J on the rotor's side [kg m^2], > 0.")
+      .def_readwrite("gear", &Drive::gear)
+      .def_readwrite("viscous", &Drive::viscous, "[N m s/rad], >= 0, on the rotor's side.")
+      .def_property("friction", function(&Drive::friction), set_function(&Drive::friction),
+                    "Of the gear at its output, force by rate; None: none.")
+      .def_readwrite("torque_limit", &Drive::torque_limit,
+                     "L [N m] at the output: L tanh(wish / L).")
+      .def_readwrite("rate_limit", &Drive::rate_limit, "[rad/s] at the output.")
+      .def_property(
+          "command", function(&Drive::command), set_function(&Drive::command),
+          "Torque [N m], rate [rad/s] or position [rad] at time t; None: 0, or an open port.")
+      .def_readwrite("kp", &Drive::kp, "Of position [N m/rad].")
+      .def_readwrite("kd", &Drive::kd, "Of position [N m s/rad].")
+      .def_readwrite("p", &Drive::p, "Of servo [1/s^3, 1/s^2, 1/s], stable: p1 < p2 p3.");
+  py::class_<Actuator>(m, "Actuator",
+                       "An elastic energy and what drives it. Rotors turn about the joint's axis "
+                       "only in what concerns their energy (Spong 1987).")
+      .def(from_keywords<Actuator>())
+      .def_property(
+          "elastic", [](const Actuator& a) { return std::const_pointer_cast<Elastic>(a.elastic); },
+          [](Actuator& a, ElasticHandle e) { a.elastic = std::move(e); })
+      .def_readwrite("theta", &Actuator::theta)
+      .def_readwrite("sigma", &Actuator::sigma, "Only where the energy depends on it.")
+      .def_readwrite("damping", &Actuator::damping,
+                     "Beside the spring, between link and rotor [N m s/rad], >= 0.");
+  m.def(
+      "actuator_model",
+      [](const Actuator& a) { return std::const_pointer_cast<phs::Model>(actuator_model(a)); },
+      arg("actuator"),
+      R"(The system of an actuator, without its commands, frictions and limits, which act at its ports.
+
+x = (link, theta, sigma, momentum of theta, momentum of sigma, servos' rates and accelerations), as far as there are such.
+Ports: 'link' (flow in: joint rate -> dE/dq), 'theta' and 'sigma' by their drives.)");
+  m.def(
+      "actuator_start",
+      [](const std::string& who, const Actuator& a, double link, double theta, double sigma) {
+        return as_array(actuator_start(who, a, link, theta, sigma));
+      },
+      arg("who"), arg("actuator"), arg("link"), arg("theta"), arg("sigma") = 0.0,
+      "The start of that state, at rest. `who` begins the sentences of what is refused.");
+  m.def(
+      "attach",
+      [](phs::Network& n, const std::string& name, const std::string& port, const Actuator& a) {
+        attach(n, name, port, a);
+      },
+      arg("network"), arg("name"), arg("joint_port"), arg("actuator"),
+      R"(Adds an actuator `name` to a network and joins it to a joint's port ('<member>.<joint>.torque'), with its commands,
+frictions and limits. Books: storages '<name>.spring', '<name>.rotor'; works '<name>.theta', '<name>.sigma'.)");
+}
+
+}  // namespace
+
+void bind_vsa(py::module_& core) {
+  py::module_ m = core.def_submodule("vsa", "Variable-stiffness actuators.");
+  bind_elastic(m);
+  bind_catalogue(m);
+  bind_actuator(m);
+}
+
+}  // namespace porthos::python

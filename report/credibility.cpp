@@ -1,0 +1,127 @@
+#include "report/credibility.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "integrators/integrator.h"
+
+namespace porthos::report {
+namespace {
+
+constexpr const char *stated = "stated", *partly = "partly", *not_stated = "not stated";
+
+Json row(const char* factor, const char* stands, const std::string& text) {
+  return {{"factor", factor}, {"stands", stands}, {"text", text}};
+}
+
+std::string number(const Json& j, const char* format = "{:.2g}") {
+  return j.is_number() ? fmt::format(fmt::runtime(format), j.get<double>()) : "not known";
+}
+
+/// The first comment of a model file, on one line, cut if long: authors say there where their numbers are from.
+std::string first_comment(const std::string& urdf) {
+  const auto begin = urdf.find("<!--"), end = urdf.find("-->", begin == urdf.npos ? 0 : begin);
+  if (begin == urdf.npos || end == urdf.npos) return "";
+  std::string text;
+  for (const char c : urdf.substr(begin + 4, end - begin - 4)) {
+    const bool blank = c == ' ' || c == '\n' || c == '\t' || c == '\r';
+    if (!blank)
+      text += c;
+    else if (!text.empty() && text.back() != ' ')
+      text += ' ';
+  }
+  if (text.size() <= 400) return text;
+  size_t cut = 400;
+  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0) == 0x80) --cut;  // whole letters
+  return text.substr(0, cut) + "…";
+}
+
+std::string claims(const std::string& method) {
+  for (const auto& d : integrators::catalogue()) {
+    if (d.name != method) continue;
+    std::string text = fmt::format("{} (order {}", method, d.order);
+    if (d.symplectic == integrators::Claim::holds) text += ", symplectic";
+    if (d.symmetric == integrators::Claim::holds) text += ", symmetric";
+    return text + ")";
+  }
+  return method;
+}
+
+Json verification(const Json& s) {
+  size_t passed = 0, axioms = 0;
+  bool symmetry = false;
+  for (const auto& c : s["checks"]) {
+    passed += c["pass"].get<bool>();
+    axioms += c["name"].get<std::string>().rfind("axiom", 0) == 0;
+    symmetry |= c["name"] == "symmetry";
+  }
+  std::string text = fmt::format("{} of {} checks passed, integrated by {}. ", passed,
+                                 s["checks"].size(), claims(s["method"]));
+  text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
+                                   axioms, symmetry ? ", and the way forth and back" : "")
+                     : "The axioms of the system and its symmetry in time were not tested here: "
+                       "porthos verify does.";
+  return row("Verification", s["checks"].empty() ? partly : stated, text);
+}
+
+Json uncertainty(const Json& s, const Json& comparison) {
+  const auto& e = s["energy"];
+  std::string text =
+      fmt::format("Numerical: energy error at most {} relative, growth exponent {}, drift {}. ",
+                  number(e["max_rel_error"]), number(e["growth_exponent"], "{:.2f}"),
+                  e["drift_is_significant"].get<bool>() ? "significant" : "not significant");
+  if (comparison.is_object() && comparison.contains("trajectory") &&
+      comparison["trajectory"]["reference_error"].is_number())
+    text += fmt::format("Trajectories were compared with a reference known to {}. ",
+                        number(comparison["trajectory"]["reference_error"]));
+  return row("Uncertainty", partly, text + "Uncertainty of the parameters: not stated.");
+}
+
+Json robustness(const Json& comparison) {
+  if (!comparison.is_object())
+    return row(
+        "Robustness", not_stated,
+        "Sensitivity to method, step and start values was not examined: porthos compare does.");
+  std::string text =
+      fmt::format("{} trials by other methods and steps. ", comparison["runs"].size());
+  const auto& l = comparison["lyapunov"];
+  text += l["chaotic"].get<bool>()
+              ? fmt::format("Small deviations grow e-fold in {} s. ", number(l["time_s"]))
+              : fmt::format("Small deviations grew {}-fold in {} s, not exponentially. ",
+                            number(l["growth"]), number(l["observed_s"]));
+  return row("Robustness", stated, text + "Sensitivity to the parameters: not stated.");
+}
+
+}  // namespace
+
+Json credibility(const Json& s, const Json& comparison, const scene::Scene* scene) {
+  Json list = Json::array();
+  const std::string source = scene ? first_comment(scene->urdf_text) : "";
+  list.push_back(source.empty() ? row("Data pedigree", not_stated,
+                                      "The model file says nothing of where its numbers are from.")
+                                : row("Data pedigree", partly,
+                                      "The model file says of itself: “" + source + "”"));
+  list.push_back(verification(s));
+  list.push_back(
+      row("Validation", not_stated, "No comparison with a measurement is known to this run."));
+  std::string inputs =
+      "Scene and model are kept in the results and named by their SHA-256 (below).";
+  if (scene && scene->random)
+    inputs += fmt::format(" Start values are random, seed {}.", scene->random->seed);
+  list.push_back(row("Input pedigree", partly, inputs + " Who chose them, and why: not stated."));
+  list.push_back(uncertainty(s, comparison));
+  list.push_back(robustness(comparison));
+  list.push_back(
+      row("History of use", not_stated, "Earlier uses of this model are not known to this run."));
+  const std::string hash =
+      s.contains("provenance") ? s["provenance"].value("git_hash", "unknown") : "unknown";
+  list.push_back(row("Management", hash == "unknown" ? not_stated : partly,
+                     hash == "unknown"
+                         ? "The program does not know its commit."
+                         : "Program, compiler and flags are recorded (below). Whether the "
+                           "sources were those of the commit: not stated."));
+  return list;
+}
+
+}  // namespace porthos::report

@@ -1,0 +1,162 @@
+#include "report/playback.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mechanics/kinematics.h"
+#include "report/shapes.h"
+
+namespace porthos::report {
+namespace {
+
+using mechanics::Transform;
+
+std::string link_name(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+/// Records first, first + every, … and the last of them.
+std::vector<std::int64_t> evenly(std::int64_t records, std::int64_t most) {
+  std::vector<std::int64_t> rows;
+  if (records <= most) {
+    for (std::int64_t i = 0; i < records; ++i) rows.push_back(i);
+  } else {
+    for (std::int64_t k = 0; k < most; ++k)
+      rows.push_back(std::llround(double(k) * double(records - 1) / double(most - 1)));
+  }
+  return rows;
+}
+
+/// The columns of a dataset at some rows, one after another.
+std::vector<double> at_rows(const Records& r, const std::string& name,
+                            const std::vector<std::int64_t>& rows) {
+  std::vector<double> out;
+  size_t k = 0;
+  r.read(name, [&](std::int64_t first, std::int64_t n, int columns, const double* v) {
+    for (; k < rows.size() && rows[k] < first + n; ++k) {
+      const double* row = v + (rows[k] - first) * columns;
+      out.insert(out.end(), row, row + columns);
+    }
+  });
+  return out;
+}
+
+class Clip {
+ public:
+  Clip(const Stage& stage, const std::vector<std::int64_t>& rows)
+      : m_(*stage.mechanism), w_(m_), pose_(m_.nodes().size()), frames_(rows.size()) {
+    t_ = at_rows(*stage.records, "time", rows);
+    read_q(*stage.records, rows);
+    if (stage.records->has("state/orbit.position")) {
+      const auto p = at_rows(*stage.records, "state/orbit.position", rows),
+                 v = at_rows(*stage.records, "state/orbit.velocity", rows);
+      for (size_t f = 0; f < frames_; ++f) {
+        orbit_.insert(orbit_.end(), p.begin() + long(3 * f), p.begin() + long(3 * f + 3));
+        orbit_.insert(orbit_.end(), v.begin() + long(3 * f), v.begin() + long(3 * f + 3));
+      }
+    }
+    for (size_t f = 0; f < frames_; ++f) frame(f);
+  }
+  Json json(const char* name) const {
+    Json j = {{"name", name},
+              {"t", base64(t_)},
+              {"origin", base64(origin_)},
+              {"poses", base64(poses_)},
+              {"turn", turn_}};
+    if (!orbit_.empty()) j["orbit"] = base64(orbit_);
+    return j;
+  }
+
+ private:
+  void read_q(const Records& r, const std::vector<std::int64_t>& rows) {
+    const size_t nq = size_t(m_.nq());
+    q_ = std::vector<double>(frames_ * nq);
+    for (const auto& c : m_.coordinates()) {
+      const auto v = at_rows(r, "state/" + link_name(c.name), rows);
+      if (v.size() != frames_ * size_t(c.nq))
+        throw InvalidArgument("the records have no coordinate '" + c.name + "'");
+      for (size_t f = 0; f < frames_; ++f)
+        std::copy_n(v.begin() + long(f) * c.nq, c.nq, q_.begin() + long(f * nq) + c.q);
+    }
+    turns_.assign(frames_ * size_t(m_.angle_count()), 0.0);
+    if (!r.has("turns")) return;
+    const auto names = r.turn_names();
+    const auto v = at_rows(r, "turns", rows);
+    size_t angle = 0;
+    for (const auto& c : m_.coordinates()) {
+      if (c.kind != phs::BlockKind::angle) continue;
+      const auto at = std::find(names.begin(), names.end(), c.name) - names.begin();
+      if (size_t(at) < names.size() && v.size() == frames_ * names.size())
+        for (size_t f = 0; f < frames_; ++f)
+          turns_[f * size_t(m_.angle_count()) + angle] = v[f * names.size() + size_t(at)];
+      ++angle;
+    }
+  }
+
+  /// Places are kept relative to the first body that is free in the world, so that a float is enough however far it has drifted.
+  void frame(size_t f) {
+    const size_t nq = size_t(m_.nq()), angles = size_t(m_.angle_count());
+    for (size_t a = 0; a < angles; ++a) w_.turn_angle[a] = phs::two_pi_hi * turns_[f * angles + a];
+    mechanics::forward_kinematics<double>(m_, w_, std::span(q_).subspan(f * nq, nq), pose_);
+    mechanics::Vec3d origin{0, 0, 0};
+    if (orbit_.empty() && !pose_.empty() && m_.nodes()[0].parent < 0 && floats(0))
+      origin = pose_[0].r;
+    for (const double x : {origin.x, origin.y, origin.z}) origin_.push_back(x);
+    for (size_t i = 0; i < pose_.size(); ++i) {
+      const auto r = pose_[i].r - origin;
+      const auto q = quaternion_of(pose_[i].R);
+      for (const double x : {r.x, r.y, r.z}) poses_.push_back(float(x));
+      for (const double x : q) poses_.push_back(float(x));
+      if (f == 0) continue;
+      const float* now = poses_.data() + poses_.size() - 4;
+      const float* before = now - 7 * pose_.size();
+      double cosine = 0;
+      for (int k = 0; k < 4; ++k) cosine += double(now[k]) * double(before[k]);
+      turn_ = std::max(turn_, 2 * std::acos(std::min(1.0, std::fabs(cosine))));
+    }
+  }
+  bool floats(int node) const {
+    for (const auto& c : m_.coordinates())
+      if (c.node == node && c.kind == phs::BlockKind::linear && c.nq == 3) return true;
+    return false;
+  }
+
+  const mechanics::Mechanism& m_;
+  mechanics::Workspace<double> w_;
+  std::vector<Transform<double>> pose_;
+  size_t frames_;
+  std::vector<double> t_, q_, turns_, origin_, orbit_;
+  std::vector<float> poses_;
+  double turn_ = 0;
+};
+
+}  // namespace
+
+Json playback(const Stage& stage, std::int64_t most) {
+  const auto& m = *stage.mechanism;
+  Json bodies = shapes_of(stage.bodies, stage.urdf);
+  std::map<std::string, const mechanics::BodyFrame*> frames;
+  for (const auto& b : m.bodies()) frames[b.name] = &b;
+  for (auto& b : bodies) {
+    const auto f = frames.find(b["name"].get<std::string>());
+    if (f == frames.end()) continue;
+    const auto& at = *f->second;
+    b["node"] = at.node;
+    b["p"] = {at.pose.r.x, at.pose.r.y, at.pose.r.z};
+    b["q"] = quaternion_of(at.pose.R);
+  }
+  const std::int64_t records = stage.records->count();
+  const bool all = records <= most;
+  Json clips = Json::array();
+  clips.push_back(Clip(stage, evenly(records, all ? most : most / 2)).json("whole run"));
+  if (!all) clips.push_back(Clip(stage, evenly(most / 2, most / 2)).json("beginning"));
+  const auto g = m.gravity();
+  return {{"bodies", bodies},
+          {"nodes", m.nodes().size()},
+          {"gravity", {g.x, g.y, g.z}},
+          {"clips", clips}};
+}
+
+}  // namespace porthos::report

@@ -1,0 +1,24 @@
+#pragma once
+#include <optional>
+
+#include "mechanics/mechanical_model.h"
+#include "report/series.h"
+
+namespace porthos::report {
+
+/// What is to be played back: a mechanism and the records of its motion.
+struct Stage {
+  std::shared_ptr<const mechanics::Mechanism> mechanism;
+  std::vector<mechanics::BodySpec> bodies;  ///< it was built from
+  std::string urdf;
+  const Records* records = nullptr;
+};
+
+/// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and where records were left out also
+/// its beginning, record by record.
+/// {bodies: shapes with node and pose, nodes, clips: [{name, t, origin, poses, orbit?, turn}]}: origin [m] of each frame
+/// and, relative to it, seven numbers per node (place, quaternion w x y z); turn: the largest rotation of a body
+/// between two frames [rad].
+Json playback(const Stage& stage, std::int64_t most);
+
+}  // namespace porthos::report

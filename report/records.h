@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace porthos::report {
+
+/// The time series a run left behind, by the names docs/results.md gives them, wherever they stand.
+class Records {
+ public:
+  virtual ~Records() = default;
+  virtual std::int64_t count() const = 0;
+  /// Names of the datasets below a group ("stored"), in the order of the file; empty: no such group.
+  virtual std::vector<std::string> names(const std::string& group) const = 0;
+  virtual bool has(const std::string& name) const = 0;
+  /// The names behind the columns of "turns".
+  virtual std::vector<std::string> turn_names() const = 0;
+  /// Whole texts of scene file and model; empty if not known.
+  virtual std::string text(const std::string& name) const = 0;
+  /// Calls f(first row, rows, columns per row, values) for consecutive pieces of a dataset, in order; integers as double.
+  /// @throws InvalidArgument naming file and dataset where it cannot be read
+  using Piece =
+      std::function<void(std::int64_t first, std::int64_t rows, int columns, const double* values)>;
+  virtual void read(const std::string& name, const Piece& f) const = 0;
+};
+
+/// Of a finished run. @throws InvalidArgument if the file cannot be opened or is no run of Porthos
+std::unique_ptr<Records> open_run_file(const std::filesystem::path& path);
+
+/// Of a run under way or cut off: the log in its checkpoint folder, as far as it has come, with the model it is of.
+/// @throws InvalidArgument if it cannot be read
+std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
+                                  scene::Extrema extrema);
+
+}  // namespace porthos::report

@@ -1,0 +1,158 @@
+#include "report/shapes.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+namespace porthos::report {
+namespace {
+
+using mechanics::Mat3;
+using mechanics::Vec3d;
+using tinyxml2::XMLElement;
+
+Json place(const Vec3d& p) { return {p.x, p.y, p.z}; }
+
+Mat3<double> columns(const Eigen::Matrix3d& m) {
+  return {{m(0, 0), m(1, 0), m(2, 0)}, {m(0, 1), m(1, 1), m(2, 1)}, {m(0, 2), m(1, 2), m(2, 2)}};
+}
+
+/// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m. Moments that break the
+/// triangle inequality have none: null. A side is at least a twentieth of the longest.
+Json box_of(const mechanics::MassProperties& m) {
+  if (!(m.mass > 0)) return nullptr;
+  Eigen::Matrix3d I;
+  const auto& i = m.inertia;
+  I << i.xx, i.xy, i.xz, i.xy, i.yy, i.yz, i.xz, i.yz, i.zz;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(I);
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) *= -1;
+  const Eigen::Vector3d e = solver.eigenvalues();
+  std::array<double, 3> side{};
+  for (int k = 0; k < 3; ++k) {
+    const double square = 6 / m.mass * (e.sum() - 2 * e[k]);
+    if (square < -1e-6 * e.sum() / m.mass) return nullptr;
+    side[size_t(k)] = std::sqrt(std::max(0.0, square));
+  }
+  const double longest = *std::max_element(side.begin(), side.end());
+  if (!(longest > 0) || !std::isfinite(longest)) return nullptr;
+  for (double& s : side) s = std::max(s, longest / 20);
+  return {{"size", side}, {"p", place(m.com)}, {"q", quaternion_of(m.axes * columns(axes))}};
+}
+
+std::vector<double> numbers(const char* text) {
+  std::vector<double> list;
+  std::istringstream in(text ? text : "");
+  in.imbue(std::locale::classic());
+  for (double x = 0; in >> x;) list.push_back(x);
+  return list;
+}
+
+/// A <visual> as {kind, size, p, q, colour}, null for a mesh or what cannot be read.
+Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials) {
+  const XMLElement* g = v.FirstChildElement("geometry");
+  const XMLElement* shape = g ? g->FirstChildElement() : nullptr;
+  if (!shape) return nullptr;
+  const std::string kind = shape->Name();
+  Json size;
+  if (kind == "box") {
+    size = numbers(shape->Attribute("size"));
+    if (size.size() != 3) return nullptr;
+  } else if (kind == "sphere") {
+    size = {shape->DoubleAttribute("radius")};
+  } else if (kind == "cylinder" || kind == "capsule") {
+    size = {shape->DoubleAttribute("radius"), shape->DoubleAttribute("length")};
+  } else {
+    return nullptr;
+  }
+  for (const auto& s : size)
+    if (!(s.get<double>() > 0)) return nullptr;
+  Vec3d p{0, 0, 0};
+  Mat3<double> R = Mat3<double>::identity();
+  if (const auto* o = v.FirstChildElement("origin")) {
+    const auto xyz = numbers(o->Attribute("xyz")), rpy = numbers(o->Attribute("rpy"));
+    if (xyz.size() == 3) p = {xyz[0], xyz[1], xyz[2]};
+    if (rpy.size() == 3) R = mechanics::rotation_from_rpy(rpy[0], rpy[1], rpy[2]);
+  }
+  Json j = {{"kind", kind}, {"size", size}, {"p", place(p)}, {"q", quaternion_of(R)}};
+  if (const auto* m = v.FirstChildElement("material")) {
+    if (const auto* c = m->FirstChildElement("color"))
+      j["colour"] = numbers(c->Attribute("rgba"));
+    else if (const char* name = m->Attribute("name"); name && materials.count(name))
+      j["colour"] = materials.at(name);
+  }
+  return j;
+}
+
+/// By link.
+std::map<std::string, Json> visuals_of(const std::string& urdf) {
+  std::map<std::string, Json> all, materials;
+  tinyxml2::XMLDocument document;
+  if (urdf.empty() || document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) return all;
+  const XMLElement* robot = document.RootElement();
+  if (!robot) return all;
+  for (auto* m = robot->FirstChildElement("material"); m; m = m->NextSiblingElement("material"))
+    if (const auto* c = m->FirstChildElement("color"); c && m->Attribute("name"))
+      materials[m->Attribute("name")] = numbers(c->Attribute("rgba"));
+  for (auto* link = robot->FirstChildElement("link"); link;
+       link = link->NextSiblingElement("link")) {
+    if (!link->Attribute("name")) continue;
+    Json list = Json::array();
+    for (const char* tag : {"visual", "collision"}) {
+      if (!list.empty()) break;
+      for (auto* v = link->FirstChildElement(tag); v; v = v->NextSiblingElement(tag))
+        if (auto drawn = visual_of(*v, materials); !drawn.is_null()) list.push_back(drawn);
+    }
+    if (!list.empty()) all[link->Attribute("name")] = list;
+  }
+  return all;
+}
+
+}  // namespace
+
+std::array<double, 4> quaternion_of(const Mat3<double>& R) {
+  // Columns x, y, z; the largest of the four squares decides which formula divides.
+  const double xx = R.x.x, yy = R.y.y, zz = R.z.z;
+  const std::array<double, 4> square{1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz,
+                                     1 - xx - yy + zz};
+  const auto k = std::max_element(square.begin(), square.end()) - square.begin();
+  const double twice = std::sqrt(square[size_t(k)]), f = 0.5 / twice, own = 0.5 * twice;
+  const double a = (R.y.z - R.z.y) * f, b = (R.z.x - R.x.z) * f, c = (R.x.y - R.y.x) * f;
+  const double xy = (R.x.y + R.y.x) * f, xz = (R.x.z + R.z.x) * f, yz = (R.y.z + R.z.y) * f;
+  switch (k) {
+    case 0:
+      return {own, a, b, c};
+    case 1:
+      return {a, own, xy, xz};
+    case 2:
+      return {b, xy, own, yz};
+    default:
+      return {c, xz, yz, own};
+  }
+}
+
+Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf) {
+  const auto visuals = visuals_of(urdf);
+  Json list = Json::array();
+  std::map<std::string, size_t> at;
+  for (const auto& b : bodies) {
+    at[b.name] = list.size();
+    Json j = {{"name", b.name},           {"parent", b.parent},       {"joint", b.joint.type},
+              {"mass", b.mass.mass},      {"com", place(b.mass.com)}, {"box", box_of(b.mass)},
+              {"visuals", Json::array()}, {"joints", Json::array()}};
+    if (const auto v = visuals.find(b.name); v != visuals.end()) j["visuals"] = v->second;
+    list.push_back(j);
+  }
+  for (const auto& b : bodies)
+    if (const auto parent = at.find(b.parent); parent != at.end())
+      list[parent->second]["joints"].push_back(place(b.placement.r));
+  return list;
+}
+
+}  // namespace porthos::report

@@ -1,0 +1,61 @@
+/** The page's data: what the program wrote, with typed arrays in place of base64. */
+
+function bytes(text) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const raw = atob(text), out = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; ++i) out[i] = raw.charCodeAt(i);
+  return out;
+}
+const floats = (text) => new Float32Array(bytes(text).buffer);
+const doubles = (text) => new Float64Array(bytes(text).buffer);
+
+/** One array of numbers after another. */
+function joined(parts) {
+  const out = new Float64Array(parts.reduce((n, p) => n + p.length, 0));
+  let at = 0;
+  for (const p of parts) out.set(p, at), (at += p.length);
+  return out;
+}
+
+/** The series of all phases, one after another; a source that a phase lacks is a gap there. Works go on where the phase before left them. */
+function join(phases) {
+  const all = phases.map((p) => p.series);
+  if (!all.length) return null;
+  const t = all.map((s) => doubles(s.t));
+  const gap = (k) => new Float64Array(t[k].length).fill(NaN);
+  const plain = (name) => joined(all.map((s, k) => (s[name] ? floats(s[name]) : gap(k))));
+  const group = (name, sums) => {
+    const names = [...new Set(all.flatMap((s) => s[name].map((x) => x.name)))];
+    return names.map((n) => {
+      let before = 0;
+      return { name: n, v: joined(all.map((s, k) => {
+        const found = s[name].find((x) => x.name === n);
+        if (!found) return sums ? new Float64Array(t[k].length).fill(before) : gap(k);
+        const v = Float64Array.from(floats(found.v), (x) => x + before);
+        if (sums) before = v[v.length - 1];
+        return v;
+      })) };
+    });
+  };
+  return {
+    t: joined(t), records: all.reduce((n, s) => n + s.records, 0), exact: all.every((s) => s.exact),
+    stored: group("stored", false), supplied: group("supplied", true), dissipated: group("dissipated", true),
+    error: plain("energy_error"), rms: plain("energy_rms"), linear: plain("linear"), angular: plain("angular"),
+    quaternion: plain("quaternion"), step: plain("step"), sweeps: all.some((s) => s.sweeps) ? plain("sweeps") : null,
+  };
+}
+
+function decodeClip(c, nodes) {
+  const t = doubles(c.t);
+  return { name: c.name, t, origin: doubles(c.origin), poses: floats(c.poses), nodes, turn: c.turn, orbit: c.orbit ? doubles(c.orbit) : null };
+}
+
+export function read() {
+  const d = JSON.parse(document.getElementById("porthos-data").textContent);
+  d.series = join(d.phases.filter((p) => p.series));
+  d.acts = d.phases.filter((p) => p.playback).map((p) => ({
+    ...p.playback, from: p.from, clips: p.playback.clips.map((c) => decodeClip(c, p.playback.nodes)),
+  }));
+  delete d.phases;
+  return d;
+}

@@ -1,0 +1,182 @@
+import { chart } from "./charts.js";
+import { h, table } from "./dom.js";
+import { duration, grouped, number, short } from "./format.js";
+import { workPrecision } from "./scatter.js";
+
+const section = (id, title, ...children) => h("section", { id }, h("h2", {}, title), ...children);
+const card = (...children) => h("div", { class: "card" }, ...children);
+const lead = (...text) => h("p", { class: "lead" }, ...text);
+const any = (v) => v && v.some((x) => Number.isFinite(x) && x !== 0);
+const absolute = (v) => Float64Array.from(v, Math.abs);
+const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0) || 1);
+
+const names = {
+  energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
+  balance: "power balance", symmetry: "forth and back", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
+};
+
+/** How far below its limit a value is: a factor, and a bar that is full from six decades on. */
+function room(c) {
+  if (!(c.value > 0) || !(c.limit > 0)) return c.pass ? h("span", { class: "soft" }, "exact") : "";
+  const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
+  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}×${c.pass ? "" : " above"}`),
+    h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
+}
+
+function growthWords(e) {
+  const g = e.growth_exponent;
+  if (g === null) return "too few records to tell how it grows";
+  const kind = g < 0.25 ? "stays bounded" : g < 0.75 ? "grows like rounding, √t" : "drifts, like t";
+  return `${kind} (exponent ${g.toFixed(2)})`;
+}
+
+export function verdict(d) {
+  const s = d.summary;
+  if (!s) return section("verdict", "Verdict", h("div", { class: "verdict" }, h("span", { class: "badge open" }, d.status.state === "unfinished" ? "Unfinished" : "No verdict"),
+    h("p", {}, d.status.text || "There is no summary of this run.")));
+  const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass";
+  const what = pass ? (s.checks.length ? `All ${s.checks.length} checks hold.` : "The run reached its end; the scene asks for no checks.")
+    : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => names[c.name] || c.name).join(", ")}.` : "The run did not reach its end.";
+  const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
+  const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
+  return section("verdict", "Verdict",
+    h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : "fail"}` }, pass ? "Pass" : "Fail"),
+      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy)}.`))),
+    s.checks.length ? card(table(["check", "", "value", "limit", "below the limit by"],
+      s.checks.map((c) => [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]), ["", "", "n", "n", ""])) : "",
+    h("div", { class: "tiles" },
+      tile(number(s.energy.max_rel_error), "largest energy error, relative"),
+      tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),
+      tile(duration(s.simulated_s), `simulated, ${grouped(s.steps)} steps`),
+      tile(duration(s.cpu_s), `CPU, ${perStep > 0 ? `${number(1e6 * perStep)} µs a step` : "–"}`),
+      tile(grouped(s.records), "records")));
+}
+
+export function energy(d) {
+  const s = d.series, t = s.t;
+  const colours = (i) => `c${i % 8}`;
+  // Stacked: each from zero, or from its least value where that is below zero.
+  let below = new Float64Array(t.length);
+  const negative = [];
+  const stack = s.stored.map((x, i) => {
+    const least = Math.min(0, x.v.reduce((a, b) => (b < a ? b : a), 0));
+    if (least < 0) negative.push(x.name);
+    below = below.map((b, k) => b + (Number.isFinite(x.v[k]) ? x.v[k] - least : 0));
+    return { name: x.name, v: below, shown: x.v, colour: colours(i), fill: true, width: 1.3 };
+  });
+  const flows = [
+    ...s.supplied.map((x, i) => ({ name: `${x.name} (in)`, v: x.v, colour: colours(i), width: 1.8 })),
+    ...s.dissipated.map((x, i) => ({ name: `${x.name} (lost)`, v: x.v.map((y) => -y), shown: x.v, colour: colours(i + s.supplied.length), dash: [7, 4], width: 1.8 })),
+  ];
+  const balance = d.summary?.balance;
+  const row = (name, what, joule) => [name, what, number(joule, 5)];
+  return section("energy", "Energy",
+    lead("Where the energy stands, and what sources put in and losses take. What does not add up is the error below."),
+    card(chart({ title: "Stored energies, stacked", what: negative.length ? `From zero, ${negative.join(", ")} from its least value.` : "", unit: "energy [J]", t, stacked: true, height: 280, lines: stack })),
+    flows.length ? card(chart({ title: "Ledger by port", what: "Work since the start: what came in counts up, what was lost counts down.", unit: "work [J]", t, lines: flows, height: 280 })) : "",
+    balance ? card(h("h3", {}, "Balance over the run"), table(["what", "kind", "J"], [
+      ...Object.entries(balance.storages).map(([n, j]) => row(n, "change of stored energy", j)),
+      ...Object.entries(balance.ports).map(([n, j]) => row(n, "supplied", j)),
+      ...Object.entries(balance.losses).map(([n, j]) => row(n, "dissipated", j)),
+      row(h("b", {}, "defect"), "stored + dissipated − supplied", balance.defect_J),
+    ], ["", "soft", "n"]), flows.length ? "" : h("p", { class: "what soft" }, "Nothing supplies or takes energy in this scene.")) : "");
+}
+
+/** c √t and c t through the last value of a growing error. */
+function guides(t, end) {
+  const last = t[t.length - 1];
+  return [
+    { name: "∝ √t (random walk)", v: Float64Array.from(t, (x) => end * Math.sqrt(x / last)), colour: "guide", dash: [7, 5], width: 1.3 },
+    { name: "∝ t (drift)", v: Float64Array.from(t, (x) => (end * x) / last), colour: "guide", dash: [2, 4], width: 1.3 },
+  ];
+}
+
+export function errors(d) {
+  const s = d.series, t = s.t, scale = d.summary?.energy.scale_J || 1, relative = !!d.summary;
+  const limit = d.summary?.checks.find((c) => c.name === "energy")?.limit;
+  const error = absolute(s.error).map((x) => x / scale), rms = s.rms.map((x) => x / scale), end = rms[rms.length - 1];
+  const flat = (title, what, unit, v, colour) => card(any(v)
+    ? chart({ title, what, unit, t, log: true, logTime: wide(t), height: 220, decades: 6, lines: [{ name: "error", v, colour, width: 1.2 }] })
+    : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, "0 at every record: kept exactly, or no invariant of this system.")));
+  return section("errors", "Errors",
+    lead("Against the start of the run, measured in extended precision. Rounding errors of a good method add up like a random walk, √t; a steady drift grows like t."),
+    card(any(error) ? chart({
+      title: "Defect of the energy balance", what: `|H − H(start) − supplied + dissipated|${relative ? `, relative to ${number(scale, 4)} J` : ""}.`, unit: relative ? "relative error" : "error [J]",
+      t, log: true, logTime: wide(t), height: 320, decades: 6,
+      lines: [{ name: "|error|", v: error, colour: "c7", width: 1 }, { name: "rms so far", v: rms, colour: "c0", width: 2.2 }, ...(end > 0 ? guides(t, end) : []),
+        ...(limit > 0 && limit < 1e5 * end ? [{ name: "limit", v: new Float64Array(t.length).fill(limit), colour: "fail", dash: [3, 4], width: 1.4 }] : [])],
+      note: limit > 0 && !(limit < 1e5 * end) ? `The limit, ${number(limit)}, is off the plot.` : "",
+    }) : h("p", {}, "The balance closes exactly at every record.")),
+    h("div", { class: "grid3" },
+      flat("Linear momentum", "|P − P(start)|", "kg m/s", s.linear, "c2"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3")));
+}
+
+export function steps(d) {
+  const s = d.series, varying = any(s.step) && new Set(Array.from(s.step).filter(Number.isFinite).map((x) => x.toPrecision(6))).size > 2;
+  const step = d.summary?.step_s ?? d.scene?.step_s;
+  const sweeps = any(s.sweeps);
+  return section("steps", "Steps and sweeps",
+    lead(varying ? "The step follows the motion; the mean between two records is shown." : `Every step is ${number(step, 4)} s.`,
+      d.summary ? ` ${grouped(d.summary.steps)} steps, ${grouped(d.summary.evaluations)} evaluations of the field, ${number(d.summary.sweeps_per_step)} sweeps a step.` : ""),
+    varying || sweeps ? h("div", { class: varying && sweeps ? "grid2" : "" },
+      varying ? card(chart({ title: "Step size", unit: "step [s]", t: s.t, lines: [{ name: "step", v: s.step, colour: "c0" }], height: 220, log: true, decades: 8 })) : "",
+      sweeps ? card(chart({ title: "Sweeps of the implicit iteration", what: "Mean per step between two records.", unit: "sweeps per step", t: s.t, lines: [{ name: "sweeps", v: s.sweeps, colour: "c1", width: 1.2 }], height: 220 })) : "") : "");
+}
+
+export function ledgers(d) {
+  const l = d.summary?.ledgers;
+  if (!l) return null;
+  const rows = ["orbital", "internal", "coupling", "harmonics"].filter((k) => l[k] && (l[k].scale_J > 0 || k !== "harmonics"));
+  const works = (k) => Object.entries(l[k].works_J || {}).filter(([, j]) => j !== 0).map(([n, j]) => `${n} ${number(j, 4)} J`).join(", ")
+    || (k === "internal" ? `supplied ${number(l[k].supplied_J, 4)} J, dissipated ${number(l[k].dissipated_J, 4)} J` : "–");
+  return section("ledgers", "Three ledgers",
+    lead("In orbit energy stands in three places, and there is no total: one rounding of the orbital energy is more than an arm moves in a year."),
+    card(table(["ledger", "start [J]", "change [J]", "largest defect [J]", "relative", "works"],
+      rows.map((k) => [k, number(l[k].initial_J, 6), number(l[k].change_J, 4), number(l[k].largest_defect_J), number(l[k].largest_relative_defect), h("span", { class: "soft" }, works(k))]), ["", "n", "n", "n", "n", ""]),
+      h("p", { class: "soft", style: "margin-top:12px" }, `Angular momentum about the centre of mass: up to ${number(l.angular_momentum.largest_kg_m2_s, 4)} kg m²/s, impulse of the gradient's torque ${number(l.angular_momentum.gradient_impulse_kg_m2_s, 4)} kg m²/s, left over ${number(l.angular_momentum.largest_relative_defect)} relative. Neglected next order of the gradient: ${number(l.neglected_next_order)}.`)));
+}
+
+export function comparison(d) {
+  const c = d.comparison;
+  if (!c) return null;
+  const value = (r) => (c.error === "energy" ? r.energy.max_rel_error : r.trajectory_error);
+  const byMethod = new Map();
+  for (const r of c.runs) {
+    const name = r.iteration_tolerance ? `${r.method} short` : r.method;
+    if (!byMethod.has(name)) byMethod.set(name, { name, rival: r.rival, points: [] });
+    if (r.outcome === "ok" && value(r) > 0 && r.cpu_s > 0) byMethod.get(name).points.push({ x: r.cpu_s, y: value(r), text: r.rtol ? `rtol ${short(r.rtol)}` : `step ${short(r.step_s)} s` });
+  }
+  const methods = [...byMethod.values()].filter((m) => m.points.length);
+  return section("comparison", "Speed against error",
+    lead(`Every method over a range of steps, ${duration(c.duration_s)} simulated. Down is more accurate, left is faster. ${c.interrupted ? "The comparison was interrupted. " : ""}`, c.advice.sentence ? `${c.advice.sentence[0].toUpperCase()}${c.advice.sentence.slice(1)}.` : ""),
+    card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "Squares are rivals that work to a tolerance; the dotted line is the target.")),
+    h("details", {}, h("summary", {}, `All ${c.runs.length} trials`), card(table(["method", "step or tolerance", "CPU [s]", "steps", "energy error", "trajectory error", "outcome"],
+      c.runs.map((r) => [r.method, r.rtol ? `rtol ${short(r.rtol)}` : `${short(r.step_s)} s`, number(r.cpu_s), grouped(r.steps), number(r.energy.max_rel_error), number(r.trajectory_error), r.outcome]), ["", "n", "n", "n", "n", "n", ""]))));
+}
+
+export function credibility(d) {
+  if (!d.credibility) return null;
+  const kind = { stated: "pass", partly: "some", "not stated": "none" };
+  return section("credibility", "Credibility",
+    lead("What this run knows of the factors after NASA-STD-7009A. It grades nothing: levels are a reviewer's to give."),
+    card(table(["factor", "", "what is known"], d.credibility.map((r) => [h("b", { style: "font-weight:560" }, r.factor), h("span", { class: `word ${kind[r.stands]}` }, r.stands), r.text]))));
+}
+
+const provenanceNames = { porthos_version: "Porthos", git_hash: "commit", compiler: "compiler", flags: "flags", build_type: "build", simd: "SIMD", cpu: "processor", scene_sha256: "scene file, SHA-256", model_sha256: "model, SHA-256" };
+export function provenance(d) {
+  const p = d.summary?.provenance || d.comparison?.provenance;
+  if (!p) return null;
+  return section("provenance", "Provenance", lead("Equal inputs, program, compiler and instruction set give equal bits."),
+    card(h("div", { class: "scroll" }, h("table", {}, h("tbody", {}, Object.entries(p).map(([k, v]) => h("tr", {}, h("th", { scope: "row" }, provenanceNames[k] || k), h("td", { class: "hash" }, v))))))),
+    d.texts.scene ? h("details", {}, h("summary", {}, "Scene file"), h("pre", { tabindex: 0 }, d.texts.scene)) : "",
+    d.texts.model ? h("details", {}, h("summary", {}, "Model"), h("pre", { tabindex: 0 }, d.texts.model)) : "");
+}
+
+export function notes(d) {
+  const list = [...(d.summary?.notes || []), ...(d.comparison && !d.summary ? d.comparison.notes : [])];
+  const model = d.model_notes || [];
+  if (!list.length && !model.length) return null;
+  return section("notes", "Notes", card(
+    list.length ? h("div", {}, h("h3", {}, "Of the run"), h("ul", { class: "notes" }, list.map((n) => h("li", {}, n)))) : "",
+    model.length ? h("div", {}, h("h3", { style: list.length ? "margin-top:12px" : "" }, "Of the model"), h("ul", { class: "notes" }, model.map((n) => h("li", {}, n.where ? h("span", { class: "soft" }, `${n.where}: `) : "", n.text)))) : ""));
+}

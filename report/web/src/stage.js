@@ -1,0 +1,413 @@
+import {
+  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight,
+  EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera, Quaternion,
+  Scene, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { colour } from "./dom.js";
+import { ellipse, kepler } from "./kepler.js";
+
+const unit = (q) => new Quaternion(q[1], q[2], q[3], q[0]);  // the data has w first
+
+/** Where t stands among the times of a clip: frame and fraction to the next. */
+export function frameAt(times, t) {
+  let low = 0, high = times.length - 1;
+  if (high < 1 || t <= times[0]) return [0, 0];
+  if (t >= times[high]) return [high - 1, 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle;
+    else high = middle;
+  }
+  return [low, (t - times[low]) / (times[high] - times[low])];
+}
+
+/** The drawing of one mechanism: a group per moving body, boxes and frames in it. */
+class Cast {
+  constructor(act, look) {
+    this.act = act;
+    this.root = new Group();
+    this.nodes = Array.from({ length: act.nodes }, () => new Group());
+    this.still = new Group();
+    this.frames = [];
+    this.edges = [];
+    this.root.add(this.still, ...this.nodes);
+    this.reach = new Array(act.nodes).fill(0);
+    const heaviest = Math.max(...act.bodies.map((b) => b.mass || 0));
+    for (const b of act.bodies) if (b.node !== undefined) this.add(b, look, b.mass === heaviest);
+    // Paths are drawn for what has no children: the hands.
+    const parents = new Set(act.bodies.map((b) => b.parent));
+    this.tips = act.bodies.filter((b) => b.node >= 0 && !parents.has(b.name));
+  }
+  add(b, look, heavy) {
+    const holder = new Group();
+    holder.position.set(...b.p);
+    holder.quaternion.copy(unit(b.q));
+    (b.node < 0 ? this.still : this.nodes[b.node]).add(holder);
+    const tint = b.joint === "free" && !heavy ? "caught" : heavy ? "body" : "link";
+    if (b.visuals.length) for (const v of b.visuals) this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look);
+    else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, b.joints.length ? `${tint}-clear` : tint, look);  // what it carries may be inside
+    const com = b.com, from = new Vector3();
+    const bones = b.joints.map((p) => new Vector3(...p));
+    if (!bones.length && com) bones.push(new Vector3(...com));
+    if (b.parent !== "world" || b.joint !== "free") for (const to of bones) this.bone(holder, from, to, look);
+    else for (const to of bones) if (b.joints.length && com) this.bone(holder, new Vector3(...com), to, look);
+    const axes = new AxesHelper(1);
+    axes.visible = false;
+    holder.add(axes);
+    this.frames.push(axes);
+    const own = Math.max(Math.hypot(...b.com) + (b.box ? Math.max(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
+    if (b.node >= 0) this.reach[b.node] = Math.max(this.reach[b.node], Math.hypot(...b.p) + own);
+  }
+  shape(holder, s, own, tint, look) {
+    const [x, y, z] = s.size;
+    const geometry = s.kind === "sphere" ? new SphereGeometry(x, 20, 14) : s.kind === "cylinder" ? new CylinderGeometry(x, x, y, 20)
+      : s.kind === "capsule" ? new CapsuleGeometry(x, y, 6, 16) : new BoxGeometry(x, y, z);
+    if (s.kind === "cylinder" || s.kind === "capsule") geometry.rotateX(Math.PI / 2);  // along z, as URDF has it
+    const mesh = new Mesh(geometry, own ? new MeshLambertMaterial({ color: own }) : look.material(tint));
+    mesh.position.set(...s.p);
+    mesh.quaternion.copy(unit(s.q));
+    if (s.kind === "box") {
+      const lines = new LineSegments(new EdgesGeometry(geometry), look.line("edge"));
+      mesh.add(lines);
+    }
+    holder.add(mesh);
+  }
+  bone(holder, a, b, look) {
+    const d = b.clone().sub(a), length = d.length();
+    if (!(length > 1e-9)) return;
+    const mesh = new Mesh(new CylinderGeometry(1, 1, length, 10), look.material("link"));
+    mesh.userData.bone = true;
+    mesh.position.copy(a).addScaledVector(d, 0.5);
+    mesh.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), d.divideScalar(length));
+    holder.add(mesh);
+  }
+  /** Thickness of bones and length of frames, once the size of everything is known. */
+  scale(size) {
+    this.root.traverse((o) => { if (o.userData.bone) o.scale.set(size * 0.012, 1, size * 0.012); });
+    for (const f of this.frames) f.scale.setScalar(size * 0.13);
+  }
+}
+
+/** Whether pictures are drawn by the processor: smoothing edges is then too dear. */
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+const slow = 1 / 30;  // [s] a picture may take
+
+/** The playback: mechanism and, in orbit, the planet. onTime(t) is called whenever the time shown changes. */
+export class Stage {
+  constructor(host, data) {
+    this.host = host;
+    this.data = data;
+    this.onTime = () => {};
+    this.drawn = 0;  // frames drawn, for tests
+    this.time = 0;
+    this.rate = 1;
+    this.playing = false;
+    this.options = { frames: false, trails: true, ride: "place", view: "mechanism" };
+    const software = drawnBySoftware();
+    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power" });
+    this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
+    this.ratio = this.fine;  // coarser while it plays where pictures take too long
+    this.mean = 0;
+    const canvas = this.renderer.domElement;
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", "Playback of the mechanism. Drag to turn, wheel to zoom, arrow keys to turn, plus and minus to zoom, space to play or pause.");
+    host.prepend(canvas);
+    this.materials = new Map();
+    const look = { material: (n) => this.shared(n, () => new MeshLambertMaterial(n.endsWith("-clear") ? { transparent: true, opacity: 0.42, depthWrite: false } : {})), line: (n) => this.shared(n + "-line", () => new LineBasicMaterial({ transparent: true, opacity: 0.55 })) };
+    this.scene = new Scene();
+    this.space = new Scene();
+    for (const s of [this.scene, this.space]) {
+      s.add(new AmbientLight(0xffffff, 1.5));
+      const sun = new DirectionalLight(0xffffff, 2.0);
+      sun.position.set(3, -5, 8);
+      s.add(sun);
+    }
+    this.casts = data.acts.map((a) => new Cast(a, look));
+    this.carrier = new Group();
+    this.scene.add(this.carrier);
+    for (const c of this.casts) this.carrier.add(c.root);
+    this.measure();
+    for (const c of this.casts) c.scale(this.size);
+    this.trails = [];
+    this.camera = new PerspectiveCamera(38, 1, this.size / 200, this.size * 400);
+    this.camera.up.set(0, 0, 1);
+    this.controls = this.control(this.camera);
+    this.surroundings(look);
+    if (data.planet && data.acts[0]?.clips[0].orbit) this.planet();
+    this.resize();
+    this.choose(0);
+    this.look("iso");
+    this.theme();
+    new ResizeObserver(() => this.resize()).observe(host);
+    new IntersectionObserver((e) => { this.seen = e[0].isIntersecting; this.wake(); }).observe(host);
+  }
+  shared(name, make) {
+    if (!this.materials.has(name)) this.materials.set(name, make());
+    return this.materials.get(name);
+  }
+  control(camera) {
+    const c = new OrbitControls(camera, this.renderer.domElement);
+    c.enableDamping = false;
+    c.addEventListener("change", () => this.wake());
+    return c;
+  }
+  /** How far the mechanism reaches, over all frames; far away free bodies of the start do not count. */
+  measure() {
+    let reach = 0;
+    for (const c of this.casts) {
+      const { poses } = c.act.clips[0];
+      for (let i = 0; i < poses.length; i += 7) reach = Math.max(reach, Math.hypot(poses[i], poses[i + 1], poses[i + 2]) + c.reach[(i / 7) % c.act.nodes]);
+    }
+    this.size = Math.max(reach, 1e-6);
+  }
+  surroundings() {
+    const act = this.data.acts[0];
+    if (Math.hypot(...act.gravity) > 0 && act.clips[0].origin.every((x) => x === 0)) {
+      const floor = new GridHelper(this.size * 4, 16);
+      floor.rotation.x = Math.PI / 2;
+      floor.material.transparent = true;
+      floor.position.z = -this.size * 1.02;
+      this.floor = floor;
+      this.scene.add(floor);
+    }
+  }
+  planet() {
+    const { radius } = this.data.planet;
+    const ball = new Mesh(new SphereGeometry(1, 48, 32), this.shared("planet", () => new MeshLambertMaterial()));
+    const net = [];
+    for (let k = 0; k < 12; ++k) for (let i = 0; i < 48; ++i) for (const j of [i, i + 1]) {
+      const a = (Math.PI * k) / 6, b = (-Math.PI / 2) + (Math.PI * j) / 48;
+      net.push(Math.cos(b) * Math.cos(a), Math.cos(b) * Math.sin(a), Math.sin(b));
+    }
+    for (let k = -2; k <= 2; ++k) for (let i = 0; i < 72; ++i) for (const j of [i, i + 1]) {
+      const b = (Math.PI * k) / 6, a = (2 * Math.PI * j) / 72;
+      net.push(Math.cos(b) * Math.cos(a), Math.cos(b) * Math.sin(a), Math.sin(b));
+    }
+    const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(net.map((x) => x * 1.001)), 3));
+    const globe = new Group();
+    globe.add(ball, new LineSegments(geometry, this.shared("net-line", () => new LineBasicMaterial({ transparent: true, opacity: 0.35 }))));
+    globe.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...this.data.planet.axis).normalize());
+    this.orbitLine = new Line(new BufferGeometry(), this.shared("orbit-line", () => new LineBasicMaterial()));
+    this.orbitLine.frustumCulled = false;
+    this.craft = new Mesh(new SphereGeometry(1, 12, 8), this.shared("craft", () => new MeshLambertMaterial()));
+    this.space.add(globe, this.orbitLine, this.craft);
+    this.radius = radius;
+    this.far = new PerspectiveCamera(38, 1, 0.01, 5000);
+    this.far.up.set(0, 0, 1);
+    const s = this.data.acts[0].clips[0].orbit, d = Math.hypot(s[0], s[1], s[2]) / radius;
+    this.far.position.set(2.2 * d, -2.6 * d, 1.7 * d);
+    this.farControls = this.control(this.far);
+    this.farControls.enabled = false;
+    this.down = new ArrowHelper(new Vector3(0, 0, -1), new Vector3(), this.size * 0.9, 0x888888, this.size * 0.09, this.size * 0.05);
+    this.ahead = new ArrowHelper(new Vector3(1, 0, 0), new Vector3(), this.size * 0.9, 0x888888, this.size * 0.09, this.size * 0.05);
+    this.scene.add(this.down, this.ahead);
+  }
+  theme() {
+    this.renderer.setClearColor(colour("stage"));
+    for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught" }[name] || name.replace("-clear", "")) || "#888888");
+    if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
+    if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
+    for (const l of this.trails) l.material.color.set(colour("c1"));
+    this.wake();
+  }
+  resize() {
+    const { clientWidth: w, clientHeight: hgt } = this.host;
+    if (w < 2 || hgt < 2) return;
+    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setSize(w, hgt, false);
+    for (const c of [this.camera, this.far]) if (c) (c.aspect = w / hgt), c.updateProjectionMatrix();
+    this.wake();
+  }
+
+  /** Which clip is played: of acts with several, the whole run or its beginning. */
+  choose(k) {
+    this.clips = this.data.acts.map((a) => a.clips[Math.min(k, a.clips.length - 1)]);
+    this.first = this.clips[0].t[0];
+    this.last = Math.max(...this.clips.map((c) => c.t[c.t.length - 1]));
+    this.makeTrails();
+    this.seek(Math.min(Math.max(this.time, this.first), this.last));
+  }
+  makeTrails() {
+    for (const l of this.trails) l.removeFromParent(), l.geometry.dispose();
+    this.trails = [];
+    const p = new Vector3(), q = new Quaternion();
+    this.casts.forEach((cast, k) => {
+      const clip = this.clips[k], n = clip.t.length;
+      for (const tip of cast.tips) {
+        const at = new Vector3(...tip.com).applyQuaternion(unit(tip.q)).add(new Vector3(...tip.p));
+        const places = new Float32Array(3 * n);
+        for (let f = 0; f < n; ++f) {
+          this.pose(clip, f, tip.node, p, q);
+          const x = at.clone().applyQuaternion(q).add(p);
+          if (this.options.ride === "base") {
+            const r = new Quaternion(), o = new Vector3();
+            this.pose(clip, f, 0, o, r);
+            x.sub(o).applyQuaternion(r.invert());
+          } else if (this.options.ride === "world") for (let i = 0; i < 3; ++i) x.setComponent(i, x.getComponent(i) + clip.origin[3 * f + i] - this.clips[0].origin[i]);
+          x.toArray(places, 3 * f);
+        }
+        const line = new Line(new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3)), new LineBasicMaterial({ color: colour("c1"), transparent: true, opacity: 0.7 }));
+        line.frustumCulled = false;
+        line.userData.act = k;
+        this.scene.add(line);
+        this.trails.push(line);
+      }
+    });
+  }
+  pose(clip, f, node, p, q) {
+    const i = 7 * (f * clip.nodes + node), d = clip.poses;
+    p.set(d[i], d[i + 1], d[i + 2]);
+    q.set(d[i + 4], d[i + 5], d[i + 6], d[i + 3]);
+  }
+
+  set(option, value) {
+    this.options[option] = value;
+    if (option === "ride") this.makeTrails();
+    if (option === "view" && this.far) {
+      this.controls.enabled = value === "mechanism";
+      this.farControls.enabled = value === "orbit";
+    }
+    this.seek(this.time);
+  }
+  /** Camera presets; the target stays the middle. */
+  look(name) {
+    const d = this.size * 2.5;
+    const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
+    const orbit = this.options.view === "orbit" && this.far;
+    const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
+    const distance = orbit ? this.far.position.length() : d / Math.min(1, Math.max(0.4, camera.aspect || 1));
+    camera.position.set(...to).multiplyScalar(distance);
+    controls.target.set(0, 0, 0);
+    controls.update();
+    this.wake();
+  }
+  zoom(factor) {
+    const orbit = this.options.view === "orbit" && this.far;
+    const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
+    camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
+    controls.update();
+  }
+  turn(angle, up) {
+    const [camera, controls] = this.options.view === "orbit" && this.far ? [this.far, this.farControls] : [this.camera, this.controls];
+    const d = camera.position.clone().sub(controls.target);
+    d.applyAxisAngle(new Vector3(0, 0, 1), angle);
+    const side = new Vector3(0, 0, 1).cross(d).normalize();
+    d.applyAxisAngle(side, -up);
+    if (Math.abs(d.z) < 0.999 * d.length()) camera.position.copy(controls.target).add(d);
+    controls.update();
+  }
+
+  play(on) {
+    this.playing = on;
+    if (!on) this.sharpen(this.fine);
+    if (on && this.time >= this.last) this.time = this.first;
+    this.before = null;
+    this.wake();
+  }
+  /** Fewer pixels while pictures come too slowly, all of them when it stands still. */
+  sharpen(ratio) {
+    this.mean = 0;
+    if (ratio === this.ratio) return;
+    this.ratio = ratio;
+    this.resize();
+  }
+  watch(passed) {
+    if (!(passed > 0)) return;
+    this.mean = this.mean ? this.mean + 0.1 * (passed - this.mean) : passed;
+    this.seenFrames = (this.seenFrames || 0) + 1;
+    if (this.seenFrames < 12 || this.mean < slow) return;
+    this.seenFrames = 0;
+    this.sharpen(Math.max(0.4, 0.75 * this.ratio));
+  }
+  seek(t) {
+    this.time = Math.min(Math.max(t, this.first), this.last);
+    this.arrange();
+    this.onTime(this.time);
+    this.wake();
+  }
+  /** One picture is asked for; while it plays, each asks for the next. Nothing is drawn out of sight. */
+  wake() {
+    if (this.asked || this.seen === false) return;
+    this.asked = requestAnimationFrame((at) => {
+      this.asked = 0;
+      if (this.playing) {
+        const passed = this.before ? Math.min(0.25, (at - this.before) / 1000) : 0;
+        this.before = at;
+        this.watch(passed);
+        this.time = Math.min(this.last, this.time + passed * this.rate);
+        if (this.time >= this.last) this.play(false);
+        this.arrange();
+        this.onTime(this.time);
+      }
+      this.draw();
+      if (this.playing) this.wake();
+    });
+  }
+  /** Puts everything where it is at this time. */
+  arrange() {
+    let act = 0;
+    for (let k = 1; k < this.clips.length; ++k) if (this.time >= this.clips[k].t[0]) act = k;
+    this.act = act;
+    const clip = this.clips[act], cast = this.casts[act], [f, s] = frameAt(clip.t, this.time), next = Math.min(f + 1, clip.t.length - 1);
+    this.casts.forEach((c, k) => (c.root.visible = k === act));
+    const p = new Vector3(), q = new Quaternion(), p1 = new Vector3(), q1 = new Quaternion();
+    cast.nodes.forEach((n, i) => {
+      this.pose(clip, f, i, p, q);
+      this.pose(clip, next, i, p1, q1);
+      n.position.lerpVectors(p, p1, s);
+      n.quaternion.slerpQuaternions(q, q1, s);
+    });
+    const base = cast.nodes[0];
+    this.carrier.position.set(0, 0, 0);
+    this.carrier.quaternion.identity();
+    if (this.options.ride === "base" && base) {
+      this.carrier.quaternion.copy(base.quaternion).invert();
+      this.carrier.position.copy(base.position).negate().applyQuaternion(this.carrier.quaternion);
+    } else if (this.options.ride === "world") {
+      const o = clip.origin, at = (i) => o[3 * f + i] + s * (o[3 * next + i] - o[3 * f + i]) - this.clips[0].origin[i];
+      this.carrier.position.set(at(0), at(1), at(2));
+    }
+    for (const frames of cast.frames) frames.visible = this.options.frames;
+    const tail = Math.max(2, Math.min(120, clip.t.length));
+    for (const l of this.trails) {
+      l.visible = this.options.trails && l.userData.act === act && clip.turn < 1.6;  // else it would be a tangle of chords
+      const end = f + 1, begin = Math.max(0, end - tail);
+      l.geometry.setDrawRange(begin, end - begin);
+    }
+    if (clip.orbit && this.craft) this.arrangeOrbit(clip, f);
+  }
+  arrangeOrbit(clip, f) {
+    const s = clip.orbit.subarray(6 * f, 6 * f + 6), { mu } = this.data.planet;
+    const r = kepler(mu, s, this.time - clip.t[f]), R = this.radius, e = kepler(mu, s, this.time - clip.t[f] + 1);
+    this.craft.position.set(r[0] / R, r[1] / R, r[2] / R);
+    this.craft.scale.setScalar(0.012 * this.far.position.distanceTo(this.craft.position));
+    if (this.shownOrbit !== f) {
+      const points = ellipse(mu, s);
+      this.orbitLine.geometry.dispose();
+      this.orbitLine.geometry = new BufferGeometry().setFromPoints(points.map((x) => new Vector3(x[0] / R, x[1] / R, x[2] / R)));
+      this.shownOrbit = f;
+    }
+    const turn = this.carrier.quaternion;
+    this.altitude = Math.hypot(...r) - R;
+    this.down.setDirection(new Vector3(-r[0], -r[1], -r[2]).normalize().applyQuaternion(turn));
+    this.ahead.setDirection(new Vector3(e[0] - r[0], e[1] - r[1], e[2] - r[2]).normalize().applyQuaternion(turn));
+  }
+  draw() {
+    const orbit = this.options.view === "orbit" && this.far;
+    this.renderer.render(orbit ? this.space : this.scene, orbit ? this.far : this.camera);
+    ++this.drawn;
+  }
+  /** Place and attitude of every moving body now, for tests. */
+  poses() {
+    return this.casts[this.act].nodes.flatMap((n) => [...n.position.toArray(), ...n.quaternion.toArray()]);
+  }
+}

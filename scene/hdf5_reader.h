@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace porthos::scene {
+
+/// An HDF5 file as Hdf5File writes them, for reading. Ids are closed by their owners.
+class Hdf5Reader {
+ public:
+  /// @throws InvalidArgument "cannot read <path>: ..." as every function here: no such file, not HDF5, cut off, damaged, or
+  ///   no such dataset
+  explicit Hdf5Reader(const std::filesystem::path& path);
+  ~Hdf5Reader();
+  Hdf5Reader(const Hdf5Reader&) = delete;
+  Hdf5Reader& operator=(const Hdf5Reader&) = delete;
+
+  enum class Kind { real, integer, text };
+  struct Dataset {
+    Kind kind = Kind::real;
+    std::vector<std::int64_t> shape;  ///< rows, or rows and columns
+    std::int64_t size() const;
+  };
+  /// Every dataset by its path ("state/elbow"), in the order of the names.
+  const std::map<std::string, Dataset>& datasets() const { return datasets_; }
+  /// @throws InvalidArgument for an unknown name, with those that are like it
+  const Dataset& dataset(const std::string& name) const;
+
+  /// The whole dataset, row by row. to: dataset(name).size() numbers.
+  void read(const std::string& name, double* to) const;
+  void read(const std::string& name, std::int64_t* to) const;
+  std::string text(const std::string& name) const;
+
+  /// Attributes of a dataset or group ("/": of the file).
+  std::map<std::string, std::string> texts(const std::string& object) const;
+  std::map<std::string, double> numbers(const std::string& object) const;
+
+ private:
+  [[noreturn]] void refuse(const std::string& why) const;
+  std::filesystem::path path_;
+  std::int64_t file_ = -1;  ///< hid_t
+  std::map<std::string, Dataset> datasets_;
+};
+
+}  // namespace porthos::scene

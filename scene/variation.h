@@ -1,0 +1,33 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "phs/state.h"
+#include "scene/scene.h"
+
+/// A scene with some of its numbers replaced: one case of an ensemble.
+namespace porthos::scene {
+
+/// Other numbers for a key of the scene: its tables and keys with dots between them, the place in an array in brackets, from
+/// 0: "initial.joints.joint_1.velocity", "initial.base.angular_velocity[2]", "element[0].stiffness". More than one number
+/// replace a whole array.
+struct Replacement {
+  std::string key;
+  std::vector<double> values;
+};
+
+/// Whether a replacement changes the start of a run and nothing else.
+bool is_of_start(const std::string& key);
+
+/// The scene `text` stands for, with some numbers replaced. Tables and keys that are not there are added.
+/// @throws InvalidArgument as read_scene; for a key that has no place in it
+Scene read_variation(const std::string& path, const std::string& text,
+                     std::span<const Replacement> replacements);
+
+/// The start of a scene that differs from the one of the assembly in its [initial] alone.
+/// @throws InvalidArgument as assemble
+phs::State start_of(const Scene& scene, const Assembly& assembly);
+
+}  // namespace porthos::scene

@@ -1,0 +1,504 @@
+#include "space/parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/kinematics.h"
+#include "mechanics/rotation.h"
+#include "space/gravity_gradient.h"
+
+namespace porthos::space {
+namespace {
+
+using mechanics::Force;
+using mechanics::Mechanism;
+using mechanics::Motion;
+using mechanics::Transform;
+
+/// f(t) lane by lane.
+template <class T, class F>
+T lane_by_lane(const T& t, F f) {
+  if constexpr (phs::is_pack<T>) {
+    T r;
+    for (int i = 0; i < phs::lanes<T>; ++i) r.set(i, f(t[i]));
+    return r;
+  } else {
+    return T(f(phs::to_double(t)));
+  }
+}
+
+template <class T>
+Vec3<T> scaled(const Vec3d& k, const Vec3<T>& a) {
+  return {T(k.x) * a.x, T(k.y) * a.y, T(k.z) * a.z};
+}
+template <class T>
+Vec3<T> zero() {
+  return {T(0.0), T(0.0), T(0.0)};
+}
+/// ½ (A K Aᵀ + B K Bᵀ) a
+template <class T>
+Vec3<T> along_both(const Mat3<T>& A, const Mat3<T>& B, const Vec3d& k, const Vec3<T>& a) {
+  return T(0.5) * (A * scaled(k, A.tmul(a)) + B * scaled(k, B.tmul(a)));
+}
+template <class T>
+const Vec3<T>& column_of(const Mat3<T>& R, int i) {
+  return i == 0 ? R.x : i == 1 ? R.y : R.z;
+}
+
+bool damped(const SoftLatch& l) {
+  return l.damping.x + l.damping.y + l.damping.z + l.turning_damping.x + l.turning_damping.y +
+             l.turning_damping.z >
+         0;
+}
+
+template <class T>
+class PartsSystem final : public phs::System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  explicit PartsSystem(const PartsModel& model, const PartsModel::Placed& placed)
+      : model_(model),
+        parts_(model.parts()),
+        placed_(placed),
+        inner_(model.mechanical().template instantiate<T>()),
+        m_(model.mechanical().mechanism()),
+        w_(m_),
+        pose_(m_.nodes().size()),
+        nq_(size_t(m_.nq())),
+        inner_powers_(model.mechanical().description().powers.size()),
+        u_(size_t(model.description().nu)),
+        y_(u_.size()),
+        e_(2 * nq_, T(0.0)),
+        Gu_(2 * nq_),
+        values_(size_t(model.mechanical().description().invariant_count())),
+        damped_(std::any_of(parts_.latches.begin(), parts_.latches.end(), damped)) {}
+
+  const phs::Description& description() const override { return model_.description(); }
+  std::unique_ptr<phs::System<T>> clone() const override {
+    auto copy = std::make_unique<PartsSystem>(model_, placed_);
+    copy->set_turn_angles(w_.turn_angle);
+    return copy;
+  }
+
+  T hamiltonian(In x) override {
+    T H = inner_->hamiltonian(x);
+    if (parts_.latches.empty()) return H;
+    place(x);
+    for (size_t k = 0; k < parts_.latches.size(); ++k) H = H + elastic_energy(k);
+    return H;
+  }
+  void gradient(In x, Out e) override {
+    inner_->gradient(x, e);
+    if (parts_.latches.empty()) return;
+    place(x), clear();
+    add_elastic();
+    inner_->apply_input(x, u_, Gu_);
+    for (size_t i = 0; i < nq_; ++i) e[i] = e[i] - Gu_[nq_ + i];
+  }
+  void field(T t, In x, In u, Out dx) override {
+    inner_->field(t, x, u, dx);
+    std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
+    place(x), clear();
+    add_elastic();
+    add_losses(x, e_), add_sources(t, x);
+    add_to(x, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    inner_->rate(t, x, e, dx);
+    place(x), clear();
+    add_losses(x, e), add_sources(t, x);
+    add_to(x, dx);
+  }
+  void efforts(T t, In x, In dx, Out e) override {
+    std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
+    place(x), clear();
+    add_losses(x, e_), add_sources(t, x);
+    inner_->apply_input(x, u_, Gu_);
+    for (size_t i = 0; i < 2 * nq_; ++i) Gu_[i] = dx[i] - Gu_[i];
+    inner_->efforts(t, x, Gu_, e);
+  }
+  void apply_structure(In x, In e, Out Je) override { inner_->apply_structure(x, e, Je); }
+  void apply_dissipation(In x, In e, Out Re) override {
+    inner_->apply_dissipation(x, e, Re);
+    if (!damped_) return;
+    place(x), clear();
+    add_losses(x, e);
+    inner_->apply_input(x, u_, Gu_);
+    for (size_t i = nq_; i < 2 * nq_; ++i) Re[i] = Re[i] - Gu_[i];
+  }
+  void apply_input(In x, In u, Out Gu) override { inner_->apply_input(x, u, Gu); }
+  void output(In x, In e, Out y) override { inner_->output(x, e, y); }
+
+  void stored(In x, Out values) override {
+    inner_->stored(x, values);
+    if (parts_.latches.empty()) return;
+    place(x);
+    size_t k = values.size() - parts_.latches.size();
+    for (size_t l = 0; l < parts_.latches.size(); ++l) values[k++] = elastic_energy(l);
+  }
+  void powers(T t, In x, In e, Out values) override {
+    inner_->powers(t, x, e, values);
+    place(x);
+    inner_->output(x, e, y_);
+    size_t k = inner_powers_;
+    for (size_t l = 0; l < parts_.latches.size(); ++l)
+      if (damped(parts_.latches[l])) values[k++] = loss(l);
+    const size_t impulses = k + parts_.thrusters.size() + parts_.torquers.size();
+    size_t i = impulses;
+    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
+      const Thruster& th = parts_.thrusters[n];
+      const auto& at = placed_.nozzles[n];
+      const Vec3<T> f = force(th, t);
+      values[k++] = dot(f, Vec3<T>{y_[at.u + 3], y_[at.u + 4], y_[at.u + 5]});
+      const auto X = world(at);
+      const Vec3<T> F = X.R * f, L = cross(X.r, F);
+      for (const T& value : {F.x, F.y, F.z, L.x, L.y, L.z}) values[i++] = value;
+    }
+    for (size_t n = 0; n < parts_.torquers.size(); ++n) {
+      const Mat3<T> R = base(x);
+      const Vec3<T> torque = torquer_torque(n, t, x, R);
+      const size_t at = placed_.base_u;
+      values[k++] = dot(torque, Vec3<T>{y_[at], y_[at + 1], y_[at + 2]});
+      const Vec3<T> L = R * torque;
+      for (const T& value : {L.x, L.y, L.z}) values[i++] = value;
+    }
+  }
+  void invariants(In x, Out values) override {
+    inner_->invariants(x, values_);
+    for (const auto& mine : description().invariants)
+      for (const auto& i : model_.mechanical().description().invariants)
+        if (i.name == mine.name)
+          for (int c = 0; c < i.size; ++c) values[size_t(mine.at + c)] = values_[size_t(i.at + c)];
+  }
+  void set_turn_angles(In angles) override {
+    inner_->set_turn_angles(angles);
+    std::copy_n(angles.begin(), w_.turn_angle.size(), w_.turn_angle.begin());
+  }
+  std::unique_ptr<phs::Resolvent> resolvent() override {
+    return parts_.latches.empty() ? inner_->resolvent() : nullptr;
+  }
+
+ private:
+  void place(In x) { mechanics::forward_kinematics<T>(m_, w_, x.first(nq_), pose_); }
+  void clear() { std::fill(u_.begin(), u_.end(), T(0.0)); }
+  void add_to(In x, Out dx) {
+    inner_->apply_input(x, u_, Gu_);
+    for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
+  }
+  /// Of a port in the world.
+  Transform<T> world(const PartsModel::Mount& at) const {
+    return pose_[size_t(at.node)] * Transform<T>{Mat3<T>(at.port.R), Vec3<T>(at.port.r)};
+  }
+  /// A wrench given in the world's axes about the port's origin.
+  void push(const PartsModel::Mount& at, const Transform<T>& X, const Vec3<T>& moment,
+            const Vec3<T>& force) {
+    const Vec3<T> n = X.R.tmul(moment), f = X.R.tmul(force);
+    for (int c = 0; c < 3; ++c) {
+      u_[at.u + size_t(c)] = u_[at.u + size_t(c)] + n[c];
+      u_[at.u + 3 + size_t(c)] = u_[at.u + 3 + size_t(c)] + f[c];
+    }
+  }
+
+  // --- soft latches -----------------------------------------------------------------------------
+  struct Ends {
+    Transform<T> on_link, on_body;  ///< ports in the world
+    Mat3<T> A, B;                   ///< the frames' axes
+    Vec3<T> d;                      ///< from A to B
+  };
+  Ends ends(size_t k) const {
+    const auto &a = placed_.a[k], &b = placed_.b[k];
+    Ends e{world(a), world(b), {}, {}, {}};
+    e.A = e.on_link.R * Mat3<T>(a.axes), e.B = e.on_body.R * Mat3<T>(b.axes);
+    e.d = e.on_body.r - e.on_link.r;
+    return e;
+  }
+  static double tip_stiffness(const SoftLatch& l, int i) {
+    const Vec3d& Q = l.turning_stiffness;
+    return 0.5 * (Q.x + Q.y + Q.z) - Q[i];
+  }
+  T elastic_energy(size_t k) const {
+    const SoftLatch& l = parts_.latches[k];
+    const Ends e = ends(k);
+    T U = T(0.5) * dot(e.d, along_both(e.A, e.B, l.stiffness, e.d));
+    for (int i = 0; i < 3; ++i) {
+      const Vec3<T> apart = column_of(e.A, i) - column_of(e.B, i);
+      U = U + T(0.5 * tip_stiffness(l, i)) * dot(apart, apart);
+    }
+    return U;
+  }
+  void add_elastic() {
+    for (size_t k = 0; k < parts_.latches.size(); ++k) {
+      const SoftLatch& l = parts_.latches[k];
+      const Ends e = ends(k);
+      const Vec3<T> fa = e.A * scaled(l.stiffness, e.A.tmul(e.d)),
+                    fb = e.B * scaled(l.stiffness, e.B.tmul(e.d));
+      const Vec3<T> f = T(-0.5) * (fa + fb);  // on B
+      Vec3<T> turn = zero<T>();               // on B
+      for (int i = 0; i < 3; ++i)
+        turn += T(tip_stiffness(l, i)) * cross(column_of(e.B, i), column_of(e.A, i));
+      const Vec3<T> half_d = T(0.5) * e.d;
+      push(placed_.b[k], e.on_body, turn + cross(half_d, fb), f);
+      push(placed_.a[k], e.on_link, cross(half_d, fa) - turn, -f);
+    }
+  }
+  /// Twist of B relative to A at the midpoint, from the ports' twists in y_, in the world's axes.
+  Motion<T> relative(size_t k, const Ends& e) const {
+    const auto twist = [&](const PartsModel::Mount& at, const Transform<T>& X) {
+      const T* y = y_.data() + at.u;
+      return Motion<T>{X.R * Vec3<T>{y[0], y[1], y[2]}, X.R * Vec3<T>{y[3], y[4], y[5]}};
+    };
+    const Motion<T> a = twist(placed_.a[k], e.on_link), b = twist(placed_.b[k], e.on_body);
+    const Vec3<T> half_d = T(0.5) * e.d;
+    return {b.w - a.w, (b.v - cross(b.w, half_d)) - (a.v + cross(a.w, half_d))};
+  }
+  Force<T> damper(size_t k, const Ends& e, const Motion<T>& v) const {
+    const SoftLatch& l = parts_.latches[k];
+    return {along_both(e.A, e.B, l.turning_damping, v.w), along_both(e.A, e.B, l.damping, v.v)};
+  }
+  T loss(size_t k) const {
+    const Ends e = ends(k);
+    const Motion<T> v = relative(k, e);
+    return dot(v, damper(k, e, v));
+  }
+  void add_losses(In x, In e) {
+    if (!damped_) return;
+    inner_->output(x, e, y_);
+    for (size_t k = 0; k < parts_.latches.size(); ++k) {
+      const Ends at = ends(k);
+      const Force<T> r = damper(k, at, relative(k, at));
+      const Vec3<T> half_d = T(0.5) * at.d;
+      push(placed_.b[k], at.on_body, cross(half_d, r.f) - r.n, -r.f);
+      push(placed_.a[k], at.on_link, cross(half_d, r.f) + r.n, r.f);
+    }
+  }
+
+  // --- sources ------------------------------------------------------------------------------------
+  Vec3<T> force(const Thruster& th, const T& t) const {
+    const T on = lane_by_lane(t, [&](double at) { return th.thrust * th.schedule.at(at); });
+    return on * Vec3<T>(th.direction);
+  }
+  static Mat3<T> base(In x) {
+    return mechanics::rotation_matrix(mechanics::Quaternion<T>::load(x.data() + base_attitude));
+  }
+  Vec3<T> torquer_torque(size_t n, const T& t, In x, const Mat3<T>& R) const {
+    return torque_of(parts_.torquers[n], placed_.wheels[n], t, x, nq_,
+                     R.tmul(Vec3<T>(parts_.field)));
+  }
+  void add_sources(const T& t, In x) {
+    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
+      const Vec3<T> f = force(parts_.thrusters[n], t);
+      const size_t at = placed_.nozzles[n].u + 3;
+      for (int c = 0; c < 3; ++c) u_[at + size_t(c)] = u_[at + size_t(c)] + f[c];
+    }
+    if (parts_.torquers.empty()) return;
+    const Mat3<T> R = base(x);
+    for (size_t n = 0; n < parts_.torquers.size(); ++n) {
+      const Vec3<T> torque = torquer_torque(n, t, x, R);
+      for (int c = 0; c < 3; ++c) {
+        T& u = u_[placed_.base_u + size_t(c)];
+        u = u + torque[c];
+      }
+    }
+  }
+
+  const PartsModel& model_;
+  const Parts& parts_;
+  const PartsModel::Placed& placed_;
+  std::unique_ptr<phs::System<T>> inner_;
+  const Mechanism& m_;
+  mechanics::Workspace<T> w_;
+  std::vector<Transform<T>> pose_;
+  size_t nq_, inner_powers_;
+  std::vector<T> u_, y_, e_, Gu_, values_;
+  bool damped_;
+};
+
+[[noreturn]] void refuse(const std::string& what, const std::string& name, const std::string& why) {
+  throw InvalidArgument(what + " '" + name + "': " + why);
+}
+bool finite(const Vec3d& a) { return std::isfinite(a.x + a.y + a.z); }
+void require_unit(const Vec3d& d, const char* what, const std::string& name) {
+  if (!finite(d) || std::fabs(mechanics::norm(d) - 1) > 1e-12)
+    refuse(what, name, fmt::format("its direction has length {}, expected 1", mechanics::norm(d)));
+}
+
+void validate(const Parts& parts) {
+  for (const Thruster& t : parts.thrusters) {
+    require_unit(t.direction, "thruster", t.name);
+    if (!(t.thrust >= 0) || !std::isfinite(t.thrust))
+      refuse("thruster", t.name,
+             fmt::format("its thrust is {} N, expected a number of 0 or more", t.thrust));
+    if (!(t.specific_impulse >= 0))
+      refuse("thruster", t.name,
+             fmt::format("its specific impulse is {} s, expected a number above 0",
+                         t.specific_impulse));
+  }
+  for (const Torquer& t : parts.torquers) {
+    require_unit(t.direction, "torquer", t.name);
+    if (!t.dipole && !(t.unload > 0 && std::isfinite(t.unload)))
+      refuse("torquer", t.name,
+             fmt::format("it has no dipole and unloads wheels by {} 1/s, expected a dipole or a "
+                         "number above 0",
+                         t.unload));
+    if (!(t.limit >= 0))
+      refuse("torquer", t.name, fmt::format("its limit is {} A m^2, expected 0 or more", t.limit));
+  }
+  for (const SoftLatch& l : parts.latches) {
+    for (const Vec3d& k : {l.stiffness, l.turning_stiffness, l.damping, l.turning_damping})
+      for (int i = 0; i < 3; ++i)
+        if (!(k[i] >= 0) || !std::isfinite(k[i]))
+          refuse("soft latch", l.name,
+                 fmt::format("a stiffness or damping is {}, expected numbers of 0 or more", k[i]));
+    if (l.link == l.body)
+      refuse("soft latch", l.name, "it joins '" + l.link + "' to itself, expected two bodies");
+  }
+}
+
+/// The mechanism with a body port at every place.
+std::vector<mechanics::BodyPort> ports_of(const Parts& parts) {
+  std::vector<mechanics::BodyPort> ports;
+  for (const auto& t : parts.thrusters) ports.push_back({t.name + ".nozzle", t.link, t.position});
+  for (const auto& l : parts.latches) {
+    ports.push_back({l.name + ".on_link", l.link, l.on_link.r});
+    ports.push_back({l.name + ".on_body", l.body, l.on_body.r});
+  }
+  return ports;
+}
+
+PartsModel::Mount mount(const mechanics::MechanicalModel& model, const std::string& port,
+                        const std::string& link, const Pose& at) {
+  const auto& body = model.mechanism().body(link);
+  PartsModel::Mount m{body.node, body.pose * Pose{Mat3<double>::identity(), at.r}, at.R, 0};
+  for (const auto& p : model.description().ports)
+    if (p.name == port + ".wrench") m.u = size_t(p.at);
+  return m;
+}
+
+int free_base(const Mechanism& m) {
+  for (size_t i = 0; i < m.nodes().size(); ++i)
+    if (m.nodes()[i].parent < 0 && m.nodes()[i].q == 0) {
+      for (const auto& c : m.coordinates())
+        if (c.node == int(i) && c.kind == phs::BlockKind::rotation && c.q == base_attitude)
+          return int(i);
+    }
+  return -1;
+}
+
+phs::Description describe(const phs::Description& inner, const Parts& parts) {
+  phs::Description d = inner;
+  d.flows.clear();
+  d.traits.separable = false;
+  const bool pushed = !parts.thrusters.empty() || !parts.torquers.empty();
+  d.traits.autonomous = d.traits.autonomous && !pushed;
+  using Kind = phs::PowerKind;
+  for (const auto& l : parts.latches) {
+    d.storages.push_back(l.name);
+    if (!damped(l)) continue;
+    d.powers.push_back({l.name + ".damping", Kind::dissipated});
+    d.traits.lossless = false;
+  }
+  const auto pushes = push_accounts(parts);
+  d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
+  d.invariants.clear();
+  int at = 0;
+  for (auto i : inner.invariants) {
+    if (i.name == "linear_momentum" && !parts.thrusters.empty()) continue;
+    if (i.name == "angular_momentum" && pushed) continue;
+    i.at = at, at += i.size;
+    d.invariants.push_back(std::move(i));
+  }
+  return d;
+}
+
+}  // namespace
+
+std::vector<phs::PowerAccount> push_accounts(const Parts& parts) {
+  using Kind = phs::PowerKind;
+  std::vector<phs::PowerAccount> list;
+  for (const auto& t : parts.thrusters) list.push_back({t.name, Kind::supplied});
+  for (const auto& t : parts.torquers) list.push_back({t.name, Kind::supplied});
+  for (const auto& t : parts.thrusters)
+    for (const char* of : {".impulse", ".angular_impulse"})
+      for (const char* axis : {".x", ".y", ".z"})
+        list.push_back({t.name + of + axis, Kind::observed});
+  for (const auto& t : parts.torquers)
+    for (const char* axis : {".x", ".y", ".z"})
+      list.push_back({t.name + ".angular_impulse" + axis, Kind::observed});
+  return list;
+}
+
+template <class T>
+Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
+                  std::span<const T> x, size_t nq, const Vec3<T>& B) {
+  const Vec3<T> d(rod.direction);
+  T m(0.0);
+  if (rod.dipole) {
+    m = (*rod.dipole)(t);
+  } else {
+    Vec3<T> h = zero<T>();
+    for (const auto& w : wheels) h += x[nq + size_t(w.q)] * Vec3<T>(w.axis);
+    const T tiny(1e-30), B2 = dot(B, B);
+    m = T(rod.unload) * dot(d, cross(h, B)) / phs::max(B2, tiny);
+  }
+  if (rod.limit > 0) m = T(rod.limit) * phs::tanh(m / T(rod.limit));
+  return m * cross(d, B);
+}
+
+std::vector<WheelAxis> wheel_axes(const Mechanism& m, const std::string& who,
+                                  const std::vector<std::string>& joints) {
+  const int base = free_base(m);
+  std::vector<WheelAxis> list;
+  for (const auto& joint : joints) {
+    const mechanics::JointCoordinates* found = nullptr;
+    for (const auto& c : m.coordinates())
+      if (c.name == joint && c.kind == phs::BlockKind::angle) found = &c;
+    if (!found || base < 0 || m.nodes()[size_t(found->node)].parent != base)
+      throw InvalidArgument(who + ": joint '" + joint +
+                            "' does not turn on a free base, expected a wheel that does");
+    list.push_back({found->q, m.nodes()[size_t(found->node)].placement.R.z});
+  }
+  return list;
+}
+
+PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechanical, Parts parts)
+    : mechanical_(std::move(mechanical)), parts_(std::move(parts)) {
+  validate(parts_);
+  const std::shared_ptr<const Mechanism> mechanism(mechanical_, &mechanical_->mechanism());
+  with_ports_ = std::make_shared<const mechanics::MechanicalModel>(mechanism, ports_of(parts_));
+  for (const auto& t : parts_.thrusters)
+    placed_.nozzles.push_back(
+        mount(*with_ports_, t.name + ".nozzle", t.link, {Mat3<double>::identity(), t.position}));
+  for (const auto& l : parts_.latches) {
+    placed_.a.push_back(mount(*with_ports_, l.name + ".on_link", l.link, l.on_link));
+    placed_.b.push_back(mount(*with_ports_, l.name + ".on_body", l.body, l.on_body));
+    if (placed_.a.back().node == placed_.b.back().node)
+      refuse("soft latch", l.name,
+             "'" + l.link + "' and '" + l.body + "' are one rigid body, expected two that move");
+  }
+  const int base = free_base(*mechanism);
+  for (const auto& t : parts_.torquers) {
+    if (base < 0) refuse("torquer", t.name, "the base is fixed, expected a free one");
+    if (!(mechanics::norm(parts_.field) > 0) || !finite(parts_.field))
+      refuse("torquer", t.name,
+             "there is no magnetic field, expected a planet with one or a constant field");
+    placed_.base_u = size_t(mechanism->nodes()[size_t(base)].v);
+    placed_.wheels.push_back(wheel_axes(*mechanism, "torquer '" + t.name + "'", t.wheels));
+  }
+  description_ = describe(with_ports_->description(), parts_);
+}
+
+template <class T>
+std::unique_ptr<phs::System<T>> PartsModel::make_system() const {
+  return std::make_unique<PartsSystem<T>>(*this, placed_);
+}
+#define PORTHOS_INSTANTIATE(T)                                                        \
+  template std::unique_ptr<phs::System<T>> PartsModel::make_system<T>() const;        \
+  template Vec3<T> torque_of(const Torquer&, const std::vector<WheelAxis>&, const T&, \
+                             std::span<const T>, size_t, const Vec3<T>&);
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::space

@@ -1,0 +1,107 @@
+#include "space/push.h"
+
+#include <cmath>
+
+#include "mechanics/passes-inl.h"
+#include "mechanics/rotation.h"
+#include "space/gravity_gradient.h"
+
+namespace porthos::space {
+
+using namespace mechanics;
+
+Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t) {
+  if (!planet.magnetic)
+    throw InvalidArgument("planet '" + planet.name +
+                          "' has no magnetic field, expected [planet] magnetic");
+  const MagneticDipole& d = *planet.magnetic;
+  const Vec3d& z = planet.axis;
+  const Vec3d seed = std::fabs(z.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d x = seed - dot(seed, z) * z;
+  x = (1 / norm(x)) * x;
+  const Vec3d y = cross(z, x);
+  const double angle = d.longitude + planet.rotation_rate.value_or(0) * t;
+  const Vec3d k =
+      std::cos(d.tilt) * z + std::sin(d.tilt) * (std::cos(angle) * x + std::sin(angle) * y);
+  const double size = norm(r), a = planet.radius / size;
+  const Vec3d u = (1 / size) * r;
+  return (d.equator * a * a * a) * (k - (3 * dot(k, u)) * u);
+}
+
+OrbitPush::OrbitPush(const Mechanism& m, const Parts& parts, const Planet& planet)
+    : m_(m), on_(m), parts_(parts), planet_(planet) {
+  for (const Thruster& t : parts.thrusters) {
+    const BodyFrame& link = m.body(t.link);
+    if (link.node < 0)
+      throw InvalidArgument("thruster '" + t.name + "': its link '" + t.link +
+                            "' is fixed to the world and never moves");
+    nozzle_.push_back(link.pose * Pose{Mat3<double>::identity(), t.position});
+    nozzle_node_.push_back(link.node);
+  }
+  for (const Torquer& t : parts.torquers) {
+    if (!planet.magnetic)
+      throw InvalidArgument("torquer '" + t.name + "': planet '" + planet.name +
+                            "' has no magnetic field, expected [planet] magnetic");
+    wheels_.push_back(wheel_axes(m, "torquer '" + t.name + "'", t.wheels));
+  }
+  pushes_.resize(parts.thrusters.size() + parts.torquers.size());
+  for (Push& p : pushes_) p.force.assign(size_t(m.nv()), 0.0);
+}
+
+void OrbitPush::set_turn_angles(std::span<const double> angles) { on_.set_turn_angles(angles); }
+
+void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, double when) {
+  if (pushes_.empty()) return;
+  const auto q = x.first(size_t(m_.nq()));
+  for (size_t k = 0; k < parts_.thrusters.size(); ++k) thrust(k, q, when);
+  if (parts_.torquers.empty()) return;
+  const auto base = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
+  const Vec3d B = base.tmul(magnetic_field(planet_, R, t));
+  for (size_t k = 0; k < parts_.torquers.size(); ++k) {
+    Push& push = pushes_[parts_.thrusters.size() + k];
+    const Vec3d n = torque_of<double>(parts_.torquers[k], wheels_[k], t, x, size_t(m_.nq()), B);
+    for (int c = 0; c < 3; ++c) push.force[size_t(c)] = n[c];  // the base's own freedoms come first
+    push.torque = base * n;
+  }
+}
+
+void OrbitPush::thrust(size_t k, std::span<const double> q, double when) {
+  const Thruster& t = parts_.thrusters[k];
+  Push& push = pushes_[k];
+  const double on = t.thrust * t.schedule.at(when);
+  std::fill(push.force.begin(), push.force.end(), 0.0);
+  push.on_centre = push.torque = {0, 0, 0};
+  if (on == 0) return;
+  on_.place(q);
+  const Pose& nozzle = nozzle_[k];
+  const size_t at = size_t(nozzle_node_[k]);
+  const Vec3d own = nozzle.R * (on * t.direction);  // in the node's axes
+  const Vec3d F = on_.axes(at) * own;               // in the base's
+  const auto& nodes = m_.nodes();
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Vec3d share = on_.axes(i).tmul((-1 / m_.total_mass()) * F);
+    on_.wrench(i) += {cross(nodes[i].inertia.mc, share), nodes[i].inertia.m * share};
+  }
+  on_.wrench(at) += Force<double>{cross(nozzle.r, own), own};
+  on_.project();
+  std::copy(on_.joint_forces().begin(), on_.joint_forces().end(), push.force.begin());
+  push.torque = on_.torque();
+  push.on_centre = on_.base() * F;
+}
+
+void OrbitPush::momentum_rates(std::span<const double> q, std::span<const double> joint_forces,
+                               std::span<double> p_dot) const {
+  for (const Node& n : m_.nodes())
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      double out[Joint::nq];
+      const double* f = joint_forces.data() + n.v;
+      if constexpr (Joint::lifted)
+        Joint::lift(q.data() + n.q, f, out);
+      else
+        for (int c = 0; c < Joint::nv; ++c) out[c] = f[c];
+      for (int c = 0; c < Joint::nq; ++c) p_dot[size_t(n.q + c)] += out[c];
+    });
+}
+
+}  // namespace porthos::space

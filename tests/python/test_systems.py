@@ -1,0 +1,232 @@
+"""Systems, laws and networks: those of C++ and those written in Python, under one contract."""
+import math
+
+import numpy as np
+import pytest
+
+import porthos as ph
+from test_dynamics import refused
+
+
+def test_a_python_system_passes_the_checker(duffing):
+    report = ph.check(ph.UserModel(duffing()))
+    assert report.holds(), report.text()
+    names = {a.axiom for a in report.axioms}
+    assert {"J skew", "R symmetric", "R >= 0", "gradient", "field", "power balance"} <= names
+    print(report)
+
+
+@pytest.mark.parametrize("method, axiom", [
+    ("gradient", "gradient"), ("dissipation", "R >= 0"), ("structure", "J skew")])
+def test_the_checker_catches_wrong_python_systems(duffing, method, axiom):
+    class Wrong(duffing):
+        pass
+
+    wrong = {"gradient": lambda self, x: np.array([x[0] ** 3 - 1.01 * x[0], x[1]]),
+             "dissipation": lambda self, x, e: np.array([0.0 * e[0], -0.1 * e[1]]),
+             "structure": lambda self, x, e: np.array([e[1], -1.001 * e[0]])}
+    setattr(Wrong, method, wrong[method])
+    report = ph.check(ph.UserModel(Wrong()))
+    assert not report.holds()
+    assert not next(a for a in report.axioms if a.axiom == axiom).holds()
+
+
+def test_a_gradient_left_out_is_taken_by_duals(duffing):
+    class Bare:
+        description = lambda self: ph.Description(name="bare", nx=2, traits=ph.Traits(canonical=True),
+                                                  blocks=[ph.Block(name="q", momentum=1)])
+        hamiltonian = lambda self, x: np.sin(x[0]) * np.exp(0.1 * x[1]) + x[1] ** 2 / np.sqrt(2 + np.cos(x[0])) + np.tanh(x[1]) ** 3
+
+    s = ph.UserModel(Bare()).instantiate()
+    x = np.array([0.3, -0.4])
+    h = 1e-6
+    central = [(s.hamiltonian(x + h * d) - s.hamiltonian(x - h * d)) / (2 * h) for d in np.eye(2)]
+    assert np.abs(s.gradient(x) - central).max() < 1e-9
+    batch = np.linspace(-1, 1, 22).reshape(11, 2)
+    assert np.array_equal(s.gradient(batch), np.array([s.gradient(r.copy()) for r in batch]))
+
+
+def test_a_python_system_runs_as_its_c_plus_plus_twin():
+    """The harmonic oscillator, by Python and by an inertia on a spring: the same numbers but for rounding."""
+
+    class Oscillator:
+        def description(self):
+            return ph.Description(name="oscillator", nx=2, traits=ph.Traits(canonical=True), blocks=[ph.Block(name="q", momentum=1)])
+
+        def hamiltonian(self, x):
+            return 5 * x[0] ** 2 + x[1] ** 2 / 4
+
+        def gradient(self, x):
+            return np.array([10 * x[0], x[1] / 2])
+
+    ours = ph.simulate(ph.UserModel(Oscillator()), [0.1, 0.3], step=0.05, duration=20, limits={"energy": 1e-14})
+    n = ph.Network("mass on a spring")
+    n.add("spring", ph.spring_element(ph.spring(10), "translation")).add("mass", ph.inertia_element(2, "translation"))
+    n.feedback("mass.body", "spring.ends")
+    theirs = ph.simulate(n.build(), [0.1, 0.3], step=0.05, duration=20, limits={"energy": 1e-14})
+    assert ours.passed and theirs.passed, f"{ours}\n{theirs}"
+    assert np.abs(ours.x - theirs.x).max() < 1e-14
+    assert ours.summary["energy"]["max_rel_error"] < 1e-15  # measured in longdouble: the Python code was given such
+
+
+def test_a_comparison_needs_quads_and_gets_them(duffing):
+    class Lossless(duffing):
+        damping = 0.0
+
+    c = ph.compare(ph.UserModel(Lossless()), [1.2, 0.0], step=0.1, duration=2, methods=["gauss4", "rk4"], budget=2, progress=False)
+    methods = {m["method"] for m in c.content["methods"]}
+    assert {"gauss4", "rk4"} <= methods
+    assert "gauss4" in str(c)
+
+
+def test_exceptions_of_python_systems_come_through(duffing):
+    class Broken(duffing):
+        def gradient(self, x):
+            if x[0] < 0.5:
+                raise ZeroDivisionError("beyond the model")
+            return duffing.gradient(self, x)
+
+    with pytest.raises(ZeroDivisionError, match="beyond the model"):
+        ph.simulate(ph.UserModel(Broken()), [0.6, -1.0], step=0.01, duration=10)
+
+    class Short(duffing):
+        def gradient(self, x):
+            return np.zeros(3)
+
+    refused(lambda: ph.UserModel(Short()).instantiate().gradient(np.zeros(2)), "system 'Duffing': gradient returned 3 numbers, expected 2")
+
+    class Silent(duffing):
+        def hamiltonian(self, x):
+            pass
+
+    refused(lambda: ph.UserModel(Silent()).instantiate().hamiltonian(np.zeros(2)), "hamiltonian returned a NoneType, expected a number")
+    refused(lambda: ph.UserModel(object()), "description")
+
+
+def test_what_a_system_lacks_is_said():
+    class NoInput:
+        description = lambda self: ph.Description(name="x", nx=2, nu=1)
+        hamiltonian = lambda self, x: x[0]
+
+    refused(lambda: ph.UserModel(NoInput()), "1 inputs", "input(x, u)")
+
+    class Odd:
+        description = lambda self: ph.Description(name="x", nx=3)
+        hamiltonian = lambda self, x: x[0]
+
+    refused(lambda: ph.UserModel(Odd()), "3 states", "structure(x, e)")
+
+
+def test_duals_and_quads():
+    d = ph.Dual(0.7, 1.0)
+    for f, derivative in [(np.sin, math.cos(0.7)), (np.cos, -math.sin(0.7)), (np.exp, math.exp(0.7)), (np.log, 1 / 0.7),
+                          (np.sqrt, 0.5 / math.sqrt(0.7)), (np.tanh, 1 - math.tanh(0.7) ** 2), (np.tan, 1 / math.cos(0.7) ** 2),
+                          (np.sinh, math.cosh(0.7)), (np.cosh, math.sinh(0.7)), (np.square, 1.4)]:
+        assert f(np.array([d], dtype=object))[0].d == pytest.approx(derivative, rel=1e-14)
+    assert (d ** 3).d == pytest.approx(3 * 0.49) and (d ** -0.5).d == pytest.approx(-0.5 * 0.7 ** -1.5)
+    assert (2 / d - 1).d == pytest.approx(-2 / 0.49)
+    third = 1 / ph.Quad(3)
+    assert float(third * 3 - 1) == 0 and abs(float(third - 1 / 3)) > 1e-18  # the double is 1.9e-17 away
+    A = np.array([[2.0, 1.0], [1.0, 3.0]])
+    x = np.array([ph.Dual(1, 1), ph.Dual(2)], dtype=object)
+    assert (x @ A @ x).v == 18 and (x @ A @ x).d == 8
+
+
+# --- networks -------------------------------------------------------------------------------------------------------------
+def two_masses(law=None, period=0.0):
+    n = ph.Network("two masses")
+    n.add("a", ph.inertia_element(2, "translation")).add("b", ph.inertia_element(3, "translation"))
+    n.add("spring", ph.spring_element(ph.spring(10), "translation"))
+    n.zero_junction("ends", ["spring.ends", "a.body", ("b.body", -1)])
+    n.resist("damper", ["a.body", "b.body"], [[0.5, -0.5], [-0.5, 0.5]])
+    n.source("push", "a.body", ph.sine(1.0, 0.5))
+    if law:
+        n.control("servo", "b.body", law, period=period)
+    return n.build()
+
+
+def test_a_network_closes_its_ledger():
+    model = two_masses()
+    assert ph.check(model).holds()
+    r = ph.simulate(model, [0, 0, 0.1], step=0.01, duration=20, limits={"balance": 1e-12})
+    assert r.passed, str(r)
+    supplied, lost = r["supplied/push"][-1], r["dissipated/damper"][-1]
+    stored = sum(v[-1] - v[0] for v in r.group("stored").values())
+    assert abs(stored - supplied + lost) < 1e-12 and lost > 1e-3
+    assert set(r.group("stored")) == {"a", "b", "spring"}
+
+
+def test_python_laws_are_controllers_and_elements():
+    damper = two_masses(ph.law(lambda t, x, y: -0.4 * y))
+    r = ph.simulate(damper, [0, 0, 0.1], step=0.01, duration=10, limits={"balance": 1e-12})
+    assert r.passed and r["supplied/servo"][-1] < 0
+    n = ph.Network("the same as an element")
+    n.add("m", ph.inertia_element(2, "translation")).source("push", "m.body", ph.function(lambda t: np.sin(3 * t)))
+    n.resist("damper", "m.body", ph.function(lambda v: 0.4 * v + 0.1 * v ** 3))
+    assert ph.check(n.build()).holds()
+    r = ph.simulate(n.build(), [0.0], step=0.01, duration=10, limits={"balance": 1e-10})
+    assert r.passed, str(r)
+    held = ph.simulate(two_masses(ph.law(lambda t, x, y: -0.4 * y), period=0.05), [0, 0, 0.1], step=0.01, duration=10)
+    assert "supplied/servo.hold" in held.names
+
+
+def test_networks_refuse():
+    n = ph.Network("n")
+    n.add("a", ph.inertia_element(2)).add("b", ph.inertia_element(2))
+    refused(lambda: n.feedback("a.body", "b.body"), "a.body", "b.body")
+    refused(lambda: n.source("s", "c.body", ph.constant(1)), "c.body")
+    refused(lambda: n.couple(["a.body", "b.body"], [[0, 1], [1, 0]]), "skew")
+    refused(lambda: n.couple(["a.body", "b.body"], [[0, 1], [1]]), "row 1 of K has 1 numbers, expected 2")
+    refused(lambda: n.one_junction("j", [5]), "an end is a int")
+    refused(lambda: ph.inertia_element(2, "rotaton"), "'rotaton'")
+
+
+# --- controllers and actuators --------------------------------------------------------------------------------------------
+def test_a_design_in_python():
+    es = ph.energy_shaping
+    loop = es.inertia_wheel_pendulum()
+    assert loop.certificate.holds() and "M_d > 0" in loop.certificate.text()
+    r = es.simulate(loop, [3.0, 0, 0, 0], duration=30, step=0.005)
+    assert r["finished"] and r["H"][-1] < 1e-2 * r["H"][0] + 1e-12 or r["H"][-1] - loop.instantiate().hamiltonian(np.zeros(4)) < 1e-2
+    u = loop.law(0.0, np.array([0.1, 0, 0, 0]))
+    assert u.shape == (1,) or u.shape == (loop.plant.description.nu,)
+    refused(lambda: es.inertia_wheel_pendulum(es.InertiaWheelPendulum(a2=-0.5)), "a1 + a2")
+
+
+def test_regulation_of_an_arm_on_its_ports(pendulum):
+    es = ph.energy_shaping
+    model = ph.MechanicalModel(pendulum)
+    shaping = es.joint_regulation(model, [0.4, -0.2], 3.0, 0.8)
+    loop = es.PotentialLoop(model, shaping)
+    assert loop.certificate.holds()
+    n = ph.Network("arm under its law")
+    n.add("arm", model)
+    es.control(n, "law", "arm", loop)
+    r = ph.simulate(n.build(), model.state([0, 0], [0, 0]), step=0.02, duration=12, limits={"balance": 1e-9})
+    assert r.passed, str(r)
+    assert np.abs(r.x[-1, :2] - [0.4, -0.2]).max() < 1e-3
+    wrong = es.PotentialShaping(joints=[es.JointSpring(port="upper.torque", stiffness=1)], rest=[0.4, -0.2], actuators=["upper.torque"])
+    refused(lambda: es.PotentialLoop(model, wrong), "lower")
+
+
+def test_actuators_of_the_catalogue(pendulum):
+    vsa = ph.vsa
+    assert "qbmove_advanced" in [d.name for d in vsa.devices()]
+    elastic = vsa.elastic_of(vsa.device("qbmove_advanced"))
+    h = 1e-5
+    E = lambda q: elastic.energy(q, 0.1, 0.2)
+    assert elastic.slopes(0.3, 0.1, 0.2)[0] == pytest.approx((E(0.3 + h) - E(0.3 - h)) / (2 * h), rel=1e-8)
+    assert elastic.hessian(0.3, 0.1, 0.2)[0, 0] == elastic.stiffness(0.3, 0.1, 0.2)
+    refused(lambda: vsa.device("qbmove"), "qbmove_advanced")
+    assert vsa.families()["series_elastic"]["k"] == "N m/rad"
+    spring = vsa.make_elastic("series_elastic", k=100.0)
+    assert spring.energy(0.1, 0) == pytest.approx(0.5)
+    refused(lambda: vsa.make_elastic("series_elastic", kk=100.0), "kk")
+    a = vsa.Actuator(elastic=spring, theta=vsa.Drive(kind=vsa.Drive.Kind.torque, inertia=0.01, command=ph.sine(1.0, 0.5)))
+    n = ph.Network("elastic arm")
+    n.add("arm", ph.MechanicalModel(pendulum)).main("arm")
+    vsa.attach(n, "motor", "arm.upper.torque", a)
+    model = n.build()
+    x = np.concatenate([np.zeros(4), vsa.actuator_start("motor", a, 0.0, 0.0)])
+    r = ph.simulate(model, x, step=0.01, duration=5, limits={"balance": 1e-10})
+    assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta"][-1]) > 1e-3, str(r)

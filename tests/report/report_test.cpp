@@ -1,0 +1,148 @@
+#include "report/report.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "mechanics/builder.h"
+#include "mechanics/rotation.h"
+#include "phs/error.h"
+#include "report/shapes.h"
+#include "scene/files.h"
+#include "scene/run.h"
+
+/// What a results folder becomes as data of the page.
+namespace porthos::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("porthos_report_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "arm.urdf") << R"(<robot name="arm"><!-- made up for a test -->
+      <link name="base"><inertial><mass value="12"/><inertia ixx="5" iyy="10" izz="13" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><origin xyz="0 0 -0.5"/><geometry><cylinder radius="0.05" length="1"/></geometry></visual></link>
+      <joint name="hinge" type="continuous"><origin xyz="1 0 0"/><parent link="base"/><child link="rod"/><axis xyz="1 0 0"/></joint></robot>)";
+    std::ofstream(folder_ / "scene.toml") << R"(title = "A </script><b>bold</b> title"
+[model]
+urdf = "arm.urdf"
+base = "free"
+[initial]
+base.angular_velocity = [0.1, 0.2, 0.3]
+joints.hinge = { position = 1.0, velocity = 0.5 }
+[integrator]
+method = "gauss8"
+step = 0.05
+[run]
+duration = 5
+)";
+    const auto scene = scene::read_scene((folder_ / "scene.toml").string());
+    scene::RunOptions options;
+    options.out = out();
+    report_ = scene::run(scene, scene::assemble(scene), options);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string out() const { return (folder_ / "out").string(); }
+
+  fs::path folder_;
+  scene::RunReport report_;
+};
+
+TEST_F(Report, OfAFinishedRun) {
+  const Json j = Json::parse(report_json(out()));
+  EXPECT_EQ(j["status"]["state"], "complete") << j["missing"].dump();
+  EXPECT_EQ(j["summary"]["verdict"], "pass");
+  EXPECT_EQ(j["phases"].size(), 1u);
+  const Json& play = j["phases"][0]["playback"];
+  EXPECT_EQ(play["nodes"], 2);
+  EXPECT_EQ(play["clips"].size(), 1u);
+  EXPECT_EQ(play["bodies"][1]["visuals"][0]["kind"], "cylinder");
+  EXPECT_TRUE(j["texts"]["model"].get<std::string>().find("<robot") == 0);
+  EXPECT_EQ(j["credibility"].size(), 8u);
+  EXPECT_NE(j["credibility"][0]["text"].get<std::string>().find("made up for a test"),
+            std::string::npos);
+}
+
+TEST_F(Report, BoxesHaveTheInertiaTheyStandFor) {
+  const Json j = Json::parse(report_json(out()));
+  const Json& box = j["phases"][0]["playback"]["bodies"][0]["box"];
+  auto side = box["size"].get<std::vector<double>>();
+  std::sort(side.begin(), side.end());  // m/12 (b² + c²) = 13, (a² + c²) = 10, (a² + b²) = 5
+  EXPECT_NEAR(side[0], 1, 1e-12);
+  EXPECT_NEAR(side[1], 2, 1e-12);
+  EXPECT_NEAR(side[2], 3, 1e-12);
+}
+
+TEST_F(Report, TextOfTheRunCannotLeaveItsScript) {
+  const fs::path page = folder_ / "page.html", made = folder_ / "report.html";
+  std::ofstream(page) << "<script>@PORTHOS_DATA@</script>";
+  write_report(out(), made, page);
+  const std::string text = scene::read_file(made);
+  EXPECT_EQ(text.find("</script>"), text.size() - 9);
+  const std::string data = text.substr(8, text.size() - 17);
+  EXPECT_EQ(Json::parse(data)["summary"]["title"], "A </script><b>bold</b> title");
+}
+
+TEST_F(Report, TemplateWithoutAPlaceForTheDataIsRefused) {
+  const fs::path page = folder_ / "page.html";
+  std::ofstream(page) << "<script></script>";
+  EXPECT_THROW(write_report(out(), folder_ / "r.html", page), InvalidArgument);
+  EXPECT_FALSE(fs::exists(folder_ / "r.html"));
+}
+
+TEST_F(Report, OfDamagedResultsSaysSo) {
+  fs::resize_file(out() + "/run.h5", fs::file_size(out() + "/run.h5") / 2);
+  const Json j = Json::parse(report_json(out()));
+  EXPECT_EQ(j["status"]["state"], "damaged");
+  ASSERT_EQ(j["missing"].size(), 1u);
+  EXPECT_NE(j["missing"][0].get<std::string>().find("run.h5"), std::string::npos);
+  EXPECT_EQ(j["summary"]["verdict"], "pass");  // what can be read is there
+}
+
+TEST_F(Report, OfAFolderWithoutResultsIsRefused) {
+  fs::create_directories(folder_ / "empty");
+  try {
+    report_json(folder_ / "empty");
+    FAIL() << "expected InvalidArgument";
+  } catch (const InvalidArgument& e) {
+    EXPECT_NE(std::string(e.what()).find("holds no results: expected summary.json"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+TEST_F(Report, OfARunUnderWayShowsWhatItHasRecorded) {
+  auto scene = scene::read_scene((folder_ / "scene.toml").string());
+  std::atomic<bool> stop = true;  // before the first step
+  scene::RunOptions options;
+  options.out = (folder_ / "cut").string(), options.stop = &stop;
+  scene::run(scene, scene::assemble(scene), options);
+  const Json j = Json::parse(report_json(options.out));
+  EXPECT_EQ(j["status"]["state"], "unfinished");
+  EXPECT_TRUE(j["missing"].empty()) << j["missing"].dump();
+  EXPECT_EQ(j["phases"][0]["series"]["records"], 1);
+  EXPECT_EQ(j["phases"][0]["playback"]["nodes"], 2);
+}
+
+TEST(Shapes, QuaternionsOfRotations) {
+  for (const auto& [r, p, y] :
+       {std::array{0.1, 0.2, 0.3}, {3.1, 0.1, -2.9}, {0.2, 1.5, 3.0}, {-3.0, -1.0, 0.4}}) {
+    const auto R = mechanics::rotation_from_rpy(r, p, y);
+    const auto q = quaternion_of(R);
+    const auto back = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(q.data()));
+    EXPECT_NEAR(mechanics::norm(back.x - R.x) + mechanics::norm(back.y - R.y) +
+                    mechanics::norm(back.z - R.z),
+                0, 4e-15);
+  }
+}
+
+}  // namespace
+}  // namespace porthos::report
