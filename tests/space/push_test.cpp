@@ -55,7 +55,9 @@ TEST(OrbitPush, OnAnArmFarFromThePlanetIsThatOfFreeSpace) {
           "  %-8s h = %.3f s: attitude and joints off by %.1e (order %.2f), momentum by "
           "%.1e N s; angular ledger %.1e, orbital %.1e   bound 1e-14\n",
           scheme, h, off, found, dv, r.angular_defect, r.orbital.relative());
-      if (before > 0 && off > 1e-11) EXPECT_GT(found, order - 0.2);
+      if (before > 0 && off > 1e-11) {
+        EXPECT_GT(found, order - 0.2);
+      }
       EXPECT_LE(r.angular_defect, 1e-14);
       EXPECT_LE(r.orbital.relative(), 1e-14);
       before = off;
