@@ -7,7 +7,8 @@ namespace field_detail {
 
 /// Root → leaf: w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
 template <class T>
-void load_bodies(const Mechanism& m, Workspace<T>& w, std::span<const Force<T>> wrench) {
+[[gnu::flatten]] void load_bodies(const Mechanism& m, Workspace<T>& w,
+                                  std::span<const Force<T>> wrench) {
   const auto& nodes = m.nodes();
   const Vec3<T> g_world(m.gravity());
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -22,20 +23,22 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, std::span<const Force<T>> 
 
 /// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too.
 template <class T>
-void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
+[[gnu::flatten]] void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p,
+                             bool loaded) {
   const auto& nodes = m.nodes();
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    w.A[i] = ArticulatedInertia<T>(nodes[i].inertia);
-    w.b[i] = passes::zero_force<T>();
-  }
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       Joint::momentum(q + n.q, p + n.q, w.mu.data() + n.v);
-      passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
+      ArticulatedInertia<T>& A = passes::collected(n, w, i);
+      Force<T> b = n.leaf ? passes::zero_force<T>() : w.b[i];
+      passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
+      w.b[i] = b;
       if (n.parent < 0) return;
-      passes::pass_to_parent<Joint>(n, w, i);
+      passes::pass_to_parent<Joint>(m, n, w.X[i], w, A);
+      const Force<T> passed = w.X[i].to_parent(b);
+      w.b[size_t(n.parent)] = n.last_child ? passed : w.b[size_t(n.parent)] + passed;
       if (loaded) w.g[size_t(n.parent)] += w.X[i].to_parent(w.g[i]);
     });
   }
@@ -44,9 +47,9 @@ void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool lo
 }  // namespace field_detail
 
 template <class T>
-void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
-                       std::span<const T> p, const Loads<T>& loads, std::span<T> q_dot,
-                       std::span<T> p_dot) {
+[[gnu::flatten]] void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                                        std::span<const T> p, const Loads<T>& loads,
+                                        std::span<T> q_dot, std::span<T> p_dot) {
   const auto& nodes = m.nodes();
   const bool loaded = m.has_gravity() || !loads.wrench.empty();
   passes::place_bodies(m, w, q.data());
@@ -69,7 +72,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       w.V[i] = V;
 
       // Of a root or a free joint, carried is zero or nothing is left of A: h = b.
-      const Force<T> h = root || Joint::nv == 6 ? w.b[i] : w.A[i] * carried + w.b[i];
+      const Force<T> h =
+          root || Joint::nv == 6 ? w.b[i] : passes::left_times<Joint>(n, w.A[i], carried) + w.b[i];
       T load[Joint::nv];
       unroll<Joint::nv>([&](auto k) {
         load[k] = loads.tau.empty() ? T(0.0) : loads.tau[size_t(n.v + k)];

@@ -38,7 +38,9 @@ std::vector<Place> places_of(const phs::Description& d, const RecordLayout& l) {
   for (size_t k = 0; k < d.storages.size(); ++k)
     p.push_back({"stored/" + link_name(d.storages[k]), l.stored() + k, 1});
   for (size_t a = 0; a < d.powers.size(); ++a)
-    p.push_back({(d.powers[a].kind == phs::PowerKind::supplied ? "supplied/" : "dissipated/") +
+    p.push_back({(d.powers[a].kind == phs::PowerKind::supplied     ? "supplied/"
+                  : d.powers[a].kind == phs::PowerKind::dissipated ? "dissipated/"
+                                                                   : "observed/") +
                      link_name(d.powers[a].name),
                  l.work() + a, 1});
   return p;

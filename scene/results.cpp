@@ -6,6 +6,7 @@
 
 #include "scene/files.h"
 #include "scene/ledger_plot.h"
+#include "scene/panel_plot.h"
 #include "scene/plot.h"
 #include "scene/record_log.h"
 #include "scene/run_file.h"
@@ -91,6 +92,10 @@ void write_results(const std::filesystem::path& folder, const Scene& scene,
   write_aside(svg, plot(scene, assembly, report, log));
   write_aside(books, ledger(scene, assembly, report, log));
   write_aside(summary, summary_json(scene, assembly, report, report.final_state));
+  if (!scene.panels.empty()) {
+    const auto panels = folder / "panels.svg";
+    write_aside(panels, panel_plot(scene, assembly, report, log)), put_in_place(panels);
+  }
   const auto ledgers = folder / "ledgers.svg";
   if (report.space) write_aside(ledgers, space_plot(report)), put_in_place(ledgers);
   for (const auto& path : {h5, svg, books, summary}) put_in_place(path);
