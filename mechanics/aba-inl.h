@@ -6,8 +6,8 @@
 namespace porthos::mechanics {
 
 template <class T>
-[[gnu::flatten]] void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
-                          std::span<const T> v, const Loads<T>& loads, std::span<T> vdot) {
+void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+         const Loads<T>& loads, std::span<T> vdot) {
   const auto& nodes = m.nodes();
   passes::sines(m, w, q.data());
 

@@ -379,7 +379,7 @@ void check_moving_inertia(const Mechanism& m) {
   std::mt19937_64 rng(1);
   std::uniform_real_distribution<double> angle(-3, 3);
   for (int sample = 0; sample < 3; ++sample) {
-    passes::place_bodies(m, w, q.data());
+    passes::sines(m, w, q.data());
     field_detail::factor(m, w, q.data(), p.data(), false);
     for (size_t i = m.coordinates().size();
          i-- > 0;) {  // leaf to root: a zero pivot spoils what is above it

@@ -10,7 +10,7 @@ namespace porthos::mechanics::passes {
 
 /// Sine and cosine of every angle. Doubles go four at a time, which changes no bit.
 template <class T>
-[[gnu::flatten]] void sines(const Mechanism& m, Workspace<T>& w, const T* q) {
+void sines(const Mechanism& m, Workspace<T>& w, const T* q) {
   for (const Node& n : m.nodes())
     if (n.turn >= 0) w.angle[size_t(n.turn)] = q[n.q];
   if constexpr (std::is_same_v<T, double>) {
@@ -46,7 +46,7 @@ Transform<T> place(const Node& n, const T* q, T turn_angle) {
 
 /// Root → leaf: X_i(q).
 template <class T>
-[[gnu::flatten]] void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
+void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
   sines(m, w, q);
   const auto& nodes = m.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -75,7 +75,7 @@ template <class T>
 template <class J, class T>
 [[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, const T* f, bool root,
                                              ArticulatedInertia<T>& A, Force<T>& b) {
-  unroll_descending<J::nv>([&](auto k) {
+  unroll_descending<J::nv>([&](auto k) PORTHOS_INLINE_CALL {
     const size_t j = size_t(n.v) + k;
     Force<T> U = J::template column<k>(n, A);
     if constexpr (J::nv == 6)

@@ -6,9 +6,8 @@
 namespace porthos::mechanics {
 
 template <class T>
-[[gnu::flatten]] void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
-                           std::span<const T> v, std::span<const T> vdot,
-                           std::span<const Force<T>> wrench, std::span<T> tau) {
+void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+          std::span<const T> vdot, std::span<const Force<T>> wrench, std::span<T> tau) {
   const auto& nodes = m.nodes();
   passes::sines(m, w, q.data());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -Vec3<T>(m.gravity())};
