@@ -48,8 +48,8 @@ std::vector<Place> places_of(const phs::Description& d, const RecordLayout& l) {
 
 class LogRecords : public Records {
  public:
-  LogRecords(const std::filesystem::path& path, const phs::Description& d)
-      : path_(path), layout_(d), places_(places_of(d, layout_)) {
+  LogRecords(const std::filesystem::path& path, const phs::Description& d, scene::Extrema extrema)
+      : path_(path), layout_(d, extrema), places_(places_of(d, layout_)) {
     for (const auto& b : d.blocks)
       if (b.kind == phs::BlockKind::angle) turns_.push_back(b.name);
     std::error_code e;
@@ -103,8 +103,8 @@ class LogRecords : public Records {
 }  // namespace
 
 std::unique_ptr<Records> open_log(const std::filesystem::path& path,
-                                  const phs::Description& model) {
-  return std::make_unique<LogRecords>(path, model);
+                                  const phs::Description& model, scene::Extrema extrema) {
+  return std::make_unique<LogRecords>(path, model, extrema);
 }
 
 }  // namespace porthos::report

@@ -32,7 +32,7 @@ std::string grouped(std::int64_t n) {
 
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
                  const std::filesystem::path& log) {
-  const RecordLayout layout(assembly.model->description());
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
   const bool fixed = scene.step_control == integrators::StepControl::fixed;
   Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
@@ -50,7 +50,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const std::filesystem::path& log) {
   const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(d);
+  const RecordLayout layout(d, scene.extrema);
   LedgerSeries s;
   for (const auto& name : d.storages) s.stored.push_back({name, {}});
   std::vector<LedgerLine> works;
