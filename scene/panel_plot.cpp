@@ -43,7 +43,7 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
     if (c.joint == mechanics::base_joint_name && c.kind == phs::BlockKind::rotation) base = c.v;
   if (base >= 0) rates.lines = {{"x"}, {"y"}, {"z"}};
 
-  const RecordLayout layout(assembly.model->description());
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
   RecordReader reader(log, layout);
   std::vector<double> rows;
   const std::int64_t every = std::max<std::int64_t>(1, report.records / 1500);

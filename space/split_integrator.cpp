@@ -113,7 +113,7 @@ Vec3d SplitIntegrator::impulse_of(std::span<const double> added) const {
   return sum;
 }
 
-/// Adds -weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
+/// Adds weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
 void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   gradient_.momentum_rates(q_, change_);
   mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, change_, {}, delta_, slope_);
@@ -122,12 +122,12 @@ void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   if (size == 0) return;
   const double mu = model_.orbit().environment().planet.mu, step = 1e-4 / size;
   const Vec3d R(p.r);
-  for (size_t i = 0; i < nq_; ++i) extra_[i] += weight * slope_[i];
+  for (size_t i = 0; i < nq_; ++i) extra_[i] -= weight * slope_[i];
   for (const double sign : {1.0, -1.0}) {
     for (size_t i = 0; i < nq_; ++i) side_[i] = q_[i] + sign * step * delta_[i];
     gradient_.evaluate(mu, side_, R);
     gradient_.momentum_rates(side_, slope_);
-    for (size_t i = 0; i < nq_; ++i) extra_[i] -= sign * weight / (2 * step) * slope_[i];
+    for (size_t i = 0; i < nq_; ++i) extra_[i] += sign * weight / (2 * step) * slope_[i];
   }
   gradient_.evaluate(mu, q_, R);
   // The lift of a body momentum has no part along the quaternion; the momenta of all trees sum to zero.

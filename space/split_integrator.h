@@ -16,9 +16,8 @@ struct SplitOptions {
 /// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the centre of mass drifts by
 /// the exact Kepler flow while the internal motion is stepped by a method of the catalogue; in between, kicks by all that
 /// couples them or perturbs the orbit, at fixed positions. The step is set by the internal motion, not by the orbit.
-/// A corrected scheme adds to the force F of the kicks at both ends that of the potential (c h²) Fᵀ M⁻¹ F, F = -∂V/∂q,
-/// which the error of the uncorrected one leaves: its derivative is -2c h² [(δ·∂)F + ∂T/∂q(q, F)], δ = M⁻¹F, the first by a
-/// central difference. The reaction of that on the orbit, 1e-13 of the one there is, is left out.
+/// A corrected scheme takes away what the uncorrected one adds to the energy it keeps, c h² Fᵀ M⁻¹ F with F = -∂V/∂q: half a step's
+/// kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first term by a central difference. The reaction of that on the orbit, 1e-13 of the one there is, is left out.
 ///
 /// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the centre of mass; its work
 /// on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and booked (ledgers.h).

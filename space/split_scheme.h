@@ -12,8 +12,8 @@ struct SplitScheme {
   int order = 2;        ///< in h, of the terms in ε²
   int small_order = 2;  ///< in h, of the terms linear in ε
   bool forward = true;  ///< no step backwards: fit for damped motions
-  /// c of the error -c h² ε² {{A,B},B}, which a corrected scheme takes away by a further kick at both ends; 0: not
-  /// corrected. Of a split of orbit and internal motion alone.
+  /// c of the error c h² ε² {{A,B},B} in the energy a Lobatto scheme keeps, which a corrected one takes away by a further
+  /// kick at both ends; 0: not corrected. Of a split of orbit and internal motion alone.
   double corrector = 0;
   std::string source;
 };
