@@ -45,6 +45,10 @@ std::string space_text(const RunReport& r) {
     if (l->scale > 0) add(l->name.c_str(), l->initial, l->change, l->largest_defect, l->relative());
   return scene::aligned(rows) +
          fmt::format(
+             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of that\n",
+             s.coupling.turned_over,
+             s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over : 0.0) +
+         fmt::format(
              "            angular momentum up to {:.4g} kg m^2/s, impulse of {} "
              "{:.4g}, what is left {:.2g} relative\n",
              s.angular_momentum,

@@ -195,7 +195,10 @@ class Reader {
       const Scene s = read_variation(scene_.path, scene_.text, std::span(&r, 1));
       is_of_start(q.key) ? (void)start_of(s, assembly_) : (void)assemble(s);
     } catch (const InvalidArgument& error) {
-      refuse(q.where, fmt::format("\"{}\" with {:g}: {}", q.key, r.values[0], error.what()));
+      std::string why = error.what();  // a number put in its place stands nowhere in the file
+      if (const std::string nowhere = scene_.path + ":1:1: "; why.starts_with(nowhere))
+        why.erase(0, nowhere.size());
+      refuse(q.where, fmt::format("\"{}\" with {:g}: {}", q.key, r.values[0], why));
     }
   }
 

@@ -40,7 +40,7 @@ vector = [0, 0, -9.81]
 [initial]
 joints.shoulder = { position = 1.0 }
 [integrator]
-method = "gauss8"
+method = "gauss12"
 step = 0.02
 [run]
 duration = 4.0
@@ -111,9 +111,10 @@ TEST_F(EnsembleCommand, SameBytesForAnyThreadsLanesPartsAndInterruptions) {
     EXPECT_FALSE(part.complete || part.interrupted);
     EXPECT_FALSE(fs::exists(folder_ / "parts/ensemble.h5"));
     EXPECT_EQ(part.run_here, 20);
-    if (k != 2)
-      EXPECT_NE(refusal([&] { run("parts", {.join = true}); }).find("of 60 cases (the first: "),
-                std::string::npos);
+    const std::string said = refusal([&] {
+      if (k != 2) run("parts", {.join = true});
+    });
+    EXPECT_EQ(said.find("of 60 cases (the first: ") == std::string::npos, k == 2);
   }
   run("parts", {.join = true});
   EXPECT_TRUE(result("parts") == one) << "parts";
@@ -128,8 +129,10 @@ TEST_F(EnsembleCommand, SameBytesForAnyThreadsLanesPartsAndInterruptions) {
     o.progress = [&](double, double, double) { stop = times < 3; };
     report = run("stopped", o);
     EXPECT_EQ(report.interrupted, times < 3);
-    if (times == 0)
-      EXPECT_NE(refusal([&] { run("stopped"); }).find("use --resume"), std::string::npos);
+    const std::string said = refusal([&] {
+      if (times == 0) run("stopped");
+    });
+    EXPECT_EQ(said.find("use --resume") == std::string::npos, times > 0);
   } while (++times < 10 && report.interrupted);
   EXPECT_EQ(times, 4);
   EXPECT_TRUE(result("stopped") == one) << "interruptions";
@@ -188,23 +191,22 @@ TEST_F(EnsembleCommand, RefusesInOneSentence) {
             "scene.toml:1:1: there is no [ensemble], expected a table with the keys cases, seed, "
             "sampling and vary, or table");
   EXPECT_EQ(said("[ensemble]\ncases = 0\n"),
-            "scene.toml:18:9: cases is 0, expected 1 to 1000000000");
-  EXPECT_EQ(said(e + v), "scene.toml:19:1: vary is empty, expected quantities and distributions");
+            "scene.toml:19:9: cases is 0, expected 1 to 1000000000");
+  EXPECT_EQ(said(e + v), "scene.toml:20:1: vary is empty, expected quantities and distributions");
   EXPECT_EQ(said(e + v + "\"initial.joints.elbow.velocity\" = { uniform = [1, 1] }\n"),
-            "scene.toml:20:45: vary.\"initial.joints.elbow.velocity\".uniform is no distribution: "
+            "scene.toml:21:47: vary.\"initial.joints.elbow.velocity\".uniform is no distribution: "
             "it is empty: low is 1 and high 1, expected low < high");
   EXPECT_EQ(said(e + v + "\"initial.joints.elbow.velocity\" = { normal = [1, 0] }\n"),
-            "scene.toml:20:44: vary.\"initial.joints.elbow.velocity\".normal is no distribution: "
+            "scene.toml:21:46: vary.\"initial.joints.elbow.velocity\".normal is no distribution: "
             "the standard deviation is 0, expected more than 0");
   EXPECT_NE(said(e + v + "\"initial.joints.elbow.velocity\" = {}\n")
                 .find("is a table of 0 keys, expected { uniform"),
             std::string::npos);
   const std::string unit = " = { uniform = [0, 1] }\n";
-  EXPECT_NE(
-      said(e + v + "\"initial.joints.elbow.velocty\"" + unit)
-          .find(
-              "unknown key 'velocty' in initial.joints.elbow, the nearest known one is 'velocity'"),
-      std::string::npos);
+  EXPECT_NE(said(e + v + "\"initial.joints.elbow.velocty\"" + unit)
+                .find("with 0.5: unknown key 'velocty' in joints.elbow, the nearest known one is "
+                      "'velocity'"),
+            std::string::npos);
   EXPECT_NE(said(e + v + "\"initial.joints.wrist.velocity\"" + unit)
                 .find("the model has no joint of this name, expected one of: shoulder, elbow"),
             std::string::npos);
