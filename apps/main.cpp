@@ -68,7 +68,9 @@ void add_commands(CLI::App& app, Arguments& a) {
   auto* ensemble = add_scene_command(app, a, "ensemble",
                                      "the runs of a scene's [ensemble], over lanes and threads",
                                      "porthos ensemble examples/ensemble/scene.toml --threads 2");
-  add_results(ensemble, a, "results/<name of the scene>", "ensemble.json");
+  ensemble->add_option("--out", a.out, "results folder [results/<name of the scene>]")
+      ->type_name("DIR");
+  ensemble->add_flag("--json", a.json, "print ensemble.json instead of the table");
   ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
   ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
   ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");

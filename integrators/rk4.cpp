@@ -52,12 +52,15 @@ std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration& d, const phs::Mo
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 
 Entries rk4_entries() {
-  return {entry({.name = "rk4",
-                 .title = "classical Runge-Kutta, a baseline that keeps nothing",
-                 .family = "Baselines",
-                 .order = 4,
-                 .source = "Kutta 1901"},
-                PORTHOS_MAKER(make_rk4))};
+  return {with_lanes(entry({.name = "rk4",
+                            .title = "classical Runge-Kutta, a baseline that keeps nothing",
+                            .family = "Baselines",
+                            .order = 4,
+                            .source = "Kutta 1901"},
+                           PORTHOS_MAKER(make_rk4)),
+                     [](const Declaration&, const phs::Model& m, double h, const Options& o) {
+                       return make_lane_rk4(m, h, o);
+                     })};
 }
 
 }  // namespace porthos::integrators

@@ -1,5 +1,6 @@
 #pragma once
 #include "integrators/integrator.h"
+#include "integrators/lane_integrator.h"
 
 namespace porthos::integrators {
 
@@ -9,6 +10,9 @@ struct Entry;
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration&, const phs::Model&, T h,
                                              const Options&);
+
+/// A state per lane.
+std::unique_ptr<LaneIntegrator> make_lane_rk4(const phs::Model&, double h, const Options&);
 
 std::vector<Entry> rk4_entries();
 

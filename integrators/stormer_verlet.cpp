@@ -175,16 +175,20 @@ std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 
 Entries stormer_verlet_entries() {
-  return {entry({.name = "stormer_verlet",
-                 .title = "generalised Stormer-Verlet for mass that depends on q",
-                 .family = "Partitioned",
-                 .order = 2,
-                 .symmetric = Claim::holds,
-                 .symplectic = Claim::holds,
-                 .needs = {.canonical = true, .lossless = true},
-                 .source = "Hairer, Lubich, Wanner 2006, VI.3 (3.5); RATTLE multiplier on "
-                           "quaternions, VII.1.4"},
-                PORTHOS_MAKER(make_stormer_verlet))};
+  return {
+      with_lanes(entry({.name = "stormer_verlet",
+                        .title = "generalised Stormer-Verlet for mass that depends on q",
+                        .family = "Partitioned",
+                        .order = 2,
+                        .symmetric = Claim::holds,
+                        .symplectic = Claim::holds,
+                        .needs = {.canonical = true, .lossless = true},
+                        .source = "Hairer, Lubich, Wanner 2006, VI.3 (3.5); RATTLE multiplier on "
+                                  "quaternions, VII.1.4"},
+                       PORTHOS_MAKER(make_stormer_verlet)),
+                 [](const Declaration&, const phs::Model& m, double h, const Options& o) {
+                   return make_lane_stormer_verlet(m, h, o);
+                 })};
 }
 
 }  // namespace porthos::integrators

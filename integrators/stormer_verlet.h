@@ -1,5 +1,6 @@
 #pragma once
 #include "integrators/integrator.h"
+#include "integrators/lane_integrator.h"
 
 namespace porthos::integrators {
 
@@ -15,6 +16,10 @@ struct Entry;
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration&, const phs::Model&, T h,
                                                         const Options&);
+
+/// A state per lane; null where H is separable, or the system has powers to be booked.
+std::unique_ptr<LaneIntegrator> make_lane_stormer_verlet(const phs::Model&, double h,
+                                                         const Options&);
 
 std::vector<Entry> stormer_verlet_entries();
 

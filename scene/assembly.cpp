@@ -99,6 +99,25 @@ mechanics::BodySpec part_of(const FreeBody& b) {
   return part;
 }
 
+void scale_masses(mechanics::MechanismBuilder& parts,
+                  const std::map<std::string, double>& factors) {
+  for (const auto& [link, factor] : factors) {
+    auto& all = parts.bodies();
+    const auto b =
+        std::find_if(all.begin(), all.end(), [&](const auto& k) { return k.name == link; });
+    if (b == all.end()) {
+      std::string known;
+      for (const auto& k : all) known += (known.empty() ? "" : ", ") + k.name;
+      throw InvalidArgument(fmt::format(
+          "[model] mass_factor.{}: the model has no link of this name, expected one of: {}", link,
+          known));
+    }
+    auto& i = b->mass.inertia;
+    b->mass.mass *= factor;
+    for (double* e : {&i.xx, &i.xy, &i.xz, &i.yy, &i.yz, &i.zz}) *e *= factor;
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<const phs::Model> with_joint_parts(
@@ -131,7 +150,8 @@ Assembly assemble(const Scene& scene) {
   a.parts = std::move(urdf.parts);
   for (const auto& b : scene.bodies) a.parts.add(part_of(b));
   for (const auto& p : scene.panels) add_panel(a.parts, p);
-  const bool as_in_file = scene.bodies.empty() && scene.panels.empty();
+  scale_masses(a.parts, scene.mass_factor);
+  const bool as_in_file = scene.bodies.empty() && scene.panels.empty() && scene.mass_factor.empty();
   a.mechanism =
       std::make_shared<const Mechanism>(as_in_file ? std::move(urdf.mechanism) : a.parts.build());
   const auto& remarks = a.mechanism->remarks();

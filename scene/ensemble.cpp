@@ -10,6 +10,7 @@
 #include "ensemble/batch.h"
 #include "scene/ledger.h"
 #include "scene/verdict.h"
+#include "space/split_integrator.h"
 
 namespace porthos::scene {
 namespace {
@@ -34,8 +35,8 @@ class CaseRun final : public ensemble::BatchRun {
     const Scene& nominal = e_.scene();
     start = e_.assembly().initial;
     try {
-      const Scene s =
-          read_variation(nominal.path, nominal.text, e_.sampler().replacements(values_));
+      Scene s = read_variation(nominal.path, nominal.text, e_.sampler().replacements(values_));
+      s.urdf_text = nominal.urdf_text;  // should the file have been edited meanwhile
       const Assembly& a = e_.assembly();
       if (e_.one_model()) {
         assembly_.model = a.model, assembly_.mechanical = a.mechanical;
@@ -81,6 +82,8 @@ class CaseRun final : public ensemble::BatchRun {
       r.outcome = outcome, r.steps = last.step;
       r.simulated_s = double(last.step) * e_.scene().step;
       ledger_->fill(r, *meter_);
+      const auto* split = dynamic_cast<const space::SplitIntegrator*>(method_.get());
+      if (split && split->ledgers().started()) r.space = split->ledgers().report();
       judge(r, e_.scene(), *meter_);
       whole(l.passed, r.passed());
       row[l.energy_initial] = r.energy.initial_J, row[l.energy_scale] = r.energy.scale_J;
@@ -122,6 +125,8 @@ Ensemble::Ensemble(Scene scene)
       layout_(size_t(cases_.columns()), assembly_.model->description()),
       one_model_(std::all_of(cases_.quantities.begin(), cases_.quantities.end(),
                              [](const Quantity& q) { return is_of_start(q.key); })) {
+  (void)make_integrator(scene_, *assembly_.model,
+                        scene_.step);  // refuses a method that does not fit
   if (!assembly_.model->holds().empty())
     throw InvalidArgument(
         fmt::format("{}: the controller '{}' is sampled, expected none in an ensemble", scene_.path,

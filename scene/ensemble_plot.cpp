@@ -40,8 +40,12 @@ struct Axis {
 
 void draw(Svg& svg, const Histogram& h, const Axis& axis, double top) {
   const double bottom = top + panel;
-  const auto most = std::max<std::int64_t>(1, *std::max_element(h.count.begin(), h.count.end()));
   svg.text(left, top - 8, "start", 12.5, colour::ink, h.name);
+  if (h.spread->quantiles[6] == 0) {
+    svg.text(left, top + 14, "start", 12, colour::soft, "exactly 0 in every case");
+    return;
+  }
+  const auto most = std::max<std::int64_t>(1, *std::max_element(h.count.begin(), h.count.end()));
   for (int d = axis.low; d <= axis.high; ++d) {
     const double x = axis.x(std::pow(10.0, d));
     svg.rule(x, top, x, bottom, colour::grid, 1);
@@ -58,6 +62,8 @@ void draw(Svg& svg, const Histogram& h, const Axis& axis, double top) {
   svg.rule(left, bottom, right, bottom, colour::guide, 1);
   svg.text(left - 8, top + 12, "end", 11, colour::soft, std::to_string(most));
   svg.text(left - 8, bottom, "end", 11, colour::soft, "0");
+  const double largest = axis.x(h.spread->quantiles[6]);
+  svg.marker(2, largest, bottom - 7, 5, "#1b4f9c", "#1b4f9c");
   const double median = h.spread->quantiles[3], most_of_all = h.spread->quantiles[5];
   for (const double q : {median, most_of_all})
     if (std::isfinite(q))
@@ -65,9 +71,9 @@ void draw(Svg& svg, const Histogram& h, const Axis& axis, double top) {
   if (h.limit && *h.limit > 0)
     svg.rule(axis.x(*h.limit), top, axis.x(*h.limit), bottom, colour::alarm, 1.6);
   svg.text(right, top - 8, "end", 11.5, colour::soft,
-           fmt::format("median {}   95 % below {}   largest {}{}", error_text(median),
+           fmt::format("median {}  ·  95 % below {}  ·  largest (▲) {}{}", error_text(median),
                        error_text(most_of_all), error_text(h.spread->quantiles[6]),
-                       h.limit ? "   limit " + error_text(*h.limit) : ""));
+                       h.limit ? "  ·  limit " + error_text(*h.limit) : ""));
 }
 
 }  // namespace
@@ -88,7 +94,9 @@ std::string ensemble_plot(const Ensemble& e, const CaseStore& store, const Ensem
     axis.low = std::min(axis.low, std::max(-20, int(std::floor(std::log10(error)))));
     axis.high = std::max(axis.high, int(std::floor(std::log10(error))) + 1);
   };
-  for (const Histogram& h : all) reach(h.spread->quantiles[6]), reach(h.limit.value_or(0));
+  for (const Histogram& h : all)
+    for (const double x : {h.spread->quantiles[0], h.spread->quantiles[6], h.limit.value_or(0)})
+      reach(x);
   for (Histogram& h : all) h.count.assign(size_t(axis.bins()), 0);
   std::vector<double> row(l.size());
   for (std::int64_t i = 0; i < r.cases; ++i) {
@@ -97,15 +105,20 @@ std::string ensemble_plot(const Ensemble& e, const CaseStore& store, const Ensem
     if (integer(row[l.status]) != 0) continue;
     for (Histogram& h : all) ++h.count[size_t(axis.bin(row[h.at]))];
   }
-  Svg svg(width, first + double(all.size()) * (panel + gap) + 10);
+  const auto tall = [](const Histogram& h) {
+    return h.spread->quantiles[6] == 0 ? 24 + 0.6 * gap : panel + gap;
+  };
+  double height = first + 10;
+  for (const Histogram& h : all) height += tall(h);
+  Svg svg(width, height);
   svg.text(left, 30, "start", 16, colour::ink, fit_text(e.scene().title, 16, right - left),
            " font-weight=\"600\"");
   svg.text(left, 52, "start", 12, colour::soft,
            fmt::format("{} cases  ·  {}  ·  step {:g} s  ·  {:g} s each  ·  {} passed", r.cases,
                        e.scene().method, e.scene().step, e.scene().duration, r.passed));
   double top = first;
-  for (const Histogram& h : all) draw(svg, h, axis, top), top += panel + gap;
-  svg.text((left + right) / 2, top - gap + 46, "middle", 11.5, colour::soft,
+  for (const Histogram& h : all) draw(svg, h, axis, top), top += tall(h);
+  svg.text((left + right) / 2, height - gap + 46 - 10, "middle", 11.5, colour::soft,
            "largest relative error over a run");
   return svg.finish();
 }

@@ -51,6 +51,7 @@ struct Scene {
 
   std::string urdf_path, urdf_text;  ///< resolved path and content
   mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, stated inertias
+  std::map<std::string, double> mass_factor;  ///< of links: their mass and inertia are times this
 
   BaseStart base;
   std::map<std::string, JointStart> joints;

@@ -116,9 +116,9 @@ class Reader {
          "event", "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
-    model(section(
-        top, "model",
-        {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping", "inertia"}));
+    model(section(top, "model",
+                  {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping",
+                   "inertia", "mass_factor"}));
     if (top.has("environment"))
       environment(section(top, "environment", {"gravity", "vector", "magnetic_field"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
@@ -184,7 +184,22 @@ class Reader {
            [&](const std::string& link, const std::string&, const Table& given) {
              s_.urdf.link_inertia[link] = read_mass_properties(given);
            });
+    if (t.has("mass_factor")) mass_factors(t);
     urdf(t);
+  }
+
+  void mass_factors(const Table& t) {
+    Names links;
+    for (const auto& [link, factor] : t.raw("mass_factor", "a table of links and their factors"))
+      links.push_back(link.str());
+    const Table factors = t.table("mass_factor", links);
+    for (const auto link : links) {
+      const std::string name(link);
+      const double factor = factors.number(name.c_str(), "");
+      if (!(factor > 0))
+        factors.fail(name.c_str(), fmt::format("is {}, expected more than 0", factor));
+      s_.mass_factor[name] = factor;
+    }
   }
 
   void urdf(const Table& t) {

@@ -1,11 +1,12 @@
 // Batches over lanes and threads: each run has the bits it has alone.
 #include "ensemble/batch.h"
 
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <random>
 
-#include "phs/random_state.h"
+#include "integrators/lane_integrator.h"
 #include "phs/tunable.h"
 #include "phs/user_model.h"
 #include "tests/support/bounds.h"
@@ -66,8 +67,11 @@ int differing(const std::vector<BatchResult>& a, const std::vector<BatchResult>&
 TEST(Batch, HasTheBitsOfEachRunAlone) {
   const auto model = test::ets_vii().model;
   const auto starts = starts_of(*model, 13, 0.3);  // 13: lanes that end with nothing left to do
-  for (const char* method : {"gauss4", "gauss8", "gauss16", "hbvm4", "midpoint", "rk4"}) {
+  for (const char* method : {"gauss4", "gauss8", "gauss16", "hbvm4", "midpoint", "rk4",
+                             "stormer_verlet", "kahan_li6_sv"}) {
     const double h = std::string(method) == "gauss16" ? 0.4 : 0.1;
+    const auto lanes = integrators::make_lane_integrator(method, *model, h, {.books = false});
+    EXPECT_EQ(lanes == nullptr, std::string(method) == "kahan_li6_sv") << method;
     const auto alone = one_by_one(*model, method, h, 40, starts);
     for (const int threads : {1, 2, 3}) {
       const auto batch = simulate_batch(*model, method, h, 40, starts, {.threads = threads});
@@ -221,6 +225,45 @@ TEST(Batch, EachLaneHasItsParametersAndFailuresStayAlone) {
     EXPECT_EQ(results[i].outcome == Outcome::ok, i % 5 != 2) << i;
     EXPECT_EQ(same_bits(results[i].state, results[0].state), i == 0) << "control";
   }
+}
+
+TEST(Batch, LanesAreRefilledAtOnceAndMemoryIsThatOfTheRunsAtWork) {
+  const TunedPendulums model;
+  std::atomic<int> alive = 0, most = 0;
+  std::vector<int> order;
+  class Counted final : public BatchRun {
+   public:
+    Counted(int number, std::atomic<int>& alive_, std::atomic<int>& most_, std::vector<int>& order_)
+        : number_(number), counter_(alive_), order_to_(order_) {
+      const int now = ++counter_;
+      if (now > most_) most_ = now;
+    }
+    ~Counted() override { --counter_; }
+    void end(const phs::State&, Outcome) override { order_to_.push_back(number_); }
+
+   private:
+    int number_;
+    std::atomic<int>& counter_;
+    std::vector<int>& order_to_;
+  };
+  int made = 0;
+  simulate_batch(
+      model, "gauss4", 0.1,
+      [&]() -> std::unique_ptr<BatchRun> {
+        if (made == 300) return nullptr;
+        auto run = std::make_unique<Counted>(made, alive, most, order);
+        run->start = phs::State(model.description(), {0.5, 1.0});
+        run->steps = made == 0
+                         ? 5000
+                         : 10;  // 299 short ones beside the long one: 750 steps of each other lane
+        ++made;
+        return run;
+      },
+      {.threads = 1});
+  EXPECT_EQ(order.size(), 300u);
+  EXPECT_EQ(order.back(), 0) << "nothing waits for the long run";
+  EXPECT_LE(most, integrators::LaneIntegrator::width);
+  EXPECT_EQ(alive, 0);
 }
 
 TEST(Batch, RefusesAndPassesOnWhatARunThrows) {

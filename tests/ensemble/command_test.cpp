@@ -174,15 +174,27 @@ TEST_F(EnsembleCommand, ACaseIsTheRunOfItsScene) {
 TEST_F(EnsembleCommand, ParametersOfTheModelAndCasesItRefuses) {
   std::string text(head);
   text += "[[element]]\ntype = \"spring\"\njoint = \"elbow\"\nstiffness = 5.0\n";
-  write("cases.csv", "element[0].stiffness,environment.vector[2]\n5,-9.81\n8,-3.7\n-2,-9.81\n");
+  write("cases.csv",
+        "element[0].stiffness,environment.vector[2],model.mass_factor.lower\n"
+        "5,-9.81,1\n8,-3.7,1.2\n-2,-9.81,1\n5,-9.81,2\n");
   write("scene.toml", text + "[ensemble]\ntable = \"cases.csv\"\n");
   const auto r = run("out");
   EXPECT_TRUE(r.complete);
-  EXPECT_EQ(r.passed, 2);
+  EXPECT_EQ(r.passed, 3);
   EXPECT_EQ(r.failures, (std::map<std::string, std::int64_t>{{"refused", 1}}));
   EXPECT_EQ(r.not_passed, std::vector<std::int64_t>{2});
   const auto json = nlohmann::json::parse(bytes(folder_ / "out/ensemble.json"));
   EXPECT_EQ(json["first_not_passed"][0]["inputs"]["element[0].stiffness"], -2);
+  // Twice the mass of the outer link: more energy, by what that link has at the start.
+  const Ensemble e(scene::read_scene(scene()));
+  std::vector<double> energy(4);
+  std::int64_t next = 0;
+  e.work([&] { return next < 4 ? next++ : -1; },
+         [&](std::span<const double> row) {
+           energy[size_t(scene::integer(row[0]))] = row[scene::CaseLayout::energy_initial];
+         },
+         {.threads = 1});
+  EXPECT_NEAR(energy[3] - energy[0], 1 * 9.81 * -1.3 * std::cos(1.0), 1e-12);
 }
 
 TEST_F(EnsembleCommand, RefusesInOneSentence) {
