@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 
 #include "mechanics/reconfiguration.h"
@@ -123,8 +124,8 @@ class Gathered {
       understand(scene::read_file(checkpoint / "scene.toml"),
                  scene::read_file(checkpoint / "model.urdf"));
       if (!assembly_) return;
-      const auto r = open_log(checkpoint / "records.bin", assembly_->model->description(),
-                              scene_->extrema);
+      const auto r =
+          open_log(checkpoint / "records.bin", assembly_->model->description(), scene_->extrema);
       stage_from_assembly();
       add_phase(*r, 0);
     });
@@ -153,15 +154,28 @@ class Gathered {
         });
         if (!moving || k + 1 == count) return;
         moving->state = scene::read_checkpoint(folder / "end").state;
+        const size_t own = size_t(moving->model->description().nx);  // in orbit the orbit follows
+        moving->state.x.resize(own), moving->state.lo.resize(own);
         for (scene::Event e : scene_->events) {
-          if (e.at != std::clamp(e.at, from * (1 - 1e-9), from * (1 + 1e-9))) continue;
-          e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;  // it happened
+          using Type = scene::Event::Type;
+          const bool soft = e.type == Type::engage || e.type == Type::disengage;
+          if (soft || !happened(e, from)) continue;
+          e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;
           scene::apply(*moving, e);
         }
         stage_.mechanism =
             std::shared_ptr<const mechanics::Mechanism>(moving->model, &moving->model->mechanism());
         stage_.bodies = moving->parts.bodies();
       });
+  }
+
+  /// Whether an event was at that time, as the summary tells, which knows when those happened that wait.
+  bool happened(const scene::Event& e, double at) const {
+    const auto near = [&](double t) { return std::fabs(t - at) <= 1e-9 * at; };
+    if (!summary_.is_object() || !summary_.contains("events")) return near(e.at);
+    for (const auto& known : summary_["events"])
+      if (known["event"] == scene::text(e) && near(known["at_s"].get<double>())) return true;
+    return false;
   }
 
   /// results/compare_<name> of the same scene and model.

@@ -44,6 +44,9 @@ Json value_of(const SchemaKey& k) {
       if (k.words.empty()) return array;
       return {{"anyOf", {array, {{"type", "string"}, {"enum", k.words}}}}};
     }
+    case Kind::axes:
+      return {{"anyOf",
+               {finite, {{"type", "array"}, {"items", finite}, {"minItems", 3}, {"maxItems", 3}}}}};
     case Kind::list:
       return {{"type", "array"}, {"items", finite}};
     case Kind::table:
@@ -95,6 +98,8 @@ const char* kind_text(Kind k) {
       return "whole number";
     case Kind::numbers:
       return "numbers";
+    case Kind::axes:
+      return "number or 3 numbers";
     case Kind::list:
       return "list of numbers";
     case Kind::table:
@@ -140,7 +145,7 @@ std::string schema_markdown() {
         t.heading, cell(t.what));
     for (const auto& k : t.keys) {
       std::string kind = kind_text(k.kind);
-      if (k.count > 0) kind = fmt::format("{} numbers", k.count);
+      if (k.kind == Kind::numbers) kind = fmt::format("{} numbers", k.count);
       if (!k.words.empty() && k.words.size() <= 6)
         kind = fmt::format("{}`\"{}\"`", k.kind == Kind::word ? "" : kind + " or ",
                            fmt::join(k.words, "\"`, `\""));

@@ -56,20 +56,33 @@ std::map<std::string, std::string> places() {
       {"signal", motor + "[element.voltage]\n@"},
       {"sine", force + "[element.sine]\namplitude = 1\nfrequency = 1\n@"},
       {"profile", force + "[element.profile]\ntimes = [0, 1]\nvalues = [0, 1]\n@"},
+      {"planet.magnetic", "[orbit]\naltitude = 5e5\n[planet.magnetic]\nequator = 3e-5\n@"},
+      {"orbit.plates",
+       "[orbit]\naltitude = 5e5\n[[orbit.plates]]\nlink = \"rod\"\narea = 1\nnormal = [1, 0, "
+       "0]\n@"},
+      {"panel",
+       "[[panel]]\nname = \"p\"\nlink = \"rod\"\nlength = 1\nmass = 1\nbending_stiffness = 1\n@"},
+      {"pulses",
+       "[[element]]\ntype = \"thruster\"\nname = \"t\"\nlink = \"rod\"\ndirection = [1, 0, "
+       "0]\nthrust = "
+       "1\n[element.pulses]\nperiod = 1\nwidth = 0.5\ncount = 1\n@"},
       {"planet", "[orbit]\naltitude = 5e5\n[planet]\n@"},
       {"orbit", "[orbit]\naltitude = 5e5\n@"},
       {"orbit.drag",
        "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
        "1\narea_coefficient = 1\n@"},
-      {"orbit.plates",
-       "[orbit]\naltitude = 5e5\n[[orbit.plates]]\nlink = \"rod\"\narea = 1\nnormal = [0, 0, "
-       "1]\n@"},
       {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
+  const std::map<std::string, std::string> besides{
+      // so that what is read first is there
+      {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
+      {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
+      {"element.torquer", "name = \"t\"\ndirection = [1, 0, 0]\n"},
+      {"element.soft_latch", "name = \"t\"\nlink = \"rod\"\nbody = \"base\"\n"}};
   for (const auto& t : schema())
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
-      p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) +
-                "\njoint = \"j\"\n" + (t.id == "element.controller" ? "stiffness = 1\n@" : "@");
-  for (const char* e : {"capture", "release", "lock", "unlock"})
+      p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) + "\n" +
+                (besides.count(t.id) ? besides.at(t.id) : "joint = \"j\"\n") + "@";
+  for (const char* e : {"capture", "release", "lock", "unlock", "engage", "disengage"})
     p[fmt::format("event.{}", e)] = fmt::format("[[event]]\ntype = \"{}\"\nat = 5\n@", e);
   return p;
 }
@@ -131,14 +144,12 @@ TEST(Schema, KeysAreOfTheKindTheReaderExpects) {
       EXPECT_NE(said, "") << t.id << "." << k.name << " is never looked at";
       if (said.find("is a date") == said.npos && said.find("of a date") == said.npos)
         continue;  // something else misses first
-      const std::map<Kind, const char*> words{{Kind::number, "a number"},
-                                              {Kind::whole, "whole number"},
-                                              {Kind::boolean, "true or false"},
-                                              {Kind::numbers, "numbers"},
-                                              {Kind::list, "array"},
-                                              {Kind::table, "table"},
-                                              {Kind::named, "table"},
-                                              {Kind::tables, "tables"}};
+      const std::map<Kind, const char*> words{
+          {Kind::number, "a number"},       {Kind::whole, "whole number"},
+          {Kind::boolean, "true or false"}, {Kind::numbers, "numbers"},
+          {Kind::axes, "numbers"},          {Kind::list, "array"},
+          {Kind::table, "table"},           {Kind::named, "table"},
+          {Kind::tables, "tables"}};
       const auto expected = words.find(k.kind);
       if (expected == words.end())  // text: neither of them
         EXPECT_EQ(said.find("numbers"), said.npos) << said;
