@@ -26,11 +26,16 @@ class CMakeModule(build_ext):
                        "PORTHOS_BUILD_BENCH": "OFF"}
             subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{k}={v}" for k, v in options.items()),
                             *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True)
+            # the page of report.html, where node and npm are
+            subprocess.run(["cmake", "--build", folder, "--target", "porthos_report_page"], check=False)
         subprocess.run(["cmake", "--build", folder, "--target", "porthos_python"], check=True)
         built = next((Path(folder) / "python" / "porthos").glob("_core*.so"))
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
         self.copy_file(str(built), str(target))
+        page = Path(folder) / "report" / "report_template.html"  # there if node and npm were
+        if page.exists():
+            self.copy_file(str(page), str(target.with_name(page.name)))
 
 
 version = re.search(r"project\(porthos VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]

@@ -8,6 +8,7 @@
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
 #endif
+#include "apps/comfort.h"
 #include "apps/commands.h"
 #include "apps/report.h"
 #include "phs/error.h"
@@ -17,12 +18,16 @@ namespace {
 
 using namespace porthos::apps;
 
-CLI::App* add_command(CLI::App& app, Arguments& a, const char* name, const char* what,
-                      const char* example) {
+CLI::App* add_command(CLI::App& app, const char* name, const char* what, const char* examples) {
   CLI::App* c = app.add_subcommand(name, what);
-  c->footer(fmt::format("Example:\n  {}\n", example));
-  if (std::string_view(example).find(".toml") != std::string_view::npos)  // a command on a scene
-    c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
+  c->footer(fmt::format("Example:\n  {}\n", examples));
+  return c;
+}
+
+CLI::App* add_scene_command(CLI::App& app, Arguments& a, const char* name, const char* what,
+                            const char* examples) {
+  CLI::App* c = add_command(app, name, what, examples);
+  c->add_option("SCENE", a.scene, "scene file (TOML)")->required();
   return c;
 }
 
@@ -34,9 +39,10 @@ void add_results(CLI::App* c, Arguments& a, const char* default_out,
 }
 
 void add_commands(CLI::App& app, Arguments& a) {
-  auto* run =
-      add_command(app, a, "run", "run a scene, record it and judge it",
-                  "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1");
+  auto* run = add_scene_command(
+      app, a, "run", "run a scene, record it and judge it",
+      "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1\n"
+      "  porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1 --resume");
   add_results(run, a, "results/<name of the scene>");
   run->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
   run->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
@@ -44,14 +50,14 @@ void add_commands(CLI::App& app, Arguments& a) {
   run->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
   run->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
-  auto* verify = add_command(app, a, "verify",
-                             "run a scene with every check: energy, momenta, balance, symmetry",
-                             "porthos verify examples/ets_vii/scene.toml");
+  auto* verify = add_scene_command(
+      app, a, "verify", "run a scene with every check: energy, momenta, balance, symmetry",
+      "porthos verify examples/ets_vii/scene.toml");
   add_results(verify, a, "results/<name of the scene>-verify");
 
-  auto* compare = add_command(app, a, "compare",
-                              "speed against error: every method that fits, one table and plot",
-                              "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
+  auto* compare = add_scene_command(
+      app, a, "compare", "speed against error: every method that fits, one table and plot",
+      "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
   add_results(compare, a, "results/compare_<name of the scene>", "compare.json");
   compare->add_option("--methods", a.methods, "some only, see: porthos methods")
       ->delimiter(',')
@@ -59,9 +65,9 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
-  auto* ensemble =
-      add_command(app, a, "ensemble", "the runs of a scene's [ensemble], over lanes and threads",
-                  "porthos ensemble examples/ensemble/scene.toml --threads 2");
+  auto* ensemble = add_scene_command(app, a, "ensemble",
+                                     "the runs of a scene's [ensemble], over lanes and threads",
+                                     "porthos ensemble examples/ensemble/scene.toml --threads 2");
   ensemble->add_option("--out", a.out, "results folder [results/<name of the scene>]")
       ->type_name("DIR");
   ensemble->add_flag("--json", a.json, "print ensemble.json instead of the table");
@@ -69,21 +75,35 @@ void add_commands(CLI::App& app, Arguments& a) {
   ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
   ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
   ensemble->add_flag("--resume", a.resume, "run the cases that are missing in the folder");
-  auto* report = add_command(app, a, "report", "report.html of a results folder, finished or not",
+  auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
-  add_command(app, a, "plot", "draw the pictures of a finished run anew from its run.h5",
+  add_command(app, "plot", "draw the pictures of a finished run anew from its run.h5",
               "porthos plot results/ets_vii")
       ->add_option("DIR", a.scene, "results folder of a finished run")
       ->required();
 
-  add_command(app, a, "info", "what a scene is assembled to: states, ports, invariants, plan, cost",
-              "porthos info examples/ets_vii/scene.toml");
-  add_command(app, a, "methods", "the integrators and what they keep", "porthos methods")
+  add_scene_command(app, a, "info",
+                    "what a scene is assembled to: states, ports, invariants, plan, cost",
+                    "porthos info examples/ets_vii/scene.toml");
+  auto* starter = add_command(app, "new", "a commented scene for a URDF file, which runs as it is",
+                              "porthos new satellite.urdf --base free --out satellite/scene.toml");
+  starter->add_option("URDF", a.scene, "model file")->required();
+  starter->add_option("--out", a.out, "the scene file [printed]")->type_name("FILE");
+  starter->add_option("--base", a.base, "fixed: stands in the world; free: floats [fixed]")
+      ->type_name("B");
+  add_command(app, "schema", "JSON schema of scene files, for editors",
+              "porthos schema > scene.schema.json")
+      ->add_flag("--markdown", a.markdown, "docs/scene_reference.md instead");
+  add_command(app, "completion", "completion script for a shell",
+              "porthos completion bash > ~/.local/share/bash-completion/completions/porthos")
+      ->add_option("SHELL", a.scene, "bash, zsh or fish")
+      ->required();
+  add_command(app, "methods", "the integrators and what they keep", "porthos methods")
       ->add_flag("--markdown", a.markdown, "as a page of the documentation");
   auto* actuators =
-      add_command(app, a, "actuators", "the actuators of the catalogue", "porthos actuators");
+      add_command(app, "actuators", "the actuators of the catalogue", "porthos actuators");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
   actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
 }
@@ -107,6 +127,9 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
+  if (app.got_subcommand("new")) return new_command(a);
+  if (app.got_subcommand("schema")) return schema_command(a);
+  if (app.got_subcommand("completion")) return completion_command(app, a);
   if (app.got_subcommand("info")) return info_command(a);
   if (app.got_subcommand("actuators")) return actuators_command(a);
   return methods_command(a);

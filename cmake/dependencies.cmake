@@ -10,6 +10,9 @@ include(${CMAKE_CURRENT_LIST_DIR}/sundials.cmake)
 # The serial flavour by name: libsundials-dev brings the OpenMPI one along, and plain "hdf5" would find that.
 pkg_check_modules(PORTHOS_HDF5 REQUIRED IMPORTED_TARGET hdf5-serial)
 
+# BSD-3; without it the mean ellipses of Sun and Moon remain.
+pkg_check_modules(PORTHOS_ERFA IMPORTED_TARGET erfa)
+
 # toml++ header-only, so that an installed Porthos does not ask for its shared library.
 find_path(PORTHOS_TOML_INCLUDE_DIR toml++/toml.h REQUIRED)
 mark_as_advanced(PORTHOS_TOML_INCLUDE_DIR)

@@ -8,6 +8,10 @@ install(EXPORT porthosTargets NAMESPACE porthos:: DESTINATION ${config_dir})
 install(FILES ${PROJECT_BINARY_DIR}/porthosConfig.cmake ${PROJECT_BINARY_DIR}/porthosConfigVersion.cmake
   ${CMAKE_CURRENT_LIST_DIR}/sundials.cmake DESTINATION ${config_dir})
 
+set(PC_ERFA "")
+if(PORTHOS_ERFA_FOUND)
+  set(PC_ERFA " erfa")
+endif()
 # Static libraries in link order, users before used; header-only rooms have nothing to link.
 set(PC_LIBS "")
 set(users_first ${PORTHOS_ROOMS})

@@ -93,7 +93,7 @@ EnergyMonitor::Books EnergyMonitor::booked(const State& s) {
   Books b = books_;
   for (size_t a = 0; a < works_sum_.size(); ++a) {
     phs::compensated_add(b.income, b.income_lo, signs_[a] * works_sum_[a]);
-    b.turned_over += std::fabs(works_sum_[a]);
+    b.turned_over += std::fabs(signs_[a] * works_sum_[a]);
   }
   b.defect = ((energy(s) - b.H0) - b.income) - b.income_lo;
   return b;

@@ -1,53 +1,6 @@
-#include "mechanics/aba.h"
-
-#include "mechanics/passes-inl.h"
+#include "mechanics/aba-inl.h"
 
 namespace porthos::mechanics {
-
-template <class T>
-void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
-         const Loads<T>& loads, std::span<T> vdot) {
-  const auto& nodes = m.nodes();
-  passes::place_bodies(m, w, q.data());
-
-  // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V - wrench.
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      const Motion<T> own = passes::joint_twist<decltype(J)>(n, v.data());
-      const Motion<T> V = n.parent < 0 ? own : w.X[i].to_child(w.V[size_t(n.parent)]) + own;
-      w.V[i] = V;
-      w.a[i] = cross(V, own);
-      w.A[i] = ArticulatedInertia<T>(n.inertia);
-      w.b[i] = cross(V, passes::rigid<T>(n) * V);
-      if (!loads.wrench.empty()) w.b[i] -= loads.wrench[i];
-    });
-  }
-
-  // Leaf → root: articulated inertia and bias, b ← b + A a + U D⁻¹ u with u = τ - Sᵀ(b + A_before a).
-  for (size_t j = 0; j < w.mu.size(); ++j) w.mu[j] = loads.tau.empty() ? T(0.0) : loads.tau[j];
-  for (size_t i = nodes.size(); i-- > 0;) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      using Joint = decltype(J);
-      passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
-      if (n.parent < 0) return;
-      if constexpr (Joint::nv < 6) w.b[i] += w.A[i] * w.a[i];
-      passes::pass_to_parent<Joint>(n, w, i);
-    });
-  }
-
-  // Root → leaf: accelerations; gravity enters as an upward acceleration of the world.
-  const Vec3<T> g(m.gravity());
-  const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -g};
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      w.a[i] += w.X[i].to_child(n.parent < 0 ? world : w.a[size_t(n.parent)]);
-      passes::back_substitute<decltype(J)>(n, w, w.a[i], vdot.data());
-    });
-  }
-}
 
 #define PORTHOS_INSTANTIATE(T)                                                                  \
   template void aba<T>(const Mechanism&, Workspace<T>&, std::span<const T>, std::span<const T>, \

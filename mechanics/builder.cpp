@@ -379,7 +379,7 @@ void check_moving_inertia(const Mechanism& m) {
   std::mt19937_64 rng(1);
   std::uniform_real_distribution<double> angle(-3, 3);
   for (int sample = 0; sample < 3; ++sample) {
-    passes::place_bodies(m, w, q.data());
+    passes::sines(m, w, q.data());
     field_detail::factor(m, w, q.data(), p.data(), false);
     for (size_t i = m.coordinates().size();
          i-- > 0;) {  // leaf to root: a zero pivot spoils what is above it
@@ -416,6 +416,12 @@ Mechanism MechanismBuilder::build() const {
   m.gravity_ = gravity_;
   m.nq_ = parts.nq, m.nv_ = parts.nv, m.angles_ = parts.angles;
   for (const auto& n : m.nodes_) m.total_mass_ += n.inertia.m;
+  for (size_t i = m.nodes_.size(); i-- > 0;) {
+    Node& n = m.nodes_[i];
+    if (n.parent < 0) continue;
+    Node& parent = m.nodes_[size_t(n.parent)];
+    n.last_child = parent.leaf, parent.leaf = false;
+  }
   if (m.nodes_.empty())
     throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
   check_moving_inertia(m);

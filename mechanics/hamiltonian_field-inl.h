@@ -5,13 +5,15 @@
 namespace porthos::mechanics {
 namespace field_detail {
 
-/// Root → leaf: w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
+/// Root → leaf: X_i, and w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
 template <class T>
-void load_bodies(const Mechanism& m, Workspace<T>& w, std::span<const Force<T>> wrench) {
+void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
+                 std::span<const Force<T>> wrench) {
   const auto& nodes = m.nodes();
   const Vec3<T> g_world(m.gravity());
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) { passes::place_body<decltype(J)>(n, w, i, q); });
     const Vec3<T> g = w.X[i].R.tmul(n.parent < 0 ? g_world : w.a[size_t(n.parent)].v);
     w.a[i].v = g;  // gravity in the body's axes
     const auto I = passes::rigid<T>(n);
@@ -20,22 +22,25 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, std::span<const Force<T>> 
   }
 }
 
-/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too.
+/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too. Without loads nobody needed X_i
+/// before, and it is made here, when it is first used.
 template <class T>
 void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
   const auto& nodes = m.nodes();
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    w.A[i] = ArticulatedInertia<T>(nodes[i].inertia);
-    w.b[i] = passes::zero_force<T>();
-  }
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
+      if (!loaded) passes::place_body<Joint>(n, w, i, q);
       Joint::momentum(q + n.q, p + n.q, w.mu.data() + n.v);
-      passes::eliminate<Joint>(n, w, i, w.mu.data(), n.parent < 0);
+      ArticulatedInertia<T>& A = passes::collected(n, w, i);
+      Force<T> b = n.leaf ? passes::zero_force<T>() : w.b[i];
+      passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
+      w.b[i] = b;
       if (n.parent < 0) return;
-      passes::pass_to_parent<Joint>(n, w, i);
+      passes::pass_to_parent<Joint>(m, n, w.X[i], w, A);
+      const Force<T> passed = w.X[i].to_parent(b);
+      w.b[size_t(n.parent)] = n.last_child ? passed : w.b[size_t(n.parent)] + passed;
       if (loaded) w.g[size_t(n.parent)] += w.X[i].to_parent(w.g[i]);
     });
   }
@@ -49,8 +54,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
                        std::span<T> p_dot) {
   const auto& nodes = m.nodes();
   const bool loaded = m.has_gravity() || !loads.wrench.empty();
-  passes::place_bodies(m, w, q.data());
-  if (loaded) field_detail::load_bodies(m, w, loads.wrench);
+  passes::sines(m, w, q.data());
+  if (loaded) field_detail::load_bodies(m, w, q.data(), loads.wrench);
 
   // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the elimination of S,
   // A_i' V' + b_i' with V' = X_i V_λ is the same h_i, for V = V' + S D⁻¹ (u - Uᵀ V'): the momentum of the subtree needs
@@ -69,7 +74,8 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       w.V[i] = V;
 
       // Of a root or a free joint, carried is zero or nothing is left of A: h = b.
-      const Force<T> h = root || Joint::nv == 6 ? w.b[i] : w.A[i] * carried + w.b[i];
+      const Force<T> h =
+          root || Joint::nv == 6 ? w.b[i] : passes::left_times<Joint>(n, w.A[i], carried) + w.b[i];
       T load[Joint::nv];
       unroll<Joint::nv>([&](auto k) {
         load[k] = loads.tau.empty() ? T(0.0) : loads.tau[size_t(n.v + k)];
@@ -94,7 +100,7 @@ template <class T>
 void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> p) {
   const auto& nodes = m.nodes();
-  passes::place_bodies(m, w, q.data());
+  passes::sines(m, w, q.data());
   field_detail::factor(m, w, q.data(), p.data(), false);
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];

@@ -71,15 +71,20 @@ inline int freedoms(std::string_view type) {
   return n;
 }
 
+/// After the parameters of a lambda: it is inlined whatever its size.
+#define PORTHOS_INLINE_CALL __attribute__((always_inline))
+
 /// f(constant k) for k = 0 … n-1, unrolled; `descending` for n-1 … 0.
 template <int n, class F>
 [[gnu::always_inline]] inline void unroll(F&& f) {
-  [&]<int... k>(std::integer_sequence<int, k...>) { (f(std::integral_constant<int, k>{}), ...); }
+  [&]<int... k>(std::integer_sequence<int, k...>) PORTHOS_INLINE_CALL {
+    (f(std::integral_constant<int, k>{}), ...);
+  }
   (std::make_integer_sequence<int, n>{});
 }
 template <int n, class F>
 [[gnu::always_inline]] inline void unroll_descending(F&& f) {
-  [&]<int... k>(std::integer_sequence<int, k...>) {
+  [&]<int... k>(std::integer_sequence<int, k...>) PORTHOS_INLINE_CALL {
     (f(std::integral_constant<int, n - 1 - k>{}), ...);
   }
   (std::make_integer_sequence<int, n>{});

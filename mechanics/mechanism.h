@@ -111,7 +111,10 @@ struct Workspace {
         u(static_cast<size_t>(m.nv())),
         rate(static_cast<size_t>(m.nv())),
         mu(static_cast<size_t>(m.nv())),
-        turn_angle(static_cast<size_t>(m.angle_count()), T(0.0)) {}
+        turn_angle(static_cast<size_t>(m.angle_count()), T(0.0)),
+        angle((turn_angle.size() + 3) / 4 * 4, T(0.0)),
+        sine(angle.size()),
+        cosine(angle.size()) {}
 
   // kinematics (place_bodies)
   std::vector<Transform<T>> X;  ///< pose of body i in its parent
@@ -123,8 +126,9 @@ struct Workspace {
   std::vector<Motion<T>> V;  ///< twists in body frames
   std::vector<Force<T>> U;   ///< per freedom: A S
   std::vector<T> D_inverse, u;
-  std::vector<T> rate, mu;    ///< joint rates and momenta, size nv
-  std::vector<T> turn_angle;  ///< 2π·turns of each angle block
+  std::vector<T> rate, mu;             ///< joint rates and momenta, size nv
+  std::vector<T> turn_angle;           ///< 2π·turns of each angle block
+  std::vector<T> angle, sine, cosine;  ///< of each angle block, filled up to whole packs
 };
 
 }  // namespace porthos::mechanics

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstring>
 #include <span>
 
 #include "mechanics/joint_list.h"
@@ -7,26 +8,74 @@
 /// The passes over the tree that the algorithms share.
 namespace porthos::mechanics::passes {
 
+/// Sine and cosine of every angle. Doubles go four at a time, which changes no bit.
+template <class T>
+void sines(const Mechanism& m, Workspace<T>& w, const T* q) {
+  for (const Node& n : m.nodes())
+    if (n.turn >= 0) w.angle[size_t(n.turn)] = q[n.q];
+  if constexpr (std::is_same_v<T, double>) {
+    for (size_t i = 0; i < w.angle.size(); i += 4) {
+      phs::Pack4 a, s, c;
+      std::memcpy(&a, &w.angle[i], sizeof a);
+      sincos(a, s, c);
+      std::memcpy(&w.sine[i], &s, sizeof s), std::memcpy(&w.cosine[i], &c, sizeof c);
+    }
+  } else {
+    for (size_t i = 0; i < w.turn_angle.size(); ++i) sincos(w.angle[i], w.sine[i], w.cosine[i]);
+  }
+}
+
+/// X_i(q) of one body, once `sines` has been called.
+template <class J, class T>
+[[gnu::always_inline]] inline void place_body(const Node& n, Workspace<T>& w, size_t i,
+                                              const T* q) {
+  if (n.turn >= 0) {
+    const size_t k = size_t(n.turn);
+    w.X[i] = J::place(n, q + n.q, {w.sine[k], w.cosine[k], w.turn_angle[k]});
+  } else {
+    w.X[i] = J::place(n, q + n.q, {});
+  }
+}
+/// X of one body for any scalar, alone.
+template <class J, class T>
+Transform<T> place(const Node& n, const T* q, T turn_angle) {
+  Angle<T> a{T(0.0), T(1.0), turn_angle};
+  if (n.turn >= 0) sincos(q[0], a.sine, a.cosine);
+  return J::place(n, q, a);
+}
+
 /// Root → leaf: X_i(q).
 template <class T>
 void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
+  sines(m, w, q);
   const auto& nodes = m.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) {
-      w.X[i] = decltype(J)::place(n, q + n.q, n.turn >= 0 ? w.turn_angle[size_t(n.turn)] : T(0.0));
-    });
+    visit_joint(n.type, [&](auto J) { place_body<decltype(J)>(n, w, i, q); });
   }
+}
+
+/// Whether the elimination of the joint leaves nothing in the row and column of its rotation about z.
+template <class J>
+bool freed_about_z(const Node& n) {
+  return J::frees_rotation_about_z && n.rotor_inertia == 0;
+}
+
+/// Leaf → root: the articulated inertia of body i before its joint is eliminated: its own and what its children passed on.
+template <class T>
+[[gnu::always_inline]] inline ArticulatedInertia<T>& collected(const Node& n, Workspace<T>& w,
+                                                               size_t i) {
+  if (n.leaf) w.A[i] = ArticulatedInertia<T>(n.inertia);
+  return w.A[i];
 }
 
 /// Leaf → root at one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
 ///   U = A S,  D = Sᵀ U + rotor inertia,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
 /// f: joint momenta (Hamiltonian field) or joint forces (ABA). Without a rotor A S = 0 afterwards; with one it is not.
 template <class J, class T>
-[[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, size_t i, const T* f,
-                                             bool root) {
-  ArticulatedInertia<T>& A = w.A[i];
-  unroll_descending<J::nv>([&](auto k) {
+[[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, const T* f, bool root,
+                                             ArticulatedInertia<T>& A, Force<T>& b) {
+  unroll_descending<J::nv>([&](auto k) PORTHOS_INLINE_CALL {
     const size_t j = size_t(n.v) + k;
     Force<T> U = J::template column<k>(n, A);
     if constexpr (J::nv == 6)
@@ -36,31 +85,40 @@ template <class J, class T>
     if constexpr (J::nv == 1)
       if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
     const T D_inverse = T(1.0) / D;
-    const T u = f[j] - J::template project<k>(n, w.b[i]);
+    const T u = f[j] - J::template project<k>(n, b);
     w.U[j] = U, w.D_inverse[j] = D_inverse, w.u[j] = u;
-    w.b[i] += (D_inverse * u) * U;
+    b += (D_inverse * u) * U;
     if constexpr (J::nv == 6)
       A.template subtract_below<k>(U, D_inverse);
-    else if (k > 0 || !root)
-      A.subtract(U, D_inverse);  // of the world's own inertia nobody asks
+    else if (k == 0 && root)
+      return;  // of the world's own inertia nobody asks
+    else if (freed_about_z<J>(n))
+      A.subtract_free_about_z(U, D_inverse);
+    else
+      A.subtract(U, D_inverse);
   });
   // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the rounding of it.
   if constexpr (J::nv == 6)
-    for (int k = 0; k < 6; ++k) w.b[i][k] = f[size_t(n.v + k)];
+    for (int k = 0; k < 6; ++k) b[k] = f[size_t(n.v + k)];
 }
 
-/// Adds what body i passes on to its parent.
+/// What is left of A_i goes to the parent; the first of its children to report brings the parent's own inertia in.
 template <class J, class T>
-[[gnu::always_inline]] inline void pass_to_parent(const Node& n, Workspace<T>& w, size_t i) {
+[[gnu::always_inline]] inline void pass_to_parent(const Mechanism& m, const Node& n,
+                                                  const Transform<T>& X, Workspace<T>& w,
+                                                  const ArticulatedInertia<T>& A) {
   const size_t parent = size_t(n.parent);
-  if constexpr (J::nv == 6) {
-    // nothing is left of A
-  } else if (J::frees_rotation_about_z && n.rotor_inertia == 0) {
-    w.A[parent] += to_parent_free_about_z(w.X[i], w.A[i]);
+  const RigidInertia<double>& own = m.nodes()[parent].inertia;
+  if constexpr (J::nv == 6) {  // nothing is left of A
+    if (n.last_child) w.A[parent] = ArticulatedInertia<T>(own);
   } else {
-    w.A[parent] += to_parent(w.X[i], w.A[i]);
+    ArticulatedInertia<T> B = freed_about_z<J>(n) ? to_parent_free_about_z(X, A) : to_parent(X, A);
+    if (n.last_child)
+      B += own;
+    else
+      B += w.A[parent];
+    w.A[parent] = B;
   }
-  w.b[parent] += w.X[i].to_parent(w.b[i]);
 }
 
 /// Root → leaf at one body: the joint rates from the eliminated freedoms and the parent's motion in the body frame;
@@ -75,12 +133,35 @@ template <class J, class T>
   });
 }
 
+/// A v with what `eliminate` left of A.
+template <class J, class T>
+[[gnu::always_inline]] inline Force<T> left_times(const Node& n, const ArticulatedInertia<T>& A,
+                                                  const Motion<T>& v) {
+  return freed_about_z<J>(n) ? A.times_free_about_z(v) : A * v;
+}
+
 /// The joint's own twist S v.
 template <class J, class T>
 [[gnu::always_inline]] inline Motion<T> joint_twist(const Node& n, const T* v) {
   Motion<T> s{{T(0.0), T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0)}};
   unroll<J::nv>([&](auto k) { J::template add<k>(n, v[n.v + k], s); });
   return s;
+}
+
+/// v += S rates.
+template <class J, class T>
+[[gnu::always_inline]] inline void add_joint_twist(const Node& n, const T* rates, Motion<T>& v) {
+  unroll<J::nv>([&](auto k) { J::template add<k>(n, rates[n.v + k], v); });
+}
+
+/// a += V × S rates. (Of several freedoms the product as a whole: the single ones would need more.)
+template <class J, class T>
+[[gnu::always_inline]] inline void add_velocity_product(const Node& n, const Motion<T>& V,
+                                                        const T* rates, Motion<T>& a) {
+  if constexpr (J::nv == 1)
+    J::template add_cross<0>(n, V, rates[n.v], a);
+  else
+    a += cross(V, joint_twist<J>(n, rates));
 }
 
 template <class T>

@@ -78,7 +78,7 @@ struct JointJacobian {
       for (int i = 0; i < J::nv; ++i) mu_p[i][k] = mu[i].d;
       dq[k].d = 1, J::momentum(dq, dp, mu);
       for (int i = 0; i < J::nv; ++i) mu_q[i][k] = mu[i].d;
-      const auto X = J::place(n, dq, Dual(turn));
+      const auto X = passes::place<J>(n, dq, Dual(turn));
       dq[k].d = 0;
       const auto &x = X.R.x, &y = X.R.y, &z = X.R.z;  // R_ᵀ δR = [ζ_ω ×]
       const auto slope = [](const Vec3<Dual>& a, const Vec3<Dual>& b) {

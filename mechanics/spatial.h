@@ -104,15 +104,21 @@ struct Sym3 {
   PORTHOS_INLINE Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
 };
 
-/// R m Rᵀ
+/// R m Rᵀ for a rotation R with columns x y z. As R Rᵀ = 1 it is zz·1 + p xᵀ + x pᵀ + q yᵀ + y qᵀ with
+/// p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of 45.
 template <class T>
 PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
-  const Vec3<T> a = m * Vec3<T>{R.x.x, R.y.x, R.z.x};  // columns of m Rᵀ
-  const Vec3<T> b = m * Vec3<T>{R.x.y, R.y.y, R.z.y};
-  const Vec3<T> c = m * Vec3<T>{R.x.z, R.y.z, R.z.z};
-  return {R.x.x * a.x + R.y.x * a.y + R.z.x * a.z, R.x.x * b.x + R.y.x * b.y + R.z.x * b.z,
-          R.x.x * c.x + R.y.x * c.y + R.z.x * c.z, R.x.y * b.x + R.y.y * b.y + R.z.y * b.z,
-          R.x.y * c.x + R.y.y * c.y + R.z.y * c.z, R.x.z * c.x + R.y.z * c.y + R.z.z * c.z};
+  const Vec3<T>&x = R.x, &y = R.y;
+  const T half(0.5);
+  const Vec3<T> p = (half * (m.xx - m.zz)) * x + m.xy * y + m.xz * R.z;
+  const Vec3<T> q = (half * (m.yy - m.zz)) * y + m.yz * R.z;
+  const T a = p.x * x.x + q.x * y.x, b = p.y * x.y + q.y * y.y, c = p.z * x.z + q.z * y.z;
+  return {m.zz + (a + a),
+          p.x * x.y + p.y * x.x + (q.x * y.y + q.y * y.x),
+          p.x * x.z + p.z * x.x + (q.x * y.z + q.z * y.x),
+          m.zz + (b + b),
+          p.y * x.z + p.z * x.y + (q.y * y.z + q.z * y.y),
+          m.zz + (c + c)};
 }
 
 /// Twist: angular velocity and velocity of the frame origin.
@@ -162,6 +168,18 @@ PORTHOS_INLINE Force<T> cross(const Motion<T>& v, const Force<T>& f) {
   return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
 }
 
+/// v × S for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z, times s; its zeros are not computed.
+template <int axis, class T>
+PORTHOS_INLINE void add_cross_unit(const Motion<T>& v, T s, Motion<T>& a) {
+  const auto add = [s](const Vec3<T>& b, Vec3<T>& c) {  // c += b × e s
+    if constexpr (axis % 3 == 0) c.y += b.z * s, c.z -= b.y * s;
+    if constexpr (axis % 3 == 1) c.z += b.x * s, c.x -= b.z * s;
+    if constexpr (axis % 3 == 2) c.x += b.y * s, c.y -= b.x * s;
+  };
+  if constexpr (axis < 3) add(v.w, a.w), add(v.v, a.v);
+  if constexpr (axis >= 3) add(v.w, a.v);
+}
+
 /// Pose of a child frame in its parent: rotation child -> parent and origin of the child in the parent.
 template <class T>
 struct Transform {
@@ -199,6 +217,17 @@ struct RigidInertia {
   PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const {
     return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)};
   }
+  /// Column k, i.e. the product with the k-th unit twist.
+  template <int k>
+  PORTHOS_INLINE Force<T> column() const {
+    const T o(0.0);
+    if constexpr (k == 0) return {{I.xx, I.xy, I.xz}, {o, -mc.z, mc.y}};
+    if constexpr (k == 1) return {{I.xy, I.yy, I.yz}, {mc.z, o, -mc.x}};
+    if constexpr (k == 2) return {{I.xz, I.yz, I.zz}, {-mc.y, mc.x, o}};
+    if constexpr (k == 3) return {{o, mc.z, -mc.y}, {m, o, o}};
+    if constexpr (k == 4) return {{-mc.z, o, mc.x}, {o, m, o}};
+    if constexpr (k == 5) return {{mc.y, -mc.x, o}, {o, o, m}};
+  }
 };
 
 /// Articulated inertia [I H; Hᵀ M]: 21 numbers.
@@ -222,6 +251,24 @@ struct ArticulatedInertia {
     I = I + b.I, H = H + b.H, M = M + b.M;
     return *this;
   }
+  /// Adds a rigid body; its zeros are not added.
+  PORTHOS_INLINE ArticulatedInertia& operator+=(const RigidInertia<double>& r) {
+    const T m(r.m);
+    const Vec3<T> mc(r.mc);
+    I = I + Sym3<T>(r.I);
+    H.x.y += mc.z, H.x.z -= mc.y, H.y.x -= mc.z, H.y.z += mc.x, H.z.x += mc.y, H.z.y -= mc.x;
+    M.xx += m, M.yy += m, M.zz += m;
+    return *this;
+  }
+  /// A v where row and column of rotation about z are zero.
+  PORTHOS_INLINE Force<T> times_free_about_z(const Motion<T>& v) const {
+    const Vec3<T>&w = v.w, &u = v.v;
+    return {{I.xx * w.x + I.xy * w.y + (H.x.x * u.x + H.y.x * u.y + H.z.x * u.z),
+             I.xy * w.x + I.yy * w.y + (H.x.y * u.x + H.y.y * u.y + H.z.y * u.z), T(0.0)},
+            {H.x.x * w.x + H.x.y * w.y + (M.xx * u.x + M.xy * u.y + M.xz * u.z),
+             H.y.x * w.x + H.y.y * w.y + (M.xy * u.x + M.yy * u.y + M.yz * u.z),
+             H.z.x * w.x + H.z.y * w.y + (M.xz * u.x + M.yz * u.y + M.zz * u.z)}};
+  }
   /// Column k, i.e. the product with the k-th unit twist.
   template <int k>
   PORTHOS_INLINE Force<T> column() const {
@@ -238,6 +285,15 @@ struct ArticulatedInertia {
     I.xx -= W.n.x * U.n.x, I.xy -= W.n.x * U.n.y, I.xz -= W.n.x * U.n.z;
     I.yy -= W.n.y * U.n.y, I.yz -= W.n.y * U.n.z, I.zz -= W.n.z * U.n.z;
     H.x -= W.f.x * U.n, H.y -= W.f.y * U.n, H.z -= W.f.z * U.n;
+    M.xx -= W.f.x * U.f.x, M.xy -= W.f.x * U.f.y, M.xz -= W.f.x * U.f.z;
+    M.yy -= W.f.y * U.f.y, M.yz -= W.f.y * U.f.z, M.zz -= W.f.z * U.f.z;
+  }
+  /// The same where nobody asks for row and column of rotation about z afterwards: they are left as they were.
+  PORTHOS_INLINE void subtract_free_about_z(const Force<T>& U, T s) {
+    const Force<T> W = s * U;
+    I.xx -= W.n.x * U.n.x, I.xy -= W.n.x * U.n.y, I.yy -= W.n.y * U.n.y;
+    H.x.x -= W.f.x * U.n.x, H.y.x -= W.f.y * U.n.x, H.z.x -= W.f.z * U.n.x;
+    H.x.y -= W.f.x * U.n.y, H.y.y -= W.f.y * U.n.y, H.z.y -= W.f.z * U.n.y;
     M.xx -= W.f.x * U.f.x, M.xy -= W.f.x * U.f.y, M.xz -= W.f.x * U.f.z;
     M.yy -= W.f.y * U.f.y, M.yz -= W.f.y * U.f.z, M.zz -= W.f.z * U.f.z;
   }

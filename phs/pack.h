@@ -132,9 +132,16 @@ struct Pack<double, W, false> {
 
 template <int W, bool n>
 bool any(Mask<W, n> m) {
-  bool r = false;
-  for (int i = 0; i < W; ++i) r |= m[i];
-  return r;
+#if defined(__AVX__)
+  if constexpr (W == 4 && n) return _mm256_movemask_pd(_mm256_castsi256_pd(__m256i(m.m))) != 0;
+#endif
+  if constexpr (!n) {
+    return any(m.lo | m.hi);
+  } else {
+    bool r = false;
+    for (int i = 0; i < W; ++i) r |= m[i];
+    return r;
+  }
 }
 
 template <int W, bool n>

@@ -14,6 +14,7 @@ void bind_integrators(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);
 void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
+void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 
 }  // namespace porthos::python

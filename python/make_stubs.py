@@ -63,7 +63,11 @@ def split(arguments):
         yield part.strip()
 
 
-def argument(text):
+ARRAY = "NDArray[numpy.float64]"
+
+
+def argument(text, arrays=False, pair=False):
+    """arrays: what pybind11 calls an object is an array, checked by the function itself; pair: `out` is two of them."""
     if text.startswith("*") or ":" not in text:
         return text
     name, rest = text.split(":", 1)
@@ -71,6 +75,8 @@ def argument(text):
     kind = type_of(kind.strip())
     if name == "self":
         return "self"
+    if arrays and kind == "Any":
+        kind = f"tuple[{ARRAY}, {ARRAY}]" if pair and name == "out" else ARRAY
     if not default:
         return f"{name}: {kind}"
     if default == "None":
@@ -106,11 +112,18 @@ def signatures(doc):
     return found
 
 
-def function(doc, indent="", members=None, static=False):
+def function(doc, indent="", members=None, static=False, arrays=False):
     out = []
     all = signatures(doc)
     for name, arguments, result, text in all:
-        a = [argument(t) for t in split(arguments)]
+        parts = list(split(arguments))
+        arrays = arrays or (bool(parts) and parts[0].startswith("mechanism:"))
+        pair = arrays and result == "tuple"
+        if pair:
+            result = f"tuple[{ARRAY}, {ARRAY}]"
+        elif arrays and result == "object":
+            result = f"typing.Union[float, {ARRAY}]"
+        a = [argument(t, arrays, pair) for t in parts]
         if members is not None and any(t.startswith("**") for t in a):
             a = [t for t in a if not t.startswith("**")] + ["*"] + [f"{n}: {t} = ..." for n, t in members] if members else a
         if len(all) > 1:
@@ -129,7 +142,7 @@ def property_type(p):
 
 
 def enumeration(cls):
-    out = [f"class {cls.__name__}:\n", quoted((cls.__doc__ or "").split("\n\nMembers:")[0], "    ")]
+    out = [f"class {cls.__name__}:\n", quoted(re.split(r"\n*Members:", cls.__doc__ or "")[0], "    ")]
     out += [f"    {name}: typing.ClassVar[{cls.__name__}]\n" for name in cls.__members__]
     out += ["    @property\n    def name(self) -> str: ...\n    @property\n    def value(self) -> int: ...\n",
             "    def __init__(self, value: int) -> None: ...\n"]
@@ -144,7 +157,7 @@ def class_(cls, indent=""):
     inner = indent + "    "
     out.append(quoted(cls.__doc__ or "", inner))
     own = {n: v for n, v in vars(cls).items()}
-    members = [(n, property_type(p)) for n, p in own.items() if isinstance(p, property) and p.fset]
+    members = [(n, property_type(p).replace("tuple", "typing.Sequence[float]")) for n, p in own.items() if isinstance(p, property) and p.fset]
     empty = len(out)
     for name, value in own.items():
         if isinstance(value, type):
@@ -158,7 +171,7 @@ def class_(cls, indent=""):
         elif name == "__init__" or not name.startswith("_") or name in ("__call__", "__bool__", "__str__", "__neg__", "__float__", "__abs__") \
                 or re.fullmatch(r"__r?(add|sub|mul|truediv|pow)__|__(lt|gt|le|ge)__", name):
             doc = getattr(cls, name).__doc__
-            out.append(function(doc, inner, members, isinstance(value, staticmethod)))
+            out.append(function(doc, inner, members, isinstance(value, staticmethod), cls.__name__ == "System"))
     if len(out) == empty:
         out.append(f"{inner}...\n")
     return "".join(out)

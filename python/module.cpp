@@ -18,6 +18,7 @@ PYBIND11_MODULE(_core, m) {
   bind_network(m);
   bind_integrators(m);
   bind_scene(m);
+  bind_environment(m);
   bind_baseline(m);
   bind_energy_shaping(m);
   bind_vsa(m);

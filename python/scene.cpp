@@ -12,6 +12,7 @@
 #include "python/keywords.h"
 #include "python/patience.h"
 #include "python/simulation.h"
+#include "report/report.h"
 #include "scene/compare.h"
 #include "scene/files.h"
 #include "scene/hdf5_reader.h"
@@ -75,10 +76,15 @@ class Columns {
     for (size_t k = 0; k < d.storages.size(); ++k)
       put("stored/" + link(d.storages[k], taken), layout_.stored() + k, 1, "J", real);
     taken.clear();
-    for (size_t a = 0; a < d.powers.size(); ++a)
-      put((d.powers[a].kind == phs::PowerKind::supplied ? "supplied/" : "dissipated/") +
+    for (size_t a = 0; a < d.powers.size(); ++a) {
+      const bool observed = d.powers[a].kind == phs::PowerKind::observed;
+      put((observed                                       ? "observed/"
+           : d.powers[a].kind == phs::PowerKind::supplied ? "supplied/"
+                                                          : "dissipated/") +
               link(d.powers[a].name, taken),
-          layout_.work() + a, 1, "J", real);
+          layout_.work() + a, 1, observed ? "integral" : "J", real);
+    }
+    put("sweeps", layout_.sweeps(), 1, "1", real);
     return named_;
   }
   /// x of every record, (n, nx).
@@ -264,6 +270,17 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("tell") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
+  m.def(
+      "find_template", [] { return report::find_template().string(); },
+      "The page of report.html without its data; empty if there is none.");
+  m.def(
+      "write_report",
+      [](const std::string& folder, const std::string& out, const std::string& page) {
+        const py::gil_scoped_release released;
+        report::write_report(folder, out, page);
+      },
+      arg("folder"), arg("out"), arg("page"),
+      "Fills the template `page` with the results in a folder and writes `out`.");
   bind_reader(m);
 }
 

@@ -47,7 +47,7 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
   Meter meter(assembly);
   Ledger ledger(d);
   phs::State state = assembly.initial;
-  Simulation s{{}, RecordLayout(d), {}, {}};
+  Simulation s{{}, RecordLayout(d, Extrema::none), {}, {}};
   const std::int64_t total = std::llround(scene.duration / scene.step),
                      every =
                          std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step));
@@ -64,7 +64,8 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
     }
     const double t = double(state.step) * scene.step;
     const double error = ledger.add(t, m, state.step % every == 0);
-    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, row);
+    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {},
+                row);
     s.rows.insert(s.rows.end(), row.begin(), row.end());
     good = state;
   };

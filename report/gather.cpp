@@ -123,7 +123,8 @@ class Gathered {
       understand(scene::read_file(checkpoint / "scene.toml"),
                  scene::read_file(checkpoint / "model.urdf"));
       if (!assembly_) return;
-      const auto r = open_log(checkpoint / "records.bin", assembly_->model->description());
+      const auto r = open_log(checkpoint / "records.bin", assembly_->model->description(),
+                              scene_->extrema);
       stage_from_assembly();
       add_phase(*r, 0);
     });

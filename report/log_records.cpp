@@ -38,7 +38,9 @@ std::vector<Place> places_of(const phs::Description& d, const RecordLayout& l) {
   for (size_t k = 0; k < d.storages.size(); ++k)
     p.push_back({"stored/" + link_name(d.storages[k]), l.stored() + k, 1});
   for (size_t a = 0; a < d.powers.size(); ++a)
-    p.push_back({(d.powers[a].kind == phs::PowerKind::supplied ? "supplied/" : "dissipated/") +
+    p.push_back({(d.powers[a].kind == phs::PowerKind::supplied     ? "supplied/"
+                  : d.powers[a].kind == phs::PowerKind::dissipated ? "dissipated/"
+                                                                   : "observed/") +
                      link_name(d.powers[a].name),
                  l.work() + a, 1});
   return p;
@@ -46,8 +48,8 @@ std::vector<Place> places_of(const phs::Description& d, const RecordLayout& l) {
 
 class LogRecords : public Records {
  public:
-  LogRecords(const std::filesystem::path& path, const phs::Description& d)
-      : path_(path), layout_(d), places_(places_of(d, layout_)) {
+  LogRecords(const std::filesystem::path& path, const phs::Description& d, scene::Extrema extrema)
+      : path_(path), layout_(d, extrema), places_(places_of(d, layout_)) {
     for (const auto& b : d.blocks)
       if (b.kind == phs::BlockKind::angle) turns_.push_back(b.name);
     std::error_code e;
@@ -101,8 +103,8 @@ class LogRecords : public Records {
 }  // namespace
 
 std::unique_ptr<Records> open_log(const std::filesystem::path& path,
-                                  const phs::Description& model) {
-  return std::make_unique<LogRecords>(path, model);
+                                  const phs::Description& model, scene::Extrema extrema) {
+  return std::make_unique<LogRecords>(path, model, extrema);
 }
 
 }  // namespace porthos::report

@@ -34,6 +34,7 @@ std::unique_ptr<Records> open_run_file(const std::filesystem::path& path);
 
 /// Of a run under way or cut off: the log in its checkpoint folder, as far as it has come, with the model it is of.
 /// @throws InvalidArgument if it cannot be read
-std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model);
+std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
+                                  scene::Extrema extrema);
 
 }  // namespace porthos::report

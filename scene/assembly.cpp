@@ -185,7 +185,11 @@ phs::State start_of(const Scene& scene, const Assembly& a) {
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
     std::copy(own.begin(), own.end(),
               x.begin() + dynamic_cast<const phs::NetworkModel&>(internal).offset(name));
-  if (a.spacecraft) x = a.spacecraft->state(x, scene.orbit->start);
+  if (a.spacecraft) try {
+      x = a.spacecraft->state(x, scene.orbit->start);
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument(at(scene.orbit->where) + e.what());
+    }
   phs::State s(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), s);
   return s;

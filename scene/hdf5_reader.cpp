@@ -133,6 +133,18 @@ void Hdf5Reader::read(const std::string& name, std::int64_t* to) const {
     refuse(fmt::format("dataset '{}' is damaged", name));
 }
 
+void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int64_t rows,
+                           double* to) const {
+  const auto& shape = dataset(name).shape;
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), all(d.ok() ? H5Dget_space(d) : -1);
+  const hsize_t start[2] = {hsize_t(first), 0},
+                size[2] = {hsize_t(rows), shape.size() > 1 ? hsize_t(shape[1]) : 1};
+  const Owned part(H5Screate_simple(int(shape.size()), size, nullptr));
+  if (!all.ok() || H5Sselect_hyperslab(all, H5S_SELECT_SET, start, nullptr, size, nullptr) < 0 ||
+      H5Dread(d, H5T_NATIVE_DOUBLE, part, all, H5P_DEFAULT, to) < 0)
+    refuse(fmt::format("dataset '{}' is damaged from record {} on", name, first));
+}
+
 std::string Hdf5Reader::text(const std::string& name) const {
   dataset(name);
   const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), type(d.ok() ? H5Dget_type(d) : -1);

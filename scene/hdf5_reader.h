@@ -31,6 +31,8 @@ class Hdf5Reader {
   /// The whole dataset, row by row. to: dataset(name).size() numbers.
   void read(const std::string& name, double* to) const;
   void read(const std::string& name, std::int64_t* to) const;
+  /// Some rows of it only: rows × columns numbers.
+  void read_rows(const std::string& name, std::int64_t first, std::int64_t rows, double* to) const;
   std::string text(const std::string& name) const;
 
   /// Attributes of a dataset or group ("/": of the file).

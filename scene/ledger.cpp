@@ -49,13 +49,18 @@ double Ledger::add(double t, const Measured& m, bool regular) {
   s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
   s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
   s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
+  const double off = error(m);
+  energy_.add(off, regular);
+  return off;
+}
+
+double Ledger::error(const Measured& m) const {
   long double error = m.energy_change_J;
   for (size_t a = 0; a < sum_.size(); ++a) {
     const long double work = static_cast<long double>(sum_[a]) + low_[a];
     const auto kind = description_->powers[a].kind;
     if (kind != phs::PowerKind::observed) error += kind == phs::PowerKind::supplied ? -work : work;
   }
-  energy_.add(double(error), regular);
   return double(error);
 }
 

@@ -31,6 +31,8 @@ class Ledger {
   }
   /// Measures a record. @return the energy error [J]. regular: as in ErrorStatistics.
   double add(double t, const Measured& m, bool regular);
+  /// The energy error of a state, not recorded [J].
+  double error(const Measured& m) const;
   /// Of each of the system's powers since the start [J].
   const std::vector<double>& works() const { return sum_; }
 

@@ -2,15 +2,18 @@
 
 #include "scene/orbit.h"
 #include "scene/toml_table-inl.h"
+#include "space/ephemeris.h"
 #include "space/split_scheme.h"
 
 namespace porthos::scene {
 namespace {
 
 const Names planet_keys{"mu", "radius", "axis", "harmonics", "rotation_rate", "magnetic"};
-const Names orbit_keys{"altitude",  "semi_major_axis", "eccentricity",   "inclination", "node",
-                       "argument",  "true_anomaly",    "position",       "velocity",    "bound",
-                       "splitting", "sun_longitude",   "moon_longitude", "drag",        "sunlight"};
+const Names orbit_keys{"altitude",       "semi_major_axis", "eccentricity", "inclination",
+                       "node",           "argument",        "true_anomaly", "position",
+                       "velocity",       "bound",           "splitting",    "sun_longitude",
+                       "moon_longitude", "epoch",           "sun",          "moon",
+                       "drag",           "sunlight",        "plates"};
 
 double positive(const Table& t, const char* key, const char* unit, double otherwise) {
   const double x = t.number_or(key, unit, otherwise);
@@ -86,21 +89,66 @@ space::PointState<double> start_of(const Table& t, const space::Planet& p) {
                               angle("true_anomaly"));
 }
 
-void forces(const Table& t, space::Environment& env) {
+/// Sun and Moon by date, or on mean ellipses.
+void third_bodies(const Table& t, space::Environment& env) {
+  if (t.has("epoch")) {
+    for (const char* key : {"sun_longitude", "moon_longitude"})
+      if (t.has(key)) t.fail(key, "is given with an epoch, expected one of both");
+    const std::string date = t.text("epoch", "a date and time of UTC as \"2026-01-01T00:00:00\"");
+    for (const auto& [key, which] :
+         {std::pair{"sun", space::Luminary::sun}, {"moon", space::Luminary::moon}})
+      try {
+        if (!t.has(key) || t.boolean(key))
+          env.third_bodies.push_back(space::dated_body(which, date));
+      } catch (const InvalidArgument& e) {
+        refuse(t.at("epoch"), e.what());
+      }
+    return;
+  }
+  for (const char* key : {"sun", "moon"})
+    if (t.has(key)) t.fail(key, "is given without an epoch, expected both or neither");
   if (t.has("sun_longitude"))
     env.third_bodies.push_back(space::mean_sun(t.number("sun_longitude", " of rad")));
   if (t.has("moon_longitude"))
     env.third_bodies.push_back(space::mean_moon(t.number("moon_longitude", " of rad")));
+}
+
+void plates(const Table& t, space::Environment& env) {
+  const auto known = [](const std::string&, const std::string&) -> Names {
+    return {"link", "area", "normal", "place", "drag_coefficient", "specular", "diffuse"};
+  };
+  t.each_of("plates", "link", known, [&](const std::string& link, const Table& p) {
+    space::Plate plate;
+    plate.link = link, plate.where = p.where();
+    plate.area = required(p, "area", " of m^2");
+    p.require("normal", "3 numbers, the outward normal");
+    plate.normal = p.vector_or_zero("normal", "");
+    plate.place = p.vector_or_zero("place", " of metres");
+    plate.drag = p.not_negative_or("drag_coefficient", "", 0);
+    plate.specular = p.not_negative_or("specular", "", 0);
+    plate.diffuse = p.not_negative_or("diffuse", "", 0);
+    env.plates.push_back(std::move(plate));
+  });
+}
+
+void forces(const Table& t, space::Environment& env) {
+  third_bodies(t, env);
+  plates(t, env);
+  const auto area = [&](const Table& of) {  // of a sphere besides the plates
+    return !env.plates.empty() && !of.has("area_coefficient")
+               ? 0.0
+               : required(of, "area_coefficient", " of m^2");
+  };
   if (t.has("drag")) {
     const Table d = t.table("drag", {"density", "altitude", "scale_height", "area_coefficient"});
-    env.atmosphere = space::Atmosphere{
-        required(d, "density", " of kg/m^3"), required(d, "altitude", " of metres"),
-        required(d, "scale_height", " of metres"), required(d, "area_coefficient", " of m^2")};
+    env.atmosphere = space::Atmosphere{required(d, "density", " of kg/m^3"),
+                                       required(d, "altitude", " of metres"),
+                                       required(d, "scale_height", " of metres"), area(d)};
   }
   if (t.has("sunlight")) {
     const Table s = t.table("sunlight", {"area_coefficient", "pressure"});
     space::SolarPressure light;
-    light.area_coefficient = required(s, "area_coefficient", " of m^2");
+    light.area_coefficient = area(s);
     light.at_1_au = positive(s, "pressure", " of N/m^2", light.at_1_au);
     env.solar_pressure = light;
   }

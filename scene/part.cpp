@@ -202,6 +202,10 @@ void check_switching(const Scene& scene, double h) {
       throw InvalidArgument(e.where + ": thruster '" + e.name +
                             "' switches at times that steps of varying size would not meet, "
                             "expected step_control = \"fixed\"");
+    if (integrators::declaration_of(scene.method).rival)
+      throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches between steps of " +
+                            scene.method +
+                            "'s own, expected a method that takes the scene's steps");
     const double t = e.thruster->schedule.off_grid(h);
     if (t >= 0)
       throw InvalidArgument(fmt::format(

@@ -9,6 +9,7 @@
 #include "scene/checkpoint.h"
 #include "scene/files.h"
 #include "scene/latching.h"
+#include "scene/part.h"
 
 namespace porthos::scene {
 namespace {
@@ -108,6 +109,10 @@ class Whole {
     for (const Check& c : p.checks) worst(c);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
     r_.outcome = p.outcome, r_.interrupted = p.interrupted;
+    if (p.space && r_.space)
+      space::append(*r_.space, *p.space);
+    else if (p.space)
+      r_.space = p.space;
   }
   void add(const Event& e, const mechanics::Impact& i) {
     book(r_.losses, text(e), i.dissipated_J);
@@ -168,6 +173,29 @@ RunReport::Named named(const Json& j) {
 }
 double number(const Json& j) { return j.is_number() ? j.get<double>() : NAN; }
 
+space::LedgerReport read_ledger(const Json& j, const char* name) {
+  const Json& l = j[name];
+  return {name,
+          number(l["initial_J"]),
+          number(l["change_J"]),
+          number(l["defect_J"]),
+          number(l["largest_defect_J"]),
+          number(l["scale_J"]),
+          number(l["turned_over_J"]),
+          named(l["works_J"])};
+}
+space::SpaceReport read_space(const Json& j) {
+  space::SpaceReport s;
+  s.orbital = read_ledger(j, "orbital"), s.coupling = read_ledger(j, "coupling");
+  s.harmonics = read_ledger(j, "harmonics");
+  const Json& L = j["angular_momentum"];
+  s.angular_momentum = number(L["largest_kg_m2_s"]);
+  s.angular_impulse = number(L["gradient_impulse_kg_m2_s"]);
+  s.angular_defect = number(L["largest_relative_defect"]);
+  s.next_order = number(j["neglected_next_order"]);
+  return s;
+}
+
 /// The report of a phase as its summary tells it.
 RunReport read_report(const fs::path& folder, const phs::State& end) {
   const Json j = Json::parse(read_file(folder / "summary.json"));
@@ -195,6 +223,7 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
     for (const auto& [name, m] : j["momentum"].items())
       r.momentum.push_back(
           {name, number(m["start_Nms"]), number(m["end_Nms"]), number(m["largest_Nms"])});
+  if (j.contains("ledgers")) r.space = read_space(j["ledgers"]);
   if (j.contains("impulses")) {
     for (const auto& [name, i] : j["impulses"].items()) {
       ImpulseRow row{.name = name, .type = i["type"]};
@@ -236,6 +265,55 @@ Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
   return a;
 }
 
+/// A mechanism in orbit between phases: the state of its motion about the centre of mass, which the events change, and the
+/// orbit of that, which they do not.
+class InOrbit {
+ public:
+  explicit InOrbit(const Assembly& a) : there_(a.spacecraft != nullptr) {}
+
+  /// Takes the orbit off a state.
+  void part(phs::State& s) {
+    if (!there_) return;
+    x_.assign(s.x.end() - 6, s.x.end()), lo_.assign(s.lo.end() - 6, s.lo.end());
+    s.x.resize(s.x.size() - 6), s.lo.resize(s.lo.size() - 6);
+  }
+  /// The assembly of a phase with its orbit.
+  void join(Assembly& a, const Scene& scene) const {
+    if (!there_) return;
+    try {
+      a.spacecraft = std::make_shared<const space::Spacecraft>(
+          a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
+    } catch (const InvalidArgument& e) {
+      throw InvalidArgument(scene.orbit->where + ": " + e.what());
+    }
+    a.model = a.spacecraft;
+    join(a.initial);
+  }
+  void join(phs::State& s) const {
+    if (!there_) return;
+    s.x.insert(s.x.end(), x_.begin(), x_.end()), s.lo.insert(s.lo.end(), lo_.begin(), lo_.end());
+  }
+  /// Leaves no rounding in the linear momentum, which is zero about the centre of mass.
+  void still(mechanics::Moving& m) const {
+    if (!there_) return;
+    const auto& tree = m.model->mechanism();
+    const size_t nq = size_t(tree.nq());
+    for (size_t k = 0; k < 3; ++k) {
+      long double others = 0;
+      for (const auto& n : tree.nodes())
+        if (n.parent < 0 && n.q != 0)
+          others += static_cast<long double>(m.state.x[nq + size_t(n.q) + k]) +
+                    m.state.lo[nq + size_t(n.q) + k];
+      m.state.x[nq + k] = double(-others);
+      m.state.lo[nq + k] = double(-others - m.state.x[nq + k]);
+    }
+  }
+
+ private:
+  bool there_;
+  std::vector<double> x_, lo_;
+};
+
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
 void make_room(const RunOptions& o) {
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
@@ -256,6 +334,8 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   check(scene);
   mechanics::Moving moving(assembly.parts);
   moving.model = assembly.mechanical, moving.state = assembly.initial;
+  InOrbit orbit(assembly);
+  orbit.part(moving.state);
   Latching latching(scene);
   std::vector<const Event*> waiting;
   for (const Event& e : scene.events)
@@ -276,9 +356,14 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
     };
     last = assembly_of_phase(s, assembly, moving);
+    orbit.join(last, s);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
-      r = read_report(folder, read_checkpoint(end_folder(folder)).state);
+      const Checkpoint done = read_checkpoint(end_folder(folder));
+      if (const auto changes = difference(done.fingerprint, fingerprint(s)); !changes.empty())
+        throw InvalidArgument(
+            fmt::format("the phase in {} is of another run: {}", folder.string(), changes));
+      r = read_report(folder, done.state);
     } else {
       RunOptions o = options;
       o.out = folder.string();
@@ -303,7 +388,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       }
       make_folder(end_folder(folder));
       Checkpoint c;
-      c.state = r.final_state;
+      c.state = r.final_state, c.fingerprint = fingerprint(s);
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
@@ -312,6 +397,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     if (early) end = now;
     folders.push_back({{"folder", folder.filename().string()}, {"from_s", from}, {"to_s", end}});
     moving.state = r.final_state;
+    orbit.part(moving.state);
     from = end;
     more = early || end < scene.duration;
     const phs::State reached = moving.state;  // of the mechanism before any change
@@ -324,10 +410,12 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       std::erase(waiting, e);
       const bool soft = e->type == Event::Type::engage || e->type == Event::Type::disengage;
       const auto impact = soft ? latching.change(scene, moving, *e) : apply(moving, *e);
+      orbit.still(moving);
       whole.add(*e, impact);
       events.push_back(json_of(*e, end, impact));
     }
   }
+  orbit.join(moving.state);
   RunReport& r = whole.report();
   for (const Event* e : waiting) r.notes.push_back("it never happened: " + text(*e));
   if (std::any_of(scene.events.begin(), scene.events.end(), [](auto& e) { return e.waits(); }))

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 
 #include "phs/error.h"
 #include "scene/files.h"
@@ -28,14 +29,34 @@ void digest_into(std::uint64_t& digest, std::span<const double> words) {
 
 std::int64_t integer(double bits) { return std::bit_cast<std::int64_t>(bits); }
 
-RecordLayout::RecordLayout(const phs::Description& d)
-    : nx(size_t(d.nx)), turns(0), storages(d.storages.size()), powers(d.powers.size()) {
-  for (const auto& b : d.blocks) turns += b.kind == phs::BlockKind::angle;
+const std::vector<LedgerColumn>& ledger_columns() {
+  static const std::vector<LedgerColumn> all{{"orbital_energy", "J"},
+                                             {"orbital_defect", "J"},
+                                             {"coupling_energy", "J"},
+                                             {"coupling_defect", "J"},
+                                             {"harmonics_energy", "J"},
+                                             {"harmonics_defect", "J"},
+                                             {"angular_momentum_defect", "kg m^2/s"}};
+  return all;
+}
+
+RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
+    : nx(size_t(d.nx)), turns(0), storages(d.storages.size()), powers(d.powers.size()), ledgers(0) {
+  for (const auto& b : d.blocks) {
+    turns += b.kind == phs::BlockKind::angle;
+    if (b.name == "orbit.position") ledgers = ledger_columns().size();
+  }
+  const auto watch = [&](size_t from, size_t to) {
+    for (; from < to; ++from) watched.push_back(from);
+  };
+  if (extrema != Extrema::none) watch(x(), turn());
+  if (extrema == Extrema::all) watch(energy(), work());
+  if (extrema != Extrema::none) watch(work(), sweeps()), watch(ledger(), plain());
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
                  std::span<const double> works, double energy_error, std::int64_t sweeps,
-                 std::span<double> row) {
+                 std::span<const double> ledgers, std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
@@ -47,6 +68,50 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
   std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
   row[l.sweeps()] = double(sweeps);
+  std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
+}
+
+Window::Window(const phs::Description& d, const RecordLayout& layout)
+    : layout_(layout), turn_(layout.watched.size(), 0) {
+  low_.resize(turn_.size()), high_.resize(turn_.size());
+  size_t turn = layout.turn();
+  for (const auto& b : d.blocks)
+    if (b.kind == phs::BlockKind::angle) {
+      for (size_t k = 0; k < turn_.size(); ++k)
+        if (layout.watched[k] == layout.x() + size_t(b.at)) turn_[k] = turn;
+      ++turn;
+    }
+  restart();
+}
+
+void Window::restart() {
+  std::fill(low_.begin(), low_.end(), HUGE_VAL);
+  std::fill(high_.begin(), high_.end(), -HUGE_VAL);
+}
+
+void Window::see(std::span<const double> row) {
+  for (size_t k = 0; k < turn_.size(); ++k) {
+    double value = row[layout_.watched[k]];
+    if (turn_[k] > 0) value += double(integer(row[turn_[k]])) * phs::two_pi_hi;
+    low_[k] = std::fmin(low_[k], value), high_[k] = std::fmax(high_[k], value);
+  }
+}
+
+void Window::put(std::span<double> row) const {
+  std::copy(low_.begin(), low_.end(), row.begin() + long(layout_.plain()));
+  std::copy(high_.begin(), high_.end(), row.begin() + long(layout_.plain() + low_.size()));
+}
+
+std::vector<double> Window::memory() const {
+  auto m = low_;
+  m.insert(m.end(), high_.begin(), high_.end());
+  return m;
+}
+
+void Window::restore(std::span<const double> m) {
+  require_size("memory of the extrema", m.size(), 2 * low_.size());
+  std::copy_n(m.begin(), low_.size(), low_.begin());
+  std::copy_n(m.begin() + long(low_.size()), high_.size(), high_.begin());
 }
 
 RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)

@@ -12,12 +12,20 @@
 
 namespace porthos::scene {
 
+/// Columns of the space ledgers, see space::SpaceLedgers::now(); none unless in orbit.
+struct LedgerColumn {
+  const char *name, *unit;
+};
+const std::vector<LedgerColumn>& ledger_columns();
+
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
 /// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J],
-/// sweeps of the implicit iteration since the start.
+/// sweeps of the implicit iteration since the start, the ledgers of a spacecraft in orbit; then the smallest and the largest value of each watched column over the steps since
+/// the record before (angles with their turns).
 struct RecordLayout {
-  size_t nx, turns, storages, powers;
-  explicit RecordLayout(const phs::Description& d);
+  size_t nx, turns, storages, powers, ledgers;
+  std::vector<size_t> watched;  ///< columns
+  RecordLayout(const phs::Description& d, Extrema extrema);
   size_t time() const { return 1; }
   size_t x() const { return 2; }
   size_t turn() const { return 2 + nx; }
@@ -28,13 +36,34 @@ struct RecordLayout {
   size_t stored() const { return energy() + 8; }
   size_t work() const { return stored() + storages; }
   size_t sweeps() const { return work() + powers; }
-  size_t size() const { return sweeps() + 1; }
+  size_t ledger() const { return sweeps() + 1; }
+  size_t plain() const { return ledger() + ledgers; }  ///< a row without extrema
+  size_t size() const { return plain() + 2 * watched.size(); }
 };
 
 /// One row. works: of each of the system's powers since the start; `energy_error` contains them.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
-                 std::int64_t sweeps, std::span<double> row);
+                 std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
+
+/// The extrema of the window under way.
+class Window {
+ public:
+  Window(const phs::Description& d, const RecordLayout& layout);
+  bool watches() const { return !low_.empty(); }
+  void restart();
+  /// A row of the layout, as fill_record() leaves it; only its watched columns are read.
+  void see(std::span<const double> row);
+  void put(std::span<double> row) const;
+
+  std::vector<double> memory() const;
+  void restore(std::span<const double> memory);
+
+ private:
+  RecordLayout layout_;
+  std::vector<size_t> turn_;  ///< per watched column, its turns' column; 0: no angle
+  std::vector<double> low_, high_;
+};
 
 /// How far a log had come when a checkpoint was written.
 struct LogMark {

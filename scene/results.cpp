@@ -6,6 +6,7 @@
 
 #include "scene/files.h"
 #include "scene/ledger_plot.h"
+#include "scene/panel_plot.h"
 #include "scene/plot.h"
 #include "scene/record_log.h"
 #include "scene/run_file.h"
@@ -31,7 +32,7 @@ std::string grouped(std::int64_t n) {
 
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
                  const std::filesystem::path& log) {
-  const RecordLayout layout(assembly.model->description());
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
   const bool fixed = scene.step_control == integrators::StepControl::fixed;
   Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
@@ -49,7 +50,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const std::filesystem::path& log) {
   const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(d);
+  const RecordLayout layout(d, scene.extrema);
   LedgerSeries s;
   for (const auto& name : d.storages) s.stored.push_back({name, {}});
   std::vector<LedgerLine> works;
@@ -91,6 +92,10 @@ void write_results(const std::filesystem::path& folder, const Scene& scene,
   write_aside(svg, plot(scene, assembly, report, log));
   write_aside(books, ledger(scene, assembly, report, log));
   write_aside(summary, summary_json(scene, assembly, report, report.final_state));
+  if (!scene.panels.empty()) {
+    const auto panels = folder / "panels.svg";
+    write_aside(panels, panel_plot(scene, assembly, report, log)), put_in_place(panels);
+  }
   const auto ledgers = folder / "ledgers.svg";
   if (report.space) write_aside(ledgers, space_plot(report)), put_in_place(ledgers);
   for (const auto& path : {h5, svg, books, summary}) put_in_place(path);

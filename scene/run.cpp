@@ -73,11 +73,12 @@ class Session {
         folder_(checkpoint_folder(options.out)),
         fixed_(scene.step_control == integrators::StepControl::fixed),
         integrator_(make_integrator(scene, *assembly.model, scene.step)),
-        split_(dynamic_cast<const space::SplitIntegrator*>(integrator_.get())),
+        split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
         monitor_(watch()),
         meter_(assembly),
-        layout_(assembly.model->description()),
+        layout_(assembly.model->description(), scene.extrema),
         row_(layout_.size()),
+        window_(assembly.model->description(), layout_),
         state_(assembly.initial),
         total_(std::llround(scene.duration / scene.step)),
         every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))),
@@ -120,6 +121,7 @@ class Session {
     make_folder(folder_);
     keep_texts();
     log_ = std::make_unique<RecordLog>(log_path(), layout_);
+    if (split_) split_->begin(state_);
     remember();
     record();
     if (outcome_ != Outcome::ok || resumable()) checkpoint();
@@ -145,7 +147,12 @@ class Session {
     state_ = c.state;
     restore(c.memory);
     integrator_->set_cost(c.cost);
-    ledger_.restore(c.statistics);
+    const size_t extrema = window_.memory().size();
+    if (c.statistics.size() < extrema)
+      require_size("statistics of the checkpoint", c.statistics.size(), extrema);
+    const auto statistics = std::span<const double>(c.statistics);
+    ledger_.restore(statistics.first(statistics.size() - extrema));
+    window_.restore(statistics.last(extrema));
     cpu_before_ = c.cpu_s, wall_before_ = c.wall_s;
     log_ = std::make_unique<RecordLog>(log_path(), layout_, c.log);
     remember();
@@ -165,7 +172,10 @@ class Session {
       if (outcome_ != Outcome::ok) break;
       reached_ = options_.until && options_.until(state_);
       ledger_.book(integrator_->works());
-      if (at_record() || ended()) record();
+      if (at_record() || ended())
+        record();
+      else if (window_.watches())
+        window_.see(row_of_state());
       if (!pace.due()) continue;
       if (since(told) > 0.25) tell(), told = Clock::now();
       if (since(saved) > scene_.checkpoint_every && resumable()) checkpoint(), saved = Clock::now();
@@ -196,6 +206,21 @@ class Session {
     return integrator_->step_by(state_, (scene_.duration - state_.origin) - state_.origin_lo);
   }
 
+  std::vector<double> ledgers() const {
+    if (!split_ || !split_->ledgers().started()) return std::vector<double>(layout_.ledgers, 0.0);
+    const auto now = split_->ledgers().now();
+    return {now.begin(), now.end()};
+  }
+  /// The watched columns of a step between records.
+  std::span<const double> row_of_state() {
+    Measured m;
+    m.stored_J.assign(layout_.storages, 0.0);
+    double error = 0;
+    if (scene_.extrema == Extrema::all) m = meter_(state_), error = ledger_.error(m);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, 0, ledgers(), row_);
+    return row_;
+  }
+
   /// Measures and appends. A state whose energy is not a number is a failure, and the last record
   /// the last good state.
   void record() {
@@ -206,7 +231,9 @@ class Session {
       return;
     }
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps, row_);
+    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps,
+                ledgers(), row_);
+    if (window_.watches()) window_.see(row_), window_.put(row_), window_.restart();
     log_->append(row_);
     remember();
   }
@@ -223,6 +250,7 @@ class Session {
     restore(good_->memory);
     integrator_->set_cost(good_->cost);
     ledger_ = good_->ledger;
+    window_.restart();
   }
 
   double cpu() const { return cpu_before_ + (stopped_ ? 0 : cpu_now() - cpu_start_); }
@@ -230,8 +258,11 @@ class Session {
 
   void checkpoint() {
     log_->sync();
+    auto statistics = ledger_.memory();
+    const auto extrema = window_.memory();
+    statistics.insert(statistics.end(), extrema.begin(), extrema.end());
     write_checkpoint(folder_, {fingerprint(scene_), outcome_, state_, memory(), integrator_->cost(),
-                               ledger_.memory(), log_->mark(), cpu(), wall()});
+                               std::move(statistics), log_->mark(), cpu(), wall()});
   }
 
   void tell() const {
@@ -293,11 +324,12 @@ class Session {
   const fs::path folder_;
   const bool fixed_;  ///< steps of the scene's size
   std::unique_ptr<integrators::Integrator> integrator_;
-  const space::SplitIntegrator* split_;  ///< null: not in orbit
+  space::SplitIntegrator* split_;        ///< null: not in orbit
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   Meter meter_;
   RecordLayout layout_;
   std::vector<double> row_;
+  Window window_;
   phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
   const std::int64_t total_,
       every_;  ///< steps of the run and from record to record, where they are fixed

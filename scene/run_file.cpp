@@ -1,5 +1,6 @@
 #include "scene/run_file.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <set>
 #include <vector>
@@ -13,6 +14,7 @@ namespace {
 
 /// A dataset and the columns of the log it is filled from.
 struct Series {
+  std::string name, unit;
   Hdf5File::Dataset data;
   size_t first, columns;
   Hdf5File::Kind kind;
@@ -40,6 +42,8 @@ class RunFile {
     declare_errors(r);
     declare_books(d);
     series_.push_back(series("sweeps", layout_.sweeps(), 1, Hdf5File::Kind::real, "1"));
+    declare_ledgers();
+    if (!layout_.watched.empty()) declare_extrema();
   }
 
   void fill(const std::filesystem::path& log) {
@@ -74,8 +78,12 @@ class RunFile {
  private:
   Series series(const std::string& name, size_t first, size_t columns, Hdf5File::Kind kind,
                 const std::string& unit) {
-    Series s{file_.dataset(name, records_, columns > 1 ? std::int64_t(columns) : 0, kind), first,
-             columns, kind};
+    Series s{name,
+             unit,
+             file_.dataset(name, records_, columns > 1 ? std::int64_t(columns) : 0, kind),
+             first,
+             columns,
+             kind};
     s.data.attribute("unit", unit);
     return s;
   }
@@ -98,8 +106,12 @@ class RunFile {
     std::string names;
     for (const auto& b : d.blocks)
       if (b.kind == phs::BlockKind::angle) names += (names.empty() ? "" : "\n") + b.name;
-    Series s{file_.dataset("turns", records_, std::int64_t(layout_.turns), Hdf5File::Kind::integer),
-             layout_.turn(), layout_.turns, Hdf5File::Kind::integer};
+    Series s{"turns",
+             "1",
+             file_.dataset("turns", records_, std::int64_t(layout_.turns), Hdf5File::Kind::integer),
+             layout_.turn(),
+             layout_.turns,
+             Hdf5File::Kind::integer};
     s.data.attribute("unit", "1");
     s.data.attribute("columns", names);
     series_.push_back(std::move(s));
@@ -137,6 +149,40 @@ class RunFile {
       series_.push_back(
           series((in ? "supplied/" : "dissipated/") + link_name(d.powers[a].name, taken),
                  layout_.work() + a, 1, real, "J"));
+    }
+  }
+
+  void declare_ledgers() {
+    if (layout_.ledgers == 0) return;
+    file_.group("ledgers");
+    for (size_t k = 0; k < layout_.ledgers; ++k) {
+      const LedgerColumn& c = ledger_columns()[k];
+      series_.push_back(series(std::string("ledgers/") + c.name, layout_.ledger() + k, 1,
+                               Hdf5File::Kind::real, c.unit));
+    }
+  }
+
+  /// For each series that is watched its smallest and largest values, under minimum/ and maximum/.
+  void declare_extrema() {
+    const auto& watched = layout_.watched;
+    size_t from = layout_.plain();
+    const size_t known = series_.size();
+    for (const char* side : {"minimum", "maximum"}) {
+      std::set<std::string> groups;
+      file_.group(side);
+      file_.attribute(side, "window",
+                      std::string("all steps after the record before, up to this one"));
+      for (size_t i = 0; i < known; ++i) {
+        const auto at = std::find(watched.begin(), watched.end(), series_[i].first);
+        if (at == watched.end() || series_[i].kind != Hdf5File::Kind::real) continue;
+        const std::string name = std::string(side) + "/" + series_[i].name;
+        if (const std::string group = name.substr(0, name.rfind('/'));
+            group != side && groups.insert(group).second)
+          file_.group(group);
+        series_.push_back(series(name, from + size_t(at - watched.begin()), series_[i].columns,
+                                 Hdf5File::Kind::real, series_[i].unit));
+      }
+      from += watched.size();
     }
   }
 
@@ -178,7 +224,8 @@ class RunFile {
 void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
                     const RunReport& report, const std::filesystem::path& log) {
   errno = 0;
-  RunFile file(aside(path), RecordLayout(assembly.model->description()), report.records);
+  RunFile file(aside(path), RecordLayout(assembly.model->description(), scene.extrema),
+               report.records);
   file.declare(assembly, report);
   file.describe(scene);
   file.fill(log);

@@ -34,6 +34,9 @@ struct RandomStart {
   double joint_position = 0, joint_velocity = 0;
 };
 
+/// What a record keeps the smallest and the largest value of, over all steps since the record before.
+enum class Extrema { none, state, all };
+
 /// Limits of the verdict. An absent one is not checked; defaults apply where a scene has no [verify] table at all.
 struct Limits {
   std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
@@ -77,8 +80,9 @@ struct Scene {
   double duration = 0;      ///< [s]; the run takes round(duration / step) steps
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one
   bool record_every_given =
-      false;                     ///< by the file; if not, it follows overrides of step and duration
-  double checkpoint_every = 60;  ///< wall-clock seconds
+      false;  ///< by the file; if not, it follows overrides of step and duration
+  Extrema extrema = Extrema::none;  ///< of the window before each record
+  double checkpoint_every = 60;     ///< wall-clock seconds
 
   Limits verify;
 

@@ -138,7 +138,7 @@ class Reader {
     integrator(method);
     if (top.has("monitor"))
       monitor(section(top, "monitor", {"limit", "step_limit", "action", "project"}));
-    run(section(top, "run", {"duration", "record_every", "checkpoint_every"}));
+    run(section(top, "run", {"duration", "record_every", "extrema", "checkpoint_every"}));
     verify(top);
     if (s_.orbit) check_orbit_scene();
     return std::move(s_);
@@ -324,13 +324,14 @@ class Reader {
       refuse(where, "[orbit] is given with method = \"auto\", expected a method");
     if (s_.step_control != integrators::StepControl::fixed)
       refuse(where, "[orbit] is given with a step_control, expected a fixed step");
-    if (s_.monitor)
+    if (s_.monitor && s_.monitor->project)
       refuse(where,
-             "[orbit] is given with a [monitor], which watches one energy: expected limits in "
-             "[verify] for the three ledgers");
-    if (!s_.events.empty() || !s_.bodies.empty())
+             "[orbit] is given with a [monitor] that projects: it holds momenta that are "
+             "invariants, and in orbit the angular momentum is none; expected limits alone");
+    if (s_.monitor && s_.monitor->action == integrators::OnViolation::repeat)
       refuse(where,
-             "[orbit] is given with an [[event]] or a [[body]], expected them in free space");
+             "[orbit] is given with a [monitor] that repeats steps, whose kicks stand in the three "
+             "ledgers already; expected action = \"warn\" or \"stop\"");
   }
 
   void monitor(const Table& t) {
@@ -362,6 +363,10 @@ class Reader {
     s_.record_every_given = t.has("record_every");
     s_.record_every = s_.record_every_given ? t.seconds("record_every")
                                             : default_record_every(s_.step, s_.duration);
+    if (t.has("extrema")) {
+      const std::string word = t.choice("extrema", {"none", "state", "all"});
+      s_.extrema = word == "none" ? Extrema::none : word == "state" ? Extrema::state : Extrema::all;
+    }
     if (t.has("checkpoint_every")) s_.checkpoint_every = t.seconds("checkpoint_every");
   }
 

@@ -96,6 +96,7 @@ Json ledger(const space::LedgerReport& l) {
           {"defect_J", l.defect},
           {"largest_defect_J", l.largest_defect},
           {"scale_J", l.scale},
+          {"turned_over_J", l.turned_over},
           {"largest_relative_defect", l.relative()}};
 }
 

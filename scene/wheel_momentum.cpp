@@ -36,7 +36,7 @@ std::vector<MomentumRow> wheel_momentum(const Scene& scene, const Assembly& asse
   if (rows.empty()) return rows;
   rows.push_back({"total"});
 
-  const RecordLayout layout(assembly.model->description());
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
   mechanics::Workspace<double> w(m);
   RecordReader reader(log, layout);
   std::vector<double> records;
@@ -79,7 +79,7 @@ Impulses impulses(const Scene& scene, const Assembly& assembly, const std::files
 
   const auto& m = *assembly.mechanism;
   const size_t nq = size_t(m.nq());
-  const RecordLayout layout(d);
+  const RecordLayout layout(d, scene.extrema);
   mechanics::Workspace<double> w(m);
   RecordReader reader(log, layout);
   std::vector<double> records;

@@ -89,17 +89,37 @@ void Environment::validate() const {
   if (atmosphere) {
     positive(atmosphere->density, "the density of the atmosphere", "kg/m^3");
     positive(atmosphere->scale_height, "the scale height of the atmosphere", "m");
-    positive(atmosphere->area_coefficient, "the drag area C_D A", "m^2");
+    if (plates.empty() || atmosphere->area_coefficient != 0)
+      positive(atmosphere->area_coefficient, "the drag area C_D A", "m^2");
     if (!planet.rotation_rate)
       throw InvalidArgument(
           "an atmosphere turns with its planet, whose rotation is not given, expected "
           "rotation_rate (0 for one that stands still)");
   }
   if (solar_pressure) {
-    positive(solar_pressure->area_coefficient, "the area C_R A in sunlight", "m^2");
+    if (plates.empty() || solar_pressure->area_coefficient != 0)
+      positive(solar_pressure->area_coefficient, "the area C_R A in sunlight", "m^2");
     if (!sun)
       throw InvalidArgument(
           "sunlight is asked for without a sun, expected a third body named \"sun\"");
+  }
+  for (const Plate& p : plates) {
+    const auto check = [&](bool holds, const std::string& what) {
+      if (!holds)
+        throw InvalidArgument(fmt::format("{}{}a plate of link '{}' has {}", p.where,
+                                          p.where.empty() ? "" : ": ", p.link, what));
+    };
+    check(p.area > 0 && std::isfinite(p.area),
+          fmt::format("area {} m^2, expected a positive number", p.area));
+    check(finite(p.normal) && length(p.normal) > 0, "a normal of length 0, expected a direction");
+    check(finite(p.place), "a place that is not finite, expected 3 numbers of metres");
+    check(p.drag >= 0 && std::isfinite(p.drag),
+          fmt::format("drag coefficient {}, expected 0 or more", p.drag));
+    check(p.specular >= 0 && p.diffuse >= 0 && p.specular + p.diffuse <= 1,
+          fmt::format("specular {} and diffuse {}, expected shares of 0 and more, together at "
+                      "most 1",
+                      p.specular, p.diffuse));
+    check(atmosphere || solar_pressure, "nothing to feel, expected drag or sunlight");
   }
 }
 

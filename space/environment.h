@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,12 +32,20 @@ struct Planet {
 /// J_2 … J_6 of the Earth, from the normalised C_n0 of EGM96 (Lemoine et al. 1998, NASA/TP-1998-206861).
 Zonals earth_zonals();
 
+/// Positions by date, relative to the planet's centre, inertial axes [m]; t [s] from the start of the run.
+class Ephemeris {
+ public:
+  virtual ~Ephemeris() = default;
+  virtual Vec3d position(double t) const = 0;
+};
+
 /// A perturbing body on a fixed ellipse about the planet (for the Sun: the planet's orbit seen from the planet).
 struct ThirdBody {
   std::string name;
   double mu = 0;             ///< [m³/s²]
   PointState<double> start;  ///< relative to the planet at time 0, inertial axes
   double total_mu = 0;       ///< μ of its relative motion: planet and body together
+  std::shared_ptr<const Ephemeris> ephemeris = {};  ///< where it is instead, see ephemeris.h
 };
 /// A Keplerian ellipse by its elements [m, -, rad].
 PointState<double> from_elements(double mu, double semi_major_axis, double eccentricity,
@@ -47,17 +56,29 @@ PointState<double> from_elements(double mu, double semi_major_axis, double eccen
 ThirdBody mean_sun(double mean_longitude_at_start);
 ThirdBody mean_moon(double mean_longitude_at_start);
 
+/// A flat part of a link's surface, see plates.h. Both sides of a panel are two plates.
+struct Plate {
+  std::string link;
+  double area = 0;        ///< [m²]
+  Vec3d normal{0, 0, 1};  ///< outward, any length, in the link's frame
+  Vec3d place{0, 0, 0};   ///< of its centre of pressure, in the link's frame [m]
+  double drag = 0;        ///< C_D of its area across the stream; 0: none
+  double specular = 0,
+         diffuse = 0;  ///< shares of light that are mirrored and scattered; the rest is absorbed
+  std::string where;   ///< "file:line", for errors
+};
+
 /// ρ = ρ_0 exp(-(altitude - altitude_0)/scale height), turning with the planet.
 struct Atmosphere {
   double density = 0;           ///< ρ_0 [kg/m³]
   double altitude = 0;          ///< [m] above Planet::radius
   double scale_height = 0;      ///< [m]
-  double area_coefficient = 0;  ///< C_D A of the spacecraft [m²]
+  double area_coefficient = 0;  ///< C_D A of the spacecraft as a sphere [m²]; 0: its plates alone
 };
 
 /// Pressure of sunlight on a sphere; needs the third body "sun". Shadow: a cylinder behind the planet.
 struct SolarPressure {
-  double area_coefficient = 0;  ///< C_R A [m²]
+  double area_coefficient = 0;  ///< C_R A [m²] of a sphere; 0: plates alone
   double at_1_au = 4.56e-6;     ///< [N/m²]
 };
 
@@ -66,6 +87,7 @@ struct Environment {
   std::vector<ThirdBody> third_bodies;
   std::optional<Atmosphere> atmosphere;
   std::optional<SolarPressure> solar_pressure;
+  std::vector<Plate> plates;
 
   /// @throws InvalidArgument with one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
   void validate() const;

@@ -15,6 +15,31 @@ LongSum split(OrbitReal x) { return {double(x), double(x - OrbitReal(double(x)))
 
 }  // namespace
 
+void append(LedgerReport& to, const LedgerReport& next) {
+  // Of the defect since the start no more is known than this bound.
+  to.largest_defect = std::max(to.largest_defect, std::fabs(to.defect) + next.largest_defect);
+  to.change += next.change, to.defect += next.defect;
+  to.scale = std::max(to.scale, next.scale), to.turned_over += next.turned_over;
+  for (const auto& [name, joule] : next.works) {
+    const auto known = std::find_if(to.works.begin(), to.works.end(),
+                                    [&](const auto& w) { return w.first == name; });
+    if (known == to.works.end())
+      to.works.emplace_back(name, joule);
+    else
+      known->second += joule;
+  }
+}
+
+void append(SpaceReport& to, const SpaceReport& next) {
+  append(to.orbital, next.orbital), append(to.coupling, next.coupling);
+  append(to.harmonics, next.harmonics);
+  to.gradient_work += next.gradient_work, to.plates_work += next.plates_work;
+  to.angular_momentum = std::max(to.angular_momentum, next.angular_momentum);
+  to.angular_impulse += next.angular_impulse;
+  to.angular_defect = std::max(to.angular_defect, next.angular_defect);
+  to.next_order = std::max(to.next_order, next.next_order);
+}
+
 void LongSum::add(double x) { phs::compensated_add(value, low, x); }
 
 void SpaceLedgers::Balance::look(OrbitReal value, OrbitReal off) {
@@ -23,7 +48,7 @@ void SpaceLedgers::Balance::look(OrbitReal value, OrbitReal off) {
 }
 
 LedgerReport SpaceLedgers::Balance::report(const char* name) const {
-  return {name, first, last - first, defect, worst, scale, {}};
+  return {name, first, last - first, defect, worst, scale, 0, {}};
 }
 
 void SpaceLedgers::start(const Reading& r) {
@@ -36,10 +61,12 @@ void SpaceLedgers::start(const Reading& r) {
   look(r);
 }
 
-void SpaceLedgers::kick(const OrbitWorks& on_orbit, double on_internal,
-                        const Vec3<double>& impulse) {
+void SpaceLedgers::kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse,
+                        double by_plates) {
   for (size_t s = 0; s < orbit_sources; ++s) data_.orbit[s].add(double(on_orbit[s]));
   data_.internal.add(on_internal);
+  data_.turned_over += std::fabs(on_internal) + std::fabs(double(on_orbit[gradient]));
+  data_.plates += by_plates;
   for (int k = 0; k < 3; ++k) data_.impulse[k].add(impulse[k]);
 }
 
@@ -58,7 +85,8 @@ void SpaceLedgers::look(const Reading& r) {
     off += c * c;
   }
   d.L_largest = std::max(d.L_largest, double(mechanics::norm(r.L)));
-  d.L_worst = std::max(d.L_worst, double(sqrtl(off)));
+  d.L_last = double(sqrtl(off));
+  d.L_worst = std::max(d.L_worst, d.L_last);
   next_order_ = std::max(next_order_, std::fabs(r.next_order));
 }
 
@@ -73,12 +101,19 @@ SpaceReport SpaceLedgers::report() const {
   r.coupling.works = {{"to_orbit", d.orbit[gradient].value}, {"to_internal", d.internal.value}};
   r.harmonics = d.zonal.report("harmonics");
   r.harmonics.works = {{"to_orbit", d.orbit[zonal].value}};
-  r.gradient_work = d.internal.value;
+  r.coupling.turned_over = d.turned_over;
+  r.gradient_work = d.internal.value, r.plates_work = d.plates;
   r.angular_momentum = d.L_largest;
   r.angular_impulse = std::hypot(d.impulse[0].value, d.impulse[1].value, d.impulse[2].value);
   r.angular_defect = d.L_largest > 0 ? d.L_worst / d.L_largest : d.L_worst;
   r.next_order = d.gradient.scale > 0 ? next_order_ / d.gradient.scale : next_order_;
   return r;
+}
+
+std::array<double, SpaceLedgers::reading_size> SpaceLedgers::now() const {
+  const Data& d = data_;
+  return {d.orbital.last, d.orbital.defect, d.gradient.last, d.gradient.defect,
+          d.zonal.last,   d.zonal.defect,   d.L_last};
 }
 
 std::vector<double> SpaceLedgers::memory() const {

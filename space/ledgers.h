@@ -32,18 +32,27 @@ struct LedgerReport {
   std::string name;
   double initial = 0, change = 0, defect = 0, largest_defect = 0;
   double scale = 0;  ///< what a relative defect is relative to
+  double turned_over =
+      0;  ///< Σ of the sizes of the works that went through, kick by kick; 0: not kept
   std::vector<std::pair<std::string, double>> works;
   double relative() const { return scale > 0 ? largest_defect / scale : largest_defect; }
 };
 
+/// What follows it: works and changes add up, the largest are those of both.
+void append(LedgerReport& to, const LedgerReport& next);
+
 struct SpaceReport {
   LedgerReport orbital, coupling, harmonics;
   double gradient_work = 0;     ///< on the internal motion [J]
+  double plates_work = 0;       ///< on the internal motion, by drag and sunlight on plates [J]
   double angular_momentum = 0;  ///< about the centre of mass, largest size [kg m²/s]
   double angular_impulse = 0;   ///< of the gradient's torque, size [kg m²/s]
   double angular_defect = 0;    ///< largest |L - L(0) - Σ impulses| over the largest |L|
   double next_order = 0;  ///< largest third order (neglected) over the second's largest energy
 };
+
+/// The books of a run whose mechanism has changed in between: the ledgers go on.
+void append(SpaceReport& to, const SpaceReport& next);
 
 /// Kept by the split integrator, step by step, in constant memory.
 class SpaceLedgers {
@@ -58,12 +67,17 @@ class SpaceLedgers {
   /// Before the first step.
   void start(const Reading& r);
   bool started() const { return data_.started != 0; }
-  void kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse);
+  void kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse,
+            double by_plates = 0);
   /// At the end of a step.
   void look(const Reading& r);
   SpaceReport report() const;
+  /// What stands in the books now: energy and defect of the orbital ledger, the coupling, the harmonics [J], and the size
+  /// of what is left of the angular momentum [kg m²/s].
+  static constexpr size_t reading_size = 7;
+  std::array<double, reading_size> now() const;
 
-  static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 2 + 1;
+  static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 5 + 1;
   std::vector<double> memory() const;
   void restore(std::span<const double> memory);
 
@@ -78,7 +92,8 @@ class SpaceLedgers {
     LongSum orbital_0, L_0[3];
     LongSum orbit[orbit_sources], internal, impulse[3];
     Balance orbital, gradient, zonal;
-    double L_largest = 0, L_worst = 0;
+    double L_largest = 0, L_worst = 0, L_last = 0;
+    double turned_over = 0, plates = 0;  ///< by the gradient; of the plates on the internal motion
   };
   static_assert(sizeof(Data) == (memory_size - 1) * sizeof(double));
   Data data_;

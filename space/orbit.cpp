@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "phs/state.h"
+#include "space/plates.h"
+#include "space/split_scheme.h"
 
 namespace porthos::space {
 namespace {
@@ -66,6 +68,7 @@ OrbitReal OrbitMotion::zonal_energy(const OrbitPoint& p) const {
 }
 
 Vec3<OrbitReal> OrbitMotion::third_body_position(const ThirdBody& body, OrbitReal t) const {
+  if (body.ephemeris) return Vec3<OrbitReal>(body.ephemeris->position(double(t)));
   return Vec3<OrbitReal>(kepler_flow(body.total_mu, body.start, double(t)).r);
 }
 
@@ -79,7 +82,7 @@ bool OrbitMotion::in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun
 }
 
 void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-                       OrbitWorks& works) const {
+                       OrbitWorks& works, Surfaces* surfaces) const {
   using V = Vec3<OrbitReal>;
   const Planet& planet = environment_.planet;
   const OrbitReal m = mass_;
@@ -96,9 +99,12 @@ void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<Orbit
       const V away = p.r - s;
       const OrbitReal d2 = dot(away, away);
       const SolarPressure& sp = *environment_.solar_pressure;
-      const OrbitReal force = sp.at_1_au * sp.area_coefficient * OrbitReal(astronomical_unit) *
-                              OrbitReal(astronomical_unit) / d2;
-      a[size_t(OrbitSource::sunlight)] = (force / (m * sqrtl(d2))) * away;
+      const OrbitReal pressure =
+          sp.at_1_au * OrbitReal(astronomical_unit) * OrbitReal(astronomical_unit) / d2;
+      const V from = (OrbitReal(1) / sqrtl(d2)) * away;
+      V& light = a[size_t(OrbitSource::sunlight)];
+      light = (pressure * sp.area_coefficient / m) * from;
+      if (surfaces) light += (1 / m) * V(surfaces->light(-Vec3d(from), double(pressure)));
     }
   }
   V fixed{0, 0, 0};
@@ -116,6 +122,7 @@ void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<Orbit
       const V through = p.v + OrbitReal(0.5) * change - wind;
       drag = (-density * OrbitReal(air.area_coefficient) / (2 * m) * mechanics::norm(through)) *
              through;
+      if (surfaces) drag += (1 / m) * V(surfaces->drag(Vec3d(through), double(density)));
       change = h * (fixed + drag);
     }
   }
@@ -128,6 +135,10 @@ OrbitPropagator::OrbitPropagator(Environment environment, double mass,
                                  const PointState<double>& start, double h,
                                  const std::string& scheme)
     : motion_(std::move(environment), mass), scheme_(split_scheme(scheme)), h_(h) {
+  if (scheme_.corrector != 0)
+    throw InvalidArgument(
+        "splitting '" + scheme +
+        "' corrects the internal motion, expected one without for an orbit alone");
   check_orbit(motion_.environment().planet, start, false);
   store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x_, lo_);
   energy_0_ = motion_.energy(point()), zonal_0_ = motion_.zonal_energy(point());

@@ -4,10 +4,12 @@
 #include <span>
 
 #include "space/environment.h"
-#include "space/split_scheme.h"
 
 /// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by everything else.
 namespace porthos::space {
+
+struct SplitScheme;
+class Surfaces;
 
 /// The scalar orbits are moved in: a 64-bit significand, stored as value + low word. One rounding of a 7000 km position
 /// is then 4e-13 m, where a double's is 9e-10 m.
@@ -38,8 +40,9 @@ class OrbitMotion {
   /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`: acceleration of the
   /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends
   /// (implicit midpoint). works: written; their sum is the change of m v²/2 to rounding, whatever the step.
+  /// surfaces: plates at their attitude, whose forces are added; null: none
   void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-            OrbitWorks& works) const;
+            OrbitWorks& works, Surfaces* surfaces = nullptr) const;
 
   /// m (v²/2 - μ/r) [J].
   OrbitReal energy(const OrbitPoint& p) const;

@@ -29,7 +29,7 @@ Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t) {
 }
 
 OrbitPush::OrbitPush(const Mechanism& m, const Parts& parts, const Planet& planet)
-    : m_(m), parts_(parts), planet_(planet), w_(m), pose_(m.nodes().size()) {
+    : m_(m), on_(m), parts_(parts), planet_(planet) {
   for (const Thruster& t : parts.thrusters) {
     const BodyFrame& link = m.body(t.link);
     if (link.node < 0)
@@ -48,26 +48,14 @@ OrbitPush::OrbitPush(const Mechanism& m, const Parts& parts, const Planet& plane
   for (Push& p : pushes_) p.force.assign(size_t(m.nv()), 0.0);
 }
 
-void OrbitPush::set_turn_angles(std::span<const double> angles) {
-  std::copy(angles.begin(), angles.end(), w_.turn_angle.begin());
-}
+void OrbitPush::set_turn_angles(std::span<const double> angles) { on_.set_turn_angles(angles); }
 
 void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, double when) {
   if (pushes_.empty()) return;
-  const auto& nodes = m_.nodes();
-  if (!parts_.thrusters.empty()) {
-    passes::place_bodies(m_, w_, x.data());
-    Vec3d sum{0, 0, 0};
-    for (size_t i = 0; i < nodes.size(); ++i) {
-      pose_[i] = nodes[i].parent < 0 ? Pose{Mat3<double>::identity(), {0, 0, 0}}
-                                     : pose_[size_t(nodes[i].parent)] * w_.X[i];
-      sum += pose_[i].R * nodes[i].inertia.mc + nodes[i].inertia.m * pose_[i].r;
-    }
-    centre_ = (1 / m_.total_mass()) * sum;
-  }
-  const auto base = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
-  for (size_t k = 0; k < parts_.thrusters.size(); ++k) thrust(k, base, when);
+  const auto q = x.first(size_t(m_.nq()));
+  for (size_t k = 0; k < parts_.thrusters.size(); ++k) thrust(k, q, when);
   if (parts_.torquers.empty()) return;
+  const auto base = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
   const Vec3d B = base.tmul(magnetic_field(planet_, R, t));
   for (size_t k = 0; k < parts_.torquers.size(); ++k) {
     Push& push = pushes_[parts_.thrusters.size() + k];
@@ -77,40 +65,28 @@ void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, do
   }
 }
 
-void OrbitPush::thrust(size_t k, const Mat3<double>& base, double when) {
+void OrbitPush::thrust(size_t k, std::span<const double> q, double when) {
   const Thruster& t = parts_.thrusters[k];
   Push& push = pushes_[k];
   const double on = t.thrust * t.schedule.at(when);
   std::fill(push.force.begin(), push.force.end(), 0.0);
   push.on_centre = push.torque = {0, 0, 0};
   if (on == 0) return;
-  const auto& nodes = m_.nodes();
+  on_.place(q);
   const Pose& nozzle = nozzle_[k];
   const size_t at = size_t(nozzle_node_[k]);
   const Vec3d own = nozzle.R * (on * t.direction);  // in the node's axes
-  const Vec3d F = pose_[at].R * own;                // in the base's
+  const Vec3d F = on_.axes(at) * own;               // in the base's
+  const auto& nodes = m_.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) {
-    const Vec3d share = pose_[i].R.tmul((-1 / m_.total_mass()) * F);
-    w_.g[i] = {cross(nodes[i].inertia.mc, share), nodes[i].inertia.m * share};
+    const Vec3d share = on_.axes(i).tmul((-1 / m_.total_mass()) * F);
+    on_.wrench(i) += {cross(nodes[i].inertia.mc, share), nodes[i].inertia.m * share};
   }
-  w_.g[at] += Force<double>{cross(nozzle.r, own), own};
-  for (size_t i = nodes.size(); i-- > 0;) {
-    const Node& n = nodes[i];
-    if (n.parent < 0) {
-      // Their forces sum to zero; about any point the moment is the same.
-      const Vec3d moment = w_.g[i].n;
-      for (int c = 0; c < 3; ++c) push.force[size_t(n.v + c)] = moment[c];
-      push.torque = base * moment;
-      continue;
-    }
-    visit_joint(n.type, [&](auto J) {
-      unroll<decltype(J)::nv>([&](auto c) {
-        push.force[size_t(n.v + c)] = decltype(J)::template project<c>(n, w_.g[i]);
-      });
-    });
-    w_.g[size_t(n.parent)] += w_.X[i].to_parent(w_.g[i]);
-  }
-  push.on_centre = base * F;
+  on_.wrench(at) += Force<double>{cross(nozzle.r, own), own};
+  on_.project();
+  std::copy(on_.joint_forces().begin(), on_.joint_forces().end(), push.force.begin());
+  push.torque = on_.torque();
+  push.on_centre = on_.base() * F;
 }
 
 void OrbitPush::momentum_rates(std::span<const double> q, std::span<const double> joint_forces,

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "space/environment.h"
+#include "space/link_forces.h"
 #include "space/parts.h"
 
 namespace porthos::space {
@@ -24,7 +25,8 @@ class OrbitPush {
   /// step, whatever the instant t of the kick.
   void evaluate(std::span<const double> x, const Vec3d& R, double t, double when);
   size_t count() const { return pushes_.size(); }
-  /// Joint forces of one part, size nv; of the base the torque about the centre of mass, and no force.
+  /// Joint forces of one part, size nv; of the base the torque about the centre of mass, and the force that keeps the sum
+  /// over all that floats zero.
   std::span<const double> joint_forces(size_t k) const { return pushes_[k].force; }
   /// Force on the centre of mass and torque about it, inertial axes [N, N m].
   const Vec3d& force(size_t k) const { return pushes_[k].on_centre; }
@@ -39,17 +41,15 @@ class OrbitPush {
     std::vector<double> force;
     Vec3d on_centre{0, 0, 0}, torque{0, 0, 0};
   };
-  void thrust(size_t k, const Mat3<double>& base, double when);
+  void thrust(size_t k, std::span<const double> q, double when);
 
   const mechanics::Mechanism& m_;
+  LinkForces<double> on_;
   const Parts& parts_;
   const Planet& planet_;
   std::vector<Pose> nozzle_;  ///< in its node's frame
   std::vector<int> nozzle_node_;
   std::vector<std::vector<WheelAxis>> wheels_;
-  mechanics::Workspace<double> w_;
-  std::vector<Pose> pose_;  ///< of the nodes in the base
-  Vec3d centre_{0, 0, 0};
   std::vector<Push> pushes_;
 };
 

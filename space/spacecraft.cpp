@@ -1,14 +1,17 @@
 #include "space/spacecraft.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
+#include "space/plates.h"
 
 namespace porthos::space {
 namespace {
 
-phs::Description describe(const phs::Description& internal, const Parts& parts) {
+phs::Description describe(const phs::Description& internal, const Parts& parts, bool plates) {
   phs::Description d = internal;
   d.nx += 6;
   d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
@@ -19,6 +22,7 @@ phs::Description describe(const phs::Description& internal, const Parts& parts) 
   d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
   const auto pushes = push_accounts(parts);
   d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
+  if (plates) d.powers.push_back({"plates", phs::PowerKind::supplied});
   d.invariants.clear();
   int at = 0;
   for (auto i : internal.invariants) {
@@ -78,7 +82,7 @@ class SpacecraftSystem : public phs::System<T> {
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[own] = power;  // thrusters and torquers: in the split alone
+    values[own] = power;  // thrusters, torquers and plates: in the split alone
   }
   void invariants(In x, Out values) override {
     internal_->invariants(x.first(n_), values_);
@@ -138,8 +142,9 @@ Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechani
       internal_(std::move(internal)),
       orbit_(std::move(environment), mechanical_->mechanism().total_mass()),
       parts_(std::move(parts)),
-      description_(describe(internal_->description(), parts_)) {
-  const GravityGradient<double> fits(mechanical_->mechanism());
+      description_(
+          describe(internal_->description(), parts_, !orbit_.environment().plates.empty())) {
+  const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
   if (!internal_->holds().empty())
     throw InvalidArgument(
         "a sampled controller is given for a spacecraft in orbit, expected a continuous one: the "
@@ -156,15 +161,34 @@ std::vector<double> Spacecraft::state(std::span<const double> internal,
   const auto mechanical = std::span<double>(x).first(2 * nq);
   const auto q = mechanical.first(nq);
   const Vec3d c = mechanics::centre_of_mass<double>(m, w, q);
-  const Vec3d P{x[nq + base_position], x[nq + base_position + 1], x[nq + base_position + 2]};
+  Vec3d P{0, 0, 0};
+  for (const auto& n : m.nodes())
+    if (n.parent < 0)
+      for (int k = 0; k < 3; ++k) P[k] += x[nq + size_t(n.q + k)];
   // The same rates, seen from the centre of mass.
   auto v = mechanical_->rates(mechanical);
-  const auto xi = mechanics::Quaternion<double>::load(&x[base_attitude]);
-  const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
-  for (int k = 0; k < 3; ++k) v[size_t(3 + k)] -= back[k], q[size_t(base_position + k)] -= c[k];
+  for (const auto& n : m.nodes()) {
+    if (n.parent >= 0) continue;
+    const size_t at = size_t(n.q);
+    const auto xi = mechanics::Quaternion<double>::load(&x[at + base_attitude]);
+    const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
+    for (int k = 0; k < 3; ++k)
+      v[size_t(n.v + 3 + k)] -= back[k], q[at + size_t(base_position + k)] -= c[k];
+    const double off = mechanics::norm(Vec3d{q[at], q[at + 1], q[at + 2]});
+    if (!(off <= 1e-3 * mechanics::norm(centre.r)))
+      throw InvalidArgument(
+          fmt::format("a body is {:.4g} km from the common centre of mass, expected a thousandth "
+                      "of the {:.4g} km to the planet at most: gravity is expanded about it",
+                      off / 1e3, mechanics::norm(centre.r) / 1e3));
+  }
   const auto moved = mechanical_->state(q, v);
   std::copy(moved.begin(), moved.end(), mechanical.begin());
-  for (size_t k = 0; k < 3; ++k) x[nq + base_position + k] = 0;  // rounding until here
+  for (size_t k = 0; k < 3; ++k) {  // rounding until here
+    double others = 0;
+    for (const auto& n : m.nodes())
+      if (n.parent < 0 && n.q != 0) others += x[nq + size_t(n.q) + k];
+    x[nq + base_position + k] = -others;
+  }
   for (const Vec3d& a : {centre.r, centre.v}) x.insert(x.end(), {a.x, a.y, a.z});
   return x;
 }

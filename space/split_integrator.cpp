@@ -1,8 +1,10 @@
 #include "space/split_integrator.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "mechanics/rotation.h"
+#include "space/split_scheme.h"
 
 namespace porthos::space {
 
@@ -29,6 +31,8 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       scheme_(split_scheme(o.splitting)),
       inner_(integrators::make_integrator(o.method, model.internal(), h, o.options)),
       gradient_(model.mechanism()),
+      plates_(model.mechanism(), model.orbit().environment().plates),
+      has_plates_(!model.orbit().environment().plates.empty()),
       push_(model.mechanism(), model.parts(), model.orbit().environment().planet),
       w_(model.mechanism()),
       n_internal_(model.internal_size()),
@@ -38,7 +42,13 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       change_(nq_),
       middle_(nq_),
       place_(2 * nq_),
-      turn_angles_(size_t(model.mechanism().angle_count()), 0.0) {
+      turn_angles_(size_t(model.mechanism().angle_count()), 0.0),
+      extra_(nq_, 0.0),
+      delta_(nq_),
+      slope_(nq_),
+      side_(nq_) {
+  for (const auto& n : model.mechanism().nodes())
+    if (n.parent < 0) roots_.push_back(size_t(n.q));
   if (!scheme_.forward && !model.description().traits.lossless)
     throw InvalidArgument("splitting '" + scheme_.name +
                           "' steps backwards inside a step and the internal motion is damped, "
@@ -52,7 +62,7 @@ void SplitIntegrator::gather(const State& s) {
   inside_.turns = s.turns;
   for (size_t i = 0; i < turn_angles_.size(); ++i)
     turn_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
-  gradient_.set_turn_angles(turn_angles_);
+  gradient_.set_turn_angles(turn_angles_), plates_.set_turn_angles(turn_angles_);
   push_.set_turn_angles(turn_angles_);
   w_.turn_angle = turn_angles_;
 }
@@ -76,19 +86,82 @@ SpaceLedgers::Reading SplitIntegrator::read(const OrbitPoint& p, bool next_order
 }
 
 Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
-  // ½ Im(π ξ̄); the base's place contributes nothing, the linear momentum being zero
-  OrbitReal a[8];
-  for (size_t k = 0; k < 4; ++k) {
-    const size_t q = base_attitude + k, p = nq_ + q;
-    a[k] = OrbitReal(inside_.x[q]) + inside_.lo[q];
-    a[4 + k] = OrbitReal(inside_.x[p]) + inside_.lo[p];
-  }
+  // ½ Im(π ξ̄) + r × P of each tree; of one alone P is zero
   using Q = mechanics::Quaternion<OrbitReal>;
-  return OrbitReal(0.5) * (Q::load(a + 4) * Q::load(a).conj()).v;
+  Vec3<OrbitReal> L{0, 0, 0};
+  for (const size_t root : roots_) {
+    OrbitReal x[7], p[7];
+    for (size_t k = 0; k < 7; ++k) {
+      x[k] = OrbitReal(inside_.x[root + k]) + inside_.lo[root + k];
+      p[k] = OrbitReal(inside_.x[nq_ + root + k]) + inside_.lo[nq_ + root + k];
+    }
+    L += OrbitReal(0.5) * (Q::load(p + base_attitude) * Q::load(x + base_attitude).conj()).v;
+    if (roots_.size() > 1) L += cross(Vec3<OrbitReal>{x[0], x[1], x[2]}, {p[0], p[1], p[2]});
+  }
+  return L;
 }
 
-void SplitIntegrator::kick(double t, double h, double middle, OrbitPoint& p) {
+/// What momenta that are added at q_ give to the angular momentum about the centre of mass.
+Vec3d SplitIntegrator::impulse_of(std::span<const double> added) const {
+  using Q = mechanics::Quaternion<double>;
+  Vec3d sum{0, 0, 0};
+  for (const size_t root : roots_) {
+    const double *x = &q_[root], *p = &added[root];
+    sum += 0.5 * (Q::load(p + base_attitude) * Q::load(x + base_attitude).conj()).v;
+    if (roots_.size() > 1) sum += cross(Vec3d{x[0], x[1], x[2]}, Vec3d{p[0], p[1], p[2]});
+  }
+  return sum;
+}
+
+/// Adds -weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
+void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
+  gradient_.momentum_rates(q_, change_);
+  mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, change_, {}, delta_, slope_);
+  double size = 0;
+  for (const double d : delta_) size = std::max(size, std::fabs(d));
+  if (size == 0) return;
+  const double mu = model_.orbit().environment().planet.mu, step = 1e-4 / size;
+  const Vec3d R(p.r);
+  for (size_t i = 0; i < nq_; ++i) extra_[i] += weight * slope_[i];
+  for (const double sign : {1.0, -1.0}) {
+    for (size_t i = 0; i < nq_; ++i) side_[i] = q_[i] + sign * step * delta_[i];
+    gradient_.evaluate(mu, side_, R);
+    gradient_.momentum_rates(side_, slope_);
+    for (size_t i = 0; i < nq_; ++i) extra_[i] -= sign * weight / (2 * step) * slope_[i];
+  }
+  gradient_.evaluate(mu, q_, R);
+  // The lift of a body momentum has no part along the quaternion; the momenta of all trees sum to zero.
+  double others[3] = {0, 0, 0};
+  for (const size_t root : roots_) {
+    const size_t a = root + base_attitude;
+    double along = 0;
+    for (size_t k = a; k < a + 4; ++k) along += extra_[k] * q_[k];
+    for (size_t k = a; k < a + 4; ++k) extra_[k] -= along * q_[k];
+    for (size_t k = 0; k < 3; ++k)
+      if (root != 0) others[k] += extra_[root + k];
+  }
+  for (size_t k = 0; k < 3; ++k) extra_[base_position + k] = -others[k];
+}
+
+void SplitIntegrator::kick(double t, double h, double middle, double correction, OrbitPoint& p) {
   pull(p);
+  const bool more = correction != 0 || has_plates_;
+  if (more) std::fill(extra_.begin(), extra_.end(), 0.0);
+  if (correction != 0) correct(correction, p);
+  if (has_plates_) plates_.place(q_);
+  const double mass = model_.orbit().mass();
+  OrbitWorks works;
+  model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / mass) * gradient_.reaction()), works,
+                      has_plates_ ? &plates_ : nullptr);
+  Vec3d impulse = h * gradient_.torque();
+  if (correction != 0) impulse += impulse_of(extra_);
+  if (has_plates_) {
+    plates_.project();
+    plates_.momentum_rates(q_, side_);
+    impulse += h * plates_.torque();
+    for (size_t i = 0; i < nq_; ++i) extra_[i] += h * side_[i];
+  }
+
   gradient_.momentum_rates(q_, change_);
   if (push_.count() > 0) {
     for (size_t i = 0; i < nq_; ++i)
@@ -97,60 +170,76 @@ void SplitIntegrator::kick(double t, double h, double middle, OrbitPoint& p) {
     for (size_t k = 0; k < push_.count(); ++k)
       push_.momentum_rates(q_, push_.joint_forces(k), change_);
   }
-  for (size_t i = 0; i < nq_; ++i) {
-    change_[i] *= h;
-    middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
+  for (size_t i = 0; i < nq_; ++i) change_[i] = h * change_[i] + (more ? extra_[i] : 0.0);
+  for (size_t k = 0; k < 3; ++k) {  // the sum over all trees stays zero
+    double others = 0;
+    for (const size_t root : roots_)
+      if (root != 0) others += change_[root + k];
+    change_[base_position + k] = -others;
   }
-  mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
-  double work = 0;
-  const auto force = gradient_.joint_forces();
-  for (size_t j = 0; j < force.size(); ++j) work += force[j] * w_.rate[j];
-  work *= h;
+  for (size_t i = 0; i < nq_; ++i)
+    middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
+  if (correction != 0)  // leaves the rates too
+    mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, middle_, {}, delta_, slope_);
+  else
+    mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
+  const auto work_of = [&](std::span<const double> force) {
+    double power = 0;
+    for (size_t j = 0; j < force.size(); ++j) power += force[j] * w_.rate[j];
+    return h * power;
+  };
+  double work = work_of(gradient_.joint_forces());
+  const double by_plates = has_plates_ ? work_of(plates_.joint_forces()) : 0;
+  if (correction != 0)
+    for (size_t i = 0; i < nq_; ++i)
+      work += (extra_[i] - (has_plates_ ? h * side_[i] : 0)) * delta_[i];
   for (size_t i = 0; i < nq_; ++i)
     phs::compensated_add(inside_.x[nq_ + i], inside_.lo[nq_ + i], change_[i]);
 
-  OrbitWorks works;
-  model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / model_.orbit().mass()) * gradient_.reaction()),
-                      works);
-  Vec3d impulse = h * gradient_.torque();
   for (size_t k = 0; k < push_.count(); ++k) {
     // After the kick of all else, at the same place: the works add up exactly.
-    const Vec3<OrbitReal> dv(Vec3d((h / model_.orbit().mass()) * push_.force(k)));
+    const Vec3<OrbitReal> dv(Vec3d((h / mass) * push_.force(k)));
     const Vec3<OrbitReal> mean = p.v + OrbitReal(0.5) * dv;
-    works[size_t(OrbitSource::thrust)] += OrbitReal(model_.orbit().mass()) * dot(dv, mean);
+    works[size_t(OrbitSource::thrust)] += OrbitReal(mass) * dot(dv, mean);
     p.v += dv;
     impulse += h * push_.torque(k);
   }
-  ledgers_.kick(works, work, impulse);
+  ledgers_.kick(works, work, impulse, by_plates);
   if (!works_.any()) return;
   size_t at = inner_->works().size();
   works_.add(at++, work);
   size_t impulses = at + push_.count();
   for (size_t k = 0; k < push_.count(); ++k) {
-    double own = 0;
-    const auto f = push_.joint_forces(k);
-    for (size_t j = 0; j < f.size(); ++j) own += f[j] * w_.rate[j];
-    works_.add(at++, h * own);
+    works_.add(at++, work_of(push_.joint_forces(k)));
     const bool thruster = k < model_.parts().thrusters.size();
     for (const Vec3d* give : {&push_.force(k), &push_.torque(k)})
       for (int c = 0; c < 3 && (thruster || give == &push_.torque(k)); ++c)
         works_.add(impulses++, h * (*give)[c]);
   }
+  if (has_plates_) works_.add(impulses, by_plates);
+}
+
+void SplitIntegrator::begin(const State& s) {
+  if (ledgers_.started()) return;
+  gather(s);
+  const OrbitPoint p =
+      load_point(std::span(s.x).subspan(n_internal_), std::span(s.lo).subspan(n_internal_));
+  pull(p);
+  ledgers_.start(read(p, true));
 }
 
 Outcome SplitIntegrator::advance(double t, double h, State& s) {
+  begin(s);
   gather(s);
   const std::span<double> x(s.x), lo(s.lo);
   OrbitPoint p = load_point(x.subspan(n_internal_), lo.subspan(n_internal_));
-  if (!ledgers_.started()) {
-    pull(p);
-    ledgers_.start(read(p, true));
-  }
   const SpaceLedgers before = ledgers_;
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
-    if (scheme_.kick[i] != 0) kick(here, scheme_.kick[i] * h, t + 0.5 * h, p);
+    const bool end = i == 0 || i + 1 == scheme_.kick.size();
+    if (scheme_.kick[i] != 0)
+      kick(here, scheme_.kick[i] * h, t + 0.5 * h, end ? scheme_.corrector * h * h * h : 0, p);
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);

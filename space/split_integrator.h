@@ -1,6 +1,7 @@
 #pragma once
 #include "integrators/integrator.h"
 #include "space/ledgers.h"
+#include "space/plates.h"
 #include "space/push.h"
 #include "space/spacecraft.h"
 
@@ -15,6 +16,10 @@ struct SplitOptions {
 /// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the centre of mass drifts by
 /// the exact Kepler flow while the internal motion is stepped by a method of the catalogue; in between, kicks by all that
 /// couples them or perturbs the orbit, at fixed positions. The step is set by the internal motion, not by the orbit.
+/// A corrected scheme adds to the force F of the kicks at both ends that of the potential (c h²) Fᵀ M⁻¹ F, F = -∂V/∂q,
+/// which the error of the uncorrected one leaves: its derivative is -2c h² [(δ·∂)F + ∂T/∂q(q, F)], δ = M⁻¹F, the first by a
+/// central difference. The reaction of that on the orbit, 1e-13 of the one there is, is left out.
+///
 /// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the centre of mass; its work
 /// on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and booked (ledgers.h).
 class SplitIntegrator final : public integrators::Integrator {
@@ -31,6 +36,8 @@ class SplitIntegrator final : public integrators::Integrator {
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 
+  /// Opens the ledgers at a state, unless they are open; the first step does it otherwise.
+  void begin(const State& state);
   const SpaceLedgers& ledgers() const { return ledgers_; }
 
  private:
@@ -38,19 +45,26 @@ class SplitIntegrator final : public integrators::Integrator {
   void scatter(State& s) const;
   void pull(const OrbitPoint& p);
   /// middle: of the whole step, for what switches between steps.
-  void kick(double t, double h, double middle, OrbitPoint& p);
+  void kick(double t, double h, double middle, double correction, OrbitPoint& p);
+  void correct(double weight, const OrbitPoint& p);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
+  Vec3d impulse_of(std::span<const double> added) const;
 
   const Spacecraft& model_;
   const SplitScheme& scheme_;
   std::unique_ptr<integrators::Integrator> inner_;
   GravityGradient<double> gradient_;
   OrbitPush push_;
+  PlateForces plates_;
+  bool has_plates_;
+  std::vector<size_t> roots_;  ///< offsets in q of the base and of what floats beside it
   mechanics::Workspace<double> w_;
   size_t n_internal_, nq_;
   State inside_;
   std::vector<double> q_, change_, middle_, place_, turn_angles_;
+  std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
+  std::vector<double> delta_, slope_, side_;  ///< of the corrector
   SpaceLedgers ledgers_;
 };
 

@@ -25,6 +25,7 @@ SplitScheme aba864() {
           4,
           8,
           false,
+          0,
           "Blanes et al. 2013 (Appl. Numer. Math. 68), table 3"};
 }
 
@@ -34,39 +35,52 @@ const std::vector<SplitScheme>& split_schemes() {
   static const std::vector<SplitScheme> all = [] {
     const double s5 = std::sqrt(5.0), s21 = std::sqrt(21.0) / 14;
     const double out6 = 0.5 - 0.1 * s5, mid6 = 0.2 * s5;
-    return std::vector<SplitScheme>{{"strang",
-                                     "a kick at both ends of a step",
-                                     {0.5, 0.5},
-                                     {1.0},
-                                     2,
-                                     2,
-                                     true,
-                                     "Strang 1968; Wisdom, Holman 1991"},
-                                    {"lobatto4",
-                                     "kicks at both ends and the middle",
-                                     {1.0 / 6, 2.0 / 3, 1.0 / 6},
-                                     {0.5, 0.5},
-                                     2,
-                                     4,
-                                     true,
-                                     lobatto_source},
-                                    {"lobatto6",
-                                     "kicks at four nodes",
-                                     {1.0 / 12, 5.0 / 12, 5.0 / 12, 1.0 / 12},
-                                     {out6, mid6, out6},
-                                     2,
-                                     6,
-                                     true,
-                                     lobatto_source},
-                                    {"lobatto8",
-                                     "kicks at five nodes",
-                                     {0.05, 49.0 / 180, 16.0 / 45, 49.0 / 180, 0.05},
-                                     {0.5 - s21, s21, s21, 0.5 - s21},
-                                     2,
-                                     8,
-                                     true,
-                                     lobatto_source},
-                                    aba864()};
+    std::vector<SplitScheme> list{{"strang",
+                                   "a kick at both ends of a step",
+                                   {0.5, 0.5},
+                                   {1.0},
+                                   2,
+                                   2,
+                                   true,
+                                   0,
+                                   "Strang 1968; Wisdom, Holman 1991"},
+                                  {"lobatto4",
+                                   "kicks at both ends and the middle",
+                                   {1.0 / 6, 2.0 / 3, 1.0 / 6},
+                                   {0.5, 0.5},
+                                   2,
+                                   4,
+                                   true,
+                                   0,
+                                   lobatto_source},
+                                  {"lobatto6",
+                                   "kicks at four nodes",
+                                   {1.0 / 12, 5.0 / 12, 5.0 / 12, 1.0 / 12},
+                                   {out6, mid6, out6},
+                                   2,
+                                   6,
+                                   true,
+                                   0,
+                                   lobatto_source},
+                                  {"lobatto8",
+                                   "kicks at five nodes",
+                                   {0.05, 49.0 / 180, 16.0 / 45, 49.0 / 180, 0.05},
+                                   {0.5 - s21, s21, s21, 0.5 - s21},
+                                   2,
+                                   8,
+                                   true,
+                                   0,
+                                   lobatto_source}};
+    const double c[] = {1.0 / 72, (13 - 5 * s5) / 288, (3861 - 791 * std::sqrt(21.0)) / 64800};
+    for (size_t i = 1; i <= 3; ++i) {
+      SplitScheme s = list[i];
+      s.name += "c", s.title += ", corrected";
+      s.order = 4, s.corrector = c[i - 1];
+      s.source = "Laskar, Robutel 2001 (Celest. Mech. Dyn. Astron. 80), S-BABC_n";
+      list.push_back(std::move(s));
+    }
+    list.push_back(aba864());
+    return list;
   }();
   return all;
 }

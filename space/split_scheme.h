@@ -12,10 +12,14 @@ struct SplitScheme {
   int order = 2;        ///< in h, of the terms in ε²
   int small_order = 2;  ///< in h, of the terms linear in ε
   bool forward = true;  ///< no step backwards: fit for damped motions
+  /// c of the error -c h² ε² {{A,B},B}, which a corrected scheme takes away by a further kick at both ends; 0: not
+  /// corrected. Of a split of orbit and internal motion alone.
+  double corrector = 0;
   std::string source;
 };
 
-/// "strang", "lobatto4", "lobatto6", "lobatto8" (kicks at Lobatto's nodes with their weights) and "aba864".
+/// "strang", "lobatto4", "lobatto6", "lobatto8" (kicks at Lobatto's nodes with their weights), the corrected "lobatto4c",
+/// "lobatto6c", "lobatto8c", and "aba864".
 const std::vector<SplitScheme>& split_schemes();
 /// @throws InvalidArgument for an unknown name, with the known ones
 const SplitScheme& split_scheme(const std::string& name);

@@ -24,13 +24,13 @@ MATHJAX_PARTS = ["MathJax.js", "config/TeX-AMS_SVG.js", "jax/input/TeX", "jax/el
 GALLERY = [
     ("Free floating", ["ets_vii", "ledger", "canadarm", "dzhanibekov"]),
     ("In orbit", ["ets_vii_orbit", "envisat_tumble", "flexible_panel"]),
-    ("Events", ["capture"]),
+    ("Events", ["capture", "deployment"]),
     ("Controllers", ["cart_pole_idapbc", "acrobot", "space_arm_regulation", "attitude", "esp_arm"]),
     ("Actuators", ["vsa_cycle", "qbmove_arm", "throwing_arm", "dc_motor_arm"]),
     ("On the ground", ["double_pendulum"]),
 ]
 SHORTENED = {"ets_vii_orbit": 500000, "envisat_tumble": 200000, "double_pendulum": 1000, "dzhanibekov": 20000}
-PICTURES = ["plot.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
+PICTURES = ["plot.svg", "panels.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
 
 
 def say(text):

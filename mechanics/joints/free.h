@@ -16,7 +16,7 @@ struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
       CoordinateBlock{phs::BlockKind::rotation, 4, ".attitude", "1", "kg m^2/s", "N m", "rad/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, T) {
+  static Transform<T> place(const Node& n, const T* q, const Angle<T>&) {
     const Mat3<T> P(n.placement.R);
     return {P * rotation_matrix(Quaternion<T>::load(q + 3)),
             Vec3<T>(n.placement.r) + P * Vec3<T>{q[0], q[1], q[2]}};

@@ -12,9 +12,9 @@ struct Helical : PlainCoordinates<1> {
       CoordinateBlock{phs::BlockKind::angle, 1, "", "rad", "kg m^2/s", "N m", "rad/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, T turn_angle) {
-    const T advance = T(n.pitch) * (q[0] + turn_angle);
-    return {turned(n.placement.R, q[0]),
+  static Transform<T> place(const Node& n, const T* q, const Angle<T>& angle) {
+    const T advance = T(n.pitch) * (q[0] + angle.turns);
+    return {turned(n.placement.R, angle),
             Vec3<T>(n.placement.r) + advance * Vec3<T>(n.placement.R.z)};
   }
   template <int k, class T>
@@ -25,9 +25,13 @@ struct Helical : PlainCoordinates<1> {
   static void add(const Node& n, T rate, Motion<T>& v) {
     v.w.z = v.w.z + rate, v.v.z = v.v.z + T(n.pitch) * rate;
   }
-  template <int k, class T>
-  static Force<T> column(const Node& n, const ArticulatedInertia<T>& A) {
+  template <int k, template <class> class Inertia, class T>
+  static Force<T> column(const Node& n, const Inertia<T>& A) {
     return A.template column<2>() + T(n.pitch) * A.template column<5>();
+  }
+  template <int k, class T>
+  static void add_cross(const Node& n, const Motion<T>& V, T rate, Motion<T>& a) {
+    add_cross_unit<2>(V, rate, a), add_cross_unit<5>(V, T(n.pitch) * rate, a);
   }
 };
 

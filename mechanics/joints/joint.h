@@ -10,10 +10,11 @@
 /// The builder turns the child frame so that a joint's axis is always z. A primitive joint has nv degrees of freedom
 /// with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and provides
 ///
-///   place             child pose in the parent, from q (turn_angle = 2π·turns of an angle block)
+///   place             child pose in the parent, from q (of an angle block also: sine and cosine, turn_angle = 2π·turns)
 ///   project<k>        S_kᵀ f
 ///   add<k>            v += S_k·rate
-///   column<k>         A S_k for an articulated inertia A
+///   column<k>         A S_k for an articulated or rigid inertia A
+///   add_cross<k>      a += V × S_k·rate
 ///   momentum, lift    joint momentum μ = Sᵀh from the flat (q, p), and back
 ///   rates             q' from q and the joint rates
 ///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's momentum h and the load
@@ -25,11 +26,14 @@ namespace porthos::mechanics {
 
 /// The constants of one moving body and its joint, in the frames the kernels use.
 struct Node {
-  int type = 0;                 ///< index in PrimitiveJoints
-  int parent = -1;              ///< node index, -1 for the world
-  int q = 0;                    ///< offset in q and in p
-  int v = 0;                    ///< offset in v
-  int turn = -1;                ///< index among the angle blocks, -1 if the joint has none
+  int type = 0;      ///< index in PrimitiveJoints
+  int parent = -1;   ///< node index, -1 for the world
+  int q = 0;         ///< offset in q and in p
+  int v = 0;         ///< offset in v
+  int turn = -1;     ///< index among the angle blocks, -1 if the joint has none
+  bool leaf = true;  ///< no node hangs on it
+  bool last_child =
+      true;  ///< of its parent's: the first to report when the tree is walked from the leaves
   Transform<double> placement;  ///< joint frame in the parent's frame at q = 0
   double pitch = 0;             ///< helical: advance per radian [m/rad]
   double rotor_inertia = 0;     ///< adds to the joint's own entry of M; joints of one freedom
@@ -58,9 +62,13 @@ struct AxisJoint {
   static void add(const Node&, T rate, Motion<T>& v) {
     v[axis[k]] = v[axis[k]] + rate;
   }
-  template <int k, class T>
-  static Force<T> column(const Node&, const ArticulatedInertia<T>& A) {
+  template <int k, class Inertia>
+  static auto column(const Node&, const Inertia& A) {
     return A.template column<axis[k]>();
+  }
+  template <int k, class T>
+  static void add_cross(const Node&, const Motion<T>& V, T rate, Motion<T>& a) {
+    add_cross_unit<axis[k]>(V, rate, a);
   }
 };
 
@@ -83,11 +91,16 @@ struct PlainCoordinates {
   }
 };
 
-/// P Rz(angle): a rotation by `angle` about the joint's z axis after the placement P.
+/// An angle block's numbers: sine and cosine of the angle, and 2π times its turns.
 template <class T>
-Mat3<T> turned(const Mat3<double>& P, T angle) {
-  T s, c;
-  sincos(angle, s, c);
+struct Angle {
+  T sine, cosine, turns;
+};
+
+/// P Rz(angle): a rotation about the joint's z axis after the placement P.
+template <class T>
+[[gnu::always_inline]] inline Mat3<T> turned(const Mat3<double>& P, const Angle<T>& angle) {
+  const T &s = angle.sine, &c = angle.cosine;
   const Vec3<T> px(P.x), py(P.y);
   return {c * px + s * py, c * py - s * px, Vec3<T>(P.z)};
 }

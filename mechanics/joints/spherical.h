@@ -14,7 +14,7 @@ struct Spherical : AxisJoint<0, 1, 2> {
       CoordinateBlock{phs::BlockKind::rotation, 4, "", "1", "kg m^2/s", "N m", "rad/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, T) {
+  static Transform<T> place(const Node& n, const T* q, const Angle<T>&) {
     return {Mat3<T>(n.placement.R) * rotation_matrix(Quaternion<T>::load(q)),
             Vec3<T>(n.placement.r)};
   }

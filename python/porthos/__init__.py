@@ -12,7 +12,7 @@ from . import energy_shaping, vsa
 from ._core import *  # noqa: F403
 from ._core import InvalidArgument, version_text
 from .results import Comparison, Result, open
-from .runs import Scene, compare, simulate, verify
+from .runs import Scene, compare, report, simulate, verify
 
 __version__ = version_text().split()[1]
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 INK, SOFT, GRID, GUIDE = "#1f2933", "#66717f", "#e4e8ed", "#8a94a0"
 # told apart by lightness as well, for readers who do not see all colours
 LINES = ["#2a5b8c", "#c8743a", "#4f8f5b", "#8a5aa8", "#b8a13a", "#3f9c9c", "#a84a5f", "#777f88"]
-FLOOR = 1e-300
 
 
 def thinned(t: np.ndarray, most: int = 3000) -> np.ndarray:
@@ -94,10 +93,10 @@ def _logarithmic(ax: "Axes", curves: dict[str, tuple[np.ndarray, np.ndarray]], g
             ax.plot([], [], color=LINES[k], label=f"{name}: exactly 0")
             continue
         t, low, high = envelope(t, y)
-        ax.fill_between(t, np.maximum(low, high.max() * 1e-6), np.maximum(high, high.max() * 1e-6), color=LINES[k], alpha=0.45, linewidth=0.6,
-                        edgecolor=LINES[k], label=name)
+        floor = high.max() * 1e-4  # an error that passes through zero says nothing by it
+        ax.fill_between(t, np.maximum(low, floor), np.maximum(high, floor), where=high > floor, color=LINES[k], alpha=0.3, linewidth=0.6)
         so_far = np.maximum.accumulate(high)
-        ax.plot(t, np.maximum(so_far, FLOOR), color=LINES[k], linewidth=1.1)
+        ax.plot(t, np.where(so_far > 0, so_far, np.nan), color=LINES[k], linewidth=1.3, label=name)
         ends.append((t, so_far[-1]))
     if ends:
         ax.set_xscale("log"), ax.set_yscale("log")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence, Union
 
@@ -11,7 +13,6 @@ from . import _core
 from ._core import InvalidArgument, Model, SceneData
 from .progress import chosen
 from .results import Comparison, PathLike, Result
-from .results import open as open_result
 
 Tell = Union[bool, None, Callable[[float, float, float], None]]
 
@@ -85,7 +86,34 @@ def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress:
         line.finish()
     if interrupted:
         raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
+    if report_template() is not None:
+        try:
+            report(out)
+        except InvalidArgument as e:
+            warnings.warn(f"no report: {e}", stacklevel=3)
     return Result(json.loads(summary), Path(out))
+
+
+def report_template() -> Path | None:
+    """The page of report.html without its data: of PORTHOS_REPORT_TEMPLATE, of this package, of the build or installation."""
+    mine = Path(__file__).with_name("report_template.html")
+    if mine.exists() and "PORTHOS_REPORT_TEMPLATE" not in os.environ:
+        return mine
+    found = _core.find_template()
+    return Path(found) if found else None
+
+
+def report(folder: PathLike, out: PathLike | None = None) -> Path:
+    """Writes report.html, one self-contained page, from the results in a folder (docs/report.md); runs into a folder do so.
+
+    out: another place for it. Raises InvalidArgument if the folder holds no results or there is no template of the page.
+    """
+    page = report_template()
+    if page is None:
+        raise InvalidArgument("there is no report_template.html: build Porthos with node and npm, or name one by PORTHOS_REPORT_TEMPLATE")
+    out = Path(out) if out is not None else Path(folder) / "report.html"
+    _core.write_report(str(folder), str(out), str(page))
+    return out
 
 
 def _in_memory(data, assembly, symmetry: bool, progress: Tell) -> Result:

@@ -22,7 +22,7 @@ BELOW = {
     "scene": ["space", "energy_shaping", "vsa", "ensemble"],
     "report": ["scene"],
     "apps": ["report", "adapters"],
-    "python": ["scene"],
+    "python": ["report", "ensemble"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene"]
 ANYTHING_GOES = ["tests", "bench", "examples"]

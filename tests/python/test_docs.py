@@ -2,8 +2,11 @@
 import os
 import re
 
+import pytest
+
 
 def test_docs_python(source, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
     text = (source / "docs/python.md").read_text(encoding="utf-8")
     blocks = [(text[: m.start()].count("\n") + 2, m[1]) for m in re.finditer(r"```python\n(.*?)```", text, re.S)]
     assert len(blocks) >= 8

@@ -66,7 +66,7 @@ def test_verify_and_compare(pendulum):
     assert not bad.passed and bad.verdict == "fail" and "FAIL" in str(bad)  # negative control
     refused(lambda: ph.verify(model), "state x")
     refused(lambda: ph.simulate(model, x, step=-1, duration=1), "step is -1")
-    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16")
+    refused(lambda: ph.simulate(model, x, step=0.1, duration=1, method="gaus16"), "gauss16", most=900)
     refused(lambda: ph.simulate(model, x[:3], step=0.1, duration=1), "x has 3 numbers, expected 4")
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, tolerance=1), "'tolerance'")
     refused(lambda: ph.simulate(model, x, step=0.1, duration=1, limits={"enrgy": 1}), "enrgy")
@@ -203,7 +203,7 @@ def test_the_progress_line():
 def least(f, repeats=5):
     times = []
     for _ in range(repeats):
-        start = time.thread_time() if False else time.perf_counter()
+        start = time.perf_counter()
         f()
         times.append(time.perf_counter() - start)
     return min(times)
@@ -215,9 +215,12 @@ def test_overhead_of_a_run_is_below_a_millisecond(pendulum):
     x = model.state([2.0, 0.5], [0, 0])
     over = []
     for steps in (10, 2000):
-        best = min((lambda t0, r: (time.perf_counter() - t0) - r.summary["wall_s"])(time.perf_counter(),
-                   ph.simulate(model, x, step=0.005, duration=0.005 * steps, progress=False)) for _ in range(30))
-        over.append(best)
+        spent = []
+        for _ in range(20):
+            start = time.perf_counter()
+            r = ph.simulate(model, x, step=0.005, duration=0.005 * steps, progress=False)
+            spent.append(time.perf_counter() - start - r.summary["wall_s"])
+        over.append(min(spent))
     print(f"overhead of a run: {1e3 * over[0]:.3f} ms of 10 steps, {1e3 * over[1]:.3f} ms of 2000 (bound 1 ms + 1 %)")
     assert over[0] < 2e-3 and over[1] < 3e-3  # twice the bound: machines are shared
 
@@ -229,10 +232,10 @@ def test_batches_run_at_the_speed_of_c_plus_plus(kernel, ets_vii, states):
     out = {"crba": np.empty((n, m.nv, m.nv)), "hamiltonian_field": (np.empty_like(q), np.empty_like(q))}.get(kernel, np.empty_like(v))
     call = {"aba": lambda: ph.aba(m, q, v, v, out=out), "rnea": lambda: ph.rnea(m, q, v, v, out=out),
             "crba": lambda: ph.crba(m, q, out=out), "hamiltonian_field": lambda: ph.hamiltonian_field(m, q, p, out=out)}[kernel]
-    best = 0.0
-    for _ in range(6):  # side by side, so that both see the same machine
-        cpp = ph._core._cpp_seconds(m, kernel, n, True, 8)
-        best = max(best, cpp / least(call, 8))
+    cpp = python = float("inf")
+    for _ in range(12):  # side by side, so that both see the same machine
+        cpp = min(cpp, ph._core._cpp_seconds(m, kernel, n, True, 5))
+        python = min(python, least(call, 5))
     scalar = ph._core._cpp_seconds(m, kernel, n, False, 3)
-    print(f"{kernel}: {best:.3f} of the C++ loop over packs (bound 0.9; tested 0.8); scalar loop {1e6 * scalar:.0f} us")
-    assert best > 0.8
+    print(f"{kernel}: {1e6 * python:.0f} us, {cpp / python:.3f} of the C++ loop over packs (bound 0.9; tested 0.8); scalar loop {1e6 * scalar:.0f} us")
+    assert cpp / python > 0.8

@@ -74,8 +74,8 @@ def test_a_comparison_needs_quads_and_gets_them(duffing):
         damping = 0.0
 
     c = ph.compare(ph.UserModel(Lossless()), [1.2, 0.0], step=0.1, duration=2, methods=["gauss4", "rk4"], budget=2, progress=False)
-    methods = {m["method"] for m in c.content["methods"]}
-    assert {"gauss4", "rk4"} <= methods
+    assert {r["method"] for r in c.content["runs"]} == {"gauss4", "rk4"}
+    assert c.content["trajectory"]["reference"]
     assert "gauss4" in str(c)
 
 
@@ -153,7 +153,7 @@ def test_a_network_closes_its_ledger():
     supplied, lost = r["supplied/push"][-1], r["dissipated/damper"][-1]
     stored = sum(v[-1] - v[0] for v in r.group("stored").values())
     assert abs(stored - supplied + lost) < 1e-12 and lost > 1e-3
-    assert set(r.group("stored")) == {"a", "b", "spring"}
+    assert set(r.group("stored")) == {"a.energy", "b.energy", "spring.energy"}
 
 
 def test_python_laws_are_controllers_and_elements():
@@ -173,7 +173,7 @@ def test_python_laws_are_controllers_and_elements():
 def test_networks_refuse():
     n = ph.Network("n")
     n.add("a", ph.inertia_element(2)).add("b", ph.inertia_element(2))
-    refused(lambda: n.feedback("a.body", "b.body"), "a.body", "b.body")
+    refused(lambda: n.feedback("a.body", "b.body"), "a.body", "b.body", most=400)
     refused(lambda: n.source("s", "c.body", ph.constant(1)), "c.body")
     refused(lambda: n.couple(["a.body", "b.body"], [[0, 1], [1, 0]]), "skew")
     refused(lambda: n.couple(["a.body", "b.body"], [[0, 1], [1]]), "row 1 of K has 1 numbers, expected 2")
@@ -206,7 +206,7 @@ def test_regulation_of_an_arm_on_its_ports(pendulum):
     assert r.passed, str(r)
     assert np.abs(r.x[-1, :2] - [0.4, -0.2]).max() < 1e-3
     wrong = es.PotentialShaping(joints=[es.JointSpring(port="upper.torque", stiffness=1)], rest=[0.4, -0.2], actuators=["upper.torque"])
-    refused(lambda: es.PotentialLoop(model, wrong), "lower")
+    refused(lambda: es.PotentialLoop(model, wrong), "force without actuator fails", "expected at most")
 
 
 def test_actuators_of_the_catalogue(pendulum):
@@ -217,11 +217,11 @@ def test_actuators_of_the_catalogue(pendulum):
     E = lambda q: elastic.energy(q, 0.1, 0.2)
     assert elastic.slopes(0.3, 0.1, 0.2)[0] == pytest.approx((E(0.3 + h) - E(0.3 - h)) / (2 * h), rel=1e-8)
     assert elastic.hessian(0.3, 0.1, 0.2)[0, 0] == elastic.stiffness(0.3, 0.1, 0.2)
-    refused(lambda: vsa.device("qbmove"), "qbmove_advanced")
+    refused(lambda: vsa.device("qbmove"), "qbmove_advanced", most=500)
     assert vsa.families()["series_elastic"]["k"] == "N m/rad"
     spring = vsa.make_elastic("series_elastic", k=100.0)
     assert spring.energy(0.1, 0) == pytest.approx(0.5)
-    refused(lambda: vsa.make_elastic("series_elastic", kk=100.0), "kk")
+    refused(lambda: vsa.make_elastic("series_elastic", kk=100.0), "kk", most=500)
     a = vsa.Actuator(elastic=spring, theta=vsa.Drive(kind=vsa.Drive.Kind.torque, inertia=0.01, command=ph.sine(1.0, 0.5)))
     n = ph.Network("elastic arm")
     n.add("arm", ph.MechanicalModel(pendulum)).main("arm")
@@ -229,4 +229,4 @@ def test_actuators_of_the_catalogue(pendulum):
     model = n.build()
     x = np.concatenate([np.zeros(4), vsa.actuator_start("motor", a, 0.0, 0.0)])
     r = ph.simulate(model, x, step=0.01, duration=5, limits={"balance": 1e-10})
-    assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta"][-1]) > 1e-3, str(r)
+    assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta.torque"][-1]) > 1e-3, str(r)

@@ -1,0 +1,72 @@
+#pragma once
+#include <Eigen/Dense>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+
+/// The same models and states, put before Porthos and before libraries that do the same work.
+namespace porthos::bench {
+
+using Vec = std::vector<double>;
+
+/// A model and states made outside the timed region, in Porthos' conventions: v, tau, a of a free base are
+/// [angular; linear] in the base's axes.
+struct Case {
+  std::shared_ptr<const mechanics::Mechanism> model;
+  std::vector<Vec> q, v, tau;
+  int states() const { return int(q.size()); }
+};
+Case make_case(std::shared_ptr<const mechanics::Mechanism> model, int states = 64);
+
+/// One library on one case. The timed functions take the number of a state; empty: the library does not offer it.
+struct Subject {
+  std::string name;
+  std::function<void(int)> aba, rnea, crba;
+  // What it found, in Porthos' conventions, for the check before anything is timed.
+  std::function<Eigen::VectorXd(int)> acceleration,
+      torque;  ///< torque: of v̇ = tau, a number like any other
+  std::function<Eigen::MatrixXd(int)> mass_matrix;  ///< may be empty
+  double tolerance = 1e-10;  ///< largest relative difference from Porthos that counts as agreement
+};
+
+Subject porthos_subject(const Case&);
+#ifdef PORTHOS_PEER_RBDL
+Subject rbdl_subject(const Case&);
+#endif
+#ifdef PORTHOS_PEER_PINOCCHIO
+Subject pinocchio_subject(const Case&);
+#endif
+#ifdef PORTHOS_PEER_MUJOCO
+Subject mujoco_subject(const Case&);
+#endif
+
+/// How a peer writes the rates of a free base: [linear; angular], the linear part in world or in body axes.
+struct Convention {
+  bool world_linear;
+
+  static bool free_base(const mechanics::Mechanism& m);
+  /// T with (peer's rates) = T (Porthos' rates); orthogonal, so forces go the same way.
+  Eigen::MatrixXd rates(const mechanics::Mechanism& m, const Vec& q) const;
+  Eigen::VectorXd to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& x) const;
+  /// Accelerations: the derivative of the world's components has ω × v in it, that of the body's has not.
+  Eigen::VectorXd acceleration_to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v,
+                                       const Vec& a) const;
+  Eigen::VectorXd acceleration_from_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v,
+                                         const Eigen::VectorXd& a) const;
+};
+
+/// The constants of a node as the peers want them.
+struct PeerBody {
+  Eigen::Matrix3d R;  ///< child to parent at q = 0; the joint's axis is z
+  Eigen::Vector3d r, com;
+  double mass;
+  Eigen::Matrix3d inertia_at_com;
+};
+/// @throws std::runtime_error for joints the comparison does not cover: revolute, prismatic and a free root
+PeerBody peer_body(const mechanics::Mechanism& m, int node);
+bool is_joint(const mechanics::Mechanism& m, int node, std::string_view name);
+
+}  // namespace porthos::bench

@@ -1,0 +1,58 @@
+#pragma once
+#include "mechanics/aba.h"
+
+#include "mechanics/passes-inl.h"
+
+namespace porthos::mechanics {
+
+template <class T>
+void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
+         const Loads<T>& loads, std::span<T> vdot) {
+  const auto& nodes = m.nodes();
+  passes::sines(m, w, q.data());
+
+  // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V - wrench.
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      passes::place_body<Joint>(n, w, i, q.data());
+      Motion<T> V = passes::zero_motion<T>(), a = V;
+      if (n.parent >= 0) V = w.X[i].to_child(w.V[size_t(n.parent)]);
+      passes::add_joint_twist<Joint>(n, v.data(), V);
+      passes::add_velocity_product<Joint>(n, V, v.data(), a);
+      w.V[i] = V, w.a[i] = a;
+      w.b[i] = cross(V, passes::rigid<T>(n) * V);
+      if (!loads.wrench.empty()) w.b[i] -= loads.wrench[i];
+    });
+  }
+
+  // Leaf → root: articulated inertia and bias, b ← b + A a + U D⁻¹ u with u = τ - Sᵀ(b + A_before a).
+  for (size_t j = 0; j < w.mu.size(); ++j) w.mu[j] = loads.tau.empty() ? T(0.0) : loads.tau[j];
+  for (size_t i = nodes.size(); i-- > 0;) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      ArticulatedInertia<T>& A = passes::collected(n, w, i);
+      Force<T> b = w.b[i];
+      passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
+      if (n.parent < 0) return;
+      if constexpr (Joint::nv < 6) b += passes::left_times<Joint>(n, A, w.a[i]);
+      passes::pass_to_parent<Joint>(m, n, w.X[i], w, A);
+      w.b[size_t(n.parent)] += w.X[i].to_parent(b);
+    });
+  }
+
+  // Root → leaf: accelerations; gravity enters as an upward acceleration of the world.
+  const Vec3<T> g(m.gravity());
+  const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -g};
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const Node& n = nodes[i];
+    visit_joint(n.type, [&](auto J) {
+      w.a[i] += w.X[i].to_child(n.parent < 0 ? world : w.a[size_t(n.parent)]);
+      passes::back_substitute<decltype(J)>(n, w, w.a[i], vdot.data());
+    });
+  }
+}
+
+}  // namespace porthos::mechanics

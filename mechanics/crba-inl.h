@@ -1,0 +1,77 @@
+#pragma once
+#include "mechanics/crba.h"
+
+#include "mechanics/passes-inl.h"
+
+namespace porthos::mechanics {
+namespace crba_detail {
+
+/// Rigid inertia from the child's to the parent's frame: ten numbers instead of 21.
+template <class T>
+RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
+  // I' = R I Rᵀ - r× (R mc)× - (R mc + m r)× r×
+  const Vec3<T> mc = X.R * c.mc, s = mc + c.m * X.r, &r = X.r;
+  Sym3<T> I = rotated(X.R, c.I);
+  const T d = dot(r, mc) + dot(s, r);
+  I.xx += d - r.x * mc.x - s.x * r.x;
+  I.yy += d - r.y * mc.y - s.y * r.y;
+  I.zz += d - r.z * mc.z - s.z * r.z;
+  I.xy -= r.y * mc.x + s.y * r.x;
+  I.xz -= r.z * mc.x + s.z * r.x;
+  I.yz -= r.z * mc.y + s.z * r.y;
+  return {c.m, s, I};
+}
+
+}  // namespace crba_detail
+
+template <class T>
+void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T> M) {
+  const auto& nodes = m.nodes();
+  const size_t nv = size_t(m.nv());
+  passes::place_bodies(m, w, q.data());
+  for (auto& e : M) e = T(0.0);
+
+  // A_i holds the composite inertia in its rigid form; only mass, first moment and I are used.
+  std::span<ArticulatedInertia<T>> C(w.A);
+  const auto load = [&](size_t i) { return RigidInertia<T>{C[i].M.xx, C[i].H.x, C[i].I}; };
+  const auto store = [&](size_t i, const RigidInertia<T>& r) {
+    C[i].M.xx = r.m, C[i].H.x = r.mc, C[i].I = r.I;
+  };
+  for (size_t i = nodes.size(); i-- > 0;) {
+    const Node& n = nodes[i];
+    const RigidInertia<T> composite = n.leaf ? passes::rigid<T>(n) : load(i);
+    if (n.parent >= 0) {
+      const Node& parent = nodes[size_t(n.parent)];
+      const RigidInertia<T> above =
+          n.last_child ? passes::rigid<T>(parent) : load(size_t(n.parent));
+      const RigidInertia<T> below = crba_detail::to_parent(w.X[i], composite);
+      store(size_t(n.parent), {above.m + below.m, above.mc + below.mc, above.I + below.I});
+    }
+    visit_joint(n.type, [&](auto J) {
+      using Joint = decltype(J);
+      unroll<Joint::nv>([&](auto k) {
+        const size_t column = size_t(n.v + k);
+        Force<T> F = Joint::template column<k>(n, composite);
+        unroll<Joint::nv>(
+            [&](auto l) { M[size_t(n.v + l) + nv * column] = Joint::template project<l>(n, F); });
+        if constexpr (Joint::nv == 1)
+          if (n.rotor_inertia != 0)
+            M[column + nv * column] = M[column + nv * column] + T(n.rotor_inertia);
+        for (int j = int(i); nodes[size_t(j)].parent >= 0;) {  // up the supporting path
+          F = w.X[size_t(j)].to_parent(F);
+          j = nodes[size_t(j)].parent;
+          const Node& a = nodes[size_t(j)];
+          visit_joint(a.type, [&](auto K) {
+            unroll<decltype(K)::nv>([&](auto l) {
+              const T e = decltype(K)::template project<l>(a, F);
+              const size_t row = size_t(a.v + l);
+              M[row + nv * column] = e, M[column + nv * row] = e;
+            });
+          });
+        }
+      });
+    });
+  }
+}
+
+}  // namespace porthos::mechanics

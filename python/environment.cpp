@@ -1,0 +1,185 @@
+// Environments for learning and planning: reset, act, observe, over a batch.
+#include "ensemble/environment.h"
+
+#include <pybind11/stl.h>
+
+#include "python/arrays.h"
+#include "python/bind.h"
+#include "python/keywords.h"
+#include "python/scalars.h"
+
+namespace porthos::python {
+namespace {
+
+using ensemble::Environment;
+using ensemble::EnvironmentOptions;
+using ensemble::Stream;
+using py::arg;
+
+py::array_t<double> to_array(std::span<const double> x) {
+  return py::array_t<double>(py::ssize_t(x.size()), x.data());
+}
+
+/// begin(uniform, x) -> x, with the random numbers of the episode as a function uniform(n).
+std::function<void(Stream&, std::span<double>)> begin_of(const py::object& f) {
+  if (f.is_none()) return {};
+  return [kept = keep(f)](Stream& random, std::span<double> x) {
+    const py::gil_scoped_acquire gil;
+    const auto stream = std::make_shared<Stream*>(&random);  // until this call is over
+    const py::cpp_function uniform([stream](size_t n) {
+      if (!*stream) throw InvalidArgument("uniform(n) belongs to one call of begin, which is over");
+      std::vector<double> u(n);
+      for (double& v : u) v = (*stream)->uniform();
+      return as_array(std::move(u));
+    });
+    const py::object start = py::handle(kept.get())(uniform, to_array(x));
+    *stream = nullptr;
+    from_python<double>(start, x, "begin");
+  };
+}
+std::function<bool(std::span<const double>)> ended_of(const py::object& f) {
+  if (f.is_none()) return {};
+  return [kept = keep(f)](std::span<const double> x) {
+    const py::gil_scoped_acquire gil;
+    return py::bool_(py::handle(kept.get())(to_array(x))).cast<bool>();
+  };
+}
+
+/// A read-only view of a table of the environment, which writes it in reset() and step().
+template <class T>
+py::array_t<T> table(py::handle self, std::span<const T> values, int rows, int columns = -1) {
+  return columns < 0 ? view(values.data(), {rows}, self)
+                     : view(values.data(), {rows, columns}, self);
+}
+Environment& of(py::handle self) { return self.cast<Environment&>(); }
+
+py::object observations(py::handle self) {
+  auto& e = of(self);
+  return table(self, e.observations(), e.count(), e.observation_size());
+}
+int index(const Environment& e, int i) {
+  if (i < 0 || i >= e.count())
+    throw InvalidArgument("environment is " + std::to_string(i) + ", expected 0 to " +
+                          std::to_string(e.count() - 1));
+  return i;
+}
+/// Flags of one byte as bool.
+py::object flags(py::handle self, std::span<const std::uint8_t> f) {
+  return table(self, f, of(self).count()).attr("view")(py::dtype::of<bool>());
+}
+
+}  // namespace
+
+void bind_environment(py::module_& m) {
+  py::class_<Environment>(
+      m, "Environment",
+      R"(Environments for learning and planning: reset, act, observe, over a batch.
+
+An action is a row of port inputs u, held over `substeps` steps; rewards are the caller's, from observations and actions.
+Random numbers belong to (seed, environment, episode): the same seed and actions give the same bits. An environment whose
+episode ends (reached, cut off, or the method failed) begins the next in the same step; its last observation is in
+final_observations. Arrays are views, (count, ...), written by reset() and step(): copy what is to stay.)")
+      .def(
+          py::init([](std::shared_ptr<const phs::Model> model, py::object start, int count,
+                      const std::string& method, double step, int substeps, std::uint64_t seed,
+                      std::int64_t longest, int threads, std::vector<std::string> ports,
+                      std::vector<int> observed, bool outputs, py::object begin, py::object ended) {
+            EnvironmentOptions o;
+            o.count = count, o.method = method, o.step = step, o.substeps = substeps;
+            o.seed = seed, o.longest = longest, o.threads = threads, o.outputs = outputs;
+            o.ports = std::move(ports), o.observed = std::move(observed);
+            o.begin = begin_of(begin), o.ended = ended_of(ended);
+            auto x = numbers("start", start, size_t(model->description().nx));
+            const py::gil_scoped_release released;
+            return std::make_unique<Environment>(std::move(model), std::move(x), std::move(o));
+          }),
+          arg("model"), arg("start"), py::kw_only(), arg("count") = 1, arg("method") = "gauss4",
+          arg("step") = 0.01, arg("substeps") = 1, arg("seed") = 0, arg("longest") = 0,
+          arg("threads") = 1, arg("ports") = std::vector<std::string>{},
+          arg("observed") = std::vector<int>{}, arg("outputs") = false, arg("begin") = py::none(),
+          arg("ended") = py::none(),
+          R"(start: state an episode begins from, nx numbers. longest: actions after which an episode is cut off; 0: never. threads: 0
+for as many as the machine has. ports: that actions drive; empty: all. observed: state numbers; empty: all. outputs:
+whether y of the ports that are driven is observed after them.
+
+begin(uniform, x) -> x: where an episode begins; uniform(n) gives n random numbers in [0, 1) of the episode's own.
+ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
+      .def_property_readonly("count", &Environment::count)
+      .def_property_readonly("action_size", &Environment::action_size)
+      .def_property_readonly("observation_size", &Environment::observation_size)
+      .def_property_readonly("interval", &Environment::interval, "Seconds from action to action.")
+      .def(
+          "reset",
+          [](py::object self, std::optional<std::uint64_t> seed) {
+            auto& e = of(self);
+            {
+              const py::gil_scoped_release released;
+              e.reset(seed);
+            }
+            return observations(self);
+          },
+          arg("seed") = py::none(),
+          "Begins the first episode of a seed in every environment; without one, the next episode. "
+          "Returns observations.")
+      .def(
+          "step",
+          [](py::object self, py::object actions) {
+            auto& e = of(self);
+            Rows r;
+            const size_t n = size_t(e.action_size());
+            const double* a = r.in("actions", actions, Shape{e.count(), e.action_size()});
+            if (r.batched())
+              throw InvalidArgument("actions is " + kind_of(actions) +
+                                    ", expected one row per environment");
+            {
+              const py::gil_scoped_release released;
+              e.step({a, n * size_t(e.count())});
+            }
+            return py::make_tuple(observations(self), flags(self, e.terminated()),
+                                  flags(self, e.truncated()));
+          },
+          arg("actions"),
+          "actions: (count, action_size). Returns (observations, terminated, truncated).")
+      .def_property_readonly(
+          "observations", [](py::object self) { return observations(self); },
+          "(count, observation_size)")
+      .def_property_readonly(
+          "final_observations",
+          [](py::object self) {
+            auto& e = of(self);
+            return table(self, e.final_observations(), e.count(), e.observation_size());
+          },
+          "Of the environments whose episode ended in the last step, what was observed at its end; "
+          "else as observations.")
+      .def_property_readonly(
+          "terminated", [](py::object self) { return flags(self, of(self).terminated()); },
+          "Where an episode ended in the last step, by `ended` or a failure.")
+      .def_property_readonly(
+          "truncated", [](py::object self) { return flags(self, of(self).truncated()); },
+          "Where it ended by its length.")
+      .def_property_readonly(
+          "failed", [](py::object self) { return flags(self, of(self).failed()); },
+          "Where the method failed.")
+      .def_property_readonly(
+          "energies",
+          [](py::object self) { return table(self, of(self).energies(), of(self).count()); },
+          "H of each environment [J].")
+      .def_property_readonly(
+          "lengths",
+          [](py::object self) { return table(self, of(self).lengths(), of(self).count()); },
+          "Steps taken in the episode.")
+      .def_property_readonly(
+          "episodes",
+          [](py::object self) { return table(self, of(self).episodes(), of(self).count()); },
+          "Number of the episode.")
+      .def(
+          "state", [](const Environment& e, int i) { return e.state(index(e, i)); },
+          arg("environment"), "The state of an environment.")
+      .def(
+          "set_state",
+          [](Environment& e, int i, const phs::State& s) { e.set_state(index(e, i), s); },
+          arg("environment"), arg("state"),
+          "Puts another state in its place; its episode goes on.");
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+/// porthos new, schema, completion and report, as a user types them.
+namespace {
+
+namespace fs = std::filesystem;
+
+#ifndef PORTHOS_CLI
+#define PORTHOS_CLI "porthos"
+#define PORTHOS_NOT_BUILT
+#endif
+
+struct Answer {
+  int code;
+  std::string out, err;
+};
+
+class Comfort : public testing::Test {
+ protected:
+  void SetUp() override {
+#ifdef PORTHOS_NOT_BUILT
+    GTEST_SKIP() << "built without the porthos command";
+#endif
+    folder_ = fs::path(testing::TempDir()) / ("porthos_comfort_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override {
+    if (!folder_.empty()) fs::remove_all(folder_);
+  }
+  std::string text(const std::string& name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    std::ostringstream all;
+    all << file.rdbuf();
+    return all.str();
+  }
+  Answer shell(const std::string& line) const {
+    const std::string command =
+        "cd '" + folder_.string() + "' && { " + line + "; } >out.txt 2>err.txt </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("out.txt"), text("err.txt")};
+  }
+  Answer porthos(const std::string& arguments) const {
+    return shell("'" PORTHOS_CLI "' " + arguments);
+  }
+  static std::string example(const std::string& file) {
+    return "'" PORTHOS_SOURCE_DIR "/examples/" + file + "'";
+  }
+  fs::path folder_;
+};
+
+TEST_F(Comfort, NewScenesOfEveryExampleRunAsTheyAre) {
+  int count = 0;
+  for (const char* base : {"fixed", "free"})
+    for (const char* urdf : {"ets_vii/ets_vii.urdf", "capture/servicer.urdf",
+                             "dc_motor_arm/arm.urdf", "double_pendulum/double_pendulum.urdf",
+                             "canadarm/canadarm.urdf", "throwing_arm/arms.urdf"}) {
+      const std::string name = "s" + std::to_string(++count);
+      const Answer made =
+          porthos("new " + example(urdf) + " --base " + base + " --out " + name + "/scene.toml");
+      if (made.code == 2 && std::string(base) == "free")
+        continue;  // a root without mass cannot float
+      ASSERT_EQ(made.code, 0) << urdf << " " << base << ": " << made.err;
+      const Answer ran =
+          porthos("run " + name + "/scene.toml --no-report --duration 2 --out " + name);
+      EXPECT_EQ(ran.code, 0) << urdf << " " << base << ": " << ran.out << ran.err;
+    }
+}
+
+TEST_F(Comfort, NewWritesOverNothing) {
+  std::ofstream(folder_ / "mine.toml") << "mine";
+  const Answer a = porthos("new " + example("dc_motor_arm/arm.urdf") + " --out mine.toml");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.err, "porthos: mine.toml is there already, expected a new file\n");
+  EXPECT_EQ(text("mine.toml"), "mine");
+  EXPECT_EQ(porthos("new " + example("dc_motor_arm/arm.urdf") + " --base loose").err,
+            "porthos: --base: base is 'loose', expected fixed or free\n");
+  EXPECT_EQ(porthos("new no.urdf").code, 2);
+}
+
+TEST_F(Comfort, SchemaIsJson) {
+  const Answer a = porthos("schema");
+  ASSERT_EQ(a.code, 0) << a.err;
+  const auto j = nlohmann::json::parse(a.out);
+  EXPECT_TRUE(j["properties"].contains("integrator"));
+  EXPECT_EQ(j["required"], nlohmann::json({"model", "integrator", "run"}));
+}
+
+TEST_F(Comfort, BashCompletes) {
+  if (shell("command -v bash").code != 0) GTEST_SKIP() << "no bash";
+  ASSERT_EQ(porthos("completion bash").code, 0);
+  fs::rename(folder_ / "out.txt", folder_ / "completion.bash");
+  const auto complete = [&](const std::string& words) {
+    return shell("bash -c 'source completion.bash; COMP_WORDS=(" + words +
+                 "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _porthos; echo \"${COMPREPLY[*]}\"'")
+        .out;
+  };
+  EXPECT_EQ(complete("porthos sche"), "schema\n");
+  EXPECT_EQ(complete("porthos run --no"), "--no-report\n");
+  EXPECT_EQ(complete("porthos run --method gauss16"), "gauss16\n");
+  EXPECT_EQ(complete("porthos completion z"), "zsh\n");
+  EXPECT_EQ(complete("porthos run --nothing"), "\n");
+}
+
+TEST_F(Comfort, ScriptsOfOtherShellsAreUnderstood) {
+  for (const std::string name : {"zsh", "fish"}) {
+    ASSERT_EQ(porthos("completion " + name + " >script").code, 0);
+    if (shell("command -v " + name).code != 0) continue;
+    const Answer a = shell(name + " -n script");
+    EXPECT_EQ(a.code, 0) << name << ": " << a.err;
+    EXPECT_EQ(a.err, "") << name;
+  }
+  const Answer a = porthos("completion tcsh");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.err, "porthos: there is no completion for 'tcsh', expected bash, zsh or fish\n");
+}
+
+TEST_F(Comfort, EveryCommandHasAnExampleInItsHelp) {
+  const std::string all = porthos("--help").out;
+  std::istringstream lines(all.substr(all.find("Subcommands:") + 13));
+  int count = 0;
+  for (std::string line; std::getline(lines, line) && line.rfind("  ", 0) == 0;) {
+    std::istringstream words(line);
+    std::string command;
+    words >> command;
+    if (line[2] == ' ' || command.empty()) continue;
+    EXPECT_NE(porthos(command + " --help").out.find("Example:\n  porthos " + command),
+              std::string::npos)
+        << command;
+    ++count;
+  }
+  EXPECT_GE(count, 10);
+}
+
+TEST_F(Comfort, ReportWithoutTemplateSaysWhatToDo) {
+  std::ofstream(folder_ / "empty.html") << "nothing";
+  fs::create_directories(folder_ / "none");
+  const Answer named = shell("PORTHOS_REPORT_TEMPLATE=empty.html '" PORTHOS_CLI "' report none");
+  EXPECT_EQ(named.code, 2);
+  EXPECT_EQ(named.err,
+            "porthos: empty.html is no template of a report: expected @PORTHOS_DATA@ once\n");
+  std::ofstream(folder_ / "page.html") << "@PORTHOS_DATA@";
+  const Answer empty = shell("PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' report none");
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_EQ(empty.err,
+            "porthos: none holds no results: expected summary.json, run.h5, compare.json or "
+            "checkpoint/ of a run\n");
+  EXPECT_EQ(shell("PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' report away").err,
+            "porthos: away is no folder\n");
+}
+
+TEST_F(Comfort, RunWritesItsReportUnlessToldNotTo) {
+  std::ofstream(folder_ / "page.html") << "<p>@PORTHOS_DATA@</p>";
+  const std::string run = "PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' run " +
+                          example("ets_vii/scene.toml") + " --duration 5 ";
+  EXPECT_EQ(shell(run + "--out a").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "a/report.html"));
+  EXPECT_EQ(shell(run + "--no-report --out b").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "b/report.html"));
+  // A page that cannot be made costs no run its verdict.
+  const Answer bad = shell("PORTHOS_REPORT_TEMPLATE=no.html '" PORTHOS_CLI "' run " +
+                           example("ets_vii/scene.toml") + " --duration 5 --out c");
+  EXPECT_EQ(bad.code, 0);
+  EXPECT_NE(bad.err.find("porthos: no report: cannot read no.html"), std::string::npos) << bad.err;
+}
+
+}  // namespace

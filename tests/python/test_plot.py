@@ -1,0 +1,51 @@
+"""Pictures by matplotlib."""
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import porthos as ph
+from test_dynamics import refused
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def run(source, tmp_path_factory):
+    return ph.Scene(source / "examples/ledger/scene.toml", duration=300).run(tmp_path_factory.mktemp("plot") / "run", progress=False)
+
+
+def test_four_panels(run, tmp_path):
+    figure = ph.plot(run, tmp_path / "a.svg")
+    titles = [a.get_title(loc="left") for a in figure.axes]
+    assert len(titles) == 4 and "stored" in titles[0] and "works" in titles[1] and "defect" in titles[2] and "momentum" in titles[3]
+    names = [t.get_text() for t in figure.axes[1].get_legend().get_texts()]
+    assert names == list(run.group("supplied")) + list(run.group("dissipated"))
+    assert (tmp_path / "a.svg").stat().st_size > 20000
+    refused(lambda: ph.plot(run, tmp_path / "a.gif"), "a.gif", ".png, .svg or .pdf")
+
+
+def test_the_command(run, tmp_path):
+    code = subprocess.run([sys.executable, "-m", "porthos", "plot", str(run.folder)], env=os.environ, capture_output=True, text=True)
+    assert code.returncode == 0, code.stderr
+    assert (run.folder / "plot.png").read_bytes()[:4] == b"\x89PNG"
+    code = subprocess.run([sys.executable, "-m", "porthos", "plot", str(tmp_path)], env=os.environ, capture_output=True, text=True)
+    assert code.returncode == 2 and "no summary.json" in code.stderr and "Traceback" not in code.stderr
+
+
+def test_every_peak_of_a_million_records_stays():
+    from porthos.plotting import envelope, thinned
+
+    n = 1_000_000
+    t = np.arange(n) * 0.1
+    y = np.full(n, 1e-16)
+    peaks = [5, 1234, 77777, 999_998]
+    y[peaks] = -1e-12
+    start = time.perf_counter()
+    at, low, high = envelope(t, y)
+    spent = time.perf_counter() - start
+    assert len(at) <= 1200 and (high == 1e-12).sum() == len(peaks) and low.min() == 1e-16 and spent < 1
+    assert len(thinned(t)) <= 3000 and thinned(t)[-1] == n - 1

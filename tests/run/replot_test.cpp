@@ -1,0 +1,72 @@
+// porthos plot: pictures from run.h5 are those the run has drawn from its log.
+#include "scene/replot.h"
+
+#include <gtest/gtest.h>
+
+#include "scene/hdf5_reader.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test {
+namespace {
+
+TEST(Replot, PicturesAreThoseOfTheRunByteForByte) {
+  const TemporaryFolder folder;
+  for (const double damping : {0.0, 0.3}) {
+    const Case c = pendulum(folder, damping);
+    const fs::path out = folder / ("out" + std::to_string(damping));
+    scene::run(c.scene, c.assembly, into(out));
+    std::vector<std::string> before;
+    for (const char* name : {"energy_error.svg", "ledger.svg"}) {
+      before.push_back(read_bytes(out / name));
+      fs::remove(out / name);
+    }
+    const auto files = scene::replot(out);
+    ASSERT_EQ(files.size(), 2u);
+    EXPECT_EQ(read_bytes(files[0]), before[0]);
+    EXPECT_EQ(read_bytes(files[1]), before[1]);
+    EXPECT_NE(before[0], before[1]);
+  }
+}
+
+TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& name) {
+    return refusal([&] { scene::replot(folder / name); });
+  };
+  EXPECT_TRUE(says(refused("none"), "is no folder"));
+  fs::create_directories(folder / "run/checkpoint");
+  EXPECT_TRUE(says(refused("run"), "unfinished run: continue it with --resume"));
+  fs::remove(folder / "run/checkpoint");
+  EXPECT_TRUE(says(refused("run"), "has no summary.json"));
+  write_bytes(folder / "run/summary.json", "{");
+  EXPECT_TRUE(says(refused("run"), "summary.json is damaged"));
+  write_bytes(folder / "run/summary.json", "{}");
+  EXPECT_TRUE(says(refused("run"), "has no run.h5"));
+}
+
+TEST(Replot, DamagedSeriesAreRefused) {
+  const TemporaryFolder folder;
+  const Case c = pendulum(folder);
+  scene::run(c.scene, c.assembly, into(folder / "out"));
+  const std::string whole = read_bytes(folder / "out/run.h5");
+  const auto refused = [&] { return refusal([&] { scene::replot(folder / "out"); }); };
+  for (const double part : {0.0, 0.3, 0.9}) {
+    write_bytes(folder / "out/run.h5", whole.substr(0, size_t(part * double(whole.size()))));
+    EXPECT_TRUE(says(refused(), "run.h5: it is cut off, damaged or no HDF5 file")) << part;
+  }
+  // Bytes turned over in the middle: the checksum of the compressed chunk or the file's own structure finds some of them;
+  // whatever is found is a sentence, and nothing crashes.
+  for (size_t at = whole.size() / 20; at < whole.size(); at += whole.size() / 20) {
+    std::string bad = whole;
+    for (size_t k = 0; k < 32 && at + k < bad.size(); ++k) bad[at + k] = char(~bad[at + k]);
+    write_bytes(folder / "out/run.h5", bad);
+    try {
+      scene::replot(folder / "out");
+    } catch (const InvalidArgument& e) {
+      EXPECT_TRUE(says(e.what(), "run.h5"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace porthos::test

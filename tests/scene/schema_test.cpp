@@ -1,0 +1,183 @@
+#include "scene/schema.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "phs/error.h"
+#include "scene/ensemble.h"
+#include "scene/scene_texts.h"
+
+/// The schema says what the reader says: each table is given a key the reader does not know, which names those it knows.
+namespace porthos::scene {
+namespace {
+
+constexpr const char* urdf =
+    R"(<robot name="arm"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rod"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 0 1"/></joint></robot>)";
+
+const std::string theta = "theta = { drive = \"fixed\" }\n";
+const std::string actuator =
+    "[[actuator]]\njoint = \"j\"\nfamily = \"series_elastic\"\nparameters = { k = 1 }\n";
+const std::string motor =
+    "[[element]]\ntype = \"dc_motor\"\njoint = \"j\"\ninductance = 1\nresistance = 1\nconstant = "
+    "1\n";
+const std::string force = "[[element]]\ntype = \"force\"\njoint = \"j\"\n";
+
+/// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are put in where they miss.
+std::map<std::string, std::string> places() {
+  std::map<std::string, std::string> p{
+      {"scene", "@"},
+      {"model", "[model]\nurdf = \"a\"\nbase = \"free\"\n@"},
+      {"model.inertia", "[model]\nurdf = \"a\"\nbase = \"free\"\n[model.inertia.rod]\nmass = 1\n@"},
+      {"environment", "[environment]\n@"},
+      {"initial", "[initial]\n@"},
+      {"initial.base", "[initial.base]\n@"},
+      {"initial.joints", "[initial.joints.j]\n@"},
+      {"initial.random", "[initial.random]\n@"},
+      {"integrator", "[integrator]\nmethod = \"gauss4\"\nstep = 1\n@"},
+      {"monitor", "[monitor]\nlimit = 1\n@"},
+      {"run", "[run]\nduration = 10\n@"},
+      {"verify", "[verify]\n@"},
+      {"ensemble", "[ensemble]\n@"},
+      {"body", "[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1, 1, 0, 0, 0]\n@"},
+      {"actuator", actuator + theta + "@"},
+      {"actuator.limits", actuator + theta + "[actuator.limits]\n@"},
+      {"actuator.drive", actuator + "[actuator.theta]\ndrive = \"torque\"\n@"},
+      {"signal", motor + "[element.voltage]\n@"},
+      {"sine", force + "[element.sine]\namplitude = 1\nfrequency = 1\n@"},
+      {"profile", force + "[element.profile]\ntimes = [0, 1]\nvalues = [0, 1]\n@"},
+      {"planet", "[orbit]\naltitude = 5e5\n[planet]\n@"},
+      {"orbit", "[orbit]\naltitude = 5e5\n@"},
+      {"orbit.drag",
+       "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
+       "1\narea_coefficient = 1\n@"},
+      {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
+  for (const auto& t : schema())
+    if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
+      p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) +
+                "\njoint = \"j\"\n" + (t.id == "element.controller" ? "stiffness = 1\n@" : "@");
+  for (const char* e : {"capture", "release", "lock", "unlock"})
+    p[fmt::format("event.{}", e)] = fmt::format("[[event]]\ntype = \"{}\"\nat = 5\n@", e);
+  return p;
+}
+
+std::string whole(std::string text) {
+  std::string before;
+  if (text.find("[model]") == text.npos) before = "[model]\nurdf = \"a\"\nbase = \"free\"\n";
+  if (text.find("[integrator]") == text.npos)
+    before += "[integrator]\nmethod = \"gauss4\"\nstep = 1\n";
+  if (text.find("[run]") == text.npos) before += "[run]\nduration = 10\n";
+  return text.rfind("@", 0) == 0 || text.rfind("zzz", 0) == 0 ? text + before : before + text;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    const Scene s = read_scene_again("s.toml", {text, urdf});
+    if (text.find("[ensemble]") != text.npos) Ensemble{s};
+    return "";
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+}
+
+std::string with(std::string text, const std::string& key) {
+  text.replace(text.find('@'), 1, key + "\n");
+  return whole(text);
+}
+
+TEST(Schema, TablesHaveTheKeysTheReaderKnows) {
+  const auto place = places();
+  for (const auto& t : schema()) {
+    ASSERT_TRUE(place.count(t.id)) << "no scene of this test has the table " << t.id;
+    const std::string said = refusal(with(place.at(t.id), "zzz = 1"));
+    const auto known = said.find("(known: ");
+    ASSERT_NE(known, said.npos) << t.id << ": " << said;
+    std::set<std::string> reader, ours;
+    std::istringstream list(said.substr(known + 8, said.rfind(')') - known - 8));
+    for (std::string key; std::getline(list, key, ',');)
+      reader.insert(key.substr(key.find_first_not_of(' ')));
+    for (const auto& k : t.keys) ours.insert(k.name);
+    EXPECT_EQ(ours, reader) << t.id;
+  }
+}
+
+/// Every value of a wrong kind is refused in words of the right one.
+TEST(Schema, KeysAreOfTheKindTheReaderExpects) {
+  using Kind = SchemaKey::Kind;
+  const auto place = places();
+  int tested = 0, all = 0;
+  for (const auto& t : schema())
+    for (const auto& k : t.keys) {
+      ++all;
+      std::string text = place.at(t.id);
+      // A key that is there already gives way.
+      const auto there = text.rfind("\n" + k.name + " = ");
+      if (there != text.npos && there > text.rfind('[', text.find('@')))
+        text.erase(there, text.find('\n', there + 1) - there);
+      const std::string said = refusal(with(text, k.name + " = 1979-05-27"));
+      EXPECT_NE(said, "") << t.id << "." << k.name << " is never looked at";
+      if (said.find("is a date") == said.npos && said.find("of a date") == said.npos)
+        continue;  // something else misses first
+      const std::map<Kind, const char*> words{{Kind::number, "a number"},
+                                              {Kind::whole, "whole number"},
+                                              {Kind::boolean, "true or false"},
+                                              {Kind::numbers, "numbers"},
+                                              {Kind::list, "array"},
+                                              {Kind::table, "table"},
+                                              {Kind::named, "table"},
+                                              {Kind::tables, "tables"}};
+      const auto expected = words.find(k.kind);
+      if (expected == words.end())  // text: neither of them
+        EXPECT_EQ(said.find("numbers"), said.npos) << said;
+      else
+        EXPECT_NE(said.find(expected->second), said.npos) << t.id << "." << k.name << ": " << said;
+      ++tested;
+    }
+  std::printf("%d of %d keys were refused by their kind, at least 120 expected\n", tested, all);
+  EXPECT_GE(tested, 120);
+}
+
+TEST(Schema, WordsAreThoseOfTheReader) {
+  const auto place = places();
+  for (const auto& t : schema())
+    for (const auto& k : t.keys) {
+      if (k.kind != SchemaKey::Kind::word || k.name == "type" || t.id == "ensemble") continue;
+      std::string text = place.at(t.id);
+      const auto there = text.rfind("\n" + k.name + " = ");
+      if (there != text.npos) text.erase(there, text.find('\n', there + 1) - there);
+      const std::string said = refusal(with(text, k.name + " = \"zzz\""));
+      for (const auto& word : k.words)
+        EXPECT_NE(said.find(word), said.npos) << t.id << "." << k.name << ": " << said;
+    }
+}
+
+TEST(Schema, ReferenceIsInTheDocumentation) {
+  std::ifstream file(std::string(PORTHOS_SOURCE_DIR) + "/docs/scene_reference.md");
+  std::ostringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(text.str(), schema_markdown()) << "porthos schema --markdown > docs/scene_reference.md";
+}
+
+TEST(Schema, EveryReferenceLeadsSomewhere) {
+  const auto j = nlohmann::json::parse(schema_json());
+  const std::string text = j.dump();
+  size_t count = 0;
+  for (size_t at = 0; (at = text.find("#/definitions/", at)) != text.npos; ++at, ++count) {
+    const auto id = text.substr(at + 14, text.find('"', at) - at - 14);
+    EXPECT_TRUE(j["definitions"].contains(id)) << id;
+  }
+  EXPECT_GT(count, 20u);
+}
+
+}  // namespace
+}  // namespace porthos::scene
