@@ -25,7 +25,8 @@ RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
 }  // namespace crba_detail
 
 template <class T>
-void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<T> M) {
+[[gnu::flatten]] void crba(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
+                           std::span<T> M) {
   const auto& nodes = m.nodes();
   const size_t nv = size_t(m.nv());
   passes::place_bodies(m, w, q.data());

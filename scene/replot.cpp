@@ -83,7 +83,8 @@ std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, 
 
 std::string energy_picture(const RunReport& r, const std::vector<double>& t,
                            const std::vector<double>& error) {
-  Envelope envelope(t.size() > 1 ? t[1] : 1, r.simulated_s);
+  // The distance of the records: a phase does not begin at 0.
+  Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, r.simulated_s);
   for (size_t i = 0; i < t.size(); ++i) envelope.add(t[i], error[i] / r.energy.scale_J);
   std::optional<double> limit;
   for (const auto& c : r.checks)

@@ -69,7 +69,7 @@ void add_field(std::vector<Timing>& all, const Case& c, const std::string& name)
   }
   const auto packed = [&](const std::vector<Vec>& x) {
     std::vector<std::vector<T>> y;
-    for (size_t s = 0; s < x.size(); ++s) {
+    for (size_t s = 0; s < x.size(); s += size_t(lanes)) {  // the same states, a lane each
       std::vector<T> one(x[s].size());
       for (size_t k = 0; k < one.size(); ++k)
         if constexpr (lanes == 1)
@@ -85,7 +85,7 @@ void add_field(std::vector<Timing>& all, const Case& c, const std::string& name)
   const std::string suffix = lanes == 1 ? "" : fmt::format(", {} lanes", lanes);
   all.push_back({name, "field" + suffix,
                  [r, model](int i) {
-                   const auto s = size_t(i);
+                   const auto s = size_t(i) % r->q.size();
                    mechanics::hamiltonian_field<T>(*model, r->w, r->q[s], r->p[s], {}, r->q_dot,
                                                    r->p_dot);
                  },
@@ -93,7 +93,7 @@ void add_field(std::vector<Timing>& all, const Case& c, const std::string& name)
   if constexpr (lanes > 1)
     all.push_back({name, "aba" + suffix,
                    [r, model](int i) {
-                     const auto s = size_t(i);
+                     const auto s = size_t(i) % r->q.size();
                      mechanics::aba<T>(*model, r->w, r->q[s], r->v[s], {r->tau[s], {}}, r->a);
                    },
                    lanes});

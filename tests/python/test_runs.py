@@ -38,7 +38,8 @@ def test_the_series_are_those_h5py_reads(short_run):
     with h5py.File(short_run.folder / "run.h5") as f:
         for name in short_run.names:
             assert np.array_equal(short_run[name], f[name][...]), name
-        assert short_run.file.attributes()["title"] == f.attrs["title"].decode() if isinstance(f.attrs["title"], bytes) else f.attrs["title"]
+        title = f.attrs["title"]
+        assert short_run.file.attributes()["title"] == (title.decode() if isinstance(title, bytes) else title)
 
 
 def test_in_memory_and_in_a_folder_are_the_same_run(pendulum, tmp_path):
@@ -76,7 +77,7 @@ def test_step_by_step(pendulum):
     model = ph.MechanicalModel(pendulum)
     assert "gauss16" in [d.name for d in ph.methods()]
     assert ph.declaration_of("gauss16").symplectic == ph.Claim.holds
-    assert ph.misfit("gauss16", model) is None and ph.misfit("stormer_verlet", model) is not None or True
+    assert ph.misfit("gauss16", model) is None
     i = ph.integrator("gauss8", model, 0.01)
     a, b = ph.State(model, model.state([1, 0.2], [0, 0])), ph.State(model, model.state([1, 0.2], [0, 0]))
     x = a.x
@@ -107,7 +108,7 @@ def test_damaged_files_say_so(short_run, tmp_path):
         (tmp_path / name).write_bytes(content)
         refused(lambda: ph.RunFile(tmp_path / name), name, "cut off, damaged or no HDF5 file")
     refused(lambda: ph.RunFile(tmp_path / "missing"), "there is no such file")
-    refused(lambda: short_run.file.read("state/elbow"), "no dataset 'state/elbow'") if len(short_run.names) < 12 else None
+    refused(lambda: short_run.file.read("state/elbow"), "no dataset 'state/elbow'", most=2000)
 
 
 def test_a_scene_with_events_has_phases(source, tmp_path):
@@ -197,6 +198,24 @@ def test_the_progress_line():
     text = s.getvalue()
     assert text.count("\r") == 3 and "50.0 %" in text and "1 h 06 min left" in text and "60.0" not in text
     assert text.endswith(" \r") and "\n" not in text
+
+
+def test_where_progress_is_shown(monkeypatch):
+    import types
+
+    from porthos.progress import Progress, chosen, in_notebook
+
+    assert not in_notebook() and chosen(False)[0] is None and isinstance(chosen(True)[0], Progress)
+
+    class ZMQInteractiveShell:
+        pass
+
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=ZMQInteractiveShell))
+    assert in_notebook() and isinstance(chosen(None)[0], Progress)
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: None))
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    assert chosen(None)[0] is None  # neither a notebook nor a terminal
+    assert chosen(print)[0] is print
 
 
 # --- what Python costs ----------------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class Resume : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Resume, AfterTheStopFlagAtSeveralPoints) {
   TemporaryFolder folder;
-  const Case c = floating_arm(folder, 1600, GetParam());
+  const Case c = floating_arm(folder, std::getenv("PORTHOS_LONG") ? 1600 : 500, GetParam());
   const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
 
   std::atomic<bool> stop = true;  // at once: before the first step
@@ -66,7 +66,7 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
   TemporaryFolder folder;
   const bool longer = std::getenv("PORTHOS_LONG") != nullptr;
   const int kills = longer ? 20 : 3;
-  Case c = floating_arm(folder, longer ? 8000 : 600, GetParam());
+  Case c = floating_arm(folder, longer ? 8000 : 300, GetParam());
   const auto started = std::chrono::steady_clock::now();
   const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
   const double seconds =

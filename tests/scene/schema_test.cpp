@@ -61,6 +61,9 @@ std::map<std::string, std::string> places() {
       {"orbit.drag",
        "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
        "1\narea_coefficient = 1\n@"},
+      {"orbit.plates",
+       "[orbit]\naltitude = 5e5\n[[orbit.plates]]\nlink = \"rod\"\narea = 1\nnormal = [0, 0, "
+       "1]\n@"},
       {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
   for (const auto& t : schema())
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
