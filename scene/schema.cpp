@@ -176,7 +176,7 @@ std::vector<SchemaTable> top() {
         yes_or_no("use_damping", "true", "simulate <dynamics damping>"),
         table("inertia", "model.inertia", "none",
               "by link: mass properties of links the file gives none", Kind::named),
-        table("mass_factor", "", "all 1", "by link: factor of its mass and inertia")}},
+        {"mass_factor", Kind::named, "1", "none", "by link: times its mass and inertia", {}, 1}}},
       {"model.inertia", "[model.inertia.<link>]", "Mass properties of a link.", mass("all 0")},
       {"environment",
        "[environment]",

@@ -15,7 +15,7 @@ struct SchemaKey {
   std::string what;       ///< one line for people
   std::vector<std::string> words =
       {};                  ///< of a word: those there are; of a number: words that stand for one
-  int count = 0;           ///< of numbers
+  int count = 0;           ///< of numbers; 1 of named: numbers by name instead of tables
   std::string table = {};  ///< of a table, of tables and of named tables: which, by id
 };
 

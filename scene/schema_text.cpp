@@ -56,7 +56,7 @@ Json value_of(const SchemaKey& k) {
     case Kind::named:
       break;
   }
-  return {{"type", "object"}, {"additionalProperties", reference(k.table)}};
+  return {{"type", "object"}, {"additionalProperties", k.count == 1 ? finite : reference(k.table)}};
 }
 
 std::string described(const SchemaKey& k) {
@@ -146,6 +146,7 @@ std::string schema_markdown() {
     for (const auto& k : t.keys) {
       std::string kind = kind_text(k.kind);
       if (k.kind == Kind::numbers) kind = fmt::format("{} numbers", k.count);
+      if (k.kind == Kind::named && k.count == 1) kind = "numbers by name";
       if (!k.words.empty() && k.words.size() <= 6)
         kind = fmt::format("{}`\"{}\"`", k.kind == Kind::word ? "" : kind + " or ",
                            fmt::join(k.words, "\"`, `\""));

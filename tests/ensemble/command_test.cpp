@@ -341,7 +341,7 @@ pid_t process_of(int rank, const std::string& scene) {
 TEST_F(EnsembleCommand, ADeadRankLONG) {
   if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "waits for a silent rank: set PORTHOS_LONG=1";
   std::string text = std::string(head) + sampled;
-  text.replace(text.find("cases = 60"), 10, "cases = 40000");
+  text.replace(text.find("cases = 60"), 10, "cases = 6000");
   write("scene.toml", text);
   run("whole");
   for (const bool recovery : {false, true}) {
@@ -361,7 +361,7 @@ TEST_F(EnsembleCommand, ADeadRankLONG) {
       EXPECT_NE(code, 0) << "the runtime ends the others";
       EXPECT_FALSE(fs::exists(out / "ensemble.h5"));
       const auto r = run("aborted", {.resume = true});
-      EXPECT_LT(r.run_here, 40000) << "what was done is done";
+      EXPECT_LT(r.run_here, 6000) << "what was done is done";
     }
     EXPECT_TRUE(result(out.filename()) == result("whole"));
   }
