@@ -33,6 +33,10 @@ const std::string motor =
     "1\n";
 const std::string force = "[[element]]\ntype = \"force\"\njoint = \"j\"\n";
 
+bool has_joint(const SchemaTable& t) {
+  return std::any_of(t.keys.begin(), t.keys.end(), [](const auto& k) { return k.name == "joint"; });
+}
+
 /// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are put in where they miss.
 std::map<std::string, std::string> places() {
   std::map<std::string, std::string> p{
@@ -57,6 +61,14 @@ std::map<std::string, std::string> places() {
       {"sine", force + "[element.sine]\namplitude = 1\nfrequency = 1\n@"},
       {"profile", force + "[element.profile]\ntimes = [0, 1]\nvalues = [0, 1]\n@"},
       {"planet", "[orbit]\naltitude = 5e5\n[planet]\n@"},
+      {"planet.magnetic", "[orbit]\naltitude = 5e5\n[planet.magnetic]\nequator = 3e-5\n@"},
+      {"panel",
+       "[[panel]]\nname = \"p\"\nlink = \"rod\"\nlength = 1\nmass = 1\n"
+       "bending_stiffness = 1\n@"},
+      {"pulses",
+       "[[element]]\ntype = \"thruster\"\nname = \"t\"\nlink = \"rod\"\n"
+       "direction = [1, 0, 0]\nthrust = 1\n[element.pulses]\nperiod = 1\nwidth = "
+       "0.5\ncount = 2\n@"},
       {"orbit", "[orbit]\naltitude = 5e5\n@"},
       {"orbit.drag",
        "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
@@ -68,8 +80,9 @@ std::map<std::string, std::string> places() {
   for (const auto& t : schema())
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
       p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) +
-                "\njoint = \"j\"\n" + (t.id == "element.controller" ? "stiffness = 1\n@" : "@");
-  for (const char* e : {"capture", "release", "lock", "unlock"})
+                (has_joint(t) ? "\njoint = \"j\"\n" : "\nname = \"n\"\n") +
+                (t.id == "element.controller" ? "stiffness = 1\n@" : "@");
+  for (const char* e : {"capture", "release", "lock", "unlock", "engage", "disengage"})
     p[fmt::format("event.{}", e)] = fmt::format("[[event]]\ntype = \"{}\"\nat = 5\n@", e);
   return p;
 }
