@@ -116,7 +116,9 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
       {"at = 20.0", "at = 20.03", "200.3 steps of 0.1 s, expected a whole number of steps", false},
       {"at = 20.0", "at = 4000.0", "expected a time inside the run, between 0 and 3000 s", false},
       {"type = \"capture\"", "type = \"catch\"",
-       "type is \"catch\", expected \"capture\", \"release\", \"lock\" or \"unlock\"", true},
+       "type is \"catch\", expected \"capture\", \"release\", \"lock\", \"unlock\", \"engage\" or "
+       "\"disengage\"",
+       true},
       {"gain = 20.0", "gain = -1.0", "gain is -1, expected a positive number", true},
       {"joint = \"wheel_x\"", "joint = \"elbow\"",
        "joint 'elbow' does not turn on a free base, expected a wheel that does", false}};

@@ -171,7 +171,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
        "12:2: unknown key 'verfiy' in the scene, the nearest known one is 'verify' "
-       "(known: title, model, environment, initial, body, element, actuator, event, planet, orbit, integrator, monitor, run, verify)"},
+       "(known: title, model, environment, initial, body, panel, element, actuator, event, planet, orbit, integrator, monitor, run, verify, ensemble)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
        "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia)"},
@@ -191,7 +191,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: position, attitude_wxyz, linear_velocity, angular_velocity)"},
       {rest("[environment]\ngravty = 1"),
        "13:1: unknown key 'gravty' in [environment], the nearest known one is 'gravity' (known: "
-       "gravity, vector)"},
+       "gravity, vector, magnetic_field)"},
       // missing keys
       {model("base = \"free\""),
        "1:1: [model] has no key 'urdf', expected the name of a URDF file"},
