@@ -16,7 +16,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-ROOMS = ["phs", "mechanics", "integrators", "energy_shaping", "vsa", "space", "ensemble", "scene", "report"]
+ROOMS = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene", "report"]
+STUBS = ROOT / "python/porthos/_core"
 MATHJAX = Path("/usr/share/javascript/mathjax")
 MATHJAX_PARTS = ["MathJax.js", "config/TeX-AMS_SVG.js", "jax/input/TeX", "jax/element", "jax/output/SVG", "extensions"]
 
@@ -138,6 +139,16 @@ def api(docs, source):
         (folder / f"{room}.md").write_text("\n".join(text))
 
 
+def python_api(folder):
+    """What an editor reads of the Python package: its stubs, which a test holds against the module."""
+    text = ["# Python", "", "Signatures and docstrings of `porthos`; [how to use it](/docs/python.md).", ""]
+    for stub in sorted(STUBS.glob("*.pyi"), key=lambda s: s.name != "__init__.pyi"):
+        name = "porthos" if stub.stem == "__init__" else f"porthos.{stub.stem}"
+        shutil.copy(stub, folder / f"{stub.stem}.py.txt")
+        text += [f"## `{name}`", "", "```{literalinclude} " + f"{stub.stem}.py.txt", ":language: python", "```", ""]
+    (folder / "python.md").write_text("\n".join(text))
+
+
 def main():
     try:
         import sphinx  # noqa: F401
@@ -159,6 +170,7 @@ def main():
     else:
         gallery(build, docs, source)
         api(docs, source)
+    python_api(source / "api")
     say("pages: sphinx")
     environment = {**os.environ, "PORTHOS_DOCS_BUILD": str(docs)}
     subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(docs / "doctrees"), str(source), str(html)],
