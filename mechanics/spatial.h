@@ -105,20 +105,30 @@ struct Sym3 {
 };
 
 /// R m Rᵀ for a rotation R with columns x y z. As R Rᵀ = 1 it is zz·1 + p xᵀ + x pᵀ + q yᵀ + y qᵀ with
-/// p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of 45.
+/// p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of 45. In wider numbers than those
+/// the placements were given in, R Rᵀ is 1 only to the rounding of these: there it is the congruence, whatever R is.
 template <class T>
 PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
-  const Vec3<T>&x = R.x, &y = R.y;
-  const T half(0.5);
-  const Vec3<T> p = (half * (m.xx - m.zz)) * x + m.xy * y + m.xz * R.z;
-  const Vec3<T> q = (half * (m.yy - m.zz)) * y + m.yz * R.z;
-  const T a = p.x * x.x + q.x * y.x, b = p.y * x.y + q.y * y.y, c = p.z * x.z + q.z * y.z;
-  return {m.zz + (a + a),
-          p.x * x.y + p.y * x.x + (q.x * y.y + q.y * y.x),
-          p.x * x.z + p.z * x.x + (q.x * y.z + q.z * y.x),
-          m.zz + (b + b),
-          p.y * x.z + p.z * x.y + (q.y * y.z + q.z * y.y),
-          m.zz + (c + c)};
+  const Vec3<T>&x = R.x, &y = R.y, &z = R.z;
+  if constexpr (phs::is_real<T> && !std::is_same_v<T, double>) {
+    const Vec3<T> a = m * Vec3<T>{x.x, y.x, z.x};  // columns of m Rᵀ
+    const Vec3<T> b = m * Vec3<T>{x.y, y.y, z.y};
+    const Vec3<T> c = m * Vec3<T>{x.z, y.z, z.z};
+    return {x.x * a.x + y.x * a.y + z.x * a.z, x.x * b.x + y.x * b.y + z.x * b.z,
+            x.x * c.x + y.x * c.y + z.x * c.z, x.y * b.x + y.y * b.y + z.y * b.z,
+            x.y * c.x + y.y * c.y + z.y * c.z, x.z * c.x + y.z * c.y + z.z * c.z};
+  } else {
+    const T half(0.5);
+    const Vec3<T> p = (half * (m.xx - m.zz)) * x + m.xy * y + m.xz * z;
+    const Vec3<T> q = (half * (m.yy - m.zz)) * y + m.yz * z;
+    const T a = p.x * x.x + q.x * y.x, b = p.y * x.y + q.y * y.y, c = p.z * x.z + q.z * y.z;
+    return {m.zz + (a + a),
+            p.x * x.y + p.y * x.x + (q.x * y.y + q.y * y.x),
+            p.x * x.z + p.z * x.x + (q.x * y.z + q.z * y.x),
+            m.zz + (b + b),
+            p.y * x.z + p.z * x.y + (q.y * y.z + q.z * y.y),
+            m.zz + (c + c)};
+  }
 }
 
 /// Twist: angular velocity and velocity of the frame origin.
