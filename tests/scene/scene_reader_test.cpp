@@ -174,10 +174,10 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "(known: title, model, environment, initial, body, panel, element, actuator, event, planet, orbit, integrator, monitor, run, verify, ensemble)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
-       "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia)"},
+       "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor)"},
       {run("durations = 10"),
        "11:1: unknown key 'durations' in [run], the nearest known one is 'duration' "
-       "(known: duration, record_every, checkpoint_every)"},
+       "(known: duration, record_every, extrema, checkpoint_every)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
        "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, "
@@ -308,10 +308,10 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
 TEST_F(SceneReader, MissingAndMistypedTables) {
   EXPECT_EQ(error(""),
             "scene.toml:1:1: there is no [model], expected a table with the keys urdf, base, "
-            "links_without_inertia, unphysical_inertia, use_damping, inertia");
+            "links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor");
   EXPECT_EQ(error("model = 1"),
             "scene.toml:1:9: model is a number, expected a table with the keys urdf, base, "
-            "links_without_inertia, unphysical_inertia, use_damping, inertia");
+            "links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor");
   EXPECT_EQ(error("title = 1"), "scene.toml:1:9: title is a number, expected text");
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";
   EXPECT_EQ(error(model),
@@ -320,7 +320,7 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
             "step_control_rate, step_control_length");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
-            "record_every, checkpoint_every");
+            "record_every, extrema, checkpoint_every");
 }
 
 TEST_F(SceneReader, OverridesAreRefusedLikeKeys) {
