@@ -35,7 +35,7 @@ struct EnsembleScene {
 };
 
 /// Reads [ensemble] of a scene that has been read, and tries each quantity on it.
-/// @throws InvalidArgument, one sentence "file:line:column: …", for a missing table, unknown keys, a quantity the scene has
+/// @throws InvalidArgument with one sentence "file:line:column: …", for a missing table, unknown keys, a quantity the scene has
 ///   no place for, a distribution that is empty or unknown, a broken table
 EnsembleScene read_ensemble(const Scene& scene, const Assembly& assembly);
 
