@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "space/orbit.h"
+#include "space/split_scheme.h"
 #include "tests/support/bounds.h"
 #include "tests/support/reference.h"
 
