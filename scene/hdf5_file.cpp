@@ -1,7 +1,6 @@
 #include "scene/hdf5_file.h"
 
 #include <fmt/format.h>
-#include <hdf5.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -9,28 +8,13 @@
 
 #include "phs/error.h"
 #include "scene/files.h"
+#include "scene/hdf5_id-inl.h"
 
 namespace porthos::scene {
 namespace {
 
 constexpr hsize_t rows_per_chunk = 4096;
 constexpr unsigned deflate_level = 4;
-
-/// Closes an id of any kind.
-class Owned {
- public:
-  explicit Owned(hid_t id) : id_(id) {}
-  Owned(const Owned&) = delete;
-  Owned& operator=(const Owned&) = delete;
-  ~Owned() {
-    if (id_ >= 0) H5Idec_ref(id_);
-  }
-  operator hid_t() const { return id_; }
-  bool ok() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-};
 
 hid_t string_type(const std::string& text) {
   const hid_t t = H5Tcopy(H5T_C_S1);

@@ -1,31 +1,15 @@
 #include "scene/hdf5_reader.h"
 
 #include <fmt/format.h>
-#include <hdf5.h>
 
 #include <functional>
 
 #include "phs/error.h"
 #include "scene/files.h"
+#include "scene/hdf5_id-inl.h"
 
 namespace porthos::scene {
 namespace {
-
-/// Closes an id of any kind.
-class Owned {
- public:
-  explicit Owned(hid_t id) : id_(id) {}
-  Owned(const Owned&) = delete;
-  Owned& operator=(const Owned&) = delete;
-  ~Owned() {
-    if (id_ >= 0) H5Idec_ref(id_);
-  }
-  operator hid_t() const { return id_; }
-  bool ok() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-};
 
 /// What a dataset is, or false if it is nothing that Hdf5File writes.
 bool describe(hid_t data, Hdf5Reader::Dataset& d) {

@@ -1,13 +1,8 @@
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "scene/checkpoint.h"
+#include "tests/run/killed.h"
 #include "tests/run/scenes.h"
 
 /// A run that is stopped, or killed, and continued gives the bits of the run that was not.
@@ -67,43 +62,22 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
   const bool longer = std::getenv("PORTHOS_LONG") != nullptr;
   const int kills = longer ? 20 : 3;
   Case c = floating_arm(folder, longer ? 8000 : 300, GetParam());
-  const auto started = std::chrono::steady_clock::now();
-  const auto whole = scene::run(c.scene, c.assembly, into(folder / "whole"));
+  RunReport whole;
   const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+      seconds_of([&] { whole = scene::run(c.scene, c.assembly, into(folder / "whole")); });
   c.scene.checkpoint_every = 0;  // as often as the clock is looked at
 
   std::srand(11);
   int killed = 0;
-  for (; killed < kills; ++killed) {
-    const bool resume = scene::has_checkpoint(folder / "parts" / "checkpoint");
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      try {
-        scene::run(c.scene, c.assembly, into(folder / "parts", resume));
-      } catch (const std::exception& e) {
-        std::fprintf(stderr, "child: %s\n", e.what());
-        _exit(1);
-      }
-      _exit(0);
-    }
-    std::this_thread::sleep_for(
-        std::chrono::duration<double>((longer ? 0.06 : 0.3) * seconds * std::rand() / RAND_MAX));
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    if (WIFEXITED(status)) {
-      ASSERT_EQ(WEXITSTATUS(status), 0);
-      break;
-    }
-  }
+  const auto has_begun = [&] { return scene::has_checkpoint(folder / "parts" / "checkpoint"); };
+  const auto part = [&](int) {
+    scene::run(c.scene, c.assembly, into(folder / "parts", has_begun()));
+  };
+  ASSERT_NO_FATAL_FAILURE(kill_at_random(kills, (longer ? 0.06 : 0.3) * seconds, part, killed));
   std::printf("  killed %d times in a run of %.2f s\n", killed, seconds);
   EXPECT_GE(killed, longer ? kills : 1) << "the run was over before it could be killed";
   RecordProperty("killed", killed);
-  const auto report =
-      scene::run(c.scene, c.assembly,
-                 into(folder / "parts", scene::has_checkpoint(folder / "parts" / "checkpoint")));
+  const auto report = scene::run(c.scene, c.assembly, into(folder / "parts", has_begun()));
   expect_same(whole, report, folder / "whole", folder / "parts");
 }
 

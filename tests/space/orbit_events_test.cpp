@@ -1,12 +1,7 @@
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <csignal>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "scene/checkpoint.h"
+#include "tests/run/killed.h"
 #include "tests/run/scenes.h"
 
 // Capture, locking and release in orbit: scenes whose mechanism changes about a centre of mass that does not notice.
@@ -169,35 +164,14 @@ TEST(OrbitEvents, KilledAtRandomMomentsItEndsWithTheSameBits) {
   test::TemporaryFolder folder;
   Scene s = orbit_scene(folder);
   const Assembly a = assemble(s);
-  const auto started = std::chrono::steady_clock::now();
-  const auto whole = run(s, a, test::into(folder / "whole"));
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  RunReport whole;
+  const double seconds = test::seconds_of([&] { whole = run(s, a, test::into(folder / "whole")); });
   s.checkpoint_every = 0;
   std::srand(3);
   int killed = 0;
-  for (const int kills = longer ? 20 : 3; killed < kills; ++killed) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      try {
-        run(s, a, test::into(folder / "parts", killed > 0));
-      } catch (const std::exception& e) {
-        std::fprintf(stderr, "child: %s\n", e.what());
-        _exit(1);
-      }
-      _exit(0);
-    }
-    std::this_thread::sleep_for(
-        std::chrono::duration<double>((longer ? 0.08 : 0.4) * seconds * std::rand() / RAND_MAX));
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    if (WIFEXITED(status)) {
-      ASSERT_EQ(WEXITSTATUS(status), 0);
-      break;
-    }
-  }
+  const auto part = [&](int before) { run(s, a, test::into(folder / "parts", before > 0)); };
+  ASSERT_NO_FATAL_FAILURE(
+      test::kill_at_random(longer ? 20 : 3, (longer ? 0.08 : 0.4) * seconds, part, killed));
   std::printf("  killed %d times in a run of %.2f s\n", killed, seconds);
   EXPECT_GE(killed, longer ? 10 : 1);
   // Edited meanwhile, it is another run, wherever it was killed.
