@@ -12,6 +12,7 @@ void bind_dynamics(pybind11::module_& m);
 void bind_network(pybind11::module_& m);
 void bind_integrators(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);
+void bind_regulation(pybind11::module_& m);
 void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);

@@ -21,5 +21,6 @@ PYBIND11_MODULE(_core, m) {
   bind_environment(m);
   bind_baseline(m);
   bind_energy_shaping(m);
+  bind_regulation(m);
   bind_vsa(m);
 }

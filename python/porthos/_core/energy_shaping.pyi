@@ -367,6 +367,136 @@ class Acrobot:
     @kv.setter
     def kv(self, value: float) -> None: ...
 
+class NullSpacePosture:
+    """A posture for the freedoms that a task leaves, and the tank that pays for keeping it out of the task."""
+    def __init__(self, *, stiffness: list[float] = ..., rest: list[float] = ..., level: float = ..., least: float = ..., most: float = ..., fill: float = ...) -> None: ...
+    @property
+    def stiffness(self) -> list[float]:
+        """K_n of each joint [N m/rad | N/m]; one number: all."""
+        ...
+    @stiffness.setter
+    def stiffness(self, value: list[float]) -> None: ...
+    @property
+    def rest(self) -> list[float]:
+        """q_n; need not agree with the task."""
+        ...
+    @rest.setter
+    def rest(self, value: list[float]) -> None: ...
+    @property
+    def level(self) -> float:
+        """Energy in the tank at the start [J]."""
+        ...
+    @level.setter
+    def level(self, value: float) -> None: ...
+    @property
+    def least(self) -> float: ...
+    @least.setter
+    def least(self, value: float) -> None: ...
+    @property
+    def most(self) -> float:
+        """Bounds it keeps [J]."""
+        ...
+    @most.setter
+    def most(self, value: float) -> None: ...
+    @property
+    def fill(self) -> float:
+        """Share of the injected damping's power that goes into the tank, in [0, 1]."""
+        ...
+    @fill.setter
+    def fill(self, value: float) -> None: ...
+
+class NullSpaceLoop(ClosedLoop):
+    """A redundant arm that holds its hand at a place by a spring and its posture by another that the hand does not feel:
+
+        tau = -dU_x - Kd q' - (1 - alpha J^T Jbar^T) K_n (q - q_n),   Jbar = M^-1 J^T (J M^-1 J^T)^-1
+
+    Energy that the projected posture makes comes from a tank, whose energy E is a state: (q, p, E). H_d never rises.
+    task: a PotentialShaping with one pose, damping, and a rest near which to look. Raises InvalidArgument for a task that leaves
+    no freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.
+    """
+    def __init__(self, plant: MechanicalModel, task: PotentialShaping, posture: NullSpacePosture) -> None: ...
+    @property
+    def task_size(self) -> int: ...
+    def projected(self, q: Any, tau: Any) -> NDArray[numpy.float64]:
+        """(1 - J^T Jbar^T) tau at q: what the task does not feel."""
+        ...
+    def task_acceleration(self, q: Any, tau: Any) -> NDArray[numpy.float64]:
+        """J M^-1 tau."""
+        ...
+
+class WheelBase:
+    """Pose of a floating base by thrusters and reaction wheels: a shaping that asks for a wrench at the base, its force made by
+    the thrusters and its moment by the wheels, least |tau|. Whatever spin the wheels have, H_d falls. Not a ClosedLoop: the wheels
+    turn on at rest.
+    """
+    def __init__(self, shaped: PotentialLoop, wheels: list[str], *, base_port: str = 'base.wrench', limits: list[float] = [], samples: int = 500, tolerance: float = 1e-10) -> None:
+        """wheels: their ports, 'wheel_x.torque', of axisymmetric wheels on the base, three axes or more. limits: largest |torque| of each [N m]; none: without."""
+        ...
+    @property
+    def certificate(self) -> Certificate: ...
+    def law(self, x: Any) -> NDArray[numpy.float64]:
+        """u of the plant: force, no moment, wheels, joints."""
+        ...
+    def hamiltonian(self, x: Any) -> float:
+        """H_d [J]."""
+        ...
+    def dissipation(self, x: Any) -> float:
+        """The power H_d falls by [W]."""
+        ...
+    def control(self, network: Network, name: str, member: str, *, period: float = 0.0) -> Network:
+        """Puts the law on the ports of a network's member."""
+        ...
+
+class Trajectory:
+    """Where the joints are to be: q_d(t) with two derivatives."""
+    def at(self, t: float, n: int) -> tuple:
+        """(q_d, q_d', q_d'') of n joints at time t."""
+        ...
+
+class PdPlus:
+    """Tracking of a fully actuated arm:
+
+        tau = M(q) q_d'' + C(q, q') q_d' + D q' + dV - Kp e - Kd e',   e = q - q_d
+
+    The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'. Source: Paden, Panja 1988.
+    """
+    def __init__(self, plant: MechanicalModel, trajectory: Trajectory, kp: list[float], kd: list[float]) -> None: ...
+    def control(self, network: Network, name: str, member: str, *, period: float = 0.0) -> Network:
+        """Puts the law on the ports of a network's member."""
+        ...
+    def error(self, t: float, x: list[float]) -> float:
+        """The largest |e_i| [rad | m] at the plant's state x = (q, p)."""
+        ...
+    def error_energy(self, t: float, x: list[float]) -> float:
+        """H_e [J]."""
+        ...
+    def error_power(self, t: float, x: list[float]) -> float:
+        """e'^T Kd e' [W], the rate H_e falls at."""
+        ...
+
+class SweepResult:
+    """One run of a sweep."""
+    @property
+    def gains(self) -> list[float]: ...
+    @property
+    def settling(self) -> float:
+        """Time after which H_d stays below `settled` of its start [s]; inf: never."""
+        ...
+    @property
+    def peak(self) -> float:
+        """Largest |u| [N m | N]."""
+        ...
+    @property
+    def left(self) -> float:
+        """Share of H_d that is left at the end."""
+        ...
+    @property
+    def travel(self) -> float:
+        """Largest |q_i - q_i*|."""
+        ...
+    @property
+    def finite(self) -> bool: ...
+
 def joint_regulation(model: MechanicalModel, rest: list[float], bandwidth: float, damping_ratio: float, skip: list[str] = []) -> PotentialShaping:
     """Joint springs and dampers of a bandwidth [rad/s] and damping ratio at the rest point: k = M_jj w^2, d = 2 zeta M_jj w,
     M_jj the mass the joint feels there while the others stand still. A PotentialShaping.
@@ -411,4 +541,28 @@ def control(network: Network, name: str, member: str, loop: ClosedLoop, *, limit
     """Puts the law of a loop on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over
     several ports `name`.<port>. limits: largest |u| of each actuated input; none: without.
     """
+    ...
+
+def rest_to_rest(start: list[float], end: list[float], duration: float) -> Trajectory:
+    """From one set of coordinates to another: a polynomial of degree 7 with zero rates, accelerations and jerks at both ends."""
+    ...
+
+def sines(centre: list[float], amplitude: list[float], frequency: list[float]) -> Trajectory:
+    """q_i = centre_i + amplitude_i sin(2 pi frequency_i t), frequencies in Hz."""
+    ...
+
+def sweep(loop: ClosedLoop, gains: list[list[float]], *, start: list[float], duration: float = 20.0, step: float = 0.01, settled: float = 0.01, threads: int = 0) -> list[SweepResult]:
+    """Closed-loop runs with other gains, one row each in the order of gain_names, eight in SIMD lanes at a time. Results in the order of `gains`, the same for any number of threads (0: as many as the machine has)."""
+    ...
+
+def grid(values: list[list[float]]) -> list[list[float]]:
+    """All combinations of the values of each gain, the last one fastest."""
+    ...
+
+def logarithmic(low: float, high: float, count: int) -> list[float]:
+    """Values from low to high, even in their logarithms."""
+    ...
+
+def fastest(results: list[SweepResult], limit: float) -> int:
+    """Index of the run that settles first among those with peak <= limit, or -1."""
     ...
