@@ -65,19 +65,21 @@ class Lanes {
   }
 
  private:
-  // Rows become columns of four by four doubles at a time: two shuffles and half a load per vector.
+  // Rows become columns of four by four doubles at a time. Halves joined as they are loaded leave one shuffle per vector.
+  typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
   typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
-  static void transpose(const Four& a, const Four& b, const Four& c, const Four& d, Four* r) {
-    const Four s = __builtin_shufflevector(a, b, 0, 4, 2, 6),
-               t = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const Four u = __builtin_shufflevector(c, d, 0, 4, 2, 6),
-               v = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    r[0] = __builtin_shufflevector(s, u, 0, 1, 4, 5),
-    r[1] = __builtin_shufflevector(t, v, 0, 1, 4, 5);
-    r[2] = __builtin_shufflevector(s, u, 2, 3, 6, 7),
-    r[3] = __builtin_shufflevector(t, v, 2, 3, 6, 7);
+  static Four join(const double* lo, const double* hi) {
+    return __builtin_shufflevector(*reinterpret_cast<const Two*>(lo),
+                                   *reinterpret_cast<const Two*>(hi), 0, 1, 2, 3);
   }
-  static Four four(const double* p) { return *reinterpret_cast<const Four*>(p); }
+  static void transpose(const double* a, const double* b, const double* c, const double* d,
+                        Four* r) {
+    for (int k = 0; k < 4; k += 2) {
+      const Four s = join(a + k, c + k), t = join(b + k, d + k);
+      r[k] = __builtin_shufflevector(s, t, 0, 4, 2, 6);
+      r[k + 1] = __builtin_shufflevector(s, t, 1, 5, 3, 7);
+    }
+  }
   static void put(double* p, const Four& v) { *reinterpret_cast<Four*>(p) = v; }
 
   /// Rows r ... r + count of the inputs into the packs; lanes beyond them repeat the last.
@@ -92,8 +94,7 @@ class Lanes {
       for (; i + 4 <= s.n; i += 4, to += 4 * W)
         for (size_t half = 0; half < W; half += 4) {
           Four v[4];
-          transpose(four(row[half] + i), four(row[half + 1] + i), four(row[half + 2] + i),
-                    four(row[half + 3] + i), v);
+          transpose(row[half] + i, row[half + 1] + i, row[half + 2] + i, row[half + 3] + i, v);
           for (size_t k = 0; k < 4; ++k) put(to + k * W + half, v[k]);
         }
       for (; i < s.n; ++i, to += W)
@@ -113,7 +114,7 @@ class Lanes {
           for (size_t half = 0; half < W; half += 4) {
             Four v[4];
             const double* f = from + half;
-            transpose(four(f), four(f + W), four(f + 2 * W), four(f + 3 * W), v);
+            transpose(f, f + W, f + 2 * W, f + 3 * W, v);
             for (size_t l = 0; l < 4; ++l) put(to + (half + l) * n + i, v[l]);
           }
       for (; i < n; ++i, from += W)
