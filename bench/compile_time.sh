@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# compile_time.sh [--full]: processor time [s] to compile one translation unit with the whole public interface, as JSON.
-# --full also builds everything from nothing in a temporary folder (tens of minutes of processor time).
+# compile_time.sh [--full [FOLDER]]: processor time [s] to compile one translation unit with the whole public interface, as
+# JSON. --full also builds everything from nothing, in a folder that is not there yet and stays, or in a temporary one.
 # CXX chooses the compiler. Processor time and not the clock: the machine may be busy.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -26,10 +26,14 @@ headers=$(grep -c include "$unit")
 everything=$(least)
 printf '#include "mechanics/urdf.h"\n#include "mechanics/mechanical_model.h"\n#include "integrators/integrator.h"\nint main() {}\n' >"$unit"
 typical=$(least)
-full=null
+full=null wall=null
 if [[ ${1:-} == --full ]]; then
-  cmake --preset native -B "$work/build" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_COMPILER_LAUNCHER= >/dev/null
-  full=$(processor_time cmake --build "$work/build" -j2)
+  folder=${2:-$work/build}
+  [[ ! -e $folder ]] || { echo "$folder is there already: a full build starts from nothing" >&2; exit 1; }
+  cmake --preset native -B "$folder" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_COMPILER_LAUNCHER= >/dev/null
+  start=$(date +%s)
+  full=$(processor_time cmake --build "$folder" -j2)
+  wall=$(($(date +%s) - start))
 fi
-printf '{"compiler": "%s", "public_headers": %d, "whole_interface_s": %s, "typical_unit_s": %s, "full_build_s": %s}\n' \
-  "$("$compiler" --version | head -1)" "$headers" "$everything" "$typical" "$full"
+printf '{"compiler": "%s", "public_headers": %d, "whole_interface_s": %s, "typical_unit_s": %s, "full_build_s": %s, "full_build_wall_s": %s}\n' \
+  "$("$compiler" --version | head -1)" "$headers" "$everything" "$typical" "$full" "$wall"
