@@ -21,11 +21,11 @@ class CMakeModule(build_ext):
         folder = os.environ.get("PORTHOS_PYTHON_BUILD")
         if folder is None:
             folder = ROOT / "build" / "wheel"
-            options = {"CMAKE_BUILD_TYPE": "Release", "PORTHOS_BUILD_PYTHON": "ON", "PORTHOS_PYTHON_EXECUTABLE": sys.executable,
+            options = {"PORTHOS_BUILD_PYTHON": "ON", "PORTHOS_PYTHON_EXECUTABLE": sys.executable,
                        "PORTHOS_BUILD_APPS": "OFF", "PORTHOS_BUILD_TESTS": "OFF", "PORTHOS_BUILD_EXAMPLES": "OFF",
                        "PORTHOS_BUILD_BENCH": "OFF"}
-            subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", *(f"-D{k}={v}" for k, v in options.items()),
-                            *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True)
+            subprocess.run(["cmake", "--preset", "release", "-B", folder, *(f"-D{k}={v}" for k, v in options.items()),
+                            *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True, cwd=ROOT)
             # the page of report.html, where node and npm are
             subprocess.run(["cmake", "--build", folder, "--target", "porthos_report_page"], check=False)
         subprocess.run(["cmake", "--build", folder, "--target", "porthos_python"], check=True)

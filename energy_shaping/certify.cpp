@@ -7,8 +7,9 @@
 #include <queue>
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
 #include "energy_shaping/potential_loop.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -48,7 +49,7 @@ class ShapedPotential {
     Vec g, K;
     for (int i = 0; i < 50; ++i) {
       gradient(q, g, K);
-      const Vec step = linear_solve(n_, K, g);
+      const Vec step = phs::linear_solve(n_, K, g);
       double size = 0;
       for (size_t a = 0; a < n_; ++a) {
         const double width = r.upper[a] - r.lower[a];
@@ -137,7 +138,7 @@ void rate_of_energy(const ClosedLoop& loop, const Region& region, Certificate& c
 }
 
 void linearised(const ClosedLoop& loop, Certificate& c) {
-  const auto e = eigenvalues(loop.rest().size(), field_jacobian(loop, loop.rest()));
+  const auto e = phs::eigenvalues(loop.rest().size(), field_jacobian(loop, loop.rest()));
   double size = 0;
   for (const auto& l : e) size = std::max(size, std::abs(l));
   double rightmost = -HUGE_VAL, least_damping = 1;
@@ -266,7 +267,7 @@ std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region&
     if (known) continue;
     V.gradient(q, g, K);
     int descending = 0;
-    for (const double k : symmetric_eigenvalues(q.size(), K)) descending += k < 0;
+    for (const double k : phs::symmetric_eigenvalues(q.size(), K)) descending += k < 0;
     found.push_back({q, V(q), descending});
   }
   std::sort(found.begin(), found.end(),

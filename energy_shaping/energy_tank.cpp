@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "energy_shaping/closed_loop.h"
+#include "energy_shaping/gate.h"
 #include "energy_shaping/interconnection.h"
 
 namespace porthos::energy_shaping {
@@ -49,13 +50,6 @@ class TankedModel final : public phs::ModelFor<TankedModel> {
  private:
   phs::Description description_;
 };
-
-/// 0 up to a, smoothly to 1 at b.
-template <class T>
-T gate(T x, double a, double b) {
-  const T s = phs::max(phs::min((x - T(a)) / T(b - a), T(1.0)), T(0.0));
-  return s * s * (T(3.0) - T(2.0) * s);
-}
 
 template <class T>
 class TankedSystem final : public phs::System<T> {

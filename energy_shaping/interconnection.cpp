@@ -2,17 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "energy_shaping/closed_loop.h"
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
+#include "phs/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using phs::Matrix;
 
 const phs::Port& port_of(const phs::Model& model, const std::string& name) {
   std::string known;
@@ -108,13 +107,13 @@ void Interconnection::check(const InterconnectionOptions& o) {
   for (int round = 0; round < 50; ++round) {
     loop->field(0.0, rest_, {}, f);
     const auto J = field_jacobian(*loop_, rest_);
-    MatrixXd B(N, nc);
+    Matrix B{int(N), int(nc)}, residual{int(N), 1};
     for (size_t i = 0; i < N; ++i)
-      for (size_t k = 0; k < nc; ++k) B(long(i), long(k)) = J[i * N + n + k];
-    const VectorXd step =
-        B.completeOrthogonalDecomposition().solve(-Eigen::Map<const VectorXd>(f.data(), long(N)));
-    for (size_t k = 0; k < nc; ++k) rest_[n + k] += step[long(k)];
-    if (step.size() == 0 || step.cwiseAbs().maxCoeff() < 1e-15) break;
+      for (size_t k = 0; k < nc; ++k) B(int(i), int(k)) = J[i * N + n + k];
+    residual.a = f;
+    const Matrix step = phs::pseudo_inverse(B).inverse * residual;
+    for (size_t k = 0; k < nc; ++k) rest_[n + k] -= step.a[k];
+    if (largest(step.a) < 1e-15) break;
   }
   loop->field(0.0, rest_, {}, f), loop->gradient(rest_, g);
   const auto H = hessian(*loop_, rest_);
@@ -129,46 +128,40 @@ void Interconnection::check(const InterconnectionOptions& o) {
   std::vector<std::vector<double>> rows;
   std::vector<double> zero(N, 0.0), at0(size_t(d.invariant_count())), at1(at0);
   loop->invariants(zero, at0);
-  MatrixXd C(long(loop_->casimirs().size()), long(N));
+  const int casimirs = int(loop_->casimirs().size());
+  Matrix Cx{casimirs, int(n)},
+      CcT{int(nc), casimirs};  // of the plant's state, and transposed of the controller's
   for (size_t i = 0; i < N; ++i) {
     zero[i] = 1;
     loop->invariants(zero, at1);
     zero[i] = 0;
-    long row = 0;
+    int row = 0;
     for (const auto& inv : d.invariants)
       if (inv.name.starts_with("casimir."))
-        C(row++, long(i)) = at1[size_t(inv.at)] - at0[size_t(inv.at)];
+        (i < n ? Cx(row++, int(i)) : CcT(int(i - n), row++)) =
+            at1[size_t(inv.at)] - at0[size_t(inv.at)];
   }
   std::string texts;
   for (const auto& c : loop_->casimirs()) texts += (texts.empty() ? "" : "; ") + c;
-  certificate_.report("Casimirs", double(C.rows()), texts.empty() ? "none" : texts);
-  long tied = 0;
-  F_ = phs::Matrix(int(nc), int(n));
-  if (C.rows() > 0) {
-    const MatrixXd Cx = C.leftCols(long(n)), Cc = C.rightCols(long(nc));
-    const auto solver = Cc.transpose().completeOrthogonalDecomposition();
-    tied = solver.rank();
-    const MatrixXd L = solver.solve(MatrixXd::Identity(long(nc), long(nc)));
-    const MatrixXd F = -(L.transpose() * Cx);
-    for (size_t k = 0; k < nc; ++k)
-      for (size_t i = 0; i < n; ++i) F_(int(k), int(i)) = F(long(k), long(i));
-  }
+  certificate_.report("Casimirs", double(casimirs), texts.empty() ? "none" : texts);
+  F_ = Matrix(int(nc), int(n));
+  const auto solution = phs::pseudo_inverse(CcT);
+  const int tied = solution.rank;
+  if (casimirs > 0) F_ = transpose(solution.inverse) * Cx;
+  for (double& x : F_.a) x = -x;
   certificate_.at_least("controller states tied", double(tied), double(nc),
                         "by Casimirs to the plant's state", {});
-  if (tied < long(nc)) return;
+  if (tied < int(nc)) return;
 
   // H_d on the leaf: gradient and Hessian of H + H_c along (dx, F dx).
-  MatrixXd leaf = MatrixXd::Zero(long(N), long(n));
-  leaf.topRows(long(n)).setIdentity();
-  for (size_t k = 0; k < nc; ++k)
-    for (size_t i = 0; i < n; ++i) leaf(long(n + k), long(i)) = F_(int(k), int(i));
-  const VectorXd slope = leaf.transpose() * Eigen::Map<const VectorXd>(g.data(), long(N));
-  certificate_.at_most("gradient of H_d", slope.cwiseAbs().maxCoeff() / scale, o.tolerance,
+  Matrix leaf{int(N), int(n)}, slope{int(N), 1}, curvature{int(N), int(N)};
+  std::copy(F_.a.begin(), F_.a.end(), leaf.a.begin() + long(n * n));
+  for (int i = 0; i < int(n); ++i) leaf(i, i) = 1;
+  slope.a = g, curvature.a = H;
+  slope = transpose(leaf) * slope, curvature = transpose(leaf) * curvature * leaf;
+  certificate_.at_most("gradient of H_d", largest(slope.a) / scale, o.tolerance,
                        "at the rest point, on its leaf, relative", rest_);
-  using RowMajor = Eigen::Matrix<double, -1, -1, Eigen::RowMajor>;
-  const RowMajor curvature =
-      leaf.transpose() * Eigen::Map<const RowMajor>(H.data(), long(N), long(N)) * leaf;
-  const auto values = symmetric_eigenvalues(n, {curvature.data(), n * n});
+  const auto values = phs::symmetric_eigenvalues(n, curvature.a);
   certificate_.at_least("Hessian of H_d >= 0", values.front() / std::max(largest(values), 1e-300),
                         -o.tolerance, "least eigenvalue on the leaf, relative", {});
   certificate_.report("curvature of H_d", values.front(), "eigenvalues of the Hessian", values);

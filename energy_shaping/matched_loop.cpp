@@ -10,29 +10,30 @@
 namespace porthos::energy_shaping {
 namespace {
 
-[[noreturn]] void refuse(const std::string& design, const std::string& why) {
+[[noreturn]] void refuse_design(const std::string& design, const std::string& why) {
   throw InvalidArgument("energy shaping '" + design + "': " + why);
 }
 
 /// What can be told of a plant from its description.
 void check_description(const phs::Description& d, const Shaping& s, size_t actuators) {
   if (!d.traits.canonical || !d.traits.autonomous)
-    refuse(s.name(), "plant '" + d.name + "' must be canonical, x = (q, p), and autonomous");
+    refuse_design(s.name(), "plant '" + d.name + "' must be canonical, x = (q, p), and autonomous");
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::rotation)
-      refuse(s.name(), "coordinate '" + b.name + "' of plant '" + d.name +
-                           "' is a quaternion; matching works on plain coordinates");
+      refuse_design(s.name(), "coordinate '" + b.name + "' of plant '" + d.name +
+                                  "' is a quaternion; matching works on plain coordinates");
   if (d.nx != 2 * s.size())
-    refuse(s.name(), fmt::format("the design is for {} coordinates, plant '{}' has {}", s.size(),
-                                 d.name, d.nx / 2));
+    refuse_design(s.name(), fmt::format("the design is for {} coordinates, plant '{}' has {}",
+                                        s.size(), d.name, d.nx / 2));
   if (actuators == 0 || int(actuators) > s.size())
-    refuse(s.name(), fmt::format("{} actuators for {} coordinates", actuators, s.size()));
+    refuse_design(s.name(), fmt::format("{} actuators for {} coordinates", actuators, s.size()));
   for (const auto& p : d.powers)
     if (p.kind == phs::PowerKind::supplied)
-      refuse(s.name(), "plant '" + d.name + "' has a source of its own, '" + p.name + "'");
+      refuse_design(s.name(), "plant '" + d.name + "' has a source of its own, '" + p.name + "'");
   if (s.skew_kind() == Skew::solved &&
       ((s.size() != 2 && s.size() != 3) || int(actuators) != s.size() - 1))
-    refuse(s.name(), "J2 can be solved for with 2 or 3 coordinates and one less actuator only");
+    refuse_design(s.name(),
+                  "J2 can be solved for with 2 or 3 coordinates and one less actuator only");
 }
 
 void check_region(const Region& r, const Shaping& s, const std::vector<double>& rest) {
@@ -42,13 +43,15 @@ void check_region(const Region& r, const Shaping& s, const std::vector<double>& 
   require_size("rest coordinates", rest.size(), n);
   for (size_t i = 0; i < n; ++i) {
     if (!(r.lower[i] < r.upper[i]) || !std::isfinite(r.lower[i]) || !std::isfinite(r.upper[i]))
-      refuse(s.name(), fmt::format("region of coordinate {}: {} to {} is no interval", i,
-                                   r.lower[i], r.upper[i]));
+      refuse_design(s.name(), fmt::format("region of coordinate {}: {} to {} is no interval", i,
+                                          r.lower[i], r.upper[i]));
     if (!(rest[i] >= r.lower[i] && rest[i] <= r.upper[i]))
-      refuse(s.name(),
-             fmt::format("the rest point's coordinate {} = {} is outside the region", i, rest[i]));
+      refuse_design(
+          s.name(),
+          fmt::format("the rest point's coordinate {} = {} is outside the region", i, rest[i]));
   }
-  if (!(r.rate > 0) || r.samples < 1) refuse(s.name(), "a region needs a rate > 0 and samples");
+  if (!(r.rate > 0) || r.samples < 1)
+    refuse_design(s.name(), "a region needs a rate > 0 and samples");
 }
 
 phs::Description describe(const phs::Description& plant, const Shaping& s,

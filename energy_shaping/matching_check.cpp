@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
 #include "energy_shaping/matched_system-inl.h"
+#include "phs/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -64,7 +64,7 @@ Vec momenta(MatchedSystem<double>& s, const Vec& q, std::span<const double> v) {
   Vec x = q;
   x.resize(2 * q.size(), 0.0);
   s.evaluate(x);
-  const Vec p = linear_solve(q.size(), s.inverse_mass(), v);
+  const Vec p = phs::linear_solve(q.size(), s.inverse_mass(), v);
   std::copy(p.begin(), p.end(), x.begin() + long(q.size()));
   return x;
 }
@@ -118,15 +118,15 @@ void MatchedLoop::check() {
     const Vec q = x;
     x.resize(2 * n, 0.0);
     s.evaluate(x);
-    const auto e = symmetric_eigenvalues(n, s.target_mass_matrix());
+    const auto e = phs::symmetric_eigenvalues(n, s.target_mass_matrix());
     mass.less(e.front() / std::max(std::fabs(e.back()), std::fabs(e.front())), q);
-    const auto k = symmetric_eigenvalues(m, s.kv());
+    const auto k = phs::symmetric_eigenvalues(m, s.kv());
     kv.less(k.front() / std::max(std::fabs(k.back()), 1e-300), q);
     Vec GG(m * m);
     for (size_t a = 0; a < m; ++a)
       for (size_t b = 0; b < m; ++b)
         for (size_t r = 0; r < n; ++r) GG[a * m + b] += s.input()[r * m + a] * s.input()[r * m + b];
-    const auto g = symmetric_eigenvalues(m, GG);
+    const auto g = phs::symmetric_eigenvalues(m, GG);
     rank.less(g.front() / std::max(g.back(), 1e-300), q);
   }
   c.at_least("M_d > 0", mass.value, 1e-12, "least over greatest eigenvalue, " + sampled, mass.at);
@@ -167,7 +167,7 @@ void MatchedLoop::check() {
         R[a * n + b] += s.friction()[a * n + b];
         scale = std::max(scale, std::fabs(s.friction()[a * n + b]));
       }
-    passive.less(symmetric_eigenvalues(n, R).front() / scale, q);
+    passive.less(phs::symmetric_eigenvalues(n, R).front() / scale, q);
   }
   c.at_most("H = T + V", quadratic.value, 1e-11, "kinetic energy ½ pᵀM⁻¹p, relative, " + sampled,
             quadratic.at);
@@ -190,8 +190,8 @@ void MatchedLoop::check() {
     qd[j].d = 0;
     for (size_t i = 0; i < n; ++i) hessian_V[i * n + j] = dV[i].d, slope[i] = dV[i].v;
   }
-  const auto curvature = symmetric_eigenvalues(n, hessian_V);
-  c.at_most("rest point", norm(linear_solve(n, hessian_V, slope)), 1e-8,
+  const auto curvature = phs::symmetric_eigenvalues(n, hessian_V);
+  c.at_most("rest point", norm(phs::linear_solve(n, hessian_V, slope)), 1e-8,
             "Newton's step to the critical point of V_d", q_rest);
   c.at_least(
       "Hessian of V_d > 0",

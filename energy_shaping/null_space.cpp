@@ -6,10 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
+#include "energy_shaping/gate.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "phs/dense.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -71,13 +73,6 @@ class Projector {
   size_t n_, r_;
   std::vector<T> all_, J_, M_, L_, S_, LS_, column_, a_;
 };
-
-/// 0 up to a, smoothly to 1 at b.
-template <class T>
-T gate(T x, double a, double b) {
-  const T s = phs::max(phs::min((x - T(a)) / T(b - a), T(1.0)), T(0.0));
-  return s * s * (T(3.0) - T(2.0) * s);
-}
 
 template <class T>
 class NullSpaceSystem final : public LoopSystem<T> {
@@ -207,7 +202,7 @@ class NullSpaceSystem final : public LoopSystem<T> {
   T alpha_{}, valve_{};
 };
 
-[[noreturn]] void refuse(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_posture(const std::string& name, const std::string& why) {
   throw InvalidArgument("null-space posture of '" + name + "': " + why);
 }
 
@@ -220,7 +215,7 @@ std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
   mechanics::Workspace<double> w(m);
   std::vector<mechanics::Transform<double>> poses(m.nodes().size());
   std::vector<double> A(N * N), b(N);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < 2000; ++round) {  // far postures: each round a tenth of the way
     projector.place(q);
     mechanics::forward_kinematics<double>(m, w, q, poses);
     const auto X = mechanics::body_pose<double>(m, pose.frame, poses);
@@ -244,7 +239,7 @@ std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
       for (size_t i = 0; i < n; ++i)
         A[i * N + n + k] = A[(n + k) * N + i] = projector.jacobian()[k * n + i];
     }
-    const auto step = linear_solve(N, A, b);
+    const auto step = phs::linear_solve(N, A, b);
     double most = 0;
     for (size_t i = 0; i < n; ++i) most = std::max(most, std::fabs(step[i]));
     const double part = std::min(1.0, 0.3 / most);
@@ -268,21 +263,23 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   const std::string& name = task.name;
   const size_t n = size_t(m.nv());
   for (const auto& c : m.coordinates())
-    if (c.nq != 1) refuse(name, "joint '" + c.name + "' has several freedoms, expected one");
+    if (c.nq != 1)
+      refuse_posture(name, "joint '" + c.name + "' has several freedoms, expected one");
   if (task.poses.size() != 1 || !task.joints.empty() || task.zero_momentum)
-    refuse(name, fmt::format("the task has {} poses and {} joint springs, expected one pose alone",
-                             task.poses.size(), task.joints.size()));
+    refuse_posture(
+        name, fmt::format("the task has {} poses and {} joint springs, expected one pose alone",
+                          task.poses.size(), task.joints.size()));
   auto& p = posture_;
   if (p.stiffness.size() == 1) p.stiffness.assign(n, p.stiffness[0]);
   require_size("posture stiffness", p.stiffness.size(), n);
   require_size("posture rest", p.rest.size(), n);
   for (const double k : p.stiffness)
-    if (!(k > 0)) refuse(name, fmt::format("a stiffness is {}, expected > 0", k));
+    if (!(k > 0)) refuse_posture(name, fmt::format("a stiffness is {}, expected > 0", k));
   if (!(p.least >= 0 && p.least < p.most && p.level >= p.least && p.level <= p.most))
-    refuse(name, fmt::format("the tank needs 0 <= least <= level <= most, has {}, {}, {}", p.least,
-                             p.level, p.most));
+    refuse_posture(name, fmt::format("the tank needs 0 <= least <= level <= most, has {}, {}, {}",
+                                     p.least, p.level, p.most));
   if (!(p.fill >= 0 && p.fill <= 1))
-    refuse(name, fmt::format("fill is {}, expected a share in [0, 1]", p.fill));
+    refuse_posture(name, fmt::format("fill is {}, expected a share in [0, 1]", p.fill));
   const auto& spring = task.poses[0];
   for (int i = 0; i < 3; ++i)
     if (spring.attitude_stiffness[0] + spring.attitude_stiffness[1] + spring.attitude_stiffness[2] >
@@ -290,8 +287,8 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
       rows_.push_back(i);
   for (int i = 0; i < 3 && spring.stiffness > 0; ++i) rows_.push_back(3 + i);
   if (rows_.empty() || rows_.size() >= n)
-    refuse(name,
-           fmt::format("a task of {} numbers leaves no freedom to {} joints", rows_.size(), n));
+    refuse_posture(
+        name, fmt::format("a task of {} numbers leaves no freedom to {} joints", rows_.size(), n));
 
   auto start = task;  // to look the pose up: it need not rest yet
   start.tolerance = HUGE_VAL;
@@ -300,8 +297,8 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   task_ = std::make_shared<const PotentialLoop>(plant, settled(task, q));
   actuated_ = task_->actuated();
   if (actuated_.size() != n)
-    refuse(name,
-           fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
+    refuse_posture(
+        name, fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
   rest_ = q, rest_.resize(2 * n, 0.0);
   rest_.push_back(std::max(p.level, p.least + margin * (p.most - p.least)));
 
@@ -345,7 +342,7 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   for (const double v : f) rate = std::max(rate, std::fabs(v));
   certificate_.at_most("rest point", rate / scale, 1e-9, "field over the posture's force");
   // The tank's level is free; every other mode is to decay.
-  const auto modes = eigenvalues(rest_.size(), field_jacobian(*this, rest_));
+  const auto modes = phs::eigenvalues(rest_.size(), field_jacobian(*this, rest_));
   size_t decaying = 0;
   std::vector<double> real;
   for (const auto& z : modes) real.push_back(z.real()), decaying += z.real() < -1e-9;

@@ -58,7 +58,7 @@ struct Chebyshev {
   }
 };
 
-struct Design {
+struct FourierDesign {
   static constexpr int n = 2;
   static constexpr bool solve_skew = true;
   std::string name;
@@ -183,18 +183,18 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
   const auto fit = [&](const std::function<double(double)>& f) {
     return Chebyshev::of(w, o.degree, f);
   };
-  Design design{.name = o.name,
-                .r = r,
-                .s = 1 - r,
-                .rho = rho,
-                .ku = o.ku,
-                .kv = o.kv,
-                .rr = {},
-                .rs = {},
-                .ss = {},
-                .constant = {},
-                .cosine = {},
-                .sine = {}};
+  FourierDesign design{.name = o.name,
+                       .r = r,
+                       .s = 1 - r,
+                       .rho = rho,
+                       .ku = o.ku,
+                       .kv = o.kv,
+                       .rr = {},
+                       .rs = {},
+                       .ss = {},
+                       .constant = {},
+                       .cosine = {},
+                       .sine = {}};
   design.rr = fit([&](double x) { return lambda(x) * F(x); });
   const auto rs = [&](double x) {
     const auto M = probe.mass(x);

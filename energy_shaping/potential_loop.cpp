@@ -5,11 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rnea.h"
 #include "phs/dense.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -253,7 +254,7 @@ class ShapedSystem final : public LoopSystem<T> {
   std::vector<T> J_, e_, still_, lift_, tau_, y_, u_, M_, A_, Tb_, q_dot_;
 };
 
-[[noreturn]] void refuse(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_shaping(const std::string& name, const std::string& why) {
   throw InvalidArgument("potential shaping '" + name + "': " + why);
 }
 
@@ -261,7 +262,7 @@ const mechanics::JointCoordinates& single(const mechanics::Mechanism& m, int v,
                                           const std::string& name, const std::string& port) {
   for (const auto& c : m.coordinates())
     if (c.v == v && c.nq == 1) return c;
-  refuse(name, "port '" + port + "' is no joint of one freedom");
+  refuse_shaping(name, "port '" + port + "' is no joint of one freedom");
 }
 
 Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s) {
@@ -272,7 +273,8 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
   p.actuated.assign(size_t(m.nv()), s.actuators.empty());
   const auto joint_offsets = [&](const std::string& port) {
     const auto at = port_offsets(d, {port});
-    if (at.front() >= m.nv()) refuse(s.name, "port '" + port + "' is a body port; name a joint's");
+    if (at.front() >= m.nv())
+      refuse_shaping(s.name, "port '" + port + "' is a body port; name a joint's");
     return at;
   };
   for (const auto& name : s.actuators)
@@ -281,16 +283,16 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
     const int v = joint_offsets(j.port).front();
     const auto& c = single(m, v, s.name, j.port);
     if (!(j.stiffness >= 0) || !std::isfinite(j.rest))
-      refuse(s.name, fmt::format("spring at '{}' has stiffness {} and rest {}", j.port, j.stiffness,
-                                 j.rest));
+      refuse_shaping(s.name, fmt::format("spring at '{}' has stiffness {} and rest {}", j.port,
+                                         j.stiffness, j.rest));
     p.joints.push_back({size_t(c.q), size_t(v), j.stiffness, j.rest, j.periodic});
   }
   for (const auto& pose : s.poses) {
     const auto& body = m.body(pose.link);
-    if (body.node < 0) refuse(s.name, "link '" + pose.link + "' is fixed to the world");
+    if (body.node < 0) refuse_shaping(s.name, "link '" + pose.link + "' is fixed to the world");
     const auto& a = pose.attitude_stiffness;
     if (!(pose.stiffness >= 0 && a.x >= 0 && a.y >= 0 && a.z >= 0))
-      refuse(s.name, "a spring at '" + pose.link + "' has negative stiffness");
+      refuse_shaping(s.name, "a spring at '" + pose.link + "' has negative stiffness");
     p.poses.push_back(
         {{body.name, body.node, body.pose * mechanics::Pose{Mat3<double>::identity(), pose.point}},
          pose});
@@ -298,18 +300,19 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
   for (const auto& damp : s.damping) {
     const auto at = joint_offsets(damp.port);
     if (damp.damping.size() != 1 && damp.damping.size() != at.size())
-      refuse(s.name, fmt::format("damping of '{}' has {} numbers, expected 1 or {}", damp.port,
-                                 damp.damping.size(), at.size()));
+      refuse_shaping(s.name, fmt::format("damping of '{}' has {} numbers, expected 1 or {}",
+                                         damp.port, damp.damping.size(), at.size()));
     for (size_t k = 0; k < at.size(); ++k) {
       const double value = damp.damping[damp.damping.size() == 1 ? 0 : k];
-      if (!(value >= 0)) refuse(s.name, fmt::format("damping of '{}' is {}", damp.port, value));
+      if (!(value >= 0))
+        refuse_shaping(s.name, fmt::format("damping of '{}' is {}", damp.port, value));
       if (value > 0 && !p.actuated[size_t(at[k])])
-        refuse(s.name, "damping at '" + damp.port + "', which has no actuator");
+        refuse_shaping(s.name, "damping at '" + damp.port + "', which has no actuator");
       p.damping[size_t(at[k])] += value;
     }
   }
   if (s.compensate && s.constant_compensation)
-    refuse(s.name, "compensate and constant_compensation exclude each other");
+    refuse_shaping(s.name, "compensate and constant_compensation exclude each other");
   p.compensate = s.compensate && [&] {
     bool springs = m.has_gravity();
     for (const auto& j : m.joint_properties()) springs = springs || j.stiffness != 0;
@@ -325,10 +328,10 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
     if (c.node == 0)
       base += c.nv;
     else if (c.nq != 1)
-      refuse(s.name, "zero_momentum needs joints of one freedom, not '" + c.name + "'");
+      refuse_shaping(s.name, "zero_momentum needs joints of one freedom, not '" + c.name + "'");
   }
   if (roots != 1 || base != 6 || m.has_gravity())
-    refuse(s.name, "zero_momentum needs one free base and no gravity");
+    refuse_shaping(s.name, "zero_momentum needs one free base and no gravity");
   p.base_q = size_t(root.q), p.base_v = size_t(root.v);
   for (size_t a = 0; a < 6; ++a) p.actuated[p.base_v + a] = false;
   return p;
@@ -421,7 +424,7 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
   std::vector<double> K(nq * nq);
   for (size_t i = 0; i < nq; ++i)
     for (size_t j = 0; j < nq; ++j) K[i * nq + j] = H[i * 2 * nq + j];
-  const auto curvature = symmetric_eigenvalues(nq, K);
+  const auto curvature = phs::symmetric_eigenvalues(nq, K);
   stiffness = std::max(stiffness, std::fabs(curvature.back()));
   certificate_.at_most("rest point", slope / stiffness, shaping.tolerance,
                        "gradient of H_d over its greatest curvature");

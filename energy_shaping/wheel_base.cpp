@@ -6,14 +6,14 @@
 #include <cmath>
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
 #include "mechanics/crba.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
 namespace {
 
-[[noreturn]] void refuse(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_wheels(const std::string& name, const std::string& why) {
   throw InvalidArgument("wheels of '" + name + "': " + why);
 }
 
@@ -41,27 +41,27 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
   const std::string& name = shaped_->description().name;
   const auto base = port_offsets(model.description(), {options.base_port});
   if (base.size() != 6)
-    refuse(name, fmt::format("port '{}' has {} numbers, expected the 6 of a free base",
-                             options.base_port, base.size()));
+    refuse_wheels(name, fmt::format("port '{}' has {} numbers, expected the 6 of a free base",
+                                    options.base_port, base.size()));
   if (shaped_->parts().zero_momentum)
-    refuse(name, "the shaping is one of zero momentum, expected the base actuated");
+    refuse_wheels(name, "the shaping is one of zero momentum, expected the base actuated");
   parts_.shaped = shaped_, parts_.base = size_t(base[0]);
   for (const int b : base)
     if (std::find(shaped_->actuated().begin(), shaped_->actuated().end(), b) ==
         shaped_->actuated().end())
-      refuse(name, "the shaping has no actuator at '" + options.base_port +
-                       "', expected one to share out");
+      refuse_wheels(name, "the shaping has no actuator at '" + options.base_port +
+                              "', expected one to share out");
   for (const auto& port : options.wheels) {
     const auto at = port_offsets(model.description(), {port});
     const auto c = std::find_if(m.coordinates().begin(), m.coordinates().end(),
                                 [&](const auto& j) { return j.v == at[0] && j.nq == 1; });
     if (at.size() != 1 || at[0] >= m.nv() || c == m.coordinates().end())
-      refuse(name, "port '" + port + "' is no joint of one freedom, expected a wheel's");
+      refuse_wheels(name, "port '" + port + "' is no joint of one freedom, expected a wheel's");
     if (shaped_->parts().damping[size_t(at[0])] != 0)
-      refuse(name, "the shaping has damping at the wheel '" + port + "', expected none");
+      refuse_wheels(name, "the shaping has damping at the wheel '" + port + "', expected none");
     for (const auto& s : shaped_->parts().joints)
       if (s.v == size_t(at[0]))
-        refuse(name, "the shaping has a spring at the wheel '" + port + "', expected none");
+        refuse_wheels(name, "the shaping has a spring at the wheel '" + port + "', expected none");
     parts_.inputs.push_back(size_t(at[0])), parts_.momenta.push_back(size_t(m.nq() + c->q));
   }
   if (!options.limits.empty()) require_size("limits", options.limits.size(), options.wheels.size());
@@ -81,7 +81,7 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
     for (size_t b = 0; b < 3; ++b)
       for (size_t i = 0; i < count; ++i) AA[a * 3 + b] += A[a * count + i] * A[b * count + i];
   certificate_ = Certificate("wheels of '" + name + "'");
-  const auto span = symmetric_eigenvalues(3, AA);
+  const auto span = phs::symmetric_eigenvalues(3, AA);
   certificate_.at_least("axes span", count ? span.front() : 0, 1e-6,
                         "least eigenvalue of A Aᵀ, axes of length 1", {});
   refuse_failure(certificate_);
@@ -89,7 +89,7 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
   for (size_t k = 0; k < 3; ++k) {  // -Aᵀ(A Aᵀ)⁻¹
     std::vector<double> unit(3, 0.0);
     unit[k] = 1;
-    const auto s = linear_solve(3, AA, unit);
+    const auto s = phs::linear_solve(3, AA, unit);
     for (size_t i = 0; i < count; ++i)
       for (size_t a = 0; a < 3; ++a) parts_.allocate[3 * i + k] -= A[a * count + i] * s[a];
   }

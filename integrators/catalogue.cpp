@@ -151,5 +151,6 @@ std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& met
   template std::unique_ptr<BasicIntegrator<T>> make_basic_integrator<T>( \
       const std::string&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::integrators

@@ -354,5 +354,6 @@ std::unique_ptr<BasicIntegrator<T>> make_collocation(const Declaration& d,
   template std::unique_ptr<BasicIntegrator<T>> make_collocation<T>( \
       const Declaration&, CollocationTable<TableReal<T>>, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::integrators

@@ -201,5 +201,6 @@ CollocationTable<T> lobatto_table(int s) {
   template CollocationTable<T> lobatto_table<T>(int);
 PORTHOS_INSTANTIATE(double)
 PORTHOS_INSTANTIATE(Quad)
+#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::integrators

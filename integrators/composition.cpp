@@ -82,6 +82,7 @@ std::unique_ptr<BasicIntegrator<T>> make_composition(const Declaration& d,
       const Declaration&, const CompositionTable&, const std::string&, const phs::Model&, T, \
       const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries composition_entries() {
   const auto composition = [](const CompositionTable& table, Declaration d, std::string base) {

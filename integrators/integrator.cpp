@@ -40,5 +40,6 @@ Outcome BasicIntegrator<T>::step_by(State& s, T h) {
 
 #define PORTHOS_INSTANTIATE(T) template class BasicIntegrator<T>;
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::integrators

@@ -263,6 +263,7 @@ std::unique_ptr<BasicIntegrator<T>> make_radau15(const Declaration& d, const phs
   template std::unique_ptr<BasicIntegrator<T>> make_radau15<T>( \
       const Declaration&, const phs::Model&, T, const Options&, bool);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries radau15_entries() {
   return {entry({.name = "radau15",

@@ -50,6 +50,7 @@ std::unique_ptr<BasicIntegrator<T>> make_rk4(const Declaration& d, const phs::Mo
   template std::unique_ptr<BasicIntegrator<T>> make_rk4<T>(const Declaration&, const phs::Model&, \
                                                            T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries rk4_entries() {
   return {with_lanes(entry({.name = "rk4",

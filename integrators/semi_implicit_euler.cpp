@@ -45,6 +45,7 @@ std::unique_ptr<BasicIntegrator<T>> make_semi_implicit_euler(const Declaration& 
   template std::unique_ptr<BasicIntegrator<T>> make_semi_implicit_euler<T>( \
       const Declaration&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries semi_implicit_euler_entries() {
   return {entry({.name = "semi_implicit_euler",

@@ -159,6 +159,7 @@ std::unique_ptr<BasicIntegrator<T>> make_kick_drift_kick(const Declaration& d, c
   template std::unique_ptr<BasicIntegrator<T>> make_kick_drift_kick<T>(                   \
       const Declaration&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries splitting_entries() {
   const auto splitting = [](std::string name, std::string title, int order, std::string source,

@@ -173,6 +173,7 @@ std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
   template std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet<T>( \
       const Declaration&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries stormer_verlet_entries() {
   return {

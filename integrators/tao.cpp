@@ -164,6 +164,7 @@ std::unique_ptr<BasicIntegrator<T>> make_tao(const Declaration& d, const Composi
   template std::unique_ptr<BasicIntegrator<T>> make_tao<T>( \
       const Declaration&, const CompositionTable*, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
 
 Entries tao_entries() {
   const auto tao = [](std::string name, std::string title, int order,

@@ -6,7 +6,6 @@
 #include <map>
 #include <random>
 #include <set>
-#include <sstream>
 
 #include "mechanics/hamiltonian_field-inl.h"
 
@@ -15,23 +14,12 @@ namespace {
 
 std::string at(const std::string& where) { return where.empty() ? "" : where + ": "; }
 
-std::string number(double x) {
-  std::ostringstream s;
-  s.precision(9);
-  s << x;
-  return s.str();
-}
-
 [[noreturn]] void refuse(const BodySpec& b, const std::string& text) {
   throw InvalidArgument(at(b.where) + "body '" + b.name + "': " + text);
 }
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text) {
   throw InvalidArgument(at(b.joint.where.empty() ? b.where : b.joint.where) + "joint '" +
                         (b.joint.name.empty() ? b.name : b.joint.name) + "': " + text);
-}
-
-bool finite(const Vec3d& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 /// Principal moments, ascending.

@@ -49,6 +49,9 @@ template <class T>
 PORTHOS_INLINE T norm(const Vec3<T>& a) {
   return sqrt(dot(a, a));
 }
+inline bool finite(const Vec3<double>& a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
 
 /// A 3x3 matrix by its columns x, y, z. A rotation's columns are the child's axes in the parent.
 template <class T>

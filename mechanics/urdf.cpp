@@ -26,12 +26,6 @@ constexpr std::string_view blanks = " \t\r\n";
 
 std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
 
-std::string number(double x, int digits = 9) {
-  std::array<char, 32> text;
-  constexpr auto general = std::chars_format::general;
-  return {text.begin(), std::to_chars(text.begin(), text.end(), x, general, digits).ptr};
-}
-
 /// The file's name and what is noted about it.
 class Log {
  public:

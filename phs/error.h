@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <charconv>
 #include <stdexcept>
 #include <string>
 
@@ -14,6 +16,13 @@ inline void require_size(const char* what, std::size_t got, std::size_t expected
   if (got != expected)
     throw InvalidArgument(std::string(what) + " has " + std::to_string(got) +
                           " entries, expected " + std::to_string(expected));
+}
+
+/// A number for the text of an error: at most so many significant digits, no trailing zeros.
+inline std::string number(double x, int digits = 9) {
+  std::array<char, 32> text;
+  constexpr auto general = std::chars_format::general;
+  return {text.begin(), std::to_chars(text.begin(), text.end(), x, general, digits).ptr};
 }
 
 }  // namespace porthos

@@ -34,6 +34,20 @@ struct BasicMatrix {
     return m;
   }
   friend bool operator==(const BasicMatrix&, const BasicMatrix&) = default;
+  friend BasicMatrix operator*(const BasicMatrix& A, const BasicMatrix& B) {
+    require_size("rows of the second factor", size_t(B.rows), size_t(A.cols));
+    BasicMatrix C(A.rows, B.cols);
+    for (int i = 0; i < A.rows; ++i)
+      for (int k = 0; k < A.cols; ++k)
+        for (int j = 0; j < B.cols; ++j) C(i, j) += A(i, k) * B(k, j);
+    return C;
+  }
+  friend BasicMatrix transpose(const BasicMatrix& A) {
+    BasicMatrix t(A.cols, A.rows);
+    for (int i = 0; i < A.rows; ++i)
+      for (int j = 0; j < A.cols; ++j) t(j, i) = A(i, j);
+    return t;
+  }
 };
 
 using Matrix = BasicMatrix<double>;

@@ -17,12 +17,6 @@ using Eigen::MatrixXd;
   throw InvalidArgument("network '" + p.name + "': " + why);
 }
 
-std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
-}
-
 /// A port of a member, found by "<member>.<port>".
 struct Found {
   std::string name;
@@ -144,7 +138,7 @@ void require_positive(const Plan& p, const Matrix& m, const std::string& what) {
       Eigen::SelfAdjointEigenSolver<MatrixXd>((d + d.transpose()) / 2, Eigen::EigenvaluesOnly)
           .eigenvalues();
   if (e.size() > 0 && e.minCoeff() < -1e-12 * e.cwiseAbs().maxCoeff())
-    refuse(p, what + " has an eigenvalue " + number(e.minCoeff()) +
+    refuse(p, what + " has an eigenvalue " + number(e.minCoeff(), 6) +
                   " of its symmetric part, expected none below 0: it would make power");
 }
 
@@ -388,8 +382,8 @@ Network& Network::couple(const std::vector<std::string>& names, const Matrix& K)
     for (int j = 0; j <= i; ++j)
       if (std::fabs(K(i, j) + K(j, i)) > 1e-14 * size)
         refuse(*plan_, where + ": K(" + std::to_string(i) + ", " + std::to_string(j) +
-                           ") = " + number(K(i, j)) + " and K(" + std::to_string(j) + ", " +
-                           std::to_string(i) + ") = " + number(K(j, i)) +
+                           ") = " + number(K(i, j), 6) + " and K(" + std::to_string(j) + ", " +
+                           std::to_string(i) + ") = " + number(K(j, i), 6) +
                            ", expected a skew matrix: any other makes or loses power");
   for (const auto& f : ports) claim(*plan_, f, where);
   for (int i = 0; i < K.rows; ++i)
@@ -410,8 +404,8 @@ Network& Network::resist(const std::string& name, const std::string& port, Funct
     for (const double rate : {v, -v}) {
       const double force = (*law)(rate);
       if (!(force * rate >= 0))
-        refuse(*plan_, "the law of '" + name + "' gives " + number(force) + " at " + number(rate) +
-                           ", expected the same sign: it would make power");
+        refuse(*plan_, "the law of '" + name + "' gives " + number(force, 6) + " at " +
+                           number(rate, 6) + ", expected the same sign: it would make power");
     }
   plan_->laws.push_back({name, f.row, std::move(law)});
   return *this;
@@ -471,7 +465,7 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
   require_new_name(*plan_, name);
   if (!law) refuse(*plan_, "the law of the controller '" + name + "' is null");
   if (!(how.period >= 0) || !std::isfinite(how.period))
-    refuse(*plan_, "the period of the controller '" + name + "' is " + number(how.period) +
+    refuse(*plan_, "the period of the controller '" + name + "' is " + number(how.period, 6) +
                        " s, expected a positive number, or 0 for a continuous one");
   if (how.period == 0 && !how.encoder.empty())
     refuse(*plan_, "the controller '" + name + "' has an encoder without a period, expected both");

@@ -2,52 +2,56 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "phs/linear_algebra.h"
 #include "phs/matrix-inl.h"
 
 namespace porthos::phs {
 namespace {
 
-using Complex = std::complex<double>;
+using ComplexNumber = std::complex<double>;
 using Real = Eigen::MatrixXd;
-using Cplx = Eigen::MatrixXcd;
 
-constexpr double rounding = 1e-12;  // of what went through a factorisation or eigensolver
+constexpr double factored = 1e-12;  // of what went through a factorisation or eigensolver
 constexpr double infinity = 1e6;    // frequencies from there on, in units of |A|/|E|
 
 constexpr const char* singular_pencil =
     "transfer function: the pencil sE - A is singular for every s, so that u does not determine x";
 
 /// Solves M X = B with rows and columns of M scaled to size 1, or nothing where M is singular to rounding.
-template <class Dense>
-std::optional<Dense> solve(Dense M, Dense B) {
+std::optional<Real> solve(Real M, Real B) {
   const auto inverse = [](double size) { return size > 0 ? 1 / size : 1.0; };
   const Eigen::VectorXd r = M.cwiseAbs().rowwise().maxCoeff().unaryExpr(inverse);
   M = r.asDiagonal() * M, B = r.asDiagonal() * B;
   const Eigen::VectorXd c = M.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(inverse);
-  const Eigen::FullPivLU<Dense> lu(M * c.asDiagonal());
+  const Eigen::FullPivLU<Real> lu(M * c.asDiagonal());
   if (!lu.isInvertible()) return {};
-  return c.asDiagonal() * lu.solve(B);
+  return Real(c.asDiagonal() * lu.solve(B));
 }
 
-Cplx pencil(const StateSpace& g, Complex s) {
-  return s * view(g.E).cast<Complex>() - view(g.A).cast<Complex>();
+/// X + iY as the real matrix that does the same to real and imaginary parts, one above the other.
+Real embedded(const Real& X, const Real& Y) {
+  Real both(2 * X.rows(), 2 * X.cols());
+  both << X, -Y, Y, X;
+  return both;
 }
 
 struct Response {
-  Cplx T;
-  double size;  // of the terms that T is the sum of
+  Real re, im;
+  double size;  // of the terms that the response is the sum of
 };
 
-std::optional<Response> response(const StateSpace& g, Complex s) {
-  const auto X = solve(pencil(g, s), Cplx(view(g.B).cast<Complex>()));
-  if (!X) return {};
-  return Response{view(g.C).cast<Complex>() * *X + view(g.D).cast<Complex>(),
-                  view(g.C).norm() * X->norm() + view(g.D).norm()};
+std::optional<Response> response(const StateSpace& g, ComplexNumber s) {
+  const Real E = view(g.E), A = view(g.A), B = view(g.B), C = view(g.C), D = view(g.D);
+  Real forced = Real::Zero(2 * B.rows(), B.cols());
+  forced.topRows(B.rows()) = B;
+  const auto x = solve(embedded(s.real() * E - A, s.imag() * E), forced);
+  if (!x) return {};
+  return Response{C * x->topRows(B.rows()) + D, C * x->bottomRows(B.rows()),
+                  C.norm() * x->norm() + D.norm()};
 }
 
 /// The size of the poles if E and A were numbers.
@@ -58,15 +62,15 @@ double natural_frequency(const StateSpace& g) {
 
 /// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E, or nothing where
 /// the pencil is singular to rounding at three shifts, so that every s is one.
-std::optional<std::vector<Complex>> roots(const Real& E, const Real& A, double frequency) {
+std::optional<std::vector<ComplexNumber>> roots(const Real& E, const Real& A, double frequency) {
   for (const double part : {0.7310585786300049, 1.6180339887498949, -0.4142135623730951}) {
     const double shift = part * frequency;
     const auto M = solve(Real(A - shift * E), E);
     if (!M) continue;
     const Eigen::EigenSolver<Real> solver(*M, false);
     if (solver.info() != Eigen::Success) continue;
-    std::vector<Complex> found;
-    for (const Complex mu : solver.eigenvalues())
+    std::vector<ComplexNumber> found;
+    for (const ComplexNumber mu : solver.eigenvalues())
       if (std::abs(mu) * infinity * frequency >= 1) found.push_back(shift + 1.0 / mu);
     return found;
   }
@@ -87,7 +91,7 @@ std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   std::vector<double> omega;
   if (const auto found =
           roots(K, L, natural_frequency(g)))  // otherwise γ is an eigenvalue for every ω
-    for (const Complex s : *found) omega.push_back(std::fabs(s.imag()));
+    for (const ComplexNumber s : *found) omega.push_back(std::fabs(s.imag()));
   return omega;
 }
 
@@ -108,10 +112,15 @@ std::vector<double> between(std::vector<double> omega) {
 
 }  // namespace
 
-ComplexMatrix transfer(const StateSpace& g, Complex s) {
-  if (const auto r = response(g, s)) return to_matrix(r->T);
+ComplexMatrix transfer(const StateSpace& g, ComplexNumber s) {
+  if (const auto r = response(g, s)) {
+    ComplexMatrix T(int(r->re.rows()), int(r->re.cols()));
+    for (int i = 0; i < T.rows; ++i)
+      for (int j = 0; j < T.cols; ++j) T(i, j) = {r->re(i, j), r->im(i, j)};
+    return T;
+  }
   // A pole is a special s; where a second, arbitrary one fails too, no s will do.
-  if (!response(g, natural_frequency(g) * Complex(0.7310585786300049, 0.4142135623730951)))
+  if (!response(g, natural_frequency(g) * ComplexNumber(0.7310585786300049, 0.4142135623730951)))
     throw InvalidArgument(singular_pencil);
   std::ostringstream text;
   text << "transfer function: s = " << s.real() << (s.imag() < 0 ? " - " : " + ")
@@ -119,7 +128,7 @@ ComplexMatrix transfer(const StateSpace& g, Complex s) {
   throw InvalidArgument(text.str());
 }
 
-std::vector<Complex> poles(const StateSpace& g) {
+std::vector<ComplexNumber> poles(const StateSpace& g) {
   if (const auto found = roots(view(g.E), view(g.A), natural_frequency(g))) return *found;
   throw InvalidArgument(singular_pencil);
 }
@@ -131,17 +140,19 @@ HermitianMinimum lowest_hermitian_part(const StateSpace& g, double sigma) {
     const auto r = response(g, {sigma, omega});
     if (!r) return;
     ++low.evaluations;
-    const Eigen::SelfAdjointEigenSolver<Cplx> solver(r->T + r->T.adjoint(), Eigen::EigenvaluesOnly);
+    // Embedded, T + T* has the same eigenvalues, each twice.
+    const Real hermitian = embedded(r->re + r->re.transpose(), r->im - r->im.transpose());
+    const Eigen::SelfAdjointEigenSolver<Real> solver(hermitian, Eigen::EigenvaluesOnly);
     if (solver.eigenvalues()(0) < low.value)
       low.value = solver.eigenvalues()(0), low.omega = omega, low.size = r->size;
   };
   look(infinity * natural_frequency(g));
   std::vector<double> start;
-  for (const Complex s : poles(g)) start.push_back(std::abs(s));
+  for (const ComplexNumber s : poles(g)) start.push_back(std::abs(s));
   for (const double omega : start) look(omega);
   for (const double omega : between(start)) look(omega);
   for (int i = 0; i < 50; ++i) {  // converges quadratically: a handful
-    const double level = low.value - rounding * low.size;
+    const double level = low.value - factored * low.size;
     for (const double omega : between(crossings(g, sigma, level))) look(omega);
     if (low.value >= level) break;
   }
@@ -152,7 +163,7 @@ PositiveReality positive_reality(const StateSpace& g) {
   PositiveReality p;
   p.rightmost_pole = -INFINITY;
   double largest = 1e-6 * natural_frequency(g), nearest = INFINITY;
-  for (const Complex s : poles(g)) {
+  for (const ComplexNumber s : poles(g)) {
     largest = std::max(largest, std::abs(s));
     nearest = std::min(nearest, std::fabs(s.real()));
     p.rightmost_pole = std::max(p.rightmost_pole, s.real());
@@ -161,7 +172,7 @@ PositiveReality positive_reality(const StateSpace& g) {
       1e-7 * largest;  // a double root, as a free body has at 0, moves by the root of rounding
   if (nearest <= p.pole_limit) p.sigma = largest > 0 ? 1e-3 * largest : 1.0;
   p.minimum = lowest_hermitian_part(g, p.sigma);
-  p.limit = 10 * rounding * p.minimum.size;
+  p.limit = 10 * factored * p.minimum.size;
   return p;
 }
 
@@ -170,10 +181,10 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
   const Real D = view(g.D), W = D + D.transpose();
   const Eigen::FullPivLU<Real> E{Real(view(g.E))};
   const Eigen::SelfAdjointEigenSolver<Real> definite(W, Eigen::EigenvaluesOnly);
-  if (!E.isInvertible() || definite.eigenvalues()(0) <= rounding * std::max(1e-300, W.norm()))
+  if (!E.isInvertible() || definite.eigenvalues()(0) <= factored * std::max(1e-300, W.norm()))
     return {};
   const Real A = E.solve(Real(view(g.A))), B = E.solve(Real(view(g.B))), C = view(g.C);
-  const Real V = W.ldlt().solve(Real::Identity(W.rows(), W.cols())), F = A - B * V * C;
+  const Real V = Eigen::PartialPivLU<Real>(W).inverse(), F = A - B * V * C;
   const Real P = B * V * B.transpose(), Q = C.transpose() * V * C;
   Real Z(2 * n, 2 * n);
   Z << F, P, -Q, -F.transpose();
@@ -181,7 +192,7 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
   // Newton's iteration for the sign of Z: eigenvalues go to ±1 as their real parts say. Scaled by |det Z| at first.
   const Real identity = Real::Identity(2 * n, 2 * n);
   double change = INFINITY;
-  for (int i = 0; i < 60 && change > rounding; ++i) {
+  for (int i = 0; i < 60 && change > factored; ++i) {
     const Eigen::PartialPivLU<Real> lu(Z);
     const double log_det = lu.matrixLU().diagonal().cwiseAbs().array().log().sum();
     const double c = change < 1e-2 ? 1.0 : std::exp(-log_det / double(2 * n));
@@ -190,12 +201,12 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
     change = (next - Z).norm() / next.norm();
     Z = next;
   }
-  if (!(change <= rounding)) return {};  // eigenvalues on the imaginary axis
+  if (!(change <= factored)) return {};  // eigenvalues on the imaginary axis
   // (Z + 1) (1, X)ᵀ = 0: the stable invariant subspace.
   Real left(2 * n, n), right(2 * n, n);
   left << Z.topRightCorner(n, n), Z.bottomRightCorner(n, n) + Real::Identity(n, n);
   right << -Z.topLeftCorner(n, n) - Real::Identity(n, n), -Z.bottomLeftCorner(n, n);
-  Real X = left.colPivHouseholderQr().solve(right);
+  Real X = view(pseudo_inverse(to_matrix(left)).inverse) * right;
   X = (X + X.transpose()).eval() / 2;
   const double residual = (F.transpose() * X + X * F + X * P * X + Q).norm();
   const double terms = 2 * F.norm() * X.norm() + P.norm() * X.squaredNorm() + Q.norm();

@@ -5,6 +5,7 @@
 
 #include "phs/function.h"
 #include "phs/law.h"
+#include "phs/time_scale.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/scalars.h"
@@ -13,15 +14,6 @@ namespace porthos::python {
 namespace {
 
 using phs::Dual;
-
-/// One lane of a pack, or the number itself.
-template <class T>
-auto lane_of(const T& x, int lane) {
-  if constexpr (phs::is_pack<T>)
-    return x[lane];
-  else
-    return (void)lane, x;
-}
 
 /// Calls f(lane) for every lane; of packs each is an evaluation in double.
 template <class T, class F>
@@ -115,7 +107,7 @@ class PythonSystem {
       const py::gil_scoped_acquire gil;
       std::vector<Dual> d(x.size());
       each_lane<T>([&](int l) {
-        for (size_t i = 0; i < x.size(); ++i) d[i] = Dual(lane_of(x[i], l));
+        for (size_t i = 0; i < x.size(); ++i) d[i] = Dual(phs::lane_of(x[i], l));
         for (size_t i = 0; i < x.size(); ++i) {
           d[i].d = 1;
           const double g =
@@ -189,8 +181,8 @@ class PythonSystem {
     const py::gil_scoped_acquire gil;
     const std::vector<T> before(x.begin(), x.end());
     each_lane<T>([&](int l) {
-      put_lane(call("flow", py::int_(k), to_python(lane_of(t, l)), to_python(lane_of(h, l)),
-                    lane_array(std::span<const T>(before), l)),
+      put_lane(call("flow", py::int_(k), to_python(phs::lane_of(t, l)),
+                    to_python(phs::lane_of(h, l)), lane_array(std::span<const T>(before), l)),
                x, l, who("flow"));
     });
   }
@@ -212,8 +204,8 @@ class PythonSystem {
   void timed(const char* method, T t, std::span<T> out, A... a) const {
     const py::gil_scoped_acquire gil;
     each_lane<T>([&](int l) {
-      put_lane(call(method, to_python(lane_of(t, l)), lane_array(std::span<const T>(a), l)...), out,
-               l, who(method));
+      put_lane(call(method, to_python(phs::lane_of(t, l)), lane_array(std::span<const T>(a), l)...),
+               out, l, who(method));
     });
   }
 
@@ -230,8 +222,9 @@ struct PythonLaw {
   void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) const {
     const py::gil_scoped_acquire gil;
     each_lane<T>([&](int l) {
-      put_lane(py::handle(f.get())(to_python(lane_of(t, l)), lane_array(x, l), lane_array(y, l)), u,
-               l, "the law");
+      put_lane(
+          py::handle(f.get())(to_python(phs::lane_of(t, l)), lane_array(x, l), lane_array(y, l)), u,
+          l, "the law");
     });
   }
 };
@@ -244,7 +237,7 @@ struct PythonFunction {
     const py::gil_scoped_acquire gil;
     T y;
     each_lane<T>([&](int l) {
-      put_lane(py::handle(f.get())(to_python(lane_of(x, l))), y, l, "the function");
+      put_lane(py::handle(f.get())(to_python(phs::lane_of(x, l))), y, l, "the function");
     });
     return y;
   }

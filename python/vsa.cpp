@@ -16,16 +16,16 @@ using py::arg;
 using ElasticHandle = std::shared_ptr<Elastic>;
 
 void bind_elastic(py::module_& m) {
-  py::class_<Limits>(
+  py::class_<vsa::Limits>(
       m, "Limits",
       "Where deflection and sigma end. Beyond, a stop takes up energy as well; nothing is clipped.")
-      .def(from_keywords<Limits>())
-      .def_readwrite("deflection", &Limits::deflection, "[rad], > 0")
-      .def_readwrite("stop_stiffness", &Limits::stop_stiffness,
+      .def(from_keywords<vsa::Limits>())
+      .def_readwrite("deflection", &vsa::Limits::deflection, "[rad], > 0")
+      .def_readwrite("stop_stiffness", &vsa::Limits::stop_stiffness,
                      "[N m/rad^2] where deflection is given, > 0")
-      .def_readwrite("sigma_lower", &Limits::sigma_lower)
-      .def_readwrite("sigma_upper", &Limits::sigma_upper)
-      .def_readwrite("sigma_stop_stiffness", &Limits::sigma_stop_stiffness, "[J/sigma^3]");
+      .def_readwrite("sigma_lower", &vsa::Limits::sigma_lower)
+      .def_readwrite("sigma_upper", &vsa::Limits::sigma_upper)
+      .def_readwrite("sigma_stop_stiffness", &vsa::Limits::sigma_stop_stiffness, "[J/sigma^3]");
   py::class_<Elastic, ElasticHandle>(
       m, "Elastic",
       "The elastic energy E(q, theta, sigma) of an actuator: q link angle, theta the motor's "
@@ -79,7 +79,7 @@ void bind_elastic(py::module_& m) {
       "{family: {parameter: unit}}");
   m.def(
       "make_elastic",
-      [](const std::string& family, const Limits& limits, const py::kwargs& parameters) {
+      [](const std::string& family, const vsa::Limits& limits, const py::kwargs& parameters) {
         Values v;
         for (const auto& [key, value] : parameters)
           v[key.cast<std::string>()] =
@@ -88,7 +88,7 @@ void bind_elastic(py::module_& m) {
                   : std::vector<double>{value.cast<double>()};
         return std::const_pointer_cast<Elastic>(make_elastic(family, v, limits));
       },
-      arg("family"), arg("limits") = Limits{},
+      arg("family"), arg("limits") = vsa::Limits{},
       "A member of a family; parameters by name, see families().");
 }
 

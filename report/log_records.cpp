@@ -5,9 +5,12 @@
 #include "phs/error.h"
 #include "report/records.h"
 #include "scene/record_log.h"
+#include "scene/run_file.h"
 
 namespace porthos::report {
 namespace {
+
+using scene::link_name;
 
 using scene::RecordLayout;
 
@@ -18,11 +21,6 @@ struct Place {
   int columns;
   bool integer = false;
 };
-
-std::string link_name(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
 
 std::vector<Place> places_of(const phs::Description& d, const RecordLayout& l) {
   std::vector<Place> p{{"time", l.time(), 1},
@@ -102,8 +100,8 @@ class LogRecords : public Records {
 
 }  // namespace
 
-std::unique_ptr<Records> open_log(const std::filesystem::path& path,
-                                  const phs::Description& model, scene::Extrema extrema) {
+std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
+                                  scene::Extrema extrema) {
   return std::make_unique<LogRecords>(path, model, extrema);
 }
 

@@ -6,16 +6,12 @@
 
 #include "mechanics/kinematics.h"
 #include "report/shapes.h"
+#include "scene/run_file.h"
 
 namespace porthos::report {
 namespace {
 
 using mechanics::Transform;
-
-std::string link_name(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
 
 /// Records first, first + every, … and the last of them.
 std::vector<std::int64_t> evenly(std::int64_t records, std::int64_t most) {
@@ -74,7 +70,7 @@ class Clip {
     const size_t nq = size_t(m_.nq());
     q_ = std::vector<double>(frames_ * nq);
     for (const auto& c : m_.coordinates()) {
-      const auto v = at_rows(r, "state/" + link_name(c.name), rows);
+      const auto v = at_rows(r, "state/" + scene::link_name(c.name), rows);
       if (v.size() != frames_ * size_t(c.nq))
         throw InvalidArgument("the records have no coordinate '" + c.name + "'");
       for (size_t f = 0; f < frames_; ++f)

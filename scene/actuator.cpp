@@ -14,7 +14,7 @@
 namespace porthos::scene {
 namespace {
 
-using Kind = vsa::Drive::Kind;
+using DriveKind = vsa::Drive::Kind;
 
 const Names drive_keys{"start",   "drive",        "command",    "inertia",    "gear",
                        "viscous", "coulomb",      "smoothing",  "kp",         "kd",
@@ -49,7 +49,7 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
       {"servo", {"command", "servo"}}};
   for (size_t i = 0; i < own.size(); ++i) {
     if (kind != own[i].first) continue;
-    d.kind = Kind(i);
+    d.kind = DriveKind(i);
     for (const auto key : drive_keys)
       if (key != "start" && key != "drive" && t.has(key.data()) &&
           std::find(own[i].second.begin(), own[i].second.end(), key) == own[i].second.end())
@@ -57,17 +57,17 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
                fmt::format("is given with drive = \"{}\", expected {}", kind,
                            own[i].second.empty() ? "no more keys" : joined(own[i].second)));
   }
-  if (d.kind == Kind::fixed) return d;
+  if (d.kind == DriveKind::fixed) return d;
   if (t.has("gyroscopics") && t.text("gyroscopics", "\"neglected\"") != "neglected")
     t.fail("gyroscopics",
            "is not \"neglected\", and a scene offers nothing else: a rotor with its gyroscopic "
            "moment is a body of the mechanism (vsa/rotor_body.h)");
-  const std::string unit = d.kind == Kind::torque ? " of N m"
-                           : d.kind == Kind::rate ? " of " + angle + "/s"
-                                                  : " of " + angle;
+  const std::string unit = d.kind == DriveKind::torque ? " of N m"
+                           : d.kind == DriveKind::rate ? " of " + angle + "/s"
+                                                       : " of " + angle;
   t.require("command", "a table with one of the keys constant, sine, profile");
   d.command = read_signal(t.table("command", {"constant", "sine", "profile"}), unit.c_str());
-  if (d.kind == Kind::torque || d.kind == Kind::position) {
+  if (d.kind == DriveKind::torque || d.kind == DriveKind::position) {
     t.require("inertia", "a number of kg m^2");
     d.inertia = t.number("inertia", " of kg m^2"), d.gear = t.number_or("gear", "", 1);
     d.viscous = t.not_negative_or("viscous", " of N m s/rad", 0);
@@ -80,12 +80,12 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
                                   .smoothing = t.number("smoothing", " of rad/s")});
   }
   d.rate_limit = t.number_or("rate_limit", " of rad/s", HUGE_VAL);
-  if (d.kind == Kind::position) {
+  if (d.kind == DriveKind::position) {
     t.require("kp", "a number of N m/rad"), t.require("kd", "a number of N m s/rad");
     d.kp = t.not_negative_or("kp", " of N m/rad", 0),
     d.kd = t.not_negative_or("kd", " of N m s/rad", 0);
   }
-  if (d.kind == Kind::servo) {
+  if (d.kind == DriveKind::servo) {
     t.require("servo", "3 numbers p1, p2, p3");
     d.p = t.numbers<3>("servo", " p1, p2, p3");
   }

@@ -34,9 +34,9 @@ void put(std::string& out, const std::vector<T>& values) {
   for (const T& v : values) put(out, v);
 }
 
-class Reader {
+class ByteReader {
  public:
-  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
   template <class T>
   void get(T& value) {
     static_assert(sizeof(T) == 8);
@@ -86,7 +86,7 @@ std::string content_of(const Checkpoint& c) {
 
 Checkpoint parse(std::string_view content) {
   Checkpoint c;
-  Reader in(content);
+  ByteReader in(content);
   c.fingerprint.resize(in.count(16));
   for (auto& [name, value] : c.fingerprint) in.get(name), in.get(value);
   std::int64_t outcome = 0;
@@ -128,7 +128,7 @@ Checkpoint read_checkpoint(const fs::path& folder) {
     throw InvalidArgument(fmt::format("{} is not a checkpoint of Porthos", path.string()));
 
   std::uint64_t version = 0, length = 0;
-  Reader head(std::string_view(bytes).substr(sizeof magic));
+  ByteReader head(std::string_view(bytes).substr(sizeof magic));
   head.get(version), head.get(length);
   if (version != format_version)
     throw InvalidArgument(

@@ -11,7 +11,7 @@ namespace porthos::scene {
 namespace {
 
 /// Keys of a type, besides type, name and joint.
-Names keys_of(const std::string& type, const std::string& where) {
+Names element_keys(const std::string& type, const std::string& where) {
   Names own;
   if (type == "spring")
     own = {"stiffness", "rest", "cubic", "elongation", "force"};
@@ -44,11 +44,6 @@ Names keys_of(const std::string& type, const std::string& where) {
   return own;
 }
 
-double required(const Table& t, const char* key, const char* unit) {
-  t.require(key, fmt::format("a number{}", unit));
-  return t.number(key, unit);
-}
-
 void read_spring(const Table& t, Element& e) {
   const bool table = t.has("elongation") || t.has("force");
   if (table) {
@@ -58,7 +53,7 @@ void read_spring(const Table& t, Element& e) {
     e.potential = phs::tabulated_spring(t.list("elongation", " of rad or m"),
                                         t.list("force", " of N m or N"));
   } else {
-    e.potential = phs::spring(required(t, "stiffness", " of N m/rad or N/m"),
+    e.potential = phs::spring(t.required("stiffness", " of N m/rad or N/m"),
                               t.number_or("rest", " of rad or m", 0),
                               t.number_or("cubic", " of N m/rad^3 or N/m^3", 0));
   }
@@ -66,9 +61,9 @@ void read_spring(const Table& t, Element& e) {
 
 void read_motor(const Table& t, Element& e) {
   phs::DcMotor m;
-  m.inductance = required(t, "inductance", " of H");
-  m.resistance = required(t, "resistance", " of Ohm");
-  m.constant = required(t, "constant", " of N m/A");
+  m.inductance = t.required("inductance", " of H");
+  m.resistance = t.required("resistance", " of Ohm");
+  m.constant = t.required("constant", " of N m/A");
   m.gear = t.number_or("gear", "", 1);
   m.rotor_inertia = t.not_negative_or("rotor_inertia", " of kg m^2", 0);
   m.friction = t.not_negative_or("friction", " of N m s/rad", 0);
@@ -98,18 +93,18 @@ void read_controller(const Table& t, Element& e) {
 
 void read_one(const Table& t, Element& e) {
   if (e.type == "spring") read_spring(t, e);
-  if (e.type == "damper") e.law = phs::viscous(required(t, "damping", " of N m s/rad or N s/m"));
+  if (e.type == "damper") e.law = phs::viscous(t.required("damping", " of N m s/rad or N s/m"));
   if (e.type == "friction")
-    e.law = phs::friction({.coulomb = required(t, "coulomb", " of N m or N"),
+    e.law = phs::friction({.coulomb = t.required("coulomb", " of N m or N"),
                            .breakaway = t.number_or("breakaway", " of N m or N", 0),
                            .stribeck = t.number_or("stribeck", " of rad/s or m/s", 0),
                            .viscous = t.number_or("viscous", " of N m s/rad or N s/m", 0),
-                           .smoothing = required(t, "smoothing", " of rad/s or m/s")});
+                           .smoothing = t.required("smoothing", " of rad/s or m/s")});
   if (e.type == "force") e.source = read_signal(t, " of N m or N");
   if (e.type == "dc_motor") read_motor(t, e);
   if (e.type == "controller") read_controller(t, e);
   if (e.type == "wheel") {
-    e.wheel_gain = required(t, "gain", " of N m s/rad");
+    e.wheel_gain = t.required("gain", " of N m s/rad");
     if (!(*e.wheel_gain > 0))
       t.fail("gain", fmt::format("is {}, expected a positive number", *e.wheel_gain));
     if (t.has("rate") && !((e.rate = t.number("rate", " of Hz")) > 0))
@@ -117,13 +112,13 @@ void read_one(const Table& t, Element& e) {
   }
   if (e.type == "cmg") {
     t.require("wheel", "the name of the joint its wheel turns on");
-    e.gimbal = {t.text("wheel", "the name of a joint"), required(t, "gain", " of N m s/rad")};
+    e.gimbal = {t.text("wheel", "the name of a joint"), t.required("gain", " of N m s/rad")};
     if (!(e.gimbal->gain > 0))
       t.fail("gain", fmt::format("is {}, expected a positive number", e.gimbal->gain));
     e.source = read_signal(t, " of rad/s");
   }
   if (e.type == "limits") {
-    e.stiffness = required(t, "stiffness", " of N m/rad^2 or N/m^2");
+    e.stiffness = t.required("stiffness", " of N m/rad^2 or N/m^2");
     if (t.has("lower")) e.lower = t.number("lower", " of rad or m");
     if (t.has("upper")) e.upper = t.number("upper", " of rad or m");
   }
@@ -212,7 +207,7 @@ phs::FunctionPtr read_signal(const Table& t, const char* unit) {
   if (t.has("constant")) return phs::constant(t.number("constant", unit));
   if (t.has("sine")) {
     const Table s = t.table("sine", {"amplitude", "frequency", "phase"});
-    return phs::sine(required(s, "amplitude", unit), required(s, "frequency", " of Hz"),
+    return phs::sine(s.required("amplitude", unit), s.required("frequency", " of Hz"),
                      s.number_or("phase", " of rad", 0));
   }
   const Table p = t.table("profile", {"times", "values"});
@@ -238,7 +233,7 @@ JointPlace joint_place(const mechanics::MechanicalModel& model, const std::strin
 
 std::vector<Element> read_elements(const Table& scene) {
   std::vector<Element> list;
-  scene.each_of("element", "type", keys_of, [&](const std::string& type, const Table& t) {
+  scene.each_of("element", "type", element_keys, [&](const std::string& type, const Table& t) {
     Element e;
     e.type = type, e.where = t.where();
     if (!is_part(type)) {

@@ -38,9 +38,9 @@ double number_of(const std::string& text, const std::string& where, const std::s
   return x;
 }
 
-class Reader {
+class EnsembleReader {
  public:
-  Reader(const Scene& scene, const Assembly& assembly)
+  EnsembleReader(const Scene& scene, const Assembly& assembly)
       : scene_(scene), assembly_(assembly), file_{scene.path} {}
 
   EnsembleScene read() {
@@ -225,7 +225,7 @@ std::vector<std::string> EnsembleScene::column_names() const {
 }
 
 EnsembleScene read_ensemble(const Scene& scene, const Assembly& assembly) {
-  return Reader(scene, assembly).read();
+  return EnsembleReader(scene, assembly).read();
 }
 
 CaseSampler::CaseSampler(const EnsembleScene& e) : e_(e) {

@@ -12,7 +12,7 @@ namespace {
 
 using Type = Event::Type;
 
-Names keys_of(const std::string& type, const std::string& where) {
+Names event_keys(const std::string& type, const std::string& where) {
   if (type == "capture")
     return {"type",    "at",      "when",  "after", "body", "link",
             "on_body", "on_link", "reach", "speed", "rate"};
@@ -138,7 +138,7 @@ std::vector<FreeBody> read_bodies(const Table& scene) {
 
 std::vector<Event> read_events(const Table& scene) {
   std::vector<Event> list;
-  scene.each_of("event", "type", keys_of, [&](const std::string& type, const Table& t) {
+  scene.each_of("event", "type", event_keys, [&](const std::string& type, const Table& t) {
     list.push_back(read_event(type, t));
   });
   std::stable_sort(list.begin(), list.end(),

@@ -15,10 +15,7 @@ namespace porthos::scene {
 namespace fs = std::filesystem;
 namespace {
 
-struct Closer {
-  void operator()(std::FILE* f) const { std::fclose(f); }
-};
-using File = std::unique_ptr<std::FILE, Closer>;
+using Stream = std::unique_ptr<std::FILE, FileCloser>;
 
 }  // namespace
 
@@ -36,7 +33,7 @@ void make_folder(const fs::path& folder) {
 }
 
 std::string read_file(const fs::path& path) {
-  const File f(std::fopen(path.c_str(), "rb"));
+  const Stream f(std::fopen(path.c_str(), "rb"));
   if (!f) cannot("read", path);
   std::string content;
   char part[1 << 16];
@@ -49,7 +46,7 @@ fs::path aside(const fs::path& path) { return path.string() + ".new"; }
 
 void write_aside(const fs::path& path, std::string_view content) {
   const fs::path name = aside(path);
-  const File f(std::fopen(name.c_str(), "wb"));
+  const Stream f(std::fopen(name.c_str(), "wb"));
   if (!f) cannot("write", name);
   if (std::fwrite(content.data(), 1, content.size(), f.get()) != content.size() ||
       std::fflush(f.get()) != 0 || fsync(fileno(f.get())) != 0)

@@ -1,10 +1,15 @@
 #pragma once
+#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 /// Files that survive a crash: written aside, brought to the disk, renamed.
 namespace porthos::scene {
+
+struct FileCloser {
+  void operator()(std::FILE* f) const { std::fclose(f); }
+};
 
 /// Throws InvalidArgument "cannot <verb> <path>: <reason of the operating system>", from errno.
 [[noreturn]] void cannot(const char* verb, const std::filesystem::path& path);

@@ -34,11 +34,6 @@ struct Range {
 };
 
 /// 1, 2 or 5 times a power of ten.
-double round_step(double span, int parts) {
-  const double rough = span / parts, ten = std::pow(10.0, std::floor(std::log10(rough)));
-  return ten * (rough / ten < 1.5 ? 1 : rough / ten < 3.5 ? 2 : rough / ten < 7.5 ? 5 : 10);
-}
-
 class LedgerPlot {
  public:
   LedgerPlot(const LedgerSeries& s, std::string title, std::string subtitle)

@@ -20,7 +20,7 @@ double positive(const Table& t, const char* key, const char* unit, double otherw
   if (!(x > 0)) t.fail(key, fmt::format("is {}, expected a positive number{}", x, unit));
   return x;
 }
-double required(const Table& t, const char* key, const char* unit) {
+double required_positive(const Table& t, const char* key, const char* unit) {
   t.require(key, fmt::format("a number{}", unit));
   return positive(t, key, unit, 0);
 }
@@ -52,7 +52,7 @@ void planet(const Table& t, space::Planet& p) {
   harmonics(t, p);
   if (t.has("magnetic")) {
     const Table d = t.table("magnetic", {"equator", "tilt", "longitude"});
-    p.magnetic = space::MagneticDipole{required(d, "equator", " of tesla"),
+    p.magnetic = space::MagneticDipole{required_positive(d, "equator", " of tesla"),
                                        d.number_or("tilt", " of rad", 0),
                                        d.number_or("longitude", " of rad", 0)};
   }
@@ -120,7 +120,7 @@ void plates(const Table& t, space::Environment& env) {
   t.each_of("plates", "link", known, [&](const std::string& link, const Table& p) {
     space::Plate plate;
     plate.link = link, plate.where = p.where();
-    plate.area = required(p, "area", " of m^2");
+    plate.area = required_positive(p, "area", " of m^2");
     p.require("normal", "3 numbers, the outward normal");
     plate.normal = p.vector_or_zero("normal", "");
     plate.place = p.vector_or_zero("place", " of metres");
@@ -137,13 +137,13 @@ void forces(const Table& t, space::Environment& env) {
   const auto area = [&](const Table& of) {  // of a sphere besides the plates
     return !env.plates.empty() && !of.has("area_coefficient")
                ? 0.0
-               : required(of, "area_coefficient", " of m^2");
+               : required_positive(of, "area_coefficient", " of m^2");
   };
   if (t.has("drag")) {
     const Table d = t.table("drag", {"density", "altitude", "scale_height", "area_coefficient"});
-    env.atmosphere = space::Atmosphere{required(d, "density", " of kg/m^3"),
-                                       required(d, "altitude", " of metres"),
-                                       required(d, "scale_height", " of metres"), area(d)};
+    env.atmosphere = space::Atmosphere{required_positive(d, "density", " of kg/m^3"),
+                                       required_positive(d, "altitude", " of metres"),
+                                       required_positive(d, "scale_height", " of metres"), area(d)};
   }
   if (t.has("sunlight")) {
     const Table s = t.table("sunlight", {"area_coefficient", "pressure"});

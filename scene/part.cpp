@@ -10,12 +10,8 @@
 namespace porthos::scene {
 namespace {
 
-double required(const Table& t, const char* key, const char* unit) {
-  t.require(key, fmt::format("a number{}", unit));
-  return t.number(key, unit);
-}
 double positive(const Table& t, const char* key, const char* unit) {
-  const double x = required(t, key, unit);
+  const double x = t.required(key, unit);
   if (!(x > 0)) t.fail(key, fmt::format("is {}, expected a number{} above 0", x, unit));
   return x;
 }

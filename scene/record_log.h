@@ -8,6 +8,7 @@
 
 #include "phs/description.h"
 #include "phs/state.h"
+#include "scene/files.h"
 #include "scene/measure.h"
 
 namespace porthos::scene {
@@ -69,10 +70,6 @@ class Window {
 struct LogMark {
   std::int64_t records = 0;
   std::uint64_t digest = 0;
-};
-
-struct FileCloser {
-  void operator()(std::FILE* f) const { std::fclose(f); }
 };
 
 /// Append-only file of records. While it is open no second process can open it.

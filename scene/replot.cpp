@@ -11,6 +11,7 @@
 #include "scene/ledger_plot.h"
 #include "scene/plot.h"
 #include "scene/results.h"
+#include "scene/run_file.h"
 
 namespace porthos::scene {
 namespace {
@@ -62,8 +63,7 @@ std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, 
                               std::int64_t every) {
   std::vector<std::string> names;
   for (const auto& [name, joule] : order.items()) {
-    std::string link = name;
-    std::replace(link.begin(), link.end(), '/', '_');
+    const std::string link = link_name(name);
     if (file.datasets().count(group + link)) names.push_back(link);
   }
   for (const auto& [name, d] : file.datasets())

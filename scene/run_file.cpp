@@ -20,10 +20,9 @@ struct Series {
   Hdf5File::Kind kind;
 };
 
-/// A link name of its own for a block: '/' would open a group.
+/// A link name of its own for a block.
 std::string link_name(std::string name, std::set<std::string>& taken) {
-  for (char& c : name)
-    if (c == '/') c = '_';
+  name = scene::link_name(std::move(name));
   while (!taken.insert(name).second) name += "_";
   return name;
 }

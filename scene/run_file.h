@@ -1,10 +1,18 @@
 #pragma once
+#include <algorithm>
 #include <filesystem>
+#include <string>
 
 #include "scene/record_log.h"
 #include "scene/run.h"
 
 namespace porthos::scene {
+
+/// The name in run.h5 of what is called so: '/' would open a group.
+inline std::string link_name(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
 
 /// Writes aside(path): the record log as HDF5, in chunks of constant memory. Contents:
 /// docs/results.md.

@@ -9,37 +9,37 @@
 namespace porthos::scene {
 namespace {
 
-using Kind = SchemaKey::Kind;
+using KeyKind = SchemaKey::Kind;
 using Keys = std::vector<SchemaKey>;
 
 const std::string required = "required";
 
 SchemaKey number(const char* name, const char* unit, const std::string& otherwise,
                  const char* what) {
-  return {name, Kind::number, unit, otherwise, what};
+  return {name, KeyKind::number, unit, otherwise, what};
 }
 SchemaKey whole(const char* name, const std::string& otherwise, const char* what) {
-  return {name, Kind::whole, "", otherwise, what};
+  return {name, KeyKind::whole, "", otherwise, what};
 }
 SchemaKey text(const char* name, const std::string& otherwise, const char* what) {
-  return {name, Kind::text, "", otherwise, what};
+  return {name, KeyKind::text, "", otherwise, what};
 }
 SchemaKey yes_or_no(const char* name, const std::string& otherwise, const char* what) {
-  return {name, Kind::boolean, "", otherwise, what};
+  return {name, KeyKind::boolean, "", otherwise, what};
 }
 SchemaKey word(const char* name, std::vector<std::string> words, const std::string& otherwise,
                const char* what) {
-  return {name, Kind::word, "", otherwise, what, std::move(words)};
+  return {name, KeyKind::word, "", otherwise, what, std::move(words)};
 }
 SchemaKey numbers(const char* name, int count, const char* unit, const std::string& otherwise,
                   const char* what) {
-  return {name, Kind::numbers, unit, otherwise, what, {}, count};
+  return {name, KeyKind::numbers, unit, otherwise, what, {}, count};
 }
 SchemaKey list(const char* name, const char* unit, const std::string& otherwise, const char* what) {
-  return {name, Kind::list, unit, otherwise, what};
+  return {name, KeyKind::list, unit, otherwise, what};
 }
 SchemaKey table(const char* name, const char* id, const std::string& otherwise, const char* what,
-                Kind kind = Kind::table) {
+                KeyKind kind = KeyKind::table) {
   return {name, kind, "", otherwise, what, {}, 0, id};
 }
 SchemaKey signal_table(const char* name, const std::string& otherwise, const char* what) {
@@ -89,7 +89,7 @@ SchemaTable part(const char* type, const char* what, const Keys& own) {
 }
 /// One number for all three axes, or three.
 SchemaKey axes(const char* name, const char* unit, const char* what) {
-  return {name, Kind::axes, unit, "0", what, {}, 3};
+  return {name, KeyKind::axes, unit, "0", what, {}, 3};
 }
 
 /// waits: something may take the place of a time.
@@ -143,114 +143,121 @@ std::vector<std::string> family_names() {
 }
 
 std::vector<SchemaTable> top() {
-  return {
-      {"scene",
-       "The file",
-       "Its tables; docs/scene.md explains them with a task each.",
-       {text("title", "the file's name", "text for people"),
-        table("model", "model", required, "the mechanism"),
-        table("environment", "environment", "no gravity", "gravity on the ground"),
-        table("initial", "initial", "at rest at 0", "start values"),
-        table("body", "body", "none", "bodies besides the model, free in the world", Kind::tables),
-        table("panel", "panel", "none", "flexible panels", Kind::tables),
-        table("element", "element", "none", "things at joints and links", Kind::tables),
-        table("actuator", "actuator", "none", "actuators with a spring", Kind::tables),
-        table("event", "event", "none", "changes of the mechanism", Kind::tables),
-        table("planet", "planet", "Earth", "of a spacecraft in orbit"),
-        table("orbit", "orbit", "none", "of the centre of mass"),
-        table("integrator", "integrator", required, "method and step"),
-        table("monitor", "monitor", "none", "watches the balance at every step"),
-        table("run", "run", required, "how long, and what is recorded"),
-        table("verify", "verify", "energy 1e-9, momenta 1e-10, norms 1e-12",
-              "limits of a passing run"),
-        table("ensemble", "ensemble", "none", "many runs, for porthos ensemble")}},
-      {"model",
-       "[model]",
-       "The mechanism.",
-       {text("urdf", required, "URDF file, relative to the scene file"),
-        word("base", {"free", "fixed"}, required, "how the root link is carried"),
-        word("links_without_inertia", {"error", "massless"}, "\"error\"",
-             "what a moving link without <inertial> is"),
-        word("unphysical_inertia", {"error", "accept"}, "\"error\"",
-             "inertias that break the triangle inequality"),
-        yes_or_no("use_damping", "true", "simulate <dynamics damping>"),
-        table("inertia", "model.inertia", "none",
-              "by link: mass properties of links the file gives none", Kind::named),
-        {"mass_factor", Kind::named, "1", "none", "by link: times its mass and inertia", {}, 1}}},
-      {"model.inertia", "[model.inertia.<link>]", "Mass properties of a link.", mass("all 0")},
-      {"environment",
-       "[environment]",
-       "Gravity on the ground.",
-       {word("gravity", {"none", "uniform"}, "\"none\"", "which there is"),
-        numbers("vector", 3, "m/s²", "required by uniform", "in world axes"),
-        numbers("magnetic_field", 3, "T", "none", "constant, in world axes, for torquers")}},
-      {"initial",
-       "[initial]",
-       "Start values.",
-       {table("base", "initial.base", "at rest at the origin", "of a free base"),
-        table("joints", "initial.joints", "all 0", "by joint", Kind::named),
-        table("random", "initial.random", "none", "of the joints that are not named")}},
-      {"initial.base", "[initial.base]", "Start of a free base.", motion(false)},
-      {"initial.joints",
-       "[initial.joints.<joint>]",
-       "Start of a joint of one freedom.",
-       {number("position", "rad or m", "0", "coordinate"),
-        number("velocity", "rad/s or m/s", "0", "its rate")}},
-      {"initial.random",
-       "[initial.random]",
-       "Uniform random start values.",
-       {whole("seed", "1", "equal seeds give equal numbers on every machine"),
-        number("joint_position", "rad or m", "0", "bound of the positions"),
-        number("joint_velocity", "rad/s or m/s", "0", "bound of the rates")}},
-      {"integrator",
-       "[integrator]",
-       "Method and step.",
-       {word("method", method_names(), "\"gauss16\"", "a name of porthos methods, or auto"),
-        number("step", "s", "required but for auto", "step size"),
-        number("target_energy_error", "1", "[verify] energy, else 1e-9",
-               "of auto: relative, of the whole run"),
-        number("rtol", "1", "1e-12", "of methods that work to a tolerance"),
-        number("iteration_tolerance", "1", "0", "sweeps stop there; 0: at rounding"),
-        word("step_control", {"fixed", "time_transformed", "reversible"}, "\"fixed\"",
-             "steps that follow the motion"),
-        number("step_control_rate", "rad/s", "1 / step", "steps shrink from this rate on"),
-        number("step_control_length", "m", "linear rates do not count",
-               "length by which they do")}},
-      {"monitor",
-       "[monitor]",
-       "Watches the energy balance at every step.",
-       {number("limit", "1", "not watched", "of the defect since the start"),
-        number("step_limit", "1", "not watched", "of what one step adds to it"),
-        word("action", {"warn", "stop", "repeat"}, "\"warn\"", "beyond a limit"),
-        yes_or_no("project", "false", "after each step onto the energy of the books")}},
-      {"run",
-       "[run]",
-       "How long, and what is recorded.",
-       {number("duration", "s", required, "simulated time"),
-        number("record_every", "s", "duration / 1000", "between records, in whole steps"),
-        word("extrema", {"none", "state", "all"}, "\"none\"",
-             "smallest and largest values between records"),
-        number("checkpoint_every", "s", "60", "wall-clock time between checkpoints")}},
-      {"verify",
-       "[verify]",
-       "Largest errors of a passing run; an absent key is not checked.",
-       {number("energy", "1", "not checked", "relative"),
-        number("linear_momentum", "1", "not checked", "relative"),
-        number("angular_momentum", "1", "not checked", "relative; in orbit less the impulses"),
-        number("quaternion_norm", "1", "not checked", "of a quaternion's length"),
-        number("balance", "1", "not checked",
-               "defect at the end, relative to what was turned over"),
-        number("symmetry", "1", "1e-9 in porthos verify", "forth and back"),
-        number("orbital", "1", "not checked", "orbital ledger, relative"),
-        number("coupling", "1", "not checked", "coupling ledger, relative")}},
-      {"ensemble",
-       "[ensemble]",
-       "Many runs of one scene.",
-       {whole("cases", "required, or table", "how many"),
-        whole("seed", "1", "equal seeds give equal cases"),
-        word("sampling", {"random", "sobol"}, "\"random\"", "independent, or evenly spread"),
-        table("vary", "", "required, or table", "by key of the scene: a distribution", Kind::named),
-        text("table", "none", "CSV file of cases, instead")}}};
+  return {{"scene",
+           "The file",
+           "Its tables; docs/scene.md explains them with a task each.",
+           {text("title", "the file's name", "text for people"),
+            table("model", "model", required, "the mechanism"),
+            table("environment", "environment", "no gravity", "gravity on the ground"),
+            table("initial", "initial", "at rest at 0", "start values"),
+            table("body", "body", "none", "bodies besides the model, free in the world",
+                  KeyKind::tables),
+            table("panel", "panel", "none", "flexible panels", KeyKind::tables),
+            table("element", "element", "none", "things at joints and links", KeyKind::tables),
+            table("actuator", "actuator", "none", "actuators with a spring", KeyKind::tables),
+            table("event", "event", "none", "changes of the mechanism", KeyKind::tables),
+            table("planet", "planet", "Earth", "of a spacecraft in orbit"),
+            table("orbit", "orbit", "none", "of the centre of mass"),
+            table("integrator", "integrator", required, "method and step"),
+            table("monitor", "monitor", "none", "watches the balance at every step"),
+            table("run", "run", required, "how long, and what is recorded"),
+            table("verify", "verify", "energy 1e-9, momenta 1e-10, norms 1e-12",
+                  "limits of a passing run"),
+            table("ensemble", "ensemble", "none", "many runs, for porthos ensemble")}},
+          {"model",
+           "[model]",
+           "The mechanism.",
+           {text("urdf", required, "URDF file, relative to the scene file"),
+            word("base", {"free", "fixed"}, required, "how the root link is carried"),
+            word("links_without_inertia", {"error", "massless"}, "\"error\"",
+                 "what a moving link without <inertial> is"),
+            word("unphysical_inertia", {"error", "accept"}, "\"error\"",
+                 "inertias that break the triangle inequality"),
+            yes_or_no("use_damping", "true", "simulate <dynamics damping>"),
+            table("inertia", "model.inertia", "none",
+                  "by link: mass properties of links the file gives none", KeyKind::named),
+            {"mass_factor",
+             KeyKind::named,
+             "1",
+             "none",
+             "by link: times its mass and inertia",
+             {},
+             1}}},
+          {"model.inertia", "[model.inertia.<link>]", "Mass properties of a link.", mass("all 0")},
+          {"environment",
+           "[environment]",
+           "Gravity on the ground.",
+           {word("gravity", {"none", "uniform"}, "\"none\"", "which there is"),
+            numbers("vector", 3, "m/s²", "required by uniform", "in world axes"),
+            numbers("magnetic_field", 3, "T", "none", "constant, in world axes, for torquers")}},
+          {"initial",
+           "[initial]",
+           "Start values.",
+           {table("base", "initial.base", "at rest at the origin", "of a free base"),
+            table("joints", "initial.joints", "all 0", "by joint", KeyKind::named),
+            table("random", "initial.random", "none", "of the joints that are not named")}},
+          {"initial.base", "[initial.base]", "Start of a free base.", motion(false)},
+          {"initial.joints",
+           "[initial.joints.<joint>]",
+           "Start of a joint of one freedom.",
+           {number("position", "rad or m", "0", "coordinate"),
+            number("velocity", "rad/s or m/s", "0", "its rate")}},
+          {"initial.random",
+           "[initial.random]",
+           "Uniform random start values.",
+           {whole("seed", "1", "equal seeds give equal numbers on every machine"),
+            number("joint_position", "rad or m", "0", "bound of the positions"),
+            number("joint_velocity", "rad/s or m/s", "0", "bound of the rates")}},
+          {"integrator",
+           "[integrator]",
+           "Method and step.",
+           {word("method", method_names(), "\"gauss16\"", "a name of porthos methods, or auto"),
+            number("step", "s", "required but for auto", "step size"),
+            number("target_energy_error", "1", "[verify] energy, else 1e-9",
+                   "of auto: relative, of the whole run"),
+            number("rtol", "1", "1e-12", "of methods that work to a tolerance"),
+            number("iteration_tolerance", "1", "0", "sweeps stop there; 0: at rounding"),
+            word("step_control", {"fixed", "time_transformed", "reversible"}, "\"fixed\"",
+                 "steps that follow the motion"),
+            number("step_control_rate", "rad/s", "1 / step", "steps shrink from this rate on"),
+            number("step_control_length", "m", "linear rates do not count",
+                   "length by which they do")}},
+          {"monitor",
+           "[monitor]",
+           "Watches the energy balance at every step.",
+           {number("limit", "1", "not watched", "of the defect since the start"),
+            number("step_limit", "1", "not watched", "of what one step adds to it"),
+            word("action", {"warn", "stop", "repeat"}, "\"warn\"", "beyond a limit"),
+            yes_or_no("project", "false", "after each step onto the energy of the books")}},
+          {"run",
+           "[run]",
+           "How long, and what is recorded.",
+           {number("duration", "s", required, "simulated time"),
+            number("record_every", "s", "duration / 1000", "between records, in whole steps"),
+            word("extrema", {"none", "state", "all"}, "\"none\"",
+                 "smallest and largest values between records"),
+            number("checkpoint_every", "s", "60", "wall-clock time between checkpoints")}},
+          {"verify",
+           "[verify]",
+           "Largest errors of a passing run; an absent key is not checked.",
+           {number("energy", "1", "not checked", "relative"),
+            number("linear_momentum", "1", "not checked", "relative"),
+            number("angular_momentum", "1", "not checked", "relative; in orbit less the impulses"),
+            number("quaternion_norm", "1", "not checked", "of a quaternion's length"),
+            number("balance", "1", "not checked",
+                   "defect at the end, relative to what was turned over"),
+            number("symmetry", "1", "1e-9 in porthos verify", "forth and back"),
+            number("orbital", "1", "not checked", "orbital ledger, relative"),
+            number("coupling", "1", "not checked", "coupling ledger, relative")}},
+          {"ensemble",
+           "[ensemble]",
+           "Many runs of one scene.",
+           {whole("cases", "required, or table", "how many"),
+            whole("seed", "1", "equal seeds give equal cases"),
+            word("sampling", {"random", "sobol"}, "\"random\"", "independent, or evenly spread"),
+            table("vary", "", "required, or table", "by key of the scene: a distribution",
+                  KeyKind::named),
+            text("table", "none", "CSV file of cases, instead")}}};
 }
 
 std::vector<SchemaTable> parts() {
@@ -392,7 +399,7 @@ std::vector<SchemaTable> parts() {
        {number("mu", "m³/s²", "Earth's", "gravitational parameter"),
         number("radius", "m", "Earth's", "equatorial"),
         numbers("axis", 3, "1", "[0, 0, 1]", "of symmetry and rotation"),
-        {"harmonics", Kind::numbers, "1", "\"none\"", "J2 to J6", {"none", "earth"}, 5},
+        {"harmonics", KeyKind::numbers, "1", "\"none\"", "J2 to J6", {"none", "earth"}, 5},
         number("rotation_rate", "rad/s", "not given", "drag and a tilted dipole need it"),
         table("magnetic", "planet.magnetic", "none", "a dipole, for torquers")}},
       {"planet.magnetic",
@@ -416,7 +423,8 @@ std::vector<SchemaTable> parts() {
         number("moon_longitude", "rad", "no Moon", "mean, at the start"),
         text("epoch", "none", "date and time of UTC: Sun and Moon by ephemeris"),
         yes_or_no("sun", "true", "with an epoch"), yes_or_no("moon", "true", "with an epoch"),
-        table("plates", "orbit.plates", "none", "of links, under drag and sunlight", Kind::tables),
+        table("plates", "orbit.plates", "none", "of links, under drag and sunlight",
+              KeyKind::tables),
         table("drag", "orbit.drag", "none", "exponential atmosphere"),
         table("sunlight", "orbit.sunlight", "none", "radiation pressure")}},
       {"orbit.drag",

@@ -9,7 +9,7 @@ namespace porthos::scene {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = SchemaKey::Kind;
+using KeyKind = SchemaKey::Kind;
 
 Json reference(const std::string& id) {
   if (id.empty()) return {{"type", "object"}};
@@ -28,32 +28,32 @@ Json one_of(const std::string& id) {
 Json value_of(const SchemaKey& k) {
   const Json finite = {{"type", "number"}};
   switch (k.kind) {
-    case Kind::text:
+    case KeyKind::text:
       return {{"type", "string"}};
-    case Kind::word:
+    case KeyKind::word:
       return {{"type", "string"}, {"enum", k.words}};
-    case Kind::boolean:
+    case KeyKind::boolean:
       return {{"type", "boolean"}};
-    case Kind::number:
+    case KeyKind::number:
       return finite;
-    case Kind::whole:
+    case KeyKind::whole:
       return {{"type", "integer"}, {"minimum", 0}};
-    case Kind::numbers: {
+    case KeyKind::numbers: {
       const Json array = {
           {"type", "array"}, {"items", finite}, {"minItems", k.count}, {"maxItems", k.count}};
       if (k.words.empty()) return array;
       return {{"anyOf", {array, {{"type", "string"}, {"enum", k.words}}}}};
     }
-    case Kind::axes:
+    case KeyKind::axes:
       return {{"anyOf",
                {finite, {{"type", "array"}, {"items", finite}, {"minItems", 3}, {"maxItems", 3}}}}};
-    case Kind::list:
+    case KeyKind::list:
       return {{"type", "array"}, {"items", finite}};
-    case Kind::table:
+    case KeyKind::table:
       return reference(k.table);
-    case Kind::tables:
+    case KeyKind::tables:
       return {{"type", "array"}, {"items", one_of(k.table)}};
-    case Kind::named:
+    case KeyKind::named:
       break;
   }
   return {{"type", "object"}, {"additionalProperties", k.count == 1 ? finite : reference(k.table)}};
@@ -84,29 +84,29 @@ Json object_of(const SchemaTable& t) {
   return j;
 }
 
-const char* kind_text(Kind k) {
+const char* kind_text(KeyKind k) {
   switch (k) {
-    case Kind::text:
+    case KeyKind::text:
       return "text";
-    case Kind::word:
+    case KeyKind::word:
       return "word";
-    case Kind::boolean:
+    case KeyKind::boolean:
       return "true, false";
-    case Kind::number:
+    case KeyKind::number:
       return "number";
-    case Kind::whole:
+    case KeyKind::whole:
       return "whole number";
-    case Kind::numbers:
+    case KeyKind::numbers:
       return "numbers";
-    case Kind::axes:
+    case KeyKind::axes:
       return "number or 3 numbers";
-    case Kind::list:
+    case KeyKind::list:
       return "list of numbers";
-    case Kind::table:
+    case KeyKind::table:
       return "table";
-    case Kind::tables:
+    case KeyKind::tables:
       return "tables";
-    case Kind::named:
+    case KeyKind::named:
       break;
   }
   return "tables by name";
@@ -145,10 +145,10 @@ std::string schema_markdown() {
         t.heading, cell(t.what));
     for (const auto& k : t.keys) {
       std::string kind = kind_text(k.kind);
-      if (k.kind == Kind::numbers) kind = fmt::format("{} numbers", k.count);
-      if (k.kind == Kind::named && k.count == 1) kind = "numbers by name";
+      if (k.kind == KeyKind::numbers) kind = fmt::format("{} numbers", k.count);
+      if (k.kind == KeyKind::named && k.count == 1) kind = "numbers by name";
       if (!k.words.empty() && k.words.size() <= 6)
-        kind = fmt::format("{}`\"{}\"`", k.kind == Kind::word ? "" : kind + " or ",
+        kind = fmt::format("{}`\"{}\"`", k.kind == KeyKind::word ? "" : kind + " or ",
                            fmt::join(k.words, "\"`, `\""));
       text += fmt::format("| `{}` | {} | {} | {} | {} |\n", k.name, kind,
                           k.unit == "1" ? "" : cell(k.unit), cell(k.otherwise), cell(k.what));

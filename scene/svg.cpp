@@ -39,6 +39,11 @@ std::string scientific(double x) {
   return m == 1 ? power_of_ten(e) : fmt::format("{:g}·{}", m, power_of_ten(e));
 }
 
+double round_step(double span, int parts) {
+  const double rough = span / parts, ten = std::pow(10.0, std::floor(std::log10(rough)));
+  return ten * (rough / ten < 1.5 ? 1 : rough / ten < 3.5 ? 2 : rough / ten < 7.5 ? 5 : 10);
+}
+
 double text_width(const std::string& text, double size) {
   const auto letters =
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });

@@ -16,6 +16,8 @@ inline constexpr const char* alarm = "#c8472f";
 std::string power_of_ten(int exponent);
 /// "3·10⁻¹²", "10⁻¹²"
 std::string scientific(double x);
+/// The step 1, 2 or 5 times a power of ten that divides a span into about so many parts.
+double round_step(double span, int parts);
 /// Rough width of a text in px.
 double text_width(const std::string& text, double size);
 /// The part of a text that fits, with an ellipsis. Cuts between characters, never inside one.

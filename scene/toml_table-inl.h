@@ -90,6 +90,10 @@ class Table {
   double number(const char* key, const char* unit) const {
     return finite(*t_.get(key), prefix_ + key, unit);
   }
+  double required(const char* key, const char* unit) const {
+    require(key, fmt::format("a number{}", unit));
+    return number(key, unit);
+  }
   double number_or(const char* key, const char* unit, double otherwise) const {
     return has(key) ? number(key, unit) : otherwise;
   }

@@ -18,11 +18,6 @@ constexpr double first_top = 92, height = 170, gap = 40, below = 62;
 constexpr const char* palette[] = {"#1d5c96", "#c8472f", "#2f8f5b", "#b8741a",
                                    "#8a5fb0", "#2a8c99", "#7a5a48", "#6fa8dc"};
 
-double round_step(double span, int parts) {
-  const double rough = span / parts, ten = std::pow(10.0, std::floor(std::log10(rough)));
-  return ten * (rough / ten < 1.5 ? 1 : rough / ten < 3.5 ? 2 : rough / ten < 7.5 ? 5 : 10);
-}
-
 class TracePlot {
  public:
   explicit TracePlot(const std::vector<TracePanel>& panels)

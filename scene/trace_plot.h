@@ -7,7 +7,7 @@ namespace porthos::scene {
 /// A line of a panel, over the times of its own.
 struct TraceLine {
   std::string name;
-  std::vector<double> t, value;  ///< not finite: left out
+  std::vector<double> t = {}, value = {};  ///< not finite: left out
 };
 
 /// A panel with an axis of its own.

@@ -11,7 +11,6 @@ constexpr double tau = 6.283185307179586476925286766559;
 constexpr double obliquity = 0.40909280422232897;  // 23.4392911 degrees, J2000
 
 double length(const Vec3d& v) { return mechanics::norm(v); }
-bool finite(const Vec3d& v) { return std::isfinite(v.x + v.y + v.z); }
 
 /// From the ecliptic to the equator.
 PointState<double> tilted(const PointState<double>& s) {

@@ -319,7 +319,6 @@ class PartsSystem final : public phs::System<T> {
 [[noreturn]] void refuse(const std::string& what, const std::string& name, const std::string& why) {
   throw InvalidArgument(what + " '" + name + "': " + why);
 }
-bool finite(const Vec3d& a) { return std::isfinite(a.x + a.y + a.z); }
 void require_unit(const Vec3d& d, const char* what, const std::string& name) {
   if (!finite(d) || std::fabs(mechanics::norm(d) - 1) > 1e-12)
     refuse(what, name, fmt::format("its direction has length {}, expected 1", mechanics::norm(d)));

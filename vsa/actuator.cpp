@@ -13,12 +13,14 @@ using Kind = Drive::Kind;
 
 bool has_rotor(const Drive& d) { return d.kind == Kind::torque || d.kind == Kind::position; }
 
-[[noreturn]] void refuse(const std::string& why) { throw InvalidArgument("actuator: " + why); }
+[[noreturn]] void refuse_actuator(const std::string& why) {
+  throw InvalidArgument("actuator: " + why);
+}
 
 void check(const char* axis, const Drive& d) {
   const auto require = [&](bool ok, const char* what, double value, const char* expected) {
     if (!ok || std::isnan(value))
-      refuse(fmt::format("{} {} is {}, expected {}", axis, what, value, expected));
+      refuse_actuator(fmt::format("{} {} is {}, expected {}", axis, what, value, expected));
   };
   if (has_rotor(d)) {
     require(d.inertia > 0 && d.inertia < HUGE_VAL, "inertia", d.inertia,
@@ -44,15 +46,15 @@ void check(const char* axis, const Drive& d) {
   if (d.kind == Kind::servo) {
     for (const double p : d.p) require(p > 0, "servo coefficient", p, "more than 0");
     if (!(d.p[0] < d.p[1] * d.p[2]))  // Routh
-      refuse(
+      refuse_actuator(
           fmt::format("{} servo has p1 = {} and p2 p3 = {}, expected p1 less than p2 p3: it would "
                       "not be stable",
                       axis, d.p[0], d.p[1] * d.p[2]));
   }
   if ((d.kind == Kind::servo || d.kind == Kind::position) && !d.command)
-    refuse(fmt::format("{} has no command, expected a position", axis));
+    refuse_actuator(fmt::format("{} has no command, expected a position", axis));
   if (d.kind == Kind::fixed && d.command)
-    refuse(fmt::format("{} is fixed and has a command, expected one of both", axis));
+    refuse_actuator(fmt::format("{} is fixed and has a command, expected one of both", axis));
 }
 
 class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
@@ -196,25 +198,26 @@ void act(phs::Network& n, const std::string& name, const std::string& joint_port
 }  // namespace
 
 std::shared_ptr<const phs::Model> actuator_model(const Actuator& a) {
-  if (!a.elastic) refuse("has no elastic energy, expected a device or a family");
+  if (!a.elastic) refuse_actuator("has no elastic energy, expected a device or a family");
   check("theta", a.theta);
   if (a.elastic->traits().sigma.empty()) {
     if (a.sigma.kind != Kind::fixed)
-      refuse(fmt::format(
+      refuse_actuator(fmt::format(
           "sigma has a drive, but the energy of '{}' does not depend on sigma, expected none",
           a.elastic->traits().family));
   } else {
     check("sigma", a.sigma);
   }
   if (!(a.damping >= 0 && a.damping < HUGE_VAL))
-    refuse(fmt::format("damping is {}, expected 0 N m s/rad or more", a.damping));
+    refuse_actuator(fmt::format("damping is {}, expected 0 N m s/rad or more", a.damping));
   if (a.damping > 0 && !has_rotor(a.theta) && a.theta.kind != Kind::fixed)
-    refuse(
+    refuse_actuator(
         "damping between link and rotor is given, but theta has no rotor: expected a drive by "
         "torque or "
         "position, or an element of type damper");
   if (!(a.damper_limit > 0))
-    refuse(fmt::format("damper_limit is {}, expected more than 0 N m s/rad", a.damper_limit));
+    refuse_actuator(
+        fmt::format("damper_limit is {}, expected more than 0 N m s/rad", a.damper_limit));
   return std::make_shared<ActuatorModel>(a);
 }
 
@@ -237,7 +240,7 @@ void attach(phs::Network& n, const std::string& name, const std::string& joint_p
             const std::string& rotor_port, const Actuator& a) {
   const Drive& d = a.theta;
   if (d.kind != Kind::torque || d.inertia != 0)
-    refuse(
+    refuse_actuator(
         fmt::format("'{}' has a rotor that is a body, expected theta driven by torque and "
                     "without an inertia, which is the body's",
                     name));

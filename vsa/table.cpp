@@ -16,7 +16,7 @@ namespace {
 using phs::Spline;
 constexpr const char* family = "tabulated";
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_table(const std::string& why) {
   throw InvalidArgument(std::string(family) + ": " + why);
 }
 
@@ -84,15 +84,15 @@ struct Splines {
 void check_grid(const Measurements& m) {
   const size_t n = m.deflection.size(), count = m.sigma.size();
   if (n < 3 || count < 1)
-    refuse(fmt::format("has {} deflections and {} values of sigma, expected 3 and 1 or more", n,
-                       count));
+    refuse_table(fmt::format("has {} deflections and {} values of sigma, expected 3 and 1 or more",
+                             n, count));
   for (const auto* axis : {&m.deflection, &m.sigma})
     for (size_t i = 0; i < axis->size(); ++i)
       if (!std::isfinite((*axis)[i]) || (i > 0 && !((*axis)[i] > (*axis)[i - 1])))
-        refuse(fmt::format("{} number {} is {}, expected finite numbers that rise",
-                           axis == &m.sigma ? "sigma" : "deflection", i + 1, (*axis)[i]));
+        refuse_table(fmt::format("{} number {} is {}, expected finite numbers that rise",
+                                 axis == &m.sigma ? "sigma" : "deflection", i + 1, (*axis)[i]));
   if (m.deflection.front() > 0 || m.deflection.back() < 0)
-    refuse(fmt::format(
+    refuse_table(fmt::format(
         "deflections go from {} to {} rad, expected 0 among them: energies count from there",
         m.deflection.front(), m.deflection.back()));
   for (const auto& [name, column, needed] : {std::tuple{"torque", &m.torque, true},
@@ -100,9 +100,9 @@ void check_grid(const Measurements& m) {
                                              {"sigma_effort", &m.sigma_effort, false}}) {
     if (column->empty() && !needed) continue;
     if (column->size() != n * count)
-      refuse(fmt::format("{} has {} numbers, expected {}", name, column->size(), n * count));
+      refuse_table(fmt::format("{} has {} numbers, expected {}", name, column->size(), n * count));
     for (const double x : *column)
-      if (!std::isfinite(x)) refuse(fmt::format("{} has a number that is not finite", name));
+      if (!std::isfinite(x)) refuse_table(fmt::format("{} has a number that is not finite", name));
   }
 }
 
@@ -113,7 +113,7 @@ void check_torques(const Measurements& m, double tolerance) {
     for (size_t i = 0; i + 1 < s.n; ++i) {
       const double from = s.at(m.torque, i, j), to = s.at(m.torque, i + 1, j);
       if (!(to > from))
-        refuse(
+        refuse_table(
             fmt::format("at sigma = {} torque goes from {} to {} N m between deflections {} and {} "
                         "rad, expected "
                         "it to rise: the equilibrium would not be unique",
@@ -123,7 +123,7 @@ void check_torques(const Measurements& m, double tolerance) {
       const double by_stiffness = k.integral(m.deflection[i + 1]) - k.integral(m.deflection[i]);
       if (!(std::fabs(by_stiffness - (to - from)) <=
             tolerance * (to - from + 0.05 * (*high - *low))))
-        refuse(fmt::format(
+        refuse_table(fmt::format(
             "at sigma = {} torque rises by {:.6g} N m between deflections {} and {} rad, but the "
             "stiffness adds up to {:.6g} N m, expected the derivative of the torque (to {} of it)",
             m.sigma[j], to - from, m.deflection[i], m.deflection[i + 1], by_stiffness, tolerance));
@@ -145,7 +145,7 @@ void check_curl(const Measurements& m, double tolerance) {
       double work = 0, size = 0;
       for (const double x : sides) work += x, size += std::fabs(x);
       if (!(std::fabs(work) <= tolerance * size))
-        refuse(
+        refuse_table(
             fmt::format("is of no energy: round the cell of deflections {} to {} rad and sigma {} "
                         "to {} the work is {:.6g} J "
                         "of {:.6g} J, expected 0 (to {} of it): a cycle there would make energy",

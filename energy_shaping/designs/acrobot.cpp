@@ -7,7 +7,7 @@
 namespace porthos::energy_shaping {
 namespace {
 
-struct Form {
+struct AcrobotForm {
   static constexpr int n = 2, m = 1;
   double c1, c2, c3, c4, c5, g;
   const char* name = "acrobot";
@@ -32,7 +32,7 @@ struct Form {
 /// With s = √(c1/c2), μ = -(1 + s), w = √(c1c2) the potential equation is
 ///   (∂1 + μ ∂2) V_d = (g/a2) (w - c3 cos q2) (c4 sin q1 + c5 sin(q1 + q2)),
 /// and its right side a sum of sin(q1 + n q2), n = -1 … 2.
-struct Design {
+struct AcrobotDesign {
   static constexpr int n = 2;
   Acrobot d;
   std::string name = "acrobot (constant M_d)";
@@ -87,7 +87,7 @@ Acrobot Acrobot::of(const phs::Model& model, double g) {
 }
 
 PlantPtr acrobot_plant(const Acrobot& d) {
-  return plant(Form{.c1 = d.c1, .c2 = d.c2, .c3 = d.c3, .c4 = d.c4, .c5 = d.c5, .g = d.g});
+  return plant(AcrobotForm{.c1 = d.c1, .c2 = d.c2, .c3 = d.c3, .c4 = d.c4, .c5 = d.c5, .g = d.g});
 }
 
 LoopPtr acrobot(const Acrobot& d, PlantPtr p, std::optional<MatchingOptions> options,
@@ -102,7 +102,7 @@ LoopPtr acrobot(const Acrobot& d, PlantPtr p, std::optional<MatchingOptions> opt
   need(d.c4 > s * d.c5, "c4 > √(c1/c2) c5", {d.c4, s * d.c5});
   if (!p) p = acrobot_plant(d);
   if (!options) options = MatchingOptions{.region = {{-3.2, -3.2}, {3.2, 3.2}, 5}};
-  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}),
+  return std::make_shared<MatchedLoop>(p, shaping(AcrobotDesign{.d = d}),
                                        std::vector<std::string>{elbow_port},
                                        std::vector<double>{0, 0}, *options);
 }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double sqrt2 = 1.41421356237309504880;
 
-struct Form {
+struct BallAndBeamForm {
   static constexpr int n = 2, m = 1;
   double L, g;
   const char* name = "ball and beam";
@@ -27,7 +27,7 @@ struct Form {
   }
 };
 
-struct Design {
+struct BallAndBeamDesign {
   static constexpr int n = 2;
   BallAndBeam d;
   std::string name = "ball and beam";
@@ -55,14 +55,16 @@ struct Design {
 
 }  // namespace
 
-PlantPtr ball_and_beam_plant(const BallAndBeam& d) { return plant(Form{.L = d.L, .g = d.g}); }
+PlantPtr ball_and_beam_plant(const BallAndBeam& d) {
+  return plant(BallAndBeamForm{.L = d.L, .g = d.g});
+}
 
 LoopPtr ball_and_beam(const BallAndBeam& d, PlantPtr p, std::optional<MatchingOptions> options) {
   const Requirement need("ball and beam");
   need(d.L > 0 && d.g > 0 && d.kp > 0, "L, g, kp > 0", {d.L, d.g, d.kp});
   if (!p) p = ball_and_beam_plant(d);
   if (!options) options = MatchingOptions{.region = {{-d.L, -1.5}, {d.L, 1.5}, 2}};
-  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}),
+  return std::make_shared<MatchedLoop>(p, shaping(BallAndBeamDesign{.d = d}),
                                        std::vector<std::string>{p->description().ports[0].name},
                                        std::vector<double>{0, 0}, *options);
 }

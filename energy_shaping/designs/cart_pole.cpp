@@ -5,7 +5,7 @@
 namespace porthos::energy_shaping {
 namespace {
 
-struct Form {
+struct CartPoleForm {
   static constexpr int n = 2, m = 1;
   double a, b;
   const char* name = "cart-pole after partial linearisation";
@@ -25,7 +25,7 @@ struct Form {
   }
 };
 
-struct Design {
+struct CartPoleDesign {
   static constexpr int n = 2;
   CartPole d;
   std::string name = "cart-pole";
@@ -57,7 +57,7 @@ struct Design {
 
 }  // namespace
 
-PlantPtr cart_pole_plant(const CartPole& d) { return plant(Form{.a = d.a, .b = d.b}); }
+PlantPtr cart_pole_plant(const CartPole& d) { return plant(CartPoleForm{.a = d.a, .b = d.b}); }
 
 LoopPtr cart_pole(const CartPole& d, PlantPtr p, std::optional<MatchingOptions> options) {
   const Requirement need("cart-pole");
@@ -66,7 +66,7 @@ LoopPtr cart_pole(const CartPole& d, PlantPtr p, std::optional<MatchingOptions> 
   if (!p) p = cart_pole_plant(d);
   if (!options)
     options = MatchingOptions{.region = {{-1.45, d.q2_rest - 10}, {1.45, d.q2_rest + 10}, 3}};
-  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}),
+  return std::make_shared<MatchedLoop>(p, shaping(CartPoleDesign{.d = d}),
                                        std::vector<std::string>{p->description().ports[0].name},
                                        std::vector<double>{0, d.q2_rest}, *options);
 }

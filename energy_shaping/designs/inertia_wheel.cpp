@@ -5,7 +5,7 @@
 namespace porthos::energy_shaping {
 namespace {
 
-struct Form {
+struct InertiaWheelForm {
   static constexpr int n = 2, m = 1;
   double I1, I2, m3;
   const char* name = "inertia-wheel pendulum";
@@ -26,7 +26,7 @@ struct Form {
   }
 };
 
-struct Design {
+struct InertiaWheelDesign {
   static constexpr int n = 2;
   InertiaWheelPendulum d;
   std::string name = "inertia-wheel pendulum (constant M_d)";
@@ -46,7 +46,7 @@ struct Design {
 }  // namespace
 
 PlantPtr inertia_wheel_plant(const InertiaWheelPendulum& d) {
-  return plant(Form{.I1 = d.I1, .I2 = d.I2, .m3 = d.m3});
+  return plant(InertiaWheelForm{.I1 = d.I1, .I2 = d.I2, .m3 = d.m3});
 }
 
 LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr p,
@@ -58,7 +58,7 @@ LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr p,
   need(d.k1 > 0, "k1 > 0", {d.k1});
   if (!p) p = inertia_wheel_plant(d);
   if (!options) options = MatchingOptions{.region = {{-3.2, -20}, {3.2, 20}, 20}};
-  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}),
+  return std::make_shared<MatchedLoop>(p, shaping(InertiaWheelDesign{.d = d}),
                                        std::vector<std::string>{p->description().ports[0].name},
                                        std::vector<double>{0, 0}, *options);
 }

@@ -5,7 +5,7 @@
 namespace porthos::energy_shaping {
 namespace {
 
-struct Form {
+struct VtolForm {
   static constexpr int n = 3, m = 2;
   double epsilon, g;
   const char* name = "VTOL aircraft after an input change";
@@ -27,7 +27,7 @@ struct Form {
   }
 };
 
-struct Design {
+struct VtolDesign {
   static constexpr int n = 3;
   static constexpr bool solve_skew = true;
   Vtol d;
@@ -51,7 +51,7 @@ struct Design {
 
 }  // namespace
 
-PlantPtr vtol_plant(const Vtol& d) { return plant(Form{.epsilon = d.epsilon, .g = d.g}); }
+PlantPtr vtol_plant(const Vtol& d) { return plant(VtolForm{.epsilon = d.epsilon, .g = d.g}); }
 
 LoopPtr vtol(const Vtol& d, PlantPtr p, std::optional<MatchingOptions> options) {
   const Requirement need("strongly coupled VTOL");
@@ -66,7 +66,7 @@ LoopPtr vtol(const Vtol& d, PlantPtr p, std::optional<MatchingOptions> options) 
         .region = {{d.x_rest - 10, d.y_rest - 10, -3.2}, {d.x_rest + 10, d.y_rest + 10, 3.2}, 2}};
   std::vector<std::string> ports;
   for (const auto& port : p->description().ports) ports.push_back(port.name);
-  return std::make_shared<MatchedLoop>(p, shaping(Design{.d = d}), ports,
+  return std::make_shared<MatchedLoop>(p, shaping(VtolDesign{.d = d}), ports,
                                        std::vector<double>{d.x_rest, d.y_rest, 0}, *options);
 }
 

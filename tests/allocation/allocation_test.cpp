@@ -34,7 +34,7 @@ void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
-namespace porthos::integrators {
+namespace porthos::integrators::allocation_test {
 namespace {
 
 TEST(Allocation, CounterCounts) {
@@ -151,4 +151,4 @@ TEST(Allocation, NoneInAnEvaluationWithBodyPorts) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::allocation_test

@@ -15,6 +15,7 @@
 #endif
 
 /// The porthos command as a user meets it: exit codes, and what goes to stdout and to stderr.
+namespace porthos::test::cli_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -121,7 +122,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected one of run, verify, compare, ensemble, report, "
+       "porthos: there is no command 'walk', expected one of run, verify, compare, ensemble, "
+       "report, "
        "plot, info, new, schema, completion, methods, actuators (see porthos --help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
@@ -322,3 +324,4 @@ TEST_F(Cli, CtrlCSavesAndSaysHowToResume) {
 }
 
 }  // namespace
+}  // namespace porthos::test::cli_test

@@ -11,6 +11,7 @@
 #include <string>
 
 /// porthos new, schema, completion and report, as a user types them.
+namespace porthos::test::comfort_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -174,3 +175,4 @@ TEST_F(Comfort, RunWritesItsReportUnlessToldNotTo) {
 }
 
 }  // namespace
+}  // namespace porthos::test::comfort_test

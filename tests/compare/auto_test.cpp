@@ -5,7 +5,7 @@
 
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::auto_test {
 namespace {
 
 /// A case that leaves its method to auto.
@@ -199,4 +199,4 @@ TEST_F(Keys, TheCommandLineCanTakeTheChoiceBack) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::auto_test

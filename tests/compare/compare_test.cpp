@@ -9,7 +9,7 @@
 #include "scene/cpu_clock.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::compare_test {
 namespace {
 
 using scene::Comparison;
@@ -342,4 +342,4 @@ TEST(Advice, OfAComparisonFitsItsRows) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::compare_test

@@ -5,7 +5,7 @@
 #include "scene/reference_state.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::lyapunov_test {
 namespace {
 
 scene::Sensitivity observe(const Case& c, double step, double duration) {
@@ -104,4 +104,4 @@ TEST(Reference, In113BitsWhereItIsAffordableElseTwoRunsThatAgree) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::lyapunov_test

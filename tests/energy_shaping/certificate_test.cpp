@@ -6,7 +6,7 @@
 #include "energy_shaping/plant.h"
 #include "tests/energy_shaping/loops.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::certificate_test {
 namespace {
 
 using test::agrees, test::breaks, test::keeps, test::refusal, test::Vec;
@@ -156,4 +156,4 @@ TEST(Certify, UndampedLoopFails) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::certificate_test

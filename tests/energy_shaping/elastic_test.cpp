@@ -4,7 +4,7 @@
 #include "phs/check.h"
 #include "tests/energy_shaping/loops.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::elastic_test {
 namespace {
 
 using test::agrees, test::breaks, test::keeps, test::refusal, test::run_loop, test::Vec;
@@ -136,4 +136,4 @@ TEST(Elastic, TwoLinksKeepTheBalance) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::elastic_test

@@ -5,7 +5,7 @@
 #include "phs/user_model.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::energy_casimir_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal, test::Vec;
@@ -175,4 +175,4 @@ TEST(EnergyCasimir, TankMemberPaysForALawThatIsNotPassive) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::energy_casimir_test

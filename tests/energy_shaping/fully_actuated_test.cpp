@@ -1,14 +1,15 @@
 // Potential shaping and damping injection, in joints, in the world, on SO(3), with a floating base; tracking.
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
 #include "energy_shaping/tracking.h"
 #include "mechanics/kinematics.h"
 #include "phs/check.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::fully_actuated_test {
 namespace {
 
 using mechanics::Vec3d;
@@ -50,7 +51,7 @@ double law_against_target(const ClosedLoop& loop, double momentum = 1) {
 }
 
 double rightmost(const ClosedLoop& loop) {
-  return eigenvalues(loop.rest().size(), field_jacobian(loop, loop.rest())).back().real();
+  return phs::eigenvalues(loop.rest().size(), field_jacobian(loop, loop.rest())).back().real();
 }
 
 TEST(FullyActuated, RegulationInJointSpace) {
@@ -84,7 +85,7 @@ TEST(Negative, TextbookLawMakesASaddle) {
       s->field(0.0, x, Vec{-sign * k * x[0] - kd * rate - twice * d * rate}, f1);
       for (size_t i = 0; i < 2; ++i) J[i * 2 + j] = f1[i] / 1e-6;
     }
-    return eigenvalues(2, J).back().real();
+    return phs::eigenvalues(2, J).back().real();
   };
   keeps("right law: rightmost eigenvalue", rightmost_of(1, 0), -0.1);
   keeps("and that of the loop object", rightmost(loop), -0.1);
@@ -159,7 +160,7 @@ TEST(Attitude, TracePotential) {
     keeps("slope at a half turn", slope, 1e-14);
     keeps("2 (a_j + a_k) there", std::fabs(s->hamiltonian(x) - U), 1e-14);
     breaks("a half turn is unstable: rightmost eigenvalue",
-           eigenvalues(14, field_jacobian(loop, x)).back().real(), 0.05);
+           phs::eigenvalues(14, field_jacobian(loop, x)).back().real(), 0.05);
   }
 }
 
@@ -319,4 +320,4 @@ TEST(Tracking, ErrorEnergyFallsByTheDampingAlone) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::fully_actuated_test

@@ -6,7 +6,7 @@
 #include "phs/network.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::interconnection_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal, test::Vec;
@@ -187,4 +187,4 @@ TEST(Docs, ControllerInTwentyLines) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::interconnection_test

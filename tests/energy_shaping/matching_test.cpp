@@ -7,7 +7,7 @@
 #include "phs/check.h"
 #include "tests/energy_shaping/loops.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::matching_test {
 namespace {
 
 using test::agrees, test::breaks, test::keeps, test::law_at, test::refusal, test::run_loop,
@@ -361,4 +361,4 @@ TEST(Lanes, SameBitsAsOneState) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::matching_test

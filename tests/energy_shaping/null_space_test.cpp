@@ -3,14 +3,14 @@
 
 #include <random>
 
-#include "energy_shaping/linear_algebra.h"
 #include "mechanics/kinematics.h"
 #include "phs/check.h"
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 #include "tests/energy_shaping/robots.h"
 #include "tests/support/reference.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::null_space_test {
 namespace {
 
 using mechanics::Vec3d;
@@ -49,7 +49,7 @@ double leak_of_moore_penrose(const NullSpaceLoop& loop, const Vec& q, const Vec&
       b[i] += J(i, j) * tau[j];
       for (size_t k = 0; k < r; ++k) S[i * r + k] += J(i, j) * J(k, j);
     }
-  const auto f = linear_solve(r, S, b);
+  const auto f = phs::linear_solve(r, S, b);
   Vec left = tau;
   for (size_t j = 0; j < n; ++j)
     for (size_t i = 0; i < r; ++i) left[j] -= J(i, j) * f[i];
@@ -199,4 +199,4 @@ TEST(NullSpace, RefusesWithTheReason) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::null_space_test

@@ -4,7 +4,7 @@
 #include "energy_shaping/certify.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::numerical_matching_test {
 namespace {
 
 using test::agrees, test::breaks, test::keeps, test::refusal, test::Vec;
@@ -91,4 +91,4 @@ TEST(NumericalMatching, RefusesWithTheReason) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::numerical_matching_test

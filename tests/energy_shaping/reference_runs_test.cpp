@@ -1,7 +1,7 @@
 // Published and independently computed runs of closed-form designs, to the digits given.
 #include "tests/energy_shaping/loops.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::reference_runs_test {
 namespace {
 
 using test::agrees, test::keeps, test::law_at, test::run_loop, test::Vec;
@@ -104,4 +104,4 @@ TEST(ReferenceRuns, StronglyCoupledVtol) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::reference_runs_test

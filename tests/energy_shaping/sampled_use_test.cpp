@@ -8,7 +8,7 @@
 #include "phs/random_state.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::sampled_use_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal, test::Vec;
@@ -216,4 +216,4 @@ TEST(SampledUse, LimitsAndRefusals) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::sampled_use_test

@@ -4,11 +4,12 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "energy_shaping/linear_algebra.h"
+#include "energy_shaping/derivatives.h"
 #include "energy_shaping/run.h"
+#include "phs/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::sweep_test {
 namespace {
 
 using test::agrees, test::keeps, test::refusal, test::Vec;
@@ -66,7 +67,7 @@ TEST(DesignHelp, BandwidthAndDampingRatio) {
   const PotentialLoop loop(model, joint_regulation(*model, rest, 0.2, 0.8));
   // One joint alone would have exactly ω and ζ; coupled, all six modes are near.
   int modes = 0;
-  for (const auto& l : eigenvalues(26, field_jacobian(loop, loop.rest()))) {
+  for (const auto& l : phs::eigenvalues(26, field_jacobian(loop, loop.rest()))) {
     if (std::abs(l) < 1e-3) continue;  // the floating base
     ++modes;
     EXPECT_LT(l.real(), 0);
@@ -74,9 +75,9 @@ TEST(DesignHelp, BandwidthAndDampingRatio) {
   EXPECT_EQ(modes, 12);
   const auto one = test::arm(1, 0, 0);
   const PotentialLoop single(one, joint_regulation(*one, {0.0}, 3, 0.5));
-  const auto e = eigenvalues(2, field_jacobian(single, single.rest()));
+  const auto e = phs::eigenvalues(2, field_jacobian(single, single.rest()));
   agrees("|λ|", std::abs(e[0]), 3, 1e-12), agrees("damping ratio", -e[0].real() / 3, 0.5, 1e-12);
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::sweep_test

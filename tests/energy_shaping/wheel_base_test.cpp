@@ -4,7 +4,7 @@
 #include "phs/network.h"
 #include "tests/energy_shaping/robots.h"
 
-namespace porthos::energy_shaping {
+namespace porthos::energy_shaping::wheel_base_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal, test::Vec;
@@ -121,4 +121,4 @@ TEST(WheelBase, RefusesWithTheReason) {
 }
 
 }  // namespace
-}  // namespace porthos::energy_shaping
+}  // namespace porthos::energy_shaping::wheel_base_test

@@ -14,7 +14,7 @@
 #include "tests/support/robots.h"
 #include "tests/support/stiff.h"
 
-namespace porthos::ensemble {
+namespace porthos::ensemble::batch_test {
 namespace {
 
 using integrators::Outcome;
@@ -285,4 +285,4 @@ TEST(Batch, RefusesAndPassesOnWhatARunThrows) {
 }
 
 }  // namespace
-}  // namespace porthos::ensemble
+}  // namespace porthos::ensemble::batch_test

@@ -14,7 +14,7 @@
 #include "scene/ensemble.h"
 #include "tests/support/bounds.h"
 
-namespace porthos::test {
+namespace porthos::test::command_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -383,4 +383,4 @@ TEST_F(EnsembleCommand, TenThousandEtsViiLONG) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::command_test

@@ -9,7 +9,7 @@
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 
-namespace porthos::ensemble {
+namespace porthos::ensemble::environment_test {
 namespace {
 
 using test::keeps, test::refusal;
@@ -183,4 +183,4 @@ TEST(HeldInputs, BooksTheirWork) {
 }
 
 }  // namespace
-}  // namespace porthos::ensemble
+}  // namespace porthos::ensemble::environment_test

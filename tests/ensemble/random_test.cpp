@@ -10,7 +10,7 @@
 #include "ensemble/sobol.h"
 #include "tests/support/bounds.h"
 
-namespace porthos::ensemble {
+namespace porthos::ensemble::random_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal;
@@ -165,4 +165,4 @@ TEST(Distributions, QuantilesAndRotations) {
 }
 
 }  // namespace
-}  // namespace porthos::ensemble
+}  // namespace porthos::ensemble::random_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::box_chain_test {
 namespace {
 
 std::shared_ptr<const mechanics::Mechanism> boxes(int n) {
@@ -51,4 +51,4 @@ TEST(BoxChain, EnergyLONG) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::box_chain_test

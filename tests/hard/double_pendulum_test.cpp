@@ -3,7 +3,7 @@
 // even where nothing amplifies.
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::double_pendulum_test {
 namespace {
 
 const double g = 9.8125;
@@ -69,4 +69,4 @@ TEST(DoublePendulum, ForthAndBack) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::double_pendulum_test

@@ -5,7 +5,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
-namespace porthos {
+namespace porthos::fermi_pasta_ulam_test {
 namespace {
 
 const test::FermiPastaUlam system_{};
@@ -60,4 +60,4 @@ TEST(FermiPastaUlam, AdiabaticInvariant) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::fermi_pasta_ulam_test

@@ -4,7 +4,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
-namespace porthos {
+namespace porthos::gravitating_bodies_test {
 namespace {
 
 /// Sun (with the inner planets), Jupiter, Saturn, Uranus, Neptune, Pluto on 5 September 1994: Hairer, Lubich, Wanner
@@ -79,4 +79,4 @@ TEST(GravitatingBodies, PythagoreanNeedsMoreThanFixedSteps) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::gravitating_bodies_test

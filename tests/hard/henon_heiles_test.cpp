@@ -6,7 +6,7 @@
 
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::henon_heiles_test {
 namespace {
 
 const phs::UserModel<test::HenonHeiles> model{test::HenonHeiles{}};
@@ -59,4 +59,4 @@ TEST(HenonHeiles, EnergyInTheChaoticSea) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::henon_heiles_test

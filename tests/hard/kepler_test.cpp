@@ -3,7 +3,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
-namespace porthos {
+namespace porthos::kepler_test {
 namespace {
 
 const phs::UserModel<test::Kepler> model{test::Kepler{}};
@@ -65,4 +65,4 @@ TEST(Kepler, ClosedForm) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::kepler_test

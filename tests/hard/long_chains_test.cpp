@@ -6,7 +6,7 @@
 #include "mechanics/momentum.h"
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::long_chains_test {
 namespace {
 
 TEST(LongChains, CentreOfMassOfTheFreeArm) {
@@ -75,4 +75,4 @@ TEST(LongChains, HundredLinks) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::long_chains_test

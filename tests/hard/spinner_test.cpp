@@ -5,7 +5,7 @@
 // loses both.
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::spinner_test {
 namespace {
 
 TEST(Spinner, SlenderFastLONG) {
@@ -41,4 +41,4 @@ TEST(Spinner, SlenderFastLONG) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::spinner_test

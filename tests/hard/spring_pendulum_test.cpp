@@ -6,7 +6,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
-namespace porthos {
+namespace porthos::spring_pendulum_test {
 namespace {
 
 /// Released at 1 rad with the spring compressed to 1 - depth; error of the energy, in units of m g l.
@@ -54,4 +54,4 @@ TEST(SpringPendulum, ThirdOrderResonanceOfTheMidpointRule) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::spring_pendulum_test

@@ -8,7 +8,7 @@
 #include "mechanics/rnea.h"
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::stiff_joints_test {
 namespace {
 
 /// Links of 1 m along -z on revolute joints, axes x, y, x, …; masses as given, slender boxes.
@@ -137,4 +137,4 @@ TEST(StiffJoints, RatesFromAMillionthToAHundred) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::stiff_joints_test

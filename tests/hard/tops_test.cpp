@@ -4,7 +4,7 @@
 // tests/reference.)
 #include "tests/support/energy_run.h"
 
-namespace porthos {
+namespace porthos::tops_test {
 namespace {
 
 std::shared_ptr<const mechanics::Mechanism> single(const std::string& joint,
@@ -169,4 +169,4 @@ TEST(Tops, GyrostatWithAFastWheel) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::tops_test

@@ -10,7 +10,7 @@
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/reference.h"
 
-namespace porthos::test {
+namespace porthos::test::books_test {
 namespace {
 
 using integrators::make_integrator;
@@ -258,4 +258,4 @@ TEST(Books, LanesKeepTheSameBooks) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::books_test

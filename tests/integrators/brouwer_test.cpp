@@ -13,7 +13,7 @@
 #include "tests/support/random_tree.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::brouwer_test {
 namespace {
 
 bool long_run() { return std::getenv("PORTHOS_LONG") != nullptr; }
@@ -231,4 +231,4 @@ TEST(Brouwer, WithTheWrongTriangleTheNormDriftsAndWithAToleranceEverything) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::brouwer_test

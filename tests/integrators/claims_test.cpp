@@ -10,7 +10,7 @@
 #include "tests/integrators/problems.h"
 #include "tests/support/gsl_methods.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::claims_test {
 namespace {
 
 using Vec = std::vector<double>;
@@ -329,4 +329,4 @@ TEST(Gauss, DivergenceIsAStatus) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::claims_test

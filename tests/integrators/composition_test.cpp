@@ -6,7 +6,7 @@
 #include "tests/support/order_conditions.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::composition_test {
 namespace {
 
 using phs::Quad;
@@ -137,4 +137,4 @@ TEST(Compositions, CostIsThatOfTheBase) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::composition_test

@@ -6,7 +6,7 @@
 #include "tests/support/stiff.h"
 #include "tests/support/swinging_pendulum.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::discrete_gradient_test {
 namespace {
 
 using Vec = std::vector<double>;
@@ -366,4 +366,4 @@ TEST(DiscreteGradients, NoMoveIsNoConvergenceWhereTheResidualIsHuge) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::discrete_gradient_test

@@ -5,7 +5,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/swinging_pendulum.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::energy_exact_test {
 namespace {
 
 /// Largest |H - H0| / |H0|; infinite where a step fails.
@@ -103,4 +103,4 @@ TEST(Hbvm, WithAsManyNodesAsCoefficientsIsGauss) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::energy_exact_test

@@ -8,7 +8,7 @@
 #include "phs/user_model.h"
 #include "tests/support/swinging_pendulum.h"
 
-namespace porthos::test {
+namespace porthos::test::energy_monitor_test {
 namespace {
 
 using integrators::EnergyMonitor;
@@ -247,4 +247,4 @@ TEST(EnergyMonitor, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::energy_monitor_test

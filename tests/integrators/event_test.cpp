@@ -9,7 +9,7 @@
 #include "tests/support/pendulum.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::event_test {
 namespace {
 
 using X = std::span<const double>;
@@ -316,4 +316,4 @@ TEST(DenseOutput, IsSaidToBeAbsentWhereItIs) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::event_test

@@ -4,7 +4,7 @@
 #include "integrators/gauss.h"
 #include "tests/integrators/problems.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::order_test {
 namespace {
 
 using phs::Quad;
@@ -121,4 +121,4 @@ TEST(Order, OnAFloatingArm) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::order_test

@@ -8,7 +8,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/support/swinging_pendulum.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::passivity_test {
 namespace {
 
 using phs::Quad;
@@ -197,4 +197,4 @@ TEST(Passivity, BalanceOfADampedPendulum) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::passivity_test

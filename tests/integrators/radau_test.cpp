@@ -11,7 +11,7 @@
 #include "tests/support/pendulum.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::radau_test {
 namespace {
 
 using phs::Quad;
@@ -210,4 +210,4 @@ TEST(Radau, OutcomesAreStatuses) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::radau_test

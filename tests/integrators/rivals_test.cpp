@@ -14,7 +14,7 @@
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::rivals_test {
 namespace {
 
 using phs::Quad;
@@ -478,4 +478,4 @@ TEST(Catalogue, TakesNoMoreMethodsOnceInUse) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::rivals_test

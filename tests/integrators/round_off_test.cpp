@@ -7,7 +7,7 @@
 #include "scene/statistics.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::round_off_test {
 namespace {
 
 struct Worst {
@@ -124,4 +124,4 @@ TEST(RoundOff, FastCaseTrajectoryAgainstCvodeAnd113Bits) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::round_off_test

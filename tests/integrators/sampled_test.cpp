@@ -10,7 +10,7 @@
 #include "phs/network.h"
 #include "tests/support/swinging_pendulum.h"
 
-namespace porthos::test {
+namespace porthos::test::sampled_test {
 namespace {
 
 using integrators::make_integrator;
@@ -237,4 +237,4 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::sampled_test

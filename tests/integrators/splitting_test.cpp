@@ -9,7 +9,7 @@
 #include "tests/support/split_systems.h"
 #include "tests/support/symplectic.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::splitting_test {
 namespace {
 
 using phs::Quad;
@@ -245,4 +245,4 @@ TEST(Splitting, RefusesWhatItCannotSplit) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::splitting_test

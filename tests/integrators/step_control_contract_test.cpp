@@ -9,7 +9,7 @@
 #include "tests/support/kepler.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::step_control_contract_test {
 namespace {
 
 using phs::Quad;
@@ -248,4 +248,4 @@ TEST(StepControl, LostDensityIsAStatus) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::step_control_contract_test

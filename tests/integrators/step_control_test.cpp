@@ -11,7 +11,7 @@
 #include "tests/support/kepler.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::step_control_test {
 namespace {
 
 using test::PowerOfRadius;
@@ -207,4 +207,4 @@ TEST(StepControl, NoDriftWhereAnErrorControllerDrifts) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::step_control_test

@@ -9,7 +9,7 @@
 #include "tests/support/robots.h"
 #include "tests/support/stiff.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::stiff_test {
 namespace {
 
 using phs::Quad;
@@ -360,4 +360,4 @@ TEST(Stiff, RestartIsContinuation) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::stiff_test

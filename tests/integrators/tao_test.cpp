@@ -5,7 +5,7 @@
 
 #include "tests/support/robots.h"
 
-namespace porthos::integrators {
+namespace porthos::integrators::tao_test {
 namespace {
 
 using phs::Dual;
@@ -112,4 +112,4 @@ TEST(Tao, WeightsAreInertias) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators
+}  // namespace porthos::integrators::tao_test

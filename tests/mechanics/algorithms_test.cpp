@@ -10,7 +10,7 @@
 #include "mechanics/rnea.h"
 #include "tests/support/tree_case.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::algorithms_test {
 namespace {
 
 using nlohmann::json;
@@ -155,4 +155,4 @@ TEST_F(Tree7, BoundsSeeWrongPhysics) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::algorithms_test

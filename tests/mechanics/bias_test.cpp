@@ -9,7 +9,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "tests/support/robots.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::bias_test {
 namespace {
 
 test::Robot floating_arm() {
@@ -84,4 +84,4 @@ TEST(Bias, OfTheNormFactorIsNone) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::bias_test

@@ -9,7 +9,7 @@
 #include "tests/support/frame_jacobian.h"
 #include "tests/support/random_tree.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::body_ports_test {
 namespace {
 
 using Vec = std::vector<double>;
@@ -285,4 +285,4 @@ TEST(BodyPorts, RefusesByName) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::body_ports_test

@@ -12,7 +12,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::builder_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -454,4 +454,4 @@ TEST(Builder, OtherFramesAreRoundedOnce) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::builder_test

@@ -8,7 +8,7 @@
 #include "mechanics/aba.h"
 #include "mechanics/momentum.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::cost_test {
 namespace {
 
 /// Shortest of many batches [ns per call]: the machine's noise only ever adds.
@@ -48,4 +48,4 @@ TEST(Cost, PerBodyIsConstantFrom10To1000Bodies) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::cost_test

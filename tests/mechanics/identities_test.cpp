@@ -12,7 +12,7 @@
 #include "phs/check.h"
 #include "tests/support/random_tree.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::identities_test {
 namespace {
 
 using Vec = std::vector<double>;
@@ -241,4 +241,4 @@ TEST(Lanes, EqualScalarBitForBit) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::identities_test

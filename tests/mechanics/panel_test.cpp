@@ -11,7 +11,7 @@
 #include "mechanics/crba.h"
 #include "mechanics/mechanical_model.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::panel_test {
 namespace {
 
 constexpr double EI = 120;
@@ -111,4 +111,4 @@ TEST(Panel, HasTheMassOfTheBeamAndRefusesWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::panel_test

@@ -11,7 +11,7 @@
 #include "mechanics/urdf.h"
 #include "tests/support/reference.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::pinocchio_test {
 namespace {
 
 using nlohmann::json;
@@ -191,4 +191,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, Pinocchio,
                          [](const auto& robot) { return std::string(robot.param); });
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::pinocchio_test

@@ -12,7 +12,7 @@
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
 
-namespace porthos::test {
+namespace porthos::test::reconfiguration_test {
 namespace {
 
 using namespace mechanics;
@@ -267,4 +267,4 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::reconfiguration_test

@@ -4,7 +4,7 @@
 #include "mechanics/mechanical_model.h"
 #include "tests/support/random_tree.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::resolvent_test {
 namespace {
 
 using phs::Complex4;
@@ -107,4 +107,4 @@ TEST(Resolvent, KnowsTheRotors) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::resolvent_test

@@ -15,7 +15,7 @@
 #include "tests/support/frame_jacobian.h"
 #include "tests/support/random_tree.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::rotor_test {
 namespace {
 
 using Vec = std::vector<double>;
@@ -290,4 +290,4 @@ TEST(Rotor, IsGivenToUrdfJointsByName) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::rotor_test

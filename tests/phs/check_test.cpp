@@ -15,7 +15,7 @@
 #include "phs/check.h"
 #include "phs/user_model.h"
 
-namespace porthos::phs {
+namespace porthos::phs::check_test {
 namespace {
 
 template <class T>
@@ -67,9 +67,8 @@ TEST(Check, ACorrectSystemHolds) {
   const auto r = check(model);
   EXPECT_TRUE(r.holds()) << r.text();
   EXPECT_EQ(r.axioms.size(), 10u);
-  for (const char* name :
-       {"J skew", "R symmetric", "R >= 0", "gradient", "efforts", "rate", "field", "storages",
-        "power balance", "passive dissipation"}) {
+  for (const char* name : {"J skew", "R symmetric", "R >= 0", "gradient", "efforts", "rate",
+                           "field", "storages", "power balance", "passive dissipation"}) {
     EXPECT_GE(axiom(r, name).worst, 0);
     EXPECT_LE(axiom(r, name).worst, 1e-13) << name << ": far below the limit of 1e-11";
     EXPECT_NE(r.text().find(std::string("holds    ") + name + ": worst "), std::string::npos)
@@ -354,4 +353,4 @@ TEST(CompileFail, SaysItInTheOtherCompilersToo) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::check_test

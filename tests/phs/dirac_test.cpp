@@ -6,7 +6,7 @@
 
 #include "tests/support/bounds.h"
 
-namespace porthos::phs {
+namespace porthos::phs::dirac_test {
 namespace {
 
 using test::breaks, test::keeps, test::refusal;
@@ -159,4 +159,4 @@ TEST(DiracComposition, RefusesPortsThatAreNotThere) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::dirac_test

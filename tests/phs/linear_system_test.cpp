@@ -5,7 +5,7 @@
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"
 
-namespace porthos::phs {
+namespace porthos::phs::linear_system_test {
 namespace {
 
 using namespace std::complex_literals;
@@ -281,4 +281,4 @@ TEST(LinearSystem, RefusesAModelWithFeedthrough) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::linear_system_test

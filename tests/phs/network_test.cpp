@@ -8,7 +8,7 @@
 #include "phs/check.h"
 #include "tests/support/random_phs.h"
 
-namespace porthos::test {
+namespace porthos::test::network_test {
 namespace {
 
 using phs::function;
@@ -251,4 +251,4 @@ TEST(Elements, SlopesAreDerivativesAndForcesHaveTheSignOfRates) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::network_test

@@ -11,7 +11,7 @@
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"
 
-namespace porthos::phs {
+namespace porthos::phs::passivity_test {
 namespace {
 
 using test::breaks, test::keeps;
@@ -138,4 +138,4 @@ TEST(Passivity, RefusesDataOutOfOrder) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::passivity_test

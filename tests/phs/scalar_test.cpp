@@ -12,7 +12,7 @@
 
 #include "phs/scalar.h"
 
-namespace porthos::phs {
+namespace porthos::phs::scalar_test {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -275,4 +275,4 @@ TEST(Quad, FunctionsInvertEachOther) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::scalar_test

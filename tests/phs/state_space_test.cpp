@@ -4,7 +4,7 @@
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"
 
-namespace porthos::phs {
+namespace porthos::phs::state_space_test {
 namespace {
 
 using test::breaks, test::keeps;
@@ -224,4 +224,4 @@ TEST(AvailableStorage, IsBoundedByHWhereTheRiccatiEquationFails) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::state_space_test

@@ -10,7 +10,7 @@
 #include "phs/quad.h"
 #include "phs/state.h"
 
-namespace porthos::phs {
+namespace porthos::phs::state_test {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -264,4 +264,4 @@ TEST(StateOf, CountsItsAngles) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::state_test

@@ -5,7 +5,7 @@
 
 #include "tests/support/bounds.h"
 
-namespace porthos::phs {
+namespace porthos::phs::tangent_test {
 namespace {
 
 TEST(Tangent, DerivativesOverScalars) {
@@ -41,4 +41,4 @@ TEST(Tangent, AsinhHasSmallRelativeError) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::tangent_test

@@ -12,7 +12,7 @@
 
 #include "phs/scalar.h"
 
-namespace porthos::phs {
+namespace porthos::phs::trig_test {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -326,4 +326,4 @@ TEST(SincosScalars, DualDerivative) {
 }
 
 }  // namespace
-}  // namespace porthos::phs
+}  // namespace porthos::phs::trig_test

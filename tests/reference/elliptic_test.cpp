@@ -11,7 +11,7 @@
 #include "integrators/integrator.h"
 #include "tests/support/tree_case.h"
 
-namespace porthos {
+namespace porthos::elliptic_test {
 namespace {
 
 struct Jacobi {
@@ -69,5 +69,5 @@ TEST(ClosedForm, FreeAsymmetricBody) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::elliptic_test
 #endif

@@ -8,7 +8,7 @@
 #include "phs/user_model.h"
 #include "tests/support/tree_case.h"
 
-namespace porthos {
+namespace porthos::holonomy_test {
 namespace {
 
 using mechanics::Mechanism;
@@ -90,4 +90,4 @@ TEST(Reference, PlanarHolonomy) {
 }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::holonomy_test

@@ -5,7 +5,7 @@
 #include "integrators/integrator.h"
 #include "tests/support/tree_case.h"
 
-namespace porthos {
+namespace porthos::trees_test {
 namespace {
 
 using integrators::make_integrator;
@@ -217,4 +217,4 @@ TEST(Reference, Chain5) { tree("e_chain5_revolute", 1.0 / 128); }
 TEST(Reference, FloatingArmWithSpringsAndDampers) { tree("g_floating_arm_damped", 1.0 / 64); }
 
 }  // namespace
-}  // namespace porthos
+}  // namespace porthos::trees_test

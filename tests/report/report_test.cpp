@@ -16,7 +16,7 @@
 #include "scene/run.h"
 
 /// What a results folder becomes as data of the page.
-namespace porthos::report {
+namespace porthos::report::report_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -145,4 +145,4 @@ TEST(Shapes, QuaternionsOfRotations) {
 }
 
 }  // namespace
-}  // namespace porthos::report
+}  // namespace porthos::report::report_test

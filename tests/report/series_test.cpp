@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace porthos::report {
+namespace porthos::report::series_test {
 namespace {
 
 /// Records made of functions of the record's number.
@@ -116,4 +116,4 @@ TEST(Series, LengthsAndRates) {
 }
 
 }  // namespace
-}  // namespace porthos::report
+}  // namespace porthos::report::series_test

@@ -6,7 +6,7 @@
 
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::craft_parts_test {
 namespace {
 
 using nlohmann::json;
@@ -385,4 +385,4 @@ TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::craft_parts_test

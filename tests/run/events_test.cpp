@@ -6,7 +6,7 @@
 
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::events_test {
 namespace {
 
 std::string example() {
@@ -145,4 +145,4 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::events_test

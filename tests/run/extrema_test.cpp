@@ -5,7 +5,7 @@
 #include "tests/run/scenes.h"
 
 // Smallest and largest values between the records: what a coarse record would not show.
-namespace porthos::test {
+namespace porthos::test::extrema_test {
 namespace {
 
 std::vector<double> dataset(const fs::path& h5, const std::string& name) {
@@ -89,4 +89,4 @@ TEST(Extrema, AStoppedRunContinuesThem) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::extrema_test

@@ -8,7 +8,7 @@
 #include "phs/user_model.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::ledger_test {
 namespace {
 
 /// A scene file with some elements at the joints of the arm.
@@ -201,4 +201,4 @@ TEST(Ledger, AResumedRunKeepsItsBooksBitForBit) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::ledger_test

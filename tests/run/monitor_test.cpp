@@ -3,7 +3,7 @@
 
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::monitor_test {
 namespace {
 
 /// A scene of the arm with some more tables; the elbow begins at 0.5 rad.
@@ -125,4 +125,4 @@ TEST(Monitor, BadKeysAreRefusedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::monitor_test

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <random>
 
+namespace porthos::test::plot_test {
 namespace {
 
-using namespace porthos::scene;
+using namespace scene;
 
 Envelope random_walk(double first, double last, int n) {
   Envelope e(first, last);
@@ -61,3 +62,4 @@ TEST(Plot, SurvivesEveryDegenerateSeries) {
 }
 
 }  // namespace
+}  // namespace porthos::test::plot_test

@@ -6,7 +6,7 @@
 #include "scene/hdf5_reader.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::replot_test {
 namespace {
 
 TEST(Replot, PicturesAreThoseOfTheRunByteForByte) {
@@ -69,4 +69,4 @@ TEST(Replot, DamagedSeriesAreRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::replot_test

@@ -6,7 +6,7 @@
 #include "tests/run/scenes.h"
 
 /// A run that is stopped, or killed, and continued gives the bits of the run that was not.
-namespace porthos::test {
+namespace porthos::test::resume_test {
 namespace {
 
 using scene::RunReport;
@@ -214,4 +214,4 @@ TEST(Checkpoint, AMethodThatCannotBeContinued) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::resume_test

@@ -12,7 +12,7 @@
 #include "scene/checkpoint.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::run_test {
 namespace {
 
 using integrators::Outcome;
@@ -321,4 +321,4 @@ TEST(Run, NeedsTheSameMemoryForTwentyTimesTheTime) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::run_test

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "scene/run.h"
+#include "tests/support/bounds.h"
 
 /// Small scenes, made here, in a temporary folder of their own.
 namespace porthos::test {
@@ -109,17 +110,6 @@ inline scene::RunOptions into(const fs::path& out, bool resume = false) {
   o.out = out.string();
   o.resume = resume;
   return o;
-}
-
-/// The text of the InvalidArgument that `f` throws.
-template <class F>
-std::string refusal(F f) {
-  try {
-    f();
-  } catch (const InvalidArgument& e) {
-    return e.what();
-  }
-  return "(nothing was thrown)";
 }
 
 inline ::testing::AssertionResult says(const std::string& text, const std::string& words) {

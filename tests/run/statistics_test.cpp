@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+namespace porthos::test::statistics_test {
 namespace {
 
 using porthos::scene::ErrorStatistics;
@@ -101,3 +102,4 @@ TEST(Statistics, ContinuesFromItsMemoryAndStaysSmall) {
 }
 
 }  // namespace
+}  // namespace porthos::test::statistics_test

@@ -3,7 +3,7 @@
 
 #include "tests/run/scenes.h"
 
-namespace porthos::test {
+namespace porthos::test::step_control_run_test {
 namespace {
 
 using integrators::StepControl;
@@ -100,4 +100,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, StepControlRun,
                          [](const auto& i) { return std::string(to_string(i.param)); });
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::step_control_run_test

@@ -4,7 +4,7 @@
 
 #include "tests/scene/scene_files.h"
 
-namespace porthos::scene {
+namespace porthos::scene::assembly_test {
 namespace {
 
 using SceneAssembly = SceneFiles;
@@ -84,4 +84,4 @@ TEST_F(SceneAssembly, InfoShowsWhatWasAssembled) {
 }
 
 }  // namespace
-}  // namespace porthos::scene
+}  // namespace porthos::scene::assembly_test

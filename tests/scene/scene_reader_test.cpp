@@ -6,7 +6,7 @@
 
 #include "tests/scene/scene_files.h"
 
-namespace porthos::scene {
+namespace porthos::scene::scene_reader_test {
 namespace {
 
 using SceneReader = SceneFiles;
@@ -171,10 +171,12 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
        "12:2: unknown key 'verfiy' in the scene, the nearest known one is 'verify' "
-       "(known: title, model, environment, initial, body, panel, element, actuator, event, planet, orbit, integrator, monitor, run, verify, ensemble)"},
+       "(known: title, model, environment, initial, body, panel, element, actuator, event, planet, "
+       "orbit, integrator, monitor, run, verify, ensemble)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
-       "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor)"},
+       "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia, "
+       "mass_factor)"},
       {run("durations = 10"),
        "11:1: unknown key 'durations' in [run], the nearest known one is 'duration' "
        "(known: duration, record_every, extrema, checkpoint_every)"},
@@ -351,4 +353,4 @@ TEST_F(SceneReader, OverridesAreRefusedLikeKeys) {
 }
 
 }  // namespace
-}  // namespace porthos::scene
+}  // namespace porthos::scene::scene_reader_test

@@ -17,7 +17,7 @@
 #include "scene/scene_texts.h"
 
 /// The schema says what the reader says: each table is given a key the reader does not know, which names those it knows.
-namespace porthos::scene {
+namespace porthos::scene::schema_test {
 namespace {
 
 constexpr const char* urdf =
@@ -194,4 +194,4 @@ TEST(Schema, EveryReferenceLeadsSomewhere) {
 }
 
 }  // namespace
-}  // namespace porthos::scene
+}  // namespace porthos::scene::schema_test

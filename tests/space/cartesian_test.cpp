@@ -6,7 +6,7 @@
 
 // The control: what the split is for. The same spacecraft in plain Cartesian coordinates, its base 7000 km from the
 // planet's centre and gravity on every link, by the same method at the same step.
-namespace porthos::space {
+namespace porthos::space::cartesian_test {
 namespace {
 
 using test::breaks;
@@ -225,4 +225,4 @@ TEST(Cartesian, LosesThemInTheSceneOfTheYear) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::cartesian_test

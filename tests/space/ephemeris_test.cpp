@@ -4,7 +4,7 @@
 #include "tests/space/support.h"
 
 // Sun and Moon by date: against the canon of eclipses, and against the mean ellipses.
-namespace porthos::space {
+namespace porthos::space::ephemeris_test {
 namespace {
 
 using test::breaks;
@@ -126,4 +126,4 @@ TEST(Ephemeris, ThirdBodiesCancelNothing) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::ephemeris_test

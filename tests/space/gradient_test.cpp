@@ -7,7 +7,7 @@
 #include "tests/space/support.h"
 
 // Gravity gradient on links: against its own potential, and against gravity itself.
-namespace porthos::space {
+namespace porthos::space::gradient_test {
 namespace {
 
 using phs::Quad;
@@ -156,4 +156,4 @@ TEST(Spacecraft, RefusesWhatDoesNotFloat) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::gradient_test

@@ -11,7 +11,7 @@
 #include "phs/network.h"
 #include "tests/space/support.h"
 
-namespace porthos::test {
+namespace porthos::test::gyro_test {
 namespace {
 
 using mechanics::BodySpec;
@@ -181,4 +181,4 @@ TEST(ControlMomentGyro, APairTurnsTheBaseAsItsMomentumSays) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::gyro_test

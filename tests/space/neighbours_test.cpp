@@ -1,7 +1,7 @@
 #include "tests/space/support.h"
 
 // Bodies that float beside each other in orbit: one system about its common centre of mass.
-namespace porthos::space {
+namespace porthos::space::neighbours_test {
 namespace {
 
 using test::breaks;
@@ -113,4 +113,4 @@ TEST(Split, CorrectedKicksTakeTheTermInEpsilonSquaredAway) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::neighbours_test

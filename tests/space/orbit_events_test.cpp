@@ -5,7 +5,7 @@
 #include "tests/run/scenes.h"
 
 // Capture, locking and release in orbit: scenes whose mechanism changes about a centre of mass that does not notice.
-namespace porthos::scene {
+namespace porthos::scene::orbit_events_test {
 namespace {
 
 using test::says;
@@ -195,4 +195,4 @@ TEST(OrbitEvents, KilledAtRandomMomentsItEndsWithTheSameBits) {
 }
 
 }  // namespace
-}  // namespace porthos::scene
+}  // namespace porthos::scene::orbit_events_test

@@ -6,7 +6,7 @@
 #include "tests/support/reference.h"
 
 // The orbit alone.
-namespace porthos::space {
+namespace porthos::space::orbit_test {
 namespace {
 
 using test::breaks;
@@ -263,4 +263,4 @@ TEST(Orbit, RefusesWhatItCannotFly) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::orbit_test

@@ -11,7 +11,7 @@
 #include "phs/elements.h"
 #include "tests/space/support.h"
 
-namespace porthos::test {
+namespace porthos::test::parts_test {
 namespace {
 
 using mechanics::BodySpec;
@@ -346,4 +346,4 @@ TEST(Parts, WhatCannotBeIsRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::parts_test

@@ -6,7 +6,7 @@
 #include "tests/space/support.h"
 
 // Drag and sunlight on flat plates: closed forms, virtual work, and the books.
-namespace porthos::space {
+namespace porthos::space::plates_test {
 namespace {
 
 using test::breaks;
@@ -202,4 +202,4 @@ TEST(Plates, AreRefusedInOneSentence) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::plates_test

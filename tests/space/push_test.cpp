@@ -8,7 +8,7 @@
 
 #include "tests/space/support.h"
 
-namespace porthos::test {
+namespace porthos::test::push_test {
 namespace {
 
 using namespace space;
@@ -92,4 +92,4 @@ TEST(OrbitPush, FieldOfATiltedDipoleTurnsWithThePlanet) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::push_test

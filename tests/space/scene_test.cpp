@@ -2,7 +2,7 @@
 #include "tests/run/scenes.h"
 
 // Scenes in orbit: what they refuse, what they report, and that they go on where they were stopped.
-namespace porthos::scene {
+namespace porthos::scene::scene_test {
 namespace {
 
 using test::says;
@@ -108,4 +108,4 @@ TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
 }
 
 }  // namespace
-}  // namespace porthos::scene
+}  // namespace porthos::scene::scene_test

@@ -2,7 +2,7 @@
 #include "tests/space/support.h"
 
 // Orbit and internal motion together.
-namespace porthos::space {
+namespace porthos::space::split_test {
 namespace {
 
 using integrators::Outcome;
@@ -210,4 +210,4 @@ TEST(Split, MemoryContinuesBitForBit) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::split_test

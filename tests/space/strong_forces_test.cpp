@@ -7,7 +7,7 @@
 // Would Encke's method gain anything? Where forces on the orbit are strong and steps large, what does the split of Kepler
 // flow and kicks lose to rounding, and what to the step? A step is symmetric (drag included: its kick is an implicit
 // midpoint), so there and back again is the identity, and what is left of it is rounding.
-namespace porthos::space {
+namespace porthos::space::strong_forces_test {
 namespace {
 
 using test::breaks;
@@ -70,4 +70,4 @@ TEST(StrongForces, CostTheStepNotTheRounding) {
 }
 
 }  // namespace
-}  // namespace porthos::space
+}  // namespace porthos::space::strong_forces_test

@@ -6,7 +6,7 @@
 #include "mechanics/joint_list.h"
 #include "tests/urdf/robots.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::urdf_messages_test {
 namespace {
 
 void expect_refused(const std::string& text, const std::string& message, const Options& o = {}) {
@@ -288,4 +288,4 @@ TEST(UrdfErrors, LinksWithoutInertia) {
 }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::urdf_messages_test

@@ -10,7 +10,7 @@
 
 #include "tests/urdf/robots.h"
 
-namespace porthos::mechanics {
+namespace porthos::mechanics::urdf_test {
 namespace {
 
 Mat3<double> about(int axis, double angle) {
@@ -336,4 +336,4 @@ TEST(UrdfModels, Shared) { read_all(fs::path(PORTHOS_SHARED_DIR) / "models"); }
 TEST(UrdfModels, Pinocchio) { read_all(fs::path(PORTHOS_SHARED_DIR) / "reference/pinocchio/urdf"); }
 
 }  // namespace
-}  // namespace porthos::mechanics
+}  // namespace porthos::mechanics::urdf_test

@@ -13,7 +13,7 @@
 
 /// `porthos verify` on every published and generated robot beside the repository: floating free, no
 /// gravity, seeded random joints, 100 s.
-namespace porthos::test {
+namespace porthos::test::models_test {
 namespace {
 
 constexpr double longest_step = 0.1;  // s
@@ -280,4 +280,4 @@ TEST(VerifyModels, AMasslessRootWithOneHingeIsIllPosed) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::models_test

@@ -8,7 +8,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::actuator_test {
 namespace {
 
 using integrators::make_integrator;
@@ -267,4 +267,4 @@ TEST(Reference, QbmoveArmIn113Bits) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::actuator_test

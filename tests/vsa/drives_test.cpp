@@ -5,7 +5,7 @@
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::drives_test {
 namespace {
 
 using Kind = vsa::Drive::Kind;
@@ -134,4 +134,4 @@ TEST(Drives, WrongOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::drives_test

@@ -4,7 +4,7 @@
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::examples_test {
 namespace {
 
 std::string example(const std::string& name) {
@@ -68,4 +68,4 @@ TEST(Examples, TheSpringThrowsFaster) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::examples_test

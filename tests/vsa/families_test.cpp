@@ -12,7 +12,7 @@
 #include "vsa/catalogue.h"
 #include "vsa/families.h"
 
-namespace porthos::test {
+namespace porthos::test::families_test {
 namespace {
 
 using phs::Dual;
@@ -237,4 +237,4 @@ TEST(Families, LimitsAreEnergies) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::families_test

@@ -8,7 +8,7 @@
 #include "vsa/jet.h"
 #include "vsa/planning.h"
 
-namespace porthos::test {
+namespace porthos::test::minimum_energy_test {
 namespace {
 
 using Kind = vsa::Drive::Kind;
@@ -221,4 +221,4 @@ TEST(MinimumEnergy, WhatCannotBeIsRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::minimum_energy_test

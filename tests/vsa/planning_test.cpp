@@ -5,7 +5,7 @@
 #include "vsa/catalogue.h"
 #include "vsa/families.h"
 
-namespace porthos::test {
+namespace porthos::test::planning_test {
 namespace {
 
 TEST(Planning, AlongLevelsOfEnergyTheWorksAddUpToNothing) {
@@ -68,4 +68,4 @@ TEST(Planning, WhatCannotBeIsRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::planning_test

@@ -10,7 +10,7 @@
 #include "vsa/families.h"
 #include "vsa/table.h"
 
-namespace porthos::test {
+namespace porthos::test::points_test {
 namespace {
 
 using vsa::Limits;
@@ -232,4 +232,4 @@ TEST(Refused, Parameters) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::points_test

@@ -7,7 +7,7 @@
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::regulators_test {
 namespace {
 
 struct Link {  // as pendulum(1, 2)
@@ -171,4 +171,4 @@ TEST(Regulators, MotorPdOfTwoElasticJoints) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::regulators_test

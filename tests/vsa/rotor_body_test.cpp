@@ -7,7 +7,7 @@
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::rotor_body_test {
 namespace {
 
 constexpr double gear = 20, inertia = 2e-4, stiffness = 40;
@@ -127,4 +127,4 @@ TEST(RotorBody, WrongOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::rotor_body_test

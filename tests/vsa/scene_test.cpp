@@ -6,7 +6,7 @@
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::scene_test {
 namespace {
 
 class Scenes : public ::testing::Test {
@@ -100,4 +100,4 @@ TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::scene_test

@@ -7,7 +7,7 @@
 #include "tests/support/energy_run.h"
 #include "tests/vsa/actuators.h"
 
-namespace porthos::test {
+namespace porthos::test::stiff_test {
 namespace {
 
 using integrators::Outcome;
@@ -116,4 +116,4 @@ TEST(Stiff, SevenJointsAtStepsOfTheLinks) {
 }
 
 }  // namespace
-}  // namespace porthos::test
+}  // namespace porthos::test::stiff_test

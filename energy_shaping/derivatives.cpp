@@ -1,0 +1,33 @@
+#include "energy_shaping/derivatives.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+/// Column j of the derivative of f(x) → out by duals.
+template <class F>
+std::vector<double> by_duals(std::span<const double> x, F f) {
+  const std::size_t n = x.size();
+  std::vector<phs::Dual> s(x.begin(), x.end()), out(n);
+  std::vector<double> J(n * n);
+  for (std::size_t j = 0; j < n; ++j) {
+    s[j].d = 1;
+    f(s, out);
+    s[j].d = 0;
+    for (std::size_t i = 0; i < n; ++i) J[i * n + j] = out[i].d;
+  }
+  return J;
+}
+
+}  // namespace
+
+std::vector<double> field_jacobian(const phs::Model& model, std::span<const double> x) {
+  const auto s = model.instantiate<phs::Dual>();
+  return by_duals(x, [&](const auto& at, auto& out) { s->field(0.0, at, {}, out); });
+}
+
+std::vector<double> hessian(const phs::Model& model, std::span<const double> x) {
+  const auto s = model.instantiate<phs::Dual>();
+  return by_duals(x, [&](const auto& at, auto& out) { s->gradient(at, out); });
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,15 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "energy_shaping/closed_loop.h"
+
+/// Derivatives that the certificates are made of, by dual numbers. Not for kernels.
+namespace porthos::energy_shaping {
+
+/// The Jacobian of the closed loop's field at x, row by row, exact.
+std::vector<double> field_jacobian(const phs::Model& model, std::span<const double> x);
+/// The Hessian of H_d at x, row by row, exact.
+std::vector<double> hessian(const phs::Model& model, std::span<const double> x);
+
+}  // namespace porthos::energy_shaping

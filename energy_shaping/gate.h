@@ -1,0 +1,13 @@
+#pragma once
+#include "phs/scalar.h"
+
+namespace porthos::energy_shaping {
+
+/// 0 up to a, smoothly to 1 at b: how a tank's bounds close its valves.
+template <class T>
+T gate(T x, double a, double b) {
+  const T s = phs::max(phs::min((x - T(a)) / T(b - a), T(1.0)), T(0.0));
+  return s * s * (T(3.0) - T(2.0) * s);
+}
+
+}  // namespace porthos::energy_shaping

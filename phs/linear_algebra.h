@@ -1,0 +1,27 @@
+#pragma once
+#include <complex>
+#include <span>
+#include <vector>
+
+#include "phs/matrix.h"
+
+/// Small dense linear algebra for set-up and checks, not for kernels (phs/dense.h). By Eigen, compiled here once.
+/// Matrices are n × n, row by row.
+namespace porthos::phs {
+
+/// Eigenvalues of the symmetric part of A, rising; NaN where A is not finite.
+std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double> A);
+/// Eigenvalues of A by rising real part; NaN where A is not finite.
+std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A);
+/// x of A x = b. NaN where A is singular.
+std::vector<double> linear_solve(std::size_t n, std::span<const double> A,
+                                 std::span<const double> b);
+
+/// A⁺ (Moore, Penrose) by singular values: A⁺ b is the shortest x with the least |A x - b|.
+struct PseudoInverse {
+  Matrix inverse;
+  int rank = 0;
+};
+PseudoInverse pseudo_inverse(const Matrix& A);
+
+}  // namespace porthos::phs
