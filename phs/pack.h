@@ -2,8 +2,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
-#if defined(__SSE2__)
-#include <immintrin.h>
+#if defined(__AVX512F__)
+#include <immintrin.h>  // half a second of every compilation; below AVX-512 two built-ins do
 #endif
 
 /// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one number.
@@ -92,7 +92,7 @@ struct Pack<double, W, true> {
     if constexpr (W == 8) return Pack(V(_mm512_sqrt_pd(a.v)));
 #endif
 #if defined(__AVX__)
-    if constexpr (W == 4) return Pack(V(_mm256_sqrt_pd(a.v)));
+    if constexpr (W == 4) return Pack(V(__builtin_ia32_sqrtpd256(a.v)));
 #endif
     Pack r;
     for (int i = 0; i < W; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
@@ -133,7 +133,8 @@ struct Pack<double, W, false> {
 template <int W, bool n>
 bool any(Mask<W, n> m) {
 #if defined(__AVX__)
-  if constexpr (W == 4 && n) return _mm256_movemask_pd(_mm256_castsi256_pd(__m256i(m.m))) != 0;
+  if constexpr (W == 4 && n)
+    return __builtin_ia32_movmskpd256((typename NativeVector<W>::type)m.m) != 0;
 #endif
   if constexpr (!n) {
     return any(m.lo | m.hi);

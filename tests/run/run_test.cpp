@@ -257,7 +257,7 @@ std::string run_with_files_of_at_most(rlim_t bytes, const fs::path& out, const f
     // The same process goes on: what failed left nothing behind that disturbs the next file.
     const auto again =
         refusal([&] { scene::run(c.scene, c.assembly, into(out.string() + "_else")); });
-    if (again != "(nothing was thrown)") return 2;
+    if (!again.empty()) return 2;
     std::exit(0);  // with the exit handlers: HDF5 must not stumble over a file it could not finish
   });
   EXPECT_EQ(code, 0);

@@ -30,19 +30,18 @@ struct Folder {
 
 TEST(OrbitScene, RefusesInOneSentenceEach) {
   const Folder f;
-  EXPECT_EQ(f.refusal(low), "(nothing was thrown)");
+  EXPECT_EQ(f.refusal(low), "");
   EXPECT_TRUE(says(f.refusal("[orbit]\naltitude = -5e3\n"), "below the surface of the planet"));
   EXPECT_TRUE(
       says(f.refusal("[orbit]\nsemi_major_axis = 7.5e6\neccentricity = 0.3\ntrue_anomaly = 2.5\n"),
            "pericentre is"));
   const std::string fast = "[orbit]\nposition = [7e6, 0, 0]\nvelocity = [0, 11e3, 0]\n";
   EXPECT_TRUE(says(f.refusal(fast), "hyperbolic"));
-  EXPECT_EQ(f.refusal(fast + "bound = false\n"), "(nothing was thrown)");
+  EXPECT_EQ(f.refusal(fast + "bound = false\n"), "");
   const std::string drag =
       "drag = { density = 1e-12, altitude = 500e3, scale_height = 60e3, area_coefficient = 9.0 }\n";
   EXPECT_TRUE(says(f.refusal(low + drag), "whose rotation is not given"));
-  EXPECT_EQ(f.refusal("[planet]\nrotation_rate = 7.29e-5\n" + (low + drag)),
-            "(nothing was thrown)");
+  EXPECT_EQ(f.refusal("[planet]\nrotation_rate = 7.29e-5\n" + (low + drag)), "");
   EXPECT_TRUE(says(f.refusal(low + std::string("sunlight = { area_coefficient = 9.0 }\n")),
                    "without a sun"));
   EXPECT_TRUE(says(f.refusal("[planet]\nharmonics = 'earth'\n"), "without an [orbit]"));
