@@ -108,7 +108,8 @@ def peers_section(rows):
     text = "## Beside other libraries\n"
     if not rows:
         return text + ("No other library was found when this page was made. `porthos_peers` looks for RBDL, Pinocchio "
-                       "(`CMAKE_PREFIX_PATH`) and MuJoCo (Debian's `libmujoco-dev`).\n")
+                       "(`CMAKE_PREFIX_PATH`), MuJoCo, DART, Simbody and Bullet (Debian's `libmujoco-dev`, "
+                       "`libdart-dev`, `libsimbody-dev`, `libbullet-dev`).\n")
     names = list(dict.fromkeys(r["subject"] for r in rows if r["subject"] != "Porthos"))
     text += (f"Present: {', '.join(names)}. The bar is the fastest of them, of each algorithm on each model; for the "
              "field it is the fastest ABA. All programs take turns on the same 64 states in one run; what is given is the "
@@ -120,7 +121,9 @@ def peers_section(rows):
     body = []
     for what in ("aba", "rnea", "crba"):
         for subject in ["Porthos"] + names:
-            body.append([f"{what.upper()}, {subject}"] + [time_text(get[m, subject, what]["ns"]) for m in models])
+            times = [get.get((m, subject, what)) for m in models]
+            if any(times):  # not every library has every algorithm
+                body.append([f"{what.upper()}, {subject}"] + [time_text(t["ns"]) if t else "" for t in times])
     body.append(["field, Porthos"] + [time_text(get[m, "Porthos", "field"]["ns"]) for m in models])
     text += table(head, body) + "\n"
     body = []

@@ -11,7 +11,7 @@
 namespace porthos::bench {
 namespace {
 
-struct Run {
+struct MujocoRun {
   std::unique_ptr<mjModel, void (*)(mjModel*)> model{nullptr, mj_deleteModel};
   std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
   std::vector<Eigen::VectorXd> q, v, tau, a;
@@ -67,7 +67,7 @@ std::string body(const mechanics::Mechanism& m, int i) {
 
 Subject mujoco_subject(const Case& c) {
   const mechanics::Mechanism& m = *c.model;
-  const Convention convention{true};
+  const Convention convention{.world_linear = true};
   const auto& g = m.gravity();
   std::string xml = fmt::format(
       R"(<mujoco><compiler boundmass="1e-9" boundinertia="1e-12" balanceinertia="true"/><size nconmax="0" njmax="0"/>)"
@@ -79,7 +79,7 @@ Subject mujoco_subject(const Case& c) {
   const auto file = std::filesystem::temp_directory_path() / (m.name() + "_porthos_peer.xml");
   if (FILE* f = std::fopen(file.c_str(), "w")) std::fputs(xml.c_str(), f), std::fclose(f);
   char error[500] = "";
-  auto r = std::make_shared<Run>();
+  auto r = std::make_shared<MujocoRun>();
   r->model.reset(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
   std::filesystem::remove(file);
   if (!r->model) throw std::runtime_error(m.name() + ": MuJoCo does not take the model: " + error);
@@ -89,7 +89,7 @@ Subject mujoco_subject(const Case& c) {
   for (size_t s = 0; s < c.q.size(); ++s) {
     r->q.push_back(Eigen::Map<const Eigen::VectorXd>(c.q[s].data(), m.nq()));
     r->v.push_back(convention.to_peer(m, c.q[s], c.v[s]));
-    r->tau.push_back(convention.to_peer(m, c.q[s], c.tau[s]));
+    r->tau.push_back(convention.force_to_peer(m, c.q[s], c.tau[s]));
     r->a.push_back(convention.acceleration_to_peer(m, c.q[s], c.v[s], c.tau[s]));
   }
 
@@ -99,16 +99,8 @@ Subject mujoco_subject(const Case& c) {
   s.aba = [r](int i) { r->aba(i); };
   s.rnea = [r](int i) { r->rnea(i); };
   s.crba = [r](int i) { r->crba(i); };
-  const auto model = c.model;
-  const auto q = c.q, v = c.v;
-  s.acceleration = [=](int i) {
-    r->aba(i);
-    return convention.acceleration_from_peer(*model, q[size_t(i)], v[size_t(i)], r->out);
-  };
-  s.torque = [=](int i) {
-    r->rnea(i);
-    return Eigen::VectorXd(convention.rates(*model, q[size_t(i)]).transpose() * r->out);
-  };
+  const auto left = [r] { return Eigen::VectorXd(r->out); };
+  convention.add_checks(s, c, left, left, nullptr);
   return s;
 }
 

@@ -38,7 +38,7 @@ struct Run {
 
 Subject pinocchio_subject(const Case& c) {
   const mechanics::Mechanism& m = *c.model;
-  const Convention convention{false};
+  const Convention convention;
   auto r = std::make_shared<Run>();
   r->model.gravity.linear() = Eigen::Vector3d(m.gravity().x, m.gravity().y, m.gravity().z);
   std::vector<pin::JointIndex> id;
@@ -60,7 +60,7 @@ Subject pinocchio_subject(const Case& c) {
     if (Convention::free_base(m)) q.segment<4>(3) << c.q[s][4], c.q[s][5], c.q[s][6], c.q[s][3];
     r->q.push_back(q);
     r->v.push_back(convention.to_peer(m, c.q[s], c.v[s]));
-    r->tau.push_back(convention.to_peer(m, c.q[s], c.tau[s]));
+    r->tau.push_back(convention.force_to_peer(m, c.q[s], c.tau[s]));
   }
   r->data = std::make_unique<pin::Data>(r->model);
   r->data->M.setZero();
@@ -70,20 +70,9 @@ Subject pinocchio_subject(const Case& c) {
   s.aba = [r](int i) { r->aba(i); };
   s.rnea = [r](int i) { r->rnea(i); };
   s.crba = [r](int i) { r->crba(i); };
-  const auto model = c.model;
-  const auto q = c.q, v = c.v;
-  s.acceleration = [=](int i) {
-    return convention.acceleration_from_peer(*model, q[size_t(i)], v[size_t(i)], r->aba(i));
-  };
-  s.torque = [=](int i) {
-    return Eigen::VectorXd(convention.rates(*model, q[size_t(i)]).transpose() * r->rnea(i));
-  };
-  s.mass_matrix = [=](int i) {
-    Eigen::MatrixXd M = r->crba(i);
-    M.triangularView<Eigen::StrictlyLower>() = M.transpose().triangularView<Eigen::StrictlyLower>();
-    const Eigen::MatrixXd T = convention.rates(*model, q[size_t(i)]);
-    return Eigen::MatrixXd(T.transpose() * M * T);
-  };
+  convention.add_checks(
+      s, c, [r] { return r->data->ddq; }, [r] { return r->data->tau; },
+      [r] { return Eigen::MatrixXd(r->data->M.selfadjointView<Eigen::Upper>()); });
   return s;
 }
 

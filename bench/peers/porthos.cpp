@@ -30,20 +30,14 @@ Subject porthos_subject(const Case& c) {
     void crba(int i) { mechanics::crba<double>(*m, w, q[size_t(i)], M); }
   };
   auto r = std::make_shared<Run>(c);
-  const auto result = [r] {
-    return Eigen::VectorXd(Eigen::Map<Eigen::VectorXd>(r->out.data(), Eigen::Index(r->out.size())));
-  };
   Subject s;
   s.name = "Porthos";
   s.aba = [r](int i) { r->aba(i); };
   s.rnea = [r](int i) { r->rnea(i); };
   s.crba = [r](int i) { r->crba(i); };
-  s.acceleration = [r, result](int i) { return r->aba(i), result(); };
-  s.torque = [r, result](int i) { return r->rnea(i), result(); };
-  s.mass_matrix = [r](int i) {
-    r->crba(i);
-    return Eigen::MatrixXd(Eigen::Map<Eigen::MatrixXd>(r->M.data(), r->m->nv(), r->m->nv()));
-  };
+  s.acceleration = [r](int i) { return r->aba(i), r->out; };
+  s.torque = [r](int i) { return r->rnea(i), r->out; };
+  s.mass_matrix = [r](int i) { return r->crba(i), r->M; };
   return s;
 }
 

@@ -9,7 +9,7 @@ namespace {
 namespace rbd = RigidBodyDynamics;
 using rbd::Math::VectorNd;
 
-struct Run {
+struct RbdlRun {
   rbd::Model model;
   std::vector<VectorNd> q, v, tau, a;
   VectorNd out;
@@ -30,8 +30,8 @@ struct Run {
 
 Subject rbdl_subject(const Case& c) {
   const mechanics::Mechanism& m = *c.model;
-  const Convention convention{true};
-  auto r = std::make_shared<Run>();
+  const Convention convention{.world_linear = true};
+  auto r = std::make_shared<RbdlRun>();
   r->model.gravity = {m.gravity().x, m.gravity().y, m.gravity().z};
   std::vector<unsigned> id;
   for (int i = 0; i < m.body_count(); ++i) {
@@ -60,7 +60,7 @@ Subject rbdl_subject(const Case& c) {
     }
     r->q.push_back(q);
     r->v.push_back(convention.to_peer(m, c.q[s], c.v[s]));
-    r->tau.push_back(convention.to_peer(m, c.q[s], c.tau[s]));
+    r->tau.push_back(convention.force_to_peer(m, c.q[s], c.tau[s]));
     r->a.push_back(convention.acceleration_to_peer(m, c.q[s], c.v[s], c.tau[s]));
   }
   r->out = VectorNd::Zero(m.nv());
@@ -73,21 +73,8 @@ Subject rbdl_subject(const Case& c) {
   s.aba = [r](int i) { r->aba(i); };
   s.rnea = [r](int i) { r->rnea(i); };
   s.crba = [r](int i) { r->crba(i); };
-  const auto model = c.model;
-  const auto q = c.q, v = c.v;
-  s.acceleration = [=](int i) {
-    r->aba(i);
-    return convention.acceleration_from_peer(*model, q[size_t(i)], v[size_t(i)], r->out);
-  };
-  s.torque = [=](int i) {
-    r->rnea(i);
-    return Eigen::VectorXd(convention.rates(*model, q[size_t(i)]).transpose() * r->out);
-  };
-  s.mass_matrix = [=](int i) {
-    r->crba(i);
-    const Eigen::MatrixXd T = convention.rates(*model, q[size_t(i)]);
-    return Eigen::MatrixXd(T.transpose() * r->M * T);
-  };
+  const auto left = [r] { return Eigen::VectorXd(r->out); };
+  convention.add_checks(s, c, left, left, [r] { return r->M; });
   return s;
 }
 

@@ -25,10 +25,11 @@ Case make_case(std::shared_ptr<const mechanics::Mechanism> model, int states = 6
 struct Subject {
   std::string name;
   std::function<void(int)> aba, rnea, crba;
-  // What it found, in Porthos' conventions, for the check before anything is timed.
-  std::function<Eigen::VectorXd(int)> acceleration,
-      torque;  ///< torque: of v̇ = tau, a number like any other
-  std::function<Eigen::MatrixXd(int)> mass_matrix;  ///< may be empty
+  // What it found, in Porthos' conventions, for the check before anything is timed. No Eigen here: how it aligns is the
+  // library's choice (dart.cpp).
+  std::function<Vec(int)> acceleration,
+      torque,                ///< of v̇ = tau, a number like any other; may be empty
+      mass_matrix;           ///< by columns; may be empty
   double tolerance = 1e-10;  ///< largest relative difference from Porthos that counts as agreement
 };
 
@@ -42,20 +43,35 @@ Subject pinocchio_subject(const Case&);
 #ifdef PORTHOS_PEER_MUJOCO
 Subject mujoco_subject(const Case&);
 #endif
+#ifdef PORTHOS_PEER_SIMBODY
+Subject simbody_subject(const Case&);
+#endif
+#ifdef PORTHOS_PEER_BULLET
+Subject bullet_subject(const Case&);
+#endif
+#ifdef PORTHOS_PEER_DART
+Subject dart_subject(const Case&);
+#endif
 
-/// How a peer writes the rates of a free base: [linear; angular], the linear part in world or in body axes.
+/// How a peer writes the rates of a free base: which half first, each half in world or in body axes, and the point of the
+/// base, in body axes, whose velocity the linear half is.
 struct Convention {
-  bool world_linear;
+  bool angular_first = false, world_linear = false, world_angular = false;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
 
   static bool free_base(const mechanics::Mechanism& m);
-  /// T with (peer's rates) = T (Porthos' rates); orthogonal, so forces go the same way.
+  /// T with (peer's rates) = T (Porthos' rates).
   Eigen::MatrixXd rates(const mechanics::Mechanism& m, const Vec& q) const;
-  Eigen::VectorXd to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& x) const;
+  Eigen::VectorXd to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v) const;
+  Eigen::VectorXd force_to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& tau) const;
   /// Accelerations: the derivative of the world's components has ω × v in it, that of the body's has not.
   Eigen::VectorXd acceleration_to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v,
                                        const Vec& a) const;
-  Eigen::VectorXd acceleration_from_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v,
-                                         const Eigen::VectorXd& a) const;
+  /// The functions of the check, from the timed ones and from what they leave in the peer's convention: accelerations,
+  /// forces, the whole mass matrix. An algorithm without one is not checked.
+  using Left = std::function<Eigen::VectorXd()>;
+  void add_checks(Subject&, const Case&, Left accelerations, Left forces,
+                  std::function<Eigen::MatrixXd()> mass_matrix) const;
 };
 
 /// The constants of a node as the peers want them.
