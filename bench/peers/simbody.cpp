@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <concepts>
 
-// Its headers are C++11: in C++20 two of its indices compare in several equally good ways. This one is better.
+// Its headers are C++11. In C++20 two of its indices compare in several equally good ways (this one is better), and one
+// header, not needed here, has vectors of what is not yet a type: its guard keeps it out.
+#define SimTK_SIMMATH_MULTIBODY_GRAPH_MAKER_H_
 namespace SimTK {
 template <class Index>
 requires std::same_as<decltype(Index::Invalid()), const Index&>
@@ -66,8 +68,7 @@ SimTK::MobilizedBody add_body(const mechanics::Mechanism& m, int i, SimTK::Mobil
   const SimTK::Transform placement(rotation(b.R), p);
   if (is_joint(m, i, "free")) return SimTK::MobilizedBody::Free(parent, placement, body, {});
   if (is_joint(m, i, "revolute")) return SimTK::MobilizedBody::Pin(parent, placement, body, {});
-  Eigen::Matrix3d x_to_z;  // its sliders go along x
-  x_to_z << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  const Eigen::Matrix3d x_to_z{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};  // its sliders go along x
   return SimTK::MobilizedBody::Slider(parent, {rotation(b.R * x_to_z), p}, body,
                                       {rotation(x_to_z), SimTK::Vec3(0)});
 }
@@ -97,9 +98,8 @@ Subject simbody_subject(const Case& c) {
     return y;
   };
   for (size_t s = 0; s < c.q.size(); ++s) {
-    Vec q = c.q[s];
-    if (Convention::free_base(m))
-      std::rotate(q.begin(), q.begin() + 3, q.begin() + 7);  // its quaternion comes first
+    Vec q = c.q[s];  // its quaternion comes first
+    if (Convention::free_base(m)) std::rotate(q.begin(), q.begin() + 3, q.begin() + 7);
     r->q.push_back(ordered(q, q_at));
     r->u.push_back(ordered(convention.to_peer(m, c.q[s], c.v[s]), r->at));
     r->tau.push_back(ordered(convention.force_to_peer(m, c.q[s], c.tau[s]), r->at));
