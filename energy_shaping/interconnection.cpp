@@ -129,8 +129,8 @@ void Interconnection::check(const InterconnectionOptions& o) {
   std::vector<double> zero(N, 0.0), at0(size_t(d.invariant_count())), at1(at0);
   loop->invariants(zero, at0);
   const int casimirs = int(loop_->casimirs().size());
-  Matrix Cx{casimirs, int(n)},
-      CcT{int(nc), casimirs};  // of the plant's state, and transposed of the controller's
+  // Of the plant's state, and of the controller's, transposed.
+  Matrix Cx{casimirs, int(n)}, CcT{int(nc), casimirs};
   for (size_t i = 0; i < N; ++i) {
     zero[i] = 1;
     loop->invariants(zero, at1);
@@ -147,8 +147,10 @@ void Interconnection::check(const InterconnectionOptions& o) {
   F_ = Matrix(int(nc), int(n));
   const auto solution = phs::pseudo_inverse(CcT);
   const int tied = solution.rank;
-  if (casimirs > 0) F_ = transpose(solution.inverse) * Cx;
-  for (double& x : F_.a) x = -x;
+  if (casimirs > 0) {
+    F_ = transpose(solution.inverse) * Cx;
+    for (double& x : F_.a) x = -x;
+  }
   certificate_.at_least("controller states tied", double(tied), double(nc),
                         "by Casimirs to the plant's state", {});
   if (tied < int(nc)) return;
