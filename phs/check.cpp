@@ -1,10 +1,10 @@
 #include "phs/check.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
 #include <sstream>
 
+#include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::phs {
@@ -102,20 +102,18 @@ class Checker {
 
   /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss a weak one.
   double dissipation_defect(const Vec& x) {
-    const auto n = Eigen::Index(x.size());
-    Eigen::MatrixXd R(n, n);
-    Vec unit(x.size(), 0.0), column(x.size());
-    for (Eigen::Index j = 0; j < n; ++j) {
-      unit[size_t(j)] = 1;
+    const size_t n = x.size();
+    Vec R(n * n);
+    Vec unit(n, 0.0), column(n);
+    for (size_t j = 0; j < n; ++j) {
+      unit[j] = 1;
       f_->apply_dissipation(x, unit, column);
-      unit[size_t(j)] = 0;
-      for (Eigen::Index i = 0; i < n; ++i) R(i, j) = column[size_t(i)];
+      unit[j] = 0;
+      for (size_t i = 0; i < n; ++i) R[i * n + j] = column[i];
     }
-    if (!R.allFinite()) return INFINITY;
-    const Eigen::VectorXd e = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
-                                  (R + R.transpose()) / 2, Eigen::EigenvaluesOnly)
-                                  .eigenvalues();
-    return relative(std::min(0.0, e.minCoeff()), e.cwiseAbs().maxCoeff());
+    const auto e = symmetric_eigenvalues(n, R);
+    if (std::isnan(e.front())) return INFINITY;
+    return relative(std::min(0.0, e.front()), std::max(-e.front(), e.back()));
   }
 
   /// ∂H/∂x by one dual evaluation per coordinate.

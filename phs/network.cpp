@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "phs/linear_algebra.h"
 #include "phs/network_plan.h"
 
 namespace porthos::phs {
@@ -113,12 +114,6 @@ void require_square(const Plan& p, const Matrix& m, size_t n, const std::string&
     if (!std::isfinite(x)) refuse(p, what + " has an entry that is not finite");
 }
 
-MatrixXd dense(const Matrix& m) {
-  MatrixXd d(m.rows, m.cols);
-  for (int i = 0; i < m.rows; ++i)
-    for (int j = 0; j < m.cols; ++j) d(i, j) = m(i, j);
-  return d;
-}
 MatrixXd dense(const std::vector<Plan::Term>& terms, int n) {
   MatrixXd d = MatrixXd::Zero(n, n);
   for (const auto& t : terms) d(t.row, t.col) += t.factor;
@@ -133,12 +128,9 @@ std::vector<Plan::Term> terms(const MatrixXd& d, double least = 0) {
 }
 
 void require_positive(const Plan& p, const Matrix& m, const std::string& what) {
-  const MatrixXd d = dense(m);
-  const Eigen::VectorXd e =
-      Eigen::SelfAdjointEigenSolver<MatrixXd>((d + d.transpose()) / 2, Eigen::EigenvaluesOnly)
-          .eigenvalues();
-  if (e.size() > 0 && e.minCoeff() < -1e-12 * e.cwiseAbs().maxCoeff())
-    refuse(p, what + " has an eigenvalue " + number(e.minCoeff(), 6) +
+  const auto e = symmetric_eigenvalues(size_t(m.rows), m.a);
+  if (!e.empty() && e.front() < -1e-12 * std::max(-e.front(), e.back()))
+    refuse(p, what + " has an eigenvalue " + number(e.front(), 6) +
                   " of its symmetric part, expected none below 0: it would make power");
 }
 
