@@ -34,24 +34,13 @@ struct Subject {
 };
 
 Subject porthos_subject(const Case&);
-#ifdef PORTHOS_PEER_RBDL
+// Those of libraries that are not here (PORTHOS_PEER_...) have no definition.
 Subject rbdl_subject(const Case&);
-#endif
-#ifdef PORTHOS_PEER_PINOCCHIO
 Subject pinocchio_subject(const Case&);
-#endif
-#ifdef PORTHOS_PEER_MUJOCO
 Subject mujoco_subject(const Case&);
-#endif
-#ifdef PORTHOS_PEER_SIMBODY
 Subject simbody_subject(const Case&);
-#endif
-#ifdef PORTHOS_PEER_BULLET
 Subject bullet_subject(const Case&);
-#endif
-#ifdef PORTHOS_PEER_DART
 Subject dart_subject(const Case&);
-#endif
 
 /// How a peer writes the rates of a free base: which half first, each half in world or in body axes, and the point of the
 /// base, in body axes, whose velocity the linear half is.
