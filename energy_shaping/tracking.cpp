@@ -17,6 +17,7 @@ class RestToRest final : public TrajectoryFor<RestToRest> {
     require_size("end coordinates", to_.size(), from_.size());
     if (!(T_ > 0)) throw InvalidArgument("a motion from rest to rest needs a duration > 0");
   }
+  size_t size() const override { return from_.size(); }
   template <class T>
   void motion(T t, std::span<T> q, std::span<T> v, std::span<T> a) const {
     const T s = phs::max(phs::min(t / T(T_), T(1.0)), T(0.0)), r = T(1.0) - s;
@@ -38,9 +39,10 @@ class Sines final : public TrajectoryFor<Sines> {
  public:
   Sines(std::vector<double> c, std::vector<double> a, std::vector<double> f)
       : c_(std::move(c)), a_(std::move(a)), f_(std::move(f)) {
-    require_size("amplitudes", a_.size(), c_.size());
-    require_size("frequencies", f_.size(), c_.size());
+    require_size("amplitude", a_.size(), c_.size());
+    require_size("frequency", f_.size(), c_.size());
   }
+  size_t size() const override { return c_.size(); }
   template <class T>
   void motion(T t, std::span<T> q, std::span<T> v, std::span<T> a) const {
     for (size_t i = 0; i < c_.size(); ++i) {
@@ -142,6 +144,7 @@ PdPlus::PdPlus(std::shared_ptr<const mechanics::MechanicalModel> plant,
     if (c.nq != 1)
       throw InvalidArgument("PD+ takes joints of one freedom; '" + c.joint + "' has " +
                             std::to_string(c.nv));
+  require_size("trajectory", path->size(), size_t(m.nv()));
   require_size("kp", p.size(), size_t(m.nv()));
   require_size("kd", d.size(), size_t(m.nv()));
   for (size_t i = 0; i < p.size(); ++i)

@@ -8,10 +8,11 @@
 
 namespace porthos::energy_shaping {
 
-/// Where the joints are to be: q_d(t) with two derivatives, each of nv numbers. Immutable, shared by threads.
+/// Where the joints are to be: q_d(t) with two derivatives, each of size() numbers. Immutable, shared by threads.
 class Trajectory {
  public:
   virtual ~Trajectory() = default;
+  virtual size_t size() const = 0;
 #define PORTHOS_AT(T) \
   virtual void at(T t, std::span<T> q, std::span<T> v, std::span<T> a) const = 0;
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_AT)
@@ -45,12 +46,13 @@ std::shared_ptr<const Trajectory> sines(std::vector<double> centre, std::vector<
 /// a function of the state alone.
 class PdPlus {
  public:
-  /// @throws InvalidArgument for joints of several freedoms, gains of the wrong number or sign
+  /// @throws InvalidArgument for joints of several freedoms, a trajectory of other joints, gains of the wrong number or sign
   PdPlus(std::shared_ptr<const mechanics::MechanicalModel> plant,
          std::shared_ptr<const Trajectory> trajectory, std::vector<double> kp,
          std::vector<double> kd);
 
   ~PdPlus();
+  const mechanics::MechanicalModel& plant() const { return *parts_->plant; }
 
   /// u = τ at time t and the plant's state x = (q, p): nv numbers, followed by zeros for body ports. Three RNEA.
   void law(double t, std::span<const double> x, std::span<double> u);

@@ -17,10 +17,22 @@ using py::arg;
 using Numbers = std::vector<double>;
 
 size_t nx(const phs::Model& m) { return size_t(m.description().nx); }
+const Numbers& state_of(const phs::Model& m, const Numbers& x) {
+  require_size("x", x.size(), nx(m));
+  return x;
+}
 
-phs::Network& put(phs::Network& n, const std::string& name, const std::string& member,
-                  const std::vector<es::PortLaw>& laws, double period) {
-  return es::control(n, name, member, laws, {period, {}, {}});
+/// The method control() of what has port_laws().
+template <class C>
+void bind_control(py::class_<C, std::shared_ptr<C>>& c) {
+  c.def(
+      "control",
+      [](const C& law, phs::Network& n, const std::string& name, const std::string& member,
+         double period) -> phs::Network& {
+        return es::control(n, name, member, law.port_laws(), {period, {}, {}});
+      },
+      py::return_value_policy::reference, arg("network"), arg("name"), arg("member"), py::kw_only(),
+      arg("period") = 0.0, "Puts the law on the ports of a network's member.");
 }
 
 void bind_null_space(py::module_& m) {
@@ -66,11 +78,12 @@ no freedom. Source: Khatib 1987; Dietrich, Ott, Stramigioli 2016.)")
 }
 
 void bind_wheels(py::module_& m) {
-  py::class_<es::WheelBase, std::shared_ptr<es::WheelBase>>(
+  py::class_<es::WheelBase, std::shared_ptr<es::WheelBase>> wheel_base(
       m, "WheelBase",
       R"(Pose of a floating base by thrusters and reaction wheels: a shaping that asks for a wrench at the base, its force made by
 the thrusters and its moment by the wheels, least |tau|. Whatever spin the wheels have, H_d falls. Not a ClosedLoop: the wheels
-turn on at rest.)")
+turn on at rest.)");
+  wheel_base
       .def(
           py::init([](std::shared_ptr<es::PotentialLoop> shaped, std::vector<std::string> wheels,
                       const std::string& base_port, Numbers limits, int samples, double tolerance) {
@@ -104,15 +117,8 @@ turn on at rest.)")
           [](const es::WheelBase& w, py::object x) {
             return w.dissipation(numbers("x", x, nx(w.shaped().plant())));
           },
-          arg("x"), "The power H_d falls by [W].")
-      .def(
-          "control",
-          [](const es::WheelBase& w, phs::Network& n, const std::string& name,
-             const std::string& member, double period) -> phs::Network& {
-            return put(n, name, member, w.port_laws(), period);
-          },
-          py::return_value_policy::reference, arg("network"), arg("name"), arg("member"),
-          py::kw_only(), arg("period") = 0.0, "Puts the law on the ports of a network's member.");
+          arg("x"), "The power H_d falls by [W].");
+  bind_control(wheel_base);
 }
 
 void bind_tracking(py::module_& m) {
@@ -120,20 +126,19 @@ void bind_tracking(py::module_& m) {
       m, "Trajectory", "Where the joints are to be: q_d(t) with two derivatives.")
       .def(
           "at",
-          [](const es::Trajectory& trajectory, double t, size_t n) {
-            Numbers q(n), v(n), a(n);
+          [](const es::Trajectory& trajectory, double t) {
+            Numbers q(trajectory.size()), v(q), a(q);
             trajectory.at(t, std::span<double>(q), std::span<double>(v), std::span<double>(a));
             return py::make_tuple(as_array(std::move(q)), as_array(std::move(v)),
                                   as_array(std::move(a)));
           },
-          arg("t"), arg("n"), "(q_d, q_d', q_d'') of n joints at time t.");
+          arg("t"), "(q_d, q_d', q_d'') at time t.");
   const auto made = [](const std::shared_ptr<const es::Trajectory>& t) {
     return std::const_pointer_cast<es::Trajectory>(t);
   };
   m.def(
       "rest_to_rest",
       [made](Numbers from, Numbers to, double duration) {
-        require_size("to", to.size(), from.size());
         return made(es::rest_to_rest(std::move(from), std::move(to), duration));
       },
       arg("start"), arg("end"), arg("duration"),
@@ -142,18 +147,17 @@ void bind_tracking(py::module_& m) {
   m.def(
       "sines",
       [made](Numbers centre, Numbers amplitude, Numbers frequency) {
-        require_size("amplitude", amplitude.size(), centre.size());
-        require_size("frequency", frequency.size(), centre.size());
         return made(es::sines(std::move(centre), std::move(amplitude), std::move(frequency)));
       },
       arg("centre"), arg("amplitude"), arg("frequency"),
       "q_i = centre_i + amplitude_i sin(2 pi frequency_i t), frequencies in Hz.");
-  py::class_<es::PdPlus, std::shared_ptr<es::PdPlus>>(m, "PdPlus",
-                                                      R"(Tracking of a fully actuated arm:
+  py::class_<es::PdPlus, std::shared_ptr<es::PdPlus>> tracking(m, "PdPlus",
+                                                               R"(Tracking of a fully actuated arm:
 
     tau = M(q) q_d'' + C(q, q') q_d' + D q' + dV - Kp e - Kd e',   e = q - q_d
 
-The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'. Source: Paden, Panja 1988.)")
+The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'. Source: Paden, Panja 1988.)");
+  tracking
       .def(py::init([](std::shared_ptr<const mechanics::MechanicalModel> plant,
                        std::shared_ptr<es::Trajectory> trajectory, Numbers kp, Numbers kd) {
              return std::make_shared<es::PdPlus>(std::move(plant), std::move(trajectory),
@@ -161,24 +165,24 @@ The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'.
            }),
            arg("plant"), arg("trajectory"), arg("kp"), arg("kd"))
       .def(
-          "control",
-          [](const es::PdPlus& p, phs::Network& n, const std::string& name,
-             const std::string& member, double period) -> phs::Network& {
-            return put(n, name, member, p.port_laws(), period);
+          "error",
+          [](es::PdPlus& p, double t, const Numbers& x) {
+            return p.error(t, state_of(p.plant(), x));
           },
-          py::return_value_policy::reference, arg("network"), arg("name"), arg("member"),
-          py::kw_only(), arg("period") = 0.0, "Puts the law on the ports of a network's member.")
-      .def(
-          "error", [](es::PdPlus& p, double t, const Numbers& x) { return p.error(t, x); },
           arg("t"), arg("x"), "The largest |e_i| [rad | m] at the plant's state x = (q, p).")
       .def(
           "error_energy",
-          [](es::PdPlus& p, double t, const Numbers& x) { return p.error_energy(t, x); }, arg("t"),
-          arg("x"), "H_e [J].")
+          [](es::PdPlus& p, double t, const Numbers& x) {
+            return p.error_energy(t, state_of(p.plant(), x));
+          },
+          arg("t"), arg("x"), "H_e [J].")
       .def(
           "error_power",
-          [](es::PdPlus& p, double t, const Numbers& x) { return p.error_power(t, x); }, arg("t"),
-          arg("x"), "e'^T Kd e' [W], the rate H_e falls at.");
+          [](es::PdPlus& p, double t, const Numbers& x) {
+            return p.error_power(t, state_of(p.plant(), x));
+          },
+          arg("t"), arg("x"), "e'^T Kd e' [W], the rate H_e falls at.");
+  bind_control(tracking);
 }
 
 void bind_sweep(py::module_& m) {

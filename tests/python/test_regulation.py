@@ -85,7 +85,7 @@ def test_a_base_on_wheels():
 
 def test_an_arm_follows_a_trajectory(arm):
     goal = es.rest_to_rest([0, 0, 0, 0, 0], [0.5, -0.4, 0.3, 0.6, -0.2], 2.0)
-    q, v, a = goal.at(2.0, 5)
+    q, v, a = goal.at(2.0)
     assert np.allclose(q, [0.5, -0.4, 0.3, 0.6, -0.2]) and np.abs(v).max() < 1e-12 and np.abs(a).max() < 1e-12
     pd = es.PdPlus(arm, goal, [40.0] * 5, [12.0] * 5)
     n = ph.Network("arm and its law")
@@ -100,6 +100,8 @@ def test_an_arm_follows_a_trajectory(arm):
     assert np.diff(energy).max() <= 1e-12 * energy[0] and pd.error_power(0.5, list(r.x[len(r.x) // 8])) > 0
     refused(lambda: es.sines([0] * 5, [1] * 4, [1] * 5), "amplitude has 4 entries, expected 5")
     refused(lambda: es.PdPlus(arm, goal, [40.0] * 4, [12.0] * 5), "4", most=400)
+    refused(lambda: es.PdPlus(arm, es.rest_to_rest([0] * 6, [1] * 6, 2.0), [40.0] * 5, [12.0] * 5), "trajectory has 6 entries, expected 5")
+    refused(lambda: pd.error(0.0, [0.0] * 9), "x", "9")
 
 
 def test_a_sweep_finds_gains():

@@ -449,8 +449,8 @@ class WheelBase:
 
 class Trajectory:
     """Where the joints are to be: q_d(t) with two derivatives."""
-    def at(self, t: float, n: int) -> tuple:
-        """(q_d, q_d', q_d'') of n joints at time t."""
+    def at(self, t: float) -> tuple:
+        """(q_d, q_d', q_d'') at time t."""
         ...
 
 class PdPlus:
@@ -461,9 +461,6 @@ class PdPlus:
     The error energy H_e = e'^T M e' / 2 + e^T Kp e / 2 falls exactly by e'^T Kd e'. Source: Paden, Panja 1988.
     """
     def __init__(self, plant: MechanicalModel, trajectory: Trajectory, kp: list[float], kd: list[float]) -> None: ...
-    def control(self, network: Network, name: str, member: str, *, period: float = 0.0) -> Network:
-        """Puts the law on the ports of a network's member."""
-        ...
     def error(self, t: float, x: list[float]) -> float:
         """The largest |e_i| [rad | m] at the plant's state x = (q, p)."""
         ...
@@ -472,6 +469,9 @@ class PdPlus:
         ...
     def error_power(self, t: float, x: list[float]) -> float:
         """e'^T Kd e' [W], the rate H_e falls at."""
+        ...
+    def control(self, network: Network, name: str, member: str, *, period: float = 0.0) -> Network:
+        """Puts the law on the ports of a network's member."""
         ...
 
 class SweepResult:
