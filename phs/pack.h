@@ -2,9 +2,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
-#if defined(__AVX512F__)
-#include <immintrin.h>  // half a second of every compilation; below AVX-512 two built-ins do
-#endif
 
 /// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one number.
 /// Each lane performs exactly the IEEE operations the scalar kernel performs, so lane k equals the scalar run bit
@@ -39,6 +36,17 @@ struct NativeVector<8> {
   typedef double type __attribute__((vector_size(64)));
   typedef std::int64_t mask __attribute__((vector_size(64)));
 };
+
+#if defined(__AVX512F__)
+/// Square roots by built-in: <immintrin.h> costs half a second of every compilation. 4: round as the machine is set.
+inline NativeVector<8>::type sqrt512(NativeVector<8>::type x) {
+#if defined(__clang__)
+  return __builtin_ia32_sqrtpd512(x, 4);
+#else
+  return __builtin_ia32_sqrtpd512_mask(x, x, -1, 4);
+#endif
+}
+#endif
 
 /// A mask of W lanes, one register where the machine has one that wide, else two halves.
 template <int W, bool native = (W <= native_lanes)>
@@ -89,10 +97,13 @@ struct Pack<double, W, true> {
 
   friend Pack sqrt(Pack a) {
 #if defined(__AVX512F__)
-    if constexpr (W == 8) return Pack(V(_mm512_sqrt_pd(a.v)));
+    if constexpr (W == 8) return Pack(sqrt512(a.v));
 #endif
 #if defined(__AVX__)
     if constexpr (W == 4) return Pack(V(__builtin_ia32_sqrtpd256(a.v)));
+#endif
+#if defined(__SSE2__)
+    if constexpr (W == 2) return Pack(V(__builtin_ia32_sqrtpd(a.v)));
 #endif
     Pack r;
     for (int i = 0; i < W; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
