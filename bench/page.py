@@ -19,7 +19,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SHARED = pathlib.Path(os.environ.get("PORTHOS_SHARED_DIR", ROOT.parent / "shared"))
+DATA = ROOT / "tests/data"
 PEER_MODELS = [("--fixed", "reference/pinocchio/urdf/panda7.urdf", "7-joint arm"),
                ("--free", "reference/pinocchio/urdf/sat_panda.urdf", "arm on a free base"),
                ("--free", "models/talos.urdf", "humanoid"),
@@ -44,7 +44,7 @@ def measure_kernels(build, out):
 
 def measure_peers(build, out):
     program = build / "bench/peers/porthos_peers"
-    models = [a for base, file, _ in PEER_MODELS if (SHARED / file).exists() for a in (base, SHARED / file)]
+    models = [a for base, file, _ in PEER_MODELS for a in (base, DATA / file)]
     if not program.exists() or not models:
         return print("no peers: the program or the models are not there", file=sys.stderr)
     run(program, "--rounds", "500", "--json", out / "peers.json", *models)

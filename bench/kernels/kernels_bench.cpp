@@ -2,7 +2,6 @@
 // docs/benchmarks.md is made of this (bench/page.py).
 #include <benchmark/benchmark.h>
 
-#include <filesystem>
 
 #include "bench/chain.h"
 #include "bench/kernels/counted.h"
@@ -169,14 +168,13 @@ int main(int argc, char** argv) {
   const auto arm = read(ets_vii, true);
   add_model("ets_vii", arm);
   add<double>("field_with_gravity/ets_vii", read(ets_vii, true, {0, 0, -9.81}), Kernel::field);
-  const std::filesystem::path shared = PORTHOS_SHARED_DIR;
+  const std::string data = PORTHOS_SOURCE_DIR "/tests/data/";
   for (const auto& [name, file, free_base] :
        {std::tuple{"panda7", "reference/pinocchio/urdf/panda7.urdf", false},
         {"sat_panda", "reference/pinocchio/urdf/sat_panda.urdf", true},
         {"hyq", "reference/pinocchio/urdf/hyq.urdf", true},
         {"talos", "models/talos.urdf", true}})
-    if (std::filesystem::exists(shared / file))
-      add_model(name, read((shared / file).string(), free_base));
+    add_model(name, read(data + file, free_base));
   for (int n : {10, 100, 1000, 10000}) {
     const auto m = chain(n, false);
     const std::string name = "chain" + std::to_string(n);

@@ -11,6 +11,7 @@
 
 #include "integrators/integrator.h"
 #ifdef PORTHOS_GSL_RIVALS
+#include "tests/places.h"
 #include "tests/support/gsl_methods.h"
 #endif
 

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/places.h"
+
 /// porthos new, schema, completion and report, as a user types them.
 namespace porthos::test::comfort_test {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "scene/advice.h"
 #include "scene/cpu_clock.h"
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::compare_test {

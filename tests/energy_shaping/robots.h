@@ -5,6 +5,7 @@
 #include "mechanics/momentum.h"
 #include "mechanics/urdf.h"
 #include "tests/energy_shaping/loops.h"
+#include "tests/places.h"
 
 namespace porthos::test {
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "scene/ensemble.h"
+#include "tests/places.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::test::command_test {

@@ -91,7 +91,6 @@ TEST(RoundOff, EtsViiGrowthExponent) {
 }
 
 TEST(RoundOff, FastChaoticCase) {
-  PORTHOS_NEEDS_SHARED(test::fast_case_file);
   const auto robot = test::fast_case();
   test::Gauge gauge(*robot.model);
   EXPECT_NEAR(double(gauge.energy(robot.start)), 5.18137534609971, 1e-13);
@@ -103,7 +102,6 @@ TEST(RoundOff, FastChaoticCase) {
 }
 
 TEST(RoundOff, FastCaseTrajectoryAgainstCvodeAnd113Bits) {
-  PORTHOS_NEEDS_SHARED(test::fast_case_file);
   const auto robot = test::fast_case();
   phs::State ours = robot.start, rival = robot.start;
   const auto method = make_integrator("gauss16", *robot.model, 0.02);

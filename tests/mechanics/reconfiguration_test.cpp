@@ -11,6 +11,7 @@
 #include "mechanics/reconfiguration.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
+#include "tests/places.h"
 
 namespace porthos::test::reconfiguration_test {
 namespace {

@@ -14,6 +14,7 @@
 
 #include "phs/check.h"
 #include "phs/user_model.h"
+#include "tests/places.h"
 
 namespace porthos::phs::check_test {
 namespace {

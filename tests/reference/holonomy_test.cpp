@@ -66,8 +66,7 @@ struct ZeroMomentumBase {
 };
 
 TEST(Reference, PlanarHolonomy) {
-  PORTHOS_NEEDS_SHARED("reference/f_planar_holonomy.json");
-  const auto file = test::read_json(test::shared("reference/f_planar_holonomy.json"));
+  const auto file = test::read_json(test::data("reference/f_planar_holonomy.json"));
   const phs::UserModel<ZeroMomentumBase> model(ZeroMomentumBase{test::tree_mechanism(file)});
   const int steps_per_cycle = 64;
   const auto method = integrators::make_integrator("gauss16", model, M_PI / steps_per_cycle);

@@ -75,8 +75,7 @@ Vec unwrapped(const phs::State& s, const phs::Description& d, size_t count) {
 // --- pendula: absolute angles and closed forms ------------------------------------------------------------------------
 
 void planar(const std::string& name, double h) {
-  PORTHOS_NEEDS_SHARED("reference/" + name + ".json");
-  const json file = test::read_json(test::shared("reference/" + name + ".json"));
+  const json file = test::read_json(test::data("reference/" + name + ".json"));
   const auto& p = file["generator"]["parameters"];
   const bool single = p["sys"] == "ddp";
   const auto m = single ? test::planar_chain({number(p["m"])}, {number(p["l"])}, {number(p["l"])},
@@ -122,8 +121,7 @@ TEST(Reference, DoublePendulum) { planar("d_double_pendulum_regular", 1.0 / 32);
 TEST(Reference, TriplePendulum) { planar("e_triple_pendulum", 1.0 / 64); }
 
 TEST(Reference, IftommA01) {
-  PORTHOS_NEEDS_SHARED("reference/j_a01_simple_pendulum.json");
-  const json file = test::read_json(test::shared("reference/j_a01_simple_pendulum.json"));
+  const json file = test::read_json(test::data("reference/j_a01_simple_pendulum.json"));
   const MechanicalModel model(test::planar_chain({1}, {1}, {1}, {0}, 9.81));
   phs::State s(model.description(), model.state(Vec{M_PI / 2}, Vec{0}));
   const double h = 1.0 / 32;
@@ -146,8 +144,7 @@ TEST(Reference, IftommA01) {
 /// A body whose state row is quaternion and body rate, on the given joint.
 void top(const std::string& name, const std::string& joint, const mechanics::MassProperties& mass,
          const mechanics::Vec3d& gravity, double h) {
-  PORTHOS_NEEDS_SHARED("reference/" + name + ".json");
-  const json file = test::read_json(test::shared("reference/" + name + ".json"));
+  const json file = test::read_json(test::data("reference/" + name + ".json"));
   mechanics::BodySpec body;
   body.name = "top", body.parent = "world", body.joint.type = joint, body.mass = mass;
   const MechanicalModel model(std::make_shared<mechanics::Mechanism>(
@@ -189,8 +186,7 @@ TEST(Reference, LagrangeTop) {
 // --- trees ------------------------------------------------------------------------------------------------------------
 
 void tree(const std::string& name, double h) {
-  PORTHOS_NEEDS_SHARED("reference/" + name + ".json");
-  const json file = test::read_json(test::shared("reference/" + name + ".json"));
+  const json file = test::read_json(test::data("reference/" + name + ".json"));
   const auto m = test::tree_mechanism(file);
   const MechanicalModel model(m);
   Vec q, v;

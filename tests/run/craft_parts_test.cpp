@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::craft_parts_test {

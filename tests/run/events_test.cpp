@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::events_test {

@@ -15,6 +15,7 @@
 #include "phs/error.h"
 #include "scene/ensemble.h"
 #include "scene/scene_texts.h"
+#include "tests/places.h"
 
 /// The schema says what the reader says: each table is given a key the reader does not know, which names those it knows.
 namespace porthos::scene::schema_test {

@@ -2,6 +2,7 @@
 #include "mechanics/momentum.h"
 #include "mechanics/passes-inl.h"
 #include "scene/scene.h"
+#include "tests/places.h"
 #include "tests/space/support.h"
 
 // The control: what the split is for. The same spacecraft in plain Cartesian coordinates, its base 7000 km from the

@@ -4,6 +4,7 @@
 #include "mechanics/momentum.h"
 #include "phs/check.h"
 #include "phs/random_state.h"
+#include "tests/places.h"
 #include "tests/space/support.h"
 
 // Gravity gradient on links: against its own potential, and against gravity itself.

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/checkpoint.h"
+#include "tests/places.h"
 #include "tests/run/killed.h"
 #include "tests/run/scenes.h"
 

@@ -1,26 +1,21 @@
 #pragma once
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
-/// Reference cases kept beside the repository. A test that needs one skips with a clear message where it is absent.
+#include "tests/places.h"
+
+/// Reference cases and models, tests/data/README.md.
 namespace porthos::test {
 
-inline std::filesystem::path shared(const std::string& path) {
-  return std::filesystem::path(PORTHOS_SHARED_DIR) / path;
+inline std::filesystem::path data(const std::string& path) {
+  return std::filesystem::path(PORTHOS_SOURCE_DIR) / "tests/data" / path;
 }
 
 inline nlohmann::json read_json(const std::filesystem::path& path) {
   std::ifstream in(path);
   return nlohmann::json::parse(in);
 }
-
-#define PORTHOS_NEEDS_SHARED(path)                                           \
-  if (!std::filesystem::exists(porthos::test::shared(path)))                 \
-  GTEST_SKIP() << "needs the reference file " << porthos::test::shared(path) \
-               << ", which stands beside the repository"
 
 }  // namespace porthos::test

@@ -4,6 +4,7 @@
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 #include "phs/state.h"
+#include "tests/places.h"
 #include "tests/support/tree_case.h"
 
 /// The robots of the long runs with their start values.
@@ -38,13 +39,13 @@ inline Robot ets_vii(double rate = 1) {
 }
 
 /// The fast chaotic case of the peers' table: a 7-joint arm on a 150 kg free base, rates about 1 rad/s at the start and
-/// tens of rad/s in the wrist later. Needs the shared URDF.
+/// tens of rad/s in the wrist later.
 inline const char* const fast_case_file = "reference/pinocchio/urdf/sat_panda.urdf";
 inline Robot fast_case() {
   mechanics::UrdfOptions o;
   o.base = mechanics::UrdfOptions::Base::free;
   o.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
-  const auto urdf = mechanics::read_urdf(shared(fast_case_file).string(), o);
+  const auto urdf = mechanics::read_urdf(data(fast_case_file).string(), o);
   return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism),
                     {0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1}, {0.9, -1.1, 0.8, 1.0, -0.7, 1.2, -0.9});
 }

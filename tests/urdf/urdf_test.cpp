@@ -8,6 +8,7 @@
 #include <locale>
 #include <random>
 
+#include "tests/support/reference.h"
 #include "tests/urdf/robots.h"
 
 namespace porthos::mechanics::urdf_test {
@@ -320,8 +321,6 @@ void check_model(const fs::path& path) {
 }
 
 void read_all(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    GTEST_SKIP() << "no models in " << folder << " (PORTHOS_SHARED_DIR)";
   int files = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".urdf") continue;
@@ -332,8 +331,8 @@ void read_all(const fs::path& folder) {
   EXPECT_GT(files, 0);
 }
 
-TEST(UrdfModels, Shared) { read_all(fs::path(PORTHOS_SHARED_DIR) / "models"); }
-TEST(UrdfModels, Pinocchio) { read_all(fs::path(PORTHOS_SHARED_DIR) / "reference/pinocchio/urdf"); }
+TEST(UrdfModels, Shared) { read_all(test::data("models")); }
+TEST(UrdfModels, Pinocchio) { read_all(test::data("reference/pinocchio/urdf")); }
 
 }  // namespace
 }  // namespace porthos::mechanics::urdf_test

@@ -8,10 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 #include "tests/support/reference.h"
 
-/// `porthos verify` on every published and generated robot beside the repository: floating free, no
+/// `porthos verify` on every published and generated robot of tests/data: floating free, no
 /// gravity, seeded random joints, 100 s.
 namespace porthos::test::models_test {
 namespace {
@@ -51,12 +52,11 @@ const std::map<std::string, Needs> needs{
      {{massless, "unphysical_inertia = \"accept\""}}},
 };
 
-/// The models there are, as paths below ../shared.
+/// The models there are, as paths below tests/data.
 std::vector<std::string> models() {
   std::vector<std::string> found;
   for (const std::string folder : {"models", "reference/pinocchio/urdf"}) {
-    std::error_code absent;
-    for (const auto& file : fs::directory_iterator(shared(folder), absent))
+    for (const auto& file : fs::directory_iterator(data(folder)))
       if (file.path().extension() == ".urdf")
         found.push_back(folder + "/" + file.path().filename().string());
   }
@@ -80,7 +80,7 @@ class Verifier {
  public:
   Verifier(std::string model, Needs its_needs)
       : model_(std::move(model)), needs_(std::move(its_needs)) {
-    std::string urdf = read_bytes(shared(model_));
+    std::string urdf = read_bytes(data(model_));
     if (needs_.rename_world) urdf = std::regex_replace(urdf, std::regex("\"world\""), "\"root\"");
     write_bytes(folder_ / "model.urdf", urdf);
   }
@@ -157,7 +157,6 @@ int freedoms(const nlohmann::json& summary) {
 #endif
 
 class VerifyModel : public testing::TestWithParam<std::string> {};
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(VerifyModel);  // ../shared is absent
 
 TEST_P(VerifyModel, PassesWithAStepChosenForIt) {
   PORTHOS_NEEDS_THE_COMMAND();
@@ -212,11 +211,9 @@ std::string test_name(const testing::TestParamInfo<std::string>& info) {
   if (info.param.starts_with("reference/")) name += "_of_the_reference";
   return std::regex_replace(name, std::regex("[^A-Za-z0-9_]"), "_");
 }
-INSTANTIATE_TEST_SUITE_P(Shared, VerifyModel, testing::ValuesIn(models()), test_name);
+INSTANTIATE_TEST_SUITE_P(Data, VerifyModel, testing::ValuesIn(models()), test_name);
 
 TEST(VerifyModels, AreThere) {
-  PORTHOS_NEEDS_SHARED("models");
-  PORTHOS_NEEDS_SHARED("reference/pinocchio/urdf");
   const auto found = models();
   EXPECT_FALSE(found.empty());
   for (const auto& [model, its_needs] : needs)
@@ -227,7 +224,6 @@ TEST(VerifyModels, AreThere) {
 TEST(VerifyModels, RungeKuttaFailsAtTheStepGaussPassesWith) {
   PORTHOS_NEEDS_THE_COMMAND();
   const std::string model = "reference/pinocchio/urdf/sat_panda.urdf";
-  PORTHOS_NEEDS_SHARED(model);
   const Verifier verifier(model, needs_of(model));
   const Answer gauss = verifier.run(longest_step), rk4 = verifier.run(longest_step, "rk4");
   EXPECT_EQ(gauss.code, 0) << gauss.out << gauss.err;
@@ -243,8 +239,6 @@ TEST(VerifyModels, RungeKuttaFailsAtTheStepGaussPassesWith) {
 /// Negative control of the table above: nothing stands there that a model could do without.
 TEST(VerifyModels, LeavingOutWhatAModelNeedsIsRefused) {
   PORTHOS_NEEDS_THE_COMMAND();
-  PORTHOS_NEEDS_SHARED("models");
-  PORTHOS_NEEDS_SHARED("reference/pinocchio/urdf");
   const auto expect_refusal = [](const std::string& model, const Needs& less) {
     const Answer a = Verifier(model, less).run(longest_step);
     EXPECT_EQ(a.code, 2) << model;
@@ -252,7 +246,6 @@ TEST(VerifyModels, LeavingOutWhatAModelNeedsIsRefused) {
     EXPECT_EQ(std::count(a.err.begin(), a.err.end(), '\n'), 1) << model << ": " << a.err;
   };
   for (const auto& [model, its_needs] : needs) {
-    if (!fs::exists(shared(model))) continue;  // AreThere says so
     for (size_t i = 0; i < its_needs.lines.size(); ++i) {
       Needs less = its_needs;
       less.lines.erase(less.lines.begin() + long(i));
@@ -272,7 +265,6 @@ TEST(VerifyModels, LeavingOutWhatAModelNeedsIsRefused) {
 TEST(VerifyModels, AMasslessRootWithOneHingeIsIllPosed) {
   PORTHOS_NEEDS_THE_COMMAND();
   for (const std::string model : {"models/tree63.urdf", "reference/pinocchio/urdf/chain30.urdf"}) {
-    PORTHOS_NEEDS_SHARED(model);
     const Answer a = Verifier(model, {{massless}}).run(longest_step);
     EXPECT_EQ(a.code, 2) << model;
     EXPECT_TRUE(says(a.err, "joint 'base' moves no inertia"));

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "scene/scene.h"
+#include "tests/places.h"
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"
 

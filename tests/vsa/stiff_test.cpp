@@ -27,7 +27,7 @@ Arm stiff_arm(double k) {
   o.gravity = {0, 0, -9.81};
   Arm a;
   a.links = std::make_shared<mechanics::MechanicalModel>(std::make_shared<mechanics::Mechanism>(
-      mechanics::read_urdf(shared(arm_file).string(), o).mechanism));
+      mechanics::read_urdf(data(arm_file).string(), o).mechanism));
   const auto& m = a.links->mechanism();
   const std::vector<double> q{0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1}, v(7, 0.0);
   phs::Network n("stiff arm");
@@ -84,7 +84,6 @@ Run run(const Arm& a, const char* method, double h) {
 // The higher orders, whose stages are more, lean on the noise Newton's iteration measures: a rounding of two angles is K
 // times as much in the torque, and the sweeps end where only that is left.
 TEST(Stiff, SevenJointsAtStepsOfTheLinks) {
-  PORTHOS_NEEDS_SHARED(arm_file);
   const double h = 0.005;
   for (const double k : {1e4, 1e6}) {
     const Arm a = stiff_arm(k);
