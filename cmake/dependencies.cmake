@@ -5,6 +5,7 @@ find_package(fmt 9 REQUIRED)
 find_package(tinyxml2 REQUIRED)
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)   # SHA-256
+# The reference solvers of `porthos compare`; without them it compares our own methods.
 include(${CMAKE_CURRENT_LIST_DIR}/sundials.cmake)
 
 # The serial flavour by name: libsundials-dev brings the OpenMPI one along, and plain "hdf5" would find that.

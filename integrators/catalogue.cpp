@@ -12,7 +12,9 @@
 #include "integrators/semi_implicit_euler.h"
 #include "integrators/splitting.h"
 #include "integrators/stormer_verlet.h"
+#ifdef PORTHOS_SUNDIALS
 #include "integrators/sundials.h"
+#endif
 #include "integrators/tao.h"
 
 namespace porthos::integrators {
@@ -33,7 +35,10 @@ struct Families {
                           radau15_entries,
                           semi_implicit_euler_entries,
                           rk4_entries,
-                          sundials_entries};
+#ifdef PORTHOS_SUNDIALS
+                          sundials_entries,
+#endif
+  };
   bool in_use = false;
 };
 Families& families() {

@@ -1,4 +1,10 @@
-# cmake -P: packages into WORK (never the source tree), then web/build.mjs. A failure is a warning: the rest of the build goes on.
+# cmake -P: the page of the report. With NODE and NPM: packages into WORK (never the source tree), then web/build.mjs; a failure is a
+# warning, and the page is the plain one, as it is without them.
+if(NOT DEFINED NODE)
+  include(${CMAKE_CURRENT_LIST_DIR}/plain.cmake)
+  file(TOUCH ${STAMP})
+  return()
+endif()
 file(MAKE_DIRECTORY ${WORK})
 foreach(name package.json package-lock.json)
   file(COPY_FILE ${WEB}/${name} ${WORK}/${name}.new)
@@ -28,5 +34,8 @@ if(NOT failed)
   if(failed)
     message(WARNING "the report's page was not bundled, see above")
   endif()
+endif()
+if(failed)
+  include(${CMAKE_CURRENT_LIST_DIR}/plain.cmake)
 endif()
 file(TOUCH ${STAMP})

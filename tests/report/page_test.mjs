@@ -10,7 +10,7 @@ const [cli, modules, source, work] = process.argv.slice(2).map((p) => resolve(p)
 const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
 const browserPath = [process.env.PORTHOS_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((p) => p && existsSync(p));
 if (!browserPath) skip("no Chromium (Debian: chromium)");
-if (Number(process.versions.node.split(".")[0]) < 20) skip(`Node ${process.versions.node}, playwright-core needs 20`);
+if (Number(process.versions.node.split(".")[0]) < 18) skip(`Node ${process.versions.node}, playwright-core needs 18`);
 let playwright;
 try { playwright = createRequire(join(modules, "package.json"))("playwright-core"); } catch { skip(`no playwright-core in ${modules}`); }
 

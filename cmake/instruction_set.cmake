@@ -1,0 +1,28 @@
+# What the compiler's flags let it use: asked of the compiler, not of the machine, whose code it will be.
+# PORTHOS_SIMD: words for the summary; PORTHOS_CPU_FEATURES: what apps/machine.cpp looks for before anything else runs.
+execute_process(COMMAND ${CMAKE_CXX_COMPILER} ${PORTHOS_PUBLIC_FLAGS} -dM -E -x c++ /dev/null OUTPUT_VARIABLE macros)
+if(macros MATCHES "__AVX512F__")
+  set(PORTHOS_SIMD "AVX-512, 8 doubles")
+elseif(macros MATCHES "__AVX2__")
+  set(PORTHOS_SIMD "AVX2, 4 doubles")
+elseif(macros MATCHES "__AVX__")
+  set(PORTHOS_SIMD "AVX, 4 doubles")
+elseif(macros MATCHES "__SSE2__")
+  set(PORTHOS_SIMD "SSE2, 2 doubles")
+elseif(macros MATCHES "__ARM_NEON")
+  set(PORTHOS_SIMD "NEON, 2 doubles")
+else()
+  set(PORTHOS_SIMD "the compiler's default")
+endif()
+# Names as __builtin_cpu_supports has them; the macro is the name in capitals.
+set(PORTHOS_CPU_FEATURES "")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  foreach(feature sse3 ssse3 sse4.1 sse4.2 popcnt avx fma bmi bmi2 avx2 avx512f avx512cd avx512dq avx512bw avx512vl avx512ifma
+      avx512vbmi avx512vbmi2 avx512vnni avx512bitalg avx512vpopcntdq)
+    string(TOUPPER ${feature} macro)
+    string(REPLACE "." "_" macro ${macro})
+    if(macros MATCHES "__${macro}__")
+      list(APPEND PORTHOS_CPU_FEATURES ${feature})
+    endif()
+  endforeach()
+endif()
