@@ -36,7 +36,7 @@ class LaneTeam {
   size_t powers_;
   std::unique_ptr<integrators::LaneIntegrator> lanes_;  ///< null: one state at a time
   std::span<Lanes> parameters_;
-  std::vector<double> given_;              ///< the parameters as they are
+  std::vector<double> given_;                   ///< the parameters as they are
   std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
   phs::State state_;
   std::vector<double> works_;

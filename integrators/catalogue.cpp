@@ -24,19 +24,20 @@ using Family = Entries (*)();
 
 /// The families, and whether the catalogue has been read.
 struct Families {
-  std::vector<Family> all{gauss_entries,
-                          composition_entries,
-                          stormer_verlet_entries,
-                          lobatto_entries,
-                          splitting_entries,
-                          tao_entries,
-                          hbvm_entries,
-                          discrete_gradient_entries,
-                          radau15_entries,
-                          semi_implicit_euler_entries,
-                          rk4_entries,
+  std::vector<Family> all{
+      gauss_entries,
+      composition_entries,
+      stormer_verlet_entries,
+      lobatto_entries,
+      splitting_entries,
+      tao_entries,
+      hbvm_entries,
+      discrete_gradient_entries,
+      radau15_entries,
+      semi_implicit_euler_entries,
+      rk4_entries,
 #ifdef PORTHOS_SUNDIALS
-                          sundials_entries,
+      sundials_entries,
 #endif
   };
   bool in_use = false;

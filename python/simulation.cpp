@@ -64,8 +64,7 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
     }
     const double t = double(state.step) * scene.step;
     const double error = ledger.add(t, m, state.step % every == 0);
-    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {},
-                row);
+    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {}, row);
     s.rows.insert(s.rows.end(), row.begin(), row.end());
     good = state;
   };

@@ -309,10 +309,11 @@ void bind_system(py::module_& m) {
       m, "Model", "A port-Hamiltonian system: immutable, shared by threads.");
   bind_evaluator(m);
   model.def_property_readonly("description", &Model::description, py::return_value_policy::copy)
-      .def("__repr__", [](const Model& p) {
-        const auto& d = p.description();
-        return fmt::format("<porthos.Model '{}': {} states, {} inputs>", d.name, d.nx, d.nu);
-      })
+      .def("__repr__",
+           [](const Model& p) {
+             const auto& d = p.description();
+             return fmt::format("<porthos.Model '{}': {} states, {} inputs>", d.name, d.nx, d.nu);
+           })
       .def(
           "instantiate", [](const ModelPtr& p) { return std::make_shared<Evaluator>(p); },
           "The evaluator: hamiltonian, gradient, field and the rest on numpy arrays.");

@@ -109,7 +109,8 @@ std::vector<float> Thinned::rate(const std::string& name) const {
     return value;
   });
   const auto known = std::find_if(out.begin(), out.end(), [](float x) { return !std::isnan(x); });
-  if (known != out.end()) std::fill(out.begin(), known, *known);  // the first record has none before it
+  if (known != out.end())
+    std::fill(out.begin(), known, *known);  // the first record has none before it
   return out;
 }
 

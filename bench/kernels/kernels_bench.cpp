@@ -2,7 +2,6 @@
 // docs/benchmarks.md is made of this (bench/page.py).
 #include <benchmark/benchmark.h>
 
-
 #include "bench/chain.h"
 #include "bench/kernels/counted.h"
 #include "mechanics/aba.h"

@@ -21,6 +21,10 @@ void* counted(std::size_t size, std::size_t alignment) {
 }
 }  // namespace
 
+// GCC, once it has inlined both, takes free for the wrong partner of our own operator new.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
 void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
 void* operator new[](std::size_t size) { return counted(size, alignof(std::max_align_t)); }
 void* operator new(std::size_t size, std::align_val_t a) { return counted(size, std::size_t(a)); }

@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 using Vec = std::vector<double>;
-using test::read_json;
 using test::data;
+using test::read_json;
 
 Mat3<double> matrix(const json& rows) {
   Mat3<double> m;
