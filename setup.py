@@ -6,6 +6,7 @@ it everything is built anew in build/wheel. CMAKE_ARGS are passed on.
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -24,6 +25,8 @@ class CMakeModule(build_ext):
             options = {"PORTHOS_BUILD_PYTHON": "ON", "PORTHOS_PYTHON_EXECUTABLE": sys.executable,
                        "PORTHOS_BUILD_APPS": "OFF", "PORTHOS_BUILD_TESTS": "OFF", "PORTHOS_BUILD_EXAMPLES": "OFF",
                        "PORTHOS_BUILD_BENCH": "OFF"}
+            if not (shutil.which("cmake") and shutil.which("ninja")):
+                sys.exit("porthos: building needs cmake, ninja and C++ libraries; on Debian 12 ./dev for-python installs them")
             subprocess.run(["cmake", "--preset", "release", "-B", folder, *(f"-D{k}={v}" for k, v in options.items()),
                             *shlex.split(os.environ.get("CMAKE_ARGS", ""))], check=True, cwd=ROOT)
             # the page of report.html, where node and npm are

@@ -16,7 +16,11 @@ inline constexpr int native_lanes = 4;
 inline constexpr const char* simd_name = "AVX";
 #else
 inline constexpr int native_lanes = 2;
+#if defined(__ARM_NEON)
+inline constexpr const char* simd_name = "NEON";
+#else
 inline constexpr const char* simd_name = "SSE2";
+#endif
 #endif
 
 template <int W>
