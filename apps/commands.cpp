@@ -134,7 +134,8 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
   if (r.outcome != integrators::Outcome::ok) {
     log(fmt::format(
         "stopped after {} steps at t = {} s: {}; the last good state is in {}/checkpoint", r.steps,
-        r.simulated_s, integrators::to_string(r.outcome), options.out));
+        r.simulated_s, r.trouble.empty() ? integrators::to_string(r.outcome) : r.trouble,
+        options.out));
     return exit_numerical;
   }
   return r.passed() ? exit_ok : exit_verdict_failed;

@@ -108,7 +108,7 @@ class Whole {
     given.angular_left = std::max(given.angular_left, p.impulses.angular_left);
     for (const Check& c : p.checks) worst(c);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
-    r_.outcome = p.outcome, r_.interrupted = p.interrupted;
+    r_.outcome = p.outcome, r_.interrupted = p.interrupted, r_.trouble = p.trouble;
     if (p.space && r_.space)
       space::append(*r_.space, *p.space);
     else if (p.space)
@@ -242,13 +242,16 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   return r;
 }
 
-/// The scene of a phase: what acts at joints that are locked rests with them.
+/// The scene of a phase: what acts at joints that are locked rests with them, and so does a torquer whose wheels are all
+/// locked: there is no momentum left to unload.
 Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latching& latching,
                double end) {
   Scene s = scene;
   s.events.clear();
   s.duration = end;
   std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
+    std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
   latching.apply_to(s);
   return s;
 }
@@ -314,12 +317,55 @@ class InOrbit {
   std::vector<double> x_, lo_;
 };
 
+Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
+                           const mechanics::Moving& moving, const InOrbit& orbit) {
+  Assembly a = assembly_of_phase(phase, whole, moving);
+  orbit.join(a, phase);
+  return a;
+}
+
+mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Moving& moving,
+                            Latching& latching, const InOrbit& orbit) {
+  const bool soft = e.type == Event::Type::engage || e.type == Event::Type::disengage;
+  const auto impact = soft ? latching.change(scene, moving, e) : apply(moving, e);
+  orbit.still(moving);
+  return impact;
+}
+
+/// All phases assembled before the first one runs, so that an event that cannot be ends no run half way. What depends on the
+/// motion is left out: positions and rates are those of the start, limits of latches do not count, and an event that waits
+/// comes as early as it may.
+void rehearse(const Scene& scene, const Assembly& assembly, mechanics::Moving moving,
+              const InOrbit& orbit) {
+  Latching latching(scene);
+  std::vector<Event> events = scene.events;
+  for (Event& e : events) {
+    if (e.waits()) e.at = e.after;
+    e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return a.at < b.at; });
+  for (size_t i = 0; i < events.size(); ++i) {
+    const Event& e = events[i];
+    if (e.above || e.below) Latching::happens(scene, moving, moving.state, HUGE_VAL, e);
+    apply_one(scene, e, moving, latching, orbit);
+    if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
+    const Scene phase = phase_of(scene, moving, latching, scene.duration);
+    try {
+      const Assembly a = assembly_of_phase(phase, assembly, moving, orbit);
+      (void)make_integrator(phase, *a.model, phase.step);
+    } catch (const InvalidArgument& why) {
+      throw InvalidArgument(fmt::format("{}: after the {}: {}", e.where, text(e), why.what()));
+    }
+  }
+}
+
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
 void make_room(const RunOptions& o) {
+  const bool finished = fs::exists(fs::path(o.out) / "summary.json");
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
-    if (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
-        (has_checkpoint(end_folder(phase_folder(o, k))) &&
-         !fs::exists(fs::path(o.out) / "summary.json")))
+    if (!finished && (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
+                      has_checkpoint(end_folder(phase_folder(o, k)))))
       throw InvalidArgument(fmt::format(
           "{} holds an unfinished run: use --resume to continue it, or remove the folder", o.out));
   std::error_code ignored;
@@ -336,6 +382,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   moving.model = assembly.mechanical, moving.state = assembly.initial;
   InOrbit orbit(assembly);
   orbit.part(moving.state);
+  rehearse(scene, assembly, moving, orbit);
   Latching latching(scene);
   std::vector<const Event*> waiting;
   for (const Event& e : scene.events)
@@ -346,6 +393,14 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   Whole whole(scene);
   Json events = Json::array(), folders = Json::array();
   Assembly last = assembly;
+  const auto write_summary = [&] {
+    const RunReport& r = whole.report();
+    Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
+    summary["events"] = events, summary["phases"] = folders;
+    const fs::path path = fs::path(options.out) / "summary.json";
+    write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    put_in_place(path);
+  };
   double from = 0;
   size_t k = 0;
   for (bool more = true; more; ++k) {
@@ -355,8 +410,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     const auto happens = [&](const Event& e, const phs::State& state) {
       return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
     };
-    last = assembly_of_phase(s, assembly, moving);
-    orbit.join(last, s);
+    last = assembly_of_phase(s, assembly, moving, orbit);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
       const Checkpoint done = read_checkpoint(end_folder(folder));
@@ -383,7 +437,8 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       r = run(s, last, o);
       if (r.interrupted || r.outcome != integrators::Outcome::ok) {
         whole.add(r, from);
-        whole.report().final_state = r.final_state;
+        whole.report().final_state = r.final_state, whole.report().phases = int(k) + 1;
+        if (!r.interrupted) write_summary();
         return whole.report();
       }
       make_folder(end_folder(folder));
@@ -408,9 +463,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
         now_due.push_back(&e);
     for (const Event* e : now_due) {
       std::erase(waiting, e);
-      const bool soft = e->type == Event::Type::engage || e->type == Event::Type::disengage;
-      const auto impact = soft ? latching.change(scene, moving, *e) : apply(moving, *e);
-      orbit.still(moving);
+      const auto impact = apply_one(scene, *e, moving, latching, orbit);
       whole.add(*e, impact);
       events.push_back(json_of(*e, end, impact));
     }
@@ -421,11 +474,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   if (std::any_of(scene.events.begin(), scene.events.end(), [](auto& e) { return e.waits(); }))
     r.checks.push_back({"events that never happened", double(waiting.size()), 0, waiting.empty()});
   r.final_state = moving.state, r.phases = int(k);
-  Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
-  summary["events"] = events, summary["phases"] = folders;
-  const fs::path path = fs::path(options.out) / "summary.json";
-  write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-  put_in_place(path);
+  write_summary();
   return r;
 }
 

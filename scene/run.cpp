@@ -287,6 +287,8 @@ class Session {
     ledger_.fill(r, meter_);
     if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
     r.outcome = outcome_, r.interrupted = interrupted_;
+    if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
+    if (!r.trouble.empty()) r.notes.push_back("the run ended: " + r.trouble);
     r.final_state = state_;
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
     if (const auto remark = integrator_->remark(); !remark.empty())

@@ -52,7 +52,8 @@ struct RunReport {
   std::vector<Check> checks;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
-  int phases = 1;  ///< runs between events, see phases.h
+  std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
+  int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
   phs::State final_state;  ///< the last good one
   bool passed() const;     ///< ran to the end and every check holds

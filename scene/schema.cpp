@@ -105,7 +105,7 @@ Keys reaching() {
   return {
       word("when", {"within_reach"}, "it does not wait", "instead of at: until all limits hold"),
       number("after", "s", "0", "it waits from then on"),
-      number("reach", "m", "any", "largest distance of the points"),
+      number("reach", "m", required, "largest distance of the points"),
       number("speed", "m/s", "any", "largest speed of the points"),
       number("rate", "rad/s", "any", "largest relative rate")};
 }

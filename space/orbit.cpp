@@ -1,5 +1,6 @@
 #include "space/orbit.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "phs/state.h"
@@ -53,6 +54,38 @@ OrbitMotion::OrbitMotion(Environment environment, double mass)
   for (const double J : environment_.planet.J) zonal_ = zonal_ || J != 0;
   perturbed_ = zonal_ || !environment_.third_bodies.empty() || environment_.atmosphere ||
                environment_.solar_pressure;
+}
+
+std::optional<double> OrbitMotion::drift_above_surface(OrbitPoint& p, OrbitReal dt) const {
+  const OrbitReal radius = environment_.planet.radius;
+  const auto sinks = [&](const OrbitPoint& a) { return dot(a.r, a.v) * dt < 0; };
+  const auto after = [&](OrbitReal t) -> std::optional<OrbitPoint> {
+    try {
+      return kepler_flow(mu_, p, t);
+    } catch (const InvalidArgument&) {
+      return {};  // at the centre
+    }
+  };
+  // Below the surface, or beyond a pericentre: where an orbit with one below has passed the surface before.
+  const bool sank = sinks(p);
+  const auto beyond = [&](const std::optional<OrbitPoint>& a) {
+    return !a || mechanics::norm(a->r) < radius || (sank && !sinks(*a));
+  };
+  const auto end = after(dt);
+  bool meets = !end || mechanics::norm(end->r) < radius;
+  if (!meets && sank && !sinks(*end)) {
+    const auto h = cross(p.r, p.v);
+    const OrbitReal h2 = dot(h, h), beta = 2 * mu_ / mechanics::norm(p.r) - dot(p.v, p.v),
+                    e2 = 1 - beta * h2 / (mu_ * mu_);
+    meets = h2 / (mu_ * (1 + std::sqrt(std::max(e2, OrbitReal(0))))) < radius;
+  }
+  if (!meets) return p = *end, std::nullopt;
+  OrbitReal above = 0, below = dt;
+  for (int i = 0; i < 64; ++i) {
+    const OrbitReal middle = (above + below) / 2;
+    (beyond(after(middle)) ? below : above) = middle;
+  }
+  return double(above);
 }
 
 OrbitReal OrbitMotion::energy(const OrbitPoint& p) const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "space/environment.h"
@@ -36,6 +37,10 @@ class OrbitMotion {
 
   /// The Kepler flow over dt, exactly.
   void drift(OrbitPoint& p, OrbitReal dt) const { p = kepler_flow(mu_, p, dt); }
+
+  /// drift(), unless the way leads below the planet's surface: then p stays, and the time until there is returned [s]. The
+  /// whole way is looked at, so that a fall through the planet between two steps is seen. |dt|: less than half a revolution.
+  std::optional<double> drift_above_surface(OrbitPoint& p, OrbitReal dt) const;
 
   /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`: acceleration of the
   /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends

@@ -1,5 +1,7 @@
 #include "space/split_integrator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -248,7 +250,10 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
     const auto own = inner_->works();
     for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
-    model_.orbit().drift(p, dt);
+    if (const auto after = model_.orbit().drift_above_surface(p, dt)) {
+      trouble_ = fmt::format("below the surface at t = {:.10g} s", here + *after);
+      return ledgers_ = before, Outcome::failed;
+    }
     here += dt;
   }
   if (scheme_.kick.back() == 0) pull(p);  // else the last kick was here

@@ -35,6 +35,8 @@ class SplitIntegrator final : public integrators::Integrator {
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 
+  /// Why the last step failed, if it is the orbit's: "below the surface at t = ... s".
+  const std::string& trouble() const { return trouble_; }
   /// Opens the ledgers at a state, unless they are open; the first step does it otherwise.
   void begin(const State& state);
   const SpaceLedgers& ledgers() const { return ledgers_; }
@@ -65,6 +67,7 @@ class SplitIntegrator final : public integrators::Integrator {
   std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
   std::vector<double> delta_, slope_, side_;  ///< of the corrector
   SpaceLedgers ledgers_;
+  std::string trouble_;
 };
 
 }  // namespace porthos::space

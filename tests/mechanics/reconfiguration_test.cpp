@@ -195,6 +195,37 @@ TEST(Reconfiguration, ReleaseLockAndUnlock) {
   EXPECT_EQ(m.state.step, 77);
 }
 
+// A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge the body where its
+// mount was, in the world, with a jump of momentum from nowhere.
+TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
+  const std::string joint = "joint_3";
+  for (const bool caught_again : {false, true}) {
+    Random random(21);
+    Moving m(servicer_and_target());
+    throw_about(m, random);
+    const auto body =
+        std::find_if(m.parts.bodies().begin(), m.parts.bodies().end(), [&](const BodySpec& b) {
+          return b.joint.name == joint;
+        })->name;
+    const std::string base = m.parts.bodies()[0].name;
+    lock(m, joint);
+    const LockedJoint kept = m.locked.at(joint);
+    release(m, body);
+    if (caught_again) capture(m, {.body = body, .link = base});
+    EXPECT_TRUE(m.locked.empty());
+    const auto before = m.state;
+    EXPECT_THROW(unlock(m, joint), InvalidArgument);
+    EXPECT_EQ(m.state, before);
+    // The control: with the lock kept, the momentum jumps.
+    m.locked.emplace(joint, kept);
+    const Impact wrong = unlock(m, joint);
+    const double jump = wrong.linear_jump / size(wrong.momentum.linear);
+    std::printf("  with the lock kept%s: momentum jumps by %.2g of itself (control: > 1e-3)\n",
+                caught_again ? ", after a second capture" : "", jump);
+    EXPECT_GT(jump + wrong.angular_jump / size(wrong.momentum.angular), 1e-3);
+  }
+}
+
 // A run goes on from the event: the momenta of the whole, across a capture, are those of the start.
 TEST(Reconfiguration, ARunGoesOn) {
   Random random(8);
@@ -261,7 +292,8 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
             std::string::npos);
   EXPECT_EQ(refusal([&] { release(m, "target"); }), "release: the body 'target' is free already");
   EXPECT_EQ(refusal([&] { unlock(m, "elbow"); }),
-            "unlock: the joint 'elbow' is not locked, expected one of (none)");
+            "unlock: the joint 'elbow' is not locked (the release of a body ends the lock of its "
+            "joint), expected one of (none)");
   EXPECT_NE(refusal([&] { lock(m, "elbow"); }).find("there is no joint 'elbow' that moves"),
             std::string::npos);
   EXPECT_EQ(m.state, before);
