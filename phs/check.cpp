@@ -41,6 +41,10 @@ class Checker {
     for (int k = 0; k < o_.samples; ++k) sample();
     return report_;
   }
+  CheckReport run_traits() {
+    for (int k = 0; k < o_.samples; ++k) traits(random_state());
+    return report_;
+  }
 
  private:
   Vec random(int n) {
@@ -61,6 +65,7 @@ class Checker {
     note("R symmetric", x,
          relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
     note("R >= 0", x, dissipation_defect(x));
+    traits(x);
 
     f_->gradient(x, e);
     if (const Vec g = dual_gradient(x); !g.empty())
@@ -80,6 +85,29 @@ class Checker {
     note("field", x, relative(norm(sub(dx, from_rate)), terms));
     books(x, e, dx, y, u, norm(e) * norm(Re));
     invariants(x);
+  }
+
+  /// J e = (e_p, -e_q), and a slope ∂H/∂q·a that no p changes.
+  void traits(const Vec& x) {
+    const size_t n = x.size(), half = n / 2;
+    Vec e = random(d_.nx), Je(n);
+    if (d_.traits.canonical) {
+      f_->apply_structure(x, e, Je);
+      double off = 2 * half == n ? 0 : INFINITY;
+      for (size_t i = 0; i < half; ++i)
+        off = std::hypot(off, Je[i] - e[half + i], Je[half + i] + e[i]);
+      note("canonical", x, relative(off, norm(e)));
+    }
+    if (!d_.traits.separable) return;
+    const Vec y = random_state(), along = random(d_.nx);
+    std::vector<Dual> here(n), there(n);
+    for (size_t i = 0; i < half; ++i) {
+      here[i] = there[i] = Dual(x[i], along[i]);
+      here[half + i] = Dual(x[half + i]), there[half + i] = Dual(y[half + i]);
+    }
+    const double a = dual_->hamiltonian(here).d, b = dual_->hamiltonian(there).d;
+    f_->gradient(x, e);
+    note("separable", x, relative(a - b, norm(e) * norm(along) + std::fabs(a) + std::fabs(b)));
   }
 
   /// Σ storages = H, and H' = yᵀu + Σ supplied - Σ dissipated.
@@ -185,6 +213,16 @@ std::string CheckReport::text() const {
 
 CheckReport check(const Model& model, const CheckOptions& options) {
   return Checker(model, options).run();
+}
+
+std::optional<std::string> false_trait(const Model& model) {
+  for (const AxiomResult& a : Checker(model, {.samples = 3}).run_traits().axioms)
+    if (!a.holds() &&
+        std::isfinite(a.worst))  // a state where nothing can be evaluated tells nothing
+      return "system '" + model.description().name + "' says it is " + a.axiom + ", but " +
+             (a.axiom == "canonical" ? "its J is not [0 I; -I 0]"
+                                     : "its slope over q changes with p: H is not T(p) + V(q)");
+  return std::nullopt;
 }
 
 }  // namespace porthos::phs

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct CheckOptions {
 /// One axiom: the worst relative violation found and the state where it was found.
 struct AxiomResult {
   std::string
-      axiom;  ///< "J skew", "R symmetric", "R >= 0", "gradient", "efforts", "rate", "field", "storages",
+      axiom;  ///< "J skew", "R symmetric", "R >= 0", "canonical", "separable", "gradient", "efforts", "rate", "field", "storages",
               ///< "power balance", "passive ...", "invariant ..."
   double worst = 0;
   double limit = 0;
@@ -34,9 +35,13 @@ struct CheckReport {
   std::string text() const;
 };
 
-/// Checks at random states: J skew, R symmetric and >= 0, e = ∂H/∂x against forward duals, field = rate(e) + Gu with
+/// Checks at random states: J skew, R symmetric and >= 0, J = [0 I; -I 0] and ∂²H/∂q∂p = 0 where the traits say so, e = ∂H/∂x against forward duals, field = rate(e) + Gu with
 /// rate(e) = (J - R)e where nothing else drives, the storages' sum against H, H' = yᵀu + supplied - dissipated, no
 /// dissipated power below 0, and the declared invariants. Cost: about 3·nx evaluations per sample.
 CheckReport check(const Model& model, const CheckOptions& options = {});
+
+/// Why a system is not canonical or separable although its traits say so, found at a few random states; nothing if they hold.
+/// For methods that rely on them: their order is lost where they do not hold.
+std::optional<std::string> false_trait(const Model& model);
 
 }  // namespace porthos::phs
