@@ -126,9 +126,17 @@ void EnergyMonitor::note(const std::string& why, double defect) {
   if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale());
 }
 
+void EnergyMonitor::keep(const State& s) {
+  if (books_.began == 0) begin(s);
+  before_ = s;
+  memory_before_.clear(), inner_->save(memory_before_);
+}
+
+void EnergyMonitor::go_back(State& s) { s = before_, inner_->restore(memory_before_); }
+
 Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
   report_.last = why;
-  s = before_;
+  go_back(s), inner_->sampler().take_back();
   return o == Outcome::ok ? Outcome::failed : o;
 }
 
@@ -146,11 +154,13 @@ Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
   return Outcome::ok;
 }
 
-Outcome EnergyMonitor::step(State& s) {
-  if (books_.began == 0) begin(s);
-  before_ = s;
-  Outcome o = inner_->step(s);
-  std::string why = "the step ended with: " + std::string(to_string(o));
+Outcome EnergyMonitor::step(State& s) { return take(s, h_, true); }
+Outcome EnergyMonitor::step_by(State& s, double h) { return take(s, h, false); }
+
+Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
+  keep(s);
+  Outcome o = on_grid ? inner_->step(s) : inner_->step_by(s, h);
+  std::string why;
   Books after = books_;
   if (o == Outcome::ok) {
     std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
@@ -158,29 +168,36 @@ Outcome EnergyMonitor::step(State& s) {
     why = fault(after, s);
     if (why.empty()) return accept(s, after, true);
     if (!std::isfinite(after.defect)) o = Outcome::not_finite;
+  } else {
+    why = "the step ended with: " + std::string(to_string(o));
+    // It took back what its sampled controllers had read, which its repetition goes by.
+    if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   }
   note(why, o == Outcome::ok ? after.defect : NAN);
-  if (monitor_.action == OnViolation::repeat) return again(s);
+  if (monitor_.action == OnViolation::repeat) return again(s, h, on_grid);
   if (monitor_.action == OnViolation::stop || o != Outcome::ok) return refuse(s, o, why);
   return accept(s, after, true);
 }
 
-Outcome EnergyMonitor::again(State& s) {
+Outcome EnergyMonitor::again(State& s, double h, bool on_grid) {
   const double t = before_.time(h_);
   std::string why = report_.last;
   for (int k = 1; k <= monitor_.most_halvings; ++k) {
     const int parts = 1 << k;
-    s = before_;
+    go_back(s);
     std::fill(works_sum_.begin(), works_sum_.end(), 0.0);
     Outcome o = Outcome::ok;
     for (int i = 0; i < parts && o == Outcome::ok; ++i) {
-      o = inner_->advance_with_books(t + h_ * i / parts, h_ / parts, s);
+      o = inner_->advance_with_books(t + h * i / parts, h / parts, s);
       for (size_t a = 0; a < works_sum_.size(); ++a) works_sum_[a] += inner_->works()[a];
     }
     if (o != Outcome::ok) continue;
     const Books after = booked(s);
     if (!std::isfinite(after.defect) || !step_holds(after)) continue;
-    ++s.step;
+    if (on_grid)
+      ++s.step;
+    else
+      s.step_off_the_grid(h_, h);
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     why = fault(after, s);
     if (!why.empty()) break;  // smaller steps do not mend what has gathered before
@@ -188,21 +205,6 @@ Outcome EnergyMonitor::again(State& s) {
     return accept(s, after, false);
   }
   return refuse(s, Outcome::failed, why);
-}
-
-Outcome EnergyMonitor::step_by(State& s, double h) {
-  if (books_.began == 0) begin(s);
-  before_ = s;
-  const Outcome o = inner_->step_by(s, h);
-  if (o != Outcome::ok) return o;
-  std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
-  const Books after = booked(s);
-  const std::string why = fault(after, s);
-  if (!why.empty()) {
-    note(why, after.defect);
-    if (monitor_.action != OnViolation::warn) return refuse(s, Outcome::failed, why);
-  }
-  return accept(s, after, true);
 }
 
 std::string EnergyMonitor::text() const {
@@ -223,16 +225,14 @@ std::string EnergyMonitor::text() const {
   return text;
 }
 
-std::vector<double> EnergyMonitor::memory() const {
+void EnergyMonitor::save(std::vector<double>& m) const {
   const auto b = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
-  std::vector<double> m(b.begin(), b.end());
+  m.insert(m.end(), b.begin(), b.end());
   for (const double v :
        {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
         double(report_.projected), double(report_.out_of_reach), report_.moved_J})
     m.push_back(v);
-  const auto inner = inner_->memory();
-  m.insert(m.end(), inner.begin(), inner.end());
-  return m;
+  inner_->save(m);
 }
 
 void EnergyMonitor::restore(std::span<const double> m) {

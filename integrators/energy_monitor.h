@@ -66,7 +66,7 @@ class EnergyMonitor : public Integrator {
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     return whole_ && inner_->interpolate(after, theta, x);
   }
-  std::vector<double> memory() const override;
+  void save(std::vector<double>& memory) const override;
   void restore(std::span<const double> memory) override;
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> works() const override { return works_sum_; }
@@ -91,8 +91,13 @@ class EnergyMonitor : public Integrator {
   Books booked(const State& s);
   /// What is wrong with a step to this state, or nothing.
   std::string fault(const Books& after, const State& s);
+  /// Keeps what refuse() and again() go back to.
+  void keep(const State& s);
+  void go_back(State& s);
   bool step_holds(const Books& after) const;
-  Outcome again(State& s);
+  /// A step of size h; on_grid: of the method's own size, which the clock counts.
+  Outcome take(State& s, double h, bool on_grid);
+  Outcome again(State& s, double h, bool on_grid);
   Outcome accept(State& s, const Books& after, bool whole);
   Outcome refuse(State& s, Outcome o, const std::string& why);
   void note(const std::string& why, double defect);
@@ -103,6 +108,7 @@ class EnergyMonitor : public Integrator {
   std::unique_ptr<EnergyProjection> project_;
   Books books_;
   State before_;
+  std::vector<double> memory_before_;  ///< of the inner method
   std::vector<double> works_sum_, x_;
   std::vector<double> signs_;  ///< per power: +1 supplied, -1 dissipated
   bool whole_ = true;          ///< the last step was taken in one part and left as it was

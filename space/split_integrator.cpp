@@ -236,6 +236,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   const std::span<double> x(s.x), lo(s.lo);
   OrbitPoint p = load_point(x.subspan(n_internal_), lo.subspan(n_internal_));
   const SpaceLedgers before = ledgers_;
+  inner_before_.clear(), inner_->save(inner_before_);
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
@@ -245,7 +246,10 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);
-    if (o != Outcome::ok) return ledgers_ = before, o;
+    if (o != Outcome::ok) {
+      ledgers_ = before, inner_->restore(inner_before_);
+      return o;
+    }
     auto count = inner_->cost();
     ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
     const auto own = inner_->works();
@@ -263,11 +267,9 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   return Outcome::ok;
 }
 
-std::vector<double> SplitIntegrator::memory() const {
-  auto m = ledgers_.memory();
-  const auto inner = inner_->memory();
-  m.insert(m.end(), inner.begin(), inner.end());
-  return m;
+void SplitIntegrator::save(std::vector<double>& m) const {
+  ledgers_.save(m);
+  inner_->save(m);
 }
 
 void SplitIntegrator::restore(std::span<const double> m) {
