@@ -114,17 +114,35 @@ bool OrbitMotion::in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun
   return dot(off, off) < radius * radius;
 }
 
+Vec3<OrbitReal> OrbitMotion::zonal_acceleration(const Vec3<OrbitReal>& r) const {
+  const Planet& planet = environment_.planet;
+  Vec3<OrbitReal> a;
+  zonal_field<OrbitReal>(mu_, planet.radius, Vec3<OrbitReal>(planet.axis), planet.J, r, a);
+  return a;
+}
+
+/// (a·∂)a of the harmonics' acceleration a at r, by a central difference.
+Vec3<OrbitReal> OrbitMotion::change_along_itself(const Vec3<OrbitReal>& r,
+                                                 const Vec3<OrbitReal>& a) const {
+  const OrbitReal size = mechanics::norm(a);
+  if (size == 0) return {0, 0, 0};
+  const OrbitReal step = 1e-6L * mechanics::norm(r) / size;
+  return (1 / (2 * step)) * (zonal_acceleration(r + step * a) - zonal_acceleration(r - step * a));
+}
+
 void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-                       OrbitWorks& works, Surfaces* surfaces) const {
+                       OrbitWorks& works, Surfaces* surfaces, OrbitReal correction) const {
   using V = Vec3<OrbitReal>;
   const Planet& planet = environment_.planet;
   const OrbitReal m = mass_;
   std::array<V, orbit_sources> a;
   a.fill(V{0, 0, 0});
   a[size_t(OrbitSource::gradient)] = gradient;
-  if (zonal_)
-    zonal_field<OrbitReal>(mu_, planet.radius, V(planet.axis), planet.J, p.r,
-                           a[size_t(OrbitSource::zonal)]);
+  if (zonal_) {
+    V& zonal = a[size_t(OrbitSource::zonal)];
+    zonal = zonal_acceleration(p.r);
+    if (correction != 0) zonal += (correction / h) * change_along_itself(p.r, zonal);
+  }
   for (const ThirdBody& body : environment_.third_bodies) {
     const V s = third_body_position(body, t);
     a[size_t(OrbitSource::third_body)] += third_body_acceleration<OrbitReal>(body.mu, s, p.r);
@@ -168,10 +186,6 @@ OrbitPropagator::OrbitPropagator(Environment environment, double mass,
                                  const PointState<double>& start, double h,
                                  const std::string& scheme)
     : motion_(std::move(environment), mass), scheme_(split_scheme(scheme)), h_(h) {
-  if (scheme_.corrector != 0)
-    throw InvalidArgument(
-        "splitting '" + scheme +
-        "' corrects the internal motion, expected one without for an orbit alone");
   check_orbit(motion_.environment().planet, start, false);
   store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x_, lo_);
   energy_0_ = motion_.energy(point()), zonal_0_ = motion_.zonal_energy(point());
@@ -186,7 +200,9 @@ void OrbitPropagator::step() {
     OrbitWorks works;
     for (size_t i = 0; i < scheme_.kick.size(); ++i) {
       if (scheme_.kick[i] != 0) {
-        motion_.kick(p, t, OrbitReal(scheme_.kick[i]) * h_, {0, 0, 0}, works);
+        const bool end = i == 0 || i + 1 == scheme_.kick.size();
+        motion_.kick(p, t, OrbitReal(scheme_.kick[i]) * h_, {0, 0, 0}, works, nullptr,
+                     end ? OrbitReal(scheme_.corrector) * h_ * h_ * h_ : 0);
         for (size_t s = 0; s < orbit_sources; ++s)
           phs::compensated_add(sum_[s], low_[s], double(works[s]));
       }

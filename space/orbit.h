@@ -46,8 +46,9 @@ class OrbitMotion {
   /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends
   /// (implicit midpoint). works: written; their sum is the change of m v²/2 to rounding, whatever the step.
   /// surfaces: plates at their attitude, whose forces are added; null: none
+  /// correction: c h³ of a corrected splitting, by which the kick of the harmonics a is added to as (a·∂)a
   void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-            OrbitWorks& works, Surfaces* surfaces = nullptr) const;
+            OrbitWorks& works, Surfaces* surfaces = nullptr, OrbitReal correction = 0) const;
 
   /// m (v²/2 - μ/r) [J].
   OrbitReal energy(const OrbitPoint& p) const;
@@ -59,6 +60,8 @@ class OrbitMotion {
   Vec3<OrbitReal> third_body_position(const ThirdBody& body, OrbitReal t) const;
 
  private:
+  Vec3<OrbitReal> zonal_acceleration(const Vec3<OrbitReal>& r) const;
+  Vec3<OrbitReal> change_along_itself(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& a) const;
   bool in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun) const;
   Environment environment_;
   double mass_;

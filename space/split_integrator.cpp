@@ -154,7 +154,7 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
   const double mass = model_.orbit().mass();
   OrbitWorks works;
   model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / mass) * gradient_.reaction()), works,
-                      has_plates_ ? &plates_ : nullptr);
+                      has_plates_ ? &plates_ : nullptr, correction);
   Vec3d impulse = h * gradient_.torque();
   if (correction != 0) impulse += impulse_of(extra_);
   if (has_plates_) {
