@@ -219,7 +219,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("method", &Scene::method, "See methods(); 'auto': found by pilot runs.")
       .def_readwrite("step", &Scene::step, "[s]")
       .def_readwrite("duration", &Scene::duration,
-                     "[s]; the run takes round(duration / step) steps.")
+                     "[s]; where it is no whole number of steps the last one is shorter.")
       .def_readwrite("record_every", &Scene::record_every,
                      "[s]; rounded to whole steps, at least one.")
       .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")

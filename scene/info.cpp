@@ -10,6 +10,7 @@
 #include "scene/auto_method.h"
 #include "scene/build_info.h"
 #include "scene/scene.h"
+#include "scene/steps.h"
 #include "scene/text_table.h"
 
 namespace porthos::scene {
@@ -127,8 +128,9 @@ std::string joints_with(const Mechanism& m, Has has) {
 std::string plan_section(const Scene& s, const Mechanism& m) {
   const auto& g = m.gravity();
   const bool free = s.urdf.base == mechanics::UrdfOptions::Base::free;
-  const double steps = std::round(s.duration / s.step);
-  const double stride = std::max(1.0, std::round(s.record_every / s.step));
+  const Steps steps = steps_of(s);
+  const std::string last =
+      steps.last > 0 ? fmt::format(", the last of {:g} s", steps.last) : std::string();
   return "Plan\n" +
          aligned(
              {{"gravity", m.has_gravity()
@@ -140,10 +142,10 @@ std::string plan_section(const Scene& s, const Mechanism& m) {
               {"translation of the base", free ? "active" : "absent"},
               {"links on fixed joints", merged_text(m)},
               {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
-              {"method", fmt::format("{}, {:.0f} steps of {} s = {} s", s.method, steps, s.step,
-                                     steps * s.step)},
+              {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total, s.step,
+                                     last, steps.time(steps.total))},
               {"chosen by", s.choice.empty() ? "the scene" : s.choice},
-              {"records", fmt::format("every {} s", stride * s.step)}},
+              {"records", fmt::format("every {} s", double(steps.every) * s.step)}},
              "  ");
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "scene/checkpoint.h"
@@ -360,6 +361,31 @@ void rehearse(const Scene& scene, const Assembly& assembly, mechanics::Moving mo
   }
 }
 
+/// The outputs of sampled controllers, which an event between two instants leaves as they are. One whose joint was locked
+/// in between begins anew, at its next instant.
+class Held {
+ public:
+  void keep(const phs::Model& model, std::span<const double> memory) {
+    values_.clear();
+    for (const auto& hold : model.holds()) {
+      if (memory.size() < hold->memory.size())
+        require_size("memory of the sampled controllers", memory.size(), hold->memory.size());
+      const auto own = memory.first(hold->memory.size());
+      values_[hold->name].assign(own.begin(), own.end());
+      memory = memory.subspan(own.size());
+    }
+  }
+  /// As the start of the next phase, whose model has holds of its own.
+  void put_in(const phs::Model& model) const {
+    for (const auto& hold : model.holds())
+      if (const auto known = values_.find(hold->name); known != values_.end())
+        hold->fresh = known->second;
+  }
+
+ private:
+  std::map<std::string, std::vector<double>> values_;
+};
+
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
 void make_room(const RunOptions& o) {
   const bool finished = fs::exists(fs::path(o.out) / "summary.json");
@@ -381,6 +407,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   mechanics::Moving moving(assembly.parts);
   moving.model = assembly.mechanical, moving.state = assembly.initial;
   InOrbit orbit(assembly);
+  Held held;
   orbit.part(moving.state);
   rehearse(scene, assembly, moving, orbit);
   Latching latching(scene);
@@ -411,6 +438,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
     };
     last = assembly_of_phase(s, assembly, moving, orbit);
+    held.put_in(*last.model);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
       const Checkpoint done = read_checkpoint(end_folder(folder));
@@ -418,6 +446,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
         throw InvalidArgument(
             fmt::format("the phase in {} is of another run: {}", folder.string(), changes));
       r = read_report(folder, done.state);
+      r.held = done.memory;
     } else {
       RunOptions o = options;
       o.out = folder.string();
@@ -443,10 +472,11 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       }
       make_folder(end_folder(folder));
       Checkpoint c;
-      c.state = r.final_state, c.fingerprint = fingerprint(s);
+      c.state = r.final_state, c.memory = r.held, c.fingerprint = fingerprint(s);
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
+    held.keep(*last.model, r.held);
     const double now = double(r.final_state.step) * scene.step;
     const bool early = now < end - 0.5 * scene.step;  // an event that waited
     if (early) end = now;

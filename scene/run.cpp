@@ -14,6 +14,7 @@
 #include "scene/ledger.h"
 #include "scene/phases.h"
 #include "scene/results.h"
+#include "scene/steps.h"
 #include "scene/verdict.h"
 #include "space/split_integrator.h"
 
@@ -80,9 +81,10 @@ class Session {
         row_(layout_.size()),
         window_(assembly.model->description(), layout_),
         state_(assembly.initial),
-        total_(std::llround(scene.duration / scene.step)),
-        every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))),
-        ledger_(assembly.model->description()) {}
+        steps_(steps_of(scene)),
+        ledger_(assembly.model->description()) {
+    if (fixed_ && steps_.last > 0) integrator_->sampler().refuse("a shorter last step");
+  }
 
   RunReport run() {
     options_.resume ? resume() : start();
@@ -168,7 +170,7 @@ class Session {
         interrupted_ = true;
         break;
       }
-      outcome_ = fixed_ ? integrator_->step(state_) : controlled_step();
+      outcome_ = fixed_ ? fixed_step() : controlled_step();
       if (outcome_ != Outcome::ok) break;
       reached_ = options_.until && options_.until(state_);
       ledger_.book(integrator_->works());
@@ -185,17 +187,19 @@ class Session {
     if (outcome_ != Outcome::ok || (interrupted_ && resumable())) checkpoint();
   }
 
-  double time() const {
-    return fixed_ ? double(state_.step) * scene_.step : integrator_->time(state_);
-  }
+  double time() const { return fixed_ ? steps_.time(state_.step) : integrator_->time(state_); }
   bool ended() const {
-    return reached_ || (fixed_ ? state_.step >= total_ : time() >= scene_.duration);
+    return reached_ || (fixed_ ? state_.step >= steps_.total : time() >= scene_.duration);
   }
   /// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie behind by up to a step.
   bool at_record() const {
-    if (fixed_) return state_.step % every_ == 0;
+    if (fixed_) return steps_.at_record(state_.step);
     const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
     return state_.step == 0 || count(time()) > count(integrator_->time(before_));
+  }
+  Outcome fixed_step() {
+    return steps_.ends_short(state_.step) ? integrator_->step_by(state_, steps_.last)
+                                          : integrator_->step(state_);
   }
   /// A step of the control's choice; one that would pass the end is taken again by what is left.
   Outcome controlled_step() {
@@ -266,14 +270,14 @@ class Session {
   }
 
   void tell() const {
-    if (!options_.progress || total_ == 0) return;
+    if (!options_.progress || steps_.total == 0) return;
     const double here = since(wall_start_), done = fraction();
     const double left = here * (1 - done) / std::max(1e-300, done - first_fraction_);
     options_.progress(done, wall(), left);
   }
 
   double fraction() const {
-    return fixed_ ? double(state_.step) / double(total_) : time() / scene_.duration;
+    return fixed_ ? double(state_.step) / double(steps_.total) : time() / scene_.duration;
   }
 
   RunReport report() const {
@@ -290,7 +294,9 @@ class Session {
     if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
     if (!r.trouble.empty()) r.notes.push_back("the run ended: " + r.trouble);
     r.final_state = state_;
+    r.held = integrator_->sampler().memory();
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+    for (auto& note : notes_on_numbers(scene_, r.cost.sweeps)) r.notes.push_back(std::move(note));
     if (const auto remark = integrator_->remark(); !remark.empty())
       r.notes.push_back(integrator_->declaration().rival ? remark
                                                          : "implicit equations by " + remark);
@@ -333,8 +339,7 @@ class Session {
   std::vector<double> row_;
   Window window_;
   phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
-  const std::int64_t total_,
-      every_;  ///< steps of the run and from record to record, where they are fixed
+  const Steps steps_;          ///< where they are fixed
   Ledger ledger_;
   std::unique_ptr<RecordLog> log_;
   std::optional<Moment> good_;

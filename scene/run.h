@@ -56,6 +56,7 @@ struct RunReport {
   int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
   phs::State final_state;  ///< the last good one
+  std::vector<double> held;  ///< memory of the sampled controllers there, in the order of Model::holds()
   bool passed() const;     ///< ran to the end and every check holds
 };
 

@@ -77,7 +77,7 @@ struct Scene {
 
   std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance while the run runs
 
-  double duration = 0;      ///< [s]; the run takes round(duration / step) steps
+  double duration = 0;      ///< [s]; the last step is shorter where the steps do not add up, see steps.h
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one
   bool record_every_given =
       false;  ///< by the file; if not, it follows overrides of step and duration
