@@ -11,12 +11,17 @@ using scene::RunReport;
 using scene::TextRows;
 
 std::string checks_text(const RunReport& r) {
-  if (r.checks.empty()) return "No checks: [verify] asks for none that this model has.\n";
   TextRows rows{{"check", "value", "limit"}};
   for (const auto& c : r.checks)
     rows.push_back({c.name, fmt::format("{:.3g}", c.value), fmt::format("{:.3g}", c.limit),
                     c.pass ? "pass" : "FAIL"});
+  for (const auto& n : r.not_applicable)
+    rows.push_back({n.name, "-", "-", "not applicable: " + n.why});
   return scene::aligned(rows);
+}
+
+const char* verdict_word(scene::Verdict v) {
+  return v == scene::Verdict::fail ? "FAIL" : to_string(v);
 }
 
 std::string energy_text(const RunReport& r) {
@@ -45,9 +50,11 @@ std::string space_text(const RunReport& r) {
     if (l->scale > 0) add(l->name.c_str(), l->initial, l->change, l->largest_defect, l->relative());
   return scene::aligned(rows) +
          fmt::format(
-             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of that\n",
+             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of "
+             "that\n",
              s.coupling.turned_over,
-             s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over : 0.0) +
+             s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over
+                                        : 0.0) +
          fmt::format(
              "            angular momentum up to {:.4g} kg m^2/s, impulse of {} "
              "{:.4g}, what is left {:.2g} relative\n",
@@ -110,12 +117,11 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
   const std::string pictures =
       std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
   const char* page = has_page ? ", report.html" : "";
-  text += r.phases == 1
-              ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
-              : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n", out,
-                            r.phases, pictures, has_page ? "; report.html" : "");
+  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
+                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n",
+                                      out, r.phases, pictures, has_page ? "; report.html" : "");
   for (const auto& note : r.notes) text += "note        " + note + "\n";
-  text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
+  text += fmt::format("verdict     {}\n", verdict_word(r.verdict()));
   return text;
 }
 

@@ -99,8 +99,8 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
   r.notes = notes_on_numbers(scene, r.cost.sweeps);
   if (const auto remark = integrator->remark(); !remark.empty()) r.notes.push_back(remark);
   if (stopped) return s;
-  judge(r, scene, meter);
-  if (options.check_symmetry) judge_symmetry(r, scene, assembly);
+  judge(r, scene, integrator->declaration(), meter);
+  judge_beside(r, scene, assembly, options.check_symmetry);
   s.summary = summary_json(scene, assembly, r, r.final_state);
   return s;
 }

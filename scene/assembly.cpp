@@ -166,6 +166,7 @@ Assembly assemble(const Scene& scene) {
       throw InvalidArgument(at(scene.orbit->where) + e.what());
     }
     a.model = a.spacecraft;
+    a.splitting = scene.orbit->splitting;
   }
   a.initial = start_of(scene, a);
   return a;
@@ -202,6 +203,14 @@ Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const do
   phs::wrap_angles(model->description(), a.initial);
   a.model = std::move(model);
   return a;
+}
+
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options) {
+  if (!a.spacecraft) return integrators::make_integrator(method, *a.model, h, options);
+  return std::make_unique<space::SplitIntegrator>(
+      *a.spacecraft, h, space::SplitOptions{a.splitting, method, options});
 }
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,

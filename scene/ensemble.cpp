@@ -84,7 +84,9 @@ class CaseRun final : public ensemble::BatchRun {
       ledger_->fill(r, *meter_);
       const auto* split = dynamic_cast<const space::SplitIntegrator*>(method_.get());
       if (split && split->ledgers().started()) r.space = split->ledgers().report();
-      judge(r, e_.scene(), *meter_);
+      judge(r, e_.scene(),
+            method_ ? method_->declaration() : integrators::declaration_of(e_.scene().method),
+            *meter_);
       whole(l.passed, r.passed());
       row[l.energy_initial] = r.energy.initial_J, row[l.energy_scale] = r.energy.scale_J;
       row[l.energy_abs] = r.energy.max_abs_error_J, row[l.energy] = r.energy.max_rel_error;

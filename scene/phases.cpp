@@ -61,6 +61,13 @@ double end_after(const Scene& s, double from) {
   return end;
 }
 
+bool on_ground(const mechanics::MechanismBuilder& parts) {
+  const auto& all = parts.bodies();
+  return std::any_of(all.begin(), all.end(), [](const mechanics::BodySpec& b) {
+    return b.parent == "world" && b.joint.type != "free";
+  });
+}
+
 double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
 
 /// The errors and books of all phases in one report.
@@ -108,6 +115,7 @@ class Whole {
     given.linear_left = std::max(given.linear_left, p.impulses.linear_left);
     given.angular_left = std::max(given.angular_left, p.impulses.angular_left);
     for (const Check& c : p.checks) worst(c);
+    for (const NotApplicable& n : p.not_applicable) cannot(n);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
     r_.outcome = p.outcome, r_.interrupted = p.interrupted, r_.trouble = p.trouble;
     if (p.space && r_.space)
@@ -115,15 +123,19 @@ class Whole {
     else if (p.space)
       r_.space = p.space;
   }
-  void add(const Event& e, const mechanics::Impact& i) {
+  /// Momenta across an event are those of everything that moves: no invariant where the ground takes a part.
+  void add(const Event& e, const mechanics::Impact& i, bool on_ground) {
     book(r_.losses, text(e), i.dissipated_J);
     r_.stored_J -= i.dissipated_J, r_.dissipated_J += i.dissipated_J;
     r_.turned_over_J += i.dissipated_J;
+    if (on_ground)
+      return cannot(
+          {"momentum_across_events", "the model stands on the ground, which takes a part"});
     const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
     const double jump =
         std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), i.scale.linear)),
                  relative(i.angular_jump, std::max(size(i.momentum.angular), i.scale.angular)));
-    worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit});
+    worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
   }
   RunReport& report() { return r_; }
 
@@ -142,10 +154,19 @@ class Whole {
       }
     r_.momentum.push_back(m);
   }
+  /// A check of one phase is one of the run; what no phase can check is listed.
+  void cannot(const NotApplicable& n) {
+    const auto same = [&](const auto& known) { return known.name == n.name; };
+    if (std::none_of(r_.checks.begin(), r_.checks.end(), same) &&
+        std::none_of(r_.not_applicable.begin(), r_.not_applicable.end(), same))
+      r_.not_applicable.push_back(n);
+  }
   void worst(const Check& c) {
+    std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == c.name; });
     for (Check& known : r_.checks)
       if (known.name == c.name) {
         known.pass &= c.pass;
+        known.telling |= c.telling;
         if (!(c.value <= known.value)) known.value = c.value;
         return;
       }
@@ -218,7 +239,9 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   r.turned_over_J = number(b["turned_over_J"]);
   r.storages = named(b["storages"]), r.ports = named(b["ports"]), r.losses = named(b["losses"]);
   for (const auto& c : j["checks"])
-    r.checks.push_back({c["name"], number(c["value"]), number(c["limit"]), c["pass"]});
+    r.checks.push_back(
+        {c["name"], number(c["value"]), number(c["limit"]), c["pass"], c["telling"]});
+  for (const auto& n : j["not_applicable"]) r.not_applicable.push_back({n["name"], n["why"]});
   for (const auto& n : j["notes"]) r.notes.push_back(n);
   if (j.contains("momentum"))
     for (const auto& [name, m] : j["momentum"].items())
@@ -494,7 +517,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     for (const Event* e : now_due) {
       std::erase(waiting, e);
       const auto impact = apply_one(scene, *e, moving, latching, orbit);
-      whole.add(*e, impact);
+      whole.add(*e, impact, on_ground(moving.parts));
       events.push_back(json_of(*e, end, impact));
     }
   }
@@ -502,7 +525,8 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   RunReport& r = whole.report();
   for (const Event* e : waiting) r.notes.push_back("it never happened: " + text(*e));
   if (std::any_of(scene.events.begin(), scene.events.end(), [](auto& e) { return e.waits(); }))
-    r.checks.push_back({"events that never happened", double(waiting.size()), 0, waiting.empty()});
+    r.checks.push_back(
+        {"events that never happened", double(waiting.size()), 0, waiting.empty(), false});
   r.final_state = moving.state, r.phases = int(k);
   write_summary();
   return r;

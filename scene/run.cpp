@@ -292,7 +292,6 @@ class Session {
     if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
     r.outcome = outcome_, r.interrupted = interrupted_;
     if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
-    if (!r.trouble.empty()) r.notes.push_back("the run ended: " + r.trouble);
     r.final_state = state_;
     r.held = integrator_->sampler().memory();
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
@@ -317,12 +316,23 @@ class Session {
     log_->sync();
     r.momentum = wheel_momentum(scene_, assembly_, log_path());
     r.impulses = impulses(scene_, assembly_, log_path());
-    judge(r, scene_, meter_);
-    if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
-    write_results(options_.out, scene_, assembly_, r, log_path());
+    judge(r, scene_, integrator_->declaration(), meter_);
+    const bool more = has_more_to_judge(r, scene_, options_.check_symmetry);
+    write_results(options_.out, scene_, assembly_, more ? not_yet_judged(r) : r, log_path());
+    if (more) {
+      judge_beside(r, scene_, assembly_, options_.check_symmetry);
+      write_verdict(options_.out, scene_, assembly_, r, log_path());
+    }
     if (outcome_ != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
+    return r;
+  }
+
+  /// What stands in the folder while the rest is checked: results, and no verdict.
+  static RunReport not_yet_judged(RunReport r) {
+    for (Check& c : r.checks) c.telling = false;
+    r.notes.push_back("written before everything was checked: the verdict is still to come");
     return r;
   }
 

@@ -11,12 +11,23 @@
 
 namespace porthos::scene {
 
-/// One line of the verdict.
+/// One line of the verdict: a quantity beside its limit.
 struct Check {
   std::string name;
   double value = 0, limit = 0;
   bool pass = false;
+  /// false: it holds whatever the step, by the method's structure or because it is of the model alone, so that a pass says
+  /// nothing of the motion.
+  bool telling = true;
 };
+
+/// A check that has no meaning for this run, and why.
+struct NotApplicable {
+  std::string name, why;
+};
+
+enum class Verdict { pass, fail, not_judged };
+const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
@@ -50,14 +61,19 @@ struct RunReport {
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
+  std::vector<NotApplicable> not_applicable;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
   std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
   int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
   phs::State final_state;  ///< the last good one
-  std::vector<double> held;  ///< memory of the sampled controllers there, in the order of Model::holds()
-  bool passed() const;     ///< ran to the end and every check holds
+  std::vector<double>
+      held;  ///< memory of the sampled controllers there, in the order of Model::holds()
+  /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could have told a wrong motion
+  /// from a right one.
+  Verdict verdict() const;
+  bool passed() const { return verdict() == Verdict::pass; }
 };
 
 struct RunOptions {
@@ -65,7 +81,7 @@ struct RunOptions {
   bool resume = false;          ///< continue from out/checkpoint
   /// Ends the run at the first step after the start at whose state this holds; called at every step.
   std::function<bool(const phs::State&)> until = {};
-  bool check_symmetry = false;  ///< `verify`: forth and back, and the axioms of the system
+  bool check_symmetry = false;  ///< `verify`: the way forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
   std::function<void(double, double, double)> progress = {};
@@ -76,7 +92,8 @@ struct RunOptions {
 /// Runs a scene: steps, records, checkpoints, judges; writes run.h5, summary.json and energy_error.svg into the folder.
 /// Records go to an append-only file in out/checkpoint first and become run.h5 at the end (written aside, then
 /// renamed), so that a run killed at any moment continues bit for bit with `resume`.
-/// Results of an earlier finished run in the folder are replaced, after the new run has finished.
+/// Results of an earlier finished run in the folder are replaced, after the new run has finished; they are written before
+/// anything is checked beside the run (judge_beside()), and the verdict once more after it.
 /// @throws InvalidArgument for an unwritable or full folder, a folder that holds an unfinished run (without `resume`), a
 ///   method that cannot be continued, a missing, truncated or damaged checkpoint, or one of another run (names what
 ///   differs). Nothing is overwritten then.

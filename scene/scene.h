@@ -37,11 +37,12 @@ struct RandomStart {
 /// What a record keeps the smallest and the largest value of, over all steps since the record before.
 enum class Extrema { none, state, all };
 
-/// Limits of the verdict. An absent one is not checked; defaults apply where a scene has no [verify] table at all.
+/// Limits of the verdict. An absent one is not checked; where none is stated, default_limits() apply.
 struct Limits {
   std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
-      symmetry;
+      symmetry, step_halving;
   std::optional<double> orbital, coupling;  ///< of spacecraft in orbit
+  bool any() const;                         ///< whether one is stated
 };
 
 struct Scene {
@@ -97,6 +98,9 @@ struct Scene {
 /// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
 Scene read_scene(const std::string& path);
 
+/// The limits of a scene that states none; docs/scene.md says why these.
+Limits default_limits(bool in_orbit);
+
 /// Command-line overrides; a bad one is refused like a bad key.
 struct Overrides {
   std::optional<std::string> method = {};
@@ -117,9 +121,16 @@ struct Assembly {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
+  std::string splitting;                                ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;
   std::vector<mechanics::UrdfNote> notes;
 };
+
+/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the internal motion of the split.
+/// @throws InvalidArgument as integrators::make_integrator
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options = {});
 
 /// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
 Assembly assemble(const Scene& scene);

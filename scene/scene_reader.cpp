@@ -372,20 +372,19 @@ class Reader {
 
   void verify(const Table& top) {
     Limits& l = s_.verify;
-    if (!top.has("verify")) {
-      l.energy = 1e-9, l.linear_momentum = l.angular_momentum = 1e-10, l.quaternion_norm = 1e-12;
-      return;
-    }
+    if (!top.has("verify")) return void(l = default_limits(s_.orbit.has_value()));
     const Table t = section(top, "verify",
                             {"energy", "linear_momentum", "angular_momentum", "quaternion_norm",
-                             "balance", "symmetry", "orbital", "coupling"});
+                             "balance", "symmetry", "step_halving", "orbital", "coupling"});
     const auto limit = [&](const char* key, std::optional<double>& to) {
       if (t.has(key)) to = t.not_negative_or(key, "", 0);
     };
     limit("energy", l.energy), limit("linear_momentum", l.linear_momentum);
     limit("angular_momentum", l.angular_momentum), limit("quaternion_norm", l.quaternion_norm);
     limit("balance", l.balance), limit("symmetry", l.symmetry);
+    limit("step_halving", l.step_halving);
     limit("orbital", l.orbital), limit("coupling", l.coupling);
+    if (!l.any()) l = default_limits(s_.orbit.has_value());
   }
 
   File file_;

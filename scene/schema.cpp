@@ -247,6 +247,8 @@ std::vector<SchemaTable> top() {
             number("balance", "1", "not checked",
                    "defect at the end, relative to what was turned over"),
             number("symmetry", "1", "1e-9 in porthos verify", "forth and back"),
+            number("step_halving", "1", "1e-3 where nothing else tells",
+                   "what half the step changes"),
             number("orbital", "1", "not checked", "orbital ledger, relative"),
             number("coupling", "1", "not checked", "coupling ledger, relative")}},
           {"ensemble",

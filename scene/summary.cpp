@@ -125,7 +125,18 @@ Json ledgers(const RunReport& r) {
 Json checks(const RunReport& r) {
   Json list = Json::array();
   for (const Check& c : r.checks)
-    list.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"pass", c.pass}});
+    list.push_back({{"name", c.name},
+                    {"value", c.value},
+                    {"limit", c.limit},
+                    {"pass", c.pass},
+                    {"telling", c.telling}});
+  return list;
+}
+
+Json not_applicable(const RunReport& r) {
+  Json list = Json::array();
+  for (const NotApplicable& n : r.not_applicable)
+    list.push_back({{"name", n.name}, {"why", n.why}});
   return list;
 }
 
@@ -162,7 +173,8 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   if (r.space) j["ledgers"] = ledgers(r);
   j["final_state"] = final_state(assembly, last);
   j["checks"] = checks(r);
-  j["verdict"] = r.passed() ? "pass" : "fail";
+  j["not_applicable"] = not_applicable(r);
+  j["verdict"] = to_string(r.verdict());
   j["notes"] = r.notes;
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
   // A title or a joint name that is no UTF-8 must not cost the summary.

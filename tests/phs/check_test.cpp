@@ -261,6 +261,37 @@ TEST(Check, NaNIsAViolation) {
   EXPECT_FALSE(r.holds());
 }
 
+/// What drives it is not to be had by the field.
+struct Shy : Pendulum {
+  template <class T>
+  void drive(T, In<T>, Out<T>) const {
+    throw InvalidArgument("the drive acts elsewhere");
+  }
+};
+
+TEST(Check, AFieldThatRefusesLeavesItsAxiomsUntried) {
+  const UserModel model{Shy{}};
+  const auto r = check(model);
+  EXPECT_TRUE(r.holds()) << r.text();
+  for (const char* name : {"rate", "efforts", "field", "power balance"}) {
+    EXPECT_FALSE(axiom(r, name).applies());
+    EXPECT_EQ(axiom(r, name).why_not, "the drive acts elsewhere");
+  }
+  for (const char* name : {"J skew", "R >= 0", "gradient", "storages"})
+    EXPECT_TRUE(axiom(r, name).applies()) << name;
+  EXPECT_NE(r.text().find("not applicable field: the drive acts elsewhere"), std::string::npos);
+}
+
+TEST(Check, StatesOfAnySize) {
+  CheckOptions o;
+  o.sizes = {1, 1e6};
+  const auto r = check(UserModel{WrongGradient{}}, o);
+  EXPECT_FALSE(axiom(r, "gradient").holds());
+  EXPECT_GT(std::fabs(axiom(check(UserModel{WrongGradient{}}, o), "gradient").state[1]), 100);
+  o.sizes = {1};
+  EXPECT_THROW(check(UserModel{Pendulum{}}, o), InvalidArgument);
+}
+
 TEST(Check, Options) {
   const UserModel broken{WrongGradient{}};
   CheckOptions o;
