@@ -237,7 +237,16 @@ void bind_scene(py::module_& m) {
             return std::const_pointer_cast<mechanics::Mechanism>(a.mechanism);
           },
           "The mechanism in it; None in a system without one.")
-      .def_property_readonly("initial", [](const Assembly& a) { return a.initial; })
+      .def_property_readonly(
+          "initial", [](const Assembly& a) { return a.initial; },
+          "Where a run begins; relative to the centre of mass where that moves "
+          "in closed form, see in_world().")
+      .def(
+          "in_world",
+          [](const Assembly& a, double t, const phs::State& s) { return WorldView(a)(t, s); },
+          arg("t"), arg("state"),
+          "A state of the model at time t [s] as the world sees it: places and momenta with "
+          "those of the centre of mass, where that moves in closed form; else the state itself.")
       .def_readonly("notes", &Assembly::notes);
 
   m.def(

@@ -46,6 +46,7 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
   const phs::Description& d = assembly.model->description();
   const auto integrator = make_integrator(scene, *assembly.model, scene.step);
   Meter meter(assembly);
+  WorldView view(assembly);
   Ledger ledger(d);
   phs::State state = assembly.initial;
   Simulation s{{}, RecordLayout(d, Extrema::none), {}, {}};
@@ -65,7 +66,8 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
     }
     const double t = steps.time(state.step);
     const double error = ledger.add(t, m, steps.at_record(state.step));
-    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {}, row);
+    fill_record(s.layout, t, view(t, state), m, ledger.works(), error, integrator->cost().sweeps,
+                {}, row);
     s.rows.insert(s.rows.end(), row.begin(), row.end());
     good = state;
   };

@@ -67,6 +67,13 @@ void store(const Vec3d& a, std::vector<double>& to, int offset) {
   for (int k = 0; k < 3; ++k) to[size_t(offset + k)] = a[k];
 }
 
+/// As seen from the base's origin: relative motion has no rounding of a common one.
+BaseStart seen_from(const BaseStart& base, BaseStart b) {
+  b.position -= base.position;
+  b.linear_velocity -= base.linear_velocity;
+  return b;
+}
+
 /// Rates of a free joint are the twist in the base's own axes: the world velocity of its origin is turned into them.
 void put_base(const BaseStart& b, const std::string& joint, const Mechanism& m, Start& s) {
   const auto& position = m.coordinate(joint + ".position");
@@ -143,7 +150,9 @@ Assembly assemble(const Scene& scene) {
                           ": [initial] base is given, but the base is \"fixed\": expected no start "
                           "values of the base, "
                           "or [model] base = \"free\"");
-  auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, scene.urdf);
+  mechanics::UrdfOptions options = scene.urdf;
+  if (why_centre_stays(scene).empty()) options.gravity = {0, 0, 0};  // the centre of mass feels it
+  auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, options);
 
   Assembly a;
   a.notes = std::move(urdf.notes);
@@ -168,19 +177,26 @@ Assembly assemble(const Scene& scene) {
     a.model = a.spacecraft;
     a.splitting = scene.orbit->splitting;
   }
-  a.initial = start_of(scene, a);
+  auto start = start_of(scene, a);
+  a.initial = std::move(start.state), a.centre = std::move(start.centre);
   return a;
 }
 
-phs::State start_of(const Scene& scene, const Assembly& a) {
+Beginning start_of(const Scene& scene, const Assembly& a) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  const bool apart = why_centre_stays(scene).empty();
   // What the mechanism and its parts make up, without the orbit.
   const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
   for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
-  if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
-  for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
+  const BaseStart from = apart ? scene.base : BaseStart{};
+  if (free_base)
+    put_base(seen_from(from, scene.base), mechanics::base_joint_name, *a.mechanism, start);
+  for (const auto& b : scene.bodies)
+    put_base(seen_from(from, b.start), b.name, *a.mechanism, start);
+  CentreOfMass centre;
+  if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(internal.description().nx), 0.0);  // elements start empty
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
@@ -193,7 +209,12 @@ phs::State start_of(const Scene& scene, const Assembly& a) {
     }
   phs::State s(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), s);
-  return s;
+  if (!apart) return {std::move(s), {}};
+  settle_momentum(*a.mechanism, s);
+  centre.start += CentreOfMass::Vec(from.position);
+  centre.start_velocity += CentreOfMass::Vec(from.linear_velocity);
+  centre.gravity = CentreOfMass::Vec(scene.urdf.gravity);
+  return {std::move(s), centre};
 }
 
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x) {

@@ -41,7 +41,8 @@ class CaseRun final : public ensemble::BatchRun {
       if (e_.one_model()) {
         assembly_.model = a.model, assembly_.mechanical = a.mechanical;
         assembly_.mechanism = a.mechanism, assembly_.spacecraft = a.spacecraft;
-        assembly_.initial = start_of(s, a);
+        auto begin = start_of(s, a);
+        assembly_.initial = std::move(begin.state), assembly_.centre = std::move(begin.centre);
       } else {
         assembly_ = assemble(s);
       }
@@ -64,8 +65,11 @@ class CaseRun final : public ensemble::BatchRun {
   void booked(std::span<const double> works) override { ledger_->book(works); }
   bool see(const phs::State& s) override { return measure(s); }
 
-  void end(const phs::State& last, Outcome outcome) override {
+  void end(const phs::State& reached, Outcome outcome) override {
     const CaseLayout& l = e_.layout();
+    const double time = double(reached.step) * e_.scene().step;
+    WorldView view(assembly_);
+    const phs::State& last = view(time, reached);
     std::vector<double> row(l.size(), 0.0);
     const auto whole = [&](size_t at, std::int64_t value) {
       row[at] = std::bit_cast<double>(value);
@@ -80,7 +84,7 @@ class CaseRun final : public ensemble::BatchRun {
     if (!refused_) {
       RunReport r;
       r.outcome = outcome, r.steps = last.step;
-      r.simulated_s = double(last.step) * e_.scene().step;
+      r.simulated_s = time;
       ledger_->fill(r, *meter_);
       const auto* split = dynamic_cast<const space::SplitIntegrator*>(method_.get());
       if (split && split->ledgers().started()) r.space = split->ledgers().report();

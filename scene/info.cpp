@@ -76,15 +76,17 @@ std::string states_section(const Assembly& a) {
   const auto& d = a.model->description();
   TextRows rows{
       {"name", "kind", "where", "unit", "momentum", "unit", "start", "momentum at start"}};
-  auto turns = a.initial.turns.begin();
+  WorldView view(a);
+  const phs::State& s = view(0, a.initial);
+  auto turns = s.turns.begin();
   for (const auto& b : d.blocks) {
-    std::vector<double> start(&a.initial.x[size_t(b.at)], &a.initial.x[size_t(b.at)] + b.size);
+    std::vector<double> start(&s.x[size_t(b.at)], &s.x[size_t(b.at)] + b.size);
     if (b.kind == BlockKind::angle) start[0] += phs::two_pi_hi * double(*turns++);
     const bool pair = b.momentum >= 0;
     rows.push_back({b.name, name_of(b.kind), slice(b.at, b.size), b.unit,
                     pair ? slice(b.momentum, b.size) : "-", b.momentum_unit,
                     numbers(start.data(), b.size),
-                    pair ? numbers(&a.initial.x[size_t(b.momentum)], b.size) : "-"});
+                    pair ? numbers(&s.x[size_t(b.momentum)], b.size) : "-"});
   }
   return fmt::format("States, {} numbers\n", d.nx) + aligned(rows, "  ");
 }
@@ -125,21 +127,34 @@ std::string joints_with(const Mechanism& m, Has has) {
   return n ? fmt::format("active in {} joint{}", n, n > 1 ? "s" : "") : "absent";
 }
 
-std::string plan_section(const Scene& s, const Mechanism& m) {
-  const auto& g = m.gravity();
-  const bool free = s.urdf.base == mechanics::UrdfOptions::Base::free;
+std::string gravity_text(const Scene& s, const Assembly& a) {
+  if (s.orbit) return "active, of a planet, with its gradient on every link";
+  const auto& g = s.urdf.gravity;
+  if (mechanics::norm(g) == 0) return "absent";
+  return fmt::format("{}uniform ({}, {}, {}) m/s^2",
+                     a.centre ? "on the centre of mass alone, " : "active, ", g.x, g.y, g.z);
+}
+
+std::string translation_text(const Scene& s, const Assembly& a) {
+  if (a.centre)
+    return "none to integrate: the centre of mass moves in closed form, the motion about it is run";
+  const std::string why = why_centre_stays(s);
+  if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "absent";
+  if (s.orbit) return "none to integrate: the orbit of the centre of mass is split off";
+  return "integrated with everything else: " + why;
+}
+
+std::string plan_section(const Scene& s, const Assembly& a) {
+  const Mechanism& m = *a.mechanism;
   const Steps steps = steps_of(s);
   const std::string last =
       steps.last > 0 ? fmt::format(", the last of {:g} s", steps.last) : std::string();
   return "Plan\n" +
          aligned(
-             {{"gravity", m.has_gravity()
-                              ? fmt::format("active, uniform ({}, {}, {}) m/s^2", g.x, g.y, g.z)
-                          : s.orbit ? "active, of a planet, with its gradient on every link"
-                                    : "absent"},
+             {{"gravity", gravity_text(s, a)},
               {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
               {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
-              {"translation of the base", free ? "active" : "absent"},
+              {"translation of the base", translation_text(s, a)},
               {"links on fixed joints", merged_text(m)},
               {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
               {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total, s.step,
@@ -220,7 +235,7 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   std::string text = scene.title + "\n";
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), books_section(d),
-        invariants_section(d), plan_section(scene, m), left_out_section(m),
+        invariants_section(d), plan_section(scene, assembly), left_out_section(m),
         notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;

@@ -25,6 +25,7 @@ Meter::Meter(const Assembly& a)
   if (mechanical_) workspace_.emplace(mechanical_->mechanism());
   const phs::Description& d = model_->description();
   x_.resize(size_t(d.nx)), stored_.resize(d.storages.size());
+  linear_is_structure_ = linear_momentum_is_structure(a);
   turns_.resize(a.initial.turns.size()), turn_angles_.resize(turns_.size());
   for (const auto& i : d.invariants) {
     if (i.name == "linear_momentum") linear_at_ = i.at;

@@ -33,6 +33,8 @@ class Meter {
   double kinetic_at_start_J() const { return kinetic_at_start_; }
   /// Whether the momentum is an invariant of the system.
   bool has_linear() const { return linear_at_ >= 0; }
+  /// See linear_momentum_is_structure().
+  bool linear_is_structure() const { return linear_is_structure_; }
   bool has_angular() const { return angular_at_ >= 0; }
   bool has_rotations() const { return !norms_at_.empty(); }
 
@@ -60,6 +62,7 @@ class Meter {
   std::vector<std::int64_t> turns_;
   int linear_at_ = -1, angular_at_ = -1;
   std::vector<size_t> norms_at_;
+  bool linear_is_structure_ = false;
   bool starts_at_rest_ = false;
   Values start_;
   double kinetic_at_start_ = 0;

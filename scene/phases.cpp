@@ -175,9 +175,9 @@ class Whole {
   RunReport r_;
 };
 
-Json json_of(const Event& e, double at, const mechanics::Impact& i) {
-  const auto& P = i.momentum.linear;
-  const auto& L = i.momentum.angular;
+Json json_of(const Event& e, double at, const mechanics::Impact& i,
+             const std::optional<CentreOfMass>& centre) {
+  const auto [P, L] = centre ? centre->in_world(at, i.momentum) : i.momentum;
   return {{"at_s", at},
           {"event", text(e)},
           {"dissipated_J", i.dissipated_J},
@@ -292,11 +292,12 @@ Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
   return a;
 }
 
-/// A mechanism in orbit between phases: the state of its motion about the centre of mass, which the events change, and the
-/// orbit of that, which they do not.
+/// A mechanism between phases, whose centre of mass moves apart from it: the state of its motion about that, which the
+/// events change, and in orbit the orbit of that, which they do not.
 class InOrbit {
  public:
-  explicit InOrbit(const Assembly& a) : there_(a.spacecraft != nullptr) {}
+  explicit InOrbit(const Assembly& a)
+      : there_(a.spacecraft != nullptr), apart_(a.centre.has_value()) {}
 
   /// Takes the orbit off a state.
   void part(phs::State& s) {
@@ -322,22 +323,11 @@ class InOrbit {
   }
   /// Leaves no rounding in the linear momentum, which is zero about the centre of mass.
   void still(mechanics::Moving& m) const {
-    if (!there_) return;
-    const auto& tree = m.model->mechanism();
-    const size_t nq = size_t(tree.nq());
-    for (size_t k = 0; k < 3; ++k) {
-      long double others = 0;
-      for (const auto& n : tree.nodes())
-        if (n.parent < 0 && n.q != 0)
-          others += static_cast<long double>(m.state.x[nq + size_t(n.q) + k]) +
-                    m.state.lo[nq + size_t(n.q) + k];
-      m.state.x[nq + k] = double(-others);
-      m.state.lo[nq + k] = double(-others - m.state.x[nq + k]);
-    }
+    if (there_ || apart_) settle_momentum(m.model->mechanism(), m.state);
   }
 
  private:
-  bool there_;
+  bool there_, apart_;
   std::vector<double> x_, lo_;
 };
 
@@ -518,7 +508,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       std::erase(waiting, e);
       const auto impact = apply_one(scene, *e, moving, latching, orbit);
       whole.add(*e, impact, on_ground(moving.parts));
-      events.push_back(json_of(*e, end, impact));
+      events.push_back(json_of(*e, end, impact, assembly.centre));
     }
   }
   orbit.join(moving.state);

@@ -77,6 +77,7 @@ class Session {
         split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
         monitor_(watch()),
         meter_(assembly),
+        view_(assembly),
         layout_(assembly.model->description(), scene.extrema),
         row_(layout_.size()),
         window_(assembly.model->description(), layout_),
@@ -221,7 +222,8 @@ class Session {
     m.stored_J.assign(layout_.storages, 0.0);
     double error = 0;
     if (scene_.extrema == Extrema::all) m = meter_(state_), error = ledger_.error(m);
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, 0, ledgers(), row_);
+    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error, 0, ledgers(),
+                row_);
     return row_;
   }
 
@@ -235,8 +237,8 @@ class Session {
       return;
     }
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps,
-                ledgers(), row_);
+    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error,
+                integrator_->cost().sweeps, ledgers(), row_);
     if (window_.watches()) window_.see(row_), window_.put(row_), window_.restart();
     log_->append(row_);
     remember();
@@ -345,6 +347,7 @@ class Session {
   space::SplitIntegrator* split_;        ///< null: not in orbit
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   Meter meter_;
+  WorldView view_;  ///< records show the world
   RecordLayout layout_;
   std::vector<double> row_;
   Window window_;

@@ -67,7 +67,7 @@ struct RunReport {
   std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
   int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
-  phs::State final_state;  ///< the last good one
+  phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
   /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could have told a wrong motion
@@ -80,6 +80,7 @@ struct RunOptions {
   std::string out = "results";  ///< results folder, made if missing
   bool resume = false;          ///< continue from out/checkpoint
   /// Ends the run at the first step after the start at whose state this holds; called at every step.
+  /// The state is relative to Assembly::centre where there is one.
   std::function<bool(const phs::State&)> until = {};
   bool check_symmetry = false;  ///< `verify`: the way forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
@@ -99,7 +100,7 @@ struct RunOptions {
 ///   differs). Nothing is overwritten then.
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
-/// summary.json of a report, as documented in docs/results.md.
+/// summary.json of a report, as documented in docs/results.md. final_state: as RunReport's.
 std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& report,
                          const phs::State& final_state);
 

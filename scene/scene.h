@@ -14,6 +14,7 @@
 #include "mechanics/urdf.h"
 #include "phs/state.h"
 #include "scene/actuator.h"
+#include "scene/centre_of_mass.h"
 #include "scene/element.h"
 #include "scene/event.h"
 #include "scene/orbit.h"
@@ -123,6 +124,9 @@ struct Assembly {
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   std::string splitting;                                ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;
+  /// Of what floats, where it moves apart from the rest: `initial` is relative to it, and uniform
+  /// gravity is in its motion instead of in the model.
+  std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
 };
 

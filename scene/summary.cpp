@@ -23,7 +23,10 @@ double angle(const phs::State& s, int at, size_t turn) {
   return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
 }
 
-Json final_state(const Assembly& a, const phs::State& s) {
+/// inner: as it was run. Rates are of that, so that they have no rounding of a common velocity.
+Json final_state(const Assembly& a, double t, const phs::State& inner) {
+  WorldView view(a);
+  const phs::State& s = view(t, inner);
   Json q = Json::object(), rates = Json::object(), p = Json::object();
   size_t turn = 0;
   const int mechanical = a.mechanism ? 2 * a.mechanism->nq() : 0;
@@ -34,7 +37,9 @@ Json final_state(const Assembly& a, const phs::State& s) {
   }
   if (!a.mechanism) return {{"q", q}, {"p", p}};
   const auto& m = *a.mechanism;
-  const auto v = a.mechanical->rates(std::span(s.x).first(size_t(mechanical)));
+  auto v = a.mechanical->rates(std::span(inner.x).first(size_t(mechanical)));
+  const auto added = view.added_rates();
+  for (size_t i = 0; i < added.size(); ++i) v[i] = double(v[i] + added[i]);
   for (const auto& c : m.coordinates()) {
     q[c.name] = slice(s.x, c.q, c.nq);
     if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
@@ -122,6 +127,23 @@ Json ledgers(const RunReport& r) {
           {"neglected_next_order", s.next_order}};
 }
 
+/// What the method did not have to work for: the motion of the centre of mass from 0 to t.
+Json centre_of_mass(const CentreOfMass& c, double t) {
+  const auto list = [](const CentreOfMass::Vec& a) {
+    return Json{double(a.x), double(a.y), double(a.z)};
+  };
+  const auto P = CentreOfMass::Real(c.mass) * c.velocity(t);
+  return {{"motion", "closed form"},
+          {"mass_kg", c.mass},
+          {"start", {{"position_m", list(c.position(0))}, {"velocity_m_s", list(c.velocity(0))}}},
+          {"end", {{"position_m", list(c.position(t))}, {"velocity_m_s", list(c.velocity(t))}}},
+          {"gravity_m_s2", list(c.gravity)},
+          {"linear_momentum_kg_m_s", list(P)},
+          {"kinetic_start_J", c.kinetic_J(0)},
+          {"kinetic_end_J", c.kinetic_J(t)},
+          {"work_of_gravity_J", c.work_of_gravity_J(t)}};
+}
+
 Json checks(const RunReport& r) {
   Json list = Json::array();
   for (const Check& c : r.checks)
@@ -171,7 +193,8 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
                                      {"angular", r.impulses.angular_left}};
   }
   if (r.space) j["ledgers"] = ledgers(r);
-  j["final_state"] = final_state(assembly, last);
+  if (assembly.centre) j["centre_of_mass"] = centre_of_mass(*assembly.centre, r.simulated_s);
+  j["final_state"] = final_state(assembly, r.simulated_s, last);
   j["checks"] = checks(r);
   j["not_applicable"] = not_applicable(r);
   j["verdict"] = to_string(r.verdict());

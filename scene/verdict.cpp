@@ -69,6 +69,9 @@ class Judge {
     if (thrust)
       check("linear_momentum (less impulses)", limits_.linear_momentum, r_.impulses.linear_left,
             false);
+    else if (meter_.linear_is_structure())
+      cannot("linear_momentum", limits_.linear_momentum,
+             "the centre of mass moved in closed form, nothing was left to check");
     else if (meter_.has_linear())
       check("linear_momentum", limits_.linear_momentum, r_.linear_momentum_error, false);
     else
