@@ -148,9 +148,8 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
   scene::Scene s = read(a);
   if (options.check_symmetry && !s.verify.symmetry) s.verify.symmetry = default_symmetry_limit;
   const scene::Assembly assembly = scene::assemble(s);
-  if (!assembly.notes.empty())
-    log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
-                    assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  for (const auto& note : assembly.notes)
+    log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && !a.no_report && make_report(options.out);
