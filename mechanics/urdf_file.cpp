@@ -261,7 +261,7 @@ class FileReader {
     dynamics(e, j.spec);
     if (const auto* m = e.FirstChildElement("mimic")) {
       expect(*m, {"joint", "multiplier", "offset"});
-      note(*m, "<mimic> ignored: joint moves freely");
+      note(*m, "<mimic> ignored: it does not follow joint " + named(required(*m, "joint")));
     }
     return j;
   }
