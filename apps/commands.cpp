@@ -151,9 +151,8 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
 int run_and_judge(const Arguments& a, scene::RunOptions options) {
   const scene::Scene s = read(a);
   const scene::Assembly assembly = scene::assemble(s);
-  if (!assembly.notes.empty())
-    log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
-                    assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  for (const auto& note : assembly.notes)
+    log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && !a.no_report && make_report(options.out);

@@ -162,6 +162,13 @@ Json not_applicable(const RunReport& r) {
   return list;
 }
 
+/// What the reader of the model file took in its own way or left out.
+Json model_notes(const Assembly& a) {
+  Json list = Json::array();
+  for (const auto& note : a.notes) list.push_back(note.where + ": " + note.text);
+  return list;
+}
+
 }  // namespace
 
 std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& r,
@@ -199,6 +206,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["not_applicable"] = not_applicable(r);
   j["verdict"] = to_string(r.verdict());
   j["notes"] = r.notes;
+  j["model_notes"] = model_notes(assembly);
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
   // A title or a joint name that is no UTF-8 must not cost the summary.
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -24,8 +24,8 @@ TEST_F(SceneAssembly, AssemblyNamesUnknownJointsAndAnUnwantedBase) {
   l.model = "urdf = \"arm.urdf\"\nbase = \"free\"" + mass;
   l.initial = "joints.base.position = 1\n";
   EXPECT_EQ(assembly_error(l),
-            "scene.toml:6:8: [initial] joints.base: it has several freedoms, start values are for "
-            "joints of one, expected one of: shoulder, slide");
+            "scene.toml:6:8: [initial] joints.base: it is the free base, expected its start in "
+            "[initial] base");
   l.model = "urdf = \"arm.urdf\"\nbase = \"free\"";
   l.initial = "\n";
   EXPECT_NE(assembly_error(l).find("arm.urdf:6: link 'lower' has no <inertial>"),
