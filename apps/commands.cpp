@@ -244,7 +244,7 @@ int ensemble_command(const Arguments& a) {
     print(file_text(options.out + "/ensemble.json"));
   else
     print(ensemble_text(ensemble, r, options.out));
-  return !r.complete || r.passed == r.cases ? exit_ok : exit_verdict_failed;
+  return r.complete ? exit_code(r.verdict()) : exit_ok;
 }
 
 int plot_command(const Arguments& a) {

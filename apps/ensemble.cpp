@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/verdict.h"
 #include "scene/text_table.h"
 
 namespace porthos::apps {
@@ -37,8 +38,10 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
                         r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "");
   if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
   text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg\n", out);
-  return text + fmt::format("verdict     {}: {} of {} cases passed\n",
-                            r.passed == r.cases ? "pass" : "FAIL", r.passed, r.cases);
+  if (r.not_judged > 0)
+    text += fmt::format("{} cases are not judged: no check tells of their motion\n", r.not_judged);
+  return text + fmt::format("verdict     {}: {} of {} cases passed\n", verdict_word(r.verdict()),
+                            r.passed, r.cases);
 }
 
 }  // namespace porthos::apps

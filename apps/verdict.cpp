@@ -20,10 +20,6 @@ std::string checks_text(const RunReport& r) {
   return scene::aligned(rows);
 }
 
-const char* verdict_word(scene::Verdict v) {
-  return v == scene::Verdict::fail ? "FAIL" : to_string(v);
-}
-
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
   return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
@@ -100,6 +96,10 @@ std::string cost_text(const RunReport& r) {
 }
 
 }  // namespace
+
+const char* verdict_word(scene::Verdict v) {
+  return v == scene::Verdict::fail ? "FAIL" : to_string(v);
+}
 
 std::string verdict_text(const RunReport& r, const std::string& out, bool has_page) {
   std::string text =

@@ -201,7 +201,9 @@ void bind_reader(py::module_& m) {
 }  // namespace
 
 void bind_scene(py::module_& m) {
-  py::class_<Limits>(m, "Limits", "Limits of the verdict, relative. None: not checked.")
+  py::class_<Limits>(
+      m, "Limits",
+      "Limits of the verdict, relative. None: not checked; no limit at all: the defaults.")
       .def(from_keywords<Limits>())
       .def_readwrite("energy", &Limits::energy)
       .def_readwrite("linear_momentum", &Limits::linear_momentum)
@@ -209,6 +211,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("quaternion_norm", &Limits::quaternion_norm)
       .def_readwrite("balance", &Limits::balance)
       .def_readwrite("symmetry", &Limits::symmetry)
+      .def_readwrite("step_halving", &Limits::step_halving)
       .def_readwrite("orbital", &Limits::orbital)
       .def_readwrite("coupling", &Limits::coupling);
   py::class_<Scene>(m, "SceneData",

@@ -22,6 +22,9 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 }
 
 /// One case at work.
+/// As the dataset "passed" has it: 0 failed, 1 passed, 2 not judged.
+std::int64_t case_verdict(Verdict v) { return v == Verdict::pass ? 1 : v == Verdict::fail ? 0 : 2; }
+
 class CaseRun final : public ensemble::BatchRun {
  public:
   using Done = std::function<void(std::span<const double>)>;
@@ -91,7 +94,7 @@ class CaseRun final : public ensemble::BatchRun {
       judge(r, e_.scene(),
             method_ ? method_->declaration() : integrators::declaration_of(e_.scene().method),
             *meter_);
-      whole(l.passed, r.passed());
+      whole(l.passed, case_verdict(r.verdict()));
       row[l.energy_initial] = r.energy.initial_J, row[l.energy_scale] = r.energy.scale_J;
       row[l.energy_abs] = r.energy.max_abs_error_J, row[l.energy] = r.energy.max_rel_error;
       row[l.energy_rms] = r.energy.rms_rel_error;
