@@ -21,8 +21,14 @@ std::string checks_text(const RunReport& r) {
 
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
+  std::string scale;
+  for (const auto& [name, joule] : e.scale_parts)
+    scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
   return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
                      e.initial_J, e.max_abs_error_J, e.max_rel_error, e.rms_rel_error) +
+         fmt::format(
+             "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
+             e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
          fmt::format(
              "            growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, "
              "{}",
@@ -45,9 +51,11 @@ std::string space_text(const RunReport& r) {
     if (l->scale > 0) add(l->name.c_str(), l->initial, l->change, l->largest_defect, l->relative());
   return scene::aligned(rows) +
          fmt::format(
-             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of that\n",
+             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of "
+             "that\n",
              s.coupling.turned_over,
-             s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over : 0.0) +
+             s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over
+                                        : 0.0) +
          fmt::format(
              "            angular momentum up to {:.4g} kg m^2/s, impulse of {} "
              "{:.4g}, what is left {:.2g} relative\n",
@@ -110,10 +118,9 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
   const std::string pictures =
       std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
   const char* page = has_page ? ", report.html" : "";
-  text += r.phases == 1
-              ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
-              : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n", out,
-                            r.phases, pictures, has_page ? "; report.html" : "");
+  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
+                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n",
+                                      out, r.phases, pictures, has_page ? "; report.html" : "");
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
   return text;

@@ -55,17 +55,17 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
   s.rows.reserve(size_t(std::min<std::int64_t>(total / every + 2, 1 << 16)) * row.size());
   Outcome outcome = Outcome::ok;
   phs::State good = state;
+  const auto not_finite = [&] { outcome = Outcome::not_finite, state = good; };
+  const auto look = [&] {
+    const Measured& m = meter.look(state);
+    m.finite() ? void(ledger.look(m)) : not_finite();
+  };
   const auto record = [&] {
-    const Measured m = meter(state);
-    if (!m.finite() || !std::isfinite(meter.initial_J())) {
-      outcome = Outcome::not_finite;
-      state = good;
-      return;
-    }
+    const Measured& m = meter.measure(state);
+    if (!m.finite() || !std::isfinite(meter.initial_J())) return not_finite();
     const double t = double(state.step) * scene.step;
     const double error = ledger.add(t, m, state.step % every == 0);
-    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {},
-                row);
+    fill_record(s.layout, t, state, m, ledger.works(), error, integrator->cost().sweeps, {}, row);
     s.rows.insert(s.rows.end(), row.begin(), row.end());
     good = state;
   };
@@ -81,7 +81,10 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
     outcome = integrator->step(state);
     if (outcome != Outcome::ok) break;
     ledger.book(integrator->works());
-    if (state.step % every == 0 || state.step == total) record();
+    if (state.step % every == 0 || state.step == total)
+      record();
+    else if (state.step % steps_to_a_look(integrator->cost()) == 0)
+      look();
     if (!options.progress || state.step % 64 != 0) continue;
     if (const auto now = Clock::now(); now - told > std::chrono::milliseconds(250)) {
       const double f = double(state.step) / double(total);

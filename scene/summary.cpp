@@ -34,7 +34,7 @@ Json final_state(const Assembly& a, const phs::State& s) {
   }
   if (!a.mechanism) return {{"q", q}, {"p", p}};
   const auto& m = *a.mechanism;
-  const auto v = a.mechanical->rates(std::span(s.x).first(size_t(mechanical)));
+  const auto v = a.mechanical->rates(std::span(s.x).first(size_t(mechanical)), s.turns);
   for (const auto& c : m.coordinates()) {
     q[c.name] = slice(s.x, c.q, c.nq);
     if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
@@ -45,8 +45,11 @@ Json final_state(const Assembly& a, const phs::State& s) {
 }
 
 Json energy(const EnergyReport& e) {
+  Json parts = Json::object();
+  for (const auto& [name, joule] : e.scale_parts) parts[name] = joule;
   return {{"initial_J", e.initial_J},
           {"scale_J", e.scale_J},
+          {"scale_parts_J", parts},
           {"max_abs_error_J", e.max_abs_error_J},
           {"max_rel_error", e.max_rel_error},
           {"rms_rel_error", e.rms_rel_error},
@@ -142,6 +145,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["steps"] = r.steps;
   j["simulated_s"] = r.simulated_s;
   j["records"] = r.records;
+  j["looks"] = r.looks;
   j["cpu_s"] = r.cpu_s;
   j["wall_s"] = r.wall_s;
   j["evaluations"] = r.cost.evaluations;
