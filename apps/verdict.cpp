@@ -22,8 +22,14 @@ std::string checks_text(const RunReport& r) {
 
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
+  std::string scale;
+  for (const auto& [name, joule] : e.scale_parts)
+    scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
   return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
                      e.initial_J, e.max_abs_error_J, e.max_rel_error, e.rms_rel_error) +
+         fmt::format(
+             "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
+             e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
          fmt::format(
              "            growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, "
              "{}",

@@ -47,8 +47,10 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
       inner_(std::move(inner)),
       monitor_(std::move(monitor)),
       before_(model.description(), std::vector<double>(n_)),
+      scale_(model.description()),
       works_sum_(model.description().powers.size()),
-      x_(n_) {
+      x_(n_),
+      stored_(model.description().storages.size()) {
   require_limit("limit", monitor_.limit), require_limit("step_limit", monitor_.step_limit);
   const bool repeats = monitor_.action == OnViolation::repeat;
   if (repeats && monitor_.step_limit == 0)
@@ -71,21 +73,16 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
 double EnergyMonitor::energy(const State& s) {
   Integrator::tell_turns(s);
   for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
-  return system_->hamiltonian(x_);
+  system_->stored(x_, stored_);
+  double sum = 0;
+  for (const double e : stored_) sum += e;
+  return sum;
 }
 
 void EnergyMonitor::begin(const State& s) {
   books_ = {};
   books_.began = 1, books_.H0 = energy(s);
-  std::vector<double> stored(system_->description().storages.size());
-  system_->stored(x_, stored);
-  for (const double v : stored) books_.scale += std::fabs(v);
-}
-
-double EnergyMonitor::scale() const {
-  if (monitor_.scale_J > 0) return monitor_.scale_J;
-  const double s = std::max(books_.scale, books_.turned_over);
-  return s > 0 ? s : 1;
+  scale_.see(stored_);
 }
 
 /// The books after the works of a step to this state.
@@ -96,23 +93,31 @@ EnergyMonitor::Books EnergyMonitor::booked(const State& s) {
     b.turned_over += std::fabs(signs_[a] * works_sum_[a]);
   }
   b.defect = ((energy(s) - b.H0) - b.income) - b.income_lo;
+  scale_J_ = std::max(scale_.value_with(stored_), b.turned_over);
+  if (monitor_.scale_J > 0) scale_J_ = monitor_.scale_J;
+  if (!(scale_J_ > 0)) scale_J_ = 1;
+  rounding_ = 1e-15 * scale_.size(stored_);
   return b;
+}
+
+bool EnergyMonitor::beyond(double defect, double limit) const {
+  return limit > 0 && !(std::fabs(defect) <= std::max(limit * scale_J_, rounding_));
 }
 
 bool EnergyMonitor::step_holds(const Books& after) const {
   const double added = after.defect - (project_ ? 0.0 : books_.defect);
-  return monitor_.step_limit == 0 || std::fabs(added) <= monitor_.step_limit * scale();
+  return !beyond(added, monitor_.step_limit);
 }
 
 std::string EnergyMonitor::fault(const Books& after, const State& s) {
   if (!std::isfinite(after.defect)) return "the energy is not finite";
   if (!step_holds(after))
     return text_of("the step adds %.2e to the relative defect of the balance (limit %.2e)",
-                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale(),
+                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale_J_,
                    monitor_.step_limit);
-  if (monitor_.limit > 0 && !(std::fabs(after.defect) <= monitor_.limit * scale()))
+  if (beyond(after.defect, monitor_.limit))
     return text_of("the relative defect of the balance is %.2e (limit %.2e)",
-                   after.defect / scale(), monitor_.limit);
+                   after.defect / scale_J_, monitor_.limit);
   if (monitor_.watch) {
     for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
     return monitor_.watch(inner_->time(s), x_);
@@ -123,7 +128,7 @@ std::string EnergyMonitor::fault(const Books& after, const State& s) {
 void EnergyMonitor::note(const std::string& why, double defect) {
   if (report_.violations++ == 0) report_.first_s = inner_->time(before_);
   report_.last = why;
-  if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale());
+  if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale_J_);
 }
 
 void EnergyMonitor::keep(const State& s) {
@@ -142,9 +147,10 @@ Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
 
 Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
   books_ = after, whole_ = whole;
+  scale_.see(stored_);
   if (!project_) return Outcome::ok;
   const double off = std::fabs(after.defect);
-  if (off <= 1e-16 * scale()) return Outcome::ok;
+  if (off <= std::max(1e-16 * scale_J_, 0.1 * rounding_)) return Outcome::ok;
   if ((*project_)(*system_, s, (books_.H0 + books_.income) + books_.income_lo)) {
     ++report_.projected, report_.moved_J += off, whole_ = false;
     books_.defect = 0;
@@ -232,14 +238,17 @@ void EnergyMonitor::save(std::vector<double>& m) const {
        {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
         double(report_.projected), double(report_.out_of_reach), report_.moved_J})
     m.push_back(v);
+  const auto scale = scale_.memory();
+  m.insert(m.end(), scale.begin(), scale.end());
   inner_->save(m);
 }
 
 void EnergyMonitor::restore(std::span<const double> m) {
   std::array<double, sizeof(Books) / sizeof(double)> b;
   constexpr size_t counted = 7;
-  if (m.size() < b.size() + counted)
-    require_size("memory of an energy monitor", m.size(), b.size() + counted);
+  const size_t scale = phs::EnergyScale::memory_size(system_->description());
+  if (m.size() < b.size() + counted + scale)
+    require_size("memory of an energy monitor", m.size(), b.size() + counted + scale);
   std::copy_n(m.begin(), b.size(), b.begin());
   books_ = std::bit_cast<Books>(b);
   m = m.subspan(b.size());
@@ -248,7 +257,8 @@ void EnergyMonitor::restore(std::span<const double> m) {
   r.worst = m[3], r.projected = std::int64_t(m[4]), r.out_of_reach = std::int64_t(m[5]);
   r.moved_J = m[6];
   if (r.violations > 0) r.last = "before this run was continued";
-  inner_->restore(m.subspan(counted));
+  scale_.restore(m.subspan(counted));
+  inner_->restore(m.subspan(counted + scale));
 }
 
 }  // namespace porthos::integrators

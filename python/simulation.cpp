@@ -57,13 +57,14 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
                  row.size());
   Outcome outcome = Outcome::ok;
   phs::State good = state;
+  const auto not_finite = [&] { outcome = Outcome::not_finite, state = good; };
+  const auto look = [&] {
+    const Measured& m = meter.look(state);
+    m.finite() ? void(ledger.look(m)) : not_finite();
+  };
   const auto record = [&] {
-    const Measured m = meter(state);
-    if (!m.finite() || !std::isfinite(meter.initial_J())) {
-      outcome = Outcome::not_finite;
-      state = good;
-      return;
-    }
+    const Measured& m = meter.measure(state);
+    if (!m.finite() || !std::isfinite(meter.initial_J())) return not_finite();
     const double t = steps.time(state.step);
     const double error = ledger.add(t, m, steps.at_record(state.step));
     fill_record(s.layout, t, view(t, state), m, ledger.works(), error, integrator->cost().sweeps,
@@ -84,7 +85,10 @@ Simulation simulate(const Scene& scene, const Assembly& assembly, const RunOptio
                                            : integrator->step(state);
     if (outcome != Outcome::ok) break;
     ledger.book(integrator->works());
-    if (steps.at_record(state.step) || state.step == steps.total) record();
+    if (steps.at_record(state.step) || state.step == steps.total)
+      record();
+    else if (state.step % steps_to_a_look(integrator->cost()) == 0)
+      look();
     if (!options.progress || state.step % 64 != 0) continue;
     if (const auto now = Clock::now(); now - told > std::chrono::milliseconds(250)) {
       const double f = double(state.step) / double(steps.total);

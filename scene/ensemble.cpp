@@ -107,7 +107,7 @@ class CaseRun final : public ensemble::BatchRun {
 
  private:
   bool measure(const phs::State& s) {
-    const Measured m = (*meter_)(s);
+    const Measured& m = meter_->measure(s);
     finite_ = m.finite() && std::isfinite(meter_->initial_J());
     if (finite_) ledger_->add(double(s.step) * e_.scene().step, m, s.step % every == 0);
     return finite_;

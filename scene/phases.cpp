@@ -77,13 +77,15 @@ class Whole {
 
   void add(const RunReport& p, double from) {
     const bool first = r_.records == 0;
-    r_.records += p.records, r_.steps = p.steps, r_.simulated_s = p.simulated_s;
+    r_.records += p.records, r_.looks += p.looks, r_.steps = p.steps,
+                                                  r_.simulated_s = p.simulated_s;
     r_.cpu_s += p.cpu_s, r_.wall_s += p.wall_s;
     r_.cost.steps += p.cost.steps, r_.cost.evaluations += p.cost.evaluations;
     r_.cost.sweeps += p.cost.sweeps;
     EnergyReport& e = r_.energy;
     if (first) e = p.energy;
     e.scale_J = std::max(e.scale_J, p.energy.scale_J);
+    for (const auto& [name, joule] : p.energy.scale_parts) most(e.scale_parts, name, joule);
     e.max_abs_error_J = std::max(e.max_abs_error_J, p.energy.max_abs_error_J);
     for (const auto at : {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error,
                           &EnergyReport::growth_exponent})
@@ -143,6 +145,11 @@ class Whole {
   static void book(RunReport::Named& list, const std::string& name, double joule) {
     for (auto& [known, sum] : list)
       if (known == name) return void(sum += joule);
+    list.emplace_back(name, joule);
+  }
+  static void most(RunReport::Named& list, const std::string& name, double joule) {
+    for (auto& [known, largest] : list)
+      if (known == name) return void(largest = std::max(largest, joule));
     list.emplace_back(name, joule);
   }
   /// A wheel that is locked keeps its last row.
@@ -230,7 +237,9 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   r.energy = {number(e["initial_J"]),       number(e["scale_J"]),
               number(e["max_abs_error_J"]), number(e["max_rel_error"]),
               number(e["rms_rel_error"]),   number(e["growth_exponent"]),
-              number(e["drift_per_s"]),     e["drift_is_significant"].get<bool>()};
+              number(e["drift_per_s"]),     e["drift_is_significant"].get<bool>(),
+              named(e["scale_parts_J"])};
+  r.looks = j["looks"];
   r.linear_momentum_error = number(j["linear_momentum"]["max_rel_error"]);
   r.angular_momentum_error = number(j["angular_momentum"]["max_rel_error"]);
   r.quaternion_norm_error = number(j["quaternion_norm"]["max_error"]);

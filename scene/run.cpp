@@ -177,8 +177,8 @@ class Session {
       ledger_.book(integrator_->works());
       if (at_record() || ended())
         record();
-      else if (window_.watches())
-        window_.see(row_of_state());
+      else
+        between_records();
       if (!pace.due()) continue;
       if (since(told) > 0.25) tell(), told = Clock::now();
       if (since(saved) > scene_.checkpoint_every && resumable()) checkpoint(), saved = Clock::now();
@@ -216,26 +216,31 @@ class Session {
     const auto now = split_->ledgers().now();
     return {now.begin(), now.end()};
   }
-  /// The watched columns of a step between records.
-  std::span<const double> row_of_state() {
-    Measured m;
-    m.stored_J.assign(layout_.storages, 0.0);
+  /// Looks at the errors of a step between records, and at the extrema.
+  void between_records() {
+    const bool all = scene_.extrema == Extrema::all;
+    const Measured* m = &unmeasured_;
     double error = 0;
-    if (scene_.extrema == Extrema::all) m = meter_(state_), error = ledger_.error(m);
-    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error, 0, ledgers(),
-                row_);
-    return row_;
+    if (all || state_.step % steps_to_a_look(integrator_->cost()) == 0) {
+      m = &meter_.look(state_);
+      if (!m->finite()) return not_finite();
+      error = ledger_.look(*m);
+    }
+    if (!window_.watches()) return;
+    fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.works(),
+                error, 0, ledgers(), row_);
+    window_.see(row_);
+  }
+  void not_finite() {
+    outcome_ = Outcome::not_finite;
+    recall();
   }
 
   /// Measures and appends. A state whose energy is not a number is a failure, and the last record
   /// the last good state.
   void record() {
-    const Measured m = meter_(state_);
-    if (!m.finite() || !std::isfinite(meter_.initial_J())) {
-      outcome_ = Outcome::not_finite;
-      recall();
-      return;
-    }
+    const Measured& m = meter_.measure(state_);
+    if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();
     const double error = ledger_.add(time(), m, at_record());
     fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error,
                 integrator_->cost().sweeps, ledgers(), row_);
@@ -350,6 +355,7 @@ class Session {
   WorldView view_;  ///< records show the world
   RecordLayout layout_;
   std::vector<double> row_;
+  const Measured unmeasured_{};
   Window window_;
   phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
   const Steps steps_;          ///< where they are fixed

@@ -31,16 +31,19 @@ const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
-  double initial_J = 0,
-         scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
-                       ///< or the largest kinetic energy where that is (almost) 0; the energy
-                       ///< turned over by sources and losses where that is more
-  double max_abs_error_J = 0, max_rel_error = 0, rms_rel_error = 0;
+  double initial_J = 0;
+  /// Errors are relative to it: the largest kinetic energy plus the range that each other stored energy covered, which sees
+  /// neither the zero of a potential nor the origin; the energy turned over by sources and losses where that is more.
+  double scale_J = 0;
+  double max_abs_error_J = 0, max_rel_error = 0;  ///< over records and the looks between them
+  double rms_rel_error = 0;                       ///< over records
   double growth_exponent =
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
   double drift_per_s = 0;  ///< mean relative change per second
   bool drift_is_significant =
       false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
+  /// What the scale is made of: the largest kinetic energy, then the range of each other storage.
+  std::vector<std::pair<std::string, double>> scale_parts = {};
 };
 
 struct RunReport {
@@ -48,6 +51,7 @@ struct RunReport {
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double step_s = 0, simulated_s = 0, cpu_s = 0, wall_s = 0;
   std::int64_t steps = 0, records = 0;
+  std::int64_t looks = 0;  ///< steps measured between the records
   integrators::Cost cost;
   EnergyReport energy;
   double linear_momentum_error = 0, angular_momentum_error = 0,

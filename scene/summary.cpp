@@ -37,7 +37,7 @@ Json final_state(const Assembly& a, double t, const phs::State& inner) {
   }
   if (!a.mechanism) return {{"q", q}, {"p", p}};
   const auto& m = *a.mechanism;
-  auto v = a.mechanical->rates(std::span(inner.x).first(size_t(mechanical)));
+  auto v = a.mechanical->rates(std::span(inner.x).first(size_t(mechanical)), inner.turns);
   const auto added = view.added_rates();
   for (size_t i = 0; i < added.size(); ++i) v[i] = double(v[i] + added[i]);
   for (const auto& c : m.coordinates()) {
@@ -50,8 +50,11 @@ Json final_state(const Assembly& a, double t, const phs::State& inner) {
 }
 
 Json energy(const EnergyReport& e) {
+  Json parts = Json::object();
+  for (const auto& [name, joule] : e.scale_parts) parts[name] = joule;
   return {{"initial_J", e.initial_J},
           {"scale_J", e.scale_J},
+          {"scale_parts_J", parts},
           {"max_abs_error_J", e.max_abs_error_J},
           {"max_rel_error", e.max_rel_error},
           {"rms_rel_error", e.rms_rel_error},
@@ -182,6 +185,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["steps"] = r.steps;
   j["simulated_s"] = r.simulated_s;
   j["records"] = r.records;
+  j["looks"] = r.looks;
   j["cpu_s"] = r.cpu_s;
   j["wall_s"] = r.wall_s;
   j["evaluations"] = r.cost.evaluations;

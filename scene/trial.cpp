@@ -71,7 +71,7 @@ class Trying {
   }
 
   void measure() {
-    const Measured m = meter_(state_);
+    const Measured& m = meter_.measure(state_);
     if (!m.finite()) return fail(Outcome::not_finite);
     const double t = double(state_.step) * integrator_->step_size();
     const double error = ledger_.add(t, m, state_.step % every_ == 0);
