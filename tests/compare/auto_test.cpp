@@ -19,7 +19,7 @@ Case left_to_auto(Case c, double target) {
 
 Case wild_pendulum(const TemporaryFolder& folder, double duration) {
   Case c = pendulum(folder);
-  c.scene.joints["shoulder"] = {2.5, 0, ""};
+  c.scene.joints["shoulder"] = {2.5, 0};
   c.scene.duration = duration;
   c.assembly = scene::assemble(c.scene);
   return c;

@@ -139,7 +139,7 @@ scene::Scene falling() {
   s.urdf.gravity = {0.5, 0, -9.81};
   s.base.position = {0, 0, 100}, s.base.linear_velocity = {3, 0, 12};
   s.base.angular_velocity = {0.02, -0.05, 0.1};
-  s.joints["shoulder"] = {0.4, 1.5, ""}, s.joints["elbow"] = {-0.7, -2.5, ""};
+  s.joints["shoulder"] = {0.4, 1.5}, s.joints["elbow"] = {-0.7, -2.5};
   s.method = "gauss16", s.step = 0.02, s.duration = 5, s.record_every = 0.1;
   s.verify.energy = 1e-13, s.verify.linear_momentum = 1e-13, s.verify.angular_momentum = 1e-13;
   return s;

@@ -50,7 +50,7 @@ scene::Assembly assemble(scene::Scene& s, const Move& to) {
   a.mechanism = std::make_shared<const mechanics::Mechanism>(a.parts.build());
   a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
   a.model = scene::with_joint_parts(a.mechanical, s);
-  a.initial = scene::start_of(s, a);
+  a.initial = scene::start_of(s, a).state;  // of what stands in the world
   return a;
 }
 
@@ -186,7 +186,7 @@ TEST(Scale, AScrewBeyondHalfATurnHasTheEnergyItHas) {
   s.method = "gauss8", s.step = 1e-3, s.duration = 1e-3, s.record_every = 1e-3;
   s.verify.energy = 1e-12;
   s.base.angular_velocity = {0.1, 0.2, 0.3};
-  s.joints["screw"] = {12.0, 0.0, ""};
+  s.joints["screw"] = {12.0, 0.0};
   const std::string urdf =
       "<robot name='screw'>" + link("body", 10) + link("nut", 5) +
       "<joint name='screw' type='helical'><parent link='body'/><child link='nut'/><axis xyz='0 0 "

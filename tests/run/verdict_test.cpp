@@ -229,7 +229,7 @@ TEST(Verdict, MomentumAcrossEventsIsJudgedWhereItIsAnInvariant) {
 TEST(Verdict, TheEndOfADivergedRunSaysWhatHelps) {
   TemporaryFolder folder;
   Case c = bare_pendulum(folder, "gauss8", 0.3, 60);
-  c.scene.joints["shoulder"] = {3.0, 6.0, ""}, c.scene.joints["elbow"] = {2.0, 12.0, ""};
+  c.scene.joints["shoulder"] = {3.0, 6.0}, c.scene.joints["elbow"] = {2.0, 12.0};
   c.assembly = scene::assemble(c.scene);
   const auto r = verify(c, folder, false);
   ASSERT_NE(r.outcome, integrators::Outcome::ok) << "the step is meant to be too long";
