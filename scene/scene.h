@@ -26,9 +26,9 @@ namespace porthos::scene {
 /// Start values of one joint.
 struct JointStart {
   double position = 0, velocity = 0;  ///< of one freedom [rad | m], [rad/s | m/s]
-  std::optional<BaseStart> motion;    ///< of a ball or a free joint, relative to the joint's frame
-  bool translates = false;            ///< the motion has a position or a linear velocity
-  std::string where;                  ///< "file:line"
+  std::optional<BaseStart> motion = {};  ///< of a ball or a free joint, in the joint's frame
+  bool translates = false;               ///< the motion has a position or a linear velocity
+  std::string where = {};                ///< "file:line"
 };
 
 /// Seeded random joint states on top of nothing else: uniform in ± the bounds.
