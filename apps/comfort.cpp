@@ -165,18 +165,19 @@ std::string fish(const std::vector<Command>& commands) {
 
 int new_command(const Arguments& a) {
   using Base = mechanics::UrdfOptions::Base;
-  const std::string base = a.base.value_or("fixed");
-  if (base != "fixed" && base != "free")
-    throw InvalidArgument(fmt::format("--base: base is '{}', expected fixed or free", base));
+  std::optional<Base> base;
+  if (a.base == "free") base = Base::free;
+  if (a.base == "fixed") base = Base::fixed;
+  if (a.base && !base)
+    throw InvalidArgument(fmt::format("--base: base is '{}', expected fixed or free", *a.base));
   const fs::path urdf = a.scene, out = a.out.value_or("");
   const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
   if (a.out && fs::exists(out))
     throw InvalidArgument(fmt::format("{} is there already, expected a new file", out.string()));
   std::error_code e;
   const fs::path relative = fs::relative(urdf, folder, e);
-  const std::string text =
-      scene::starter_scene(urdf.string(), e || relative.empty() ? urdf.string() : relative.string(),
-                           base == "free" ? Base::free : Base::fixed);
+  const std::string text = scene::starter_scene(
+      urdf.string(), e || relative.empty() ? urdf.string() : relative.string(), base);
   if (!a.out) {
     print(text);
     return exit_ok;

@@ -24,6 +24,7 @@
 #include "scene/files.h"
 #include "scene/replot.h"
 #include "scene/run.h"
+#include "scene/verdict.h"
 
 namespace porthos::apps {
 namespace {
@@ -79,8 +80,9 @@ std::string quoted(const std::string& word) {
   return q + "'";
 }
 
-std::string resume_line(const Arguments& a, const std::string& out) {
-  std::string line = fmt::format("porthos run {} --out {}", quoted(a.scene), quoted(out));
+std::string resume_line(const Arguments& a, const scene::RunOptions& o) {
+  std::string line = fmt::format("porthos {} {} --out {}", o.check_symmetry ? "verify" : "run",
+                                 quoted(a.scene), quoted(o.out));
   if (a.method) line += " --method " + quoted(*a.method);
   if (a.step) line += " --step " + quoted(*a.step);
   if (a.duration) line += " --duration " + quoted(*a.duration);
@@ -122,11 +124,17 @@ scene::RunReport run_with_progress(const scene::Scene& s, const scene::Assembly&
   return scene::run(s, assembly, options);
 }
 
+ExitCode exit_code(scene::Verdict v) {
+  return v == scene::Verdict::pass   ? exit_ok
+         : v == scene::Verdict::fail ? exit_verdict_failed
+                                     : exit_not_judged;
+}
+
 int finish(const Arguments& a, const scene::RunOptions& options, const scene::RunReport& r) {
   if (r.interrupted) {
     log(resumable(r.method)
             ? fmt::format("interrupted after {} steps, checkpoint saved; continue with: {}",
-                          r.steps, resume_line(a, options.out))
+                          r.steps, resume_line(a, options))
             : fmt::format("interrupted after {} steps; {} cannot resume, run it again", r.steps,
                           r.method));
     return exit_interrupted;
@@ -134,22 +142,17 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
   if (r.outcome != integrators::Outcome::ok) {
     log(fmt::format(
         "stopped after {} steps at t = {} s: {}; the last good state is in {}/checkpoint", r.steps,
-        r.simulated_s, integrators::to_string(r.outcome), options.out));
+        r.simulated_s, scene::ending(r), options.out));
     return exit_numerical;
   }
-  return r.passed() ? exit_ok : exit_verdict_failed;
+  return exit_code(r.verdict());
 }
 
-/// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if it is not symmetric.
-constexpr double default_symmetry_limit = 1e-9;
-
 int run_and_judge(const Arguments& a, scene::RunOptions options) {
-  scene::Scene s = read(a);
-  if (options.check_symmetry && !s.verify.symmetry) s.verify.symmetry = default_symmetry_limit;
+  const scene::Scene s = read(a);
   const scene::Assembly assembly = scene::assemble(s);
-  if (!assembly.notes.empty())
-    log(fmt::format("{} note{} on the model, see: porthos info {}", assembly.notes.size(),
-                    assembly.notes.size() > 1 ? "s" : "", quoted(a.scene)));
+  for (const auto& note : assembly.notes)
+    log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report = !r.interrupted && !a.no_report && make_report(options.out);
@@ -170,6 +173,7 @@ int run_command(const Arguments& a) {
 int verify_command(const Arguments& a) {
   scene::RunOptions options;
   options.out = a.out.value_or("results/" + name_of(a.scene) + "-verify");
+  options.resume = a.resume;
   options.check_symmetry = true;
   return run_and_judge(a, options);
 }
@@ -240,7 +244,7 @@ int ensemble_command(const Arguments& a) {
     print(file_text(options.out + "/ensemble.json"));
   else
     print(ensemble_text(ensemble, r, options.out));
-  return !r.complete || r.passed == r.cases ? exit_ok : exit_verdict_failed;
+  return r.complete ? exit_code(r.verdict()) : exit_ok;
 }
 
 int plot_command(const Arguments& a) {

@@ -10,6 +10,7 @@ enum ExitCode {
   exit_verdict_failed = 1,
   exit_bad_input = 2,
   exit_numerical = 3,
+  exit_not_judged = 4,
   exit_interrupted = 130
 };
 

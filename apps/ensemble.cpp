@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/verdict.h"
 #include "scene/text_table.h"
 
 namespace porthos::apps {
@@ -23,19 +24,24 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
   };
   const auto& limits = e.scene().verify;
   add("energy", r.energy, limits.energy);
+  const bool exact = scene::linear_momentum_is_structure(e.assembly());
   for (const auto& i : e.assembly().model->description().invariants) {
-    if (i.name == "linear_momentum") add("linear momentum", r.linear, limits.linear_momentum);
+    if (i.name == "linear_momentum" && !exact)
+      add("linear momentum", r.linear, limits.linear_momentum);
     if (i.name == "angular_momentum") add("angular momentum", r.angular, limits.angular_momentum);
   }
   text += scene::aligned(rows) + "\n";
+  if (exact) text += "linear momentum: the centre of mass moved in closed form\n";
   for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
   if (!r.not_passed.empty())
     text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
                         r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "");
   if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
   text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg\n", out);
-  return text + fmt::format("verdict     {}: {} of {} cases passed\n",
-                            r.passed == r.cases ? "pass" : "FAIL", r.passed, r.cases);
+  if (r.not_judged > 0)
+    text += fmt::format("{} cases are not judged: no check tells of their motion\n", r.not_judged);
+  return text + fmt::format("verdict     {}: {} of {} cases passed\n", verdict_word(r.verdict()),
+                            r.passed, r.cases);
 }
 
 }  // namespace porthos::apps

@@ -38,22 +38,27 @@ void add_results(CLI::App* c, Arguments& a, const char* default_out,
   c->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
+void add_overrides(CLI::App* c, Arguments& a) {
+  c->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
+  c->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
+      ->type_name("M");
+  c->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
+  c->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+}
+
 void add_commands(CLI::App& app, Arguments& a) {
   auto* run = add_scene_command(
       app, a, "run", "run a scene, record it and judge it",
       "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1\n"
       "  porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1 --resume");
   add_results(run, a, "results/<name of the scene>");
-  run->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
-  run->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
-      ->type_name("M");
-  run->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
-  run->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+  add_overrides(run, a);
 
   auto* verify = add_scene_command(
       app, a, "verify", "run a scene with every check: energy, momenta, balance, symmetry",
-      "porthos verify examples/ets_vii/scene.toml");
+      "porthos verify examples/ets_vii/scene.toml --duration 100");
   add_results(verify, a, "results/<name of the scene>-verify");
+  add_overrides(verify, a);
 
   auto* compare = add_scene_command(
       app, a, "compare", "speed against error: every method that fits, one table and plot",
@@ -91,7 +96,7 @@ void add_commands(CLI::App& app, Arguments& a) {
                               "porthos new satellite.urdf --base free --out satellite/scene.toml");
   starter->add_option("URDF", a.scene, "model file")->required();
   starter->add_option("--out", a.out, "the scene file [printed]")->type_name("FILE");
-  starter->add_option("--base", a.base, "fixed: stands in the world; free: floats [fixed]")
+  starter->add_option("--base", a.base, "fixed: stands in the world; free: floats [fixed, or free if no joint moves]")
       ->type_name("B");
   add_command(app, "schema", "JSON schema of scene files, for editors",
               "porthos schema > scene.schema.json")
@@ -157,8 +162,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", version());
   app.footer(
       "Example:\n  porthos run examples/ets_vii/scene.toml\n\n"
-      "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 130 "
-      "interrupted.\n");
+      "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 4 not "
+      "judged (no check tells of the motion), 130 interrupted.\n");
   app.require_subcommand(1);
   add_commands(app, arguments);
   try {

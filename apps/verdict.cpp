@@ -11,18 +11,25 @@ using scene::RunReport;
 using scene::TextRows;
 
 std::string checks_text(const RunReport& r) {
-  if (r.checks.empty()) return "No checks: [verify] asks for none that this model has.\n";
   TextRows rows{{"check", "value", "limit"}};
   for (const auto& c : r.checks)
     rows.push_back({c.name, fmt::format("{:.3g}", c.value), fmt::format("{:.3g}", c.limit),
                     c.pass ? "pass" : "FAIL"});
+  for (const auto& n : r.not_applicable)
+    rows.push_back({n.name, "-", "-", "not applicable: " + n.why});
   return scene::aligned(rows);
 }
 
 std::string energy_text(const RunReport& r) {
   const auto& e = r.energy;
+  std::string scale;
+  for (const auto& [name, joule] : e.scale_parts)
+    scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
   return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
                      e.initial_J, e.max_abs_error_J, e.max_rel_error, e.rms_rel_error) +
+         fmt::format(
+             "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
+             e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
          fmt::format(
              "            growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, "
              "{}",
@@ -96,6 +103,10 @@ std::string cost_text(const RunReport& r) {
 
 }  // namespace
 
+const char* verdict_word(scene::Verdict v) {
+  return v == scene::Verdict::fail ? "FAIL" : to_string(v);
+}
+
 std::string verdict_text(const RunReport& r, const std::string& out, bool has_page) {
   std::string text =
       fmt::format("{}: {}, {} steps {} {} s, {} s simulated\n\n", r.title, r.method, r.steps,
@@ -116,7 +127,7 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
                         : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n",
                                       out, r.phases, pictures, has_page ? "; report.html" : "");
   for (const auto& note : r.notes) text += "note        " + note + "\n";
-  text += fmt::format("verdict     {}\n", r.passed() ? "pass" : "FAIL");
+  text += fmt::format("verdict     {}\n", verdict_word(r.verdict()));
   return text;
 }
 

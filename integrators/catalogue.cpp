@@ -16,6 +16,7 @@
 #include "integrators/sundials.h"
 #endif
 #include "integrators/tao.h"
+#include "phs/check.h"
 
 namespace porthos::integrators {
 namespace {
@@ -150,6 +151,10 @@ std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& met
   const Entry& e = entry_of(method);
   if (const auto reason = misfit(e.declaration, model.description()))
     throw InvalidArgument(*reason);
+  const Needs& needs = e.declaration.needs;
+  if (needs.canonical || needs.separable || (needs.flows && model.description().flows.empty()))
+    if (const auto lie = phs::false_trait(model))
+      throw InvalidArgument("method '" + method + "' relies on it: " + *lie);
   if (!e.make<T>()) throw InvalidArgument("method '" + method + "' works in double only");
   return e.make<T>()(e.declaration, model, h, options);
 }

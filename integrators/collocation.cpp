@@ -89,12 +89,11 @@ class Collocation final : public BasicIntegrator<T> {
     return true;
   }
 
-  std::vector<double> memory() const override {
-    std::vector<double> m{have_before_ ? 1.0 : 0.0, phs::to_double(h_before_)};
+  void save(std::vector<double>& m) const override {
+    m.insert(m.end(), {have_before_ ? 1.0 : 0.0, phs::to_double(h_before_)});
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < s_; ++i) m.push_back(phs::to_double(at(L_before_, k, i)));
     solver_.save(m);
-    return m;
   }
   void restore(std::span<const double> m) override {
     const size_t own = 2 + n_ * size_t(s_);

@@ -21,7 +21,8 @@ class Composition final : public BasicIntegrator<T> {
         gamma_(table.gammas<Real>()),
         base_(make_basic_integrator<T>(base, model, h, o)),
         x_(Base::n_),
-        lo_(Base::n_) {
+        lo_(Base::n_),
+        fresh_(base_->memory()) {
     const auto& b = base_->declaration();
     if (b.symmetric != Claim::holds || b.order < 2 || b.order % 2 || table.centre != Centre::one)
       throw InvalidArgument("composition '" + table.name + "' of '" + base +
@@ -42,6 +43,7 @@ class Composition final : public BasicIntegrator<T> {
       if (o != Outcome::ok) {
         std::copy(x_.begin(), x_.end(), s.x.begin());
         std::copy(lo_.begin(), lo_.end(), s.lo.begin());
+        base_->restore(fresh_);  // what it remembers is of stages that are taken back
         return o;
       }
       taken += step;
@@ -51,7 +53,7 @@ class Composition final : public BasicIntegrator<T> {
   }
 
   void tell_turns(const State& s) override { base_->tell_turns(s); }
-  std::vector<double> memory() const override { return base_->memory(); }
+  void save(std::vector<double>& m) const override { base_->save(m); }
   void restore(std::span<const double> m) override { base_->restore(m); }
   std::string remark() const override { return base_->remark(); }
   bool keeps_books() const override { return base_->keeps_books(); }
@@ -65,7 +67,8 @@ class Composition final : public BasicIntegrator<T> {
  private:
   std::vector<Real> gamma_;
   std::unique_ptr<BasicIntegrator<T>> base_;
-  std::vector<T> x_, lo_;  ///< the state before the step
+  std::vector<T> x_, lo_;      ///< the state before the step
+  std::vector<double> fresh_;  ///< memory of a base that has taken no step
 };
 
 }  // namespace

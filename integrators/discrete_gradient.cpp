@@ -91,11 +91,9 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     return Outcome::ok;
   }
 
-  std::vector<double> memory() const override {
-    std::vector<double> m;
-    if (middle_) m = middle_->start();
+  void save(std::vector<double>& m) const override {
+    if (middle_) m.insert(m.end(), middle_->start().begin(), middle_->start().end());
     solver_.save(m);
-    return m;
   }
   void restore(std::span<const double> m) override {
     const size_t own = middle_ ? n_ : 0;

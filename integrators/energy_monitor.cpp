@@ -47,8 +47,10 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
       inner_(std::move(inner)),
       monitor_(std::move(monitor)),
       before_(model.description(), std::vector<double>(n_)),
+      scale_(model.description()),
       works_sum_(model.description().powers.size()),
-      x_(n_) {
+      x_(n_),
+      stored_(model.description().storages.size()) {
   require_limit("limit", monitor_.limit), require_limit("step_limit", monitor_.step_limit);
   const bool repeats = monitor_.action == OnViolation::repeat;
   if (repeats && monitor_.step_limit == 0)
@@ -71,21 +73,16 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
 double EnergyMonitor::energy(const State& s) {
   Integrator::tell_turns(s);
   for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
-  return system_->hamiltonian(x_);
+  system_->stored(x_, stored_);
+  double sum = 0;
+  for (const double e : stored_) sum += e;
+  return sum;
 }
 
 void EnergyMonitor::begin(const State& s) {
   books_ = {};
   books_.began = 1, books_.H0 = energy(s);
-  std::vector<double> stored(system_->description().storages.size());
-  system_->stored(x_, stored);
-  for (const double v : stored) books_.scale += std::fabs(v);
-}
-
-double EnergyMonitor::scale() const {
-  if (monitor_.scale_J > 0) return monitor_.scale_J;
-  const double s = std::max(books_.scale, books_.turned_over);
-  return s > 0 ? s : 1;
+  scale_.see(stored_);
 }
 
 /// The books after the works of a step to this state.
@@ -96,23 +93,31 @@ EnergyMonitor::Books EnergyMonitor::booked(const State& s) {
     b.turned_over += std::fabs(signs_[a] * works_sum_[a]);
   }
   b.defect = ((energy(s) - b.H0) - b.income) - b.income_lo;
+  scale_J_ = std::max(scale_.value_with(stored_), b.turned_over);
+  if (monitor_.scale_J > 0) scale_J_ = monitor_.scale_J;
+  if (!(scale_J_ > 0)) scale_J_ = 1;
+  rounding_ = 1e-15 * scale_.size(stored_);
   return b;
+}
+
+bool EnergyMonitor::beyond(double defect, double limit) const {
+  return limit > 0 && !(std::fabs(defect) <= std::max(limit * scale_J_, rounding_));
 }
 
 bool EnergyMonitor::step_holds(const Books& after) const {
   const double added = after.defect - (project_ ? 0.0 : books_.defect);
-  return monitor_.step_limit == 0 || std::fabs(added) <= monitor_.step_limit * scale();
+  return !beyond(added, monitor_.step_limit);
 }
 
 std::string EnergyMonitor::fault(const Books& after, const State& s) {
   if (!std::isfinite(after.defect)) return "the energy is not finite";
   if (!step_holds(after))
     return text_of("the step adds %.2e to the relative defect of the balance (limit %.2e)",
-                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale(),
+                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale_J_,
                    monitor_.step_limit);
-  if (monitor_.limit > 0 && !(std::fabs(after.defect) <= monitor_.limit * scale()))
+  if (beyond(after.defect, monitor_.limit))
     return text_of("the relative defect of the balance is %.2e (limit %.2e)",
-                   after.defect / scale(), monitor_.limit);
+                   after.defect / scale_J_, monitor_.limit);
   if (monitor_.watch) {
     for (size_t i = 0; i < n_; ++i) x_[i] = s.x[i] + s.lo[i];
     return monitor_.watch(inner_->time(s), x_);
@@ -123,20 +128,29 @@ std::string EnergyMonitor::fault(const Books& after, const State& s) {
 void EnergyMonitor::note(const std::string& why, double defect) {
   if (report_.violations++ == 0) report_.first_s = inner_->time(before_);
   report_.last = why;
-  if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale());
+  if (std::isfinite(defect)) report_.worst = std::max(report_.worst, std::fabs(defect) / scale_J_);
 }
+
+void EnergyMonitor::keep(const State& s) {
+  if (books_.began == 0) begin(s);
+  before_ = s;
+  memory_before_.clear(), inner_->save(memory_before_);
+}
+
+void EnergyMonitor::go_back(State& s) { s = before_, inner_->restore(memory_before_); }
 
 Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
   report_.last = why;
-  s = before_;
+  go_back(s), inner_->sampler().take_back();
   return o == Outcome::ok ? Outcome::failed : o;
 }
 
 Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
   books_ = after, whole_ = whole;
+  scale_.see(stored_);
   if (!project_) return Outcome::ok;
   const double off = std::fabs(after.defect);
-  if (off <= 1e-16 * scale()) return Outcome::ok;
+  if (off <= std::max(1e-16 * scale_J_, 0.1 * rounding_)) return Outcome::ok;
   if ((*project_)(*system_, s, (books_.H0 + books_.income) + books_.income_lo)) {
     ++report_.projected, report_.moved_J += off, whole_ = false;
     books_.defect = 0;
@@ -146,11 +160,13 @@ Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
   return Outcome::ok;
 }
 
-Outcome EnergyMonitor::step(State& s) {
-  if (books_.began == 0) begin(s);
-  before_ = s;
-  Outcome o = inner_->step(s);
-  std::string why = "the step ended with: " + std::string(to_string(o));
+Outcome EnergyMonitor::step(State& s) { return take(s, h_, true); }
+Outcome EnergyMonitor::step_by(State& s, double h) { return take(s, h, false); }
+
+Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
+  keep(s);
+  Outcome o = on_grid ? inner_->step(s) : inner_->step_by(s, h);
+  std::string why;
   Books after = books_;
   if (o == Outcome::ok) {
     std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
@@ -158,29 +174,36 @@ Outcome EnergyMonitor::step(State& s) {
     why = fault(after, s);
     if (why.empty()) return accept(s, after, true);
     if (!std::isfinite(after.defect)) o = Outcome::not_finite;
+  } else {
+    why = "the step ended with: " + std::string(to_string(o));
+    // It took back what its sampled controllers had read, which its repetition goes by.
+    if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   }
   note(why, o == Outcome::ok ? after.defect : NAN);
-  if (monitor_.action == OnViolation::repeat) return again(s);
+  if (monitor_.action == OnViolation::repeat) return again(s, h, on_grid);
   if (monitor_.action == OnViolation::stop || o != Outcome::ok) return refuse(s, o, why);
   return accept(s, after, true);
 }
 
-Outcome EnergyMonitor::again(State& s) {
+Outcome EnergyMonitor::again(State& s, double h, bool on_grid) {
   const double t = before_.time(h_);
   std::string why = report_.last;
   for (int k = 1; k <= monitor_.most_halvings; ++k) {
     const int parts = 1 << k;
-    s = before_;
+    go_back(s);
     std::fill(works_sum_.begin(), works_sum_.end(), 0.0);
     Outcome o = Outcome::ok;
     for (int i = 0; i < parts && o == Outcome::ok; ++i) {
-      o = inner_->advance_with_books(t + h_ * i / parts, h_ / parts, s);
+      o = inner_->advance_with_books(t + h * i / parts, h / parts, s);
       for (size_t a = 0; a < works_sum_.size(); ++a) works_sum_[a] += inner_->works()[a];
     }
     if (o != Outcome::ok) continue;
     const Books after = booked(s);
     if (!std::isfinite(after.defect) || !step_holds(after)) continue;
-    ++s.step;
+    if (on_grid)
+      ++s.step;
+    else
+      s.step_off_the_grid(h_, h);
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     why = fault(after, s);
     if (!why.empty()) break;  // smaller steps do not mend what has gathered before
@@ -188,21 +211,6 @@ Outcome EnergyMonitor::again(State& s) {
     return accept(s, after, false);
   }
   return refuse(s, Outcome::failed, why);
-}
-
-Outcome EnergyMonitor::step_by(State& s, double h) {
-  if (books_.began == 0) begin(s);
-  before_ = s;
-  const Outcome o = inner_->step_by(s, h);
-  if (o != Outcome::ok) return o;
-  std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
-  const Books after = booked(s);
-  const std::string why = fault(after, s);
-  if (!why.empty()) {
-    note(why, after.defect);
-    if (monitor_.action != OnViolation::warn) return refuse(s, Outcome::failed, why);
-  }
-  return accept(s, after, true);
 }
 
 std::string EnergyMonitor::text() const {
@@ -223,23 +231,24 @@ std::string EnergyMonitor::text() const {
   return text;
 }
 
-std::vector<double> EnergyMonitor::memory() const {
+void EnergyMonitor::save(std::vector<double>& m) const {
   const auto b = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
-  std::vector<double> m(b.begin(), b.end());
+  m.insert(m.end(), b.begin(), b.end());
   for (const double v :
        {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
         double(report_.projected), double(report_.out_of_reach), report_.moved_J})
     m.push_back(v);
-  const auto inner = inner_->memory();
-  m.insert(m.end(), inner.begin(), inner.end());
-  return m;
+  const auto scale = scale_.memory();
+  m.insert(m.end(), scale.begin(), scale.end());
+  inner_->save(m);
 }
 
 void EnergyMonitor::restore(std::span<const double> m) {
   std::array<double, sizeof(Books) / sizeof(double)> b;
   constexpr size_t counted = 7;
-  if (m.size() < b.size() + counted)
-    require_size("memory of an energy monitor", m.size(), b.size() + counted);
+  const size_t scale = phs::EnergyScale::memory_size(system_->description());
+  if (m.size() < b.size() + counted + scale)
+    require_size("memory of an energy monitor", m.size(), b.size() + counted + scale);
   std::copy_n(m.begin(), b.size(), b.begin());
   books_ = std::bit_cast<Books>(b);
   m = m.subspan(b.size());
@@ -248,7 +257,8 @@ void EnergyMonitor::restore(std::span<const double> m) {
   r.worst = m[3], r.projected = std::int64_t(m[4]), r.out_of_reach = std::int64_t(m[5]);
   r.moved_J = m[6];
   if (r.violations > 0) r.last = "before this run was continued";
-  inner_->restore(m.subspan(counted));
+  scale_.restore(m.subspan(counted));
+  inner_->restore(m.subspan(counted + scale));
 }
 
 }  // namespace porthos::integrators

@@ -6,6 +6,7 @@
 
 #include "integrators/energy_projection.h"
 #include "integrators/integrator.h"
+#include "phs/energy_scale.h"
 
 /// Watches the balance of a run while it runs.
 namespace porthos::integrators {
@@ -22,8 +23,9 @@ struct MonitorOptions {
   double step_limit = 0;  ///< of what one step adds to the defect, relative; 0: not watched
   OnViolation action = OnViolation::warn;
   int most_halvings = 10;  ///< of a step that is repeated: up to 2^most_halvings parts
-  double scale_J =
-      0;  ///< 0: Σ |storages| at the start, or the energy turned over since where that is more
+  /// 0: the largest kinetic energy plus the range of each other stored energy so far (phs/energy_scale.h), or the energy
+  /// turned over where that is more
+  double scale_J = 0;
   /// Whether a state is one to go on from, else why not ("the elbow is beyond its stop"). x: its value, angles wrapped.
   std::function<std::string(double t, std::span<const double> x)> watch = {};
   bool project =
@@ -41,7 +43,7 @@ struct MonitorReport {
 };
 
 /// A method under watch. The defect is H - H(start) - supplied + dissipated, by the method's own books, in double: limits
-/// below 1e-14 would watch its rounding. Cost: one evaluation of H a step (and a gradient to project).
+/// below 1e-14 would watch its rounding, and what is below the rounding of the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to project).
 ///
 /// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that does not converge or is not
 /// finite likewise. With `project` the energy error stays at rounding whatever the method does, so the defect shown before
@@ -66,7 +68,7 @@ class EnergyMonitor : public Integrator {
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     return whole_ && inner_->interpolate(after, theta, x);
   }
-  std::vector<double> memory() const override;
+  void save(std::vector<double>& memory) const override;
   void restore(std::span<const double> memory) override;
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> works() const override { return works_sum_; }
@@ -81,18 +83,23 @@ class EnergyMonitor : public Integrator {
 
  private:
   struct Books {  ///< numbers only: they are part of memory()
-    double began = 0, H0 = 0, scale = 0, turned_over = 0;
+    double began = 0, H0 = 0, turned_over = 0;
     double income = 0, income_lo = 0;  ///< Σ supplied - dissipated
     double defect = 0;                 ///< before the last projection
   };
   void begin(const State& s);
   double energy(const State& s);
-  double scale() const;
+  bool beyond(double defect, double limit) const;
   Books booked(const State& s);
   /// What is wrong with a step to this state, or nothing.
   std::string fault(const Books& after, const State& s);
+  /// Keeps what refuse() and again() go back to.
+  void keep(const State& s);
+  void go_back(State& s);
   bool step_holds(const Books& after) const;
-  Outcome again(State& s);
+  /// A step of size h; on_grid: of the method's own size, which the clock counts.
+  Outcome take(State& s, double h, bool on_grid);
+  Outcome again(State& s, double h, bool on_grid);
   Outcome accept(State& s, const Books& after, bool whole);
   Outcome refuse(State& s, Outcome o, const std::string& why);
   void note(const std::string& why, double defect);
@@ -102,8 +109,11 @@ class EnergyMonitor : public Integrator {
   MonitorReport report_;
   std::unique_ptr<EnergyProjection> project_;
   Books books_;
+  phs::EnergyScale scale_;             ///< of the steps let pass
+  double scale_J_ = 1, rounding_ = 0;  ///< with the step in question [J]
   State before_;
-  std::vector<double> works_sum_, x_;
+  std::vector<double> memory_before_;  ///< of the inner method
+  std::vector<double> works_sum_, x_, stored_;
   std::vector<double> signs_;  ///< per power: +1 supplied, -1 dissipated
   bool whole_ = true;          ///< the last step was taken in one part and left as it was
 };

@@ -20,7 +20,10 @@ template <class T>
 Outcome BasicIntegrator<T>::step(State& s) {
   if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   const Outcome o = advance_with_books(s.time(h_), h_, s);
-  if (o != Outcome::ok) return o;
+  if (o != Outcome::ok) {
+    sampler_.take_back();
+    return o;
+  }
   ++s.step, ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);

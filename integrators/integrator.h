@@ -85,7 +85,8 @@ class BasicIntegrator {
   const Declaration& declaration() const { return declaration_; }
   T step_size() const { return h_; }
 
-  /// Advances the state by one step h. On any outcome but `ok` the state is unchanged.
+  /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the method goes on from it as
+  /// if it were new.
   [[nodiscard]] virtual Outcome step(State& state);
   /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end.
   /// @throws InvalidArgument for a system with sampled controllers, whose instants are steps
@@ -106,8 +107,14 @@ class BasicIntegrator {
     return (void)after, (void)theta, (void)x, false;
   }
 
-  /// What the next step depends on besides the state (start values of the iteration), for checkpoints.
-  virtual std::vector<double> memory() const { return {}; }
+  /// What the next step depends on besides the state (start values of the iteration), for checkpoints and ways back.
+  std::vector<double> memory() const {
+    std::vector<double> m;
+    save(m);
+    return m;
+  }
+  /// Appends it to m; allocates nothing where m has room.
+  virtual void save(std::vector<double>& m) const { (void)m; }
   /// Puts memory() back. @throws InvalidArgument if the size does not fit.
   virtual void restore(std::span<const double> memory) {
     require_size("integrator memory", memory.size(), 0);

@@ -94,11 +94,10 @@ class Radau15 final : public BasicIntegrator<T> {
     return Outcome::failed;
   }
 
-  std::vector<double> memory() const override {
-    std::vector<double> m{have_before_ ? 1.0 : 0.0, next_, phs::to_double(h_before_)};
+  void save(std::vector<double>& m) const override {
+    m.insert(m.end(), {have_before_ ? 1.0 : 0.0, next_, phs::to_double(h_before_)});
     for (size_t k = 0; k < n_; ++k)
       for (int i = 0; i < s; ++i) m.push_back(phs::to_double(at(before_, k, i)));
-    return m;
   }
   void restore(std::span<const double> m) override {
     require_size("memory of the Radau method", m.size(), 3 + n_ * size_t(s));

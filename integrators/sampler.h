@@ -29,6 +29,7 @@ class Sampler {
       every_.push_back(std::llround(steps));
       holds_.push_back(std::move(hold));
     }
+    before_ = memory();
   }
   bool any() const { return !holds_.empty(); }
   /// @throws InvalidArgument if there is any
@@ -41,6 +42,7 @@ class Sampler {
   /// Before the step that begins at this state.
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
     turns.synchronise(s, system);
+    before_.clear(), save(before_);
     for (size_t i = 0; i < holds_.size(); ++i) {
       if (s.step % every_[i] != 0) continue;
       x_.resize(s.x.size());
@@ -49,14 +51,22 @@ class Sampler {
     }
   }
 
+  /// As if the last renewal had not been: for a step that failed.
+  void take_back() { restore(before_); }
+
   std::vector<double> memory() const {
     std::vector<double> m;
-    for (const auto& h : holds_) m.insert(m.end(), h->memory.begin(), h->memory.end());
+    save(m);
     return m;
+  }
+  void save(std::vector<double>& m) const {
+    for (const auto& h : holds_) m.insert(m.end(), h->memory.begin(), h->memory.end());
   }
   /// @throws InvalidArgument if the size does not fit
   void restore(std::span<const double> m) {
-    require_size("memory of the sampled controllers", m.size(), memory().size());
+    size_t size = 0;
+    for (const auto& h : holds_) size += h->memory.size();
+    require_size("memory of the sampled controllers", m.size(), size);
     for (const auto& h : holds_) {
       std::copy_n(m.begin(), h->memory.size(), h->memory.begin());
       m = m.subspan(h->memory.size());
@@ -66,6 +76,7 @@ class Sampler {
  private:
   std::vector<phs::HoldPtr> holds_;
   std::vector<std::int64_t> every_;  ///< steps from instant to instant
+  std::vector<double> before_;       ///< the last renewal
   std::vector<T> x_;
 };
 

@@ -66,13 +66,12 @@ class Controlled : public Integrator {
     last_ = s, have_last_ = true;
     if (options_.wrap) phs::wrap_angles(system_->description(), last_);
   }
-  std::vector<double> memory_of_state() const {
-    std::vector<double> m{have_last_ ? 1.0 : 0.0};
+  void save_state(std::vector<double>& m) const {
+    m.push_back(have_last_ ? 1.0 : 0.0);
     m.insert(m.end(), last_.x.begin(), last_.x.end());
     m.insert(m.end(), last_.lo.begin(), last_.lo.end());
-    return m;
   }
-  /// Takes what memory_of_state wrote off the front.
+  /// Takes what save_state wrote off the front.
   void restore_state(std::span<const double>& m) {
     have_last_ = m[0] != 0;
     std::copy_n(m.begin() + 1, n_, last_.x.begin());
@@ -180,14 +179,10 @@ class TimeTransformed final : public Controlled {
     return true;
   }
 
-  std::vector<double> memory() const override {
-    auto m = memory_of_state();
+  void save(std::vector<double>& m) const override {
+    save_state(m);
     m.push_back(energy_), m.push_back(energy_lo_);
-    for (const Integrator* part : {inner_.get(), plain_.get()}) {
-      const auto own = part->memory();
-      m.insert(m.end(), own.begin(), own.end());
-    }
-    return m;
+    inner_->save(m), plain_->save(m);
   }
   void restore(std::span<const double> m) override {
     const size_t of_plain = plain_->memory().size();
@@ -283,12 +278,10 @@ class Reversible final : public Controlled {
     return inner_->interpolate(after, theta, x);
   }
 
-  std::vector<double> memory() const override {
-    auto m = memory_of_state();
+  void save(std::vector<double>& m) const override {
+    save_state(m);
     m.push_back(rho_), m.push_back(G_);
-    const auto own = inner_->memory();
-    m.insert(m.end(), own.begin(), own.end());
-    return m;
+    inner_->save(m);
   }
   void restore(std::span<const double> m) override {
     require_size("memory of a reversibly controlled method", m.size(),

@@ -43,17 +43,18 @@ class StormerVerlet final : public BasicIntegrator<T> {
     for (size_t i = 0; i < 2 * n_; ++i) start_[i] = s.x[i] + s.lo[i];
 
     const Outcome o = solve();
-    if (o != Outcome::ok) return o;
+    if (o != Outcome::ok) {
+      for (auto& r : rotations_) r.lambda = T(0.0);  // the next step starts afresh
+      return o;
+    }
     finish();
     for (size_t i = 0; i < 2 * n_; ++i)
       phs::compensated_add(s.x[i], s.lo[i], T(0.5) * h_ * (f0_[i] + f1_[i]));
     return Outcome::ok;
   }
 
-  std::vector<double> memory() const override {
-    std::vector<double> m;
+  void save(std::vector<double>& m) const override {
     for (const auto& r : rotations_) m.push_back(phs::to_double(r.lambda));
-    return m;
   }
   void restore(std::span<const double> m) override {
     require_size("memory of Stormer-Verlet", m.size(), rotations_.size());

@@ -136,10 +136,8 @@ class Tao final : public BasicIntegrator<T> {
     return Outcome::not_finite;
   }
 
-  std::vector<double> memory() const override {
-    std::vector<double> m;
+  void save(std::vector<double>& m) const override {
     for (const T& d : d_) m.push_back(phs::to_double(d));
-    return m;
   }
   void restore(std::span<const double> m) override {
     require_size("memory of Tao's method", m.size(), n_);

@@ -32,17 +32,41 @@ Eigen::Vector3d eigenvalues(const Sym3<double>& S) {
 /// Real files hold rounded digits: a triangle inequality broken by less than this is rounding.
 constexpr double triangle_slack = 1e-6;
 
+/// And a body is a point whose radius of gyration is below this: its moments are rounding, of either sign.
+constexpr double point_radius = 1e-7;    // m
+constexpr double point_inertia = 1e-18;  // kg m^2, of a body whose mass is rounding too
+
+/// By how much principal moments may be wrong by rounding.
+double inertia_slack(double mass, double largest) {
+  return std::max({triangle_slack * largest, point_radius * point_radius * mass, point_inertia});
+}
+
 /// What is wrong with an inertia about the centre of mass, or "".
 std::string inertia_fault(double mass, const Sym3<double>& inertia) {
   const auto e = eigenvalues(inertia);
-  if (e[0] < -triangle_slack * e[2])
+  const double slack = inertia_slack(mass, e[2]);
+  if (e[0] < -slack)
     return "inertia is not positive: its smallest principal moment is " + number(e[0]) + " kg m^2";
-  if (e[0] + e[1] < e[2] * (1 - triangle_slack))
+  if (e[0] + e[1] < e[2] - slack)
     return "inertia breaks the triangle inequality: principal moments " + number(e[0]) + ", " +
            number(e[1]) + ", " + number(e[2]) +
            " kg m^2, expected the largest <= the sum of the other two";
-  if (mass == 0 && e[2] > 0) return "has inertia but no mass";
+  if (mass == 0 && e[2] > slack) return "has inertia but no mass";
   return "";
+}
+
+/// Principal moments below zero by rounding become zero. @return the smallest of them, 0: there was none
+double lift_to_zero(MassProperties& m) {
+  Sym3<double>& S = m.inertia;
+  Eigen::Matrix3d full;
+  full << S.xx, S.xy, S.xz, S.xy, S.yy, S.yz, S.xz, S.yz, S.zz;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(full);
+  const Eigen::Vector3d e = solver.eigenvalues();
+  if (!(e[0] < 0) || e[0] < -inertia_slack(m.mass, e[2])) return 0;
+  const Eigen::Matrix3d& V = solver.eigenvectors();
+  full = V * e.cwiseMax(0).asDiagonal() * V.transpose();
+  S = {full(0, 0), full(0, 1), full(0, 2), full(1, 1), full(1, 2), full(2, 2)};
+  return e[0];
 }
 
 /// Orthonormal and right-handed to the digits files are written with.
@@ -224,7 +248,14 @@ class Assembly {
     add_properties(b, r_.nv - first_freedom);
     frames_[b.name] = r_.bodies.size();
     r_.bodies.push_back({b.name, node_, here_});
-    if (node_ >= 0) add_to(r_.nodes[size_t(node_)].inertia, inertia_in(b.mass, here_));
+    if (node_ < 0) return;
+    MassProperties mass = b.mass;
+    if (const double lifted = lift_to_zero(mass); lifted < 0)
+      r_.remarks.push_back({b.where, "body '" + b.name + "': its principal moment " +
+                                         number(lifted) +
+                                         " kg m^2 is below zero by rounding, "
+                                         "taken as zero"});
+    add_to(r_.nodes[size_t(node_)].inertia, inertia_in(mass, here_));
   }
 
   /// Only the inertia of a whole moving body enters the dynamics: a faulty link merged into a sound body is a remark,
@@ -360,35 +391,56 @@ class Assembly {
   Pose here_{};
 };
 
-/// Every freedom must move some inertia: D_k > 0 in the elimination at the start and at seeded random configurations.
+/// Whether the joint carries the node.
+bool carried_by(const Mechanism& m, int node, const std::string& joint) {
+  for (; node >= 0; node = m.nodes()[size_t(node)].parent)
+    for (const auto& c : m.coordinates())
+      if (c.node == node && c.joint == joint) return true;
+  return false;
+}
+
+/// Every freedom must move some inertia: not at each configuration (a wrist may be singular at zero), but at one of those
+/// tried.
 void check_moving_inertia(const Mechanism& m) {
-  Workspace<double> w(m);
-  std::vector<double> q = m.neutral(), p(q.size(), 0.0);
+  std::vector<double> q = m.neutral();
   std::mt19937_64 rng(1);
   std::uniform_real_distribution<double> angle(-3, 3);
+  std::optional<std::string> joint;
   for (int sample = 0; sample < 3; ++sample) {
-    passes::sines(m, w, q.data());
-    field_detail::factor(m, w, q.data(), p.data(), false);
-    for (size_t i = m.coordinates().size();
-         i-- > 0;) {  // leaf to root: a zero pivot spoils what is above it
-      const auto& c = m.coordinates()[i];
-      for (int k = 0; k < c.nv; ++k) {
-        const double D_inverse = w.D_inverse[size_t(c.v + k)];
-        const double scale = norm(w.U[size_t(c.v + k)].n) + norm(w.U[size_t(c.v + k)].f);
-        // What is left after an elimination that should give zero is rounding, 1e-16 of what was there.
-        if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
-            1 / D_inverse < 1e-250)
-          throw InvalidArgument("joint '" + c.joint +
-                                "' moves no inertia: the bodies beyond it are massless about it (" +
-                                "give them mass properties, or fix the joint)");
-      }
-    }
+    joint = joint_without_inertia(m, q);
+    if (!joint) return;
     for (const auto& c : m.coordinates())
       if (c.kind == phs::BlockKind::angle) q[size_t(c.q)] = angle(rng);
   }
+  std::vector<std::string> links;
+  for (const auto& b : m.bodies())
+    if (b.node >= 0 && m.nodes()[size_t(b.node)].inertia.m == 0 && carried_by(m, b.node, *joint))
+      links.push_back(b.name);
+  throw MasslessPart("joint '" + *joint +
+                         "' moves no inertia: the bodies beyond it are massless about it, expected "
+                         "mass properties for them or the joint locked",
+                     *joint, std::move(links));
 }
 
 }  // namespace
+
+std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<const double> q) {
+  Workspace<double> w(m);
+  const std::vector<double> p(q.size(), 0.0);
+  passes::sines(m, w, q.data());
+  field_detail::factor(m, w, q.data(), p.data(), false);
+  // Leaf to root: a pivot of zero spoils what is above it.
+  for (auto c = m.coordinates().rbegin(); c != m.coordinates().rend(); ++c)
+    for (int k = 0; k < c->nv; ++k) {
+      const double D_inverse = w.D_inverse[size_t(c->v + k)];
+      const double scale = norm(w.U[size_t(c->v + k)].n) + norm(w.U[size_t(c->v + k)].f);
+      // What is left after an elimination that should give zero is rounding, 1e-16 of what was there.
+      if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
+          1 / D_inverse < 1e-250)
+        return c->joint;
+    }
+  return {};
+}
 
 Mechanism MechanismBuilder::build() const {
   if (!finite(gravity_)) throw InvalidArgument("gravity is not finite");
@@ -413,8 +465,8 @@ Mechanism MechanismBuilder::build() const {
   if (m.nodes_.empty())
     throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
   check_moving_inertia(m);
-  if (m.total_mass_ ==
-      0)  // every joint has a rotor: nothing for gravity to pull, and no centre of mass
+  // With a rotor at every joint: nothing for gravity to pull, and no centre of mass.
+  if (m.total_mass_ == 0)
     throw InvalidArgument("mechanism '" + name_ + "' has no mass: every moving body is massless");
   return m;
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,17 @@ struct BodySpec {
   std::string where;  ///< "file:line" for messages, may be empty
 };
 
+/// Something that moves has no mass. Two ways out: mass properties for one of the links, or the joint locked.
+struct MasslessPart : InvalidArgument {
+  MasslessPart(const std::string& text, std::string joint, std::vector<std::string> links)
+      : InvalidArgument(text), joint(std::move(joint)), links(std::move(links)) {}
+  std::string joint;               ///< the one that moves it
+  std::vector<std::string> links;  ///< those without mass
+};
+
+/// The outermost joint with a freedom that moves no inertia at the configuration q; none: the mechanism is sound there.
+std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<const double> q);
+
 /// Collects bodies in any order, validates, and makes the immutable Mechanism.
 class MechanismBuilder {
  public:
@@ -62,7 +74,8 @@ class MechanismBuilder {
 
   /// @throws InvalidArgument naming the offender (and file:line if known): duplicate or unknown names, a cycle, a
   ///   negative or non-finite mass, an inertia that is not positive or breaks the triangle inequality, a zero axis, an
-  ///   unknown joint type, a moving part without inertia about its joint, negative damping or stiffness.
+  ///   unknown joint type, negative damping or stiffness; MasslessPart for a joint that moves no inertia at any
+  ///   configuration tried.
   Mechanism build() const;
 
  private:

@@ -99,12 +99,12 @@ phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body
 
   bool free_in_world = !m.has_gravity();
   int roots = 0;
-  bool pivot_at_origin = false;
+  bool on_pivot = false;
   for (const auto& n : m.nodes()) {
     if (n.parent >= 0) continue;
     ++roots;
     free_in_world = free_in_world && is_type(n, "free");
-    pivot_at_origin = is_type(n, "spherical") && norm(n.placement.r) == 0;
+    on_pivot = is_type(n, "spherical");
   }
   int at = 0;
   const auto declare = [&](std::string name, int size, int degree, const char* unit) {
@@ -112,7 +112,7 @@ phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body
     at += size;
   };
   if (free_in_world) declare("linear_momentum", 3, 1, "kg m/s");
-  if (free_in_world || (roots == 1 && pivot_at_origin && !m.has_gravity()))
+  if (free_in_world || (roots == 1 && on_pivot && !m.has_gravity()))
     declare("angular_momentum", 3, 2, "kg m^2/s");
   for (const auto& c : m.coordinates())
     if (c.kind == BlockKind::rotation) {
@@ -256,6 +256,8 @@ class MechanicalSystem : public phs::System<T> {
     for (const auto& i : d_.invariants)
       if (i.size == 3) {
         total = momentum(m_, w_, q(x), p(x));
+        if (const Node& root = m_.nodes()[0]; is_type(root, "spherical"))  // about its pivot
+          total.angular -= cross(Vec3<T>(root.placement.r), total.linear);
         break;
       }
     size_t k = 0;
@@ -359,9 +361,11 @@ std::vector<double> MechanicalModel::state(std::span<const double> q,
   return x;
 }
 
-std::vector<double> MechanicalModel::rates(std::span<const double> x) const {
+std::vector<double> MechanicalModel::rates(std::span<const double> x,
+                                           std::span<const std::int64_t> turns) const {
   require_size("x", x.size(), size_t(2 * mechanism_->nq()));
   Workspace<double> w(*mechanism_);
+  w.set_turns(turns);
   const size_t nq = size_t(mechanism_->nq());
   rates_from_momenta<double>(*mechanism_, w, x.first(nq), x.subspan(nq));
   return w.rate;

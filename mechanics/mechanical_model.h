@@ -27,8 +27,8 @@ struct BodyPort {
 /// ("base.wrench") is already the wrench about the origin of the base's frame: a body port there gives the same numbers.
 /// With body ports apply_input and output cost two more passes over the tree each, however many ports there are; field
 /// only what gravity costs, and nothing where u is empty.
-/// Invariants: linear and angular momentum of mechanisms free in the world without gravity (angular momentum about the
-/// pivot for one ball-jointed root at the origin), and of every quaternion |ξ|² and ξ·π. Rotor inertias leave them
+/// Invariants: linear and angular momentum of mechanisms free in the world without gravity (for one ball-jointed root the
+/// angular momentum about its pivot), and of every quaternion |ξ|² and ξ·π. Rotor inertias leave them
 /// invariants: the momenta are those of the bodies, without the spin of rotors (momentum.h).
 class MechanicalModel : public phs::ModelFor<MechanicalModel> {
  public:
@@ -45,8 +45,9 @@ class MechanicalModel : public phs::ModelFor<MechanicalModel> {
 
   /// The flat state of coordinates q (size nq) and joint rates v (size nv).
   std::vector<double> state(std::span<const double> q, std::span<const double> v) const;
-  /// Joint rates of a flat state.
-  std::vector<double> rates(std::span<const double> x) const;
+  /// Joint rates of a flat state. turns: of its angle blocks, as phs::State::turns; none: they stand in the angles.
+  std::vector<double> rates(std::span<const double> x,
+                            std::span<const std::int64_t> turns = {}) const;
 
  private:
   std::shared_ptr<const Mechanism> mechanism_;

@@ -1,12 +1,15 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "mechanics/joints/joint.h"
 #include "phs/error.h"
+#include "phs/state.h"
 
 namespace porthos::mechanics {
 
@@ -115,6 +118,13 @@ struct Workspace {
         angle((turn_angle.size() + 3) / 4 * 4, T(0.0)),
         sine(angle.size()),
         cosine(angle.size()) {}
+
+  /// Tells it the turns of a state's angle blocks, by which helical joints have advanced. Of a longer
+  /// list the first ones are taken; without any they stand in the angles themselves.
+  void set_turns(std::span<const std::int64_t> turns) {
+    for (size_t k = 0; k < turn_angle.size(); ++k)
+      turn_angle[k] = T(k < turns.size() ? double(turns[k]) * phs::two_pi_hi : 0.0);
+  }
 
   // kinematics (place_bodies)
   std::vector<Transform<T>> X;  ///< pose of body i in its parent

@@ -151,19 +151,30 @@ T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q) {
 
 MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q,
                              std::span<const double> v) {
+  struct Particle {
+    double mass;
+    Vec3d c, v;
+  };
+  std::vector<Particle> bodies;
   std::vector<Pose> pose(m.nodes().size());
   forward_kinematics<double>(m, w, q, pose);
   passes::twists(m, w, v.data());
+  const Vec3d from =
+      pose.empty() ? Vec3d{0, 0, 0} : pose[0].r;  // far from the origin differences stay exact
   MomentumScale s{0, 0};
-  for (size_t i = 0; i < m.nodes().size(); ++i) {
+  Particle all{0, {0, 0, 0}, {0, 0, 0}};
+  for (size_t i = 0; i < pose.size(); ++i) {
     const auto& I = m.nodes()[i].inertia;
     if (I.m <= 0) continue;
     const Vec3d c = (1 / I.m) * I.mc;
-    const double speed = norm(w.V[i].v + cross(w.V[i].w, c));
-    const double rotary = std::sqrt(I.I.xx * I.I.xx + I.I.yy * I.I.yy + I.I.zz * I.I.zz);
-    s.linear += I.m * speed;
-    s.angular += rotary * norm(w.V[i].w) + I.m * norm(pose[i].r + pose[i].R * c) * speed;
+    const Vec3d speed = pose[i].R * (w.V[i].v + cross(w.V[i].w, c));
+    bodies.push_back({I.m, (pose[i].r - from) + pose[i].R * c, speed});
+    all.mass += I.m, all.c += I.m * bodies.back().c, all.v += I.m * speed;
+    s.linear += I.m * norm(speed);
+    s.angular += norm(w.V[i].w) * std::sqrt(I.I.xx * I.I.xx + I.I.yy * I.I.yy + I.I.zz * I.I.zz);
   }
+  for (const Particle& b : bodies)
+    s.angular += b.mass * norm(b.c - (1 / all.mass) * all.c) * norm(b.v - (1 / all.mass) * all.v);
   return s;
 }
 

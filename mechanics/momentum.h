@@ -49,7 +49,9 @@ T base_kinetic_energy(const Mechanism& m, const Workspace<T>& w);
 template <class T>
 T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 
-/// Scales that give a zero momentum a size: Σ m_i |v_i| and Σ |I_i| |ω_i| + m_i |c_i| |v_i| over the moving bodies.
+/// Scales that give a zero momentum a size: Σ m_i |v_i| and Σ |I_i| |ω_i| + m_i |c_i - c| |v_i - v_c| over the moving bodies,
+/// c and v_c place and velocity of their centre of mass: the second is the same wherever the mechanism is and however
+/// fast it goes.
 struct MomentumScale {
   double linear, angular;
 };

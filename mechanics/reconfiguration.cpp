@@ -349,7 +349,10 @@ Impact release(Moving& moving, const std::string& name) {
   body.placement = {Mat3<double>::identity(), {0, 0, 0}};
   body.joint = {};
   body.joint.name = name, body.joint.type = "free";
-  return change(moving, std::move(next));
+  Impact r = change(moving, std::move(next));
+  // The joint that held the body is no more, so a lock of it cannot be undone.
+  std::erase_if(moving.locked, [&](const auto& lock) { return lock.second.free.name == name; });
+  return r;
 }
 
 Impact lock(Moving& moving, const std::string& joint) {
@@ -399,7 +402,9 @@ Impact unlock(Moving& moving, const std::string& joint) {
   if (kept == moving.locked.end()) {
     std::string known;
     for (const auto& [name, l] : moving.locked) known += (known.empty() ? "" : ", ") + name;
-    throw InvalidArgument("unlock: the joint '" + joint + "' is not locked, expected one of " +
+    throw InvalidArgument("unlock: the joint '" + joint +
+                          "' is not locked (the release of a body ends the lock of its joint), "
+                          "expected one of " +
                           (known.empty() ? "(none)" : known));
   }
   MechanismBuilder next = moving.parts;

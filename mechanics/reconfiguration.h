@@ -75,7 +75,8 @@ void require_within_limits(const Moving& moving, const Latch& latch);
 /// The body's frame in the link's, as they are now.
 Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body);
 
-/// The body and all it carries become free in the world, with the motion they have.
+/// The body and all it carries become free in the world, with the motion they have. A lock of the joint that held the body
+/// ends with that joint.
 /// @throws InvalidArgument for an unknown body or one that is free already
 Impact release(Moving& moving, const std::string& body);
 /// The joint stops where it is. @throws InvalidArgument for an unknown joint or one that is fixed or locked already

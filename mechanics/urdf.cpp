@@ -1,384 +1,34 @@
 #include "mechanics/urdf.h"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <set>
-#include <span>
 #include <string_view>
 #include <system_error>
 
 #include "mechanics/joint_list.h"
+#include "mechanics/kinematics.h"
+#include "mechanics/urdf_file-inl.h"
 
 namespace porthos::mechanics {
 namespace {
 
-using tinyxml2::XMLAttribute;
-using tinyxml2::XMLElement;
+using urdf::File;
+using urdf::Joint;
+using urdf::Link;
+using urdf::Log;
+using urdf::named;
 
-constexpr std::string_view blanks = " \t\r\n";
-
-std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
-
-/// The file's name and what is noted about it.
-class Log {
- public:
-  explicit Log(std::string file) : file_(std::move(file)) {}
-
-  const std::string& file() const { return file_; }
-  std::string at(int line) const { return file_ + ":" + std::to_string(line); }
-  [[noreturn]] void fail(int line, const std::string& text) const {
-    throw InvalidArgument(at(line) + ": " + text);
-  }
-  [[noreturn]] void fail(const std::string& text) const {
-    throw InvalidArgument(file_ + ": " + text);
-  }
-  void note(int line, std::string text) { notes_.push_back({at(line), std::move(text)}); }
-  /// For what comes in numbers: one note for all of a kind, at the first of them.
-  void count(int line, const std::string& kind, const char* fate) {
-    ++tallies_.try_emplace(kind + ": " + fate, Tally{line, 0}).first->second.times;
-  }
-  std::vector<UrdfNote> notes() const {
-    auto all = notes_;
-    for (const auto& [text, t] : tallies_)
-      all.push_back({at(t.line), std::to_string(t.times) + " x " + text});
-    return all;
-  }
-
- private:
-  struct Tally {
-    int line, times;
-  };
-  std::string file_;
-  std::vector<UrdfNote> notes_;
-  std::map<std::string, Tally> tallies_;
-};
-
-struct Link {
-  std::string name;
-  int line;
-  std::optional<MassProperties> mass;
-};
-
-struct Joint {
-  int line = 0;
-  std::string parent, child;
-  JointSpec spec;
-  Pose placement;
-};
-
-/// What the file says, before it is known to be a tree.
-struct Model {
-  std::string name;
-  std::vector<Link> links;
-  std::vector<Joint> joints;
-};
-
-/// "joint 'elbow': " for anything inside that joint.
-std::string owner(const XMLElement& inside) {
-  for (const XMLElement* e = &inside; e; e = e->Parent() ? e->Parent()->ToElement() : nullptr) {
-    const std::string_view tag = e->Name();
-    const char* name = e->Attribute("name");
-    if (name && (tag == "link" || tag == "joint"))
-      return std::string(tag) + " " + named(name) + ": ";
-  }
-  return "";
-}
-
-/// The attribute as the file shows it, cut if long: <origin xyz="0 0">
-std::string shown(const XMLElement& e, const XMLAttribute& a) {
-  std::string value = a.Value();
-  if (value.size() > 60) value = value.substr(0, 57) + "...";
-  return "<" + std::string(e.Name()) + " " + a.Name() + "=\"" + value + "\">";
-}
-
-std::string tag(const XMLElement& e) { return "<" + std::string(e.Name()) + ">"; }
-
-/// A finite number that is all of `word`, whatever the locale.
-std::optional<double> finite_number(std::string_view word) {
-  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-  double x = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), x);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(x)) return {};
-  return x;
-}
-
-/// XML -> Model.
-class Reader {
- public:
-  Reader(Log& log, const UrdfOptions& options) : log_(log), options_(options) {}
-
-  Model read(const std::string& text) {
-    tinyxml2::XMLDocument document;
-    const XMLElement& robot = parse(document, text);
-    expect(robot, {"name", "version"}, {}, {"link", "joint"});
-    Model m{required(robot, "name"), {}, {}};
-    for (auto* e = robot.FirstChildElement("link"); e; e = e->NextSiblingElement("link"))
-      m.links.push_back(link(*e));
-    for (auto* e = robot.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint"))
-      m.joints.push_back(joint(*e));
-    if (m.links.empty()) fail(robot, "<robot> has no <link>, expected at least one");
-    return m;
-  }
-
- private:
-  using Names = std::initializer_list<std::string_view>;
-  static bool among(Names names, std::string_view name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  }
-  /// Messages at an element or attribute of it, after the name of the link or joint it is in.
-  [[noreturn]] void fail(const XMLElement& e, const std::string& text) const {
-    log_.fail(e.GetLineNum(), owner(e) + text);
-  }
-  [[noreturn]] void fail(const XMLElement& e, const XMLAttribute& a, std::string text) const {
-    log_.fail(a.GetLineNum(), owner(e) + shown(e, a) + text);
-  }
-  void note(const XMLElement& e, const std::string& text) {
-    log_.note(e.GetLineNum(), owner(e) + text);
-  }
-
-  const XMLElement& parse(tinyxml2::XMLDocument& document, const std::string& text) const {
-    if (const auto zero = text.find('\0'); zero != text.npos)  // the parser would stop there
-      log_.fail(1 + int(std::count(text.begin(), text.begin() + std::ptrdiff_t(zero), '\n')),
-                "has a zero byte, expected XML text in UTF-8");
-    if (text.find_first_not_of(blanks) == text.npos) log_.fail("is empty, expected a URDF <robot>");
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-      log_.fail(document.ErrorLineNum(), "broken XML: " + xml_error(document));
-    const XMLElement* root = document.RootElement();
-    if (!root) log_.fail("has no XML element, expected a URDF <robot>");
-    if (std::string_view(root->Name()) != "robot")
-      fail(*root, "the top element is " + tag(*root) + ", expected <robot>");
-    if (const auto* second = root->NextSiblingElement())
-      fail(*second, "there is a second top element " + tag(*second) + ", expected one");
-    return *root;
-  }
-
-  /// "XML_ERROR_MISMATCHED_ELEMENT" and its details as words: "error mismatched element (...)".
-  static std::string xml_error(const tinyxml2::XMLDocument& document) {
-    std::string words = document.ErrorName();
-    if (words.starts_with("XML_")) words.erase(0, 4);
-    for (char& c : words) c = c == '_' ? ' ' : char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-    const std::string all = document.ErrorStr();
-    const auto line = all.find("Line number=");
-    const auto detail = line == all.npos ? line : all.find(": ", line);
-    return detail == all.npos ? words : words + " (" + all.substr(detail + 2) + ")";
-  }
-
-  /// Nothing is ignored in silence: each attribute, child and text of `e` not listed is noted.
-  void expect(const XMLElement& e, Names attributes, Names once = {}, Names many = {}) {
-    for (auto* a = e.FirstAttribute(); a; a = a->Next()) {
-      const std::string_view name = a->Name();
-      if (name == "quat_xyzw") fail(e, *a, " is not understood, expected rpy");  // not lost
-      if (!among(attributes, name) && !name.starts_with("xmlns"))
-        log_.note(a->GetLineNum(), owner(e) + "unknown attribute " + shown(e, *a) + ", ignored");
-    }
-    for (auto* child = e.FirstChild(); child; child = child->NextSibling()) {
-      if (child->ToText())
-        log_.note(child->GetLineNum(), owner(e) + "text in " + tag(e) + ", ignored");
-      if (child->ToElement()) expect_child(e, *child->ToElement(), once, many);
-    }
-  }
-  void expect_child(const XMLElement& e, const XMLElement& child, Names once, Names many) {
-    const std::string_view name = child.Name();
-    if (among(many, name)) return;
-    if (among(once, name)) {
-      if (e.FirstChildElement(child.Name()) != &child)
-        fail(child, "there is a second " + tag(child) + ", expected one");
-    } else if (among({"visual", "collision", "material", "transmission", "gazebo", "calibration",
-                      "safety_controller"},
-                     name)) {
-      log_.count(child.GetLineNum(), tag(child), "not read");
-    } else if (name.starts_with("xacro:")) {
-      fail(child, tag(child) + " is a macro, expected plain URDF: expand it with xacro first");
-    } else {
-      note(child, "unknown tag " + tag(child) + " in " + tag(e) + ", ignored");
-    }
-  }
-
-  const XMLAttribute& attribute(const XMLElement& e, const char* name) const {
-    const XMLAttribute* a = e.FindAttribute(name);
-    if (!a) fail(e, tag(e) + " has no attribute " + named(name));
-    return *a;
-  }
-  std::string required(const XMLElement& e, const char* name) const {
-    const XMLAttribute& a = attribute(e, name);
-    if (!*a.Value()) fail(e, a, " is empty, expected a name");
-    return a.Value();
-  }
-  const XMLElement& child(const XMLElement& e, const char* name) const {
-    const XMLElement* c = e.FirstChildElement(name);
-    if (!c) fail(e, tag(e) + " has no <" + name + ">");
-    return *c;
-  }
-
-  void numbers(const XMLElement& e, const XMLAttribute& a, std::span<double> out) const {
-    const std::string wanted = out.size() == 1 ? "a finite number" : "3 finite numbers";
-    const auto refuse = [&](const std::string& found) {
-      fail(e, a, ": expected " + wanted + ", found " + found);
-    };
-    std::size_t count = 0;
-    std::string_view rest = a.Value();
-    while (true) {
-      rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
-      if (rest.empty()) break;
-      const std::string_view word = rest.substr(0, rest.find_first_of(blanks));
-      rest.remove_prefix(word.size());
-      const auto x = finite_number(word);
-      if (!x) refuse(named(word.substr(0, 60)));
-      if (count < out.size()) out[count] = *x;
-      ++count;
-    }
-    if (count != out.size()) refuse(std::to_string(count));
-  }
-  double scalar(const XMLElement& e, const char* name) const {
-    double x = 0;
-    numbers(e, attribute(e, name), {&x, 1});
-    return x;
-  }
-  std::optional<double> optional_scalar(const XMLElement& e, const char* name) const {
-    return e.FindAttribute(name) ? std::optional(scalar(e, name)) : std::nullopt;
-  }
-  Vec3d vector(const XMLElement& e, const char* name) const {
-    std::array<double, 3> x{};
-    numbers(e, attribute(e, name), x);
-    return {x[0], x[1], x[2]};
-  }
-
-  Pose origin(const XMLElement& of) {
-    const XMLElement* e = of.FirstChildElement("origin");
-    if (!e) return {Mat3<double>::identity(), {0, 0, 0}};
-    expect(*e, {"xyz", "rpy"});
-    const Vec3d none{0, 0, 0}, rpy = e->FindAttribute("rpy") ? vector(*e, "rpy") : none;
-    return {rotation_from_rpy(rpy.x, rpy.y, rpy.z),
-            e->FindAttribute("xyz") ? vector(*e, "xyz") : none};
-  }
-
-  Link link(const XMLElement& e) {
-    expect(e, {"name"}, {"inertial"});
-    const auto* i = e.FirstChildElement("inertial");
-    return {required(e, "name"), e.GetLineNum(), i ? std::optional(inertial(*i)) : std::nullopt};
-  }
-
-  MassProperties inertial(const XMLElement& e) {
-    expect(e, {}, {"origin", "mass", "inertia"});
-    const XMLElement &mass = child(e, "mass"), &inertia = child(e, "inertia");
-    expect(mass, {"value"});
-    expect(inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
-    const auto i = [&](const char* name) { return scalar(inertia, name); };
-    const Pose frame = origin(e);
-    const Sym3<double> I{i("ixx"), i("ixy"), i("ixz"), i("iyy"), i("iyz"), i("izz")};
-    const MassProperties m{scalar(mass, "value"), frame.r, I, frame.R};
-    // A gram is not spread over metres: the usual cause is a tensor in kg mm^2.
-    const double radius = std::sqrt(std::max({I.xx, I.yy, I.zz, 0.0}) / m.mass);
-    if (m.mass > 0 && m.mass < 1 && radius > 1)
-      note(inertia, "a mass of " + number(m.mass) + " kg with a radius of gyration of " +
-                        number(radius, 2) + " m is implausible, expected kg m^2");
-    return m;
-  }
-
-  Joint joint(const XMLElement& e) {
-    Joint j;
-    j.line = e.GetLineNum();
-    j.spec.name = required(e, "name");
-    j.spec.type = joint_type(e);
-    if (const auto r = options_.rotor_inertia.find(j.spec.name); r != options_.rotor_inertia.end())
-      j.spec.rotor_inertia = r->second;
-    expect(e, {"name", "type"},
-           {"origin", "parent", "child", "axis", "axis2", "pitch", "limit", "dynamics", "mimic"});
-    j.placement = origin(e);
-    j.parent = linked(e, "parent");
-    j.child = linked(e, "child");
-    axes(e, j.spec);
-    limit(e, j.spec);
-    dynamics(e, j.spec);
-    if (const auto* m = e.FirstChildElement("mimic")) {
-      expect(*m, {"joint", "multiplier", "offset"});
-      note(*m, "<mimic> ignored: joint moves freely");
-    }
-    return j;
-  }
-
-  std::string joint_type(const XMLElement& e) const {
-    const std::string type = required(e, "type");
-    if (type == "floating") return "free";
-    if (freedoms(type) >= 0) return type;
-    std::string known = "floating";
-    for (const auto& name : joint_type_names()) known += ", " + name;
-    fail(e, attribute(e, "type"), ": unknown type, expected one of " + known);
-  }
-
-  std::string linked(const XMLElement& joint, const char* end) {
-    const XMLElement& e = child(joint, end);
-    expect(e, {"link"});
-    return required(e, "link");
-  }
-
-  Vec3d direction(const XMLElement& e, bool used) {
-    expect(e, {"xyz"});
-    const Vec3d d = vector(e, "xyz");
-    if (used && d.x == 0 && d.y == 0 && d.z == 0)
-      fail(e, attribute(e, "xyz"), " is zero, expected a direction");
-    return d;
-  }
-  void axes(const XMLElement& e, JointSpec& spec) {
-    const bool first = !among({"fixed", "spherical", "free"}, spec.type);
-    const bool second = among({"universal", "planar"}, spec.type), helical = spec.type == "helical";
-    spec.axis = {1, 0, 0};  // URDF's default
-    if (auto* axis = e.FirstChildElement("axis")) spec.axis = direction(*axis, first);
-    if (auto* axis2 = e.FirstChildElement("axis2"))
-      second ? void(spec.second_axis = direction(*axis2, true)) : meaningless(*axis2, spec);
-    if (helical) spec.pitch = scalar(child(e, "pitch"), "value");
-    if (auto* pitch = e.FirstChildElement("pitch"))
-      helical ? expect(*pitch, {"value"}) : meaningless(*pitch, spec);
-  }
-  void meaningless(const XMLElement& e, const JointSpec& spec) {
-    note(e, tag(e) + " means nothing to a " + spec.type + " joint, ignored");
-  }
-
-  void limit(const XMLElement& e, JointSpec& spec) {
-    const auto* l = e.FirstChildElement("limit");
-    if (!l) return;
-    expect(*l, {"lower", "upper", "effort", "velocity"});
-    const auto effort = optional_scalar(*l, "effort"), velocity = optional_scalar(*l, "velocity");
-    const int line = l->GetLineNum();
-    if (effort || velocity) log_.count(line, "<limit> effort or velocity", "not enforced");
-    const auto lower = optional_scalar(*l, "lower"), upper = optional_scalar(*l, "upper");
-    if (freedoms(spec.type) == 1)
-      spec.lower = lower, spec.upper = upper;
-    else if (lower || upper)
-      log_.count(line, "<limit> lower or upper of a " + spec.type + " joint", "ignored");
-  }
-
-  void dynamics(const XMLElement& e, JointSpec& spec) {
-    const auto* d = e.FirstChildElement("dynamics");
-    if (!d) return;
-    expect(*d, {"damping", "friction"});
-    const double damping = optional_scalar(*d, "damping").value_or(0);
-    spec.friction = optional_scalar(*d, "friction").value_or(0);
-    const bool damps = options_.use_damping && spec.type != "fixed";
-    if (damps) spec.damping = damping;
-    const std::string fate = " read but not simulated";
-    if (spec.friction > 0) note(*d, "friction " + number(spec.friction) + fate);
-    if (damping != 0 && !damps) note(*d, "damping " + number(damping) + fate);
-  }
-
-  Log& log_;
-  const UrdfOptions& options_;
-};
-
-/// Model -> tree of bodies -> Mechanism.
+/// File -> tree of bodies -> Mechanism.
 class Assembler {
  public:
-  Assembler(const Model& model, Log& log, const UrdfOptions& options)
-      : m_(model), log_(log), options_(options) {}
+  Assembler(File file, Log& log, const UrdfOptions& options)
+      : m_(std::move(file)), log_(log), options_(options) {}
 
   UrdfResult run() {
+    lock();
     index_links();
     index_joints();
     const std::size_t root = find_root();
@@ -389,6 +39,56 @@ class Assembler {
   }
 
  private:
+  /// Fixes the locked joints where they start.
+  void lock() {
+    std::set<std::string> coordinates;
+    for (const std::string& name : options_.locked) {
+      const auto j = std::find_if(m_.joints.begin(), m_.joints.end(),
+                                  [&](const Joint& k) { return k.spec.name == name; });
+      if (j == m_.joints.end()) log_.fail("lock: " + named(name) + " is not a joint of this file");
+      if (freedoms(j->spec.type) == 0)
+        fail(*j, "is to be locked but cannot move, expected a joint that is not fixed");
+      j->placement = held(*j, coordinates);
+      j->spec = {};
+      j->spec.name = name;
+    }
+    for (const auto& [name, values] : options_.locked_at)
+      if (!coordinates.count(name) && !is_joint(name))
+        log_.fail("lock: " + named(name) + " is not a coordinate of a locked joint");
+  }
+  bool is_joint(const std::string& name) const {
+    return std::any_of(m_.joints.begin(), m_.joints.end(),
+                       [&](const Joint& j) { return j.spec.name == name; });
+  }
+  /// Where a locked joint holds its link. The joint is asked itself, as the joint of a body alone.
+  Pose held(const Joint& j, std::set<std::string>& coordinates) const {
+    BodySpec b;
+    b.name = "body", b.parent = "world", b.placement = j.placement;
+    b.joint.name = j.spec.name, b.joint.type = j.spec.type, b.joint.axis = j.spec.axis;
+    b.joint.second_axis = j.spec.second_axis, b.joint.pitch = j.spec.pitch;
+    b.mass.mass = 1, b.mass.inertia = {1, 0, 0, 1, 0, 1};
+    b.where = log_.at(j.line);
+    const Mechanism m = MechanismBuilder().add(b).build();
+    std::vector<double> q = m.neutral();
+    bool moved = false;
+    for (const auto& c : m.coordinates()) {
+      coordinates.insert(c.name);
+      coordinates.insert(c.joint);
+      auto given = options_.locked_at.find(c.name);
+      if (given == options_.locked_at.end() && c.kind == phs::BlockKind::rotation)
+        given = options_.locked_at.find(c.joint);
+      if (given == options_.locked_at.end()) continue;
+      require_size(c.name.c_str(), given->second.size(), std::size_t(c.nq));
+      std::copy(given->second.begin(), given->second.end(), q.begin() + c.q);
+      moved = true;
+    }
+    if (!moved) return j.placement;
+    Workspace<double> w(m);
+    std::vector<Pose> pose(m.nodes().size());
+    forward_kinematics<double>(m, w, q, pose);
+    return body_pose<double>(m, m.body("body"), pose);
+  }
+
   void index_links() {
     for (std::size_t i = 0; i < m_.links.size(); ++i) {
       const Link& l = m_.links[i];
@@ -426,7 +126,8 @@ class Assembler {
     const auto l = by_name_.find(name);
     if (l == by_name_.end()) log_.fail(key + ": " + named(name) + " is not a link of this file");
     const Link& given = m_.links[l->second];
-    if (given.mass) fail(given, "has an <inertial>, expected no " + key + " besides");
+    if (given.mass && given.mass->mass > 0)
+      fail(given, "has an <inertial>, expected no " + key + " besides");
   }
 
   /// Something at `line` is called like the one at the line `first`.
@@ -481,33 +182,54 @@ class Assembler {
     return order;
   }
 
-  /// Gives every link its mass properties. A link that never moves needs none.
+  /// Gives every link its mass properties. A link that never moves needs none, and one that fixed joints tie to a link
+  /// with mass is a frame.
   void settle_masses(const std::vector<std::size_t>& order) {
-    std::vector<bool> moves(m_.links.size());
-    std::vector<std::size_t> missing;
+    std::vector<bool> moves(m_.links.size()), has_mass(m_.links.size());
+    std::vector<std::size_t> lacking,
+        whole(m_.links.size());  // whole: the first link of its rigid body
     for (const std::size_t i : order) {
       const Joint* j = carrier_[i];
-      moves[i] = j ? moves[parent(i)] || freedoms(j->spec.type) > 0 : free_base_;
+      const bool jointed = j && freedoms(j->spec.type) > 0;
+      moves[i] = j ? moves[parent(i)] || jointed : free_base_;
+      whole[i] = j && !jointed ? whole[parent(i)] : i;
       const auto given = options_.link_inertia.find(m_.links[i].name);
-      if (m_.links[i].mass)
-        masses_[i] = *m_.links[i].mass;
-      else if (given != options_.link_inertia.end())
+      if (given != options_.link_inertia.end())
         masses_[i] = given->second;
+      else if (m_.links[i].mass)
+        masses_[i] = *m_.links[i].mass;
       else if (moves[i])
-        missing.push_back(i);
+        lacking.push_back(i);
+      if (masses_[i].mass > 0) has_mass[whole[i]] = true;
     }
-    if (!missing.empty()) settle_missing(missing);
+    std::vector<std::size_t> frames, missing;
+    for (const std::size_t i : lacking) (has_mass[whole[i]] ? frames : missing).push_back(i);
+    if (!frames.empty())
+      log_.note(m_.links[frames[0]].line,
+                "links without <inertial> on fixed joints, taken as frames: " + listed(frames));
+    if (!missing.empty()) settle_missing(missing, whole[missing[0]]);
   }
-  void settle_missing(const std::vector<std::size_t>& missing) {
+  std::string listed(const std::vector<std::size_t>& links) const {
     std::string names;
-    for (const std::size_t i : missing)
+    for (const std::size_t i : links)
       names += (names.empty() ? "" : ", ") + named(m_.links[i].name);
+    return names;
+  }
+  void settle_missing(const std::vector<std::size_t>& missing, std::size_t whole) {
     const Link& first = m_.links[missing[0]];
     if (options_.links_without_inertia == UrdfOptions::NoInertia::massless)
-      return log_.note(first.line, "links without <inertial>, taken as massless: " + names);
-    fail(first, "has no <inertial>; give it mass properties under [model.inertia." + first.name +
-                    "] or set links_without_inertia = \"massless\"" +
-                    (missing.size() > 1 ? " (the same holds for all of " + names + ")" : ""));
+      return log_.note(first.line,
+                       "links without <inertial>, taken as massless: " + listed(missing));
+    const std::string joint = carrier_[whole] ? carrier_[whole]->spec.name : "";
+    std::vector<std::string> links;
+    for (const std::size_t i : missing) links.push_back(m_.links[i].name);
+    throw MasslessPart(
+        log_.at(first.line) + ": link " + named(first.name) + " has no <inertial> and " +
+            (joint.empty() ? "floats, expected mass properties"
+                           : "moves on joint " + named(joint) +
+                                 ", expected mass properties or the joint locked") +
+            (missing.size() > 1 ? " (the same holds for all of " + listed(missing) + ")" : ""),
+        joint, std::move(links));
   }
 
   MechanismBuilder parts(const std::vector<std::size_t>& order) const {
@@ -521,6 +243,8 @@ class Assembler {
   Mechanism build(const MechanismBuilder& builder) const {
     try {
       return builder.build();
+    } catch (const MasslessPart& e) {
+      throw MasslessPart(log_.file() + ": " + e.what(), e.joint, e.links);
     } catch (const InvalidArgument& e) {  // faults of the whole have no line, but they have a file
       if (std::string_view(e.what()).starts_with(log_.file() + ":")) throw;
       log_.fail(e.what());
@@ -549,7 +273,7 @@ class Assembler {
     return true;
   }
 
-  const Model& m_;
+  File m_;
   Log& log_;
   const UrdfOptions& options_;
   const bool free_base_ = options_.base == UrdfOptions::Base::free;
@@ -561,14 +285,12 @@ class Assembler {
   std::vector<std::vector<std::size_t>> children_ = std::vector<std::vector<std::size_t>>(n_);
   std::vector<MassProperties> masses_ = std::vector<MassProperties>(n_);
 };
-
 }  // namespace
 
 UrdfResult parse_urdf(const std::string& text, const std::string& name,
                       const UrdfOptions& options) {
   Log log(name);
-  const Model model = Reader(log, options).read(text);
-  return Assembler(model, log, options).run();
+  return Assembler(urdf::read_file(log, text, options), log, options).run();
 }
 
 UrdfResult read_urdf(const std::string& path, const UrdfOptions& options) {

@@ -220,8 +220,10 @@ void describe(Plan& p) {
   const bool alone = p.members.size() == 1;
   d.storages.clear();
   d.traits = {};
-  d.traits.canonical = alone && p.members[0].model->description().traits.canonical;
-  d.traits.separable = alone && p.members[0].model->description().traits.separable;
+  // What couples a member to itself adds G (K - D) Gᵀ to its J, by its skew part.
+  const bool same_structure = alone && p.skew.empty();
+  d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
+  d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
   d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && p.controls.empty();
   d.traits.autonomous = p.sources.empty() && p.controls.empty();
   p.turn_of.assign(size_t(d.nx), -1);

@@ -349,10 +349,15 @@ Invariants: linear and angular momentum of mechanisms free in the world without 
           py::arg("q"), py::arg("v"), "The flat state x of coordinates q and joint rates v.")
       .def(
           "rates",
-          [](const MechanicalModel& p, py::object x) {
-            return as_array(p.rates(numbers("x", x, size_t(2 * p.mechanism().nq()))));
+          [](const MechanicalModel& p, py::object x, std::vector<std::int64_t> turns) {
+            const size_t angles = size_t(p.mechanism().angle_count());
+            if (!turns.empty() && turns.size() < angles)
+              require_size("turns", turns.size(), angles);
+            return as_array(p.rates(numbers("x", x, size_t(2 * p.mechanism().nq())), turns));
           },
-          py::arg("x"), "Joint rates of a flat state.");
+          py::arg("x"), py::arg("turns") = std::vector<std::int64_t>{},
+          "Joint rates of a flat state. turns: of its angle blocks, as State.turns; none: they "
+          "stand in the angles.");
 }
 
 }  // namespace porthos::python

@@ -201,7 +201,9 @@ void bind_reader(py::module_& m) {
 }  // namespace
 
 void bind_scene(py::module_& m) {
-  py::class_<Limits>(m, "Limits", "Limits of the verdict, relative. None: not checked.")
+  py::class_<Limits>(
+      m, "Limits",
+      "Limits of the verdict, relative. None: not checked; no limit at all: the defaults.")
       .def(from_keywords<Limits>())
       .def_readwrite("energy", &Limits::energy)
       .def_readwrite("linear_momentum", &Limits::linear_momentum)
@@ -209,6 +211,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("quaternion_norm", &Limits::quaternion_norm)
       .def_readwrite("balance", &Limits::balance)
       .def_readwrite("symmetry", &Limits::symmetry)
+      .def_readwrite("step_halving", &Limits::step_halving)
       .def_readwrite("orbital", &Limits::orbital)
       .def_readwrite("coupling", &Limits::coupling);
   py::class_<Scene>(m, "SceneData",
@@ -219,7 +222,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("method", &Scene::method, "See methods(); 'auto': found by pilot runs.")
       .def_readwrite("step", &Scene::step, "[s]")
       .def_readwrite("duration", &Scene::duration,
-                     "[s]; the run takes round(duration / step) steps.")
+                     "[s]; where it is no whole number of steps the last one is shorter.")
       .def_readwrite("record_every", &Scene::record_every,
                      "[s]; rounded to whole steps, at least one.")
       .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")
@@ -237,7 +240,16 @@ void bind_scene(py::module_& m) {
             return std::const_pointer_cast<mechanics::Mechanism>(a.mechanism);
           },
           "The mechanism in it; None in a system without one.")
-      .def_property_readonly("initial", [](const Assembly& a) { return a.initial; })
+      .def_property_readonly(
+          "initial", [](const Assembly& a) { return a.initial; },
+          "Where a run begins; relative to the centre of mass where that moves "
+          "in closed form, see in_world().")
+      .def(
+          "in_world",
+          [](const Assembly& a, double t, const phs::State& s) { return WorldView(a)(t, s); },
+          arg("t"), arg("state"),
+          "A state of the model at time t [s] as the world sees it: places and momenta with "
+          "those of the centre of mass, where that moves in closed form; else the state itself.")
       .def_readonly("notes", &Assembly::notes);
 
   m.def(

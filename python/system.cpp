@@ -275,8 +275,12 @@ void bind_check(py::module_& m) {
       .def_readonly("worst", &AxiomResult::worst)
       .def_readonly("limit", &AxiomResult::limit)
       .def_readonly("state", &AxiomResult::state)
+      .def_readonly("why_not", &AxiomResult::why_not,
+                    "Why it could not be tried; empty: it was tried.")
+      .def("applies", &AxiomResult::applies)
       .def("holds", &AxiomResult::holds)
       .def("__repr__", [](const AxiomResult& a) {
+        if (!a.applies()) return fmt::format("<{}: not applicable, {}>", a.axiom, a.why_not);
         return fmt::format("<{}: {:.2g}, limit {:.2g}>", a.axiom, a.worst, a.limit);
       });
   py::class_<CheckReport>(m, "CheckReport")
@@ -290,7 +294,7 @@ void bind_check(py::module_& m) {
       "check",
       [](const ModelPtr& model, int samples, double spread, double tolerance, std::uint64_t seed) {
         const py::gil_scoped_release released;
-        return check(*model, {samples, spread, tolerance, seed});
+        return check(*model, {samples, spread, tolerance, seed, {}});
       },
       py::arg("model"), py::kw_only(), py::arg("samples") = 32, py::arg("spread") = 1.0,
       py::arg("tolerance") = 1e-11, py::arg("seed") = 1,

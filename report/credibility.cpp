@@ -58,11 +58,15 @@ Json verification(const Json& s) {
   }
   std::string text = fmt::format("{} of {} checks passed, integrated by {}. ", passed,
                                  s["checks"].size(), claims(s["method"]));
+  if (s.contains("not_applicable"))
+    for (const auto& n : s["not_applicable"])
+      text += fmt::format("Not applicable: {}, {}. ", n.value("name", ""), n.value("why", ""));
+  if (s["verdict"] == "not judged") text += "No check tells of the motion: the run is not judged. ";
   text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
                                    axioms, symmetry ? ", and the way forth and back" : "")
                      : "The axioms of the system and its symmetry in time were not tested here: "
                        "porthos verify does.";
-  return row("Verification", s["checks"].empty() ? partly : stated, text);
+  return row("Verification", s["verdict"] == "not judged" ? partly : stated, text);
 }
 
 Json uncertainty(const Json& s, const Json& comparison) {

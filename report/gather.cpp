@@ -103,6 +103,7 @@ class Gathered {
     stage_.mechanism = assembly_->mechanism;
     stage_.bodies = assembly_->parts.bodies();
     stage_.urdf = scene_->urdf_text;
+    stage_.gravity = scene_->urdf.gravity;
   }
 
   void finished_run() {

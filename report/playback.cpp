@@ -148,7 +148,7 @@ Json playback(const Stage& stage, std::int64_t most) {
   Json clips = Json::array();
   clips.push_back(Clip(stage, evenly(records, all ? most : most / 2)).json("whole run"));
   if (!all) clips.push_back(Clip(stage, evenly(most / 2, most / 2)).json("beginning"));
-  const auto g = m.gravity();
+  const auto& g = stage.gravity;
   return {{"bodies", bodies},
           {"nodes", m.nodes().size()},
           {"gravity", {g.x, g.y, g.z}},

@@ -11,6 +11,7 @@ struct Stage {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   std::vector<mechanics::BodySpec> bodies;  ///< it was built from
   std::string urdf;
+  mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
   const Records* records = nullptr;
 };
 

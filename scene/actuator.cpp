@@ -7,6 +7,7 @@
 #include "mechanics/mechanical_model.h"
 #include "phs/elements.h"
 #include "scene/element.h"
+#include "scene/files.h"
 #include "scene/toml_table-inl.h"
 #include "vsa/catalogue.h"
 #include "vsa/table.h"
@@ -119,7 +120,7 @@ vsa::Values read_parameters(const Table& t, const std::string& family) {
   return v;
 }
 
-vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder) {
+vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointActuator& j) {
   const int given = t.has("device") + t.has("family") + t.has("table");
   if (given != 1)
     refuse(t.where(),
@@ -137,8 +138,10 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder) {
     for (const auto& p : d.parameters) values[p.name] = p.value;
   } else if (t.has("table")) {
     family = "tabulated";
-    const auto m = vsa::read_measurements(
-        (std::filesystem::path(folder) / t.text("table", "the name of a CSV file")).string());
+    j.table = t.text("table", "the name of a CSV file");
+    const auto path = std::filesystem::path(folder) / j.table;
+    j.table_text = read_file(path);
+    const auto m = vsa::parse_measurements(j.table_text, path.string());
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
@@ -167,7 +170,7 @@ std::vector<JointActuator> read_actuators(const Table& scene, const std::string&
     j.name = t.has("name") ? t.text("name", "text") : joint + ".actuator";
     at_line(j.where, [&] {
       vsa::Actuator& a = j.actuator;
-      a.elastic = read_elastic(t, folder);
+      a.elastic = read_elastic(t, folder, j);
       const auto& traits = a.elastic->traits();
       t.require("theta", "a table with the key drive");
       const Table theta = t.table("theta", drive_keys);

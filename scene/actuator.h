@@ -23,6 +23,7 @@ struct JointActuator {
   std::optional<double>
       theta;         ///< start [rad]; none: where the spring is at rest, the joint's angle
   double sigma = 0;  ///< start
+  std::string table, table_text;  ///< name and content of the CSV file it was read from, if any
 };
 
 /// Reads the [[actuator]] tables; tables of measurements are looked for from `folder`.

@@ -40,42 +40,115 @@ void put_random(const RandomStart& random, const Mechanism& m, Start& s) {
   }
 }
 
-[[noreturn]] void refuse_joint(const std::string& name, const JointStart& start,
-                               const Mechanism& m) {
-  std::string known;
-  const char* reason = "the model has no joint of this name";
-  for (const auto& c : m.coordinates()) {
-    if (is_single(c)) known += (known.empty() ? "" : ", ") + c.name;
-    if (!is_single(c) && (c.name == name || c.joint == name))
-      reason = "it has several freedoms, start values are for joints of one";
-  }
-  throw InvalidArgument(fmt::format("{}[initial] joints.{}: {}, expected one of: {}",
-                                    at(start.where), name, reason,
-                                    known.empty() ? "(none)" : known));
+[[noreturn]] void refuse_start(const std::string& name, const JointStart& start,
+                               const std::string& why) {
+  throw InvalidArgument(fmt::format("{}[initial] joints.{}: {}", at(start.where), name, why));
 }
 
-void put_joint(const std::string& name, const JointStart& start, const Mechanism& m, Start& s) {
-  const auto& all = m.coordinates();
-  const auto c = std::find_if(all.begin(), all.end(),
-                              [&](const auto& k) { return is_single(k) && k.name == name; });
-  if (c == all.end()) refuse_joint(name, start, m);
-  s.q[size_t(c->q)] = start.position;
-  s.v[size_t(c->v)] = start.velocity;
+/// Why nothing of this name can be given a start.
+std::string no_start(const std::string& name, const Mechanism& m) {
+  std::string known, own;
+  for (const auto& c : m.coordinates()) {
+    const bool turns = c.kind == phs::BlockKind::rotation;
+    if (is_single(c) || turns) known += (known.empty() ? "" : ", ") + (turns ? c.joint : c.name);
+    if (c.joint == name) own += (own.empty() ? "" : ", ") + c.name;
+  }
+  return own.empty() ? "the model has no joint of this name, expected one of: " +
+                           (known.empty() ? "(none)" : known)
+                     : "it has several freedoms, expected each of them by its name: " + own;
 }
 
 void store(const Vec3d& a, std::vector<double>& to, int offset) {
   for (int k = 0; k < 3; ++k) to[size_t(offset + k)] = a[k];
 }
 
-/// Rates of a free joint are the twist in the base's own axes: the world velocity of its origin is turned into them.
-void put_base(const BaseStart& b, const std::string& joint, const Mechanism& m, Start& s) {
-  const auto& position = m.coordinate(joint + ".position");
-  const auto& attitude = m.coordinate(joint + ".attitude");
-  store(b.position, s.q, position.q);
+/// As seen from the base's origin: relative motion has no rounding of a common one.
+BaseStart seen_from(const BaseStart& base, BaseStart b) {
+  b.position -= base.position;
+  b.linear_velocity -= base.linear_velocity;
+  return b;
+}
+
+/// Rates of ball and free joints are the twist in the child's own axes: a velocity in the parent's is turned into them.
+/// @param position  null: it cannot move away
+void put_motion(const BaseStart& b, const JointCoordinates& attitude,
+                const JointCoordinates* position, Start& s) {
   std::copy_n(b.attitude_wxyz, 4, s.q.begin() + attitude.q);
-  const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(b.attitude_wxyz));
   store(b.angular_velocity, s.v, attitude.v);
-  store(R.tmul(b.linear_velocity), s.v, position.v);
+  if (!position) return;
+  const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(b.attitude_wxyz));
+  store(b.position, s.q, position->q);
+  store(R.tmul(b.linear_velocity), s.v, position->v);
+}
+
+void put_base(const BaseStart& b, const std::string& joint, const Mechanism& m, Start& s) {
+  put_motion(b, m.coordinate(joint + ".attitude"), &m.coordinate(joint + ".position"), s);
+}
+
+void put_joint(const std::string& name, const JointStart& start, const Mechanism& m, Start& s) {
+  const JointCoordinates *single = nullptr, *attitude = nullptr, *position = nullptr;
+  for (const auto& c : m.coordinates()) {
+    if (is_single(c) && c.name == name) single = &c;
+    if (c.joint != name) continue;
+    if (c.kind == phs::BlockKind::rotation) attitude = &c;
+    if (c.name == name + ".position") position = &c;
+  }
+  if (single && start.motion)
+    refuse_start(name, start, "it has one freedom, expected position and velocity");
+  if (single) {
+    s.q[size_t(single->q)] = start.position;
+    s.v[size_t(single->v)] = start.velocity;
+    return;
+  }
+  if (!attitude) refuse_start(name, start, no_start(name, m));
+  if (!start.motion)
+    refuse_start(name, start,
+                 "it is a joint that turns freely, expected attitude_wxyz and "
+                 "angular_velocity");
+  if (!position && start.translates)
+    refuse_start(name, start, "it is a ball joint, expected no position and no linear_velocity");
+  put_motion(*start.motion, *attitude, position, s);
+}
+
+/// A locked joint, or a coordinate of one.
+bool is_locked(const Scene& scene, const std::string& name) {
+  const auto& all = scene.urdf.locked;
+  return std::any_of(all.begin(), all.end(), [&](const std::string& joint) {
+    return name == joint || name.rfind(joint + ".", 0) == 0;
+  });
+}
+
+/// How to read the model: with the locked joints where they start.
+mechanics::UrdfOptions reading_of(const Scene& scene) {
+  mechanics::UrdfOptions o = scene.urdf;
+  for (const auto& [name, start] : scene.joints) {
+    if (!is_locked(scene, name)) continue;
+    if (!start.motion) {
+      if (start.velocity != 0)
+        refuse_start(name, start, "the joint is locked, expected no velocity");
+      o.locked_at[name] = {start.position};
+      continue;
+    }
+    const BaseStart& m = *start.motion;
+    if (mechanics::norm(m.linear_velocity) != 0 || mechanics::norm(m.angular_velocity) != 0)
+      refuse_start(name, start, "the joint is locked, expected no velocity");
+    o.locked_at[name].assign(m.attitude_wxyz, m.attitude_wxyz + 4);
+    if (start.translates)
+      o.locked_at[name + ".position"] = {m.position.x, m.position.y, m.position.z};
+  }
+  return o;
+}
+
+/// A refusal of something massless that moves, with the ways out that a scene has.
+InvalidArgument with_ways_out(const mechanics::MasslessPart& e, const Scene& scene) {
+  std::string ways;
+  const auto add = [&](const std::string& way) { ways += (ways.empty() ? "" : ", or ") + way; };
+  if (!e.joint.empty() && e.joint != mechanics::base_joint_name)
+    add(fmt::format("[model] lock = [\"{}\"] holds the joint where it starts", e.joint));
+  if (!e.links.empty()) add(fmt::format("[model.inertia.{}] gives the link mass", e.links.front()));
+  if (scene.urdf.links_without_inertia == mechanics::UrdfOptions::NoInertia::error)
+    add("[model] links_without_inertia = \"massless\" if links with mass follow");
+  return InvalidArgument(e.what() + (ways.empty() ? "" : ": " + ways));
 }
 
 /// A refusal names the part; the line is that of its element.
@@ -136,15 +209,9 @@ std::shared_ptr<const phs::Model> with_joint_parts(
   return n.build();
 }
 
-Assembly assemble(const Scene& scene) {
-  const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
-  if (!free_base && !scene.base.where.empty())
-    throw InvalidArgument(scene.base.where +
-                          ": [initial] base is given, but the base is \"fixed\": expected no start "
-                          "values of the base, "
-                          "or [model] base = \"free\"");
-  auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, scene.urdf);
-
+namespace {
+Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& options) {
+  auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, options);
   Assembly a;
   a.notes = std::move(urdf.notes);
   a.parts = std::move(urdf.parts);
@@ -166,20 +233,57 @@ Assembly assemble(const Scene& scene) {
       throw InvalidArgument(at(scene.orbit->where) + e.what());
     }
     a.model = a.spacecraft;
+    a.splitting = scene.orbit->splitting;
   }
-  a.initial = start_of(scene, a);
+  auto start = start_of(scene, a);
+  a.initial = std::move(start.state), a.centre = std::move(start.centre);
   return a;
 }
+}  // namespace
 
-phs::State start_of(const Scene& scene, const Assembly& a) {
+Assembly assemble(const Scene& scene) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  if (!free_base && !scene.base.where.empty())
+    throw InvalidArgument(scene.base.where +
+                          ": [initial] base is given, but the base is \"fixed\": expected no start "
+                          "values of the base, "
+                          "or [model] base = \"free\"");
+  try {
+    mechanics::UrdfOptions options = reading_of(scene);
+    if (why_centre_stays(scene).empty())
+      options.gravity = {0, 0, 0};  // the centre of mass feels it
+    return assemble_model(scene, options);
+  } catch (const mechanics::MasslessPart& e) {
+    throw with_ways_out(e, scene);
+  }
+}
+
+Beginning start_of(const Scene& scene, const Assembly& a) {
+  const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  const bool apart = why_centre_stays(scene).empty();
   // What the mechanism and its parts make up, without the orbit.
   const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
-  for (const auto& [name, joint] : scene.joints) put_joint(name, joint, *a.mechanism, start);
-  if (free_base) put_base(scene.base, mechanics::base_joint_name, *a.mechanism, start);
-  for (const auto& b : scene.bodies) put_base(b.start, b.name, *a.mechanism, start);
+  for (const auto& [name, joint] : scene.joints) {
+    if (free_base && name == mechanics::base_joint_name)
+      refuse_start(name, joint, "it is the free base, expected its start in [initial] base");
+    for (const auto& b : scene.bodies)
+      if (name == b.name) refuse_start(name, joint, "expected its start in its [[body]]");
+    if (!is_locked(scene, name)) put_joint(name, joint, *a.mechanism, start);
+  }
+  const BaseStart from = apart ? scene.base : BaseStart{};
+  if (free_base)
+    put_base(seen_from(from, scene.base), mechanics::base_joint_name, *a.mechanism, start);
+  for (const auto& b : scene.bodies)
+    put_base(seen_from(from, b.start), b.name, *a.mechanism, start);
+  if (const auto joint = mechanics::joint_without_inertia(*a.mechanism, start.q))
+    throw InvalidArgument(fmt::format(
+        "{}: joint '{}' moves no inertia where it starts, a singular position: expected another "
+        "start of the joints in [initial]",
+        scene.path, *joint));
+  CentreOfMass centre;
+  if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(internal.description().nx), 0.0);  // elements start empty
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
@@ -192,7 +296,12 @@ phs::State start_of(const Scene& scene, const Assembly& a) {
     }
   phs::State s(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), s);
-  return s;
+  if (!apart) return {std::move(s), {}};
+  settle_momentum(*a.mechanism, s);
+  centre.start += CentreOfMass::Vec(from.position);
+  centre.start_velocity += CentreOfMass::Vec(from.linear_velocity);
+  centre.gravity = CentreOfMass::Vec(scene.urdf.gravity);
+  return {std::move(s), centre};
 }
 
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x) {
@@ -202,6 +311,14 @@ Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const do
   phs::wrap_angles(model->description(), a.initial);
   a.model = std::move(model);
   return a;
+}
+
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options) {
+  if (!a.spacecraft) return integrators::make_integrator(method, *a.model, h, options);
+  return std::make_unique<space::SplitIntegrator>(
+      *a.spacecraft, h, space::SplitOptions{a.splitting, method, options});
 }
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene/lyapunov.h"
+#include "scene/steps.h"
 #include "scene/trial.h"
 
 namespace porthos::scene {
@@ -26,13 +27,6 @@ constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
 constexpr double late_extremes = 10;  // by which the error may jump after the longer pilot
 constexpr double may_be_rounding = 1e-12;
 constexpr double rounding = 1e-17;  // no error can be asked to be smaller
-
-/// At most x, two digits of it.
-double two_digits(double x) {
-  const double exponent = std::floor(std::log10(x)) - 1;
-  const double digits = std::floor(x / std::pow(10.0, exponent) * (1 + 1e-12));
-  return exponent < 0 ? digits / std::pow(10.0, -exponent) : digits * std::pow(10.0, exponent);
-}
 
 /// A method with a step that has been tried.
 struct Candidate {
@@ -87,7 +81,7 @@ class Choosing {
   Candidate pilot(const Declaration& d) {
     double h = largest_step_, before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
-      const Candidate c = attempt(d, two_digits(h), pilot_s_, 2);
+      const Candidate c = attempt(d, fitting_step(scene_, h), pilot_s_, 2);
       if (c.reaches || spent_ > most_pilots_s) return c;
       if (!(c.measured < HUGE_VAL)) {
         h /= 2;
@@ -119,7 +113,7 @@ class Choosing {
           now.expected < HUGE_VAL
               ? std::clamp(0.95 * std::pow(target_ / now.expected, 1.0 / c.method.order), 0.5, 0.95)
               : 0.5;
-      c.step = two_digits(shorter * c.step);
+      c.step = fitting_step(scene_, shorter * c.step);
     }
     return {};
   }

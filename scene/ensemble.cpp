@@ -22,6 +22,9 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 }
 
 /// One case at work.
+/// As the dataset "passed" has it: 0 failed, 1 passed, 2 not judged.
+std::int64_t case_verdict(Verdict v) { return v == Verdict::pass ? 1 : v == Verdict::fail ? 0 : 2; }
+
 class CaseRun final : public ensemble::BatchRun {
  public:
   using Done = std::function<void(std::span<const double>)>;
@@ -41,7 +44,8 @@ class CaseRun final : public ensemble::BatchRun {
       if (e_.one_model()) {
         assembly_.model = a.model, assembly_.mechanical = a.mechanical;
         assembly_.mechanism = a.mechanism, assembly_.spacecraft = a.spacecraft;
-        assembly_.initial = start_of(s, a);
+        auto begin = start_of(s, a);
+        assembly_.initial = std::move(begin.state), assembly_.centre = std::move(begin.centre);
       } else {
         assembly_ = assemble(s);
       }
@@ -64,8 +68,11 @@ class CaseRun final : public ensemble::BatchRun {
   void booked(std::span<const double> works) override { ledger_->book(works); }
   bool see(const phs::State& s) override { return measure(s); }
 
-  void end(const phs::State& last, Outcome outcome) override {
+  void end(const phs::State& reached, Outcome outcome) override {
     const CaseLayout& l = e_.layout();
+    const double time = double(reached.step) * e_.scene().step;
+    WorldView view(assembly_);
+    const phs::State& last = view(time, reached);
     std::vector<double> row(l.size(), 0.0);
     const auto whole = [&](size_t at, std::int64_t value) {
       row[at] = std::bit_cast<double>(value);
@@ -80,12 +87,14 @@ class CaseRun final : public ensemble::BatchRun {
     if (!refused_) {
       RunReport r;
       r.outcome = outcome, r.steps = last.step;
-      r.simulated_s = double(last.step) * e_.scene().step;
+      r.simulated_s = time;
       ledger_->fill(r, *meter_);
       const auto* split = dynamic_cast<const space::SplitIntegrator*>(method_.get());
       if (split && split->ledgers().started()) r.space = split->ledgers().report();
-      judge(r, e_.scene(), *meter_);
-      whole(l.passed, r.passed());
+      judge(r, e_.scene(),
+            method_ ? method_->declaration() : integrators::declaration_of(e_.scene().method),
+            *meter_);
+      whole(l.passed, case_verdict(r.verdict()));
       row[l.energy_initial] = r.energy.initial_J, row[l.energy_scale] = r.energy.scale_J;
       row[l.energy_abs] = r.energy.max_abs_error_J, row[l.energy] = r.energy.max_rel_error;
       row[l.energy_rms] = r.energy.rms_rel_error;
@@ -98,7 +107,7 @@ class CaseRun final : public ensemble::BatchRun {
 
  private:
   bool measure(const phs::State& s) {
-    const Measured m = (*meter_)(s);
+    const Measured& m = meter_->measure(s);
     finite_ = m.finite() && std::isfinite(meter_->initial_J());
     if (finite_) ledger_->add(double(s.step) * e_.scene().step, m, s.step % every == 0);
     return finite_;

@@ -108,12 +108,18 @@ struct Spread {
 
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
+  std::int64_t not_judged = 0;                   ///< none of their checks tells of the motion
   std::map<std::string, std::int64_t> failures;  ///< cases that did not run to their end, by why
   Spread energy, linear, angular;  ///< of the cases that did: relative errors, maxima over the run
   std::vector<std::int64_t> not_passed;        ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;
   std::int64_t run_here = 0;  ///< cases this process (and its ranks) ran
+  Verdict verdict() const {
+    return passed == cases                ? Verdict::pass
+           : passed + not_judged == cases ? Verdict::not_judged
+                                          : Verdict::fail;
+  }
 };
 
 struct EnsembleOptions {

@@ -141,7 +141,9 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
       energy.emplace_back(row[l.energy], i), linear.emplace_back(row[l.linear], i);
       angular.emplace_back(row[l.angular], i);
     }
-    if (integer(row[l.passed]))
+    const auto verdict = integer(row[l.passed]);
+    if (verdict == 2) ++r.not_judged;
+    if (verdict == 1)
       ++r.passed;
     else if (r.not_passed.size() < 10)
       r.not_passed.push_back(i);
@@ -166,7 +168,8 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
   j["title"] = e.scene().title, j["method"] = e.scene().method;
   j["step_s"] = e.scene().step, j["duration_s"] = e.scene().duration;
   j["cases"] = r.cases, j["passed"] = r.passed;
-  j["verdict"] = r.passed == r.cases ? "pass" : "fail";
+  j["not_judged"] = r.not_judged;
+  j["verdict"] = to_string(r.verdict());
   Json failures = Json::object();
   for (const auto& [why, count] : r.failures) failures[why] = count;
   j["failures"] = failures;

@@ -6,6 +6,7 @@
 
 #include "ensemble/random.h"
 #include "scene/files.h"
+#include "scene/steps.h"
 #include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -75,6 +76,12 @@ class EnsembleReader {
                       : scene_.step_control != integrators::StepControl::fixed ? "a step_control"
                                                                                : nullptr;
     if (has) refuse(t.where(), fmt::format("[ensemble] is given with {}, expected none", has));
+    if (const Steps steps = steps_of(scene_); steps.last > 0)
+      refuse(
+          t.where(),
+          fmt::format("[ensemble] takes steps of one size, but duration is {:g} s, {:g} steps of "
+                      "{:g} s: expected a whole number of them",
+                      steps.duration, steps.duration / steps.size, steps.size));
   }
 
   void sample(const Table& t) {

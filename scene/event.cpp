@@ -75,7 +75,7 @@ Event read_event(const std::string& type, const Table& t) {
     e.latch.on_body = t.vector_or_zero("on_body", " of metres");
     e.latch.on_link = t.vector_or_zero("on_link", " of metres");
   }
-  if (e.within_reach) t.require("reach", "a number of metres, to wait for");
+  t.require("reach", "a number of metres, the largest distance at which the latch can close");
   e.latch.reach = limit(t, "reach", " of metres");
   e.latch.speed = limit(t, "speed", " of m/s");
   e.latch.rate = limit(t, "rate", " of rad/s");

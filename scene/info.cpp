@@ -10,6 +10,7 @@
 #include "scene/auto_method.h"
 #include "scene/build_info.h"
 #include "scene/scene.h"
+#include "scene/steps.h"
 #include "scene/text_table.h"
 
 namespace porthos::scene {
@@ -75,15 +76,17 @@ std::string states_section(const Assembly& a) {
   const auto& d = a.model->description();
   TextRows rows{
       {"name", "kind", "where", "unit", "momentum", "unit", "start", "momentum at start"}};
-  auto turns = a.initial.turns.begin();
+  WorldView view(a);
+  const phs::State& s = view(0, a.initial);
+  auto turns = s.turns.begin();
   for (const auto& b : d.blocks) {
-    std::vector<double> start(&a.initial.x[size_t(b.at)], &a.initial.x[size_t(b.at)] + b.size);
+    std::vector<double> start(&s.x[size_t(b.at)], &s.x[size_t(b.at)] + b.size);
     if (b.kind == BlockKind::angle) start[0] += phs::two_pi_hi * double(*turns++);
     const bool pair = b.momentum >= 0;
     rows.push_back({b.name, name_of(b.kind), slice(b.at, b.size), b.unit,
                     pair ? slice(b.momentum, b.size) : "-", b.momentum_unit,
                     numbers(start.data(), b.size),
-                    pair ? numbers(&a.initial.x[size_t(b.momentum)], b.size) : "-"});
+                    pair ? numbers(&s.x[size_t(b.momentum)], b.size) : "-"});
   }
   return fmt::format("States, {} numbers\n", d.nx) + aligned(rows, "  ");
 }
@@ -124,26 +127,40 @@ std::string joints_with(const Mechanism& m, Has has) {
   return n ? fmt::format("active in {} joint{}", n, n > 1 ? "s" : "") : "absent";
 }
 
-std::string plan_section(const Scene& s, const Mechanism& m) {
-  const auto& g = m.gravity();
-  const bool free = s.urdf.base == mechanics::UrdfOptions::Base::free;
-  const double steps = std::round(s.duration / s.step);
-  const double stride = std::max(1.0, std::round(s.record_every / s.step));
+std::string gravity_text(const Scene& s, const Assembly& a) {
+  if (s.orbit) return "active, of a planet, with its gradient on every link";
+  const auto& g = s.urdf.gravity;
+  if (mechanics::norm(g) == 0) return "absent";
+  return fmt::format("{}uniform ({}, {}, {}) m/s^2",
+                     a.centre ? "on the centre of mass alone, " : "active, ", g.x, g.y, g.z);
+}
+
+std::string translation_text(const Scene& s, const Assembly& a) {
+  if (a.centre)
+    return "none to integrate: the centre of mass moves in closed form, the motion about it is run";
+  const std::string why = why_centre_stays(s);
+  if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "absent";
+  if (s.orbit) return "none to integrate: the orbit of the centre of mass is split off";
+  return "integrated with everything else: " + why;
+}
+
+std::string plan_section(const Scene& s, const Assembly& a) {
+  const Mechanism& m = *a.mechanism;
+  const Steps steps = steps_of(s);
+  const std::string last =
+      steps.last > 0 ? fmt::format(", the last of {:g} s", steps.last) : std::string();
   return "Plan\n" +
          aligned(
-             {{"gravity", m.has_gravity()
-                              ? fmt::format("active, uniform ({}, {}, {}) m/s^2", g.x, g.y, g.z)
-                          : s.orbit ? "active, of a planet, with its gradient on every link"
-                                    : "absent"},
+             {{"gravity", gravity_text(s, a)},
               {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
               {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
-              {"translation of the base", free ? "active" : "absent"},
+              {"translation of the base", translation_text(s, a)},
               {"links on fixed joints", merged_text(m)},
               {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
-              {"method", fmt::format("{}, {:.0f} steps of {} s = {} s", s.method, steps, s.step,
-                                     steps * s.step)},
+              {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total, s.step,
+                                     last, steps.time(steps.total))},
               {"chosen by", s.choice.empty() ? "the scene" : s.choice},
-              {"records", fmt::format("every {} s", stride * s.step)}},
+              {"records", fmt::format("every {} s", double(steps.every) * s.step)}},
              "  ");
 }
 
@@ -181,8 +198,10 @@ std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
 template <class T>
 double nanoseconds_per_evaluation(const Assembly& a) {
   using Clock = std::chrono::steady_clock;
-  const auto system = a.model->instantiate<T>();
-  std::vector<T> x(a.initial.x.begin(), a.initial.x.end()), dx(x.size());
+  const phs::Model& model = a.spacecraft ? a.spacecraft->internal() : *a.model;
+  const auto system = model.instantiate<T>();
+  const auto end = a.initial.x.begin() + model.description().nx;
+  std::vector<T> x(a.initial.x.begin(), end), dx(x.size());
   const auto batch = [&](int n) {
     const auto start = Clock::now();
     for (int i = 0; i < n; ++i) system->field(T(0.0), x, {}, dx);
@@ -199,7 +218,8 @@ double nanoseconds_per_evaluation(const Assembly& a) {
 std::string cost_section(const Assembly& a) {
   const double one = nanoseconds_per_evaluation<double>(a);
   const double lanes = nanoseconds_per_evaluation<phs::Pack8>(a);
-  return "Cost of one evaluation, measured now\n" +
+  return fmt::format("Cost of one evaluation{}, measured now\n",
+                     a.spacecraft ? " of the internal motion, which the split steps" : "") +
          aligned({{"one state", fmt::format("{:.0f} ns", one)},
                   {"eight states in lanes", fmt::format("{:.0f} ns each, {:.1f} times as fast",
                                                         lanes / 8, 8 * one / lanes)}},
@@ -215,7 +235,7 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   std::string text = scene.title + "\n";
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), books_section(d),
-        invariants_section(d), plan_section(scene, m), left_out_section(m),
+        invariants_section(d), plan_section(scene, assembly), left_out_section(m),
         notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;

@@ -72,6 +72,7 @@ mechanics::Impact Latching::change(const Scene& scene, const mechanics::Moving& 
   };
   const auto& m = moving.model->mechanism();
   mechanics::Workspace<double> w(m);
+  w.set_turns(moving.state.turns);
   const size_t nq = size_t(m.nq());
   const std::span<const double> x(moving.state.x);
   mechanics::Impact r;

@@ -13,43 +13,40 @@ namespace {
 
 double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
 
-/// Errors are relative to the first scale that is not zero; an error without any scale stays
-/// absolute.
-double relative(double error, double scale, double later_scale) {
-  const double s = scale > 0 ? scale : later_scale;
-  return s > 0 ? error / s : error;
-}
-
-/// A start that is (almost) without energy is no scale; motion that begins from it is.
-double energy_scale(const Meter& m, double max_kinetic) {
-  const double at_start = std::max(std::fabs(m.initial_J()), m.kinetic_at_start_J());
-  if (at_start > 1e-6 * max_kinetic) return at_start;
-  return max_kinetic > 0 ? max_kinetic : 1;
-}
+/// An error without any scale stays absolute.
+double relative(double error, double scale) { return scale > 0 ? error / scale : error; }
 
 }  // namespace
 
 Ledger::Ledger(const phs::Description& d)
     : description_(&d),
+      scale_(d),
       sum_(d.powers.size(), 0.0),
       low_(d.powers.size(), 0.0),
       peak_(d.powers.size(), 0.0),
       stored_first_(d.storages.size(), 0.0),
       stored_(d.storages.size(), 0.0) {}
 
-double Ledger::add(double t, const Measured& m, bool regular) {
+double Ledger::look(const Measured& m) {
   Totals& s = totals_;
-  if (energy_.count() == 0) stored_first_ = m.stored_J;
-  stored_ = m.stored_J;
-  s.t = t;
-  s.stored_J = m.energy_change_J;
-  s.max_kinetic_J = std::max(s.max_kinetic_J, m.kinetic_J);
+  scale_.see(m.stored_J);
   s.max_linear = std::max(s.max_linear, norm(m.linear));
   s.max_angular = std::max(s.max_angular, norm(m.angular));
   s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
   s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
   s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
   const double off = error(m);
+  s.max_error_J = std::max(s.max_error_J, std::fabs(off));
+  ++s.looks;
+  return off;
+}
+
+double Ledger::add(double t, const Measured& m, bool regular) {
+  if (energy_.count() == 0) stored_first_ = m.stored_J;
+  stored_ = m.stored_J;
+  const double off = look(m);
+  --totals_.looks;
+  totals_.t = t, totals_.stored_J = m.energy_change_J;
   energy_.add(off, regular);
   return off;
 }
@@ -68,20 +65,25 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   const Totals& s = totals_;
   EnergyReport& e = r.energy;
   e.initial_J = meter.initial_J();
-  e.scale_J = std::max(energy_scale(meter, s.max_kinetic_J), turned_over_);
-  e.max_abs_error_J = energy_.max_abs();
-  e.max_rel_error = energy_.max_abs() / e.scale_J;
+  if (scale_.has_kinetic()) e.scale_parts.emplace_back("kinetic", scale_.kinetic_J());
+  for (size_t k = 0; k < stored_.size(); ++k)
+    if (!phs::is_kinetic(description_->storages[k]))
+      e.scale_parts.emplace_back(description_->storages[k], scale_.part(k));
+  e.scale_J = std::max(scale_.value(), turned_over_);
+  if (!(e.scale_J > 0)) e.scale_J = 1;
+  e.max_abs_error_J = s.max_error_J;
+  e.max_rel_error = s.max_error_J / e.scale_J;
   e.rms_rel_error = energy_.rms() / e.scale_J;
   e.growth_exponent = energy_.growth_exponent();
   e.drift_per_s = s.t > 0 ? energy_.change() / e.scale_J / s.t : 0;
   e.drift_is_significant = energy_.drift_is_significant();
 
   const auto size = meter.momentum_at_start();
-  r.linear_momentum_error = relative(s.max_linear, size.linear, s.max_linear_scale);
-  r.angular_momentum_error = relative(s.max_angular, size.angular, s.max_angular_scale);
+  r.linear_momentum_error = relative(s.max_linear, std::max(size.linear, s.max_linear_scale));
+  r.angular_momentum_error = relative(s.max_angular, std::max(size.angular, s.max_angular_scale));
   r.quaternion_norm_error = s.max_quaternion_norm;
 
-  r.records = energy_.count();
+  r.records = energy_.count(), r.looks = std::int64_t(s.looks);
   r.stored_J = s.stored_J;
   r.turned_over_J = turned_over_;
   for (size_t a = 0; a < sum_.size(); ++a) {
@@ -108,6 +110,8 @@ std::vector<double> Ledger::memory() const {
   for (const auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_})
     m.insert(m.end(), part->begin(), part->end());
   m.push_back(turned_over_);
+  const auto scale = scale_.memory();
+  m.insert(m.end(), scale.begin(), scale.end());
   const auto rest = energy_.memory();
   m.insert(m.end(), rest.begin(), rest.end());
   return m;
@@ -115,7 +119,8 @@ std::vector<double> Ledger::memory() const {
 
 void Ledger::restore(std::span<const double> m) {
   Numbers totals;
-  const size_t own = totals.size() + 3 * sum_.size() + 2 * stored_.size() + 1;
+  const size_t scale = phs::EnergyScale::memory_size(*description_);
+  const size_t own = totals.size() + 3 * sum_.size() + 2 * stored_.size() + 1 + scale;
   if (m.size() < own) require_size("memory of the ledger", m.size(), own);
   const auto take = [&](auto& to) {
     std::copy_n(m.begin(), to.size(), to.begin());
@@ -125,7 +130,8 @@ void Ledger::restore(std::span<const double> m) {
   totals_ = std::bit_cast<Totals>(totals);
   for (auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_}) take(*part);
   turned_over_ = m[0];
-  energy_.restore(m.subspan(1));
+  scale_.restore(m.subspan(1));
+  energy_.restore(m.subspan(1 + scale));
 }
 
 }  // namespace porthos::scene

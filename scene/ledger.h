@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "phs/energy_scale.h"
 #include "phs/state.h"
 #include "scene/measure.h"
 #include "scene/run.h"
@@ -29,10 +30,11 @@ class Ledger {
         turned_over_ += std::fabs(works[a]);
     }
   }
-  /// Measures a record. @return the energy error [J]. regular: as in ErrorStatistics.
+  /// Books a record. @return the energy error [J]. regular: as in ErrorStatistics.
   double add(double t, const Measured& m, bool regular);
-  /// The energy error of a state, not recorded [J].
-  double error(const Measured& m) const;
+  /// Books a look between records, which counts in everything but means and statistics. @return the energy error [J].
+  /// Allocates nothing.
+  double look(const Measured& m);
   /// Of each of the system's powers since the start [J].
   const std::vector<double>& works() const { return sum_; }
 
@@ -46,13 +48,16 @@ class Ledger {
   struct Totals {
     double t = 0;  ///< of the last record
     double stored_J = 0;
-    double max_kinetic_J = 0, max_linear = 0, max_angular = 0, max_quaternion_norm = 0;
+    double max_error_J = 0, max_linear = 0, max_angular = 0, max_quaternion_norm = 0;
     double max_linear_scale = 0, max_angular_scale = 0;
+    double looks = 0;  ///< between records
   };
+  double error(const Measured& m) const;
   using Numbers = std::array<double, sizeof(Totals) / sizeof(double)>;
   const phs::Description* description_;
   Totals totals_;
-  ErrorStatistics energy_;
+  ErrorStatistics energy_;  ///< of the records
+  phs::EnergyScale scale_;
   std::vector<double> sum_, low_;              ///< per power
   std::vector<double> peak_;                   ///< per power, the largest sum so far
   double turned_over_ = 0;                     ///< Σ |works|

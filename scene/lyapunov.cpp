@@ -16,7 +16,7 @@ using phs::Dual;
 double find_step(const Assembly& a, double guess, std::int64_t steps, StateScale& scale) {
   double h = guess;
   for (int halvings = 0; halvings <= 60; ++halvings, h /= 2) {
-    const auto method = integrators::make_integrator("gauss8", *a.model, h);
+    const auto method = make_integrator(a, "gauss8", h);
     phs::State s = a.initial;
     bool ok = true;
     for (std::int64_t i = 0; ok && i < steps; ++i) ok = method->step(s) == Outcome::ok;

@@ -46,6 +46,7 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
   const RecordLayout layout(assembly.model->description(), scene.extrema);
   RecordReader reader(log, layout);
   std::vector<double> rows;
+  std::vector<std::int64_t> turns(layout.turns);
   const std::int64_t every = std::max<std::int64_t>(1, report.records / 1500);
   for (std::int64_t k = 0; const size_t n = reader.read(rows, 4096);)
     for (size_t i = 0; i < n; ++i, ++k) {
@@ -58,7 +59,8 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
         tips.lines[p].value.push_back(tip(scene.panels[p], at[p], x));
       }
       if (base < 0) continue;
-      const auto v = assembly.mechanical->rates(x.first(size_t(2 * m.nq())));
+      turns_of(layout, row, turns);
+      const auto v = assembly.mechanical->rates(x.first(size_t(2 * m.nq())), turns);
       for (size_t c = 0; c < 3; ++c)
         rates.lines[c].t.push_back(t), rates.lines[c].value.push_back(v[size_t(base) + c]);
     }

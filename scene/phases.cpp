@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "scene/checkpoint.h"
@@ -60,6 +61,13 @@ double end_after(const Scene& s, double from) {
   return end;
 }
 
+bool on_ground(const mechanics::MechanismBuilder& parts) {
+  const auto& all = parts.bodies();
+  return std::any_of(all.begin(), all.end(), [](const mechanics::BodySpec& b) {
+    return b.parent == "world" && b.joint.type != "free";
+  });
+}
+
 double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
 
 /// The errors and books of all phases in one report.
@@ -69,13 +77,15 @@ class Whole {
 
   void add(const RunReport& p, double from) {
     const bool first = r_.records == 0;
-    r_.records += p.records, r_.steps = p.steps, r_.simulated_s = p.simulated_s;
+    r_.records += p.records, r_.looks += p.looks, r_.steps = p.steps,
+                                                  r_.simulated_s = p.simulated_s;
     r_.cpu_s += p.cpu_s, r_.wall_s += p.wall_s;
     r_.cost.steps += p.cost.steps, r_.cost.evaluations += p.cost.evaluations;
     r_.cost.sweeps += p.cost.sweeps;
     EnergyReport& e = r_.energy;
     if (first) e = p.energy;
     e.scale_J = std::max(e.scale_J, p.energy.scale_J);
+    for (const auto& [name, joule] : p.energy.scale_parts) most(e.scale_parts, name, joule);
     e.max_abs_error_J = std::max(e.max_abs_error_J, p.energy.max_abs_error_J);
     for (const auto at : {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error,
                           &EnergyReport::growth_exponent})
@@ -107,22 +117,27 @@ class Whole {
     given.linear_left = std::max(given.linear_left, p.impulses.linear_left);
     given.angular_left = std::max(given.angular_left, p.impulses.angular_left);
     for (const Check& c : p.checks) worst(c);
+    for (const NotApplicable& n : p.not_applicable) cannot(n);
     for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
-    r_.outcome = p.outcome, r_.interrupted = p.interrupted;
+    r_.outcome = p.outcome, r_.interrupted = p.interrupted, r_.trouble = p.trouble;
     if (p.space && r_.space)
       space::append(*r_.space, *p.space);
     else if (p.space)
       r_.space = p.space;
   }
-  void add(const Event& e, const mechanics::Impact& i) {
+  /// Momenta across an event are those of everything that moves: no invariant where the ground takes a part.
+  void add(const Event& e, const mechanics::Impact& i, bool on_ground) {
     book(r_.losses, text(e), i.dissipated_J);
     r_.stored_J -= i.dissipated_J, r_.dissipated_J += i.dissipated_J;
     r_.turned_over_J += i.dissipated_J;
+    if (on_ground)
+      return cannot(
+          {"momentum_across_events", "the model stands on the ground, which takes a part"});
     const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
     const double jump =
         std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), i.scale.linear)),
                  relative(i.angular_jump, std::max(size(i.momentum.angular), i.scale.angular)));
-    worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit});
+    worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
   }
   RunReport& report() { return r_; }
 
@@ -130,6 +145,11 @@ class Whole {
   static void book(RunReport::Named& list, const std::string& name, double joule) {
     for (auto& [known, sum] : list)
       if (known == name) return void(sum += joule);
+    list.emplace_back(name, joule);
+  }
+  static void most(RunReport::Named& list, const std::string& name, double joule) {
+    for (auto& [known, largest] : list)
+      if (known == name) return void(largest = std::max(largest, joule));
     list.emplace_back(name, joule);
   }
   /// A wheel that is locked keeps its last row.
@@ -141,10 +161,19 @@ class Whole {
       }
     r_.momentum.push_back(m);
   }
+  /// A check of one phase is one of the run; what no phase can check is listed.
+  void cannot(const NotApplicable& n) {
+    const auto same = [&](const auto& known) { return known.name == n.name; };
+    if (std::none_of(r_.checks.begin(), r_.checks.end(), same) &&
+        std::none_of(r_.not_applicable.begin(), r_.not_applicable.end(), same))
+      r_.not_applicable.push_back(n);
+  }
   void worst(const Check& c) {
+    std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == c.name; });
     for (Check& known : r_.checks)
       if (known.name == c.name) {
         known.pass &= c.pass;
+        known.telling |= c.telling;
         if (!(c.value <= known.value)) known.value = c.value;
         return;
       }
@@ -153,9 +182,9 @@ class Whole {
   RunReport r_;
 };
 
-Json json_of(const Event& e, double at, const mechanics::Impact& i) {
-  const auto& P = i.momentum.linear;
-  const auto& L = i.momentum.angular;
+Json json_of(const Event& e, double at, const mechanics::Impact& i,
+             const std::optional<CentreOfMass>& centre) {
+  const auto [P, L] = centre ? centre->in_world(at, i.momentum) : i.momentum;
   return {{"at_s", at},
           {"event", text(e)},
           {"dissipated_J", i.dissipated_J},
@@ -208,7 +237,9 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   r.energy = {number(e["initial_J"]),       number(e["scale_J"]),
               number(e["max_abs_error_J"]), number(e["max_rel_error"]),
               number(e["rms_rel_error"]),   number(e["growth_exponent"]),
-              number(e["drift_per_s"]),     e["drift_is_significant"].get<bool>()};
+              number(e["drift_per_s"]),     e["drift_is_significant"].get<bool>(),
+              named(e["scale_parts_J"])};
+  r.looks = j["looks"];
   r.linear_momentum_error = number(j["linear_momentum"]["max_rel_error"]);
   r.angular_momentum_error = number(j["angular_momentum"]["max_rel_error"]);
   r.quaternion_norm_error = number(j["quaternion_norm"]["max_error"]);
@@ -217,7 +248,9 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   r.turned_over_J = number(b["turned_over_J"]);
   r.storages = named(b["storages"]), r.ports = named(b["ports"]), r.losses = named(b["losses"]);
   for (const auto& c : j["checks"])
-    r.checks.push_back({c["name"], number(c["value"]), number(c["limit"]), c["pass"]});
+    r.checks.push_back(
+        {c["name"], number(c["value"]), number(c["limit"]), c["pass"], c["telling"]});
+  for (const auto& n : j["not_applicable"]) r.not_applicable.push_back({n["name"], n["why"]});
   for (const auto& n : j["notes"]) r.notes.push_back(n);
   if (j.contains("momentum"))
     for (const auto& [name, m] : j["momentum"].items())
@@ -242,13 +275,16 @@ RunReport read_report(const fs::path& folder, const phs::State& end) {
   return r;
 }
 
-/// The scene of a phase: what acts at joints that are locked rests with them.
+/// The scene of a phase: what acts at joints that are locked rests with them, and so does a torquer whose wheels are all
+/// locked: there is no momentum left to unload.
 Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latching& latching,
                double end) {
   Scene s = scene;
   s.events.clear();
   s.duration = end;
   std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
+    std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
   latching.apply_to(s);
   return s;
 }
@@ -265,11 +301,12 @@ Assembly assembly_of_phase(const Scene& scene, const Assembly& whole,
   return a;
 }
 
-/// A mechanism in orbit between phases: the state of its motion about the centre of mass, which the events change, and the
-/// orbit of that, which they do not.
+/// A mechanism between phases, whose centre of mass moves apart from it: the state of its motion about that, which the
+/// events change, and in orbit the orbit of that, which they do not.
 class InOrbit {
  public:
-  explicit InOrbit(const Assembly& a) : there_(a.spacecraft != nullptr) {}
+  explicit InOrbit(const Assembly& a)
+      : there_(a.spacecraft != nullptr), apart_(a.centre.has_value()) {}
 
   /// Takes the orbit off a state.
   void part(phs::State& s) {
@@ -295,31 +332,88 @@ class InOrbit {
   }
   /// Leaves no rounding in the linear momentum, which is zero about the centre of mass.
   void still(mechanics::Moving& m) const {
-    if (!there_) return;
-    const auto& tree = m.model->mechanism();
-    const size_t nq = size_t(tree.nq());
-    for (size_t k = 0; k < 3; ++k) {
-      long double others = 0;
-      for (const auto& n : tree.nodes())
-        if (n.parent < 0 && n.q != 0)
-          others += static_cast<long double>(m.state.x[nq + size_t(n.q) + k]) +
-                    m.state.lo[nq + size_t(n.q) + k];
-      m.state.x[nq + k] = double(-others);
-      m.state.lo[nq + k] = double(-others - m.state.x[nq + k]);
-    }
+    if (there_ || apart_) settle_momentum(m.model->mechanism(), m.state);
   }
 
  private:
-  bool there_;
+  bool there_, apart_;
   std::vector<double> x_, lo_;
+};
+
+Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
+                           const mechanics::Moving& moving, const InOrbit& orbit) {
+  Assembly a = assembly_of_phase(phase, whole, moving);
+  orbit.join(a, phase);
+  return a;
+}
+
+mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Moving& moving,
+                            Latching& latching, const InOrbit& orbit) {
+  const bool soft = e.type == Event::Type::engage || e.type == Event::Type::disengage;
+  const auto impact = soft ? latching.change(scene, moving, e) : apply(moving, e);
+  orbit.still(moving);
+  return impact;
+}
+
+/// All phases assembled before the first one runs, so that an event that cannot be ends no run half way. What depends on the
+/// motion is left out: positions and rates are those of the start, limits of latches do not count, and an event that waits
+/// comes as early as it may.
+void rehearse(const Scene& scene, const Assembly& assembly, mechanics::Moving moving,
+              const InOrbit& orbit) {
+  Latching latching(scene);
+  std::vector<Event> events = scene.events;
+  for (Event& e : events) {
+    if (e.waits()) e.at = e.after;
+    e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return a.at < b.at; });
+  for (size_t i = 0; i < events.size(); ++i) {
+    const Event& e = events[i];
+    if (e.above || e.below) Latching::happens(scene, moving, moving.state, HUGE_VAL, e);
+    apply_one(scene, e, moving, latching, orbit);
+    if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
+    const Scene phase = phase_of(scene, moving, latching, scene.duration);
+    try {
+      const Assembly a = assembly_of_phase(phase, assembly, moving, orbit);
+      (void)make_integrator(phase, *a.model, phase.step);
+    } catch (const InvalidArgument& why) {
+      throw InvalidArgument(fmt::format("{}: after the {}: {}", e.where, text(e), why.what()));
+    }
+  }
+}
+
+/// The outputs of sampled controllers, which an event between two instants leaves as they are. One whose joint was locked
+/// in between begins anew, at its next instant.
+class Held {
+ public:
+  void keep(const phs::Model& model, std::span<const double> memory) {
+    values_.clear();
+    for (const auto& hold : model.holds()) {
+      if (memory.size() < hold->memory.size())
+        require_size("memory of the sampled controllers", memory.size(), hold->memory.size());
+      const auto own = memory.first(hold->memory.size());
+      values_[hold->name].assign(own.begin(), own.end());
+      memory = memory.subspan(own.size());
+    }
+  }
+  /// As the start of the next phase, whose model has holds of its own.
+  void put_in(const phs::Model& model) const {
+    for (const auto& hold : model.holds())
+      if (const auto known = values_.find(hold->name); known != values_.end())
+        hold->fresh = known->second;
+  }
+
+ private:
+  std::map<std::string, std::vector<double>> values_;
 };
 
 /// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
 void make_room(const RunOptions& o) {
+  const bool finished = fs::exists(fs::path(o.out) / "summary.json");
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
-    if (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
-        (has_checkpoint(end_folder(phase_folder(o, k))) &&
-         !fs::exists(fs::path(o.out) / "summary.json")))
+    if (!finished && (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
+                      has_checkpoint(end_folder(phase_folder(o, k)))))
       throw InvalidArgument(fmt::format(
           "{} holds an unfinished run: use --resume to continue it, or remove the folder", o.out));
   std::error_code ignored;
@@ -335,7 +429,9 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   mechanics::Moving moving(assembly.parts);
   moving.model = assembly.mechanical, moving.state = assembly.initial;
   InOrbit orbit(assembly);
+  Held held;
   orbit.part(moving.state);
+  rehearse(scene, assembly, moving, orbit);
   Latching latching(scene);
   std::vector<const Event*> waiting;
   for (const Event& e : scene.events)
@@ -346,6 +442,14 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
   Whole whole(scene);
   Json events = Json::array(), folders = Json::array();
   Assembly last = assembly;
+  const auto write_summary = [&] {
+    const RunReport& r = whole.report();
+    Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
+    summary["events"] = events, summary["phases"] = folders;
+    const fs::path path = fs::path(options.out) / "summary.json";
+    write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    put_in_place(path);
+  };
   double from = 0;
   size_t k = 0;
   for (bool more = true; more; ++k) {
@@ -355,8 +459,8 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     const auto happens = [&](const Event& e, const phs::State& state) {
       return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
     };
-    last = assembly_of_phase(s, assembly, moving);
-    orbit.join(last, s);
+    last = assembly_of_phase(s, assembly, moving, orbit);
+    held.put_in(*last.model);
     RunReport r;
     if (options.resume && has_checkpoint(end_folder(folder))) {
       const Checkpoint done = read_checkpoint(end_folder(folder));
@@ -364,6 +468,7 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
         throw InvalidArgument(
             fmt::format("the phase in {} is of another run: {}", folder.string(), changes));
       r = read_report(folder, done.state);
+      r.held = done.memory;
     } else {
       RunOptions o = options;
       o.out = folder.string();
@@ -383,15 +488,17 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       r = run(s, last, o);
       if (r.interrupted || r.outcome != integrators::Outcome::ok) {
         whole.add(r, from);
-        whole.report().final_state = r.final_state;
+        whole.report().final_state = r.final_state, whole.report().phases = int(k) + 1;
+        if (!r.interrupted) write_summary();
         return whole.report();
       }
       make_folder(end_folder(folder));
       Checkpoint c;
-      c.state = r.final_state, c.fingerprint = fingerprint(s);
+      c.state = r.final_state, c.memory = r.held, c.fingerprint = fingerprint(s);
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
+    held.keep(*last.model, r.held);
     const double now = double(r.final_state.step) * scene.step;
     const bool early = now < end - 0.5 * scene.step;  // an event that waited
     if (early) end = now;
@@ -408,24 +515,19 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
         now_due.push_back(&e);
     for (const Event* e : now_due) {
       std::erase(waiting, e);
-      const bool soft = e->type == Event::Type::engage || e->type == Event::Type::disengage;
-      const auto impact = soft ? latching.change(scene, moving, *e) : apply(moving, *e);
-      orbit.still(moving);
-      whole.add(*e, impact);
-      events.push_back(json_of(*e, end, impact));
+      const auto impact = apply_one(scene, *e, moving, latching, orbit);
+      whole.add(*e, impact, on_ground(moving.parts));
+      events.push_back(json_of(*e, end, impact, assembly.centre));
     }
   }
   orbit.join(moving.state);
   RunReport& r = whole.report();
   for (const Event* e : waiting) r.notes.push_back("it never happened: " + text(*e));
   if (std::any_of(scene.events.begin(), scene.events.end(), [](auto& e) { return e.waits(); }))
-    r.checks.push_back({"events that never happened", double(waiting.size()), 0, waiting.empty()});
+    r.checks.push_back(
+        {"events that never happened", double(waiting.size()), 0, waiting.empty(), false});
   r.final_state = moving.state, r.phases = int(k);
-  Json summary = Json::parse(summary_json(scene, last, r, r.final_state));
-  summary["events"] = events, summary["phases"] = folders;
-  const fs::path path = fs::path(options.out) / "summary.json";
-  write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-  put_in_place(path);
+  write_summary();
   return r;
 }
 

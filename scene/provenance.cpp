@@ -24,7 +24,24 @@ std::string cpu_model() {
 }
 
 /// Digests say too little to be shown to people.
-bool is_digest(const std::string& name) { return name == "scene file" || name == "model"; }
+bool is_digest(const std::string& name) {
+  return name == "scene file" || name == "model" || name == "table of cases" ||
+         name.rfind("file ", 0) == 0;
+}
+
+/// Digests of the files a scene reads besides its own and the model's, by their names in it.
+NamedTexts tables_of(const Scene& scene) {
+  NamedTexts list;
+  for (const JointActuator& a : scene.actuators)
+    if (!a.table.empty()) list.emplace_back("file " + a.table, sha256(a.table_text));
+  return list;
+}
+
+const std::string* value_in(const NamedTexts& list, const std::string& name) {
+  for (const auto& [known, value] : list)
+    if (known == name) return &value;
+  return nullptr;
+}
 
 }  // namespace
 
@@ -39,43 +56,54 @@ std::string sha256(std::string_view bytes) {
 }
 
 NamedTexts provenance(const Scene& scene) {
-  return {{"porthos_version", build::version},
-          {"git_hash", build::git_hash},
-          {"compiler", build::compiler},
-          {"flags", build::flags},
-          {"build_type", build::build_type},
-          {"simd", phs::simd_name},
-          {"cpu", cpu_model()},
-          {"scene_sha256", sha256(scene.text)},
-          {"model_sha256", sha256(scene.urdf_text)}};
+  NamedTexts list{{"porthos_version", build::version},
+                  {"git_hash", build::git_hash},
+                  {"compiler", build::compiler},
+                  {"flags", build::flags},
+                  {"build_type", build::build_type},
+                  {"simd", phs::simd_name},
+                  {"cpu", cpu_model()},
+                  {"scene_sha256", sha256(scene.text)},
+                  {"model_sha256", sha256(scene.urdf_text)}};
+  for (const auto& [name, digest] : tables_of(scene)) list.emplace_back(name + " sha256", digest);
+  return list;
 }
 
 NamedTexts fingerprint(const Scene& scene) {
-  return {{"scene file", sha256(scene.text)},
-          {"model", sha256(scene.urdf_text)},
-          {"method", scene.method},
-          {"step", fmt::format("{} s", scene.step)},
-          {"duration", fmt::format("{} s", scene.duration)},
-          {"rtol", fmt::format("{}", scene.rtol)},
-          {"iteration_tolerance", fmt::format("{}", scene.iteration_tolerance)},
-          {"step_control", fmt::format("{} ({} rad/s, {} m)", to_string(scene.step_control),
-                                       scene.control_rate, scene.control_length)},
-          {"record_every", fmt::format("{} s", scene.record_every)},
-          {"choice", scene.choice},
-          {"program", fmt::format("{}, {}", build::compiler, phs::simd_name)}};
+  NamedTexts list{{"scene file", sha256(scene.text)},
+                  {"model", sha256(scene.urdf_text)},
+                  {"method", scene.method},
+                  {"step", fmt::format("{} s", scene.step)},
+                  {"duration", fmt::format("{} s", scene.duration)},
+                  {"rtol", fmt::format("{}", scene.rtol)},
+                  {"iteration_tolerance", fmt::format("{}", scene.iteration_tolerance)},
+                  {"step_control", fmt::format("{} ({} rad/s, {} m)", to_string(scene.step_control),
+                                               scene.control_rate, scene.control_length)},
+                  {"record_every", fmt::format("{} s", scene.record_every)},
+                  {"choice", scene.choice},
+                  {"program", fmt::format("porthos {} ({}), {}, {}", build::version,
+                                          build::git_hash, build::compiler, phs::simd_name)}};
+  for (auto& each : tables_of(scene)) list.push_back(std::move(each));
+  return list;
 }
 
 std::string difference(const NamedTexts& before, const NamedTexts& now) {
-  if (before.size() != now.size()) return "it was written by another version of the program";
   std::string text;
-  for (size_t i = 0; i < now.size(); ++i) {
-    const auto& [name, value] = now[i];
-    if (before[i] == now[i]) continue;
-    if (!text.empty()) text += "; ";
-    text += is_digest(name)
-                ? fmt::format("the {} has changed", name)
-                : fmt::format("the {} was {} and is {} now", name, before[i].second, value);
+  const auto say = [&](const std::string& what) {
+    text += (text.empty() ? "the " : "; the ") + what;
+  };
+  for (const auto& [name, value] : now) {
+    const std::string* was = value_in(before, name);
+    if (was && *was == value) continue;
+    if (!was)
+      say(name + " is new");
+    else if (is_digest(name))
+      say(name + " has changed");
+    else
+      say(fmt::format("{} was {} and is {} now", name, *was, value));
   }
+  for (const auto& [name, value] : before)
+    if (!value_in(now, name)) say(name + " is no longer there");
   return text;
 }
 

@@ -13,11 +13,12 @@ namespace porthos::scene {
 std::string sha256(std::string_view bytes);
 
 /// Name and value, in the order of a result file: versions, compiler, flags, processor, digests of
-/// the two texts.
+/// all files that were read.
 using NamedTexts = std::vector<std::pair<std::string, std::string>>;
 NamedTexts provenance(const Scene& scene);
 
-/// What must agree for a checkpoint to be continued bit for bit.
+/// What must agree for a checkpoint to be continued bit for bit: every file the scene reads, what was asked for, and the
+/// program with its revision.
 NamedTexts fingerprint(const Scene& scene);
 
 /// What differs between two fingerprints, for people: "the method was gauss16 and is gauss8 now".

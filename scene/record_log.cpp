@@ -71,6 +71,10 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
 }
 
+void turns_of(const RecordLayout& l, std::span<const double> row, std::span<std::int64_t> turns) {
+  for (size_t i = 0; i < turns.size(); ++i) turns[i] = integer(row[l.turn() + i]);
+}
+
 Window::Window(const phs::Description& d, const RecordLayout& layout)
     : layout_(layout), turn_(layout.watched.size(), 0) {
   low_.resize(turn_.size()), high_.resize(turn_.size());

@@ -47,6 +47,10 @@ void fill_record(const RecordLayout& layout, double time, const phs::State& stat
                  const Measured& m, std::span<const double> works, double energy_error,
                  std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
 
+/// The turns of a row's angle blocks. turns: written, layout.turns of them.
+void turns_of(const RecordLayout& layout, std::span<const double> row,
+              std::span<std::int64_t> turns);
+
 /// The extrema of the window under way.
 class Window {
  public:

@@ -24,7 +24,7 @@ std::unique_ptr<integrators::BasicIntegrator<Quad>> make(const Assembly& a, Quad
                                              *a.model, h, {.max_sweeps = 400});
 }
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, double h) {
-  return integrators::make_integrator("gauss16", *a.model, h);
+  return make_integrator(a, "gauss16", h);
 }
 
 std::vector<long double> values(const phs::Description&, const phs::BasicState<Quad>& s) {
@@ -98,7 +98,13 @@ std::optional<ReferenceState> converge(const Assembly& a, const StateScale& scal
 
 std::optional<ReferenceState> reference_state(const Assembly& a, const StateScale& scale,
                                               const ReferenceOptions& o) {
-  auto exact = converge<Quad>(a, scale, o, o.cpu_limit);
+  std::optional<ReferenceState> exact;
+  try {
+    exact = converge<Quad>(a, scale, o, o.cpu_limit);
+  } catch (
+      const InvalidArgument&) {  // forces that act in the split of orbit and internal motion only
+    if (!a.spacecraft) throw;
+  }
   if (exact && exact->error < 1e-14) return exact;
   auto in_double = converge<double>(a, scale, o, HUGE_VAL);
   if (!exact || (in_double && in_double->error < exact->error)) return in_double;

@@ -48,7 +48,8 @@ RunReport report_of(const Json& s) {
   r.steps = s.at("steps"), r.cpu_s = number(s.at("cpu_s"));
   r.energy.scale_J = number(s.at("energy").at("scale_J"));
   for (const auto& c : s.at("checks"))
-    r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass")});
+    r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
+                        c.value("telling", true)});
   return r;
 }
 

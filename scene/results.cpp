@@ -74,31 +74,43 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
   return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
+/// Pictures and summary, put in place after what was written aside before.
+void write_with(const std::filesystem::path& folder, const Scene& scene, const Assembly& assembly,
+                const RunReport& report, const std::filesystem::path& log,
+                std::vector<std::filesystem::path> files) {
+  const auto write = [&](const char* name, const std::string& text) {
+    files.push_back(folder / name);
+    write_aside(files.back(), text);
+  };
+  write("energy_error.svg", plot(scene, assembly, report, log));
+  write("ledger.svg", ledger(scene, assembly, report, log));
+  if (!scene.panels.empty()) write("panels.svg", panel_plot(scene, assembly, report, log));
+  if (report.space) write("ledgers.svg", space_plot(report));
+  write("summary.json", summary_json(scene, assembly, report, report.final_state));
+  for (const auto& path : files) put_in_place(path);
+}
+
 }  // namespace
 
 std::string plot_subtitle(const RunReport& r) {
   const bool fixed = r.step_control == integrators::StepControl::fixed;
   return fmt::format("{}  ·  {}step {:g} s  ·  {} steps  ·  {} CPU  ·  verdict: {}", r.method,
                      fixed ? "" : fmt::format("{} ", to_string(r.step_control)), r.step_s,
-                     grouped(r.steps), seconds(r.cpu_s), r.passed() ? "pass" : "fail");
+                     grouped(r.steps), seconds(r.cpu_s), to_string(r.verdict()));
 }
 
 void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log) {
-  const auto h5 = folder / "run.h5", svg = folder / "energy_error.svg",
-             books = folder / "ledger.svg", summary = folder / "summary.json";
-  write_run_file(h5, scene, assembly, report, log);
-  write_aside(svg, plot(scene, assembly, report, log));
-  write_aside(books, ledger(scene, assembly, report, log));
-  write_aside(summary, summary_json(scene, assembly, report, report.final_state));
-  if (!scene.panels.empty()) {
-    const auto panels = folder / "panels.svg";
-    write_aside(panels, panel_plot(scene, assembly, report, log)), put_in_place(panels);
-  }
-  const auto ledgers = folder / "ledgers.svg";
-  if (report.space) write_aside(ledgers, space_plot(report)), put_in_place(ledgers);
-  for (const auto& path : {h5, svg, books, summary}) put_in_place(path);
+  const auto series = folder / "run.h5";
+  write_run_file(series, scene, assembly, report, log);
+  write_with(folder, scene, assembly, report, log, {series});
+}
+
+void write_verdict(const std::filesystem::path& folder, const Scene& scene,
+                   const Assembly& assembly, const RunReport& report,
+                   const std::filesystem::path& log) {
+  write_with(folder, scene, assembly, report, log, {});
 }
 
 }  // namespace porthos::scene

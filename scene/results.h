@@ -13,6 +13,11 @@ void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log);
 
+/// Its pictures and its summary once more, when the verdict is known.
+void write_verdict(const std::filesystem::path& folder, const Scene& scene,
+                   const Assembly& assembly, const RunReport& report,
+                   const std::filesystem::path& log);
+
 /// The line below the title of a run's pictures: method, step, cost, verdict.
 std::string plot_subtitle(const RunReport& report);
 

@@ -14,6 +14,7 @@
 #include "scene/ledger.h"
 #include "scene/phases.h"
 #include "scene/results.h"
+#include "scene/steps.h"
 #include "scene/verdict.h"
 #include "space/split_integrator.h"
 
@@ -76,13 +77,15 @@ class Session {
         split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
         monitor_(watch()),
         meter_(assembly),
+        view_(assembly),
         layout_(assembly.model->description(), scene.extrema),
         row_(layout_.size()),
         window_(assembly.model->description(), layout_),
         state_(assembly.initial),
-        total_(std::llround(scene.duration / scene.step)),
-        every_(std::max<std::int64_t>(1, std::llround(scene.record_every / scene.step))),
-        ledger_(assembly.model->description()) {}
+        steps_(steps_of(scene)),
+        ledger_(assembly.model->description()) {
+    if (fixed_ && steps_.last > 0) integrator_->sampler().refuse("a shorter last step");
+  }
 
   RunReport run() {
     options_.resume ? resume() : start();
@@ -168,14 +171,14 @@ class Session {
         interrupted_ = true;
         break;
       }
-      outcome_ = fixed_ ? integrator_->step(state_) : controlled_step();
+      outcome_ = fixed_ ? fixed_step() : controlled_step();
       if (outcome_ != Outcome::ok) break;
       reached_ = options_.until && options_.until(state_);
       ledger_.book(integrator_->works());
       if (at_record() || ended())
         record();
-      else if (window_.watches())
-        window_.see(row_of_state());
+      else
+        between_records();
       if (!pace.due()) continue;
       if (since(told) > 0.25) tell(), told = Clock::now();
       if (since(saved) > scene_.checkpoint_every && resumable()) checkpoint(), saved = Clock::now();
@@ -185,17 +188,19 @@ class Session {
     if (outcome_ != Outcome::ok || (interrupted_ && resumable())) checkpoint();
   }
 
-  double time() const {
-    return fixed_ ? double(state_.step) * scene_.step : integrator_->time(state_);
-  }
+  double time() const { return fixed_ ? steps_.time(state_.step) : integrator_->time(state_); }
   bool ended() const {
-    return reached_ || (fixed_ ? state_.step >= total_ : time() >= scene_.duration);
+    return reached_ || (fixed_ ? state_.step >= steps_.total : time() >= scene_.duration);
   }
   /// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie behind by up to a step.
   bool at_record() const {
-    if (fixed_) return state_.step % every_ == 0;
+    if (fixed_) return steps_.at_record(state_.step);
     const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
     return state_.step == 0 || count(time()) > count(integrator_->time(before_));
+  }
+  Outcome fixed_step() {
+    return steps_.ends_short(state_.step) ? integrator_->step_by(state_, steps_.last)
+                                          : integrator_->step(state_);
   }
   /// A step of the control's choice; one that would pass the end is taken again by what is left.
   Outcome controlled_step() {
@@ -211,28 +216,34 @@ class Session {
     const auto now = split_->ledgers().now();
     return {now.begin(), now.end()};
   }
-  /// The watched columns of a step between records.
-  std::span<const double> row_of_state() {
-    Measured m;
-    m.stored_J.assign(layout_.storages, 0.0);
+  /// Looks at the errors of a step between records, and at the extrema.
+  void between_records() {
+    const bool all = scene_.extrema == Extrema::all;
+    const Measured* m = &unmeasured_;
     double error = 0;
-    if (scene_.extrema == Extrema::all) m = meter_(state_), error = ledger_.error(m);
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, 0, ledgers(), row_);
-    return row_;
+    if (all || state_.step % steps_to_a_look(integrator_->cost()) == 0) {
+      m = &meter_.look(state_);
+      if (!m->finite()) return not_finite();
+      error = ledger_.look(*m);
+    }
+    if (!window_.watches()) return;
+    fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.works(),
+                error, 0, ledgers(), row_);
+    window_.see(row_);
+  }
+  void not_finite() {
+    outcome_ = Outcome::not_finite;
+    recall();
   }
 
   /// Measures and appends. A state whose energy is not a number is a failure, and the last record
   /// the last good state.
   void record() {
-    const Measured m = meter_(state_);
-    if (!m.finite() || !std::isfinite(meter_.initial_J())) {
-      outcome_ = Outcome::not_finite;
-      recall();
-      return;
-    }
+    const Measured& m = meter_.measure(state_);
+    if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();
     const double error = ledger_.add(time(), m, at_record());
-    fill_record(layout_, time(), state_, m, ledger_.works(), error, integrator_->cost().sweeps,
-                ledgers(), row_);
+    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error,
+                integrator_->cost().sweeps, ledgers(), row_);
     if (window_.watches()) window_.see(row_), window_.put(row_), window_.restart();
     log_->append(row_);
     remember();
@@ -266,14 +277,14 @@ class Session {
   }
 
   void tell() const {
-    if (!options_.progress || total_ == 0) return;
+    if (!options_.progress || steps_.total == 0) return;
     const double here = since(wall_start_), done = fraction();
     const double left = here * (1 - done) / std::max(1e-300, done - first_fraction_);
     options_.progress(done, wall(), left);
   }
 
   double fraction() const {
-    return fixed_ ? double(state_.step) / double(total_) : time() / scene_.duration;
+    return fixed_ ? double(state_.step) / double(steps_.total) : time() / scene_.duration;
   }
 
   RunReport report() const {
@@ -287,8 +298,11 @@ class Session {
     ledger_.fill(r, meter_);
     if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
     r.outcome = outcome_, r.interrupted = interrupted_;
+    if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
     r.final_state = state_;
+    r.held = integrator_->sampler().memory();
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+    for (auto& note : notes_on_numbers(scene_, r.cost.sweeps)) r.notes.push_back(std::move(note));
     if (const auto remark = integrator_->remark(); !remark.empty())
       r.notes.push_back(integrator_->declaration().rival ? remark
                                                          : "implicit equations by " + remark);
@@ -309,12 +323,23 @@ class Session {
     log_->sync();
     r.momentum = wheel_momentum(scene_, assembly_, log_path());
     r.impulses = impulses(scene_, assembly_, log_path());
-    judge(r, scene_, meter_);
-    if (options_.check_symmetry) judge_symmetry(r, scene_, assembly_);
-    write_results(options_.out, scene_, assembly_, r, log_path());
+    judge(r, scene_, integrator_->declaration(), meter_);
+    const bool more = has_more_to_judge(r, scene_, options_.check_symmetry);
+    write_results(options_.out, scene_, assembly_, more ? not_yet_judged(r) : r, log_path());
+    if (more) {
+      judge_beside(r, scene_, assembly_, options_.check_symmetry);
+      write_verdict(options_.out, scene_, assembly_, r, log_path());
+    }
     if (outcome_ != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
+    return r;
+  }
+
+  /// What stands in the folder while the rest is checked: results, and no verdict.
+  static RunReport not_yet_judged(RunReport r) {
+    for (Check& c : r.checks) c.telling = false;
+    r.notes.push_back("written before everything was checked: the verdict is still to come");
     return r;
   }
 
@@ -327,12 +352,13 @@ class Session {
   space::SplitIntegrator* split_;        ///< null: not in orbit
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   Meter meter_;
+  WorldView view_;  ///< records show the world
   RecordLayout layout_;
   std::vector<double> row_;
+  const Measured unmeasured_{};
   Window window_;
   phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
-  const std::int64_t total_,
-      every_;  ///< steps of the run and from record to record, where they are fixed
+  const Steps steps_;          ///< where they are fixed
   Ledger ledger_;
   std::unique_ptr<RecordLog> log_;
   std::optional<Moment> good_;

@@ -11,25 +11,39 @@
 
 namespace porthos::scene {
 
-/// One line of the verdict.
+/// One line of the verdict: a quantity beside its limit.
 struct Check {
   std::string name;
   double value = 0, limit = 0;
   bool pass = false;
+  /// false: it holds whatever the step, by the method's structure or because it is of the model alone, so that a pass says
+  /// nothing of the motion.
+  bool telling = true;
 };
+
+/// A check that has no meaning for this run, and why.
+struct NotApplicable {
+  std::string name, why;
+};
+
+enum class Verdict { pass, fail, not_judged };
+const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
-  double initial_J = 0,
-         scale_J = 0;  ///< errors are relative to scale: max(|H|, kinetic energy) at the start,
-                       ///< or the largest kinetic energy where that is (almost) 0; the energy
-                       ///< turned over by sources and losses where that is more
-  double max_abs_error_J = 0, max_rel_error = 0, rms_rel_error = 0;
+  double initial_J = 0;
+  /// Errors are relative to it: the largest kinetic energy plus the range that each other stored energy covered, which sees
+  /// neither the zero of a potential nor the origin; the energy turned over by sources and losses where that is more.
+  double scale_J = 0;
+  double max_abs_error_J = 0, max_rel_error = 0;  ///< over records and the looks between them
+  double rms_rel_error = 0;                       ///< over records
   double growth_exponent =
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
   double drift_per_s = 0;  ///< mean relative change per second
   bool drift_is_significant =
       false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
+  /// What the scale is made of: the largest kinetic energy, then the range of each other storage.
+  std::vector<std::pair<std::string, double>> scale_parts = {};
 };
 
 struct RunReport {
@@ -37,6 +51,7 @@ struct RunReport {
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double step_s = 0, simulated_s = 0, cpu_s = 0, wall_s = 0;
   std::int64_t steps = 0, records = 0;
+  std::int64_t looks = 0;  ///< steps measured between the records
   integrators::Cost cost;
   EnergyReport energy;
   double linear_momentum_error = 0, angular_momentum_error = 0,
@@ -50,20 +65,28 @@ struct RunReport {
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
+  std::vector<NotApplicable> not_applicable;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
-  int phases = 1;  ///< runs between events, see phases.h
+  std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
+  int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
-  phs::State final_state;  ///< the last good one
-  bool passed() const;     ///< ran to the end and every check holds
+  phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
+  std::vector<double>
+      held;  ///< memory of the sampled controllers there, in the order of Model::holds()
+  /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could have told a wrong motion
+  /// from a right one.
+  Verdict verdict() const;
+  bool passed() const { return verdict() == Verdict::pass; }
 };
 
 struct RunOptions {
   std::string out = "results";  ///< results folder, made if missing
   bool resume = false;          ///< continue from out/checkpoint
   /// Ends the run at the first step after the start at whose state this holds; called at every step.
+  /// The state is relative to Assembly::centre where there is one.
   std::function<bool(const phs::State&)> until = {};
-  bool check_symmetry = false;  ///< `verify`: forth and back, and the axioms of the system
+  bool check_symmetry = false;  ///< `verify`: the way forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
   std::function<void(double, double, double)> progress = {};
@@ -74,13 +97,14 @@ struct RunOptions {
 /// Runs a scene: steps, records, checkpoints, judges; writes run.h5, summary.json and energy_error.svg into the folder.
 /// Records go to an append-only file in out/checkpoint first and become run.h5 at the end (written aside, then
 /// renamed), so that a run killed at any moment continues bit for bit with `resume`.
-/// Results of an earlier finished run in the folder are replaced, after the new run has finished.
+/// Results of an earlier finished run in the folder are replaced, after the new run has finished; they are written before
+/// anything is checked beside the run (judge_beside()), and the verdict once more after it.
 /// @throws InvalidArgument for an unwritable or full folder, a folder that holds an unfinished run (without `resume`), a
 ///   method that cannot be continued, a missing, truncated or damaged checkpoint, or one of another run (names what
 ///   differs). Nothing is overwritten then.
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
-/// summary.json of a report, as documented in docs/results.md.
+/// summary.json of a report, as documented in docs/results.md. final_state: as RunReport's.
 std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& report,
                          const phs::State& final_state);
 

@@ -14,6 +14,7 @@
 #include "mechanics/urdf.h"
 #include "phs/state.h"
 #include "scene/actuator.h"
+#include "scene/centre_of_mass.h"
 #include "scene/element.h"
 #include "scene/event.h"
 #include "scene/orbit.h"
@@ -24,8 +25,10 @@ namespace porthos::scene {
 
 /// Start values of one joint.
 struct JointStart {
-  double position = 0, velocity = 0;  ///< [rad | m], [rad/s | m/s]
-  std::string where;                  ///< "file:line"
+  double position = 0, velocity = 0;  ///< of one freedom [rad | m], [rad/s | m/s]
+  std::optional<BaseStart> motion = {};  ///< of a ball or a free joint, in the joint's frame
+  bool translates = false;               ///< the motion has a position or a linear velocity
+  std::string where = {};                ///< "file:line"
 };
 
 /// Seeded random joint states on top of nothing else: uniform in ± the bounds.
@@ -37,11 +40,12 @@ struct RandomStart {
 /// What a record keeps the smallest and the largest value of, over all steps since the record before.
 enum class Extrema { none, state, all };
 
-/// Limits of the verdict. An absent one is not checked; defaults apply where a scene has no [verify] table at all.
+/// Limits of the verdict. An absent one is not checked; where none is stated, default_limits() apply.
 struct Limits {
   std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
-      symmetry;
+      symmetry, step_halving;
   std::optional<double> orbital, coupling;  ///< of spacecraft in orbit
+  bool any() const;                         ///< whether one is stated
 };
 
 struct Scene {
@@ -77,7 +81,7 @@ struct Scene {
 
   std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance while the run runs
 
-  double duration = 0;      ///< [s]; the run takes round(duration / step) steps
+  double duration = 0;      ///< [s]; the last step is shorter where the steps do not add up, see steps.h
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one
   bool record_every_given =
       false;  ///< by the file; if not, it follows overrides of step and duration
@@ -96,6 +100,9 @@ struct Scene {
 /// Reads and validates a scene. @throws InvalidArgument with one sentence "file:line:column: ..." for a missing file,
 /// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
 Scene read_scene(const std::string& path);
+
+/// The limits of a scene that states none; docs/scene.md says why these.
+Limits default_limits(bool in_orbit);
 
 /// Command-line overrides; a bad one is refused like a bad key.
 struct Overrides {
@@ -117,9 +124,19 @@ struct Assembly {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
+  std::string splitting;                                ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;
+  /// Of what floats, where it moves apart from the rest: `initial` is relative to it, and uniform
+  /// gravity is in its motion instead of in the model.
+  std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
 };
+
+/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the internal motion of the split.
+/// @throws InvalidArgument as integrators::make_integrator
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options = {});
 
 /// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
 Assembly assemble(const Scene& scene);

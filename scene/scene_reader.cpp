@@ -117,8 +117,8 @@ class Reader {
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
     model(section(top, "model",
-                  {"urdf", "base", "links_without_inertia", "unphysical_inertia", "use_damping",
-                   "inertia", "mass_factor"}));
+                  {"urdf", "base", "lock", "links_without_inertia", "unphysical_inertia",
+                   "use_damping", "inertia", "mass_factor"}));
     if (top.has("environment"))
       environment(section(top, "environment", {"gravity", "vector", "magnetic_field"}));
     if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
@@ -179,6 +179,7 @@ class Reader {
     s_.urdf.accept_unphysical_inertia =
         t.has("unphysical_inertia") &&
         t.choice("unphysical_inertia", {"error", "accept"}) == "accept";
+    if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
     if (t.has("use_damping")) s_.urdf.use_damping = t.boolean("use_damping");
     t.each("inertia", {"mass", "com", "inertia"},
            [&](const std::string& link, const std::string&, const Table& given) {
@@ -234,11 +235,11 @@ class Reader {
 
   void initial(const Table& t) {
     if (t.has("base")) base(t);
-    t.each("joints", {"position", "velocity"},
-           [&](const std::string& joint, std::string where, const Table& start) {
-             s_.joints[joint] = {start.number_or("position", " of rad or m", 0),
-                                 start.number_or("velocity", " of rad/s or m/s", 0),
-                                 std::move(where)};
+    t.each("joints",
+           {"position", "velocity", "attitude_wxyz", "linear_velocity", "angular_velocity"},
+           [&](const std::string& joint, const std::string& where, const Table& start) {
+             s_.joints[joint] = joint_start(start);
+             s_.joints[joint].where = where;
            });
     if (!t.has("random")) return;
     const Table r = t.table("random", {"seed", "joint_position", "joint_velocity"});
@@ -247,6 +248,27 @@ class Reader {
     random.joint_position = r.not_negative_or("joint_position", " of rad or m", 0);
     random.joint_velocity = r.not_negative_or("joint_velocity", " of rad/s or m/s", 0);
     s_.random = random;
+  }
+
+  /// Of a joint of one freedom: position and velocity; of a ball or a free joint: the keys of a base.
+  static JointStart joint_start(const Table& t) {
+    JointStart start;
+    if (t.has("attitude_wxyz") || t.has("angular_velocity") || t.has("linear_velocity") ||
+        t.is_array("position")) {
+      if (t.has("velocity"))
+        t.fail("velocity",
+               "is given to a joint of several freedoms, expected linear_velocity or "
+               "angular_velocity");
+      start.motion = read_base_start(t);
+      start.translates = t.has("position") || t.has("linear_velocity");
+      return start;
+    }
+    if (t.has("position") && !t.is_number("position"))
+      t.fail("position", "is " + t.found_at("position") +
+                             ", expected a number of rad or m, or 3 numbers of metres");
+    start.position = t.number_or("position", " of rad or m", 0);
+    start.velocity = t.number_or("velocity", " of rad/s or m/s", 0);
+    return start;
   }
 
   void base(const Table& initial) {
@@ -372,20 +394,19 @@ class Reader {
 
   void verify(const Table& top) {
     Limits& l = s_.verify;
-    if (!top.has("verify")) {
-      l.energy = 1e-9, l.linear_momentum = l.angular_momentum = 1e-10, l.quaternion_norm = 1e-12;
-      return;
-    }
+    if (!top.has("verify")) return void(l = default_limits(s_.orbit.has_value()));
     const Table t = section(top, "verify",
                             {"energy", "linear_momentum", "angular_momentum", "quaternion_norm",
-                             "balance", "symmetry", "orbital", "coupling"});
+                             "balance", "symmetry", "step_halving", "orbital", "coupling"});
     const auto limit = [&](const char* key, std::optional<double>& to) {
       if (t.has(key)) to = t.not_negative_or(key, "", 0);
     };
     limit("energy", l.energy), limit("linear_momentum", l.linear_momentum);
     limit("angular_momentum", l.angular_momentum), limit("quaternion_norm", l.quaternion_norm);
     limit("balance", l.balance), limit("symmetry", l.symmetry);
+    limit("step_halving", l.step_halving);
     limit("orbital", l.orbital), limit("coupling", l.coupling);
+    if (!l.any()) l = default_limits(s_.orbit.has_value());
   }
 
   File file_;

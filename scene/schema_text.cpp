@@ -49,6 +49,8 @@ Json value_of(const SchemaKey& k) {
                {finite, {{"type", "array"}, {"items", finite}, {"minItems", 3}, {"maxItems", 3}}}}};
     case KeyKind::list:
       return {{"type", "array"}, {"items", finite}};
+    case KeyKind::texts:
+      return {{"type", "array"}, {"items", {{"type", "string"}}}};
     case KeyKind::table:
       return reference(k.table);
     case KeyKind::tables:
@@ -102,6 +104,8 @@ const char* kind_text(KeyKind k) {
       return "number or 3 numbers";
     case KeyKind::list:
       return "list of numbers";
+    case KeyKind::texts:
+      return "list of names";
     case KeyKind::table:
       return "table";
     case KeyKind::tables:

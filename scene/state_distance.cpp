@@ -12,15 +12,24 @@ void StateScale::see(std::span<const double> x) {
     for (int k = at; k < at + size; ++k)
       if (std::isfinite(x[size_t(k)])) largest = std::max(largest, std::fabs(x[size_t(k)]));
   };
-  for (const auto& b : d_.blocks) {
-    if (b.kind == BlockKind::linear) widen(b.at, b.size, largest_position_);
-    if (b.momentum >= 0) widen(b.momentum, b.size, largest_momentum_);
-  }
   const auto fill = [&](int at, int size, double unit) {
     std::fill_n(weight_.begin() + at, size, unit > 0 ? 1 / unit : 1.0);
   };
+  const auto alone = [](const phs::Block& b) {
+    return b.kind == BlockKind::linear && b.momentum < 0;
+  };
   for (const auto& b : d_.blocks) {
-    if (b.kind == BlockKind::linear) fill(b.at, b.size, largest_position_);
+    if (alone(b)) {
+      double largest = 1 / weight_[size_t(b.at)];
+      widen(b.at, b.size, largest);
+      fill(b.at, b.size, largest);
+    } else if (b.kind == BlockKind::linear) {
+      widen(b.at, b.size, largest_position_);
+    }
+    if (b.momentum >= 0) widen(b.momentum, b.size, largest_momentum_);
+  }
+  for (const auto& b : d_.blocks) {
+    if (b.kind == BlockKind::linear && !alone(b)) fill(b.at, b.size, largest_position_);
     if (b.momentum >= 0) fill(b.momentum, b.size, largest_momentum_);
   }
 }

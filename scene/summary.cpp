@@ -23,7 +23,10 @@ double angle(const phs::State& s, int at, size_t turn) {
   return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
 }
 
-Json final_state(const Assembly& a, const phs::State& s) {
+/// inner: as it was run. Rates are of that, so that they have no rounding of a common velocity.
+Json final_state(const Assembly& a, double t, const phs::State& inner) {
+  WorldView view(a);
+  const phs::State& s = view(t, inner);
   Json q = Json::object(), rates = Json::object(), p = Json::object();
   size_t turn = 0;
   const int mechanical = a.mechanism ? 2 * a.mechanism->nq() : 0;
@@ -34,7 +37,9 @@ Json final_state(const Assembly& a, const phs::State& s) {
   }
   if (!a.mechanism) return {{"q", q}, {"p", p}};
   const auto& m = *a.mechanism;
-  const auto v = a.mechanical->rates(std::span(s.x).first(size_t(mechanical)));
+  auto v = a.mechanical->rates(std::span(inner.x).first(size_t(mechanical)), inner.turns);
+  const auto added = view.added_rates();
+  for (size_t i = 0; i < added.size(); ++i) v[i] = double(v[i] + added[i]);
   for (const auto& c : m.coordinates()) {
     q[c.name] = slice(s.x, c.q, c.nq);
     if (c.kind == phs::BlockKind::angle) q[c.name] = angle(s, c.q, turn++);
@@ -45,8 +50,11 @@ Json final_state(const Assembly& a, const phs::State& s) {
 }
 
 Json energy(const EnergyReport& e) {
+  Json parts = Json::object();
+  for (const auto& [name, joule] : e.scale_parts) parts[name] = joule;
   return {{"initial_J", e.initial_J},
           {"scale_J", e.scale_J},
+          {"scale_parts_J", parts},
           {"max_abs_error_J", e.max_abs_error_J},
           {"max_rel_error", e.max_rel_error},
           {"rms_rel_error", e.rms_rel_error},
@@ -122,10 +130,45 @@ Json ledgers(const RunReport& r) {
           {"neglected_next_order", s.next_order}};
 }
 
+/// What the method did not have to work for: the motion of the centre of mass from 0 to t.
+Json centre_of_mass(const CentreOfMass& c, double t) {
+  const auto list = [](const CentreOfMass::Vec& a) {
+    return Json{double(a.x), double(a.y), double(a.z)};
+  };
+  const auto P = CentreOfMass::Real(c.mass) * c.velocity(t);
+  return {{"motion", "closed form"},
+          {"mass_kg", c.mass},
+          {"start", {{"position_m", list(c.position(0))}, {"velocity_m_s", list(c.velocity(0))}}},
+          {"end", {{"position_m", list(c.position(t))}, {"velocity_m_s", list(c.velocity(t))}}},
+          {"gravity_m_s2", list(c.gravity)},
+          {"linear_momentum_kg_m_s", list(P)},
+          {"kinetic_start_J", c.kinetic_J(0)},
+          {"kinetic_end_J", c.kinetic_J(t)},
+          {"work_of_gravity_J", c.work_of_gravity_J(t)}};
+}
+
 Json checks(const RunReport& r) {
   Json list = Json::array();
   for (const Check& c : r.checks)
-    list.push_back({{"name", c.name}, {"value", c.value}, {"limit", c.limit}, {"pass", c.pass}});
+    list.push_back({{"name", c.name},
+                    {"value", c.value},
+                    {"limit", c.limit},
+                    {"pass", c.pass},
+                    {"telling", c.telling}});
+  return list;
+}
+
+Json not_applicable(const RunReport& r) {
+  Json list = Json::array();
+  for (const NotApplicable& n : r.not_applicable)
+    list.push_back({{"name", n.name}, {"why", n.why}});
+  return list;
+}
+
+/// What the reader of the model file took in its own way or left out.
+Json model_notes(const Assembly& a) {
+  Json list = Json::array();
+  for (const auto& note : a.notes) list.push_back(note.where + ": " + note.text);
   return list;
 }
 
@@ -142,6 +185,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["steps"] = r.steps;
   j["simulated_s"] = r.simulated_s;
   j["records"] = r.records;
+  j["looks"] = r.looks;
   j["cpu_s"] = r.cpu_s;
   j["wall_s"] = r.wall_s;
   j["evaluations"] = r.cost.evaluations;
@@ -160,10 +204,13 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
                                      {"angular", r.impulses.angular_left}};
   }
   if (r.space) j["ledgers"] = ledgers(r);
-  j["final_state"] = final_state(assembly, last);
+  if (assembly.centre) j["centre_of_mass"] = centre_of_mass(*assembly.centre, r.simulated_s);
+  j["final_state"] = final_state(assembly, r.simulated_s, last);
   j["checks"] = checks(r);
-  j["verdict"] = r.passed() ? "pass" : "fail";
+  j["not_applicable"] = not_applicable(r);
+  j["verdict"] = to_string(r.verdict());
   j["notes"] = r.notes;
+  j["model_notes"] = model_notes(assembly);
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
   // A title or a joint name that is no UTF-8 must not cost the summary.
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -139,6 +139,22 @@ class Table {
       x.push_back(finite((*n.as_array())[i], fmt::format("{}{}[{}]", prefix_, key, i), unit));
     return x;
   }
+  /// An array of texts of any length.
+  std::vector<std::string> texts(const char* key, const char* what) const {
+    const toml::node& n = *t_.get(key);
+    if (!n.is_array()) fail(key, fmt::format("is {}, expected an array of {}", found(n), what));
+    std::vector<std::string> all;
+    for (const toml::node& each : *n.as_array()) {
+      if (!each.is_string())
+        refuse(file_.at(each.source()),
+               fmt::format("{}{}[{}] is {}, expected text", prefix_, key, all.size(), found(each)));
+      all.push_back(**each.as_string());
+    }
+    return all;
+  }
+  bool is_array(const char* key) const { return has(key) && t_.get(key)->is_array(); }
+  bool is_number(const char* key) const { return has(key) && t_.get(key)->is_number(); }
+  std::string found_at(const char* key) const { return found(*t_.get(key)); }
   Vec3d vector_or_zero(const char* key, const char* unit) const {
     if (!has(key)) return {0, 0, 0};
     const auto x = numbers<3>(key, unit);

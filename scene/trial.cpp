@@ -20,7 +20,7 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
   integrators::Options o;
   if (s.rtol > 0) o.rtol = s.rtol, o.atol = 0.01 * s.rtol;
   o.iteration_tolerance = s.iteration_tolerance;
-  return integrators::make_integrator(s.method, *a.model, s.step, o);
+  return make_integrator(a, s.method, s.step, o);
 }
 
 class Trying {
@@ -71,7 +71,7 @@ class Trying {
   }
 
   void measure() {
-    const Measured m = meter_(state_);
+    const Measured& m = meter_.measure(state_);
     if (!m.finite()) return fail(Outcome::not_finite);
     const double t = double(state_.step) * integrator_->step_size();
     const double error = ledger_.add(t, m, state_.step % every_ == 0);

@@ -26,8 +26,13 @@ bool is_of_start(const std::string& key);
 Scene read_variation(const std::string& path, const std::string& text,
                      std::span<const Replacement> replacements);
 
+/// Where a run begins: `initial` and `centre` of an assembly.
+struct Beginning {
+  phs::State state;
+  std::optional<CentreOfMass> centre;
+};
 /// The start of a scene that differs from the one of the assembly in its [initial] alone.
 /// @throws InvalidArgument as assemble
-phs::State start_of(const Scene& scene, const Assembly& assembly);
+Beginning start_of(const Scene& scene, const Assembly& assembly);
 
 }  // namespace porthos::scene

@@ -40,11 +40,14 @@ std::vector<MomentumRow> wheel_momentum(const Scene& scene, const Assembly& asse
   mechanics::Workspace<double> w(m);
   RecordReader reader(log, layout);
   std::vector<double> records;
+  std::vector<std::int64_t> turns(layout.turns);
   bool first = true;
   while (const size_t n = reader.read(records, 4096))
     for (size_t i = 0; i < n; ++i, first = false) {
-      const auto x =
-          std::span<const double>(records).subspan(i * layout.size() + layout.x(), layout.nx);
+      const auto record = std::span<const double>(records).subspan(i * layout.size());
+      const auto x = record.subspan(layout.x(), layout.nx);
+      turns_of(layout, record, turns);
+      w.set_turns(turns);
       for (size_t k = 0; k < at.size(); ++k) see(rows[k], first, x[at[k]]);
       const auto L = mechanics::momentum<double>(m, w, x.first(nq), x.subspan(nq, nq)).angular;
       see(rows.back(), first, std::hypot(L.x, L.y, L.z));
@@ -83,6 +86,7 @@ Impulses impulses(const Scene& scene, const Assembly& assembly, const std::files
   mechanics::Workspace<double> w(m);
   RecordReader reader(log, layout);
   std::vector<double> records;
+  std::vector<std::int64_t> turns(layout.turns);
   mechanics::Momentum<double> start{}, sum{};
   double from = 0, to = 0, largest_P = 0, largest_L = 0;
   bool first = true;
@@ -102,6 +106,8 @@ Impulses impulses(const Scene& scene, const Assembly& assembly, const std::files
         }
       if (scene.orbit) continue;  // there the space ledgers keep this balance
       const auto x = record.subspan(layout.x(), layout.nx);
+      turns_of(layout, record, turns);
+      w.set_turns(turns);
       const auto now = mechanics::momentum<double>(m, w, x.first(nq), x.subspan(nq, nq));
       if (first) start = now, from = to;
       const auto left = [](const auto& a, const auto& b, const auto& given) {

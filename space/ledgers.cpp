@@ -116,11 +116,10 @@ std::array<double, SpaceLedgers::reading_size> SpaceLedgers::now() const {
           d.zonal.last,   d.zonal.defect,   d.L_last};
 }
 
-std::vector<double> SpaceLedgers::memory() const {
+void SpaceLedgers::save(std::vector<double>& memory) const {
   const auto m = std::bit_cast<std::array<double, memory_size - 1>>(data_);
-  std::vector<double> all(m.begin(), m.end());
-  all.push_back(next_order_);
-  return all;
+  memory.insert(memory.end(), m.begin(), m.end());
+  memory.push_back(next_order_);
 }
 
 void SpaceLedgers::restore(std::span<const double> memory) {

@@ -78,7 +78,7 @@ class SpaceLedgers {
   std::array<double, reading_size> now() const;
 
   static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 5 + 1;
-  std::vector<double> memory() const;
+  void save(std::vector<double>& memory) const;
   void restore(std::span<const double> memory);
 
  private:

@@ -1,5 +1,6 @@
 #include "space/orbit.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "phs/state.h"
@@ -55,6 +56,38 @@ OrbitMotion::OrbitMotion(Environment environment, double mass)
                environment_.solar_pressure;
 }
 
+std::optional<double> OrbitMotion::drift_above_surface(OrbitPoint& p, OrbitReal dt) const {
+  const OrbitReal radius = environment_.planet.radius;
+  const auto sinks = [&](const OrbitPoint& a) { return dot(a.r, a.v) * dt < 0; };
+  const auto after = [&](OrbitReal t) -> std::optional<OrbitPoint> {
+    try {
+      return kepler_flow(mu_, p, t);
+    } catch (const InvalidArgument&) {
+      return {};  // at the centre
+    }
+  };
+  // Below the surface, or beyond a pericentre: where an orbit with one below has passed the surface before.
+  const bool sank = sinks(p);
+  const auto beyond = [&](const std::optional<OrbitPoint>& a) {
+    return !a || mechanics::norm(a->r) < radius || (sank && !sinks(*a));
+  };
+  const auto end = after(dt);
+  bool meets = !end || mechanics::norm(end->r) < radius;
+  if (!meets && sank && !sinks(*end)) {
+    const auto h = cross(p.r, p.v);
+    const OrbitReal h2 = dot(h, h), beta = 2 * mu_ / mechanics::norm(p.r) - dot(p.v, p.v),
+                    e2 = 1 - beta * h2 / (mu_ * mu_);
+    meets = h2 / (mu_ * (1 + std::sqrt(std::max(e2, OrbitReal(0))))) < radius;
+  }
+  if (!meets) return p = *end, std::nullopt;
+  OrbitReal above = 0, below = dt;
+  for (int i = 0; i < 64; ++i) {
+    const OrbitReal middle = (above + below) / 2;
+    (beyond(after(middle)) ? below : above) = middle;
+  }
+  return double(above);
+}
+
 OrbitReal OrbitMotion::energy(const OrbitPoint& p) const {
   return OrbitReal(mass_) * (dot(p.v, p.v) / 2 - mu_ / mechanics::norm(p.r));
 }
@@ -81,17 +114,35 @@ bool OrbitMotion::in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun
   return dot(off, off) < radius * radius;
 }
 
+Vec3<OrbitReal> OrbitMotion::zonal_acceleration(const Vec3<OrbitReal>& r) const {
+  const Planet& planet = environment_.planet;
+  Vec3<OrbitReal> a;
+  zonal_field<OrbitReal>(mu_, planet.radius, Vec3<OrbitReal>(planet.axis), planet.J, r, a);
+  return a;
+}
+
+/// (a·∂)a of the harmonics' acceleration a at r, by a central difference.
+Vec3<OrbitReal> OrbitMotion::change_along_itself(const Vec3<OrbitReal>& r,
+                                                 const Vec3<OrbitReal>& a) const {
+  const OrbitReal size = mechanics::norm(a);
+  if (size == 0) return {0, 0, 0};
+  const OrbitReal step = 1e-6L * mechanics::norm(r) / size;
+  return (1 / (2 * step)) * (zonal_acceleration(r + step * a) - zonal_acceleration(r - step * a));
+}
+
 void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-                       OrbitWorks& works, Surfaces* surfaces) const {
+                       OrbitWorks& works, Surfaces* surfaces, OrbitReal correction) const {
   using V = Vec3<OrbitReal>;
   const Planet& planet = environment_.planet;
   const OrbitReal m = mass_;
   std::array<V, orbit_sources> a;
   a.fill(V{0, 0, 0});
   a[size_t(OrbitSource::gradient)] = gradient;
-  if (zonal_)
-    zonal_field<OrbitReal>(mu_, planet.radius, V(planet.axis), planet.J, p.r,
-                           a[size_t(OrbitSource::zonal)]);
+  if (zonal_) {
+    V& zonal = a[size_t(OrbitSource::zonal)];
+    zonal = zonal_acceleration(p.r);
+    if (correction != 0) zonal += (correction / h) * change_along_itself(p.r, zonal);
+  }
   for (const ThirdBody& body : environment_.third_bodies) {
     const V s = third_body_position(body, t);
     a[size_t(OrbitSource::third_body)] += third_body_acceleration<OrbitReal>(body.mu, s, p.r);
@@ -135,10 +186,6 @@ OrbitPropagator::OrbitPropagator(Environment environment, double mass,
                                  const PointState<double>& start, double h,
                                  const std::string& scheme)
     : motion_(std::move(environment), mass), scheme_(split_scheme(scheme)), h_(h) {
-  if (scheme_.corrector != 0)
-    throw InvalidArgument(
-        "splitting '" + scheme +
-        "' corrects the internal motion, expected one without for an orbit alone");
   check_orbit(motion_.environment().planet, start, false);
   store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x_, lo_);
   energy_0_ = motion_.energy(point()), zonal_0_ = motion_.zonal_energy(point());
@@ -153,7 +200,9 @@ void OrbitPropagator::step() {
     OrbitWorks works;
     for (size_t i = 0; i < scheme_.kick.size(); ++i) {
       if (scheme_.kick[i] != 0) {
-        motion_.kick(p, t, OrbitReal(scheme_.kick[i]) * h_, {0, 0, 0}, works);
+        const bool end = i == 0 || i + 1 == scheme_.kick.size();
+        motion_.kick(p, t, OrbitReal(scheme_.kick[i]) * h_, {0, 0, 0}, works, nullptr,
+                     end ? OrbitReal(scheme_.corrector) * h_ * h_ * h_ : 0);
         for (size_t s = 0; s < orbit_sources; ++s)
           phs::compensated_add(sum_[s], low_[s], double(works[s]));
       }

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "space/environment.h"
@@ -37,12 +38,17 @@ class OrbitMotion {
   /// The Kepler flow over dt, exactly.
   void drift(OrbitPoint& p, OrbitReal dt) const { p = kepler_flow(mu_, p, dt); }
 
+  /// drift(), unless the way leads below the planet's surface: then p stays, and the time until there is returned [s]. The
+  /// whole way is looked at, so that a fall through the planet between two steps is seen. |dt|: less than half a revolution.
+  std::optional<double> drift_above_surface(OrbitPoint& p, OrbitReal dt) const;
+
   /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`: acceleration of the
   /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends
   /// (implicit midpoint). works: written; their sum is the change of m v²/2 to rounding, whatever the step.
   /// surfaces: plates at their attitude, whose forces are added; null: none
+  /// correction: c h³ of a corrected splitting, by which the kick of the harmonics a is added to as (a·∂)a
   void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
-            OrbitWorks& works, Surfaces* surfaces = nullptr) const;
+            OrbitWorks& works, Surfaces* surfaces = nullptr, OrbitReal correction = 0) const;
 
   /// m (v²/2 - μ/r) [J].
   OrbitReal energy(const OrbitPoint& p) const;
@@ -54,6 +60,8 @@ class OrbitMotion {
   Vec3<OrbitReal> third_body_position(const ThirdBody& body, OrbitReal t) const;
 
  private:
+  Vec3<OrbitReal> zonal_acceleration(const Vec3<OrbitReal>& r) const;
+  Vec3<OrbitReal> change_along_itself(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& a) const;
   bool in_shadow(const Vec3<OrbitReal>& r, const Vec3<OrbitReal>& sun) const;
   Environment environment_;
   double mass_;

@@ -1,5 +1,7 @@
 #include "space/split_integrator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -152,7 +154,7 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
   const double mass = model_.orbit().mass();
   OrbitWorks works;
   model_.orbit().kick(p, t, h, Vec3<OrbitReal>((1 / mass) * gradient_.reaction()), works,
-                      has_plates_ ? &plates_ : nullptr);
+                      has_plates_ ? &plates_ : nullptr, correction);
   Vec3d impulse = h * gradient_.torque();
   if (correction != 0) impulse += impulse_of(extra_);
   if (has_plates_) {
@@ -234,6 +236,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   const std::span<double> x(s.x), lo(s.lo);
   OrbitPoint p = load_point(x.subspan(n_internal_), lo.subspan(n_internal_));
   const SpaceLedgers before = ledgers_;
+  inner_before_.clear(), inner_->save(inner_before_);
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
@@ -243,12 +246,18 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);
-    if (o != Outcome::ok) return ledgers_ = before, o;
+    if (o != Outcome::ok) {
+      ledgers_ = before, inner_->restore(inner_before_);
+      return o;
+    }
     auto count = inner_->cost();
     ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
     const auto own = inner_->works();
     for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
-    model_.orbit().drift(p, dt);
+    if (const auto after = model_.orbit().drift_above_surface(p, dt)) {
+      trouble_ = fmt::format("below the surface at t = {:.10g} s", here + *after);
+      return ledgers_ = before, Outcome::failed;
+    }
     here += dt;
   }
   if (scheme_.kick.back() == 0) pull(p);  // else the last kick was here
@@ -258,11 +267,9 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   return Outcome::ok;
 }
 
-std::vector<double> SplitIntegrator::memory() const {
-  auto m = ledgers_.memory();
-  const auto inner = inner_->memory();
-  m.insert(m.end(), inner.begin(), inner.end());
-  return m;
+void SplitIntegrator::save(std::vector<double>& m) const {
+  ledgers_.save(m);
+  inner_->save(m);
 }
 
 void SplitIntegrator::restore(std::span<const double> m) {

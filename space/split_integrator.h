@@ -17,7 +17,8 @@ struct SplitOptions {
 /// the exact Kepler flow while the internal motion is stepped by a method of the catalogue; in between, kicks by all that
 /// couples them or perturbs the orbit, at fixed positions. The step is set by the internal motion, not by the orbit.
 /// A corrected scheme takes away what the uncorrected one adds to the energy it keeps, c h² Fᵀ M⁻¹ F with F = -∂V/∂q: half a step's
-/// kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first term by a central difference. The reaction of that on the orbit, 1e-13 of the one there is, is left out.
+/// kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first term by a central difference; on the
+/// orbit that of the harmonics. The reaction of the internal correction on the orbit, 1e-13 of the one there is, is left out.
 ///
 /// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the centre of mass; its work
 /// on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and booked (ledgers.h).
@@ -28,13 +29,15 @@ class SplitIntegrator final : public integrators::Integrator {
   SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& options = {});
 
   integrators::Outcome advance(double t, double h, State& state) override;
-  std::vector<double> memory() const override;
+  void save(std::vector<double>& memory) const override;
   void restore(std::span<const double> memory) override;
   std::string remark() const override { return inner_->remark(); }
   bool keeps_books() const override { return true; }
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 
+  /// Why the last step failed, if it is the orbit's: "below the surface at t = ... s".
+  const std::string& trouble() const { return trouble_; }
   /// Opens the ledgers at a state, unless they are open; the first step does it otherwise.
   void begin(const State& state);
   const SpaceLedgers& ledgers() const { return ledgers_; }
@@ -65,6 +68,8 @@ class SplitIntegrator final : public integrators::Integrator {
   std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
   std::vector<double> delta_, slope_, side_;  ///< of the corrector
   SpaceLedgers ledgers_;
+  std::string trouble_;
+  std::vector<double> inner_before_;  ///< memory of the inner method before the step
 };
 
 }  // namespace porthos::space

@@ -13,7 +13,7 @@ struct SplitScheme {
   int small_order = 2;  ///< in h, of the terms linear in ε
   bool forward = true;  ///< no step backwards: fit for damped motions
   /// c of the error c h² ε² {{A,B},B} in the energy a Lobatto scheme keeps, which a corrected one takes away by a further
-  /// kick at both ends; 0: not corrected. Of a split of orbit and internal motion alone.
+  /// kick at both ends, of the gravity gradient and the harmonics; 0: not corrected
   double corrector = 0;
   std::string source;
 };

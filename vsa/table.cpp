@@ -211,8 +211,15 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l, double tolerance) {
 }
 
 Measurements read_measurements(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file(path, std::ios::binary);
   if (!file) throw InvalidArgument(fmt::format("{}: cannot be opened", path));
+  std::ostringstream text;
+  text << file.rdbuf();
+  return parse_measurements(text.str(), path);
+}
+
+Measurements parse_measurements(const std::string& text, const std::string& path) {
+  std::istringstream file(text);
   const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
                                          "sigma_effort"};
   std::vector<int> meaning;  // of each column: its place in names

@@ -20,6 +20,8 @@ struct Measurements {
 /// any order of columns and rows. SI units. Lines that begin with # are comments.
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, a place given twice or a hole in the grid
 Measurements read_measurements(const std::string& csv_file);
+/// The same from a text that was read already; `path` stands for the file in messages.
+Measurements parse_measurements(const std::string& text, const std::string& path);
 
 /// E(φ, σ) = E0(σ) + ∫ τ dφ, the torques interpolated by natural cubic splines both ways (E is C³ in φ, C² in σ, linear
 /// torque outside). Cost of an evaluation: about 100 ns.

@@ -35,7 +35,7 @@ class Result(Mapping):
     # --- figures ------------------------------------------------------------------------------------------------------
     @property
     def verdict(self) -> str:
-        """"pass" if the run reached its end and every check passed, else "fail"."""
+        """"pass", "fail" or "not judged" (no check tells of the motion): docs/results.md."""
         return self.summary["verdict"]
 
     @property
@@ -44,8 +44,13 @@ class Result(Mapping):
 
     @property
     def checks(self) -> list[dict[str, Any]]:
-        """name, value, limit, pass: one per limit."""
+        """name, value, limit, pass, telling: one per limit that has a meaning for this run."""
         return self.summary["checks"]
+
+    @property
+    def not_applicable(self) -> list[dict[str, str]]:
+        """name, why: the checks that have none."""
+        return self.summary["not_applicable"]
 
     @property
     def notes(self) -> list[str]:
@@ -56,6 +61,7 @@ class Result(Mapping):
         lines = [f"{s['title'] or 'run'}: {s['method']}, {s['steps']} steps of {s['step_s']:g} s, {s['simulated_s']:g} s simulated", ""]
         rows = [("check", "value", "limit", "")]
         rows += [(c["name"], _short(c["value"]), _short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
+        rows += [(n["name"], "-", "-", f"not applicable: {n['why']}") for n in self.not_applicable]
         if len(rows) > 1:
             width = [max(len(r[k]) for r in rows) for k in range(4)]
             lines += ["  ".join(t.ljust(w) for t, w in zip(r, width)).rstrip() for r in rows] + [""]
@@ -64,7 +70,7 @@ class Result(Mapping):
         lines += [f"note     {n}" for n in self.notes]
         if self.folder:
             lines.append(f"results  {self.folder}")
-        return "\n".join(lines + [f"verdict  {self.verdict if self.passed else 'FAIL'}"])
+        return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}"])
 
     def __repr__(self) -> str:
         return f"<porthos.Result '{self.summary['title']}': {self.verdict}, {self.summary['records']} records>"

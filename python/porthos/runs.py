@@ -151,7 +151,7 @@ def _scene_of(model: Model, x, step, duration, method, record_every, limits, tit
 def simulate(model: Model, x, *, step: float, duration: float, method: str = "gauss16", record_every: float | None = None,
              limits: Mapping[str, float] | None = None, out: PathLike | None = None, title: str | None = None,
              progress: Tell = None, **options: Any) -> Result:
-    """Runs a model from the state x: round(duration / step) steps, a record every `record_every` [s] (default: every step).
+    """Runs a model from the state x: steps of one size, the last shorter where the duration asks for it; a record every `record_every` [s] (default: every step).
 
     limits: of the verdict, relative: {"energy": 1e-12, "balance": 1e-12}; see Limits. out: a folder for the files of a run
     (docs/results.md); without it the run stays in memory. options: rtol, iteration_tolerance.

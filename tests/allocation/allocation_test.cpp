@@ -11,8 +11,11 @@
 #include "tests/support/split_systems.h"
 #include "tests/support/stiff.h"
 
-namespace {
+namespace porthos::test {
 std::atomic<long> allocations{0};
+}
+using porthos::test::allocations;
+namespace {
 void* counted(std::size_t size, std::size_t alignment) {
   ++allocations;
   if (void* p = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment))
@@ -40,6 +43,8 @@ void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::f
 
 namespace porthos::integrators::allocation_test {
 namespace {
+
+using test::allocations;
 
 TEST(Allocation, CounterCounts) {
   const long before = allocations;

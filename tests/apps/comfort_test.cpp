@@ -79,6 +79,92 @@ TEST_F(Comfort, NewScenesOfEveryExampleRunAsTheyAre) {
     }
 }
 
+/// Arms that fall and whirl, walking machines, a tree of 63 bodies: what `new` writes passes every check.
+TEST_F(Comfort, NewScenesOfEveryModelPass) {
+  const fs::path data = fs::path(PORTHOS_SOURCE_DIR) / "tests/data";
+  int passed = 0, count = 0;
+  for (const fs::path& folder : {data / "models", data / "reference/pinocchio/urdf"})
+    for (const auto& entry : fs::directory_iterator(folder))
+      for (const std::string base : {"fixed", "free"}) {
+        if (entry.path().extension() != ".urdf") continue;
+        const std::string what = entry.path().stem().string() + " " + base,
+                          name = "s" + std::to_string(++count);
+        const Answer made = porthos("new '" + entry.path().string() + "' --base " + base +
+                                    " --out " + name + "/scene.toml");
+        if (made.code == 2 && base == "free") {  // a root that is the world, or has no mass
+          EXPECT_TRUE(made.err.find("is the inertial frame") != std::string::npos ||
+                      made.err.find("joint 'base' moves no inertia") != std::string::npos)
+              << what << ": " << made.err;
+          continue;
+        }
+        ASSERT_EQ(made.code, 0) << what << ": " << made.err;
+        EXPECT_NE(text(name + "/scene.toml").find("# Found by pilot runs"), std::string::npos);
+        const Answer ran = porthos("verify " + name + "/scene.toml --no-report --out " + name);
+        EXPECT_EQ(ran.code, 0) << what << ": " << ran.out << ran.err;
+        passed += ran.code == 0;
+      }
+  EXPECT_GE(passed, 28);
+}
+
+/// Faults that every robot tool takes are taken, each with a note that run prints and the summary keeps.
+TEST_F(Comfort, NewScenesOfFaultyFilesPassAndSaySo) {
+  const std::string heavy =
+      "<inertial><origin xyz='0 0 0.2'/><mass value='1'/><inertia ixx='.1' iyy='.1' izz='.1' "
+      "ixy='0' ixz='0' iyz='0'/></inertial>";
+  const auto link = [](const std::string& name, const std::string& inside) {
+    return "<link name='" + name + "'>" + inside + "</link>";
+  };
+  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent,
+                        const std::string& child, const std::string& more = "") {
+    return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent +
+           "'/><child link='" + child + "'/>" + more + "</joint>";
+  };
+  const std::string arm = link("base", "") + link("arm", heavy),
+                    swing = joint("j", "revolute", "base", "arm");
+  struct Case {
+    std::string name, text, scene_says, note;
+  };
+  const Case cases[] = {
+      {"limits",
+       "<robot name='r'>" + arm +
+           joint("j", "revolute", "base", "arm", "<limit lower='1' upper='-1'/>") + "</robot>",
+       "base = \"fixed\"", "taken as no limit"},
+      {"unnamed", "<robot>" + arm + swing + "</robot>", "title = \"unnamed\"",
+       "called like its file: 'unnamed'"},
+      {"world",
+       "<robot name='r'>" + arm + joint("w", "fixed", "world", "base") + swing + "</robot>",
+       "base = \"fixed\"", "taken as the inertial frame"},
+      {"rigid", "<robot name='r'>" + arm + joint("j", "fixed", "base", "arm") + "</robot>",
+       "base = \"free\"                   # no joint of this file moves",
+       "taken as frames: 'base'"},
+      {"finger",
+       "<robot name='r'>" + arm + link("finger", "") + swing +
+           joint("g", "prismatic", "arm", "finger", "<mimic joint='j'/>") + "</robot>",
+       "lock = [\"g\"]\n# inertia.finger = { mass", "<mimic> ignored"},
+      {"ball", "<robot name='r'>" + arm + joint("j", "spherical", "base", "arm") + "</robot>",
+       "joints.j = { attitude_wxyz", ""}};
+  for (const Case& c : cases) {
+    std::ofstream(folder_ / (c.name + ".urdf")) << c.text;
+    const Answer made = porthos("new " + c.name + ".urdf --out " + c.name + ".toml");
+    ASSERT_EQ(made.code, 0) << c.name << ": " << made.err;
+    EXPECT_NE(text(c.name + ".toml").find(c.scene_says), std::string::npos)
+        << text(c.name + ".toml");
+    const Answer ran = porthos("run " + c.name + ".toml --no-report --out " + c.name);
+    EXPECT_EQ(ran.code, 0) << c.name << ": " << ran.out << ran.err;
+    EXPECT_NE(ran.err.find(c.note), std::string::npos) << c.name << ": " << ran.err;
+    const std::string notes =
+        nlohmann::json::parse(text(c.name + "/summary.json"))["model_notes"].dump();
+    EXPECT_NE(notes.find(c.note), std::string::npos) << c.name << ": " << notes;
+  }
+  // What no tool can read is refused.
+  for (const std::string more : {"<origin xyz='0,0,1'/>", "<axis xyz='1 0 0'/><axis xyz='0 1 0'/>",
+                                 "<origin xyz='0 0 0 1'/>", "<origin xyz='${x} 0 0'/>"}) {
+    std::ofstream(folder_ / "bad.urdf")
+        << "<robot name='r'>" << arm << joint("j", "revolute", "base", "arm", more) << "</robot>";
+    EXPECT_EQ(porthos("new bad.urdf").code, 2) << more;
+  }
+}
+
 TEST_F(Comfort, NewWritesOverNothing) {
   std::ofstream(folder_ / "mine.toml") << "mine";
   const Answer a = porthos("new " + example("dc_motor_arm/arm.urdf") + " --out mine.toml");

@@ -18,7 +18,7 @@ using scene::Comparison;
 /// A pendulum that swings regularly: small enough not to be chaotic.
 Case regular_pendulum(const TemporaryFolder& folder, double damping = 0) {
   Case c = pendulum(folder, damping);
-  c.scene.joints["shoulder"] = {0.3, 0, ""};
+  c.scene.joints["shoulder"] = {0.3, 0};
   c.scene.duration = 5;
   c.assembly = scene::assemble(c.scene);
   return c;

@@ -16,7 +16,7 @@ scene::Sensitivity observe(const Case& c, double step, double duration) {
 
 Case swinging(const TemporaryFolder& folder, double angle) {
   Case c = pendulum(folder);
-  c.scene.joints["shoulder"] = {angle, 0, ""};
+  c.scene.joints["shoulder"] = {angle, 0};
   c.assembly = scene::assemble(c.scene);
   return c;
 }

@@ -81,13 +81,16 @@ TEST(Certify, BasinOfADoubleWell) {
   agrees("c", b.level, 0.25, 1e-12);
   keeps("pass", std::fabs(b.at[0]), 1e-9);
   // A state just above c leaves, one below stays.
-  const auto crosses = [&](double H) {
-    const double v = -std::sqrt(2 * H);
-    const auto run = simulate(loop, {1, v}, {.duration = 30});
+  const auto crosses = [&](double q, double H) {
+    const double V = 0.25 * (q * q - 1) * (q * q - 1), v = -std::sqrt(2 * (H - V));
+    const auto run = simulate(loop, {q, v}, {.duration = 30});
     return run.x.back()[0] < 0;
   };
-  EXPECT_FALSE(crosses(0.2499));
-  EXPECT_TRUE(crosses(2.0)) << "damped on the way: far above c";
+  EXPECT_FALSE(crosses(1, 0.2499));
+  EXPECT_TRUE(crosses(1, 2.0)) << "damped on the way: far above c";
+  // Near the pass there is no way to be damped on: c is tight to a percent.
+  EXPECT_FALSE(crosses(0.02, 0.9999 * b.level));
+  EXPECT_TRUE(crosses(0.02, 1.01 * b.level));
 }
 
 TEST(Certify, BasinOfTheAcrobotAgainstRuns) {

@@ -228,6 +228,76 @@ TEST(EnergyMonitor, ContinuesBitForBit) {
   EXPECT_EQ(repeated[0], repeated[1]);
 }
 
+/// The memory of the method under watch, at the end of the monitor's own.
+std::vector<double> inner_memory(const EnergyMonitor& m, size_t size) {
+  const auto all = m.memory();
+  return {all.end() - long(size), all.end()};
+}
+bool same(const phs::State& a, const phs::State& b) { return a.x == b.x && a.lo == b.lo; }
+
+// The copy Tao's method carries is part of the motion: a step that is refused must not move it.
+TEST(EnergyMonitor, ARefusedStepLeavesTheMemoryOfTheMethod) {
+  const auto robot = swinging_pendulum();
+  const double h = 0.04, limit = 1e-4;
+  const auto plain = make_integrator("tao2", *robot.model, h);
+  const auto repeats =
+      watched(*robot.model, "tao2", h, {.step_limit = limit, .action = OnViolation::repeat});
+  const auto stops =
+      watched(*robot.model, "tao2", h, {.step_limit = limit, .action = OnViolation::stop});
+  phs::State a = robot.start, b = a, c = a;
+  Outcome o = Outcome::ok;
+  std::vector<double> before, after;
+  phs::State start;
+  while (true) {
+    before = plain->memory(), start = a;
+    o = stops->step(c);
+    ASSERT_EQ(repeats->step(b), Outcome::ok);
+    if (o != Outcome::ok || a.step > 500) break;
+    ASSERT_EQ(plain->step(a), Outcome::ok);
+    ASSERT_TRUE(same(a, b));
+  }
+  ASSERT_EQ(o, Outcome::failed) << "there must be a step to refuse";
+  ASSERT_EQ(repeats->report().repeated, 1);
+  EXPECT_TRUE(same(c, start));
+  EXPECT_EQ(inner_memory(*stops, before.size()), before) << "what goes into the checkpoint";
+
+  // The step in 2, 4, 8 ... parts from the same memory; from the one the refused step left it is another.
+  double best = INFINITY, moved = 0;
+  for (int parts = 2; parts <= 1024; parts *= 2) {
+    plain->restore(before);
+    phs::State s = start;
+    for (int i = 0; i < parts; ++i)
+      ASSERT_EQ(plain->advance(start.time(h) + h * i / parts, h / parts, s), Outcome::ok);
+    if (same(s, b)) best = 0;
+    phs::State refused = start, wrong = start;
+    plain->restore(before);
+    ASSERT_EQ(plain->advance(start.time(h), h, refused), Outcome::ok);
+    for (int i = 0; i < parts; ++i)
+      ASSERT_EQ(plain->advance(start.time(h) + h * i / parts, h / parts, wrong), Outcome::ok);
+    if (parts == 2)
+      for (size_t i = 0; i < s.x.size(); ++i)
+        moved = std::max(moved, std::fabs(s.x[i] - wrong.x[i]));
+  }
+  std::printf("  step %lld refused; with the memory it left, its repetition is %.1e off\n",
+              (long long)c.step + 1, moved);
+  EXPECT_EQ(best, 0) << "the repetition is the step in smaller parts";
+  EXPECT_GT(moved, 1e-9) << "the control: the memory matters";
+}
+
+// A step that diverges is repeated by a method whose multipliers it would have poisoned.
+TEST(EnergyMonitor, RepeatsAStepThatDiverged) {
+  const auto robot = ets_vii(100);
+  for (const char* name : {"stormer_verlet", "kahan_li6_sv", "gauss4"}) {
+    const auto seen =
+        watched(*robot.model, name, 0.08,
+                {.step_limit = 1, .action = OnViolation::repeat, .most_halvings = 14});
+    phs::State s = robot.start;
+    for (int i = 0; i < 5; ++i) ASSERT_EQ(seen->step(s), Outcome::ok) << name << seen->text();
+    std::printf("  %s: %s\n", name, seen->text().c_str());
+    EXPECT_GT(seen->report().repeated, 0) << name;
+  }
+}
+
 TEST(EnergyMonitor, RefusesWhatMakesNoSense) {
   const auto robot = swinging_pendulum();
   const auto refusal = [&](MonitorOptions o) -> std::string {

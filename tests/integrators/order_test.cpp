@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "integrators/gauss.h"
+#include "phs/network.h"
 #include "tests/integrators/problems.h"
+#include "tests/support/driven_pendulum.h"
 
 namespace porthos::integrators::order_test {
 namespace {
@@ -77,6 +79,76 @@ TEST(Order, OfEveryMethodIn113Bits) {
     std::printf("  %-22s declared %2d   measured %5.2f   on the %s, errors %.1e, %.1e\n",
                 d.name.c_str(), d.order, order, all[at].name.c_str(), before, now);
     EXPECT_NEAR(order, d.order, 0.05 * d.order + 0.1) << d.name;
+  }
+}
+
+/// A charge in the plane, in a quartic well.
+struct Charge {
+  static phs::Description description() {
+    phs::Description d;
+    d.name = "charge", d.nx = 4, d.nu = 2;
+    d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
+    d.ports = {{"x", phs::PortKind::effort_in, 1, 0, "N", "m/s"},
+               {"y", phs::PortKind::effort_in, 1, 1, "N", "m/s"}};
+    d.traits = {.canonical = true, .separable = true};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    const T r2 = x[0] * x[0] + T(2.0) * x[1] * x[1];
+    return T(0.5) * (x[2] * x[2] + x[3] * x[3] + r2) + T(0.25) * r2 * r2;
+  }
+  template <class T>
+  void gradient(std::span<const T> x, std::span<T> e) const {
+    const T k = T(1.0) + x[0] * x[0] + T(2.0) * x[1] * x[1];
+    e[0] = k * x[0], e[1] = T(2.0) * k * x[1], e[2] = x[2], e[3] = x[3];
+  }
+  template <class T>
+  void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
+    Gu[0] = Gu[1] = T(0.0), Gu[2] = u[0], Gu[3] = u[1];
+  }
+};
+
+/// Across a magnetic field: a network whose J is not canonical; damped and pushed along one axis where asked.
+test::Problem charge_in_a_field(bool driven) {
+  phs::Network n(driven ? "driven charge" : "charge in a field");
+  n.add("charge", std::make_shared<phs::UserModel<Charge>>(Charge{}));
+  n.gyrator("charge.x", "charge.y", 1.5);
+  if (driven) {
+    n.resist("damper", {"charge.x", "charge.y"}, phs::Matrix{{0.4, 0.1}, {0.1, 0.3}});
+    n.source("push", "charge.x", phs::function([](auto t) { return decltype(t)(0.7) * sin(t); }));
+  }
+  const auto model = n.build();
+  return {model->description().name, model, phs::State(model->description(), {0.6, -0.3, 0.4, 0.9}),
+          0.1};
+}
+
+// Beyond what is lossless, canonical or one system: the order is that of the method all the same.
+TEST(Order, OnDrivenDampedAndComposedSystems) {
+  const double T = 1;
+  const test::Problem all[] = {test::user_problem(test::DrivenPendulum{}, {0.8, 1.1}, 0.1),
+                               charge_in_a_field(false), charge_in_a_field(true)};
+  for (const auto& p : all) {
+    const auto exact =
+        gauss_reference(*p.model, {p.start.x.begin(), p.start.x.end()}, Quad(T) / 64, 64, 12);
+    int methods = 0;
+    for (const auto& d : catalogue()) {
+      if (d.rival || d.order == 0 || !test::fits(d, p)) continue;
+      double before = INFINITY, now = INFINITY;
+      int steps = 4;
+      while (true) {
+        before = now;
+        now = quad_error(d.name, p, T, steps, exact);
+        if (std::isfinite(before) && (now < 1e-22 || steps >= (d.order > 2 ? 64 : 512))) break;
+        steps *= 2;
+      }
+      const double order = std::log2(before / now);
+      ++methods;
+      std::printf("  %-22s declared %2d   measured %5.2f   on the %s\n", d.name.c_str(), d.order,
+                  order, p.name.c_str());
+      EXPECT_NEAR(order, d.order, 0.05 * d.order + 0.1) << d.name << " on the " << p.name;
+    }
+    EXPECT_GT(methods, 15) << p.name;
   }
 }
 

@@ -147,8 +147,8 @@ TEST(Builder, RefusesBadJoints) {
 
 TEST(Builder, RefusesWhatMovesNoInertia) {
   const std::string reason =
-      " moves no inertia: the bodies beyond it are massless about it (give them mass properties, "
-      "or fix the joint)";
+      " moves no inertia: the bodies beyond it are massless about it, expected mass properties for "
+      "them or the joint locked";
   EXPECT_EQ(refusal({massless(body("a"))}), "joint 'a'" + reason);
   BodySpec b = massless(body("b", "a"));
   b.joint.name = "wrist";

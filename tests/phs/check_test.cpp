@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include "integrators/integrator.h"
 #include "phs/check.h"
 #include "phs/user_model.h"
 #include "tests/places.h"
@@ -67,9 +68,10 @@ TEST(Check, ACorrectSystemHolds) {
   const UserModel model{Pendulum{}};
   const auto r = check(model);
   EXPECT_TRUE(r.holds()) << r.text();
-  EXPECT_EQ(r.axioms.size(), 10u);
-  for (const char* name : {"J skew", "R symmetric", "R >= 0", "gradient", "efforts", "rate",
-                           "field", "storages", "power balance", "passive dissipation"}) {
+  EXPECT_EQ(r.axioms.size(), 12u);
+  for (const char* name :
+       {"J skew", "R symmetric", "R >= 0", "canonical", "separable", "gradient", "efforts", "rate",
+        "field", "storages", "power balance", "passive dissipation"}) {
     EXPECT_GE(axiom(r, name).worst, 0);
     EXPECT_LE(axiom(r, name).worst, 1e-13) << name << ": far below the limit of 1e-11";
     EXPECT_NE(r.text().find(std::string("holds    ") + name + ": worst "), std::string::npos)
@@ -77,7 +79,7 @@ TEST(Check, ACorrectSystemHolds) {
   }
   EXPECT_EQ(r.text().find("VIOLATED"), std::string::npos);
   const std::string text = r.text();
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 12);
 }
 
 TEST(Check, TheFieldIsWhatTheAxiomsSay) {
@@ -172,12 +174,77 @@ void expect_violated(const S& system, const Names& expected) {
 }
 
 TEST(Check, NamesTheBrokenAxiom) {
-  expect_violated(SkewBroken{}, {"J skew", "power balance"});
+  expect_violated(SkewBroken{}, {"J skew", "canonical", "power balance"});
   expect_violated(ActiveFriction{}, {"R >= 0", "passive dissipation"});
   expect_violated(LopsidedFriction{}, {"R symmetric"});
   expect_violated(WrongGradient{}, {"gradient"});
   expect_violated(HiddenForce{}, {"rate"});
   expect_violated(TwoMasses{"first"}, {"invariant first"});
+}
+
+// --- traits ---------------------------------------------------------------------------------------------------------
+
+/// p²/(2(1+q²)) + q²/2: canonical, and not separable whatever it says.
+struct VariableMass {
+  bool separable;
+  phs::Description description() const {
+    phs::Description d;
+    d.name = "variable mass", d.nx = 2;
+    d.blocks = {{"q", BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
+    d.traits = {.canonical = true, .separable = separable};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(In<T> x) const {
+    return T(0.5) * x[1] * x[1] / (T(1.0) + x[0] * x[0]) + T(0.5) * x[0] * x[0];
+  }
+};
+/// A charge in a plane across a magnetic field: J has one entry more than [0 I; -I 0].
+struct Charge {
+  double field;
+  phs::Description description() const {
+    phs::Description d;
+    d.name = "charge", d.nx = 4;
+    d.blocks = {{"q", BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
+    d.traits = {.canonical = true, .separable = true};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(In<T> x) const {
+    return T(0.5) * (x[0] * x[0] + T(2.0) * x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+  }
+  template <class T>
+  void structure(In<T>, In<T> e, Out<T> Je) const {
+    Je[0] = e[2], Je[1] = e[3];
+    Je[2] = T(field) * e[3] - e[0], Je[3] = -T(field) * e[2] - e[1];
+  }
+};
+
+TEST(Check, TraitsAreAxioms) {
+  expect_violated(VariableMass{true}, {"separable"});
+  expect_violated(Charge{1e-6}, {"canonical"});
+  EXPECT_TRUE(check(UserModel{VariableMass{false}}).holds());
+  EXPECT_TRUE(check(UserModel{Charge{0}}).holds()) << "the control: without the field";
+}
+
+TEST(Check, AFalseTraitIsNamed) {
+  EXPECT_EQ(false_trait(UserModel{VariableMass{true}}),
+            "system 'variable mass' says it is separable, but its slope over q changes with p: H "
+            "is not T(p) + V(q)");
+  EXPECT_EQ(false_trait(UserModel{Charge{1}}),
+            "system 'charge' says it is canonical, but its J is not [0 I; -I 0]");
+  EXPECT_EQ(false_trait(UserModel{VariableMass{false}}), std::nullopt);
+  // What relies on the trait does not start; what does not, does.
+  const UserModel lie{VariableMass{true}};
+  for (const char* name : {"kahan_li8_sv", "blanes_moan6", "stormer_verlet"}) try {
+      integrators::make_integrator(name, lie, 0.1);
+      ADD_FAILURE() << name << " must refuse it";
+    } catch (const InvalidArgument& e) {
+      EXPECT_EQ(std::string(e.what()),
+                "method '" + std::string(name) + "' relies on it: " + *false_trait(lie));
+    }
+  EXPECT_NE(integrators::make_integrator("gauss4", lie, 0.1), nullptr);
+  EXPECT_EQ(false_trait(UserModel{Pendulum{}}), std::nullopt);
 }
 
 TEST(Check, KeptInvariantHolds) {
@@ -192,6 +259,37 @@ TEST(Check, NaNIsAViolation) {
   const auto r = check(model);
   EXPECT_EQ(axiom(r, "gradient").worst, INFINITY) << r.text();
   EXPECT_FALSE(r.holds());
+}
+
+/// What drives it is not to be had by the field.
+struct Shy : Pendulum {
+  template <class T>
+  void drive(T, In<T>, Out<T>) const {
+    throw InvalidArgument("the drive acts elsewhere");
+  }
+};
+
+TEST(Check, AFieldThatRefusesLeavesItsAxiomsUntried) {
+  const UserModel model{Shy{}};
+  const auto r = check(model);
+  EXPECT_TRUE(r.holds()) << r.text();
+  for (const char* name : {"rate", "efforts", "field", "power balance"}) {
+    EXPECT_FALSE(axiom(r, name).applies());
+    EXPECT_EQ(axiom(r, name).why_not, "the drive acts elsewhere");
+  }
+  for (const char* name : {"J skew", "R >= 0", "gradient", "storages"})
+    EXPECT_TRUE(axiom(r, name).applies()) << name;
+  EXPECT_NE(r.text().find("not applicable field: the drive acts elsewhere"), std::string::npos);
+}
+
+TEST(Check, StatesOfAnySize) {
+  CheckOptions o;
+  o.sizes = {1, 1e6};
+  const auto r = check(UserModel{WrongGradient{}}, o);
+  EXPECT_FALSE(axiom(r, "gradient").holds());
+  EXPECT_GT(std::fabs(axiom(check(UserModel{WrongGradient{}}, o), "gradient").state[1]), 100);
+  o.sizes = {1};
+  EXPECT_THROW(check(UserModel{Pendulum{}}, o), InvalidArgument);
 }
 
 TEST(Check, Options) {

@@ -5,7 +5,9 @@
 
 #include <cstdio>
 
+#include "integrators/integrator.h"
 #include "phs/check.h"
+#include "phs/user_model.h"
 #include "tests/support/random_phs.h"
 
 namespace porthos::test::network_test {
@@ -157,6 +159,66 @@ TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
 }
 
 // y = p + F u on both sides of a coupling: the loop is solved, and its books close.
+/// A unit mass in the plane, a port along each axis.
+struct Particle {
+  static phs::Description description() {
+    phs::Description d;
+    d.name = "particle", d.nx = 4, d.nu = 2;
+    d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
+    d.ports = {{"x", phs::PortKind::effort_in, 1, 0, "N", "m/s"},
+               {"y", phs::PortKind::effort_in, 1, 1, "N", "m/s"}};
+    d.traits = {.canonical = true, .separable = true};
+    return d;
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    return T(0.5) * (x[0] * x[0] + T(2.0) * x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+  }
+  template <class T>
+  void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
+    Gu[0] = Gu[1] = T(0.0), Gu[2] = u[0], Gu[3] = u[1];
+  }
+};
+
+// What couples a member to itself changes its J: a magnetic field is no canonical system, and splittings refuse it.
+TEST(Network, ASelfCouplingEndsTheClaimsOfItsMember) {
+  const auto particle = std::make_shared<phs::UserModel<Particle>>(Particle{});
+  const auto traits = [&](const std::function<void(Network&)>& join) {
+    Network n("magnet");
+    n.add("p", particle);
+    join(n);
+    const auto model = n.build();
+    EXPECT_TRUE(phs::check(*model).holds()) << phs::check(*model).text();
+    return model->description().traits;
+  };
+  const auto alone = traits([](Network&) {});
+  EXPECT_TRUE(alone.canonical && alone.separable) << "the control: nothing is joined";
+  const auto magnet = traits([](Network& n) { n.gyrator("p.x", "p.y", 1.5); });
+  EXPECT_FALSE(magnet.canonical || magnet.separable);
+  EXPECT_TRUE(magnet.lossless);
+  const auto damped = traits([](Network& n) {
+    n.resist("damper", {"p.x", "p.y"}, Matrix{{1, 0.2}, {0.2, 1}});
+  });
+  EXPECT_TRUE(damped.canonical && damped.separable) << "J and H are the member's";
+  EXPECT_FALSE(damped.lossless);
+  const auto lopsided = traits([](Network& n) {
+    n.resist("damper", {"p.x", "p.y"}, Matrix{{1, 0.3}, {-0.3, 1}});
+  });
+  EXPECT_FALSE(lopsided.canonical || lopsided.separable) << "half of it is a gyrator";
+
+  Network n("magnet");
+  n.add("p", particle).gyrator("p.x", "p.y", 1.5);
+  const auto model = n.build();
+  for (const char* name : {"stormer_verlet", "kahan_li8_sv", "strang", "lobatto4", "tao2"}) {
+    const auto text = refusal([&] { integrators::make_integrator(name, *model, 0.1); });
+    if (integrators::declaration_of(name).needs.canonical ||
+        integrators::declaration_of(name).needs.flows)
+      EXPECT_SAYS(text, "needs a ");
+    else
+      EXPECT_EQ(text, "(not refused)") << name;
+  }
+}
+
 TEST(Network, FeedthroughIsSolvedAndBooked) {
   Network n("loop");
   n.add("a", phs::inertia_element(1)).add("b", phs::spring_element(phs::spring(4)));

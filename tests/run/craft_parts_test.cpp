@@ -95,6 +95,25 @@ TEST(CraftParts, ThrusterTableAndMomentaLessImpulses) {
   EXPECT_GT(std::fabs(row.impulse[1]), 1);
 }
 
+// Torquers rest once all wheels they unload are locked: there is no momentum left to take.
+TEST(CraftParts, TorquersRestWithTheLastWheel) {
+  TemporaryFolder folder;
+  std::string locks;
+  for (const char* axis : {"x", "y", "z"})
+    locks += std::string("[[event]]\nat = 10.0\ntype = \"lock\"\njoint = \"wheel_") + axis + "\"\n";
+  const auto s = made(folder, bus_urdf(),
+                      head("[environment]\nmagnetic_field = [0, 0, 3e-5]\n[initial]\n"
+                           "joints.wheel_x = { velocity = 40 }\n") +
+                          locks + rods("unload = 0.004\n") + wheels(500) +
+                          tail(0.5, 20, "balance = 1e-12\nangular_momentum = 1e-13\n"));
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  EXPECT_TRUE(r.passed());
+  const auto second = json::parse(read_bytes(folder / "out" / "phase_2" / "summary.json"));
+  EXPECT_FALSE(second.contains("impulses"));
+  const auto all = summary(folder)["impulses"]["rod_y"]["angular_impulse_Nms"];
+  EXPECT_GT(std::fabs(all[0].get<double>()), 0.01) << "it has worked until then";
+}
+
 TEST(CraftParts, TorquersUnloadWheels) {
   // h across the field falls like exp(-k t) while the wheels hold the bus; along it nothing can be done.
   TemporaryFolder folder;
@@ -352,7 +371,8 @@ TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {
       {bus_urdf(), head() + latch + end, "does nothing, expected a stiffness or a damping"},
       {bus_urdf(), head() + latch + "stiffness = [1, -1, 0]\n" + end, "is -1, expected 0 or more"},
       {bus_urdf(),
-       head() + latch + "stiffness = 1.0\n[[event]]\ntype = \"engage\"\nlatch = \"m\"\nat = 1\n" +
+       head() + latch +
+           "stiffness = 1.0\n[[event]]\ntype = \"engage\"\nlatch = \"m\"\nat = 1\nreach = 1\n" +
            end,
        "there is no soft latch 'm'"},
       {bus_urdf(),

@@ -101,6 +101,28 @@ TEST(Events, AnInterruptedRunContinuesBitForBit) {
   EXPECT_EQ(r.records, whole.records);
 }
 
+// A sequence that cannot be is refused before the first phase has run.
+TEST(Events, AllPhasesAreAssembledBeforeTheFirstRuns) {
+  struct Case {
+    const char *from, *to, *says;
+  };
+  // With the release of a body its joint is gone, and what acts there has no place.
+  const Case cases[] = {
+      {"[[element]]                       # the arm",
+       "[[event]]\nat = 300.0\ntype = \"release\"\nbody = \"hand\"\n[[element]] # the arm",
+       "after the release of hand: "},
+      {"[[element]]                       # the arm",
+       "[[event]]\nat = 300.0\ntype = \"lock\"\njoint = \"elbow\"\n[[element]] # the arm",
+       "at 300 s: lock: the joint 'elbow' is locked already"}};
+  for (const Case& c : cases) {
+    TemporaryFolder folder;
+    const auto s = capture_scene(folder, c.from, c.to);
+    const auto a = scene::assemble(s);
+    EXPECT_TRUE(says(refusal([&] { scene::run(s, a, into(folder / "out")); }), c.says));
+    EXPECT_FALSE(fs::exists(folder / "out" / "phase_1")) << "nothing has run";
+  }
+}
+
 TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
   struct Case {
     const char *from, *to, *says;
@@ -111,6 +133,8 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
        "scene.toml:22:1: at 20 s: capture of 'target' by 'hand': "
        "the distance is",
        false},
+      {"reach = 0.05", "",
+       "scene.toml:22:1: [[event]] has no key 'reach', expected a number of metres", true},
       {"rate = 0.1", "rate = 0.01", "the relative rate is 0.05", false},
       {"link = \"hand\"", "link = \"hnad\"", "there is no body 'hnad', expected one of bus", false},
       {"type = \"lock\"", "type = \"unlock\"", "the joint 'shoulder' is not locked", false},

@@ -205,6 +205,48 @@ TEST(Checkpoint, OfAnotherScene) {
   EXPECT_EQ(s.resume(), "");
 }
 
+// Every file the scene reads is part of what a checkpoint belongs to, and so is the program.
+TEST(Checkpoint, WithAnEditedTableOrAnotherProgram) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  const auto table = [&](double stiffness) {
+    std::string text = "deflection,sigma,torque\n";
+    for (const double phi : {-1.0, -0.5, 0.0, 0.5, 1.0})
+      text += std::to_string(phi) + ",0," + std::to_string(stiffness * phi) + "\n";
+    write_bytes(folder / "spring.csv", text);
+  };
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[[actuator]]\njoint = 'elbow'\ntable = "
+              "'spring.csv'\n"
+              "theta = { drive = 'torque', inertia = 0.1, command = { constant = 0.2 } }\n"
+              "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1.0\n");
+  const auto go = [&](bool resume, bool stopped) {
+    const auto s = scene::read_scene((folder / "scene.toml").string());
+    const std::atomic<bool> stop = stopped;
+    auto o = into(folder / "out", resume);
+    o.stop = &stop;
+    return scene::run(s, scene::assemble(s), o);
+  };
+  table(5);
+  ASSERT_TRUE(go(false, true).interrupted);
+  table(20);
+  EXPECT_TRUE(says(refusal([&] { go(true, false); }),
+                   "is of another run: the file spring.csv has changed"));
+  table(5);  // as it was
+  // The same checkpoint by a program of another revision.
+  const auto at = folder / "out" / "checkpoint";
+  auto c = scene::read_checkpoint(at);
+  const auto mine = c.fingerprint;
+  for (auto& [name, value] : c.fingerprint)
+    if (name == "program") value = "porthos 0.0.1 (an older revision)";
+  scene::write_checkpoint(at, c);
+  EXPECT_TRUE(says(refusal([&] { go(true, false); }),
+                   "the program was porthos 0.0.1 (an older revision) and is porthos "));
+  c.fingerprint = mine;
+  scene::write_checkpoint(at, c);
+  EXPECT_FALSE(go(true, false).interrupted);
+}
+
 TEST(Checkpoint, AMethodThatCannotBeContinued) {
   Stopped s;
   s.c.scene.method = "cvode_adams";

@@ -24,8 +24,8 @@ TEST_F(SceneAssembly, AssemblyNamesUnknownJointsAndAnUnwantedBase) {
   l.model = "urdf = \"arm.urdf\"\nbase = \"free\"" + mass;
   l.initial = "joints.base.position = 1\n";
   EXPECT_EQ(assembly_error(l),
-            "scene.toml:6:8: [initial] joints.base: it has several freedoms, start values are for "
-            "joints of one, expected one of: shoulder, slide");
+            "scene.toml:6:8: [initial] joints.base: it is the free base, expected its start in "
+            "[initial] base");
   l.model = "urdf = \"arm.urdf\"\nbase = \"free\"";
   l.initial = "\n";
   EXPECT_NE(assembly_error(l).find("arm.urdf:6: link 'lower' has no <inertial>"),
@@ -35,8 +35,9 @@ TEST_F(SceneAssembly, AssemblyNamesUnknownJointsAndAnUnwantedBase) {
 TEST_F(SceneAssembly, AssemblyPutsStartValuesWhereTheyBelong) {
   const Assembly a = put_together(full_scene);
   const auto& m = *a.mechanism;
-  const auto v = a.mechanical->rates(a.initial.x);
-  const auto& x = a.initial.x;
+  WorldView view(a);
+  const auto& x = view(0, a.initial).x;
+  const auto v = a.mechanical->rates(x);
   const auto &position = m.coordinate("base.position"), &attitude = m.coordinate("base.attitude");
   EXPECT_EQ(x[size_t(position.q)], 1);
   EXPECT_DOUBLE_EQ(x[size_t(attitude.q + 3)], 0.8);
@@ -74,7 +75,8 @@ TEST_F(SceneAssembly, InfoShowsWhatWasAssembled) {
   const std::string text = info_text(s, assemble(s));
   for (const char* part :
        {"Everything\n", "links     3, in 3 moving bodies", "base.attitude", "shoulder.torque",
-        "slide.force", "quaternion_norm.base.attitude", "active, uniform (0, 0.5, -9.81) m/s^2",
+        "slide.force", "quaternion_norm.base.attitude",
+        "on the centre of mass alone, uniform (0, 0.5, -9.81) m/s^2",
         "damping                  absent", "gauss8, 4000 steps of 0.25 s = 1000 s",
         "damping 0.3 read but not simulated", "one state", "ns each"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;

@@ -175,8 +175,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "orbit, integrator, monitor, run, verify, ensemble)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
-       "(known: urdf, base, links_without_inertia, unphysical_inertia, use_damping, inertia, "
-       "mass_factor)"},
+       "(known: urdf, base, lock, links_without_inertia, unphysical_inertia, use_damping, "
+       "inertia, mass_factor)"},
       {run("durations = 10"),
        "11:1: unknown key 'durations' in [run], the nearest known one is 'duration' "
        "(known: duration, record_every, extrema, checkpoint_every)"},
@@ -187,7 +187,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "step_control_length)"},
       {initial("joints.slide = { positon = 1 }"),
        "5:18: unknown key 'positon' in joints.slide, the nearest known one "
-       "is 'position' (known: position, velocity)"},
+       "is 'position' (known: position, velocity, attitude_wxyz, linear_velocity, "
+       "angular_velocity)"},
       {initial("base = { pos = [0, 0, 0] }"),
        "5:10: unknown key 'pos' in base, the nearest known one is 'position' "
        "(known: position, attitude_wxyz, linear_velocity, angular_velocity)"},
@@ -242,7 +243,14 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {initial("base.attitude_wxyz = [1, 0, 0]"),
        "5:22: base.attitude_wxyz has 3 entries, expected 4 numbers"},
       {initial("joints.slide = 0.3"),
-       "5:16: joints.slide is a number, expected a table with the keys position, velocity"},
+       "5:16: joints.slide is a number, expected a table with the keys position, velocity, "
+       "attitude_wxyz, linear_velocity, angular_velocity"},
+      {initial("joints.slide.position = true"),
+       "5:25: joints.slide.position is a boolean, expected a number of rad or m, or 3 numbers of "
+       "metres"},
+      {model(urdf + fixed + "lock = \"slide\""),
+       "4:8: lock is a string, expected an array of names of joints"},
+      {model(urdf + fixed + "lock = [\"slide\", 1]"), "4:18: lock[1] is a number, expected text"},
       {initial("joints.slide.velocity = true"),
        "5:25: joints.slide.velocity is a boolean, expected a number of rad/s or m/s"},
       {initial("random = { seed = 1.5 }"),
@@ -309,10 +317,10 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
 
 TEST_F(SceneReader, MissingAndMistypedTables) {
   EXPECT_EQ(error(""),
-            "scene.toml:1:1: there is no [model], expected a table with the keys urdf, base, "
+            "scene.toml:1:1: there is no [model], expected a table with the keys urdf, base, lock, "
             "links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor");
   EXPECT_EQ(error("model = 1"),
-            "scene.toml:1:9: model is a number, expected a table with the keys urdf, base, "
+            "scene.toml:1:9: model is a number, expected a table with the keys urdf, base, lock, "
             "links_without_inertia, unphysical_inertia, use_damping, inertia, mass_factor");
   EXPECT_EQ(error("title = 1"), "scene.toml:1:9: title is a number, expected text");
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";

@@ -229,6 +229,30 @@ TEST(Orbit, ZonalLedgerShowsTheOrderOfTheSplitting) {
   keeps("aba864 at 240 s", defect("aba864", 240), 2e-12);
 }
 
+// The corrected kick takes the term in ε² h² away, which the harmonics make and lobatto8 alone keeps.
+TEST(Orbit, ACorrectedSplittingIsOfOrderFourUnderHarmonics) {
+  Environment env;
+  env.planet.J[0] = earth_zonals()[0];
+  const auto start = from_elements(env.planet.mu, 7.2e6, 0.05, 1.1, 0, 0, 0);
+  const auto after_a_day = [&](const char* scheme, double h) {
+    OrbitPropagator orbit(env, 1, start, h, scheme);
+    for (int k = 0; k < int(86400 / h); ++k) orbit.step();
+    return orbit.point().r;
+  };
+  const auto exact = after_a_day("aba864", 10);
+  const auto order = [&](const char* scheme, double& fine) {
+    const double coarse = distance(after_a_day(scheme, 80), exact);
+    fine = distance(after_a_day(scheme, 40), exact);
+    std::printf("  %-10s %.2e m at 80 s, %.2e m at 40 s, order %.2f\n", scheme, coarse, fine,
+                std::log2(coarse / fine));
+    return std::log2(coarse / fine);
+  };
+  double plain, corrected;
+  EXPECT_NEAR(order("lobatto8", plain), 2, 0.3) << "the control: not corrected";
+  EXPECT_NEAR(order("lobatto8c", corrected), 4, 0.4);
+  EXPECT_LT(corrected, 0.01 * plain);
+}
+
 TEST(Orbit, NescCheckCase10APosition) {
   const auto file = test::read_json(test::data("reference/nesc_exo_10A.json"));
   const auto vec = [](const nlohmann::json& j) { return Vec3<double>{j[0], j[1], j[2]}; };

@@ -1,4 +1,8 @@
+#include <filesystem>
+
 #include "nlohmann/json.hpp"
+#include "space/kepler.h"
+#include "space/orbit.h"
 #include "tests/run/scenes.h"
 
 // Scenes in orbit: what they refuse, what they report, and that they go on where they were stopped.
@@ -73,6 +77,73 @@ TEST(OrbitScene, RefusesInOneSentenceEach) {
   const std::string sampled =
       "[[element]]\ntype = 'controller'\njoint = 'elbow'\ndamping = 0.1\nrate = 1.0\n";
   EXPECT_TRUE(says(f.refusal(low + sampled), "sampled controller"));
+}
+
+// A way that leads below the surface ends there, with the results until then. Without the check a fall bounces at the
+// centre or goes round it, and passes.
+TEST(OrbitScene, EndsAtTheSurface) {
+  struct Case {
+    const char* what;
+    std::string orbit;
+  };
+  const std::string air =
+      "[planet]\nrotation_rate = 7.29e-5\n[orbit]\naltitude = 150e3\n"
+      "drag = { density = 2e-9, altitude = 150e3, scale_height = 25e3, area_coefficient = 900.0 "
+      "}\n";
+  const Folder f;
+  for (const Case& c :
+       {Case{"steep", "[orbit]\nposition = [8e6, 0, 0]\nvelocity = [0, 2e3, 0]\nbound = false\n"},
+        Case{"straight down",
+             "[orbit]\nposition = [8e6, 0, 0]\nvelocity = [0, 0, 0]\nbound = false\n"},
+        Case{"drag", air}}) {
+    std::string text = tail;
+    text.replace(text.find("2000.0"), 6, "20000.0");
+    const Scene s = read_scene(f.scene(c.orbit, head, text));
+    const auto out = f.at / c.what;
+    const auto r = run(s, assemble(s), test::into(out));
+    EXPECT_EQ(r.outcome, integrators::Outcome::failed) << c.what;
+    EXPECT_FALSE(r.passed());
+    EXPECT_TRUE(says(r.trouble, "below the surface at t = ")) << c.what;
+    const double t = std::stod(r.trouble.substr(r.trouble.find('=') + 1));
+    // The last good state is the step before, above the surface, and the results are there.
+    EXPECT_GE(t, r.simulated_s);
+    EXPECT_LE(t, r.simulated_s + s.step);
+    const auto* x = &r.final_state.x[r.final_state.x.size() - 6];
+    const double height = std::hypot(x[0], x[1], x[2]) - s.orbit->environment.planet.radius;
+    std::printf("  %-14s below at %.4f s, last state %.2f km above\n", c.what, t, height / 1e3);
+    EXPECT_GT(height, 0);
+    for (const char* file : {"summary.json", "run.h5", "checkpoint/state.bin"})
+      EXPECT_TRUE(std::filesystem::exists(out / file)) << file;
+  }
+}
+
+// By closed forms: a straight fall from rest, and steps so long that the way through the planet lies inside one.
+TEST(OrbitMotion, FindsTheSurfaceBetweenItsEnds) {
+  space::Environment env;
+  const double mu = env.planet.mu, R = env.planet.radius, r0 = 8e6;
+  const space::OrbitMotion motion(env, 100);
+  const double fall = std::sqrt(r0 * r0 * r0 / (2 * mu)) *
+                      (std::sqrt(R / r0 * (1 - R / r0)) + std::acos(std::sqrt(R / r0)));
+  for (const double dt : {fall + 1, fall + 300.0, 1500.0}) {
+    space::OrbitPoint p{{r0, 0, 0}, {0, 0, 0}};
+    const auto t = motion.drift_above_surface(p, dt);
+    ASSERT_TRUE(t) << dt;
+    EXPECT_NEAR(*t, fall, 1e-8);
+    EXPECT_EQ(double(p.r.x), r0) << "the state stays";
+  }
+  space::OrbitPoint p{{r0, 0, 0}, {0, 0, 0}};
+  EXPECT_FALSE(motion.drift_above_surface(p, fall - 1));
+  // A pericentre 100 km below, passed between two states 400 km above; and one above, which is no trouble.
+  for (const double q : {R - 100e3, R + 100e3}) {
+    const double a = 0.5 * (q + 4 * R);
+    const auto at = space::from_elements(mu, a, 1 - q / a, 0.3, 0, 0, 0);
+    space::OrbitPoint start = space::kepler_flow<space::OrbitReal>(
+        mu, {{at.r.x, at.r.y, at.r.z}, {at.v.x, at.v.y, at.v.z}}, -600);
+    const auto before = start;
+    EXPECT_EQ(bool(motion.drift_above_surface(start, 1200)), q < R);
+    EXPECT_GT(double(mechanics::norm(start.r)), R) << "both ends are above";
+    EXPECT_EQ(before.r.x == start.r.x, q < R);
+  }
 }
 
 TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {

@@ -137,11 +137,10 @@ TEST(Split, LibrationPeriodsOfTheCylinder) {
     std::printf("  %s: %.2f s, reference %.2f s\n", roll ? "roll" : "pitch", period, known[roll]);
     keeps("period against the motion's own",
           std::fabs(period * n * analytic[roll] / 6.283185307179586 - 1), 1e-4);
-    if (roll)  // the known figure leaves the coupling with yaw out
-      keeps("2 pi/(2 n sqrt(sigma)) against the reference",
-            std::fabs(6.283185307179586 / (2 * n * std::sqrt(sigma) * known[1]) - 1), 1e-3);
-    else
-      keeps("period against the reference", std::fabs(period / known[0] - 1), 1e-3);
+    // The known figure of roll leaves the coupling with yaw out, half a percent of the period.
+    const double coupling = roll ? std::sqrt((1 + 3 * sigma) / (4 * sigma)) : 1;
+    keeps("period against the reference", std::fabs(period * coupling / known[roll] - 1), 1e-3);
+    if (roll) breaks("and with the coupling", std::fabs(period / known[1] - 1), 3e-3);
   }
 }
 

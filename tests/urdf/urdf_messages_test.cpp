@@ -38,7 +38,7 @@ TEST(UrdfNotes, EveryKind) {
                   .mechanism.joint_properties()
                   .empty());
   expect_notes(arm("revolute", "\n<mimic joint='k' multiplier='2' offset='0'/>"),
-               {"r.urdf:5: joint 'j': <mimic> ignored: joint moves freely"});
+               {"r.urdf:5: joint 'j': <mimic> ignored: it does not follow joint 'k'"});
   expect_notes(arm("revolute", "<limit lower='-1' upper='1'/>"), {});
   expect_notes(arm("revolute", "<limit lower='-1' upper='1' effort='8' velocity='9'/>"),
                {"r.urdf:4: 1 x <limit> effort or velocity: not enforced"});
@@ -223,7 +223,6 @@ TEST(UrdfErrors, Xml) {
   expect_refused("<!-- nothing -->", "r.urdf: has no XML element, expected a URDF <robot>");
   expect_refused("<?xml version='1.0'?>\n<sdf/>",
                  "r.urdf:2: the top element is <sdf>, expected <robot>");
-  expect_refused("<robot/>", "r.urdf:1: <robot> has no attribute 'name'");
   expect_refused(robot({link("a")}) + "<robot/>",
                  "r.urdf:4: there is a second top element <robot>, expected one");
   expect_refused("<robot name='r'>\n<link name='a'>\n</robot>",
@@ -262,13 +261,21 @@ TEST(UrdfErrors, LinksWithoutInertia) {
       robot({frame("base"), frame("stand"), link("arm"), frame("tool"), frame("tcp"),
              joint("s", "base", "stand", "fixed"), joint("j", "stand", "arm"),
              joint("t", "arm", "tool", "fixed"), joint("u", "tool", "tcp", "fixed")});
-  expect_refused(
-      text,
-      "r.urdf:5: link 'tool' has no <inertial>; give it mass properties under [model.inertia.tool] "
-      "or "
-      "set links_without_inertia = \"massless\" (the same holds for all of 'tool', 'tcp')");
-  expect_notes(text, {"r.urdf:5: links without <inertial>, taken as massless: 'tool', 'tcp'"},
-               massless(Options::Base::fixed));
+  const std::string frames =
+      "r.urdf:5: links without <inertial> on fixed joints, taken as frames: 'tool', 'tcp'";
+  expect_notes(text, {frames});
+  expect_notes(text, {frames}, massless(Options::Base::fixed));
+  EXPECT_EQ(parse(text).mechanism.total_mass(), 2);
+  const std::string hand =
+      robot({link("base"), link("arm"), frame("finger"), frame("tip"), joint("j", "base", "arm"),
+             joint("g", "arm", "finger"), joint("t", "finger", "tip", "fixed")});
+  expect_refused(hand,
+                 "r.urdf:4: link 'finger' has no <inertial> and moves on joint 'g', expected mass "
+                 "properties or the joint locked (the same holds for all of 'finger', 'tip')");
+  expect_refused(hand,
+                 "r.urdf: joint 'g' moves no inertia: the bodies beyond it are massless about it, "
+                 "expected mass properties for them or the joint locked",
+                 massless(Options::Base::fixed));
   Options given;
   given.link_inertia["tool"] = {7, {0, 0, 0}, {1, 0, 0, 1, 0, 1}, Mat3<double>::identity()};
   given.link_inertia["tcp"] = {};
@@ -281,9 +288,7 @@ TEST(UrdfErrors, LinksWithoutInertia) {
   given.link_inertia = {{"elbow", {}}};
   expect_refused(text, "r.urdf: [model.inertia.elbow]: 'elbow' is not a link of this file", given);
   expect_refused(robot({frame("base"), link("arm"), joint("j", "base", "arm")}),
-                 "r.urdf:2: link 'base' has no <inertial>; give it mass properties under "
-                 "[model.inertia.base] or set "
-                 "links_without_inertia = \"massless\"",
+                 "r.urdf:2: link 'base' has no <inertial> and floats, expected mass properties",
                  free_base);
 }
 

@@ -27,15 +27,7 @@ struct Needs {
   bool rename_world = false;
 };
 
-// Links that only name a frame (tool flanges, camera frames), or a root bolted to a body with mass.
-const char* const massless = "links_without_inertia = \"massless\"";
-
 const std::map<std::string, Needs> needs{
-    {"models/kinova_continuous.urdf", {{massless}}},
-    {"models/panda9.urdf", {{massless}}},
-    {"models/sat_dual_panda.urdf", {{massless}}},
-    {"models/simple_humanoid.urdf", {{massless}}},
-    {"models/talos.urdf", {{massless}}},
     // A massless root that carries one hinge cannot float: turned about the hinge's axis against what
     // hangs on it, it moves no mass. A body of 10 kg takes its place.
     {"models/tree63.urdf", {{"inertia.base = { mass = 10, inertia = [1, 1, 1, 0, 0, 0] }"}}},
@@ -44,12 +36,9 @@ const std::map<std::string, Needs> needs{
     // Made for a fixed base: their root is called as the inertial frame is, so it gets another name.
     {"reference/pinocchio/urdf/dpend.urdf",
      {{"inertia.root = { mass = 10, inertia = [1, 1, 1, 0, 0, 0] }"}, true}},
-    {"reference/pinocchio/urdf/ur5.urdf", {{massless}, true}},
-    {"reference/pinocchio/urdf/panda7.urdf", {{massless}}},
-    {"reference/pinocchio/urdf/sat_panda.urdf", {{massless}}},
+    {"reference/pinocchio/urdf/ur5.urdf", {{}, true}},
     // Published with an inertia of arm_1_link that no rigid body can have.
-    {"reference/pinocchio/urdf/tiago_continuous.urdf",
-     {{massless, "unphysical_inertia = \"accept\""}}},
+    {"reference/pinocchio/urdf/tiago_continuous.urdf", {{"unphysical_inertia = \"accept\""}}},
 };
 
 /// The models there are, as paths below tests/data.
@@ -80,7 +69,7 @@ class Verifier {
  public:
   Verifier(std::string model, Needs its_needs)
       : model_(std::move(model)), needs_(std::move(its_needs)) {
-    std::string urdf = read_bytes(data(model_));
+    std::string urdf = read_bytes(test::data(model_));
     if (needs_.rename_world) urdf = std::regex_replace(urdf, std::regex("\"world\""), "\"root\"");
     write_bytes(folder_ / "model.urdf", urdf);
   }
@@ -265,7 +254,7 @@ TEST(VerifyModels, LeavingOutWhatAModelNeedsIsRefused) {
 TEST(VerifyModels, AMasslessRootWithOneHingeIsIllPosed) {
   PORTHOS_NEEDS_THE_COMMAND();
   for (const std::string model : {"models/tree63.urdf", "reference/pinocchio/urdf/chain30.urdf"}) {
-    const Answer a = Verifier(model, {{massless}}).run(longest_step);
+    const Answer a = Verifier(model, {{"links_without_inertia = \"massless\""}}).run(longest_step);
     EXPECT_EQ(a.code, 2) << model;
     EXPECT_TRUE(says(a.err, "joint 'base' moves no inertia"));
   }

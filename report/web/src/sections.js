@@ -12,7 +12,7 @@ const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0
 
 const names = {
   energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
-  balance: "power balance", symmetry: "forth and back", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
+  balance: "power balance", symmetry: "forth and back", step_halving: "half the step", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
 };
 
 /** How far below its limit a value is: a factor, and a bar that is full from six decades on. */
@@ -34,16 +34,18 @@ export function verdict(d) {
   const s = d.summary;
   if (!s) return section("verdict", "Verdict", h("div", { class: "verdict" }, h("span", { class: "badge open" }, d.status.state === "unfinished" ? "Unfinished" : "No verdict"),
     h("p", {}, d.status.text || "There is no summary of this run.")));
-  const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass";
-  const what = pass ? (s.checks.length ? `All ${s.checks.length} checks hold.` : "The run reached its end; the scene asks for no checks.")
+  const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass", open = s.verdict === "not judged", none = s.not_applicable || [];
+  const what = pass ? `All ${s.checks.length} checks hold.`
+    : open ? "The run reached its end, and none of its checks could have told a wrong motion from a right one."
     : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => names[c.name] || c.name).join(", ")}.` : "The run did not reach its end.";
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
-    h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : "fail"}` }, pass ? "Pass" : "Fail"),
+    h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
       h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy)}.`))),
-    s.checks.length ? card(table(["check", "", "value", "limit", "below the limit by"],
-      s.checks.map((c) => [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]), ["", "", "n", "n", ""])) : "",
+    s.checks.length + none.length ? card(table(["check", "", "value", "limit", "below the limit by"],
+      [...s.checks.map((c) => [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
+        ...none.map((n) => [names[n.name] || n.name.replaceAll("_", " "), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
       tile(`${number(s.energy.initial_J, 6)} J`, "energy at the start"),

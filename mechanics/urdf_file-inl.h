@@ -1,0 +1,70 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mechanics/urdf.h"
+
+/// A URDF file as its text says it, before it is known to be a tree. Private to the reader: urdf_file.cpp makes a File of
+/// XML, urdf.cpp a mechanism of a File.
+namespace porthos::mechanics::urdf {
+
+inline std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
+
+/// The file's name and what is noted about it.
+class Log {
+ public:
+  explicit Log(std::string file) : file_(std::move(file)) {}
+
+  const std::string& file() const { return file_; }
+  std::string at(int line) const { return file_ + ":" + std::to_string(line); }
+  [[noreturn]] void fail(int line, const std::string& text) const {
+    throw InvalidArgument(at(line) + ": " + text);
+  }
+  [[noreturn]] void fail(const std::string& text) const {
+    throw InvalidArgument(file_ + ": " + text);
+  }
+  void note(int line, std::string text) { notes_.push_back({at(line), std::move(text)}); }
+  /// For what comes in numbers: one note for all of a kind, at the first of them.
+  void count(int line, const std::string& kind, const char* fate) {
+    ++tallies_.try_emplace(kind + ": " + fate, Tally{line, 0}).first->second.times;
+  }
+  std::vector<UrdfNote> notes() const {
+    auto all = notes_;
+    for (const auto& [text, t] : tallies_)
+      all.push_back({at(t.line), std::to_string(t.times) + " x " + text});
+    return all;
+  }
+
+ private:
+  struct Tally {
+    int line, times;
+  };
+  std::string file_;
+  std::vector<UrdfNote> notes_;
+  std::map<std::string, Tally> tallies_;
+};
+struct Link {
+  std::string name;
+  int line;
+  std::optional<MassProperties> mass;
+};
+
+struct Joint {
+  int line = 0;
+  std::string parent, child;
+  JointSpec spec;
+  Pose placement;
+};
+
+struct File {
+  std::string name;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+};
+/// Reads XML. What is wrong with a single tag is refused here, what is wrong with the whole later.
+File read_file(Log& log, const std::string& text, const UrdfOptions& options);
+
+}  // namespace porthos::mechanics::urdf

@@ -1,0 +1,131 @@
+// No step allocates, whatever the system is put together from and whatever watches the run.
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "integrators/energy_monitor.h"
+#include "phs/elements.h"
+#include "phs/network.h"
+#include "tests/space/support.h"
+#include "tests/support/swinging_pendulum.h"
+#include "tests/vsa/actuators.h"
+
+namespace porthos::test {
+extern std::atomic<long> allocations;  // counted in allocation_test.cpp
+
+namespace systems_allocation_test {
+namespace {
+
+using integrators::Integrator;
+using integrators::make_integrator;
+using integrators::Outcome;
+
+/// After a few steps, in which buffers may grow, none.
+void expect_none(const std::string& what, Integrator& method, phs::State s, int steps = 200) {
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(method.step(s), Outcome::ok) << what;
+  const long before = allocations;
+  bool ok = true;
+  for (int i = 0; i < steps; ++i) ok = ok && method.step(s) == Outcome::ok;
+  const long made = allocations - before;
+  EXPECT_TRUE(ok) << what;
+  EXPECT_EQ(made, 0) << what << ", in " << steps << " steps";
+}
+
+/// The double pendulum in a network: friction, a source, and a controller at the elbow, sampled or not.
+std::shared_ptr<const phs::NetworkModel> controlled(double period) {
+  const auto robot = swinging_pendulum(0.05);
+  phs::Network n("controlled");
+  n.add("arm", robot.model).main("arm");
+  const auto& ports = robot.model->description().ports;
+  const std::string first = "arm." + ports[0].name, second = "arm." + ports[1].name;
+  n.resist(
+      "friction", first,
+      phs::friction(
+          {.coulomb = 0.1, .breakaway = 0.2, .stribeck = 0.1, .viscous = 0.05, .smoothing = 0.05}));
+  n.source("push", first, phs::function([](auto t) { return decltype(t)(0.3) * sin(t); }));
+  n.control("servo", second, phs::law([](auto, auto x, auto y, auto u) {
+              using T = typename decltype(u)::value_type;
+              u[0] = -T(2.0) * x[1] - T(0.4) * y[0];
+            }),
+            {period});
+  return n.build();
+}
+
+TEST(Allocation, NoneInAStepOfANetwork) {
+  for (const double period : {0.0, 0.1})
+    for (const char* name : {"gauss8", "rk4", "gonzalez", "midpoint"}) {
+      const auto model = controlled(period);
+      phs::State s(model->description(), {2.0, -0.4, 1.1, 0.5});
+      const auto method = make_integrator(name, *model, 0.02);
+      expect_none(std::string(name) + (period > 0 ? ", sampled" : ", continuous"), *method, s);
+    }
+}
+
+TEST(Allocation, NoneInAStepUnderAMonitor) {
+  using integrators::MonitorOptions;
+  using integrators::OnViolation;
+  const auto robot = swinging_pendulum(0.05);
+  const auto sampled = controlled(0.1);
+  const std::pair<const char*, MonitorOptions> watches[] = {
+      {"quiet", {.limit = 1, .step_limit = 1}},
+      {"stops", {.limit = 1, .step_limit = 1, .action = OnViolation::stop}},
+      {"repeats", {.step_limit = 1, .action = OnViolation::repeat}},
+      {"projects", {.project = true}}};
+  for (const auto& [what, options] : watches)
+    for (const char* name : {"gauss8", "rk4", "radau15"})
+      for (const phs::Model* model : std::initializer_list<const phs::Model*>{
+               robot.model.get(), static_cast<const phs::Model*>(sampled.get())}) {
+        if (model == sampled.get() && options.project) continue;
+        const auto d = integrators::declaration_of(name);
+        if (options.action == OnViolation::repeat && d.order == 0) continue;
+        integrators::EnergyMonitor method(make_integrator(name, *model, 0.02), *model, 0.02,
+                                          options);
+        phs::State s(model->description(), {2.0, -0.4, 1.1, 0.5});
+        expect_none(std::string(name) + ", " + what, method, s);
+      }
+}
+
+TEST(Allocation, NoneInAStepOfAnActuatedJoint) {
+  const auto link = pendulum(0.5, 2);
+  vsa::Actuator act;
+  act.elastic = vsa::series_elastic({100});
+  act.theta = {.kind = vsa::Drive::Kind::torque, .inertia = 0.1, .viscous = 0.5};
+  act.theta.command = phs::function([](auto t) { return decltype(t)(0.3) * sin(t); });
+  phs::Network n("actuated");
+  n.add("arm", link).main("arm");
+  vsa::attach(n, "drive", "arm." + link->description().ports[0].name, act);
+  const auto model = n.build();
+  std::vector<double> x(size_t(model->description().nx), 0.0);
+  for (const char* name : {"gauss8", "rk4"}) {
+    const auto method = make_integrator(name, *model, 0.01);
+    expect_none(name, *method, phs::State(model->description(), x));
+  }
+}
+
+TEST(Allocation, NoneInAStepOfPartsAndInOrbit) {
+  const auto arm = ets_vii(0.3);
+  space::Thruster jet;
+  jet.name = "jet", jet.link = arm.model->mechanism().bodies().front().name, jet.thrust = 1;
+  const space::Parts parts{.thrusters = {jet}};
+  const space::PartsModel pushed(arm.model, parts);
+  const auto free = make_integrator("gauss8", pushed, 0.1);
+  expect_none("parts", *free, phs::State(pushed.description(), arm.start.x));
+
+  space::Environment env;
+  env.planet.J[0] = 1.08e-3, env.planet.rotation_rate = 7.29e-5;
+  env.atmosphere = space::Atmosphere{1e-12, 400e3, 60e3, 10};
+  space::Plate plate;
+  plate.link = jet.link, plate.area = 2, plate.normal = {1, 0, 0}, plate.drag = 2.2;
+  env.plates = {plate};
+  const space::Spacecraft craft(arm.model, arm.model, env, parts);
+  const auto start = space::from_elements(env.planet.mu, 6928e3, 0.001, 0.6, 0.3, 0.2, 0);
+  for (const char* splitting : {"lobatto4", "lobatto8c"}) {
+    space::SplitIntegrator method(craft, 2, {.splitting = splitting});
+    expect_none(splitting, method,
+                phs::State(craft.description(), craft.state(arm.start.x, start)));
+  }
+}
+
+}  // namespace
+}  // namespace systems_allocation_test
+}  // namespace porthos::test
