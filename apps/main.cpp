@@ -96,7 +96,9 @@ void add_commands(CLI::App& app, Arguments& a) {
                               "porthos new satellite.urdf --base free --out satellite/scene.toml");
   starter->add_option("URDF", a.scene, "model file")->required();
   starter->add_option("--out", a.out, "the scene file [printed]")->type_name("FILE");
-  starter->add_option("--base", a.base, "fixed: stands in the world; free: floats [fixed, or free if no joint moves]")
+  starter
+      ->add_option("--base", a.base,
+                   "fixed: stands in the world; free: floats [fixed, or free if no joint moves]")
       ->type_name("B");
   add_command(app, "schema", "JSON schema of scene files, for editors",
               "porthos schema > scene.schema.json")

@@ -25,7 +25,7 @@ namespace porthos::scene {
 
 /// Start values of one joint.
 struct JointStart {
-  double position = 0, velocity = 0;  ///< of one freedom [rad | m], [rad/s | m/s]
+  double position = 0, velocity = 0;     ///< of one freedom [rad | m], [rad/s | m/s]
   std::optional<BaseStart> motion = {};  ///< of a ball or a free joint, in the joint's frame
   bool translates = false;               ///< the motion has a position or a linear velocity
   std::string where = {};                ///< "file:line"
@@ -81,7 +81,8 @@ struct Scene {
 
   std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance while the run runs
 
-  double duration = 0;      ///< [s]; the last step is shorter where the steps do not add up, see steps.h
+  double duration =
+      0;  ///< [s]; the last step is shorter where the steps do not add up, see steps.h
   double record_every = 0;  ///< [s]; rounded to whole steps, at least one
   bool record_every_given =
       false;  ///< by the file; if not, it follows overrides of step and duration
@@ -124,7 +125,7 @@ struct Assembly {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
-  std::string splitting;                                ///< of orbit and internal motion, as in OrbitScene
+  std::string splitting;  ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;
   /// Of what floats, where it moves apart from the rest: `initial` is relative to it, and uniform
   /// gravity is in its motion instead of in the model.

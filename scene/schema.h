@@ -7,7 +7,20 @@
 namespace porthos::scene {
 
 struct SchemaKey {
-  enum class Kind { text, word, boolean, number, whole, numbers, axes, list, texts, table, tables, named };
+  enum class Kind {
+    text,
+    word,
+    boolean,
+    number,
+    whole,
+    numbers,
+    axes,
+    list,
+    texts,
+    table,
+    tables,
+    named
+  };
   std::string name;
   Kind kind;
   std::string unit;       ///< "s", "rad or m", "" without one

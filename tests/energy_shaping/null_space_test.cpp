@@ -85,7 +85,7 @@ void leakage(const test::ModelPtr& m, const std::string& link) {
 }
 TEST(NullSpace, OnlyTheInertiaWeightedInverseDoesNotLeak) { leakage(test::arm(7), "link_6"); }
 TEST(NullSpace, LeakageOfTheSevenJointArm) {
-  const auto file = test::data("reference/pinocchio/urdf/panda7.urdf");
+  const auto file = test::data_file("reference/pinocchio/urdf/panda7.urdf");
   mechanics::UrdfOptions o;
   o.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
   const auto urdf = mechanics::read_urdf(file.string(), o);

@@ -15,7 +15,7 @@ const double h = 0.25;
 phs::State at(std::vector<double> x) { return phs::State(model.description(), std::move(x)); }
 
 TEST(HenonHeiles, RegularOrbitOfTheReference) {
-  const auto file = test::read_json(test::data("reference/k_henon_heiles_regular.json"));
+  const auto file = test::read_json(test::data_file("reference/k_henon_heiles_regular.json"));
   const auto worst = [&](const char* name) {
     auto s = at(test::numbers(file["initial_state"]));
     const auto method = integrators::make_integrator(name, model, h);

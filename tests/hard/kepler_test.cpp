@@ -35,7 +35,7 @@ TEST(Kepler, ModerateEccentricity) { thousand_periods(0.6, 1.0 / 32); }
 TEST(Kepler, HighEccentricity) { thousand_periods(0.9, 1.0 / 256); }
 
 TEST(Kepler, ClosedForm) {
-  const auto file = test::read_json(test::data("reference/h_kepler_e0.6.json"));
+  const auto file = test::read_json(test::data_file("reference/h_kepler_e0.6.json"));
   const double h = 1.0 / 32;
   const auto errors = [&](const char* name) {
     auto s = pericentre(0.6);

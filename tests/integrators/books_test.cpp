@@ -94,7 +94,7 @@ std::shared_ptr<const phs::NetworkModel> driven_pendulum_of_the_reference() {
 }
 
 TEST(Books, DrivenPendulumOfTheReference) {
-  const auto ref = read_json(data("reference/n_driven_pendulum.json"));
+  const auto ref = read_json(data_file("reference/n_driven_pendulum.json"));
   const auto model = driven_pendulum_of_the_reference();
   ASSERT_EQ(model->description().powers.size(), 2u);
   for (const std::string name : {"gauss16", "rk4"}) {
@@ -160,7 +160,7 @@ std::shared_ptr<const phs::NetworkModel> elastic_arm(bool driven) {
 }
 
 TEST(Books, SeriesElasticArmOfTheReference) {
-  const auto ref = read_json(data("reference/m_sea_2dof.json"));
+  const auto ref = read_json(data_file("reference/m_sea_2dof.json"));
   const auto model = elastic_arm(true);
   // x = (q1 q2 p1 p2, motor_1 spring_1 motor_2 spring_2); at rest, springs at theta - q.
   Books b(*model, "gauss16", 0.03125, {0.25, -0.5, 0, 0, 0, 0.125, 0, 0.0});

@@ -208,7 +208,7 @@ TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
   mechanics::UrdfOptions o;
   o.gravity = {0, 0, -9.81};
   const auto m = std::make_shared<mechanics::Mechanism>(
-      mechanics::read_urdf(test::data(file).string(), o).mechanism);
+      mechanics::read_urdf(test::data_file(file).string(), o).mechanism);
   std::vector<double> q(30), calm(30), v(30);
   for (size_t i = 0; i < q.size(); ++i)
     q[i] = 0.3 * std::sin(1.0 + double(i)), v[i] = 0.5 * std::cos(2.0 + double(i)),

@@ -63,7 +63,7 @@ Vec rows(const Vec& m, size_t columns, bool linear_first = false) {
 class Tree7 : public testing::Test {
  protected:
   void SetUp() override {
-    file_ = with_parameters(test::read_json(test::data(file_name)));
+    file_ = with_parameters(test::read_json(test::data_file(file_name)));
     m_ = tree_mechanism(file_);
     q_ = numbers(file_["q"]), v_ = numbers(file_["qd"]), tau_ = numbers(file_["tau"]);
     out_ = file_["outputs"][0];

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 using Vec = std::vector<double>;
-using test::data;
+using test::data_file;
 using test::read_json;
 
 Mat3<double> matrix(const json& rows) {
@@ -39,7 +39,7 @@ double relative(const Vec& a, const Vec& b) {
 class Case {
  public:
   explicit Case(const std::string& name)
-      : file_(read_json(data("reference/pinocchio/" + name + ".json"))) {
+      : file_(read_json(data_file("reference/pinocchio/" + name + ".json"))) {
     free_ = file_["joints"][0]["nq"] == 7;
     const std::string urdf = name == "mixed_freeflyer" ? "mixed" : name;
     UrdfOptions o;
@@ -49,7 +49,7 @@ class Case {
     o.accept_unphysical_inertia =
         name == "tiago_continuous";  // its arm_1_link breaks the triangle inequality by 2 %
     mechanism_ = std::make_shared<Mechanism>(
-        read_urdf(data("reference/pinocchio/urdf/" + urdf + ".urdf").string(), o).mechanism);
+        read_urdf(data_file("reference/pinocchio/urdf/" + urdf + ".urdf").string(), o).mechanism);
     // velocity index map: ours -> theirs
     to_theirs_.resize(size_t(mechanism_->nv()));
     for (const auto& j : file_["joints"]) {

@@ -66,7 +66,7 @@ struct ZeroMomentumBase {
 };
 
 TEST(Reference, PlanarHolonomy) {
-  const auto file = test::read_json(test::data("reference/f_planar_holonomy.json"));
+  const auto file = test::read_json(test::data_file("reference/f_planar_holonomy.json"));
   const phs::UserModel<ZeroMomentumBase> model(ZeroMomentumBase{test::tree_mechanism(file)});
   const int steps_per_cycle = 64;
   const auto method = integrators::make_integrator("gauss16", model, M_PI / steps_per_cycle);

@@ -75,7 +75,7 @@ Vec unwrapped(const phs::State& s, const phs::Description& d, size_t count) {
 // --- pendula: absolute angles and closed forms ------------------------------------------------------------------------
 
 void planar(const std::string& name, double h) {
-  const json file = test::read_json(test::data("reference/" + name + ".json"));
+  const json file = test::read_json(test::data_file("reference/" + name + ".json"));
   const auto& p = file["generator"]["parameters"];
   const bool single = p["sys"] == "ddp";
   const auto m = single ? test::planar_chain({number(p["m"])}, {number(p["l"])}, {number(p["l"])},
@@ -121,7 +121,7 @@ TEST(Reference, DoublePendulum) { planar("d_double_pendulum_regular", 1.0 / 32);
 TEST(Reference, TriplePendulum) { planar("e_triple_pendulum", 1.0 / 64); }
 
 TEST(Reference, IftommA01) {
-  const json file = test::read_json(test::data("reference/j_a01_simple_pendulum.json"));
+  const json file = test::read_json(test::data_file("reference/j_a01_simple_pendulum.json"));
   const MechanicalModel model(test::planar_chain({1}, {1}, {1}, {0}, 9.81));
   phs::State s(model.description(), model.state(Vec{M_PI / 2}, Vec{0}));
   const double h = 1.0 / 32;
@@ -144,7 +144,7 @@ TEST(Reference, IftommA01) {
 /// A body whose state row is quaternion and body rate, on the given joint.
 void top(const std::string& name, const std::string& joint, const mechanics::MassProperties& mass,
          const mechanics::Vec3d& gravity, double h) {
-  const json file = test::read_json(test::data("reference/" + name + ".json"));
+  const json file = test::read_json(test::data_file("reference/" + name + ".json"));
   mechanics::BodySpec body;
   body.name = "top", body.parent = "world", body.joint.type = joint, body.mass = mass;
   const MechanicalModel model(std::make_shared<mechanics::Mechanism>(
@@ -186,7 +186,7 @@ TEST(Reference, LagrangeTop) {
 // --- trees ------------------------------------------------------------------------------------------------------------
 
 void tree(const std::string& name, double h) {
-  const json file = test::read_json(test::data("reference/" + name + ".json"));
+  const json file = test::read_json(test::data_file("reference/" + name + ".json"));
   const auto m = test::tree_mechanism(file);
   const MechanicalModel model(m);
   Vec q, v;

@@ -32,7 +32,7 @@ phs::Quad decimal(const nlohmann::json& j) {
 }
 
 TEST(Kepler, OneStepToAnyTimeOfTheReference) {
-  const auto file = test::read_json(test::data("reference/h_kepler_e0.6.json"));
+  const auto file = test::read_json(test::data_file("reference/h_kepler_e0.6.json"));
   const PointState<phs::Quad> start{{decimal("0.4"), 0.0, 0.0}, {0.0, 2.0, 0.0}};
   double worst_quad = 0, worst = 0;
   for (const auto& o : file["outputs"]) {
@@ -254,7 +254,7 @@ TEST(Orbit, ACorrectedSplittingIsOfOrderFourUnderHarmonics) {
 }
 
 TEST(Orbit, NescCheckCase10APosition) {
-  const auto file = test::read_json(test::data("reference/nesc_exo_10A.json"));
+  const auto file = test::read_json(test::data_file("reference/nesc_exo_10A.json"));
   const auto vec = [](const nlohmann::json& j) { return Vec3<double>{j[0], j[1], j[2]}; };
   Environment env;
   env.planet.mu = file["mu_m3_s2"];

@@ -30,7 +30,7 @@ struct Flight {
 };
 
 TEST(Split, NescCheckCase10A) {
-  const auto file = test::read_json(test::data("reference/nesc_exo_10A.json"));
+  const auto file = test::read_json(test::data_file("reference/nesc_exo_10A.json"));
   const auto vec = [](const nlohmann::json& j) { return Vec3d{j[0], j[1], j[2]}; };
   const auto& start = file["initial"];
   const auto body = test::rigid_body(file["mass_kg"], vec(file["inertia_kg_m2"]));
@@ -71,7 +71,7 @@ TEST(Split, NescCheckCase10A) {
 }
 
 TEST(Split, GravityGradientPitchOfTheReference) {
-  const auto file = test::read_json(test::data("reference/h_gravity_gradient_pitch.json"));
+  const auto file = test::read_json(test::data_file("reference/h_gravity_gradient_pitch.json"));
   const double n = 1.0 / 1024, r = 7e6, h = 4;
   const auto body = test::rigid_body(1e6, {6, 8, 10});  // so heavy that nothing acts back
   Environment env;

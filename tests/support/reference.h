@@ -1,4 +1,6 @@
 #pragma once
+#include <gtest/gtest.h>
+
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -9,7 +11,7 @@
 /// Reference cases and models, tests/data/README.md.
 namespace porthos::test {
 
-inline std::filesystem::path data(const std::string& path) {
+inline std::filesystem::path data_file(const std::string& path) {
   return std::filesystem::path(PORTHOS_SOURCE_DIR) / "tests/data" / path;
 }
 

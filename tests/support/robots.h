@@ -45,7 +45,7 @@ inline Robot fast_case() {
   mechanics::UrdfOptions o;
   o.base = mechanics::UrdfOptions::Base::free;
   o.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
-  const auto urdf = mechanics::read_urdf(data(fast_case_file).string(), o);
+  const auto urdf = mechanics::read_urdf(test::data_file(fast_case_file).string(), o);
   return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism),
                     {0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1}, {0.9, -1.1, 0.8, 1.0, -0.7, 1.2, -0.9});
 }

@@ -331,8 +331,8 @@ void read_all(const fs::path& folder) {
   EXPECT_GT(files, 0);
 }
 
-TEST(UrdfModels, Shared) { read_all(test::data("models")); }
-TEST(UrdfModels, Pinocchio) { read_all(test::data("reference/pinocchio/urdf")); }
+TEST(UrdfModels, Shared) { read_all(test::data_file("models")); }
+TEST(UrdfModels, Pinocchio) { read_all(test::data_file("reference/pinocchio/urdf")); }
 
 }  // namespace
 }  // namespace porthos::mechanics::urdf_test

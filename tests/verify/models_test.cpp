@@ -45,7 +45,7 @@ const std::map<std::string, Needs> needs{
 std::vector<std::string> models() {
   std::vector<std::string> found;
   for (const std::string folder : {"models", "reference/pinocchio/urdf"}) {
-    for (const auto& file : fs::directory_iterator(data(folder)))
+    for (const auto& file : fs::directory_iterator(data_file(folder)))
       if (file.path().extension() == ".urdf")
         found.push_back(folder + "/" + file.path().filename().string());
   }
@@ -69,7 +69,7 @@ class Verifier {
  public:
   Verifier(std::string model, Needs its_needs)
       : model_(std::move(model)), needs_(std::move(its_needs)) {
-    std::string urdf = read_bytes(test::data(model_));
+    std::string urdf = read_bytes(test::data_file(model_));
     if (needs_.rename_world) urdf = std::regex_replace(urdf, std::regex("\"world\""), "\"root\"");
     write_bytes(folder_ / "model.urdf", urdf);
   }

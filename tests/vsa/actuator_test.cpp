@@ -183,7 +183,7 @@ TEST(Actuator, ChargeAndReleaseThroughTheStiffnessPort) {
 // --- references --------------------------------------------------------------------------------------------------
 
 TEST(Reference, ElasticArmOfTwoJoints) {
-  const auto json = read_json(data("reference/m_sea_2dof.json"));
+  const auto json = read_json(test::data_file("reference/m_sea_2dof.json"));
   const double K[] = {64, 32}, D[] = {0.125, 0.0625}, J[] = {0.125, 0.0625}, B[] = {0.25, 0.125};
   const double dl[] = {0.0625, 0.03125}, A[] = {3, 1}, Om[] = {1.5, 2.25};
   const char* const joints[] = {"shoulder", "elbow"};

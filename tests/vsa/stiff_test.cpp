@@ -27,7 +27,7 @@ Arm stiff_arm(double k) {
   o.gravity = {0, 0, -9.81};
   Arm a;
   a.links = std::make_shared<mechanics::MechanicalModel>(std::make_shared<mechanics::Mechanism>(
-      mechanics::read_urdf(data(arm_file).string(), o).mechanism));
+      mechanics::read_urdf(test::data_file(arm_file).string(), o).mechanism));
   const auto& m = a.links->mechanism();
   const std::vector<double> q{0.3, -0.5, 0.4, -1.8, 0.2, 1.4, 0.1}, v(7, 0.0);
   phs::Network n("stiff arm");
