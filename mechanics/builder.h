@@ -50,8 +50,8 @@ struct BodySpec {
 
 /// Something that moves has no mass. Two ways out: mass properties for one of the links, or the joint locked.
 struct MasslessPart : InvalidArgument {
-  MasslessPart(const std::string& text, std::string joint, std::vector<std::string> links)
-      : InvalidArgument(text), joint(std::move(joint)), links(std::move(links)) {}
+  MasslessPart(const std::string& text, std::string mover, std::vector<std::string> massless)
+      : InvalidArgument(text), joint(std::move(mover)), links(std::move(massless)) {}
   std::string joint;               ///< the one that moves it
   std::vector<std::string> links;  ///< those without mass
 };
