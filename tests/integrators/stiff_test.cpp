@@ -1,8 +1,6 @@
 // Stiff systems: where the fixed point fails Newton goes on, at O(n) a sweep, and its solution is as good.
 #include <gtest/gtest.h>
 
-#include <chrono>
-
 #include "integrators/gauss.h"
 #include "integrators/stagnation.h"
 #include "phs/user_model.h"
@@ -273,27 +271,20 @@ TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   EXPECT_THROW(method("gauss8", bare, 0.1, Solver::newton_dense), InvalidArgument);
 }
 
-TEST(Stiff, CostOfASweepIsLinearInTheBodies) {
-  std::vector<double> cost;
+// Each is of order n, an articulated-body recursion; so that a step is, their number must not grow with n.
+TEST(Stiff, SweepsAndFactorisationsDoNotGrowWithTheBodies) {
   for (const int n : {10, 30, 100, 300}) {
     const auto robot = stiff_chain(n, 1e5, 0);
-    double best = HUGE_VAL;
-    std::int64_t factorisations = 0;
-    for (int batch = 0; batch < 8; ++batch) {
-      phs::State s = robot.start;
-      const auto m = method("gauss16", *robot.model, 0.01, Solver::newton_articulated);
-      const auto start = std::chrono::steady_clock::now();
-      ASSERT_EQ(run(*m, s, 3000 / n), Outcome::ok);
-      const std::chrono::duration<double, std::micro> t = std::chrono::steady_clock::now() - start;
-      best = std::min(best, t.count() / double(m->cost().sweeps) / n);
-      factorisations = m->cost().factorisations;
-    }
-    cost.push_back(best);
-    std::printf("  %3d bodies: %.2f us a sweep and body, %ld factorisations in %d steps\n", n, best,
-                long(factorisations), 3000 / n);
+    phs::State s = robot.start;
+    const auto m = method("gauss16", *robot.model, 0.01, Solver::newton_articulated);
+    const int steps = 10;
+    ASSERT_EQ(run(*m, s, steps), Outcome::ok);
+    const double sweeps = double(m->cost().sweeps) / steps;
+    std::printf("  %3d bodies: %.1f sweeps a step (25), %ld factorisations in %d steps (5)\n", n,
+                sweeps, long(m->cost().factorisations), steps);
+    EXPECT_LE(sweeps, 25) << n;
+    EXPECT_LE(m->cost().factorisations, 5) << n;
   }
-  const auto [low, high] = std::minmax_element(cost.begin(), cost.end());
-  EXPECT_LE(*high / *low, 2.5) << "from 10 to 300 bodies; quadratic would be 30";
 }
 
 TEST(Stiff, AnImpossibleStepIsAStatus) {

@@ -50,7 +50,8 @@ TEST(SampledEvents, AnEventThatChangesNothingChangesNothing) {
       const auto with = end_of(scene::run(s, scene::assemble(s), into(folder / at)));
       std::printf("  %s event at %s s: %.17g and %.17g\n", rate.empty() ? "continuous" : "1 Hz", at,
                   with[0], without[0]);
-      EXPECT_EQ(with, without) << at << " s " << rate;
+      // The event makes the momenta anew from rates and masses, to rounding.
+      for (size_t k = 0; k < 2; ++k) EXPECT_NEAR(with[k], without[k], 1e-14) << at << " s " << rate;
     }
   }
 }

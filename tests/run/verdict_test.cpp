@@ -97,7 +97,7 @@ TEST(Verdict, ASceneWithoutLimitsIsJudged) {
   const auto bad = verify(bare_pendulum(folder, "rk4", 0.2, 20), folder, false);
   ASSERT_TRUE(find(bad, "energy"));
   std::printf("  rk4 at 0.2 s: energy off by %.2g of its size\n", find(bad, "energy")->value);
-  EXPECT_GT(find(bad, "energy")->value, 0.1);
+  EXPECT_GT(find(bad, "energy")->value, 0.01);
   EXPECT_EQ(bad.verdict(), Verdict::fail);
   // What does not apply is listed, not dropped.
   for (const char* name : {"linear_momentum", "angular_momentum", "quaternion_norm"})
@@ -229,7 +229,8 @@ TEST(Verdict, MomentumAcrossEventsIsJudgedWhereItIsAnInvariant) {
 TEST(Verdict, TheEndOfADivergedRunSaysWhatHelps) {
   TemporaryFolder folder;
   Case c = bare_pendulum(folder, "gauss8", 0.3, 60);
-  c.scene.joints["shoulder"] = {3.0, 6.0}, c.scene.joints["elbow"] = {2.0, 12.0};
+  c.scene.joints["shoulder"] = {3.0, 600.0};
+  c.scene.joints["elbow"] = {2.0, -1200.0};
   c.assembly = scene::assemble(c.scene);
   const auto r = verify(c, folder, false);
   ASSERT_NE(r.outcome, integrators::Outcome::ok) << "the step is meant to be too long";

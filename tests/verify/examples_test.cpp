@@ -114,5 +114,28 @@ TEST(VerifyExamples, VerifyTakesWhatRunTakes) {
   EXPECT_EQ(s["verdict"], "fail");
 }
 
+/// Limits that mean nothing for the model judge nothing; none at all are the defaults.
+TEST(VerifyExamples, NotJudgedIsAnExitCodeOfItsOwn) {
+#ifndef PORTHOS_CLI
+  GTEST_SKIP() << "built without the porthos command";
+#endif
+  TemporaryFolder folder;
+  const fs::path shipped = fs::path(PORTHOS_SOURCE_DIR) / "examples" / "double_pendulum";
+  for (const auto& file : fs::directory_iterator(shipped))
+    if (file.path().extension() == ".urdf")
+      fs::copy_file(file.path(), folder / file.path().filename().string());
+  std::string text = read_bytes(shipped / "scene.toml");
+  text.erase(text.find("[verify]"));
+  const std::pair<const char*, int> cases[] = {
+      {"", 1}, {"[verify]\n", 1}, {"[verify]\nquaternion_norm = 1e-12\n", 4}};
+  for (const auto& [verify, code] : cases) {
+    write_bytes(folder / "scene.toml", text + verify);
+    const Answer a =
+        porthos(fmt::format("run {} --no-report --out {} --method rk4 --step 0.2 --duration 20",
+                            (folder / "scene.toml").string(), (folder / "out").string()));
+    EXPECT_EQ(a.code, code) << verify << a.out;
+  }
+}
+
 }  // namespace
 }  // namespace porthos::test::examples_test
