@@ -97,7 +97,7 @@ TEST(Verdict, ASceneWithoutLimitsIsJudged) {
   const auto bad = verify(bare_pendulum(folder, "rk4", 0.2, 20), folder, false);
   ASSERT_TRUE(find(bad, "energy"));
   std::printf("  rk4 at 0.2 s: energy off by %.2g of its size\n", find(bad, "energy")->value);
-  EXPECT_GT(find(bad, "energy")->value, 0.01);
+  EXPECT_GT(find(bad, "energy")->value, 0.02) << "0.044 of what it moves";
   EXPECT_EQ(bad.verdict(), Verdict::fail);
   // What does not apply is listed, not dropped.
   for (const char* name : {"linear_momentum", "angular_momentum", "quaternion_norm"})
