@@ -11,9 +11,9 @@ class Table;
 /// [planet] and [orbit] of a scene, docs/space.md.
 struct OrbitScene {
   space::Environment environment;
-  space::PointState<double> start;     ///< of the centre of mass
+  space::PointState<double> start;      ///< of the centre of mass
   std::string splitting = "lobatto4c";  ///< see space::split_schemes()
-  std::string where;                   ///< "file:line:column" of [orbit]
+  std::string where;                    ///< "file:line:column" of [orbit]
 };
 
 /// Reads [orbit] and [planet]; nothing if there is neither. @throws InvalidArgument as read_scene()

@@ -354,8 +354,8 @@ TEST(Run, AWristThatIsSingularSomewhereStartsElsewhere) {
     EXPECT_TRUE(scene::run(c.scene, c.assembly, into(folder / "out")).passed());
   };
   EXPECT_EQ(refusal([&] { start(1.0); }), "");
-  EXPECT_TRUE(says(refusal([&] { start(0.0); }),
-                   "moves no inertia where it starts, a singular position"));
+  EXPECT_TRUE(
+      says(refusal([&] { start(0.0); }), "moves no inertia where it starts, a singular position"));
 }
 
 TEST(Run, AJointCalledLikeTheFolderItselfIsRefused) {
