@@ -3,6 +3,7 @@
 #include "scene/centre_of_mass.h"
 
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "integrators/collocation.h"
@@ -93,8 +94,9 @@ TEST(CentreOfMass, WithoutTheCutTheErrorGrowsWithTheSquareOfTheVelocity) {
   };
   const double slow = error(10), fast = error(100);
   EXPECT_GT(slow, 1e-13);
-  EXPECT_GT(fast / slow, 20) << slow << " " << fast;
-  EXPECT_LT(fast / slow, 500) << slow << " " << fast;
+  std::printf("  joints off by %.1e rad at 10 m/s, %.1e at 100 m/s\n", slow, fast);
+  EXPECT_GT(fast / slow, 20);
+  EXPECT_LT(fast / slow, 500);
 }
 
 TEST(CentreOfMass, TheWorldIsShownAgain) {
@@ -156,43 +158,39 @@ TEST(CentreOfMass, FallsInClosedFormAndTheRestDoesNotFeelIt) {
   EXPECT_EQ(scene::run(rests.scene, rests.assembly, into(folder / "rests")).final_state,
             r.final_state);
 
-  // 113 bits of the whole, gravity in its equations: 12.9 digits without the cut, 14.7 possible.
+  // 113 bits of the whole, gravity in its equations.
   const mechanics::MechanicalModel whole(std::make_shared<const mechanics::Mechanism>(
       mechanics::parse_urdf(falls.scene.urdf_text, "arm.urdf", falls.scene.urdf).mechanism));
   scene::WorldView view(falls.assembly);
   const phs::State begin = view(0, falls.assembly.initial);
   using phs::Quad;
-  const auto exact =
+  const auto method =
       integrators::make_collocation<Quad>({.name = "reference"}, integrators::gauss_table<Quad>(12),
-                                          whole, Quad(0.02), {.max_sweeps = 400});
-  phs::BasicState<Quad> x(whole.description(), {begin.x.begin(), begin.x.end()});
-  for (size_t k = 0; k < x.x.size(); ++k) x.lo[k] = begin.lo[k];
-  for (int i = 0; i < 250; ++i) ASSERT_EQ(exact->step(x), integrators::Outcome::ok);
+                                          whole, Quad(0.0625), {.max_sweeps = 400});
+  phs::BasicState<Quad> exact(whole.description(), {begin.x.begin(), begin.x.end()});
+  for (size_t k = 0; k < exact.x.size(); ++k) exact.lo[k] = begin.lo[k];
+  for (int i = 0; i < 80; ++i) ASSERT_EQ(method->step(exact), integrators::Outcome::ok);
 
-  const auto error = [&](const phs::State& s) {
-    double most = 0, size = 0;
+  const auto error = [&](const phs::State& s) {  // of the joints [rad]
+    double most = 0;
     size_t turn = 0;
     for (const auto& b : whole.description().blocks) {
-      if (b.kind == phs::BlockKind::rotation) continue;
+      if (b.kind != phs::BlockKind::angle) continue;
       const size_t k = size_t(b.at);
-      for (size_t i = k; i < k + size_t(b.size); ++i) {
-        const Quad turns =
-            b.kind == phs::BlockKind::angle ? Quad(double(s.turns[turn])) : Quad(0.0);
-        const Quad own =
-            Quad(s.x[i]) + Quad(s.lo[i]) + turns * (Quad(phs::two_pi_hi) + Quad(phs::two_pi_lo));
-        most = std::max(most, std::fabs(double(own - (x.x[i] + x.lo[i]))));
-        size = std::max(size, std::fabs(double(own)));
-      }
-      turn += b.kind == phs::BlockKind::angle;
+      const Quad turns = Quad(double(s.turns[turn++]));
+      const Quad own =
+          Quad(s.x[k]) + Quad(s.lo[k]) + turns * (Quad(phs::two_pi_hi) + Quad(phs::two_pi_lo));
+      most = std::max(most, std::fabs(double(own - (exact.x[k] + exact.lo[k]))));
     }
-    return most / size;
+    return most;
   };
-  const double cut = error(view(5, r.final_state));
-  const double not_cut = error(uncut(falls.assembly, whole, 0.02, 250));
+  const phs::State end = view(5, r.final_state);
+  const double cut = error(end), not_cut = error(uncut(falls.assembly, whole, 0.02, 250));
+  std::printf("  joints off by %.1e rad, without the cut %.1e\n", cut, not_cut);
   EXPECT_LT(cut, 1e-14);
-  EXPECT_GT(not_cut, 3 * cut) << "the control";
-  RecordProperty("cut", std::to_string(-std::log10(cut)));
-  RecordProperty("not_cut", std::to_string(-std::log10(not_cut)));
+  EXPECT_GT(not_cut, 5 * cut) << "the control";
+  for (size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(end.x[k], double(exact.x[k]), 1e-13) << "the base in the world, axis " << k;
 }
 
 TEST(CentreOfMass, HasItsOwnLinesInTheSummary) {
