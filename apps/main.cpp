@@ -10,6 +10,7 @@
 #endif
 #include "apps/comfort.h"
 #include "apps/commands.h"
+#include "apps/judge.h"
 #include "apps/report.h"
 #include "phs/error.h"
 #include "scene/scene.h"
@@ -59,6 +60,14 @@ void add_commands(CLI::App& app, Arguments& a) {
       "porthos verify examples/ets_vii/scene.toml --duration 100");
   add_results(verify, a, "results/<name of the scene>-verify");
   add_overrides(verify, a);
+
+  auto* judge = add_command(app, "judge", "the verdict for a trajectory made elsewhere",
+                            "porthos judge run.csv --model arm.urdf --map map.toml");
+  judge->add_option("FILE", a.scene, "CSV with names in its first line, or HDF5")->required();
+  judge->add_option("--model", a.model, "URDF file")->required()->type_name("M");
+  judge->add_option("--map", a.map, "what the columns mean (TOML), see docs/judge.md")
+      ->type_name("FILE");
+  add_results(judge, a, "results/<name of the file>-judge");
 
   auto* compare = add_scene_command(
       app, a, "compare", "speed against error: every method that fits, one table and plot",
@@ -128,6 +137,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const cha
 int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("run")) return run_command(a);
   if (app.got_subcommand("verify")) return verify_command(a);
+  if (app.got_subcommand("judge")) return judge_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("report")) return report_command(a);

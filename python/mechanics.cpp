@@ -349,14 +349,15 @@ Invariants: linear and angular momentum of mechanisms free in the world without 
           py::arg("q"), py::arg("v"), "The flat state x of coordinates q and joint rates v.")
       .def(
           "rates",
-          [](const MechanicalModel& p, py::object x, std::vector<std::int64_t> turns) {
+          [](const MechanicalModel& p, py::object x, py::object turns) {
             const size_t angles = size_t(p.mechanism().angle_count());
-            if (!turns.empty() && turns.size() < angles)
-              require_size("turns", turns.size(), angles);
-            return as_array(p.rates(numbers("x", x, size_t(2 * p.mechanism().nq())), turns));
+            std::vector<std::int64_t> n(angles, 0);
+            if (!turns.is_none()) n = turns.cast<std::vector<std::int64_t>>();
+            if (n.size() < angles) require_size("turns", n.size(), angles);
+            return as_array(p.rates(numbers("x", x, size_t(2 * p.mechanism().nq())), n));
           },
-          py::arg("x"), py::arg("turns") = std::vector<std::int64_t>{},
-          "Joint rates of a flat state. turns: of its angle blocks, as State.turns; none: they "
+          py::arg("x"), py::arg("turns") = py::none(),
+          "Joint rates of a flat state. turns: of its angle blocks, as State.turns; None: they "
           "stand in the angles.");
 }
 

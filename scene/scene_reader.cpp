@@ -169,7 +169,7 @@ class Reader {
 
   void model(const Table& t) {
     using Options = mechanics::UrdfOptions;
-    t.require("urdf", "the name of a URDF file");
+    if (!kept_) t.require("urdf", "the name of a URDF file");
     t.require("base", "\"free\" or \"fixed\"");
     s_.urdf.base =
         t.choice("base", {"free", "fixed"}) == "free" ? Options::Base::free : Options::Base::fixed;
@@ -204,7 +204,8 @@ class Reader {
   }
 
   void urdf(const Table& t) {
-    const std::string name = t.text("urdf", "the name of a URDF file");
+    const std::string name =
+        t.has("urdf") ? t.text("urdf", "the name of a URDF file") : "model.urdf";
     if (name.empty()) t.fail("urdf", "is empty, expected the name of a URDF file");
     s_.urdf_path = (fs::path(s_.path).parent_path() / name).string();
     if (kept_) {

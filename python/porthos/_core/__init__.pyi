@@ -737,8 +737,8 @@ class MechanicalModel(Model):
     def state(self, q: Any, v: Any) -> NDArray[numpy.float64]:
         """The flat state x of coordinates q and joint rates v."""
         ...
-    def rates(self, x: Any) -> NDArray[numpy.float64]:
-        """Joint rates of a flat state."""
+    def rates(self, x: Any, turns: Any = None) -> NDArray[numpy.float64]:
+        """Joint rates of a flat state. turns: of its angle blocks, as State.turns; None: they stand in the angles."""
         ...
 
 class Potential:

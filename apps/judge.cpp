@@ -1,0 +1,26 @@
+#include "apps/judge.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/report.h"
+#include "apps/verdict.h"
+#include "scene/files.h"
+#include "scene/judge_file.h"
+
+namespace porthos::apps {
+
+int judge_command(const Arguments& a) {
+  const std::string name = std::filesystem::path(a.scene).stem().string();
+  const std::string out = a.out.value_or("results/" + name + "-judge");
+  const auto r = scene::judge_file({a.scene, a.model, a.map.value_or(""), out});
+  const bool report = !a.no_report && make_report(out);
+  fmt::print("{}", a.json ? scene::read_file(out + "/summary.json") : verdict_text(r, out, report));
+  const scene::Verdict v = r.verdict();
+  return v == scene::Verdict::pass   ? exit_ok
+         : v == scene::Verdict::fail ? exit_verdict_failed
+                                     : exit_not_judged;
+}
+
+}  // namespace porthos::apps

@@ -1,0 +1,191 @@
+// `porthos judge`: a trajectory made elsewhere gets the figures a run of our own has, and a file that is wrong a sentence.
+#include "scene/judge_file.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "mechanics/rotation.h"
+#include "scene/hdf5_reader.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::judge_test {
+namespace {
+
+/// The columns of a run of ours as another program would write them: true angles, world velocity and body rates of the base.
+std::string csv_of(const Case& c, const fs::path& run, const std::string& torque = "") {
+  const scene::Hdf5Reader file(run / "run.h5");
+  const auto read = [&](const std::string& name) {
+    std::vector<double> x(size_t(file.dataset(name).size()));
+    file.read(name, x.data());
+    return x;
+  };
+  const auto t = read("time");
+  const auto& m = *c.assembly.mechanism;
+  const auto& d = c.assembly.mechanical->description();
+  std::vector<std::int64_t> turns(size_t(file.dataset("turns").size()));
+  file.read("turns", turns.data());
+  const size_t angles = turns.size() / t.size();
+  std::map<std::string, std::vector<double>> series;
+  for (const auto& b : d.blocks)
+    series["q" + b.name] = read("state/" + b.name),
+                 series["p" + b.name] = read("momentum/" + b.name);
+  std::string text = "time";
+  for (const char* kind : {"", "v."})
+    for (const auto& k : m.coordinates()) {
+      const int n = *kind ? k.nv : k.nq;
+      for (int i = 0; i < n; ++i)
+        text += fmt::format(",{}{}{}", kind, k.name, n > 1 ? fmt::format("[{}]", i) : "");
+    }
+  text += torque.empty() ? "\n" : ",torque." + torque + "\n";
+  for (size_t i = 0; i < t.size(); ++i) {
+    std::vector<double> x(size_t(d.nx));
+    for (const auto& b : d.blocks)
+      for (int k = 0; k < b.size; ++k) {
+        x[size_t(b.at + k)] = series["q" + b.name][i * size_t(b.size) + size_t(k)];
+        x[size_t(b.momentum + k)] = series["p" + b.name][i * size_t(b.size) + size_t(k)];
+      }
+    const auto here = std::span(turns).subspan(i * angles, angles);
+    auto v = c.assembly.mechanical->rates(x, here);
+    size_t a = 0;
+    text += fmt::format("{}", t[i]);
+    for (const auto& k : m.coordinates())
+      for (int n = 0; n < k.nq; ++n)
+        text += fmt::format(",{}", x[size_t(k.q + n)] + (k.kind == phs::BlockKind::angle
+                                                             ? phs::two_pi_hi * double(here[a++])
+                                                             : 0.0));
+    for (const auto& k : m.coordinates())
+      if (k.name == "base.position") {
+        const auto& at = m.coordinate("base.attitude");
+        const auto xi = mechanics::Quaternion<double>::load(&x[size_t(at.q)]);
+        const auto w = mechanics::rotation_matrix(xi) *
+                       mechanics::Vec3d{v[size_t(k.v)], v[size_t(k.v) + 1], v[size_t(k.v) + 2]};
+        for (int n = 0; n < 3; ++n) v[size_t(k.v + n)] = w[n];
+      }
+    for (const auto& k : m.coordinates())
+      for (int n = 0; n < k.nv; ++n) text += fmt::format(",{}", v[size_t(k.v + n)]);
+    if (!torque.empty()) text += fmt::format(",{}", 3 * std::sin(2 * M_PI * 0.4 * t[i]));
+    text += "\n";
+  }
+  return text;
+}
+
+scene::RunReport judge(const TemporaryFolder& folder, const std::string& file,
+                       const std::string& map = "") {
+  if (!map.empty()) write_bytes(folder / "map.toml", map);
+  return scene::judge_file({(folder / file).string(), (folder / "model.urdf").string(),
+                            map.empty() ? "" : (folder / "map.toml").string(),
+                            (folder / "judged").string()});
+}
+
+TEST(Judge, ARunOfOursHasTheSameFigures) {
+  for (const char* method : {"rk4", "gauss8"}) {
+    TemporaryFolder folder;
+    Case c = floating_arm(folder, 20, method);
+    c.scene.record_every = c.scene.step;
+    const auto ours = scene::run(c.scene, c.assembly, into(folder / "out"));
+    write_bytes(folder / "run.csv", csv_of(c, folder / "out"));
+    const auto judged = judge(folder, "run.csv"), again = judge(folder, "out/run.h5");
+    std::printf("  %-7s energy %.6e, of the CSV %.6e, of run.h5 %.6e\n", method,
+                ours.energy.max_rel_error, judged.energy.max_rel_error, again.energy.max_rel_error);
+    for (const auto& r : {judged, again}) {
+      EXPECT_NEAR(r.energy.scale_J / ours.energy.scale_J, 1, 1e-9);
+      EXPECT_EQ(r.records, ours.records);
+      EXPECT_EQ(r.passed(), std::string(method) == "gauss8")
+          << "limits of a scene without [verify]";
+      if (r.passed()) {
+        keeps("energy of doubles", r.energy.max_rel_error, 1e-13);
+        keeps("angular momentum of doubles", r.angular_momentum_error, 1e-13);
+        keeps("quaternion norm of doubles", r.quaternion_norm_error, 1e-15);
+        continue;
+      }
+      EXPECT_NEAR(r.energy.max_rel_error / ours.energy.max_rel_error, 1, 1e-6);
+      EXPECT_NEAR(r.energy.growth_exponent, ours.energy.growth_exponent, 1e-6);
+      EXPECT_NEAR(r.angular_momentum_error / ours.angular_momentum_error, 1, 1e-6);
+    }
+    const auto j = nlohmann::json::parse(read_bytes(folder / "judged" / "summary.json"));
+    EXPECT_EQ(j["method"], "recorded");
+    EXPECT_FALSE(fs::exists(folder / "judged" / "records.bin"));
+  }
+}
+
+TEST(Judge, TorquesAreBooked) {
+  TemporaryFolder folder;
+  scene::Scene s;
+  s.title = "driven", s.urdf.gravity = {0, 0, -9.81};
+  s.joints["shoulder"] = {0.4, 0};
+  s.method = "gauss8", s.step = 1e-3, s.duration = 5, s.record_every = 1e-3;
+  s.path = (folder / "scene.toml").string();
+  const std::string urdf = arm_urdf();
+  write_bytes(folder / "model.urdf", urdf);
+  const std::string head =
+      "[model]\nurdf = \"model.urdf\"\nbase = \"fixed\"\n[environment]\ngravity = "
+      "\"uniform\"\nvector = [0, 0, -9.81]\n";
+  write_bytes(folder / "scene.toml",
+              head +
+                  "[initial]\njoints.shoulder = { position = 0.4 }\n[[element]]\ntype = "
+                  "\"force\"\njoint = \"elbow\"\nsine = { amplitude = 3.0, frequency = 0.4 "
+                  "}\n[integrator]\nmethod = \"gauss8\"\nstep = 0.001\n[run]\nduration = "
+                  "5.0\nrecord_every = 0.001\n[verify]\nbalance = 1e-12\n");
+  const auto scene = scene::read_scene((folder / "scene.toml").string());
+  const Case c{scene, scene::assemble(scene)};
+  const auto ours = scene::run(c.scene, c.assembly, into(folder / "out"));
+  write_bytes(folder / "run.csv", csv_of(c, folder / "out", "elbow"));
+  write_bytes(folder / "free.csv", csv_of(c, folder / "out"));
+  const std::string map =
+      head + "[columns]\ntorque_between = \"linear\"\n[verify]\nenergy = 1e-6\n";
+  const auto judged = judge(folder, "run.csv", map);
+  ASSERT_EQ(judged.ports.size(), 1u);
+  std::printf("  torque gave %.6f J, by the columns %.6f J, defect %.1e J\n", ours.ports[0].second,
+              judged.ports[0].second, judged.defect_J);
+  EXPECT_EQ(judged.ports[0].first, "elbow.torque");
+  EXPECT_NEAR(judged.ports[0].second, ours.ports[0].second, 1e-5) << "lines through a sine: 3.4e-6";
+  EXPECT_TRUE(judged.passed()) << judged.energy.max_rel_error;
+  EXPECT_FALSE(judge(folder, "free.csv", map).passed()) << "control: energy from nowhere";
+}
+
+std::string refusal(const TemporaryFolder& folder, const std::string& csv,
+                    const std::string& map = "") {
+  write_bytes(folder / "bad.csv", csv);
+  try {
+    judge(folder, "bad.csv", map);
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "it was not refused";
+}
+
+TEST(Judge, WhatIsWrongIsSaidInASentence) {
+  TemporaryFolder folder;
+  const auto arm = pendulum(folder);
+  const std::string names = "time,shoulder,elbow,v.shoulder,v.elbow\n";
+  EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n0.1,1,2,nan,4\n"),
+                   "bad.csv:3: 'v.shoulder' is 'nan', expected a finite number"));
+  EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n0.1,1,2,three,4\n"),
+                   "bad.csv:3: 'v.shoulder' is 'three', expected a finite number"));
+  EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n0.2,1,2,3,4\n\n0.1,1,2,3,4\n"),
+                   "bad.csv:5: 'time' is 0.1 after 0.2, expected time to go forward"));
+  EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n0.1,1,2,3\n"),
+                   "bad.csv:3: the row has 4 numbers, expected 5"));
+  EXPECT_TRUE(says(refusal(folder, "time,shoulder,elbow,v.shoulder\n0,1,2,3\n1,1,2,3\n"),
+                   "no column for the rate of 'elbow', expected 'v.elbow' or a [columns.v]"));
+  EXPECT_TRUE(
+      says(refusal(folder, "Time,shoulder\n0,1\n1,1\n"), "bad.csv:1: there is no column 't'"));
+  EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n"), "1 row of numbers, expected 2 or more"));
+  EXPECT_TRUE(says(refusal(folder, "time,time\n0,1\n"), "two columns are called 'time'"));
+  const std::string good = names + "0,1,2,3,4\n0.1,1,2,3,4\n";
+  EXPECT_TRUE(says(refusal(folder, good, "[columns]\n[columns.q]\nelbow = \"elbw\"\n"),
+                   "there is no column 'elbw', the nearest one is 'elbow'"));
+  EXPECT_TRUE(says(refusal(folder, good, "[columns]\n[columns.q]\nknee = \"elbow\"\n"),
+                   "map.toml:3:1: columns.q.knee: the model has no coordinate of this name"));
+  EXPECT_TRUE(says(refusal(folder, good, "[columns]\nspeed = 1\n"), "unknown key 'speed'"));
+  EXPECT_TRUE(says(refusal(folder, good, "[columns]\ntime = \"time\"\n[verify]\nenrgy = 1\n"),
+                   "map.toml:4:1: unknown key 'enrgy'"));
+  EXPECT_TRUE(says(refusal(folder, good, "[columns.q]\nelbow = [\"elbow\", \"shoulder\"]\n"),
+                   "map.toml:2:1: columns.q.elbow has 2 columns, expected 1"));
+  write_bytes(folder / "bad.csv", good);
+  EXPECT_NO_THROW(judge(folder, "bad.csv")) << "control";
+}
+
+}  // namespace
+}  // namespace porthos::test::judge_test
