@@ -300,6 +300,8 @@ TEST(Brouwer, WithTheWrongTriangleTheNormDriftsAndWithAToleranceEverything) {
   EXPECT_LE(whole.norm_coefficient, 4e-17);
   EXPECT_LE(whole.momentum_coefficient, 4e-17);
   EXPECT_GT(triangle.norm_coefficient, 4 * whole.norm_coefficient);
+  EXPECT_NEAR(whole.exponent, 0.5, 0.12);
+  EXPECT_GT(triangle.exponent, 0.8) << "measured 0.98";
   EXPECT_GT(stopped.final_rms, 50 * whole.final_rms);
   EXPECT_GT(stopped.exponent, 0.8) << "a tolerance makes a drift of a random walk";
 }
