@@ -112,7 +112,7 @@ void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) 
   std::unique_ptr<phs::TunedModel> tuned;
   std::unique_ptr<integrators::Integrator> made;
   integrators::Integrator* method = r.own_method();
-  if (!method) {
+  if (!method && r.steps > 0) {
     check(r);
     if (!r.parameters.empty()) tuned = std::make_unique<phs::TunedModel>(model_, r.parameters);
     const phs::Model& model = tuned ? static_cast<const phs::Model&>(*tuned) : model_;

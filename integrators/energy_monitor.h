@@ -78,6 +78,7 @@ class EnergyMonitor : public Integrator {
   void set_cost(const Cost& c) override { inner_->set_cost(c); }
 
   const MonitorReport& report() const { return report_; }
+  Integrator& inner() { return *inner_; }
   /// The report in a sentence; empty if there is nothing to say.
   std::string text() const;
 

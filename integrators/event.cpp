@@ -28,7 +28,7 @@ EventStepper::EventStepper(const phs::Model& model,
       events_(std::move(events)),
       options_(options),
       x_(size_t(model.description().nx)) {
-  method_->sampler().refuse("a step that ends at an event");
+  if (!options.to_grid) method_->sampler().refuse("a step that ends at an event");
   for (const auto& e : events_)
     if (!e.g) throw InvalidArgument("an event has no function g(t, x)");
   if (options.samples < 0 || options.most_trials < 1)
@@ -38,66 +38,98 @@ EventStepper::EventStepper(const phs::Model& model,
 }
 
 EventResult EventStepper::step(phs::State& state) {
-  const Outcome o = begin(state);
-  if (o != Outcome::ok) return {.outcome = o};
+  return step(state, method_->step_size() * HUGE_VAL);
+}
+
+EventResult EventStepper::step(phs::State& state, double end) {
+  const double forward = method_->step_size() > 0 ? 1 : -1;
+  Outcome o = begin(state);
   h_ = method_->time(state) - t_;
+  shortened_ = o == Outcome::ok && forward * (method_->time(state) - end) > 0;
+  if (shortened_) {
+    h_ = end - t_;
+    go_back(state);
+    o = odd_step(state, h_);
+  }
+  if (o != Outcome::ok) return {.outcome = o};
   return finish(state);
 }
 
 EventResult EventStepper::run_to(phs::State& state, double end) {
   const double forward = method_->step_size() > 0 ? 1 : -1;
-  while (forward * (end - method_->time(state)) > 0) {
-    Outcome o = begin(state);
-    const bool beyond = o == Outcome::ok && forward * (method_->time(state) - end) > 0;
-    h_ = method_->time(state) - t_;
-    if (beyond) {
-      state = before_, h_ = end - t_;
-      method_->restore(memory_);
-      o = method_->step_by(state, h_);
-    }
-    if (o != Outcome::ok) return {.outcome = o};
-    const EventResult r = finish(state);
-    if (r.outcome != Outcome::ok || r.event >= 0 || beyond) return r;
+  for (bool more = forward * (end - method_->time(state)) > 0; more;) {
+    const EventResult r = step(state, end);
+    if (r.outcome != Outcome::ok || r.event >= 0) return r;
+    // A step that was shortened to the end may miss it by a rounding.
+    more = !shortened_ && forward * (end - method_->time(state)) > 0;
   }
   return {};
+}
+
+bool EventStepper::between(const phs::State& s) const {
+  return options_.to_grid && s.origin_step != 0 && s.origin_step == s.step;
+}
+
+void EventStepper::go_back(phs::State& state) {
+  state = before_;
+  method_->restore(memory_), method_->sampler().restore(held_);
 }
 
 /// Takes the step and keeps what it started from.
 Outcome EventStepper::begin(phs::State& state) {
   before_ = state, t_ = method_->time(state);
-  memory_ = method_->memory();
-  return method_->step(state);
+  memory_.clear(), method_->save(memory_);
+  held_.clear(), method_->sampler().save(held_);
+  if (!between(state)) return method_->step(state);
+  // What is left of the step that an event cut short, which is step number state.step.
+  const double n = double(state.step), h = method_->step_size(), whole = n * h;
+  const double left = ((whole - state.origin) - state.origin_lo) + std::fma(n, h, -whole);
+  const Outcome o = method_->step_by(state, left);
+  if (o != Outcome::ok) return o;
+  state.step = before_.step;
+  state.origin = state.origin_lo = 0, state.origin_step = 0;
+  return o;
+}
+
+Outcome EventStepper::odd_step(phs::State& state, double h) {
+  const Outcome o = method_->step_by(state, h);
+  if (o == Outcome::ok && between(before_)) state.step = state.origin_step = before_.step;
+  return o;
 }
 
 EventResult EventStepper::finish(phs::State& state) {
-  trials_ = 0, tried_at_ = -1, tried_outcome_ = Outcome::ok;
+  trials_ = 0, tried_outcome_ = Outcome::ok;
   Root root;
   bool failed = false;
   for (size_t k = 0; k < events_.size() && !failed; ++k) failed = !search(int(k), state, root);
   left_event_ = -1;
   EventResult r{.outcome = tried_outcome_, .event = root.event, .rising = root.rising};
   if (failed) {
-    state = before_, method_->restore(memory_);
-    return r.event = -1, r.trials = trials_, r;
+    go_back(state);
+    r.event = -1, r.trials = trials_;
+    return r;
   }
   if (root.event < 0) return r.trials = trials_, r;
   left_event_ = root.event;
   r.g = root.point.g;
   if (root.point.at < 1) {
-    if (tried_at_ != root.point.at) tried(events_[size_t(root.event)], root.point.at);
-    if ((r.outcome = tried_outcome_) == Outcome::ok) {
-      state = tried_;
-      method_->restore(trial_->memory());
-    }
+    go_back(state);  // by the method itself, so that its books are of this step
+    r.outcome = odd_step(state, root.point.at * h_);
   }
   return r.trials = trials_, r;
 }
 
-/// g with the angles on the branch of the start of the step.
+/// Puts the angles of x_ on the branch of the start of the step, or of the start of all.
+void EventStepper::unwrap(const phs::State& s) {
+  for (size_t i = 0; i < angles_.size(); ++i) {
+    const std::int64_t here = options_.all_turns ? 0 : before_.turns[i];
+    x_[angles_[i]] += phs::two_pi_hi * double(s.turns[i] - here);
+  }
+}
+
 double EventStepper::g_of(const Event& e, double t, const phs::State& s) {
   std::copy(s.x.begin(), s.x.end(), x_.begin());
-  for (size_t i = 0; i < angles_.size(); ++i)
-    x_[angles_[i]] += phs::two_pi_hi * double(s.turns[i] - before_.turns[i]);
+  unwrap(s);
   return e.g(t, x_);
 }
 
@@ -105,16 +137,15 @@ double EventStepper::sampled(const Event& e, double at, const phs::State& after)
   if (at <= 0) return g_of(e, t_, before_);
   if (at >= 1) return g_of(e, t_ + h_, after);
   if (!method_->interpolate(after, at, x_)) return NAN;
-  for (size_t i = 0; i < angles_.size(); ++i)
-    x_[angles_[i]] += phs::two_pi_hi * double(after.turns[i] - before_.turns[i]);
+  unwrap(after);
   return e.g(t_ + at * h_, x_);
 }
 
 /// g after a step of at·h from the last accepted state.
 double EventStepper::tried(const Event& e, double at) {
   if (at <= 0) return g_of(e, t_, before_);
-  tried_ = before_, tried_at_ = at, ++trials_;
-  trial_->restore(memory_);
+  tried_ = before_, ++trials_;
+  trial_->restore(memory_), trial_->sampler().restore(held_);
   const Outcome o = trial_->step_by(tried_, at * h_);
   if (o != Outcome::ok) return tried_outcome_ = o, NAN;
   return g_of(e, trial_->time(tried_), tried_);

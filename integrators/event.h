@@ -22,6 +22,11 @@ struct EventOptions {
   /// seen. Methods without dense output are looked at at the ends alone.
   int samples = 4;
   int most_trials = 60;  ///< re-steps of one search; 4 to 6 are usual
+  /// Whole steps stay multiples of h from time 0: the step after an event ends where the one it cut short would have. What
+  /// happens at whole steps (sampled controllers, switching thrusters) then happens when it would without the event.
+  bool to_grid = false;
+  /// x has its angles with all turns since the start: g may ask how far a joint has turned.
+  bool all_turns = false;
 };
 
 struct EventResult {
@@ -44,12 +49,13 @@ struct EventResult {
 class EventStepper {
  public:
   /// make: gives the integrator, called twice (the run's and one for trials). The model is the one it steps.
-  /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1
+  /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1; for sampled controllers without to_grid
   EventStepper(const phs::Model& model, const std::function<std::unique_ptr<Integrator>()>& make,
                std::vector<Event> events, const EventOptions& options = {});
 
-  /// One step, shortened to the earliest event in it.
+  /// One step, shortened to the earliest event in it, and to the time `end`, which lies ahead.
   [[nodiscard]] EventResult step(phs::State& state);
+  [[nodiscard]] EventResult step(phs::State& state, double end);
   /// Steps to the next event or to the time `end`, whichever is first; ends exactly there. Both lie ahead.
   [[nodiscard]] EventResult run_to(phs::State& state, double end);
 
@@ -66,8 +72,15 @@ class EventStepper {
     bool rising = false;
     Point point;
   };
+  /// Whether a state stands between two whole steps, after an event.
+  bool between(const phs::State& s) const;
+  /// Puts method and state back to the start of the step.
+  void go_back(phs::State& state);
   Outcome begin(phs::State& state);
+  /// A step of size h from before_, and the clock after it.
+  Outcome odd_step(phs::State& state, double h);
   EventResult finish(phs::State& state);
+  void unwrap(const phs::State& s);
   double g_of(const Event& e, double t, const phs::State& s);
   double sampled(const Event& e, double at, const phs::State& after);
   double tried(const Event& e, double at);
@@ -79,13 +92,13 @@ class EventStepper {
   std::vector<Event> events_;
   EventOptions options_;
   std::vector<size_t> angles_;  ///< where the angle blocks stand in x
+  bool shortened_ = false;      ///< the last step, to its `end`
   int left_event_ = -1;         ///< the event whose state the step began with
   phs::State before_, tried_;
   double t_ = 0, h_ = 0;  ///< time of before_, size of the step
-  double tried_at_ = -1;
   Outcome tried_outcome_ = Outcome::ok;
   int trials_ = 0;
-  std::vector<double> memory_, x_;
+  std::vector<double> memory_, held_, x_;
   std::vector<Point> points_;
 };
 

@@ -32,9 +32,12 @@ Outcome BasicIntegrator<T>::step(State& s) {
 
 template <class T>
 Outcome BasicIntegrator<T>::step_by(State& s, T h) {
-  sampler_.refuse("a step off the grid");
+  if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   const Outcome o = advance_with_books(s.time(h_), h, s);
-  if (o != Outcome::ok) return o;
+  if (o != Outcome::ok) {
+    sampler_.take_back();
+    return o;
+  }
   s.step_off_the_grid(phs::to_double(h_), phs::to_double(h)), ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);

@@ -88,8 +88,9 @@ class BasicIntegrator {
   /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the method goes on from it as
   /// if it were new.
   [[nodiscard]] virtual Outcome step(State& state);
-  /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end.
-  /// @throws InvalidArgument for a system with sampled controllers, whose instants are steps
+  /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end. Sampled
+  /// controllers hold through the step after it; whole steps from there would miss their instants and throw
+  /// InvalidArgument, unless the clock is put back to whole steps (EventOptions::to_grid).
   [[nodiscard]] virtual Outcome step_by(State& state, T h);
   /// The time of a state that step() has brought here [s].
   virtual T time(const State& state) const { return state.time(h_); }

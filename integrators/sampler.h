@@ -40,9 +40,14 @@ class Sampler {
   }
 
   /// Before the step that begins at this state.
+  /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would be missed
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
-    turns.synchronise(s, system);
     before_.clear(), save(before_);
+    if (s.origin_step != 0) {
+      if (s.origin_step == s.step) return;  // after an odd step, between two instants
+      refuse("a step off the grid");
+    }
+    turns.synchronise(s, system);
     for (size_t i = 0; i < holds_.size(); ++i) {
       if (s.step % every_[i] != 0) continue;
       x_.resize(s.x.size());

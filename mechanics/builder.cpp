@@ -137,6 +137,8 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
     if (b.name.empty()) throw InvalidArgument(at(b.where) + "a body has no name");
     if (b.name == "world") refuse(b, "the name 'world' is taken by the inertial frame");
     if (!by_name.emplace(b.name, &b).second) refuse(b, "there is already a body of this name");
+    if (b.name == "." || b.joint.name == ".")
+      refuse(b, "it or its joint is called '.', which no dataset of a results file can be");
     if (!joints.insert(b.joint.name.empty() ? b.name : b.joint.name).second)
       refuse_joint(b, "there is already a joint of this name");
   }

@@ -1,6 +1,7 @@
 #include "mechanics/reconfiguration.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -267,24 +268,28 @@ bool carries(const MechanismBuilder& parts, const std::string& carrier, std::str
   return false;
 }
 
-void require_within(const Latch& l, const char* what, double value, double limit,
-                    const char* unit) {
-  if (value <= limit) return;
-  throw InvalidArgument("capture of '" + l.body + "' by '" + l.link + "': the " + what + " is " +
-                        text(value) + " " + unit + ", expected at most " + text(limit) + " " +
-                        unit + ", the limit of the latch");
-}
-
-void check(const Latch& l, const Instant& now) {
+/// What a latch limits, as it is.
+struct Closing {
+  const char *what, *unit;
+  double value, limit;
+};
+std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
   const auto a = now.pose(l.body), b = now.pose(l.link);
   const Vec3<Real> on_a{Real(l.on_body.x), Real(l.on_body.y), Real(l.on_body.z)},
       on_b{Real(l.on_link.x), Real(l.on_link.y), Real(l.on_link.z)};
   const auto va = now.twist(l.body), vb = now.twist(l.link);
-  require_within(l, "distance", size((a.r + a.R * on_a) - (b.r + b.R * on_b)), l.reach, "m");
-  require_within(l, "relative speed",
-                 size(a.R * (va.v + cross(va.w, on_a)) - b.R * (vb.v + cross(vb.w, on_b))), l.speed,
-                 "m/s");
-  require_within(l, "relative rate", size(a.R * va.w - b.R * vb.w), l.rate, "rad/s");
+  return {{{"distance", "m", size((a.r + a.R * on_a) - (b.r + b.R * on_b)), l.reach},
+           {"relative speed", "m/s",
+            size(a.R * (va.v + cross(va.w, on_a)) - b.R * (vb.v + cross(vb.w, on_b))), l.speed},
+           {"relative rate", "rad/s", size(a.R * va.w - b.R * vb.w), l.rate}}};
+}
+
+void check(const Latch& l, const Instant& now) {
+  for (const Closing& c : closing(l, now))
+    if (!(c.value <= c.limit))
+      throw InvalidArgument("capture of '" + l.body + "' by '" + l.link + "': the " + c.what +
+                            " is " + text(c.value) + " " + c.unit + ", expected at most " +
+                            text(c.limit) + " " + c.unit + ", the limit of the latch");
 }
 
 }  // namespace
@@ -322,14 +327,11 @@ Impact capture(Moving& moving, const Latch& latch) {
   return change(moving, std::move(next));
 }
 
-bool within_limits(const Moving& moving, const phs::State& state, const Latch& latch) {
-  const Instant now(*moving.model, state);
-  try {
-    check(latch, now);
-  } catch (const InvalidArgument&) {
-    return false;
-  }
-  return true;
+double margin(const Moving& moving, const phs::State& state, const Latch& latch) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Closing& c : closing(latch, Instant(*moving.model, state)))
+    least = std::min(least, c.limit - c.value);
+  return least;
 }
 
 void require_within_limits(const Moving& moving, const Latch& latch) {

@@ -67,9 +67,9 @@ struct Latch {
 /// @throws InvalidArgument for unknown names, a body that is not free in the world or carries the link, points further apart
 ///   than the reach, or relative motion beyond the limits; with the numbers. Nothing has changed then.
 Impact capture(Moving& moving, const Latch& latch);
-/// Whether the latch's points are within its reach, and their motion within its limits.
-/// @throws InvalidArgument for unknown names
-bool within_limits(const Moving& moving, const phs::State& state, const Latch& latch);
+/// How far the latch's points and their motion are within its limits, by the one that is closest [m, m/s or rad/s]:
+/// continuous in the state, below 0 beyond a limit. @throws InvalidArgument for unknown names
+double margin(const Moving& moving, const phs::State& state, const Latch& latch);
 /// @throws InvalidArgument saying which limit is passed, with the numbers
 void require_within_limits(const Moving& moving, const Latch& latch);
 /// The body's frame in the link's, as they are now.

@@ -132,14 +132,11 @@ Ensemble::Ensemble(Scene scene)
       cases_(read_ensemble(scene_, assembly_)),
       sampler_(cases_),
       layout_(size_t(cases_.columns()), assembly_.model->description()),
-      one_model_(std::all_of(cases_.quantities.begin(), cases_.quantities.end(),
+      one_model_(assembly_.model->holds().empty() &&  // what they hold belongs to the model
+                 std::all_of(cases_.quantities.begin(), cases_.quantities.end(),
                              [](const Quantity& q) { return is_of_start(q.key); })) {
   (void)make_integrator(scene_, *assembly_.model,
                         scene_.step);  // refuses a method that does not fit
-  if (!assembly_.model->holds().empty())
-    throw InvalidArgument(
-        fmt::format("{}: the controller '{}' is sampled, expected none in an ensemble", scene_.path,
-                    assembly_.model->holds()[0]->name));
 }
 
 NamedTexts Ensemble::identity() const {
@@ -166,6 +163,7 @@ void Ensemble::work(const std::function<std::int64_t()>& next,
                            },
                            {.threads = o.threads,
                             .lanes = o.lanes && one_model_ && !assembly_.spacecraft,
+                            .own_models = !one_model_,
                             .method = method_options(scene_, d),
                             .stop = o.stop});
 }

@@ -107,14 +107,12 @@ mechanics::Impact Latching::change(const Scene& scene, const mechanics::Moving& 
   return r;
 }
 
-bool Latching::happens(const Scene& scene, const mechanics::Moving& moving, const phs::State& state,
-                       double time, const Event& e) {
-  if (time < e.after) return false;
-  if (e.above || e.below) {
-    const double z = angle(*moving.model, state, e);
-    return e.above ? z >= *e.above : z <= *e.below;
-  }
-  return mechanics::within_limits(moving, state, limits_of(scene, e));
+double Latching::margin(const Scene& scene, const mechanics::Moving& moving,
+                        const phs::State& state, double time, const Event& e) {
+  const double waited = time - e.after;
+  if (e.above) return std::min(waited, angle(*moving.model, state, e) - *e.above);
+  if (e.below) return std::min(waited, *e.below - angle(*moving.model, state, e));
+  return std::min(waited, mechanics::margin(moving, state, limits_of(scene, e)));
 }
 
 }  // namespace porthos::scene

@@ -21,9 +21,10 @@ class Latching {
   /// @throws InvalidArgument with file and line: engaged already or not at all, out of reach, beyond a limit
   mechanics::Impact change(const Scene& scene, const mechanics::Moving& moving, const Event& e);
 
-  /// Whether an event that waits happens at this state of the mechanism.
-  static bool happens(const Scene& scene, const mechanics::Moving& moving, const phs::State& state,
-                      double time, const Event& e);
+  /// What an event waits for, as a function of time and the mechanism's state that is continuous and rises through 0 where
+  /// it happens.
+  static double margin(const Scene& scene, const mechanics::Moving& moving, const phs::State& state,
+                       double time, const Event& e);
 
  private:
   std::map<std::string, mechanics::Pose> engaged_;  ///< on_body, by latch

@@ -12,7 +12,7 @@ class Table;
 struct OrbitScene {
   space::Environment environment;
   space::PointState<double> start;     ///< of the centre of mass
-  std::string splitting = "lobatto4";  ///< see space::split_schemes()
+  std::string splitting = "lobatto4c";  ///< see space::split_schemes()
   std::string where;                   ///< "file:line:column" of [orbit]
 };
 

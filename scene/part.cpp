@@ -167,9 +167,11 @@ std::vector<mechanics::Panel> read_panels(const Table& scene) {
     p.width = t.not_negative_or("width", " of metres", 0);
     p.mass = positive(t, "mass", " of kg");
     p.bending_stiffness = positive(t, "bending_stiffness", " of N m^2");
-    if (t.has("segments")) p.segments = int(t.whole("segments"));
-    if (p.segments < 1 || p.segments > 1000)
-      t.fail("segments", fmt::format("is {}, expected 1 to 1000", p.segments));
+    if (t.has("segments")) {
+      const std::uint64_t n = t.whole("segments");
+      if (n < 1 || n > 1000) t.fail("segments", fmt::format("is {}, expected 1 to 1000", n));
+      p.segments = int(n);
+    }
     p.damping_ratio = t.not_negative_or("damping_ratio", "", 0);
     list.push_back(std::move(p));
   });

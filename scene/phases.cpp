@@ -370,7 +370,7 @@ void rehearse(const Scene& scene, const Assembly& assembly, mechanics::Moving mo
                    [](const Event& a, const Event& b) { return a.at < b.at; });
   for (size_t i = 0; i < events.size(); ++i) {
     const Event& e = events[i];
-    if (e.above || e.below) Latching::happens(scene, moving, moving.state, HUGE_VAL, e);
+    if (e.waits()) (void)Latching::margin(scene, moving, moving.state, 0, e);  // refuses names
     apply_one(scene, e, moving, latching, orbit);
     if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
     const Scene phase = phase_of(scene, moving, latching, scene.duration);
@@ -451,33 +451,51 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
     put_in_place(path);
   };
   double from = 0;
+  const auto happens = [&](const Event* e) {
+    return Latching::margin(scene, moving, moving.state, from, *e) >= 0;
+  };
+  const auto happen = [&](const Event* e) {
+    std::erase(waiting, e);
+    Event now = *e;
+    if (e->waits()) now.at = from, now.latch.reach = now.latch.speed = now.latch.rate = HUGE_VAL;
+    const auto impact = apply_one(scene, now, moving, latching, orbit);
+    whole.add(*e, impact, on_ground(moving.parts));
+    events.push_back(json_of(*e, from, impact, assembly.centre));
+  };
+  const auto happen_at_once = [&] {  // what a start or another event has brought about
+    for (;;) {
+      const auto e = std::find_if(waiting.begin(), waiting.end(), happens);
+      if (e == waiting.end()) return;
+      happen(*e);
+    }
+  };
+  happen_at_once();
   size_t k = 0;
   for (bool more = true; more; ++k) {
     double end = end_after(scene, from);
     const fs::path folder = phase_folder(options, k);
     const Scene s = phase_of(scene, moving, latching, end);
-    const auto happens = [&](const Event& e, const phs::State& state) {
-      return Latching::happens(scene, moving, state, double(state.step) * scene.step, e);
-    };
     last = assembly_of_phase(s, assembly, moving, orbit);
     held.put_in(*last.model);
     RunReport r;
+    phs::State watched(moving.model->description(), moving.state.x);
     if (options.resume && has_checkpoint(end_folder(folder))) {
       const Checkpoint done = read_checkpoint(end_folder(folder));
       if (const auto changes = difference(done.fingerprint, fingerprint(s)); !changes.empty())
         throw InvalidArgument(
             fmt::format("the phase in {} is of another run: {}", folder.string(), changes));
       r = read_report(folder, done.state);
-      r.held = done.memory;
+      r.held = done.memory, r.until = int(done.statistics.at(0));
     } else {
       RunOptions o = options;
       o.out = folder.string();
       o.resume = options.resume && has_checkpoint(folder / "checkpoint");
-      if (!waiting.empty())
-        o.until = [&](const phs::State& state) {
-          return std::any_of(waiting.begin(), waiting.end(),
-                             [&](const Event* e) { return happens(*e, state); });
-        };
+      for (const Event* e : waiting)
+        o.until.push_back({[&, e](double t, std::span<const double> x) {
+                             std::copy_n(x.begin(), watched.x.size(), watched.x.begin());
+                             return Latching::margin(scene, moving, watched, t, *e);
+                           },
+                           integrators::Crossing::rising});
       if (options.progress)
         o.progress = [&](double done, double spent, double left) {
           const double now = (from + done * (end - from)) / scene.duration;
@@ -495,30 +513,25 @@ RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOpti
       make_folder(end_folder(folder));
       Checkpoint c;
       c.state = r.final_state, c.memory = r.held, c.fingerprint = fingerprint(s);
+      c.statistics = {double(r.until)};
       write_checkpoint(end_folder(folder), c);
     }
     whole.add(r, from);
     held.keep(*last.model, r.held);
-    const double now = double(r.final_state.step) * scene.step;
-    const bool early = now < end - 0.5 * scene.step;  // an event that waited
-    if (early) end = now;
+    const Event* met = r.until < 0 ? nullptr : waiting.at(size_t(r.until));
+    if (met) end = std::min(end, r.final_state.time(scene.step));
     folders.push_back({{"folder", folder.filename().string()}, {"from_s", from}, {"to_s", end}});
     moving.state = r.final_state;
     orbit.part(moving.state);
     from = end;
-    more = early || end < scene.duration;
-    const phs::State reached = moving.state;  // of the mechanism before any change
-    std::vector<const Event*> now_due;
+    more = met || end < scene.duration;
+    std::vector<const Event*> due;
     for (const Event& e : scene.events)
-      if (e.waits() ? std::count(waiting.begin(), waiting.end(), &e) && happens(e, reached)
+      if (e.waits() ? &e == met || (std::count(waiting.begin(), waiting.end(), &e) && happens(&e))
                     : e.at == end)
-        now_due.push_back(&e);
-    for (const Event* e : now_due) {
-      std::erase(waiting, e);
-      const auto impact = apply_one(scene, *e, moving, latching, orbit);
-      whole.add(*e, impact, on_ground(moving.parts));
-      events.push_back(json_of(*e, end, impact, assembly.centre));
-    }
+        due.push_back(&e);
+    for (const Event* e : due) happen(e);
+    happen_at_once();
   }
   orbit.join(moving.state);
   RunReport& r = whole.report();

@@ -12,6 +12,7 @@
 #include "scene/checkpoint.h"
 #include "scene/files.h"
 #include "scene/ledger.h"
+#include "scene/limit_notes.h"
 #include "scene/phases.h"
 #include "scene/results.h"
 #include "scene/steps.h"
@@ -73,9 +74,11 @@ class Session {
         options_(options),
         folder_(checkpoint_folder(options.out)),
         fixed_(scene.step_control == integrators::StepControl::fixed),
-        integrator_(make_integrator(scene, *assembly.model, scene.step)),
-        split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
-        monitor_(watch()),
+        own_(make()),
+        events_(make_events()),
+        integrator_(events_ ? &events_->method() : own_.get()),
+        monitor_(dynamic_cast<integrators::EnergyMonitor*>(integrator_)),
+        split_(dynamic_cast<space::SplitIntegrator*>(monitor_ ? &monitor_->inner() : integrator_)),
         meter_(assembly),
         view_(assembly),
         layout_(assembly.model->description(), scene.extrema),
@@ -83,9 +86,8 @@ class Session {
         window_(assembly.model->description(), layout_),
         state_(assembly.initial),
         steps_(steps_of(scene)),
-        ledger_(assembly.model->description()) {
-    if (fixed_ && steps_.last > 0) integrator_->sampler().refuse("a shorter last step");
-  }
+        end_(steps_.time(steps_.total)),
+        ledger_(assembly.model->description()) {}
 
   RunReport run() {
     options_.resume ? resume() : start();
@@ -94,14 +96,19 @@ class Session {
   }
 
  private:
-  /// Puts the integrator under the scene's monitor, if there is one.
-  integrators::EnergyMonitor* watch() {
-    if (!scene_.monitor) return nullptr;
-    auto m = std::make_unique<integrators::EnergyMonitor>(std::move(integrator_), *assembly_.model,
-                                                          scene_.step, *scene_.monitor);
-    integrators::EnergyMonitor* seen = m.get();
-    integrator_ = std::move(m);
-    return seen;
+  /// The scene's method, under its monitor if there is one.
+  std::unique_ptr<integrators::Integrator> make() const {
+    auto method = make_integrator(scene_, *assembly_.model, scene_.step);
+    if (!scene_.monitor) return method;
+    return std::make_unique<integrators::EnergyMonitor>(std::move(method), *assembly_.model,
+                                                        scene_.step, *scene_.monitor);
+  }
+  /// What stops the run at an instant, or takes it from one back to whole steps.
+  std::unique_ptr<integrators::EventStepper> make_events() {
+    if (options_.until.empty() && assembly_.initial.origin_step == 0) return nullptr;
+    return std::make_unique<integrators::EventStepper>(
+        *assembly_.model, [this] { return own_ ? std::move(own_) : make(); }, options_.until,
+        integrators::EventOptions{.samples = 1, .to_grid = true, .all_turns = true});
   }
   /// What the next step depends on besides the state.
   std::vector<double> memory() const {
@@ -173,7 +180,6 @@ class Session {
       }
       outcome_ = fixed_ ? fixed_step() : controlled_step();
       if (outcome_ != Outcome::ok) break;
-      reached_ = options_.until && options_.until(state_);
       ledger_.book(integrator_->works());
       if (at_record() || ended())
         record();
@@ -188,19 +194,33 @@ class Session {
     if (outcome_ != Outcome::ok || (interrupted_ && resumable())) checkpoint();
   }
 
-  double time() const { return fixed_ ? steps_.time(state_.step) : integrator_->time(state_); }
+  /// Whether the state stands at the end of a step of another size: at an event, or at a shorter step's end.
+  bool off_the_grid() const { return state_.origin_step != 0; }
+  double time() const {
+    return fixed_ && !off_the_grid() ? steps_.time(state_.step) : integrator_->time(state_);
+  }
   bool ended() const {
-    return reached_ || (fixed_ ? state_.step >= steps_.total : time() >= scene_.duration);
+    if (until_ >= 0) return true;
+    return fixed_ ? state_.step >= steps_.total && time() >= end_ : time() >= scene_.duration;
   }
   /// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie behind by up to a step.
   bool at_record() const {
-    if (fixed_) return steps_.at_record(state_.step);
+    if (fixed_) return steps_.at_record(state_.step) && !off_the_grid();
     const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
     return state_.step == 0 || count(time()) > count(integrator_->time(before_));
   }
   Outcome fixed_step() {
-    return steps_.ends_short(state_.step) ? integrator_->step_by(state_, steps_.last)
-                                          : integrator_->step(state_);
+    Outcome o;
+    if (events_) {
+      const auto r = events_->step(state_, steps_.last > 0 ? end_ : HUGE_VAL);
+      o = r.outcome, until_ = r.event;
+    } else {
+      o = steps_.ends_short(state_.step) ? integrator_->step_by(state_, steps_.last)
+                                         : integrator_->step(state_);
+    }
+    if (o == Outcome::ok && until_ < 0 && steps_.last > 0 && state_.step == steps_.total)
+      state_.origin = end_, state_.origin_lo = 0;  // not its rounding
+    return o;
   }
   /// A step of the control's choice; one that would pass the end is taken again by what is left.
   Outcome controlled_step() {
@@ -299,9 +319,18 @@ class Session {
     if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
     r.outcome = outcome_, r.interrupted = interrupted_;
     if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
-    r.final_state = state_;
+    r.final_state = state_, r.until = until_;
     r.held = integrator_->sampler().memory();
     if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+    if (assembly_.mechanical) {
+      std::vector<std::string> held;
+      for (const Element& e : scene_.elements)
+        if (e.type == "limits") held.push_back(e.joint);
+      for (const auto& [state, when] :
+           {std::pair{&assembly_.initial, "at the start"}, {&state_, "at the end"}})
+        for (auto& note : notes_on_limits(*assembly_.mechanical, *state, when, held))
+          r.notes.push_back(std::move(note));
+    }
     for (auto& note : notes_on_numbers(scene_, r.cost.sweeps)) r.notes.push_back(std::move(note));
     if (const auto remark = integrator_->remark(); !remark.empty())
       r.notes.push_back(integrator_->declaration().rival ? remark
@@ -347,10 +376,12 @@ class Session {
   const Assembly& assembly_;
   const RunOptions& options_;
   const fs::path folder_;
-  const bool fixed_;  ///< steps of the scene's size
-  std::unique_ptr<integrators::Integrator> integrator_;
-  space::SplitIntegrator* split_;        ///< null: not in orbit
+  const bool fixed_;                                   ///< steps of the scene's size
+  std::unique_ptr<integrators::Integrator> own_;       ///< null: the one of events_
+  std::unique_ptr<integrators::EventStepper> events_;  ///< null: no step ends between whole ones
+  integrators::Integrator* integrator_;
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
+  space::SplitIntegrator* split_;        ///< null: not in orbit
   Meter meter_;
   WorldView view_;  ///< records show the world
   RecordLayout layout_;
@@ -359,11 +390,13 @@ class Session {
   Window window_;
   phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
   const Steps steps_;          ///< where they are fixed
+  const double end_;           ///< [s]
   Ledger ledger_;
   std::unique_ptr<RecordLog> log_;
   std::optional<Moment> good_;
   Outcome outcome_ = Outcome::ok;
-  bool interrupted_ = false, stopped_ = false, reached_ = false;
+  bool interrupted_ = false, stopped_ = false;
+  int until_ = -1;  ///< which event ended the run
   double first_fraction_ = 0;
   double cpu_before_ = 0, wall_before_ = 0, cpu_start_ = cpu_now();
   Clock::time_point wall_start_ = Clock::now();

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
+#include "integrators/event.h"
 #include "scene/scene.h"
 #include "scene/wheel_momentum.h"
 #include "space/ledgers.h"
@@ -69,6 +69,7 @@ struct RunReport {
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
   std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
+  int until = -1;       ///< which of RunOptions::until ended it, -1: none
   int phases = 1;       ///< runs between events, see phases.h
   bool interrupted = false;
   phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
@@ -83,9 +84,10 @@ struct RunReport {
 struct RunOptions {
   std::string out = "results";  ///< results folder, made if missing
   bool resume = false;          ///< continue from out/checkpoint
-  /// Ends the run at the first step after the start at whose state this holds; called at every step.
-  /// The state is relative to Assembly::centre where there is one.
-  std::function<bool(const phs::State&)> until = {};
+  /// Ends the run at the instant where one of these rises through 0, by a step cut short there; the next run goes on from
+  /// its final state to the end of that step. x has its angles with all their turns and is relative to Assembly::centre
+  /// where there is one.
+  std::vector<integrators::Event> until = {};
   bool check_symmetry = false;  ///< `verify`: the way forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.

@@ -350,10 +350,6 @@ class Reader {
       refuse(where,
              "[orbit] is given with a [monitor] that projects: it holds momenta that are "
              "invariants, and in orbit the angular momentum is none; expected limits alone");
-    if (s_.monitor && s_.monitor->action == integrators::OnViolation::repeat)
-      refuse(where,
-             "[orbit] is given with a [monitor] that repeats steps, whose kicks stand in the three "
-             "ledgers already; expected action = \"warn\" or \"stop\"");
   }
 
   void monitor(const Table& t) {

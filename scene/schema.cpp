@@ -426,7 +426,7 @@ std::vector<SchemaTable> parts() {
         number("true_anomaly", "rad", "0", ""), numbers("position", 3, "m", "one of the ways", ""),
         numbers("velocity", 3, "m/s", "with position", ""),
         yes_or_no("bound", "true", "refuse what is hyperbolic or meets the surface"),
-        text("splitting", "\"lobatto4\"",
+        text("splitting", "\"lobatto4c\"",
              "strang, lobatto4, lobatto6, lobatto8, the same with a c (corrected), or aba864"),
         number("sun_longitude", "rad", "no Sun", "mean, at the start"),
         number("moon_longitude", "rad", "no Moon", "mean, at the start"),

@@ -21,6 +21,13 @@ PointState<double> tilted(const PointState<double>& s) {
   return {turn(s.r), turn(s.v)};
 }
 
+/// From the mean anomaly, by Kepler's equation; Newton's iteration, for small eccentricities.
+double true_anomaly(double mean, double e) {
+  double E = mean;
+  for (int i = 0; i < 10; ++i) E -= (E - e * std::sin(E) - mean) / (1 - e * std::cos(E));
+  return 2 * std::atan2(std::sqrt(1 + e) * std::sin(E / 2), std::sqrt(1 - e) * std::cos(E / 2));
+}
+
 void positive(double x, const char* what, const char* unit) {
   if (!(x > 0 && std::isfinite(x)))
     throw InvalidArgument(fmt::format("{} is {} {}, expected a positive number", what, x, unit));
@@ -44,17 +51,19 @@ PointState<double> from_elements(double mu, double a, double e, double i, double
 }
 
 ThirdBody mean_sun(double longitude) {
-  const double mu = 1.32712440018e20, total = mu + 3.986004415e14;
+  const double mu = 1.32712440018e20, total = mu + 3.986004415e14, e = 0.0167086;
   constexpr double perigee = 4.93819;  // 282.9373 degrees
-  return {
-      "sun", mu,
-      tilted(from_elements(total, 1.49598023e11, 0.0167086, 0, 0, perigee, longitude - perigee)),
-      total};
+  return {"sun", mu,
+          tilted(from_elements(total, 1.49598023e11, e, 0, 0, perigee,
+                               true_anomaly(longitude - perigee, e))),
+          total};
 }
 
-ThirdBody mean_moon(double longitude) {
-  const double mu = 4.9028e12, total = mu + 3.986004415e14;
-  return {"moon", mu, tilted(from_elements(total, 3.844e8, 0.0549, 0.0898, 0, 0, longitude)),
+ThirdBody mean_moon(double longitude, double perigee, double node) {
+  const double mu = 4.9028e12, total = mu + 3.986004415e14, e = 0.0549;
+  return {"moon", mu,
+          tilted(from_elements(total, 3.844e8, e, 0.0898, node, perigee - node,
+                               true_anomaly(longitude - perigee, e))),
           total};
 }
 

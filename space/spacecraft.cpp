@@ -94,6 +94,9 @@ class SpacecraftSystem : public phs::System<T> {
       if (i.name != "angular_momentum")
         for (int c = 0; c < i.size; ++c) values[k++] = values_[size_t(i.at + c)];
   }
+  void sample(size_t i, T t, In x, std::span<double> memory) override {
+    internal_->sample(i, t, x.first(n_), memory);
+  }
   void set_turn_angles(In angles) override {
     turns_.assign(angles.begin(), angles.end());
     internal_->set_turn_angles(angles);
@@ -148,10 +151,6 @@ Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechani
       description_(
           describe(internal_->description(), parts_, !orbit_.environment().plates.empty())) {
   const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
-  if (!internal_->holds().empty())
-    throw InvalidArgument(
-        "a sampled controller is given for a spacecraft in orbit, expected a continuous one: the "
-        "split steps the internal motion between its instants");
 }
 
 std::vector<double> Spacecraft::state(std::span<const double> internal,

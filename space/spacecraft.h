@@ -24,7 +24,7 @@ class Spacecraft : public phs::ModelFor<Spacecraft> {
  public:
   /// The powers of the internal model are followed by "gravity_gradient" and, with plates, "plates".
   /// internal: `mechanical` itself or a model whose state begins with that of it.
-  /// @throws InvalidArgument as GravityGradient and OrbitMotion; for sampled controllers, whose instants are not kept here
+  /// @throws InvalidArgument as GravityGradient and OrbitMotion
   Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechanical,
              std::shared_ptr<const phs::Model> internal, Environment environment, Parts parts = {});
 
@@ -34,6 +34,7 @@ class Spacecraft : public phs::ModelFor<Spacecraft> {
   const OrbitMotion& orbit() const { return orbit_; }
   /// Thrusters and torquers, which push in the kicks of the splitting (push.h).
   const Parts& parts() const { return parts_; }
+  std::vector<phs::HoldPtr> holds() const override { return internal_->holds(); }
   size_t internal_size() const { return size_t(internal_->description().nx); }
 
   /// The whole state from an internal one, its motion relative to the centre of mass, and the orbit of that. Positions and

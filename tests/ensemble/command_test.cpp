@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "scene/ensemble.h"
+#include "scene/hdf5_reader.h"
+#include "scene/variation.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 
@@ -199,6 +201,33 @@ TEST_F(EnsembleCommand, ParametersOfTheModelAndCasesItRefuses) {
          },
          {.threads = 1});
   EXPECT_NEAR(energy[3] - energy[0], 1 * 9.81 * -1.3 * std::cos(1.0), 1e-12);
+}
+
+// What a sampled controller holds belongs to its case: any number of threads, and a case alone has the same bits.
+TEST_F(EnsembleCommand, SampledControllersOfEachCase) {
+  const std::string servo = R"([[element]]
+type = "controller"
+joint = "elbow"
+stiffness = 4.0
+damping = 1.0
+rate = 10.0
+)";
+  write("scene.toml", head + servo + sampled);
+  run("one", {.threads = 1});
+  run("two", {.threads = 2});
+  EXPECT_TRUE(result("two") == result("one")) << "threads";
+  // The last case, alone.
+  const Ensemble e(scene::read_scene(scene()));
+  const auto values = e.sampler().values(59);
+  const auto text = bytes(scene());
+  const auto s = scene::read_variation(scene(), text, e.sampler().replacements(values));
+  const auto a = scene::assemble(s);
+  const auto method = scene::make_integrator(s, *a.model, s.step);
+  phs::State x = a.initial;
+  for (int k = 0; k < 200; ++k) ASSERT_EQ(method->step(x), integrators::Outcome::ok);
+  std::vector<double> row(x.x.size());
+  scene::Hdf5Reader(folder_ / "one/ensemble.h5").read_rows("final/x", 59, 1, row.data());
+  EXPECT_EQ(row, x.x);
 }
 
 TEST_F(EnsembleCommand, RefusesInOneSentence) {

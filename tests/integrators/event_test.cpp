@@ -315,5 +315,41 @@ TEST(DenseOutput, IsSaidToBeAbsentWhereItIs) {
   }
 }
 
+TEST(Event, WholeStepsStayWhereTheyWereOnTheGrid) {
+  const double h = 0.2, T = double(pendulum_period());
+  auto run = stepper("gauss16", h, {{zero_crossing}}, {.to_grid = true});
+  phs::State s = at_rest(), plain = at_rest();
+  const auto method = make_integrator("gauss16", pendulum, h);
+  int events = 0;
+  double worst = 0, late = 0;
+  for (int k = 1; k <= 200; ++k) {
+    ASSERT_EQ(method->step(plain), Outcome::ok);
+    do {
+      const EventResult r = run.step(s);
+      ASSERT_EQ(r.outcome, Outcome::ok);
+      if (r.event >= 0) late = std::max(late, std::fabs(run.time(s) - (0.25 + 0.5 * events++) * T));
+    } while (s.origin_step != 0);
+    ASSERT_EQ(s.step, k);
+    ASSERT_EQ(run.time(s), method->time(plain)) << "to the bit";
+    worst = std::max({worst, std::fabs(s.x[0] - plain.x[0]), std::fabs(s.x[1] - plain.x[1])});
+  }
+  std::printf("  %d events, off by %.1e s   bound 5e-13; whole steps off by %.1e   bound 1e-12\n",
+              events, late, worst);
+  EXPECT_EQ(events, 8);
+  EXPECT_LE(late, 5e-13);
+  EXPECT_LE(worst, 1e-12);
+}
+
+TEST(Event, AnglesWithAllTheirTurns) {
+  const auto g = [](double, X x) { return x[0] - 20; };  // three turns and more
+  for (const bool all : {false, true}) {
+    auto run = stepper("gauss16", 0.1, {{g, Crossing::rising}}, {.all_turns = all});
+    phs::State s(pendulum.description(), {0, 3});
+    const EventResult r = run.run_to(s, 30);
+    EXPECT_EQ(r.event, all ? 0 : -1);
+    if (all) EXPECT_NEAR(s.x[0] + phs::two_pi_hi * double(s.turns[0]), 20, 1e-14);
+  }
+}
+
 }  // namespace
 }  // namespace porthos::integrators::event_test

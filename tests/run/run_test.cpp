@@ -327,5 +327,63 @@ TEST(Run, NeedsTheSameMemoryForTwentyTimesTheTime) {
   EXPECT_LT(b, a + 4000);  // the records alone are 70 MB
 }
 
+/// A wrist of massless links, roll, pitch, roll, whose axes align at pitch = 0 and only there.
+std::string wrist_urdf(const std::string& pitch_name = "pitch") {
+  const auto turning = [](const std::string& name, const std::string& parent,
+                          const std::string& child, const std::string& axis) {
+    return "<joint name='" + name + "' type='continuous'><parent link='" + parent +
+           "'/><child link='" + child + "'/><axis xyz='" + axis + "'/></joint>";
+  };
+  const std::string massless =
+      "<inertial><mass value='0'/><inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/>"
+      "</inertial></link>";
+  return "<robot name='wrist'><link name='foot'/><link name='a'>" + massless + "<link name='b'>" +
+         massless + link("hand", 2) + turning("roll", "foot", "a", "0 0 1") +
+         turning(pitch_name, "a", "b", "0 1 0") + turning("yaw", "b", "hand", "0 0 1") + "</robot>";
+}
+
+TEST(Run, AWristThatIsSingularSomewhereStartsElsewhere) {
+  const auto start = [](double pitch) {
+    TemporaryFolder folder;
+    scene::Scene s;
+    s.joints["pitch"] = {pitch, 0.2, ""};
+    s.joints["roll"] = {0.3, 0.1, ""};
+    s.method = "gauss8", s.step = 0.01, s.duration = 1, s.record_every = 0.1;
+    s.verify.energy = 1e-12;
+    const Case c = make_case(folder, s, wrist_urdf());
+    EXPECT_TRUE(scene::run(c.scene, c.assembly, into(folder / "out")).passed());
+  };
+  EXPECT_EQ(refusal([&] { start(1.0); }), "");
+  EXPECT_TRUE(says(refusal([&] { start(0.0); }),
+                   "moves no inertia where it starts, a singular position"));
+}
+
+TEST(Run, AJointCalledLikeTheFolderItselfIsRefused) {
+  TemporaryFolder folder;
+  scene::Scene s;
+  EXPECT_TRUE(says(refusal([&] { make_case(folder, s, wrist_urdf(".")); }),
+                   "called '.', which no dataset of a results file can be"));
+}
+
+TEST(Run, NotesWhatStartsBeyondALimitOfTheModelFile) {
+  TemporaryFolder folder;
+  Case c = pendulum(folder);
+  scene::Scene s = c.scene;
+  std::string urdf = arm_urdf("<limit lower='-1' upper='0.5' effort='0' velocity='0'/>");
+  for (size_t at; (at = urdf.find("continuous")) != std::string::npos;)
+    urdf.replace(at, 10, "revolute");
+  const auto elbow = urdf.rfind("</joint>");
+  urdf.insert(elbow, "<limit lower='-9' upper='9' effort='0' velocity='0'/>");
+  s.duration = 0.1;
+  const Case limited = make_case(folder, s, urdf);
+  const auto r = scene::run(limited.scene, limited.assembly, into(folder / "out"));
+  int notes = 0;
+  for (const auto& n : r.notes)
+    notes += n.find(
+                 "joint 'shoulder' is at 1.2 rad at the start, beyond its upper limit of 0.5 "
+                 "rad") != std::string::npos;
+  EXPECT_EQ(notes, 1);
+}
+
 }  // namespace
 }  // namespace porthos::test::run_test

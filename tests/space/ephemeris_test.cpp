@@ -70,6 +70,39 @@ TEST(Ephemeris, PolynomialsAreTheSeries) {
   }
 }
 
+// At the start of a run, the mean ellipses against ERFA at six dates. The control is the longitude taken as if it were true.
+TEST(Ephemeris, MeanEllipsesStartWhereTheyShould) {
+  if (!has_ephemerides()) GTEST_SKIP() << "built without ERFA";
+  const double degree = 3.14159265358979 / 180;
+  double sun = 0, moon = 0, moon_j2000 = 0, naive = 0;
+  for (const char* date : {"2026-01-01T00:00:00", "2026-11-05T12:00:00", "2027-07-20T00:00:00",
+                           "2028-04-01T06:00:00", "2029-02-14T00:00:00", "2030-10-10T18:00:00"}) {
+    const JulianDate d = date_of(date);
+    // Mean longitudes, perigee and node of the date. Source: Meeus 1998, 25.2, 47.1, 47.7 and chapter 22.
+    const double T = ((d.day - 2451545.0) + d.fraction) / 36525;
+    const double precession = 1.3970 * T;  // from the equinox of date to that of J2000
+    const double L_sun = 280.46646 + 36000.76983 * T - precession,
+                 L_moon = 218.3164477 + 481267.88123421 * T - precession,
+                 perigee = 83.3532465 + 4069.0137287 * T - precession,
+                 node = 125.0445479 - 1934.1362891 * T - precession;
+    const auto off = [&](const ThirdBody& mean, Luminary which) {
+      const Vec3d a = mean.start.r, b = luminary_position(which, d, 0);
+      return std::acos(dot(a, b) / mechanics::norm(a) / mechanics::norm(b)) / degree;
+    };
+    sun = std::max(sun, off(mean_sun(L_sun * degree), Luminary::sun));
+    moon = std::max(
+        moon, off(mean_moon(L_moon * degree, perigee * degree, node * degree), Luminary::moon));
+    moon_j2000 = std::max(moon_j2000, off(mean_moon(L_moon * degree), Luminary::moon));
+    // As if the true anomaly were the mean one: the equation of the centre, 2e, is missing.
+    const double missing = 1.915 * std::sin((L_sun - 283.3) * degree);
+    naive = std::max(naive, off(mean_sun((L_sun - missing) * degree), Luminary::sun));
+  }
+  keeps("mean Sun at six dates [degrees]", sun, 0.05);
+  keeps("mean Moon with perigee and node of the date [degrees]", moon, 3);
+  keeps("mean Moon with those of J2000 [degrees]", moon_j2000, 16);
+  breaks("a Sun without the equation of the centre [degrees]", naive, 1);
+}
+
 TEST(Ephemeris, MeanEllipsesAreGoodToTheirDegrees) {
   if (!has_ephemerides()) GTEST_SKIP() << "built without ERFA";
   // Mean longitudes at 2026-01-01T00:00 UTC. Source: Meeus 1998, formulae 25.2 and 47.1.

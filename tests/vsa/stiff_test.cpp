@@ -41,7 +41,7 @@ Arm stiff_arm(double k) {
     vsa::attach(n, a.joints.back(), "mechanism." + p.name, act);
   }
   a.model = n.build();
-  // The springs start where gravity holds them against the rotors, so that the ringing is small at first.
+  // The springs start slack, rotors and links at the same angles: what they ring with is what gravity then pulls.
   std::vector<std::pair<std::string, std::vector<double>>> starts;
   for (size_t i = 0; i < a.joints.size(); ++i) starts.push_back({a.joints[i], {q[i], q[i], 0}});
   a.start = state_of(*a.model, a.links->state(q, v), starts);
