@@ -158,27 +158,26 @@ TEST(OrbitEvents, TheMonitorWatchesTheInternalLedger) {
   EXPECT_NE(r.outcome, integrators::Outcome::ok);
 }
 
-// A step that is taken again takes its kicks out of the three ledgers first.
+// A step that is taken again takes its kicks out of the three ledgers first. Without a monitor this method does not get
+// through the stiff arm at this step.
 TEST(OrbitEvents, TheMonitorRepeatsSteps) {
   test::TemporaryFolder folder;
   const Edits rough{{"method = \"gauss12\"", "method = \"rk4\""}, {"step = 0.1", "step = 0.2"}};
-  Edits mended = rough;
-  mended.push_back({"[run]", "[monitor]\nstep_limit = 1e-9\naction = \"repeat\"\n[run]"});
-  const auto defects = [&](const Edits& edits, const char* name) {
+  Edits watched = rough;
+  watched.push_back({"[run]", "[monitor]\nstep_limit = 1e-9\naction = \"repeat\"\n[run]"});
+  const auto go = [&](const Edits& edits, const char* name) {
     const auto s = orbit_scene(folder, edits);
-    const auto r = run(s, assemble(s), test::into(folder / name));
-    EXPECT_EQ(r.outcome, integrators::Outcome::ok);
-    bool repeated = false;
-    for (const auto& note : r.notes)
-      repeated = repeated || note.find("taken again in smaller parts") != std::string::npos;
-    EXPECT_EQ(repeated, &edits == &mended) << name;
-    keeps(std::string(name) + ": orbital ledger",
-          std::fabs(r.space->orbital.defect) / r.space->orbital.scale, 1e-16);
-    return std::fabs(r.defect_J) / r.turned_over_J;
+    return run(s, assemble(s), test::into(folder / name));
   };
-  const double without = defects(rough, "rough"), with = defects(mended, "mended");
-  std::printf("  defect of the internal balance %.1e without, %.1e with\n", without, with);
-  EXPECT_LT(with, 0.1 * without);
+  EXPECT_NE(go(rough, "rough").outcome, integrators::Outcome::ok);
+  const auto r = go(watched, "watched");
+  ASSERT_EQ(r.outcome, integrators::Outcome::ok);
+  bool repeated = false;
+  for (const auto& note : r.notes)
+    repeated = repeated || note.find("taken again in smaller parts") != std::string::npos;
+  EXPECT_TRUE(repeated);
+  keeps("orbital ledger", std::fabs(r.space->orbital.defect) / r.space->orbital.scale, 1e-16);
+  keeps("internal balance", std::fabs(r.defect_J) / r.turned_over_J, 1e-5);
 }
 
 TEST(OrbitEvents, KilledAtRandomMomentsItEndsWithTheSameBits) {

@@ -114,7 +114,7 @@ TEST(OrbitScene, SampledControllersHoldThroughTheSplit) {
   std::printf("  off the free run by %.1e   bound 1e-12; continuous %.1e; the hold gave %.2e J\n",
               off(orbit), off(smooth), held);
   EXPECT_LE(off(orbit), 1e-12);
-  EXPECT_GT(off(smooth), 1e-3);
+  EXPECT_GT(off(smooth), 1e-5);
   EXPECT_NE(held, 0);
   // A real orbit, continued from a checkpoint between two instants.
   const Scene s = read_scene(f.scene(low + arm(rate), head, end));
