@@ -346,8 +346,8 @@ TEST(Run, AWristThatIsSingularSomewhereStartsElsewhere) {
   const auto start = [](double pitch) {
     TemporaryFolder folder;
     scene::Scene s;
-    s.joints["pitch"] = {pitch, 0.2, ""};
-    s.joints["roll"] = {0.3, 0.1, ""};
+    s.joints["pitch"] = {.position = pitch, .velocity = 0.2};
+    s.joints["roll"] = {.position = 0.3, .velocity = 0.1};
     s.method = "gauss8", s.step = 0.01, s.duration = 1, s.record_every = 0.1;
     s.verify.energy = 1e-12;
     const Case c = make_case(folder, s, wrist_urdf());
