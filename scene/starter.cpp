@@ -24,7 +24,7 @@ constexpr const char* methods[] = {"gauss16", "gauss8"};
 constexpr double steps[] = {0.1,   0.05,  0.02,   0.01,   0.005,
                             0.002, 0.001, 0.0005, 0.0002, 0.0001};  // s
 constexpr double limit = 1e-11;                                     // of [verify] energy,
-constexpr double momentum_limit = 1e-12;                            // and of its momenta and norms
+constexpr double written_limit = 1e-12;                             // and of its momenta and norms
 constexpr double margin = 10;  // by which a pilot stays below them
 
 // Work in evaluations of the field times freedoms, some 0.2 microseconds each: the choice does not depend on the clock.
@@ -176,7 +176,7 @@ class Search {
     p.error = r.energy.max_rel_error;
     const double other =
         std::max({r.linear_momentum_error, r.angular_momentum_error, r.quaternion_norm_error});
-    p.good = p.error * margin < limit && (!floats_ || other * margin < momentum_limit);
+    p.good = p.error * margin < limit && (!floats_ || other * margin < written_limit);
     if (p.error < nearest_.error) nearest_ = p;
     return p;
   }
@@ -216,8 +216,8 @@ std::string method_tables(const Pilot& p, bool floats) {
   text += "\n[verify]                         # largest errors of a passing run, relative\n";
   text += fmt::format("energy = {:g}\n", p.good ? limit : std::max(limit, widened(p.error)));
   if (floats)
-    text += fmt::format("linear_momentum = {0:g}\nangular_momentum = {0:g}\n", momentum_limit);
-  return text + fmt::format("quaternion_norm = {:g}\n", momentum_limit);
+    text += fmt::format("linear_momentum = {0:g}\nangular_momentum = {0:g}\n", written_limit);
+  return text + fmt::format("quaternion_norm = {:g}\n", written_limit);
 }
 
 /// All of a scene but how it is run.
