@@ -42,10 +42,11 @@ enum class Extrema { none, state, all };
 
 /// Limits of the verdict. An absent one is not checked; where none is stated, default_limits() apply.
 struct Limits {
-  std::optional<double> energy, linear_momentum, angular_momentum, quaternion_norm, balance,
-      symmetry, step_halving;
-  std::optional<double> orbital, coupling;  ///< of spacecraft in orbit
-  bool any() const;                         ///< whether one is stated
+  using Limit = std::optional<double>;
+  Limit energy = {}, linear_momentum = {}, angular_momentum = {}, quaternion_norm = {};
+  Limit balance = {}, symmetry = {}, step_halving = {};
+  Limit orbital = {}, coupling = {};  ///< of spacecraft in orbit
+  bool any() const;                   ///< whether one is stated
 };
 
 struct Scene {

@@ -85,6 +85,7 @@ class Beside {
 
   void symmetry() {
     const char* const name = "symmetry";
+    std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == name; });
     const auto& traits = a_.model->description().traits;
     if (method_.symmetric == Claim::fails)
       return cannot(name, fmt::format("{} is not a symmetric method", method_.name));

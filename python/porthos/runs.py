@@ -60,10 +60,6 @@ class Scene:
 
     def verify(self, out: PathLike | None = None, *, progress: Tell = None) -> Result:
         """The same with every check: also symmetry in time and the axioms of the system."""
-        if self.data.verify.symmetry is None:
-            limits = self.data.verify
-            limits.symmetry = _SYMMETRY
-            self.data.verify = limits
         return _into(self.data, self.assembly, out or Path("results") / (_name_of(self.path) + "-verify"), False, True, progress)
 
     def compare(self, *, methods: Sequence[str] = (), budget: float = 120.0, duration: float | None = None,
@@ -73,9 +69,6 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"
-
-
-_SYMMETRY = 1e-9  # forth and back by a symmetric method leaves rounding only: far below this, far above if it is not
 
 
 def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress: Tell) -> Result:
@@ -174,7 +167,6 @@ def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None,
             return Result(scene.verify(Path(folder) / "verify", progress=progress).summary)
     if x is None or step is None or duration is None:
         raise InvalidArgument("verify of a model needs the state x, step and duration")
-    limits = {"symmetry": _SYMMETRY, **(limits or {})}
     data, assembly = _scene_of(what, x, step, duration, method, None, limits, None, options)
     return _in_memory(data, assembly, True, progress)
 

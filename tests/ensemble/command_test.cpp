@@ -150,9 +150,9 @@ TEST_F(EnsembleCommand, SameBytesForAnyThreadsLanesPartsAndInterruptions) {
 TEST_F(EnsembleCommand, ACaseIsTheRunOfItsScene) {
   write("cases.csv",
         "initial.joints.shoulder.position,initial.joints.elbow.velocity\n# two\n0.25,1.5\n-1,0\n");
-  // Every tenth step is recorded: a run looks at no others between, as a case never does.
+  // Every 16th step is recorded: a run looks at no others between, as a case never does.
   std::string often(head);
-  often.replace(often.find("record_every = 0.5"), 18, "record_every = 0.2");
+  often.replace(often.find("record_every = 0.5"), 18, "record_every = 0.32");
   write("scene.toml", often + "[ensemble]\ntable = \"cases.csv\"\n");
   const Ensemble e(scene::read_scene(scene()));
   std::vector<std::vector<double>> rows(2);

@@ -347,7 +347,9 @@ TEST(Event, AnglesWithAllTheirTurns) {
     phs::State s(pendulum.description(), {0, 3});
     const EventResult r = run.run_to(s, 30);
     EXPECT_EQ(r.event, all ? 0 : -1);
-    if (all) EXPECT_NEAR(s.x[0] + phs::two_pi_hi * double(s.turns[0]), 20, 1e-14);
+    if (all) {
+      EXPECT_NEAR(s.x[0] + phs::two_pi_hi * double(s.turns[0]), 20, 1e-14);
+    }
   }
 }
 

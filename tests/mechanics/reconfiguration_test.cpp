@@ -31,8 +31,7 @@ MechanismBuilder servicer_and_target(double mass = 400) {
   UrdfOptions o;
   o.base = UrdfOptions::Base::free;
   o.accept_unphysical_inertia = true;
-  auto parts =
-      read_urdf(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/ets_vii.urdf", o).parts;
+  auto parts = read_urdf(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", o).parts;
   parts.add(free_body("target", mass, {0.1, -0.2, 0.05}, 1.2));
   return parts;
 }

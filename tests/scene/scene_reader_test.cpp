@@ -104,11 +104,15 @@ TEST_F(SceneReader, DefaultsApplyWhereNothingIsSaid) {
   EXPECT_FALSE(s.verify.symmetry);
 }
 
-TEST_F(SceneReader, AnEmptyVerifyTableChecksNothing) {
+TEST_F(SceneReader, AnEmptyVerifyTableHasTheDefaults) {
   Lines l;
   l.rest = "[verify]";
-  const Limits v = read(l).verify;
-  EXPECT_FALSE(v.energy || v.linear_momentum || v.angular_momentum || v.quaternion_norm);
+  const Limits v = read(l).verify, none = default_limits(false);
+  EXPECT_TRUE(none.energy);
+  EXPECT_EQ(v.energy, none.energy);
+  EXPECT_EQ(v.linear_momentum, none.linear_momentum);
+  EXPECT_EQ(v.angular_momentum, none.angular_momentum);
+  EXPECT_EQ(v.quaternion_norm, none.quaternion_norm);
 }
 
 TEST_F(SceneReader, FilesThatCannotBeOpened) {
