@@ -95,13 +95,23 @@ class Beside {
       return cannot(name, "a controller is sampled: on the way back it would see other instants");
     if (scene_.orbit && !reversible(*scene_.orbit))
       return cannot(name, "drag and rods act by the velocity: backwards in time they would drive");
-    attempt(name, scene_.verify.symmetry.value_or(symmetry_limit),
-            [&] { return forth_and_back(); });
+    double limit = scene_.verify.symmetry.value_or(symmetry_limit);
+    attempt(name, limit, [&] {
+      const auto [off, of_rounding] = forth_and_back();
+      if (100 * of_rounding > limit) {
+        limit = 100 * of_rounding;
+        r_.notes.push_back(fmt::format(
+            "symmetry: the motion makes {:.2g} of one rounding at the turn, a hundred times that "
+            "is the limit",
+            of_rounding));
+      }
+      return off;
+    });
   }
 
  private:
   template <class F>
-  void attempt(const char* name, double limit, F value_of) {
+  void attempt(const char* name, const double& limit, F value_of) {
     try {
       const double value = value_of();
       r_.checks.push_back(
@@ -174,17 +184,27 @@ class Beside {
   }
 
   /// Steps with h and back with -h: how far from the start. Infinite if a step fails.
-  double forth_and_back() const {
+  struct Return {
+    double off;          ///< from the start
+    double of_rounding;  ///< what a rounding at the turn makes on the way back
+  };
+  Return forth_and_back() const {
     StateScale scale(a_.model->description());
     phs::State s = a_.initial;
-    const auto forth = make_integrator(scene_, *a_.model, scene_.step),
-               back = make_integrator(scene_, *a_.model, -scene_.step);
-    if (!forward(scale, *forth, s, steps_)) return HUGE_VAL;
+    const auto forth = make_integrator(scene_, *a_.model, scene_.step);
+    if (!forward(scale, *forth, s, steps_)) return {HUGE_VAL, 0};
     take_as_origin(s, scene_.step);
-    // A controlled method finds its steps again by what it knew.
-    if (!fixed_) back->restore(forth->memory());
-    if (!forward(scale, *back, s, steps_)) return HUGE_VAL;
-    return apart(scale, place(s), place(a_.initial));
+    phs::State rounded = s;
+    for (size_t k = 0; k < s.x.size(); ++k) rounded.x[k] *= 1 + (k % 2 ? 1 : -1) * 0x1p-52;
+    const auto come_back = [&](phs::State& from) {
+      const auto back = make_integrator(scene_, *a_.model, -scene_.step);
+      // A controlled method finds its steps again by what it knew.
+      if (!fixed_) back->restore(forth->memory());
+      return forward(scale, *back, from, steps_);
+    };
+    if (!come_back(s)) return {HUGE_VAL, 0};
+    const double off = apart(scale, place(s), place(a_.initial));
+    return {off, come_back(rounded) ? apart(scale, place(rounded), place(s)) : 0};
   }
 
   bool reversible(const OrbitScene& o) const {

@@ -28,7 +28,7 @@ std::vector<std::string> scenes() {
   const fs::path folder = fs::path(PORTHOS_SOURCE_DIR) / "examples";
   std::vector<std::string> found;
   for (const auto& file : fs::recursive_directory_iterator(folder))
-    if (file.path().extension() == ".toml")
+    if (file.path().extension() == ".toml" && file.path().parent_path().filename() != "columns")
       found.push_back(fs::relative(file.path(), folder).string());
   std::sort(found.begin(), found.end());
   return found;
