@@ -46,8 +46,8 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
     : Integrator(inner->declaration(), model, h, o),
       inner_(std::move(inner)),
       monitor_(std::move(monitor)),
-      before_(model.description(), std::vector<double>(n_)),
       scale_(model.description()),
+      before_(model.description(), std::vector<double>(n_)),
       works_sum_(model.description().powers.size()),
       x_(n_),
       stored_(model.description().storages.size()) {

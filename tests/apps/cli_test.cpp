@@ -123,7 +123,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --duration 0.001",
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
-       "porthos: there is no command 'walk', expected one of run, verify, judge, compare, ensemble, "
+       "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
+       "ensemble, "
        "report, "
        "plot, info, new, schema, completion, methods, actuators (see porthos --help)\n"},
       {"run swing/scene.toml --fast",
