@@ -124,9 +124,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, "
-       "report, "
-       "plot, info, new, schema, completion, methods, actuators (see porthos --help)\n"},
+       "ensemble, report, plot, info, new, schema, completion, methods, actuators (see porthos "
+       "--help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
       {"run", "porthos: SCENE is required (see porthos --help)\n"},
