@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mechanics/momentum.h"
-#include "scene/record_log.h"
-#include "scene/scene.h"
+#include "scene/run.h"
 
 namespace porthos::scene {
 namespace {
 
-void see(MomentumRow& row, bool first, double value) {
+constexpr double standard_gravity = 9.80665;  // [m/s²], of a specific impulse
+
+void see_momentum(MomentumRow& row, bool first, double value) {
   if (first) row.start = value;
   row.end = value;
   row.largest = std::max(row.largest, std::fabs(value));
@@ -18,115 +18,101 @@ void see(MomentumRow& row, bool first, double value) {
 
 }  // namespace
 
-std::vector<MomentumRow> wheel_momentum(const Scene& scene, const Assembly& assembly,
-                                        const std::filesystem::path& log) {
-  std::vector<MomentumRow> rows;
-  if (!assembly.mechanism) return rows;
+MomentumBooks::MomentumBooks(const Scene& scene, const Assembly& assembly,
+                             const RecordLayout& layout)
+    : scene_(scene), assembly_(assembly), layout_(layout), turns_(layout.turns) {
+  if (!assembly.mechanism) return;
   const auto& m = *assembly.mechanism;
-  const size_t nq = size_t(m.nq());
-  std::vector<size_t> at;  // of each wheel's momentum in the state
+  const auto add_wheel = [&](const std::string& joint) {
+    wheels_.push_back({joint});
+    wheel_at_.push_back(size_t(m.nq()) + size_t(m.coordinate(joint).q));
+  };
+  for (const Element& e : scene.elements) {
+    if (e.wheel_gain) add_wheel(e.joint);
+    if (e.gimbal && !e.wheel_gain) add_wheel(e.gimbal->wheel);
+    if (e.thruster) given_.rows.push_back({.name = e.name, .type = "thruster"});
+  }
+  if (!wheels_.empty()) wheels_.push_back({"total"});
   for (const Element& e : scene.elements)
-    if (e.wheel_gain) {
-      rows.push_back({e.joint});
-      at.push_back(nq + size_t(m.coordinate(e.joint).q));
-    } else if (e.gimbal) {
-      rows.push_back({e.gimbal->wheel});
-      at.push_back(nq + size_t(m.coordinate(e.gimbal->wheel).q));
-    }
-  if (rows.empty()) return rows;
-  rows.push_back({"total"});
-
-  const RecordLayout layout(assembly.model->description(), scene.extrema);
-  mechanics::Workspace<double> w(m);
-  RecordReader reader(log, layout);
-  std::vector<double> records;
-  std::vector<std::int64_t> turns(layout.turns);
-  bool first = true;
-  while (const size_t n = reader.read(records, 4096))
-    for (size_t i = 0; i < n; ++i, first = false) {
-      const auto record = std::span<const double>(records).subspan(i * layout.size());
-      const auto x = record.subspan(layout.x(), layout.nx);
-      turns_of(layout, record, turns);
-      w.set_turns(turns);
-      for (size_t k = 0; k < at.size(); ++k) see(rows[k], first, x[at[k]]);
-      const auto L = mechanics::momentum<double>(m, w, x.first(nq), x.subspan(nq, nq)).angular;
-      see(rows.back(), first, std::hypot(L.x, L.y, L.z));
-    }
-  return rows;
+    if (e.torquer) given_.rows.push_back({.name = e.name, .type = "torquer"});
+  if (any()) workspace_.emplace(m);
+  const auto& powers = assembly.model->description().powers;
+  const auto find = [&](const std::string& name) {
+    const auto known = [&](const auto& power) { return power.name == name; };
+    return size_t(std::find_if(powers.begin(), powers.end(), known) - powers.begin());
+  };
+  for (const ImpulseRow& row : given_.rows)
+    given_at_.push_back({find(row.name + ".impulse.x"), find(row.name + ".angular_impulse.x")});
 }
 
-Impulses impulses(const Scene& scene, const Assembly& assembly, const std::filesystem::path& log) {
-  constexpr double g0 = 9.80665;  // [m/s²], of a specific impulse
-  Impulses r;
-  std::vector<const space::Thruster*> thrusters;
-  for (const Element& e : scene.elements) {
-    if (e.thruster) r.rows.push_back({.name = e.name, .type = "thruster"});
-    if (e.thruster) thrusters.push_back(&*e.thruster);
-  }
-  for (const Element& e : scene.elements)
-    if (e.torquer) r.rows.push_back({.name = e.name, .type = "torquer"});
-  if (r.rows.empty()) return r;
-
-  const auto& d = assembly.model->description();
-  const auto find = [&](const std::string& name) {
-    for (size_t a = 0; a < d.powers.size(); ++a)
-      if (d.powers[a].name == name) return a;
-    return d.powers.size();
-  };
-  struct At {
-    size_t impulse, angular;
-  };
-  std::vector<At> at;
-  for (const auto& row : r.rows)
-    at.push_back({find(row.name + ".impulse.x"), find(row.name + ".angular_impulse.x")});
-
-  const auto& m = *assembly.mechanism;
+void MomentumBooks::see(std::span<const double> record) {
+  if (!any()) return;
+  const auto& m = *assembly_.mechanism;
   const size_t nq = size_t(m.nq());
-  const RecordLayout layout(d, scene.extrema);
-  mechanics::Workspace<double> w(m);
-  RecordReader reader(log, layout);
-  std::vector<double> records;
-  std::vector<std::int64_t> turns(layout.turns);
-  mechanics::Momentum<double> start{}, sum{};
-  double from = 0, to = 0, largest_P = 0, largest_L = 0;
-  bool first = true;
-  while (const size_t n = reader.read(records, 4096))
-    for (size_t i = 0; i < n; ++i, first = false) {
-      const auto record = std::span<const double>(records).subspan(i * layout.size());
-      to = record[layout.time()];
-      sum = {{0, 0, 0}, {0, 0, 0}};
-      for (size_t k = 0; k < at.size(); ++k)
-        for (int c = 0; c < 3; ++c) {
-          const double* works = &record[layout.work()];
-          auto& row = r.rows[k];
-          row.angular[size_t(c)] = works[at[k].angular + size_t(c)];
-          if (at[k].impulse < d.powers.size())
-            row.impulse[size_t(c)] = works[at[k].impulse + size_t(c)];
-          sum.linear[c] += row.impulse[size_t(c)], sum.angular[c] += row.angular[size_t(c)];
-        }
-      if (scene.orbit) continue;  // there the space ledgers keep this balance
-      const auto x = record.subspan(layout.x(), layout.nx);
-      turns_of(layout, record, turns);
-      w.set_turns(turns);
-      const auto now = mechanics::momentum<double>(m, w, x.first(nq), x.subspan(nq, nq));
-      if (first) start = now, from = to;
-      const auto left = [](const auto& a, const auto& b, const auto& given) {
-        return mechanics::norm((a - b) - given);
-      };
-      r.linear_left = std::max(r.linear_left, left(now.linear, start.linear, sum.linear));
-      r.angular_left = std::max(r.angular_left, left(now.angular, start.angular, sum.angular));
-      largest_P = std::max(largest_P, mechanics::norm(now.linear));
-      largest_L = std::max(largest_L, mechanics::norm(now.angular));
+  const auto x = record.subspan(layout_.x(), layout_.nx);
+  turns_of(layout_, record, turns_);
+  workspace_->set_turns(turns_);
+  const auto now = mechanics::momentum<double>(m, *workspace_, x.first(nq), x.subspan(nq, nq));
+  for (size_t k = 0; k < wheel_at_.size(); ++k) see_momentum(wheels_[k], first_, x[wheel_at_[k]]);
+  if (!wheels_.empty())
+    see_momentum(wheels_.back(), first_, std::hypot(now.angular.x, now.angular.y, now.angular.z));
+  if (!given_.rows.empty()) see_impulses(record, now);
+  first_ = false;
+}
+
+void MomentumBooks::see_impulses(std::span<const double> record,
+                                 const mechanics::Momentum<double>& now) {
+  const double* works = &record[layout_.work()];
+  to_ = record[layout_.time()];
+  mechanics::Momentum<double> sum{{0, 0, 0}, {0, 0, 0}};
+  for (size_t k = 0; k < given_at_.size(); ++k)
+    for (int c = 0; c < 3; ++c) {
+      auto& row = given_.rows[k];
+      row.angular[size_t(c)] = works[given_at_[k].angular + size_t(c)];
+      if (given_at_[k].impulse < layout_.powers)
+        row.impulse[size_t(c)] = works[given_at_[k].impulse + size_t(c)];
+      sum.linear[c] += row.impulse[size_t(c)];
+      sum.angular[c] += row.angular[size_t(c)];
     }
-  if (largest_P > 0) r.linear_left /= largest_P;
-  if (largest_L > 0) r.angular_left /= largest_L;
-  for (size_t k = 0; k < thrusters.size(); ++k) {
-    const auto& t = *thrusters[k];
-    r.rows[k].on_s = t.schedule.on_time(to) - t.schedule.on_time(from);
-    if (t.specific_impulse > 0)
-      r.rows[k].propellant_kg = r.rows[k].on_s * t.thrust / (t.specific_impulse * g0);
+  if (first_) {
+    start_ = now;
+    from_ = to_;
   }
-  return r;
+  if (scene_.orbit) return;  // there the space ledgers keep this balance
+  const auto left = [](const auto& a, const auto& b, const auto& given) {
+    return mechanics::norm((a - b) - given);
+  };
+  given_.linear_left = std::max(given_.linear_left, left(now.linear, start_.linear, sum.linear));
+  given_.angular_left =
+      std::max(given_.angular_left, left(now.angular, start_.angular, sum.angular));
+  largest_P_ = std::max(largest_P_, mechanics::norm(now.linear));
+  largest_L_ = std::max(largest_L_, mechanics::norm(now.angular));
+}
+
+void MomentumBooks::read(const std::filesystem::path& log) {
+  if (!any()) return;
+  RecordReader reader(log, layout_);
+  std::vector<double> records;
+  while (const size_t n = reader.read(records, 4096))
+    for (size_t i = 0; i < n; ++i)
+      see(std::span<const double>(records).subspan(i * layout_.size(), layout_.size()));
+}
+
+void MomentumBooks::fill(RunReport& report) const {
+  report.momentum = wheels_;
+  report.impulses = given_;
+  Impulses& r = report.impulses;
+  if (largest_P_ > 0) r.linear_left /= largest_P_;
+  if (largest_L_ > 0) r.angular_left /= largest_L_;
+  size_t k = 0;
+  for (const Element& e : scene_.elements) {
+    if (!e.thruster) continue;
+    ImpulseRow& row = r.rows[k++];
+    row.on_s = e.thruster->schedule.on_time(to_) - e.thruster->schedule.on_time(from_);
+    if (e.thruster->specific_impulse > 0)
+      row.propellant_kg =
+          row.on_s * e.thruster->thrust / (e.thruster->specific_impulse * standard_gravity);
+  }
 }
 
 }  // namespace porthos::scene
