@@ -20,6 +20,7 @@
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
+#include "scene/auto_method.h"
 #include "scene/compare.h"
 #include "scene/files.h"
 #include "scene/replot.h"
@@ -220,7 +221,14 @@ int ensemble_command(const Arguments& a) {
     throw InvalidArgument(
         fmt::format("--threads: threads is {}, expected 1 or more, or 0", a.threads));
   options.threads = a.threads;
-  const scene::Ensemble ensemble(scene::read_scene(a.scene));
+  const scene::Scene given = scene::read_scene(a.scene);
+#ifdef PORTHOS_MPI
+  if (given.method == scene::auto_method)
+    throw InvalidArgument(
+        "method = \"auto\" with mpirun: ranks share no folder to keep a choice in, expected the "
+        "method that porthos run chose");
+#endif
+  const scene::Ensemble ensemble(scene::with_method_kept(given, options.out));
   options.stop = &stop;
   Progress progress;
   stop_on_signals();

@@ -123,9 +123,10 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
   const std::string pictures =
       std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
   const char* page = has_page ? ", report.html" : "";
-  text += r.phases == 1 ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
-                        : fmt::format("results     {}/: summary.json; phase_1 … phase_{}: {}{}\n",
-                                      out, r.phases, pictures, has_page ? "; report.html" : "");
+  text += r.phases == 0 ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
+                        : fmt::format("results     {}/: summary.json; phase_1{}: {}{}\n", out,
+                                      r.phases > 1 ? fmt::format(" … phase_{}", r.phases) : "",
+                                      pictures, has_page ? "; report.html" : "");
   for (const auto& note : r.notes) text += "note        " + note + "\n";
   text += fmt::format("verdict     {}\n", verdict_word(r.verdict()));
   return text;

@@ -43,7 +43,7 @@ void simulate_batch(const phs::Model& model, const std::string& method, double s
     return stopped() ? nullptr : source();
   };
   // What a sampled controller holds belongs to the model: one run at a time.
-  const int threads = model.holds().empty() || o.own_models ? threads_of(o.threads) : 1;
+  const int threads = model.holds().empty() ? threads_of(o.threads) : 1;
   in_parallel(threads, threads, [&](int) {
     try {
       LaneTeam(model, method, step, o.method, o.lanes).work(next, stopped);

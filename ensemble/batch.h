@@ -29,8 +29,6 @@ class BatchRun {
 
   /// Called first, by the thread that runs it: the place for work that others need not wait for.
   virtual void prepare() {}
-  /// The method of a run that is not the batch's, or of another model, at its beginning; null: the batch's.
-  virtual integrators::Integrator* own_method() { return nullptr; }
   /// Energy through each of the model's powers in a step [J], after every step.
   virtual void booked(std::span<const double> works) { (void)works; }
   /// After every `every` steps and after the last. @return whether to go on
@@ -43,17 +41,16 @@ class BatchRun {
 using Source = std::function<std::unique_ptr<BatchRun>()>;
 
 struct BatchOptions {
-  int threads = 0;          ///< 0: as many as the machine has
-  bool lanes = true;        ///< off: one state at a time, the same bits (a control)
-  bool own_models = false;  ///< every run has a method of its own, of a model of its own
+  int threads = 0;    ///< 0: as many as the machine has
+  bool lanes = true;  ///< off: one state at a time, the same bits (a control)
   integrators::Options method = {};
   const std::atomic<bool>* stop = nullptr;  ///< set: runs at work are dropped without end()
 };
 
 /// Works through all runs of a source. A lane whose run has ended, early or not, takes the next one at once. Which runs
 /// share lanes and threads changes no bit of any of them. Memory: that of the runs at work.
-/// Methods without lanes, models with sampled controllers (on one thread, unless each run has its own) and runs with a method of their own go one state
-/// at a time, as does a run from the step on whose implicit equations need Newton's iteration.
+/// Methods without lanes and models with sampled controllers (on one thread) go one state at a time, as does a run from the
+/// step on whose implicit equations need Newton's iteration.
 /// @throws InvalidArgument as make_integrator, and for a run whose start or parameters have another size than the model's;
 ///   what a run's functions throw goes through after the other threads have stopped
 void simulate_batch(const phs::Model& model, const std::string& method, double step,

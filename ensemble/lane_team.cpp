@@ -76,21 +76,15 @@ void LaneTeam::work(const Source& next, const std::function<bool()>& stopped) {
 }
 
 bool LaneTeam::fill(int lane, const Source& next) {
-  for (;;) {
-    auto run = next();
-    if (!run) return false;
-    run->prepare();
-    if (run->own_method()) {
-      alone(*run, run->start, {});
-      continue;
-    }
-    check(*run);
-    const auto& p = run->parameters.empty() ? given_ : run->parameters;
-    for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i].set(lane, p[i]);
-    lanes_->load(lane, run->start, next_look(*run, run->start.step));
-    run_[size_t(lane)] = std::move(run);
-    return true;
-  }
+  auto run = next();
+  if (!run) return false;
+  run->prepare();
+  check(*run);
+  const auto& p = run->parameters.empty() ? given_ : run->parameters;
+  for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i].set(lane, p[i]);
+  lanes_->load(lane, run->start, next_look(*run, run->start.step));
+  run_[size_t(lane)] = std::move(run);
+  return true;
 }
 
 void LaneTeam::arrived(int lane) {
@@ -111,20 +105,19 @@ void LaneTeam::arrived(int lane) {
 void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) {
   std::unique_ptr<phs::TunedModel> tuned;
   std::unique_ptr<integrators::Integrator> made;
-  integrators::Integrator* method = r.own_method();
-  if (!method && r.steps > 0) {
+  if (r.steps > 0) {
     check(r);
     if (!r.parameters.empty()) tuned = std::make_unique<phs::TunedModel>(model_, r.parameters);
     const phs::Model& model = tuned ? static_cast<const phs::Model&>(*tuned) : model_;
-    made = integrators::make_integrator(method_, model, step_, options_), method = made.get();
+    made = integrators::make_integrator(method_, model, step_, options_);
     if (!memory.empty()) made->restore(memory);
   }
   Outcome o = Outcome::ok;
   bool more = memory.empty() ? tell(r, s, {}) : true;  // of a stuck lane's state it has been told
   while (more) {
     if (stopped_()) return;
-    if ((o = method->step(s)) != Outcome::ok) break;
-    more = tell(r, s, method->works());
+    if ((o = made->step(s)) != Outcome::ok) break;
+    more = tell(r, s, made->works());
   }
   r.end(s, o);
 }

@@ -22,7 +22,7 @@ class LaneTeam {
  private:
   using Lanes = integrators::LaneIntegrator::Lanes;
 
-  /// Puts the next run into a lane; those that lanes cannot take are run on the spot. @return whether there was one
+  /// Puts the next run into a lane. @return whether there was one
   bool fill(int lane, const Source& next);
   void check(const BatchRun& run) const;
   /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from the start).

@@ -67,7 +67,8 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
     signs_.push_back(a.kind == phs::PowerKind::supplied     ? 1
                      : a.kind == phs::PowerKind::dissipated ? -1
                                                             : 0);
-  if (monitor_.project) project_ = std::make_unique<EnergyProjection>(model);
+  if (monitor_.project)
+    project_ = std::make_unique<EnergyProjection>(model, monitor_.keeps ? *monitor_.keeps : model);
 }
 
 double EnergyMonitor::energy(const State& s) {

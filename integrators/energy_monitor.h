@@ -30,6 +30,9 @@ struct MonitorOptions {
   std::function<std::string(double t, std::span<const double> x)> watch = {};
   bool project =
       false;  ///< after each step, move the state to the energy the books predict, see EnergyProjection
+  /// Whose invariants a projection keeps, null: the model's own. Its state is the first numbers of the model's; it must
+  /// outlive the monitor. In orbit the internal motion keeps angular momentum between the kicks, the whole does not.
+  const phs::Model* keeps = nullptr;
 };
 
 struct MonitorReport {

@@ -13,8 +13,12 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-EnergyProjection::EnergyProjection(const phs::Model& model)
-    : invariants_(model), x_(size_t(model.description().nx)), e_(x_.size()), slope_(x_.size()) {
+EnergyProjection::EnergyProjection(const phs::Model& model, const phs::Model& keeps)
+    : invariants_(keeps),
+      n_kept_(size_t(keeps.description().nx)),
+      x_(size_t(model.description().nx)),
+      e_(x_.size()),
+      slope_(x_.size()) {
   for (const auto& b : model.description().blocks)
     for (int k = 0; b.momentum >= 0 && k < b.size; ++k) moving_.push_back(size_t(b.momentum + k));
   if (moving_.empty()) {
@@ -38,7 +42,8 @@ double EnergyProjection::direction(phs::System<double>& system) {
   size_t rank = 0;
   for (size_t i = 0; i < invariants_.count(); ++i) {  // Gram-Schmidt, twice for the rounding
     auto& v = basis_[rank];
-    invariants_(i, std::span<const double>(x_), std::span<double>(slope_));
+    invariants_(i, std::span<const double>(x_).first(n_kept_),
+                std::span<double>(slope_).first(n_kept_));
     for (size_t k = 0; k < v.size(); ++k) v[k] = slope_[moving_[k]];
     const double size = std::sqrt(dot(v, v));
     for (int twice = 0; twice < 2; ++twice)

@@ -15,8 +15,10 @@ namespace porthos::integrators {
 /// Source: projection onto an invariant manifold, Hairer, Lubich, Wanner 2006, IV.4.
 class EnergyProjection {
  public:
-  /// The model must outlive it.
-  explicit EnergyProjection(const phs::Model& model);
+  /// The models must outlive it.
+  /// @param keeps  declares the invariants; its state is the first numbers of the model's
+  EnergyProjection(const phs::Model& model, const phs::Model& keeps);
+  explicit EnergyProjection(const phs::Model& model) : EnergyProjection(model, model) {}
 
   /// H(state) = target [J], to the rounding of H. False, and the state as it was, if the energy is out of reach: no motion
   /// is left to take it from. Allocates nothing.
@@ -29,6 +31,7 @@ class EnergyProjection {
   double direction(phs::System<double>& system);
 
   InvariantGradients invariants_;
+  size_t n_kept_;  ///< size of their system's state
   std::vector<size_t> moving_;  ///< the numbers of the state that may move
   std::vector<double> x_, e_, d_, slope_;
   std::vector<std::vector<double>> basis_;  ///< orthonormal, of the invariants' slopes

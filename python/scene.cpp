@@ -11,11 +11,11 @@
 #include "python/bind.h"
 #include "python/keywords.h"
 #include "python/patience.h"
-#include "python/simulation.h"
 #include "report/report.h"
 #include "scene/compare.h"
 #include "scene/files.h"
 #include "scene/hdf5_reader.h"
+#include "scene/memory_run.h"
 
 namespace porthos::python {
 namespace {
@@ -50,10 +50,10 @@ py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bo
 /// The columns of a record log by the names they have in run.h5, as views of one array.
 class Columns {
  public:
-  explicit Columns(Simulation s) : layout_(s.layout) {
+  Columns(const RecordLayout& layout, std::vector<double> rows) : layout_(layout) {
     const size_t n = layout_.size();
-    count_ = py::ssize_t(s.rows.size() / n);
-    rows_ = as_array(std::move(s.rows), {count_, py::ssize_t(n)});
+    count_ = py::ssize_t(rows.size() / n);
+    rows_ = as_array(std::move(rows), {count_, py::ssize_t(n)});
   }
   py::dict named(const phs::Description& d) {
     const auto real = py::dtype::of<double>();
@@ -114,18 +114,29 @@ class Columns {
 };
 
 /// (summary.json, {name: (array, unit)}, states) of a run in memory.
-py::tuple run_in_memory(const Scene& s, const Assembly& a, bool check_symmetry, py::object tell) {
-  RunOptions o{.check_symmetry = check_symmetry};
-  std::optional<Simulation> done;
+py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, py::object tell) {
+  Scene s = given;
+  s.extrema = Extrema::none;  // the columns below have none
+  if (!s.events.empty() || s.orbit)
+    throw InvalidArgument(
+        "a scene with events or an orbit cannot run in memory, whose columns are those of one "
+        "mechanism: give it an `out` folder");
+  const RecordLayout layout(a.model->description(), s.extrema);
+  std::vector<double> rows;
+  const auto keep = [&](std::span<const double> row) {
+    rows.insert(rows.end(), row.begin(), row.end());
+  };
+  MemoryOptions o{.record = keep, .check_symmetry = check_symmetry};
+  std::string summary;
   Advance advance;
   patiently(
       [&](const std::atomic<bool>& stop) {
         attach(o, stop, advance);
-        done.emplace(simulate(s, a, o));
+        const RunReport r = run_in_memory(s, a, o);
+        if (!r.interrupted) summary = summary_json(s, a, r, r.final_state);
       },
       std::move(tell), &advance);
-  const std::string summary = done->summary;
-  Columns columns(std::move(*done));
+  Columns columns(layout, std::move(rows));
   const py::dict named = columns.named(a.model->description());
   return py::make_tuple(summary, named, columns.states());
 }
@@ -274,8 +285,8 @@ void bind_scene(py::module_& m) {
         arg("check_symmetry") = false, arg("tell") = py::none(),
         "Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with "
         "(fraction, spent, left).");
-  m.def("run_in_memory", &run_in_memory, arg("scene"), arg("assembly"),
-        arg("check_symmetry") = false, arg("tell") = py::none(),
+  m.def("run_in_memory", &in_memory, arg("scene"), arg("assembly"), arg("check_symmetry") = false,
+        arg("tell") = py::none(),
         "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "
         "run.h5.");
   m.def("compare_methods", &compare_methods, arg("scene"), arg("assembly"), arg("methods"),

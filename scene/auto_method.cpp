@@ -1,17 +1,21 @@
 #include "scene/auto_method.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <random>
 #include <vector>
 
+#include "scene/files.h"
 #include "scene/lyapunov.h"
 #include "scene/steps.h"
 #include "scene/trial.h"
 
 namespace porthos::scene {
+namespace fs = std::filesystem;
 namespace {
 
 using integrators::Claim;
@@ -203,6 +207,30 @@ Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene) {
     if (name == "choice") s.choice = value;
   }
   if (s.choice.empty()) s.choice = "left to auto";  // the run was not: the difference names it
+  return s;
+}
+
+Scene with_method_kept(const Scene& scene, const fs::path& out) {
+  if (scene.method != auto_method) return scene;
+  const fs::path folder = out / "parts" / "choice";
+  if (!has_checkpoint(folder)) {
+    const Scene chosen = with_method_chosen(scene, assemble(scene));
+    const fs::path own =
+        folder.string() + fmt::format(".{}.{:08x}", getpid(), std::random_device{}());
+    make_folder(own);
+    Checkpoint c;
+    c.fingerprint = fingerprint(chosen);
+    write_checkpoint(own, c);
+    // Whoever is first wins: a folder with something in it is not replaced.
+    std::error_code taken;
+    fs::rename(own, folder, taken);
+    if (taken) fs::remove_all(own);
+  }
+  const Checkpoint kept = read_checkpoint(folder);
+  const Scene s = with_method_of(kept, scene);
+  if (const auto changes = difference(kept.fingerprint, fingerprint(s)); !changes.empty())
+    throw InvalidArgument(fmt::format("the method kept in {} was chosen for another ensemble: {}",
+                                      folder.string(), changes));
   return s;
 }
 

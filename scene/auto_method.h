@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <string>
 
 #include "scene/checkpoint.h"
@@ -20,5 +21,10 @@ Scene with_method_chosen(const Scene& scene, const Assembly& assembly);
 
 /// The same with the choice of a run that is to be continued.
 Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene);
+
+/// The same where many processes run cases of one scene into a folder, perhaps on different machines: the
+/// choice is made once, kept in folder/parts/choice, and every process goes by it.
+/// @throws InvalidArgument as with_method_chosen(); for a choice that was made for another scene
+Scene with_method_kept(const Scene& scene, const std::filesystem::path& folder);
 
 }  // namespace porthos::scene

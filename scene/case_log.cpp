@@ -4,11 +4,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <bit>
 #include <cerrno>
 #include <string>
 
-#include "integrators/integrator.h"
 #include "phs/error.h"
 #include "scene/files.h"
 
@@ -30,31 +28,7 @@ std::string line_of(std::FILE* f) {
   return line;
 }
 
-std::uint64_t digest_of(std::span<const double> words) {
-  std::uint64_t d = 0xcbf29ce484222325u;
-  for (const double w : words) {
-    d = (d ^ std::bit_cast<std::uint64_t>(w)) * 0x100000001b3u;
-    d ^= d >> 29;
-  }
-  return d;
-}
-
 }  // namespace
-
-CaseLayout::CaseLayout(size_t columns_, const phs::Description& d)
-    : columns(columns_), nx(size_t(d.nx)), turns(0) {
-  for (const auto& b : d.blocks) turns += b.kind == phs::BlockKind::angle;
-}
-void CaseLayout::seal(std::span<double> row) const {
-  row[digest()] = std::bit_cast<double>(digest_of(row.first(digest())));
-}
-bool CaseLayout::sound(std::span<const double> row) const {
-  return std::bit_cast<std::uint64_t>(row[digest()]) == digest_of(row.first(digest()));
-}
-
-const char* case_status(int status) {
-  return status == case_refused ? "refused" : to_string(integrators::Outcome(status));
-}
 
 CaseLog::CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
                  const NamedTexts& fingerprint)

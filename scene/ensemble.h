@@ -28,9 +28,12 @@ class Ensemble {
   const Assembly& assembly() const { return assembly_; }
   const EnsembleScene& cases() const { return cases_; }
   const CaseSampler& sampler() const { return sampler_; }
+  const StateColumns& state_columns() const { return state_columns_; }
   const CaseLayout& layout() const { return layout_; }
-  /// Whether all cases are of one model, so that they may share lanes.
+  /// Whether all cases are of one model, which they share: they differ in their start alone.
   bool one_model() const { return one_model_; }
+  /// Whether the cases may share lanes. The others are run as `porthos run` runs them, one to a thread.
+  bool in_lanes() const { return in_lanes_; }
   /// What must agree for a log of cases to be continued, or to be joined.
   NamedTexts identity() const;
 
@@ -46,12 +49,16 @@ class Ensemble {
             const WorkOptions& options) const;
 
  private:
+  void work_alone(const std::function<std::int64_t()>& next,
+                  const std::function<void(std::span<const double>)>& done,
+                  const WorkOptions& options) const;
   Scene scene_;
   Assembly assembly_;
   EnsembleScene cases_;
   CaseSampler sampler_;
+  StateColumns state_columns_;
   CaseLayout layout_;
-  bool one_model_;
+  bool one_model_, in_lanes_;
 };
 
 /// Part k of n, from 1: the cases whose index leaves the rest k - 1 when divided by n.
@@ -106,11 +113,19 @@ struct Spread {
   std::int64_t worst = -1;  ///< the case of the largest
 };
 
+/// An event over the cases.
+struct EventSpread {
+  std::string name;
+  std::int64_t happened = 0;  ///< in so many cases
+  Spread time;                ///< of those [s]
+};
+
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
   std::int64_t not_judged = 0;                   ///< none of their checks tells of the motion
   std::map<std::string, std::int64_t> failures;  ///< cases that did not run to their end, by why
-  Spread energy, linear, angular;  ///< of the cases that did: relative errors, maxima over the run
+  Spread energy, linear, angular;   ///< of the cases that did: relative errors, maxima over the run
+  std::vector<EventSpread> events;  ///< as the scene has them, in all cases
   std::vector<std::int64_t> not_passed;        ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;

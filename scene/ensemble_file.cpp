@@ -19,16 +19,14 @@ using Kind = Hdf5File::Kind;
 
 constexpr std::int64_t rows_at_once = 4096;  // a chunk of the file
 
-/// Names of the state numbers: "joint_1", "base.attitude[0]", … and "p(joint_1)" of the conjugate ones.
-std::string state_names(const phs::Description& d) {
-  std::vector<std::string> names(size_t(d.nx), "");
-  for (const auto& b : d.blocks)
-    for (int i = 0; i < b.size; ++i) {
-      const std::string one = b.size == 1 ? b.name : fmt::format("{}[{}]", b.name, i);
-      names[size_t(b.at + i)] = one;
-      if (b.momentum >= 0) names[size_t(b.momentum + i)] = fmt::format("p({})", one);
-    }
+std::string lines(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(names, "\n"));
+}
+
+std::vector<std::string> event_names(const Scene& s) {
+  std::vector<std::string> names;
+  for (const Event& e : s.events) names.push_back(text(e));
+  return names;
 }
 
 /// A dataset and the numbers of a row it is filled from.
@@ -56,6 +54,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
   file.text("provenance/scene", s.text), file.text("provenance/model", s.urdf_text);
   if (!e.cases().table_text.empty()) file.text("provenance/table", e.cases().table_text);
   file.group("final");
+  if (l.events > 0) file.group("events");
   {
     std::vector<Column> columns;
     const auto add = [&](const char* name, size_t first, size_t count, Kind kind, const char* unit,
@@ -67,9 +66,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
       if (!names.empty()) columns.back().data.attribute("columns", names);
     };
     using enum Kind;
-    const phs::Description& d = e.assembly().model->description();
-    add("inputs", l.inputs, l.columns, real, "",
-        fmt::format("{}", fmt::join(e.cases().column_names(), "\n")));
+    add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
     add("status", l.status, 1, integer, "1"), add("steps", l.steps, 1, integer, "1");
     add("passed", l.passed, 1, integer, "1");
     add("energy_error", l.energy, 1, real, "1");
@@ -80,12 +77,13 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
     add("linear_momentum_error", l.linear, 1, real, "1");
     add("angular_momentum_error", l.angular, 1, real, "1");
     add("quaternion_norm_error", l.quaternion, 1, real, "1");
-    add("final/x", l.x(), l.nx, real, "", state_names(d));
-    add("final/low_words", l.low(), l.nx, real, "", state_names(d));
-    std::string angles;
-    for (const auto& b : d.blocks)
-      if (b.kind == phs::BlockKind::angle) angles += (angles.empty() ? "" : "\n") + b.name;
-    add("final/turns", l.turn(), l.turns, integer, "1", angles);
+    const std::string numbers = lines(e.state_columns().numbers());
+    add("final/x", l.x(), l.nx, real, "", numbers);
+    add("final/low_words", l.low(), l.nx, real, "", numbers);
+    add("final/turns", l.turn(), l.turns, integer, "1", lines(e.state_columns().angles()));
+    const std::string events = lines(event_names(s));
+    add("events/time", l.event_time(), l.events, real, "s", events);
+    add("events/dissipated", l.event_loss(), l.events, real, "J", events);
 
     std::vector<double> rows(size_t(rows_at_once) * l.size()), reals;
     std::vector<std::int64_t> integers;
@@ -130,10 +128,13 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   const CaseLayout& l = e.layout();
   r.cases = e.cases().cases, r.done = store.done();
   std::vector<std::pair<double, std::int64_t>> energy, linear, angular;
+  std::vector<std::vector<std::pair<double, std::int64_t>>> times(l.events);
   std::vector<double> row(l.size());
   for (std::int64_t i = 0; i < r.cases; ++i) {
     if (!store.has(i)) continue;
     store.read(i, row);
+    for (size_t k = 0; k < l.events; ++k)
+      if (const double at = row[l.event_time() + k]; !std::isnan(at)) times[k].emplace_back(at, i);
     const int status = int(integer(row[l.status]));
     if (status != 0) {
       ++r.failures[case_status(status)];
@@ -149,6 +150,9 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
       r.not_passed.push_back(i);
   }
   r.energy = spread_of(energy), r.linear = spread_of(linear), r.angular = spread_of(angular);
+  const auto names = event_names(e.scene());
+  for (size_t k = 0; k < l.events; ++k)
+    r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
   return r;
 }
 
@@ -179,6 +183,9 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
     if (i.name == "linear_momentum") j["linear_momentum_error"] = json_of(r.linear);
     if (i.name == "angular_momentum") j["angular_momentum_error"] = json_of(r.angular);
   }
+  for (const EventSpread& event : r.events)
+    j["events"].push_back(
+        {{"event", event.name}, {"happened", event.happened}, {"time_s", json_of(event.time)}});
   Json not_passed = Json::array();
   std::vector<double> row(l.size());
   const auto names = e.cases().column_names();
@@ -186,11 +193,14 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
     store.read(i, row);
     Json inputs = Json::object();
     for (size_t k = 0; k < names.size(); ++k) inputs[names[k]] = row[l.inputs + k];
-    not_passed.push_back({{"case", i},
-                          {"status", case_status(int(integer(row[l.status])))},
-                          {"steps", integer(row[l.steps])},
-                          {"energy_error", row[l.energy]},
-                          {"inputs", inputs}});
+    Json one = {{"case", i},
+                {"status", case_status(int(integer(row[l.status])))},
+                {"steps", integer(row[l.steps])},
+                {"energy_error", row[l.energy]},
+                {"inputs", inputs}};
+    for (size_t k = 0; k < l.events; ++k)
+      if (std::isnan(row[l.event_time() + k])) one["never_happened"].push_back(r.events[k].name);
+    not_passed.push_back(one);
   }
   j["first_not_passed"] = not_passed;
   return j.dump(2) + "\n";

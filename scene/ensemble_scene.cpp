@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "ensemble/random.h"
+#include "scene/auto_method.h"
 #include "scene/files.h"
-#include "scene/steps.h"
 #include "scene/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -54,7 +54,11 @@ class EnsembleReader {
              "vary, or table");
     const Table t(file_, *node->as_table(), "[ensemble]", "",
                   {"cases", "seed", "sampling", "vary", "table"});
-    check_scene(t);
+    if (scene_.method == auto_method)
+      refuse(
+          t.where(),
+          "[ensemble] is given with method = \"auto\", which chooses once for all cases: expected "
+          "a scene whose method has been chosen (with_method_kept)");
     if (t.has("table")) {
       for (const char* key : {"cases", "seed", "sampling", "vary"})
         if (t.has(key)) t.fail(key, "is given besides a table of cases, expected one of both");
@@ -67,23 +71,6 @@ class EnsembleReader {
   }
 
  private:
-  /// What an ensemble does not run.
-  void check_scene(const Table& t) const {
-    const char* has = !scene_.events.empty()    ? "an [[event]]"
-                      : scene_.monitor          ? "a [monitor]"
-                      : scene_.method == "auto" ? "method = \"auto\", whose choice depends on the "
-                                                  "machine,"
-                      : scene_.step_control != integrators::StepControl::fixed ? "a step_control"
-                                                                               : nullptr;
-    if (has) refuse(t.where(), fmt::format("[ensemble] is given with {}, expected none", has));
-    if (const Steps steps = steps_of(scene_); steps.last > 0)
-      refuse(
-          t.where(),
-          fmt::format("[ensemble] takes steps of one size, but duration is {:g} s, {:g} steps of "
-                      "{:g} s: expected a whole number of them",
-                      steps.duration, steps.duration / steps.size, steps.size));
-  }
-
   void sample(const Table& t) {
     t.require("cases", "how many runs there are, or a table of them");
     e_.cases = std::int64_t(t.whole("cases"));

@@ -10,6 +10,7 @@
 #include "scene/auto_method.h"
 #include "scene/checkpoint.h"
 #include "scene/files.h"
+#include "scene/pace.h"
 #include "scene/phases.h"
 #include "scene/results.h"
 #include "scene/verdict.h"
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using integrators::Outcome;
-using Clock = std::chrono::steady_clock;
+using Clock = Pace::Clock;
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -31,26 +32,6 @@ double cpu_now() {
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
-
-/// Says when to look at the clock: every so many steps that about a hundredth of a second lies
-/// between.
-class Pace {
- public:
-  bool due() {
-    if (--left_ > 0) return false;
-    const double passed = since(last_);
-    last_ = Clock::now();
-    every_ = passed < 0.005  ? std::min(2 * every_, 1 << 20)
-             : passed > 0.02 ? std::max(1, every_ / 2)
-                             : every_;
-    left_ = every_;
-    return true;
-  }
-
- private:
-  int every_ = 1, left_ = 1;
-  Clock::time_point last_ = Clock::now();
-};
 
 fs::path checkpoint_folder(const std::string& out) { return fs::path(out) / "checkpoint"; }
 

@@ -70,7 +70,7 @@ struct RunReport {
   integrators::Outcome outcome = integrators::Outcome::ok;
   std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
   int until = -1;       ///< which of RunOptions::until ended it, -1: none
-  int phases = 1;       ///< runs between events, see phases.h
+  int phases = 0;       ///< runs between events, see phases.h; 0: a scene without any
   bool interrupted = false;
   phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
   std::vector<double>

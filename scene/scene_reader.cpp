@@ -347,10 +347,6 @@ class Reader {
       refuse(where, "[orbit] is given with method = \"auto\", expected a method");
     if (s_.step_control != integrators::StepControl::fixed)
       refuse(where, "[orbit] is given with a step_control, expected a fixed step");
-    if (s_.monitor && s_.monitor->project)
-      refuse(where,
-             "[orbit] is given with a [monitor] that projects: it holds momenta that are "
-             "invariants, and in orbit the angular momentum is none; expected limits alone");
   }
 
   void monitor(const Table& t) {

@@ -52,8 +52,10 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
 std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
   auto method = make_integrator(scene_, *assembly_.model, scene_.step);
   if (!scene_.monitor) return method;
+  integrators::MonitorOptions options = *scene_.monitor;
+  if (assembly_.spacecraft) options.keeps = &assembly_.spacecraft->internal();
   return std::make_unique<integrators::EnergyMonitor>(std::move(method), *assembly_.model,
-                                                      scene_.step, *scene_.monitor);
+                                                      scene_.step, std::move(options));
 }
 
 /// What stops the run at an instant, or takes it from one back to whole steps.

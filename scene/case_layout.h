@@ -1,0 +1,69 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanics/reconfiguration.h"
+#include "phs/state.h"
+#include "phs/system.h"
+
+namespace porthos::scene {
+
+/// Where the numbers of a last state go, by their names: "elbow", "p(elbow)", "base.attitude[0]".
+///
+/// A case whose mechanism changes ends in one of several. There is a column for every number that any
+/// of them has, those of the start first: so that a name means the same in every case, whatever
+/// happened in it.
+class StateColumns {
+ public:
+  /// @param models  the systems a case may end in, that of the start first
+  explicit StateColumns(std::span<const std::shared_ptr<const phs::Model>> models);
+
+  const std::vector<std::string>& numbers() const { return numbers_; }
+  const std::vector<std::string>& angles() const { return angles_; }
+
+  /// Puts a state in its columns; a column that its system has no number for becomes NaN (turns: 0).
+  /// @throws InvalidArgument for a number that has no column
+  void put(const phs::Description& d, const phs::State& s, std::span<double> x,
+           std::span<double> lo, std::span<std::int64_t> turns) const;
+  /// A joint that is locked keeps its position; it has no momentum.
+  void put_locked(const std::string& joint, const mechanics::LockedJoint& at, std::span<double> x,
+                  std::span<double> lo, std::span<std::int64_t> turns) const;
+
+ private:
+  std::vector<std::string> numbers_, angles_;
+  std::map<std::string, size_t> number_at_, angle_at_;
+};
+
+/// What is kept of a case of an ensemble: a row of 8-byte numbers, integers by their bits, the last a
+/// digest of the others.
+struct CaseLayout {
+  size_t columns, nx, turns, events;
+  CaseLayout(size_t columns_, const StateColumns& state, size_t events_);
+
+  static constexpr size_t index = 0, status = 1, steps = 2, passed = 3;  // integers
+  static constexpr size_t energy_initial = 4, energy_scale = 5, energy_abs = 6, energy = 7,
+                          energy_rms = 8, linear = 9, angular = 10, quaternion = 11;
+  static constexpr size_t inputs = 12;
+  size_t x() const { return inputs + columns; }
+  size_t low() const { return x() + nx; }
+  size_t turn() const { return low() + nx; }  ///< integers
+  /// When each event happened [s] and what it dissipated [J]; NaN: it never did.
+  size_t event_time() const { return turn() + turns; }
+  size_t event_loss() const { return event_time() + events; }
+  size_t digest() const { return event_loss() + events; }
+  size_t size() const { return digest() + 1; }
+
+  /// Completes a row by its digest.
+  void seal(std::span<double> row) const;
+  bool sound(std::span<const double> row) const;
+};
+
+/// How a case ended: an integrators::Outcome, that it could not begin, or that an event could not be.
+inline constexpr int case_refused = 4, case_event_refused = 5;
+const char* case_status(int status);
+
+}  // namespace porthos::scene

@@ -1,0 +1,74 @@
+#include "scene/memory_run.h"
+
+#include "scene/auto_method.h"
+#include "scene/cpu_clock.h"
+#include "scene/pace.h"
+#include "scene/verdict.h"
+
+namespace porthos::scene {
+namespace {
+
+using Clock = Pace::Clock;
+
+/// A run of one mechanism, by a method that is stated.
+RunReport run_one(const Scene& scene, const Assembly& assembly,
+                  const std::vector<integrators::Event>& until, const MemoryOptions& o) {
+  const auto wall = Clock::now();
+  const double cpu = thread_cpu_now();
+  const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
+  MomentumBooks momenta(scene, assembly,
+                        RecordLayout(assembly.model->description(), scene.extrema));
+  RecordSink record = o.record;
+  if (momenta.any())
+    record = [&](std::span<const double> row) {
+      momenta.see(row);
+      if (o.record) o.record(row);
+    };
+  WatchedRun run(scene, assembly, until, record);
+  bool interrupted = false;
+  Pace pace;
+  double told = 0;
+  for (run.begin(); run.goes_on(); run.step()) {
+    interrupted = o.stop && o.stop->load(std::memory_order_relaxed);
+    if (interrupted) break;
+    if (!o.progress || !pace.due() || spent() - told < 0.25) continue;
+    told = spent();
+    const double done = run.fraction();
+    if (done > 0) o.progress(done, told, told * (1 - done) / done);
+  }
+  RunReport r = run.report();
+  r.interrupted = interrupted;
+  r.cpu_s = thread_cpu_now() - cpu;
+  r.wall_s = spent();
+  run.add_notes(r);
+  if (interrupted) return r;
+  momenta.fill(r);
+  run.judge(r);
+  if (o.beside) judge_beside(r, scene, assembly, o.check_symmetry);
+  return r;
+}
+
+RunReport run_chosen(const Scene& scene, const Assembly& assembly,
+                     const std::vector<integrators::Event>& until, const MemoryOptions& o) {
+  if (scene.method != auto_method) return run_one(scene, assembly, until, o);
+  return run_one(with_method_chosen(scene, assembly), assembly, until, o);
+}
+
+}  // namespace
+
+RunReport run_in_memory(PhaseSequence& phases, const MemoryOptions& o) {
+  MemoryOptions of_phase = o;
+  of_phase.progress = {};
+  while (const Phase* p = phases.next())
+    phases.done(run_chosen(p->scene, p->assembly, p->until, of_phase));
+  return phases.finish();
+}
+
+RunReport run_in_memory(const Scene& scene, const Assembly& assembly, const MemoryOptions& o) {
+  if (scene.events.empty()) return run_chosen(scene, assembly, {}, o);
+  (void)rehearse(scene, assembly);
+  PhaseSequence phases(scene, assembly);
+  return run_in_memory(phases, o);
+}
+
+}  // namespace porthos::scene
