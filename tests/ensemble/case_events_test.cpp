@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "scene/auto_method.h"
 #include "scene/ensemble.h"
 #include "scene/hdf5_reader.h"
 #include "tests/run/scenes.h"
@@ -236,9 +237,36 @@ TEST_F(CaseEvents, MonitorsAct) {
               repeats.energy.quantiles[6]);
   EXPECT_LT(repeats.energy.quantiles[6], 0.1 * without);
   const auto stops = largest("[monitor]\nstep_limit = 1e-11\naction = \"stop\"\n");
-  EXPECT_GT(stops.failures.at("failed"), 0);
-  EXPECT_EQ(stops.passed + stops.failures.at("failed"), 24);
+  EXPECT_GT(stops.failures.at("the method gave up"), 0);
+  EXPECT_EQ(stops.passed + stops.failures.at("the method gave up"), 24);
   EXPECT_TRUE(largest("").failures.empty()) << "control";
+}
+
+// "auto" chooses once for all parts: who comes later goes by the choice that is kept.
+TEST_F(CaseEvents, AutoChoosesOnceForAllParts) {
+  std::string text = arms(vary);
+  text.replace(text.find("gauss8"), 6, "auto");
+  const auto s = scene::read_scene(put(text));
+  EXPECT_TRUE(says(refusal([&] { Ensemble{s}; }), "which chooses once for all cases"));
+  const fs::path out = folder_ / "auto";
+  const auto first = scene::with_method_kept(s, out), second = scene::with_method_kept(s, out);
+  EXPECT_NE(first.method, "auto");
+  EXPECT_FALSE(first.choice.empty());
+  EXPECT_EQ(first.choice, second.choice);  // it tells CPU seconds: another choice is another text
+  EXPECT_EQ(Ensemble(first).identity(), Ensemble(second).identity());
+  for (const int k : {1, 2})
+    (void)run_ensemble(Ensemble(scene::with_method_kept(s, out)),
+                       {.out = out.string(), .part = {k, 2}, .threads = 1});
+  const auto r =
+      run_ensemble(Ensemble(scene::with_method_kept(s, out)), {.out = out.string(), .join = true});
+  EXPECT_TRUE(r.complete);
+  EXPECT_EQ(r.passed, 24);
+  EXPECT_FALSE(fs::exists(out / "parts")) << "the choice goes with the logs";
+  // Control: another scene is another choice.
+  (void)scene::with_method_kept(s, out);
+  const auto other = scene::read_scene(put("# edited\n" + text));
+  EXPECT_TRUE(says(refusal([&] { scene::with_method_kept(other, out); }),
+                   "was chosen for another ensemble: the scene file has changed"));
 }
 
 // The duration asked for is that of every case.

@@ -244,6 +244,22 @@ std::string gyro() {
          "300.0\nprofile = { times = [0, 5, 10, 15, 20], values = [0, 0.04, 0.06, 0.02, 0] }\n";
 }
 
+// An event does not count a burn twice: each phase has its own seconds, in orbit as in free space.
+TEST(CraftParts, ABurnBeforeAnEventIsCountedOnce) {
+  for (const char* place : {"[orbit]\naltitude = 550e3\n", ""}) {
+    TemporaryFolder folder;
+    const auto s = made(folder, bus_urdf(),
+                        head() + place + jet + "switches = [100.0, 200.0]\n" +
+                            "[[event]]\nat = 300.0\ntype = \"lock\"\njoint = \"wheel_x\"\n" +
+                            tail(10, 600, "quaternion_norm = 1e-12\n"));
+    const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+    EXPECT_EQ(r.phases, 2);
+    ASSERT_EQ(r.impulses.rows.size(), 1u);
+    EXPECT_NEAR(r.impulses.rows[0].on_s, 100, 1e-9) << place;
+    EXPECT_NEAR(r.impulses.rows[0].propellant_kg, 100 * 2 / (220 * 9.80665), 1e-12);
+  }
+}
+
 TEST(CraftParts, ControlMomentGyroKeepsItsWheelAndTheTotal) {
   TemporaryFolder folder;
   const auto s = made(folder, gyro_urdf(),
