@@ -251,7 +251,7 @@ TEST(CraftParts, ABurnBeforeAnEventIsCountedOnce) {
     const auto s = made(folder, bus_urdf(),
                         head() + place + jet + "switches = [100.0, 200.0]\n" +
                             "[[event]]\nat = 300.0\ntype = \"lock\"\njoint = \"wheel_x\"\n" +
-                            tail(10, 600, "quaternion_norm = 1e-12\n"));
+                            tail(1, 400, "quaternion_norm = 1e-12\n"));
     const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
     EXPECT_EQ(r.phases, 2);
     ASSERT_EQ(r.impulses.rows.size(), 1u);
