@@ -221,7 +221,7 @@ int ensemble_command(const Arguments& a) {
     throw InvalidArgument(
         fmt::format("--threads: threads is {}, expected 1 or more, or 0", a.threads));
   options.threads = a.threads;
-  const scene::Scene given = scene::read_scene(a.scene);
+  const scene::Scene given = read(a);
 #ifdef PORTHOS_MPI
   if (given.method == scene::auto_method)
     throw InvalidArgument(

@@ -39,12 +39,16 @@ void add_results(CLI::App* c, Arguments& a, const char* default_out,
   c->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
-void add_overrides(CLI::App* c, Arguments& a) {
-  c->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
+void add_numbers(CLI::App* c, Arguments& a) {
   c->add_option("--method", a.method, "instead of the scene's, see: porthos methods")
       ->type_name("M");
   c->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
   c->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
+}
+
+void add_overrides(CLI::App* c, Arguments& a) {
+  c->add_flag("--resume", a.resume, "continue from the checkpoint in the results folder");
+  add_numbers(c, a);
 }
 
 void add_commands(CLI::App& app, Arguments& a) {
@@ -84,6 +88,7 @@ void add_commands(CLI::App& app, Arguments& a) {
                                      "porthos ensemble examples/ensemble/scene.toml --threads 2");
   ensemble->add_option("--out", a.out, "results folder [results/<name of the scene>]")
       ->type_name("DIR");
+  add_numbers(ensemble, a);
   ensemble->add_flag("--json", a.json, "print ensemble.json instead of the table");
   ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
   ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");

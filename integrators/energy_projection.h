@@ -31,7 +31,7 @@ class EnergyProjection {
   double direction(phs::System<double>& system);
 
   InvariantGradients invariants_;
-  size_t n_kept_;  ///< size of their system's state
+  size_t n_kept_;               ///< size of their system's state
   std::vector<size_t> moving_;  ///< the numbers of the state that may move
   std::vector<double> x_, e_, d_, slope_;
   std::vector<std::vector<double>> basis_;  ///< orthonormal, of the invariants' slopes

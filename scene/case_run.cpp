@@ -82,9 +82,8 @@ class CaseRow {
 /// The scene of a case: that of the ensemble, as it was read, with the numbers of the case.
 Scene scene_of(const Ensemble& e, std::span<const double> values) {
   const Scene& nominal = e.scene();
-  Scene s = read_variation(nominal.path, nominal.text, e.sampler().replacements(values));
-  s.urdf_text = nominal.urdf_text;  // should the file have been edited meanwhile
-  s.method = nominal.method;        // which may be auto's choice
+  Scene s = read_variation(nominal, e.sampler().replacements(values));
+  s.method = nominal.method;  // which auto or the command line may have chosen, as what follows
   s.step = nominal.step;
   s.duration = nominal.duration;
   s.verify = nominal.verify;

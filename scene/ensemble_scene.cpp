@@ -186,7 +186,7 @@ class EnsembleReader {
     const double middle[3] = {0.5, 0.5, 0.5};
     if (e_.rows.empty()) q.distribution.at(middle, r.values.data());
     try {
-      const Scene s = read_variation(scene_.path, scene_.text, std::span(&r, 1));
+      const Scene s = read_variation(scene_, std::span(&r, 1));
       is_of_start(q.key) ? (void)start_of(s, assembly_) : (void)assemble(s);
     } catch (const InvalidArgument& error) {
       std::string why = error.what();  // a number put in its place stands nowhere in the file

@@ -96,17 +96,8 @@ class Reader {
   explicit Reader(std::string path, const SceneTexts* kept = nullptr)
       : file_{std::move(path)}, kept_(kept) {}
 
-  Scene read() {
+  Scene read(std::span<const Replacement> replacements = {}) {
     s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
-    return read({});
-  }
-  Scene read(std::string text, std::span<const Replacement> replacements) {
-    s_.text = std::move(text);
-    return read(replacements);
-  }
-
- private:
-  Scene read(std::span<const Replacement> replacements) {
     s_.path = file_.path;
     parse();
     for (const Replacement& r : replacements) replace(root_, r.key, r.values);
@@ -144,6 +135,7 @@ class Reader {
     return std::move(s_);
   }
 
+ private:
   void parse() {
     try {
       root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
@@ -412,9 +404,9 @@ class Reader {
 
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
 
-Scene read_variation(const std::string& path, const std::string& text,
-                     std::span<const Replacement> replacements) {
-  return Reader(path).read(text, replacements);
+Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
+  const SceneTexts kept{scene.text, scene.urdf_text};
+  return Reader(scene.path, &kept).read(replacements);
 }
 
 Scene read_scene_again(const std::string& path, const SceneTexts& kept) {

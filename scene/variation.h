@@ -21,10 +21,9 @@ struct Replacement {
 /// Whether a replacement changes the start of a run and nothing else.
 bool is_of_start(const std::string& key);
 
-/// The scene `text` stands for, with some numbers replaced. Tables and keys that are not there are added.
+/// A scene with some numbers replaced, from the texts that were read for it. Tables and keys that are not there are added.
 /// @throws InvalidArgument as read_scene; for a key that has no place in it
-Scene read_variation(const std::string& path, const std::string& text,
-                     std::span<const Replacement> replacements);
+Scene read_variation(const Scene& scene, std::span<const Replacement> replacements);
 
 /// Where a run begins: `initial` and `centre` of an assembly.
 struct Beginning {

@@ -7,6 +7,7 @@
 #include "scene/auto_method.h"
 #include "scene/ensemble.h"
 #include "scene/hdf5_reader.h"
+#include "scene/memory_run.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::case_events_test {
@@ -113,8 +114,8 @@ class CaseEvents : public testing::Test {
   }
   /// The scene of one case, run into a folder.
   scene::RunReport alone(const Ensemble& e, std::int64_t index, const std::string& out) const {
-    const auto s = scene::read_variation(e.scene().path, e.scene().text,
-                                         e.sampler().replacements(e.sampler().values(index)));
+    const auto s =
+        scene::read_variation(e.scene(), e.sampler().replacements(e.sampler().values(index)));
     return scene::run(s, scene::assemble(s), {.out = (folder_ / out).string()});
   }
   TemporaryFolder folder_;
@@ -267,6 +268,25 @@ TEST_F(CaseEvents, AutoChoosesOnceForAllParts) {
   const auto other = scene::read_scene(put("# edited\n" + text));
   EXPECT_TRUE(says(refusal([&] { scene::with_method_kept(other, out); }),
                    "was chosen for another ensemble: the scene file has changed"));
+}
+
+// Other numbers than the file's are those of every case, in lanes and alone, and of the ensemble's identity.
+TEST_F(CaseEvents, NumbersOfTheCommandLine) {
+  for (const std::string& more : {std::string(), stop}) {
+    auto s = scene::read_scene(put(arms(more + vary)));
+    const Ensemble as_written(s);
+    scene::apply(s, {.step = 0.01, .duration = 2.0});
+    const Ensemble e(s);
+    EXPECT_EQ(e.in_lanes(), more.empty());
+    EXPECT_NE(e.identity(), as_written.identity());
+    auto alone = scene::read_variation(s, e.sampler().replacements(e.sampler().values(7)));
+    scene::apply(alone, {.step = 0.01, .duration = 2.0});
+    const auto r = scene::run_in_memory(alone, scene::assemble(alone), {});
+    const auto row = rows_of(e)[7], other = rows_of(as_written)[7];
+    EXPECT_EQ(scene::integer(row[e.layout().steps]), 200);
+    EXPECT_EQ(row[e.layout().x()], r.final_state.x[0]);
+    EXPECT_NE(row[e.layout().x()], other[e.layout().x()]) << "control";
+  }
 }
 
 // The duration asked for is that of every case.

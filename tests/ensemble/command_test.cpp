@@ -219,8 +219,7 @@ rate = 10.0
   // The last case, alone.
   const Ensemble e(scene::read_scene(scene()));
   const auto values = e.sampler().values(59);
-  const auto text = bytes(scene());
-  const auto s = scene::read_variation(scene(), text, e.sampler().replacements(values));
+  const auto s = scene::read_variation(e.scene(), e.sampler().replacements(values));
   const auto a = scene::assemble(s);
   const auto method = scene::make_integrator(s, *a.model, s.step);
   phs::State x = a.initial;
