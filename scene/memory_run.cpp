@@ -48,26 +48,21 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   return r;
 }
 
-RunReport run_chosen(const Scene& scene, const Assembly& assembly,
-                     const std::vector<integrators::Event>& until, const MemoryOptions& o) {
-  if (scene.method != auto_method) return run_one(scene, assembly, until, o);
-  return run_one(with_method_chosen(scene, assembly), assembly, until, o);
-}
-
 }  // namespace
 
 RunReport run_in_memory(PhaseSequence& phases, const MemoryOptions& o) {
   MemoryOptions of_phase = o;
   of_phase.progress = {};
   while (const Phase* p = phases.next())
-    phases.done(run_chosen(p->scene, p->assembly, p->until, of_phase));
+    phases.done(run_one(p->scene, p->assembly, p->until, of_phase));
   return phases.finish();
 }
 
 RunReport run_in_memory(const Scene& scene, const Assembly& assembly, const MemoryOptions& o) {
-  if (scene.events.empty()) return run_chosen(scene, assembly, {}, o);
-  (void)rehearse(scene, assembly);
-  PhaseSequence phases(scene, assembly);
+  const Scene chosen = with_method_chosen(scene, assembly);
+  if (chosen.events.empty()) return run_one(chosen, assembly, {}, o);
+  (void)rehearse(chosen, assembly);
+  PhaseSequence phases(chosen, assembly);
   return run_in_memory(phases, o);
 }
 

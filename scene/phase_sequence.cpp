@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/auto_method.h"
 #include "scene/part.h"
 
 namespace porthos::scene {
@@ -172,7 +171,7 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
     try {
       const Assembly a = assembly_of_phase(phase, assembly, moving, orbit);
       models.push_back(a.model);
-      if (phase.method != auto_method) (void)make_integrator(phase, *a.model, phase.step);
+      (void)make_integrator(phase, *a.model, phase.step);
     } catch (const InvalidArgument& why) {
       throw InvalidArgument(fmt::format("{}: after the {}: {}", e.where, text(e), why.what()));
     }

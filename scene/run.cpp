@@ -35,6 +35,14 @@ double cpu_now() {
 
 fs::path checkpoint_folder(const std::string& out) { return fs::path(out) / "checkpoint"; }
 
+/// Where the checkpoint of a run lies that has begun, of its first phase if it has several.
+fs::path begun(const std::string& out) {
+  for (const char* phase : {"end", "checkpoint"})
+    if (const fs::path first = fs::path(out) / "phase_1" / phase; has_checkpoint(first))
+      return first;
+  return checkpoint_folder(out);
+}
+
 void refuse_unfinished(const std::string& out) {
   const fs::path folder = checkpoint_folder(out);
   if (has_checkpoint(folder) && read_checkpoint(folder).outcome == Outcome::ok)
@@ -196,14 +204,17 @@ class Session {
 }  // namespace
 
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options) {
-  if (!scene.events.empty()) return run_phases(scene, assembly, options);
-  if (scene.method != auto_method) return Session(scene, assembly, options).run();
+  const auto go = [&](const Scene& s) {
+    return s.events.empty() ? Session(s, assembly, options).run()
+                            : run_phases(s, assembly, options);
+  };
+  if (scene.method != auto_method) return go(scene);
   if (!options.resume) refuse_unfinished(options.out);  // before the pilots
-  const Scene chosen = options.resume
-                           ? with_method_of(read_checkpoint(checkpoint_folder(options.out)), scene)
-                           : with_method_chosen(scene, assembly);
+  // One choice for all phases: steps are counted from time 0, by one size.
+  const Scene chosen = options.resume ? with_method_of(read_checkpoint(begun(options.out)), scene)
+                                      : with_method_chosen(scene, assembly);
   if (options.say) options.say(chosen.choice);
-  return Session(chosen, assembly, options).run();
+  return go(chosen);
 }
 
 }  // namespace porthos::scene

@@ -86,6 +86,38 @@ TEST(MemoryRun, IsTheRunIntoAFolder) {
   }
 }
 
+// One choice for all phases, whose steps are counted from time 0; a continued run goes on by it.
+TEST(MemoryRun, AutoWithEvents) {
+  TemporaryFolder folder;
+  auto s = two_arms(folder, events);
+  s.elements.clear();  // a controller that damps is none for pilots
+  s.method = "auto";
+  s.step = 0;
+  s.record_every = 0.5;
+  s.record_every_given = true;  // the step is a whole fraction of it, and the event at whole steps
+  const auto a = scene::assemble(s);
+  std::string said;
+  auto o = into(folder / "out");
+  o.say = [&](const std::string& choice) { said = choice; };
+  const auto r = scene::run(s, a, o);
+  EXPECT_TRUE(says(said, "auto chose"));
+  EXPECT_EQ(r.phases, 3);
+  EXPECT_EQ(r.simulated_s, 4);
+  EXPECT_NE(r.method, "auto");
+  EXPECT_NEAR(double(r.steps) * r.step_s, 4, 1e-12);
+  EXPECT_TRUE(r.passed());
+  // As if it had been killed before the last phase began.
+  fs::remove(folder / "out" / "summary.json");
+  fs::remove_all(folder / "out" / "phase_3");
+  o.resume = true;
+  const auto resumed = scene::run(s, a, o);
+  EXPECT_TRUE(resumed.final_state == r.final_state);
+  EXPECT_EQ(resumed.method, r.method);
+  const auto here = scene::run_in_memory(s, a, {});
+  EXPECT_EQ(here.phases, 3);
+  EXPECT_EQ(here.simulated_s, 4);
+}
+
 TEST(MemoryRun, RecordsAreTheRowsOfTheLog) {
   TemporaryFolder folder;
   const auto s = two_arms(folder, "");
