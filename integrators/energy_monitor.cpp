@@ -239,8 +239,7 @@ void EnergyMonitor::save(std::vector<double>& m) const {
        {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
         double(report_.projected), double(report_.out_of_reach), report_.moved_J})
     m.push_back(v);
-  const auto scale = scale_.memory();
-  m.insert(m.end(), scale.begin(), scale.end());
+  scale_.save(m);
   inner_->save(m);
 }
 

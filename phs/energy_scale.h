@@ -63,11 +63,12 @@ class EnergyScale {
   }
 
   static std::size_t memory_size(const Description& d) { return 2 * d.storages.size() + 2; }
-  std::vector<double> memory() const {
-    auto m = low_;
+  /// Appends what restore() takes. Allocates nothing where there is room.
+  void save(std::vector<double>& m) const {
+    m.insert(m.end(), low_.begin(), low_.end());
     m.insert(m.end(), high_.begin(), high_.end());
-    m.push_back(kinetic_J_), m.push_back(seen_);
-    return m;
+    m.push_back(kinetic_J_);
+    m.push_back(seen_);
   }
   /// The first memory_size() numbers. @throws InvalidArgument if there are fewer
   void restore(std::span<const double> m) {

@@ -110,8 +110,7 @@ std::vector<double> Ledger::memory() const {
   for (const auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_})
     m.insert(m.end(), part->begin(), part->end());
   m.push_back(turned_over_);
-  const auto scale = scale_.memory();
-  m.insert(m.end(), scale.begin(), scale.end());
+  scale_.save(m);
   const auto rest = energy_.memory();
   m.insert(m.end(), rest.begin(), rest.end());
   return m;

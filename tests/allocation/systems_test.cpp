@@ -6,6 +6,7 @@
 #include "integrators/energy_monitor.h"
 #include "phs/elements.h"
 #include "phs/network.h"
+#include "scene/watched_run.h"
 #include "tests/space/support.h"
 #include "tests/support/swinging_pendulum.h"
 #include "tests/vsa/actuators.h"
@@ -83,6 +84,40 @@ TEST(Allocation, NoneInAStepUnderAMonitor) {
         phs::State s(model->description(), {2.0, -0.4, 1.1, 0.5});
         expect_none(std::string(name) + ", " + what, method, s);
       }
+}
+
+// The loop of every run: books, looks between records, an event that is waited for, a monitor. Control: a record allocates
+// where its sink does.
+TEST(Allocation, NoneInAWatchedStep) {
+  const auto robot = swinging_pendulum(0.05);
+  const std::vector<double> x{2.0, -0.4, 1.1, 0.5};
+  const auto a = scene::assembly_of(robot.model, x);
+  scene::Scene plain;
+  plain.method = "gauss8", plain.step = 0.02, plain.duration = 100, plain.record_every = 50;
+  scene::Scene monitored = plain, controlled_steps = plain;
+  monitored.monitor = integrators::MonitorOptions{.step_limit = 1};
+  controlled_steps.step_control = integrators::StepControl::reversible;
+  const integrators::Event never{[](double, std::span<const double>) { return -1.0; },
+                                 integrators::Crossing::rising};
+  const auto made_by = [&](const scene::Scene& s, std::vector<integrators::Event> until,
+                           scene::RecordSink sink) {
+    scene::WatchedRun run(s, a, std::move(until), std::move(sink));
+    run.begin();
+    for (int i = 0; i < 40; ++i) run.step();
+    const long before = allocations;
+    for (int i = 0; i < 200; ++i) run.step();
+    const long made = allocations - before;
+    EXPECT_TRUE(run.goes_on());
+    return made;
+  };
+  EXPECT_EQ(made_by(plain, {}, {}), 0);
+  EXPECT_EQ(made_by(plain, {never}, {}), 0);
+  EXPECT_EQ(made_by(monitored, {never}, {}), 0);
+  EXPECT_EQ(made_by(controlled_steps, {}, {}), 0);
+  scene::Scene often = plain;
+  often.record_every = 0.2;
+  std::vector<std::vector<double>> kept;
+  EXPECT_GT(made_by(often, {}, [&](auto row) { kept.emplace_back(row.begin(), row.end()); }), 0);
 }
 
 TEST(Allocation, NoneInAStepOfAnActuatedJoint) {
