@@ -68,6 +68,7 @@ class PartsSystem final : public phs::System<T> {
         w_(m_),
         pose_(m_.nodes().size()),
         nq_(size_t(m_.nq())),
+        inner_storages_(model.mechanical().description().storages.size()),
         inner_powers_(model.mechanical().description().powers.size()),
         u_(size_t(model.description().nu)),
         y_(u_.size()),
@@ -136,7 +137,7 @@ class PartsSystem final : public phs::System<T> {
     inner_->stored(x, values);
     if (parts_.latches.empty()) return;
     place(x);
-    size_t k = values.size() - parts_.latches.size();
+    size_t k = inner_storages_;
     for (size_t l = 0; l < parts_.latches.size(); ++l) values[k++] = elastic_energy(l);
   }
   void powers(T t, In x, In e, Out values) override {
@@ -311,7 +312,7 @@ class PartsSystem final : public phs::System<T> {
   const Mechanism& m_;
   mechanics::Workspace<T> w_;
   std::vector<Transform<T>> pose_;
-  size_t nq_, inner_powers_;
+  size_t nq_, inner_storages_, inner_powers_;
   std::vector<T> u_, y_, e_, Gu_, values_;
   bool damped_;
 };

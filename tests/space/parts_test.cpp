@@ -9,6 +9,7 @@
 #include "mechanics/momentum.h"
 #include "phs/check.h"
 #include "phs/elements.h"
+#include "phs/network.h"
 #include "tests/space/support.h"
 
 namespace porthos::test::parts_test {
@@ -170,6 +171,22 @@ TEST(Parts, KeepTheAxiomsOfAPortHamiltonianSystem) {
       EXPECT_TRUE(a.holds()) << a.axiom;
     }
   }
+}
+
+/// In a network their storages and powers stand before those of what acts at the joints.
+TEST(Parts, KeepTheirBooksInANetwork) {
+  const auto m = arm_and_target();
+  std::string port, coordinate;
+  for (const auto& c : m->mechanism().coordinates())
+    if (c.nq == 1 && port.empty()) coordinate = c.name;
+  for (const auto& p : m->description().ports)
+    if (p.size == 1 && p.name.rfind(coordinate + ".", 0) == 0) port = p.name;
+  phs::Network n("arm with a spring");
+  n.add("arm", std::make_shared<const PartsModel>(m, all_parts())).main("arm");
+  n.potential("spring", "arm." + coordinate, phs::spring(3, 0.2));
+  n.resist("damper", "arm." + port, phs::viscous(0.5));
+  const auto report = phs::check(*n.build());
+  for (const auto& a : report.axioms) EXPECT_TRUE(a.holds()) << a.axiom << " " << a.worst;
 }
 
 TEST(SoftLatch, OscillatesAsTwoBodiesOnASpringDo) {
