@@ -67,7 +67,7 @@ class LaneStormerVerlet final : public LaneIntegrator {
   void advance() override {
     const Set sweeping = in(Phase::sweeping);
     const auto now = mask(sweeping);
-    field(x0_, f0_), field(x1_, f1_);
+    field(t_, x0_, f0_), field(t_ + Lanes(h_), x1_, f1_);
     for (const auto& r : rotations_)
       for (size_t k = 0; k < 4; ++k)
         f0_[m_ + r.q + k] = f0_[m_ + r.q + k] - r.lambda * start_[r.q + k];
@@ -128,8 +128,8 @@ class LaneStormerVerlet final : public LaneIntegrator {
     finished(solved);
   }
 
-  void field(const std::vector<Lanes>& x, std::vector<Lanes>& f) {
-    system_->field(t_, x, {}, f);
+  void field(Lanes t, const std::vector<Lanes>& x, std::vector<Lanes>& f) {
+    system_->field(t, x, {}, f);
     for (const auto& r : rotations_) {
       Lanes along(0.0);
       for (size_t k = 0; k < 4; ++k) along += x[r.q + k] * x[m_ + r.q + k];
@@ -162,7 +162,7 @@ class LaneStormerVerlet final : public LaneIntegrator {
 std::unique_ptr<LaneIntegrator> make_lane_stormer_verlet(const phs::Model& model, double h,
                                                          const Options& o) {
   const auto& d = model.description();
-  const bool books = o.books && !d.powers.empty();  // by Simpson's rule, one state at a time
+  const bool books = o.books && !d.powers.empty();  // of its own it keeps none: one state at a time
   return d.traits.separable || books ? nullptr : std::make_unique<LaneStormerVerlet>(model, h, o);
 }
 

@@ -67,7 +67,7 @@ class StormerVerlet final : public BasicIntegrator<T> {
     x0_ = start_, x1_ = start_;
     stagnation_.restart();
     for (int sweep = 1; sweep <= options_.max_sweeps; ++sweep) {
-      field(x0_, f0_), field(x1_, f1_);
+      field(t_, x0_, f0_), field(t_ + h_, x1_, f1_);  // time moves with q
       ++cost_.sweeps;
       for (const auto& r : rotations_)  // first kick carries -λ ξ
         for (size_t k = 0; k < 4; ++k) f0_[n_ + r.q + k] -= r.lambda * start_[r.q + k];
@@ -122,8 +122,8 @@ class StormerVerlet final : public BasicIntegrator<T> {
   }
 
   /// (q', p') = (∂pH, -∂qH) of H + Σ (κ/2)(ξ·π)².
-  void field(const std::vector<T>& x, std::vector<T>& f) {
-    system_->field(t_, x, {}, f);
+  void field(T t, const std::vector<T>& x, std::vector<T>& f) {
+    system_->field(t, x, {}, f);
     ++cost_.evaluations;
     for (const auto& r : rotations_) {
       T along(0.0);

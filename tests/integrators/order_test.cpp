@@ -152,6 +152,32 @@ TEST(Order, OnDrivenDampedAndComposedSystems) {
   }
 }
 
+/// Canonical, lossless and driven in time: methods for such systems alone see the force at the times of their stages.
+test::Problem driven_pendulum() {
+  const auto free = test::double_pendulum();
+  phs::Network n("driven double pendulum");
+  n.add("pendulum", free.model).main("pendulum");
+  n.source("push", "pendulum." + free.model->description().ports.back().name,
+           phs::function([](auto t) { return decltype(t)(3.0) * phs::sin(decltype(t)(2.0) * t); }));
+  const auto model = n.build();
+  return {"driven double pendulum", model, phs::State(model->description(), {0.3, -0.2, 0.4, 0.1}),
+          0.1};
+}
+
+// They treat time as one more coordinate: a force that is frozen over a step costs them an order.
+TEST(Order, OfMethodsForLosslessSystemsUnderAForceInTime) {
+  const auto p = driven_pendulum();
+  const double T = 0.5;
+  const auto exact =
+      gauss_reference(*p.model, {p.start.x.begin(), p.start.x.end()}, Quad(T) / 32, 32, 12);
+  for (const char* name : {"stormer_verlet", "yoshida4_sv", "lobatto4", "tao2", "tao4"}) {
+    const double order =
+        std::log2(quad_error(name, p, T, 128, exact) / quad_error(name, p, T, 256, exact));
+    std::printf("  %-16s measured %5.2f\n", name, order);
+    EXPECT_NEAR(order, declaration_of(name).order, 0.1) << name;
+  }
+}
+
 // What the suite sees in 113 bits is what a run does in double: the same step, the same error.
 TEST(Order, DoubleIsTheSameMethod) {
   const auto p = test::double_pendulum();
