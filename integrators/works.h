@@ -7,7 +7,8 @@
 namespace porthos::integrators {
 
 /// The books of one step: ∫ power dt [J] of each of a system's powers, by the weights of the method where it keeps them
-/// itself (Kotyczka, Lefevre 2019), else by Simpson's rule on the cubic between both ends of the step.
+/// itself (Kotyczka, Lefevre 2019), else by two Gauss points on the cubic between both ends of the step: inside it, so that a
+/// thruster that switches at its ends is seen as it is.
 template <class T>
 class Works {
  public:
@@ -16,7 +17,7 @@ class Works {
       : power_(on ? d.powers.size() : 0), of_step_(power_.size()) {
     if (!any()) return;
     e_.resize(size_t(d.nx)), x0_.resize(e_.size()), f0_.resize(e_.size());
-    x1_.resize(e_.size()), f1_.resize(e_.size()), mid_.resize(e_.size());
+    x1_.resize(e_.size()), f1_.resize(e_.size()), between_.resize(e_.size());
   }
   bool any() const { return !of_step_.empty(); }
   std::span<const T> of_step() const { return of_step_; }
@@ -45,17 +46,19 @@ class Works {
   void after(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
     for (size_t i = 0; i < x.size(); ++i) x1_[i] = x[i] + lo[i];
     s.field(t + h, x1_, {}, f1_);
-    for (size_t i = 0; i < x.size(); ++i)
-      mid_[i] = T(0.5) * (x0_[i] + x1_[i]) + T(0.125) * h * (f0_[i] - f1_[i]);
     restart();
-    add(s, t, h / T(6.0), x0_, f0_);
-    s.gradient(mid_, e_);
-    add_at(s, t + T(0.5) * h, T(2.0) * h / T(3.0), mid_, e_);
-    add(s, t + h, h / T(6.0), x1_, f1_);
+    for (const double c : {0.5 - 0.28867513459481287, 0.5 + 0.28867513459481287}) {  // 1/√12
+      const T from_0(c), from_1(1 - c);
+      for (size_t i = 0; i < x.size(); ++i)
+        between_[i] = x0_[i] + from_0 * from_0 * (T(3.0) - T(2.0) * from_0) * (x1_[i] - x0_[i]) +
+                      h * from_0 * from_1 * (from_1 * f0_[i] - from_0 * f1_[i]);
+      s.gradient(between_, e_);
+      add_at(s, t + from_0 * h, T(0.5) * h, between_, e_);
+    }
   }
 
  private:
-  std::vector<T> power_, of_step_, e_, x0_, f0_, x1_, f1_, mid_;
+  std::vector<T> power_, of_step_, e_, x0_, f0_, x1_, f1_, between_;
 };
 
 }  // namespace porthos::integrators

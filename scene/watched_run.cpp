@@ -267,7 +267,7 @@ void WatchedRun::add_notes(RunReport& r) const {
                                                        : "implicit equations by " + remark);
   if (!integrator_->works().empty() && !integrator_->keeps_books())
     r.notes.push_back(fmt::format(
-        "{} keeps no books of its own: works are taken by Simpson's rule over each step, whose "
+        "{} keeps no books of its own: works are taken by two Gauss points of each step, whose "
         "error (order 4 in the step) stands in the defect of the balance",
         scene_.method));
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
