@@ -230,6 +230,11 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   for (const Real& x : from.q) q.push_back(double(x));
   for (const Real& x : from.v) v.push_back(double(x));
   r.scale = momentum_scale(from.m, w, q, v);
+  // What spins as one piece about its centre has Σ m|v| = 0, and its points have momenta all the same.
+  double mass = 0;
+  for (const auto& n : from.m.nodes()) mass += n.inertia.m;
+  const Real T = kinetic_energy<Real>(from.m, from.w, from.q, from.p);
+  r.scale.linear = std::max(r.scale.linear, std::sqrt(2 * mass * double(T)));
   r.linear_jump = size(b.linear - a.linear), r.angular_jump = size(b.angular - a.angular);
 }
 
