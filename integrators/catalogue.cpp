@@ -17,6 +17,7 @@
 #endif
 #include "integrators/tao.h"
 #include "phs/check.h"
+#include "phs/power_names.h"
 
 namespace porthos::integrators {
 namespace {
@@ -126,18 +127,29 @@ const Declaration& declaration_of(const std::string& method) {
 
 std::optional<std::string> misfit(const Declaration& d, const phs::Description& system) {
   const auto& traits = system.traits;
-  bool quaternions = false;
-  for (const auto& b : system.blocks) quaternions |= b.kind == phs::BlockKind::rotation;
+  std::string rotation, alone;  // blocks
+  for (const auto& b : system.blocks) {
+    if (b.kind == phs::BlockKind::rotation && rotation.empty()) rotation = b.name;
+    if (b.momentum < 0 && alone.empty()) alone = b.name;
+  }
   const char* lacks =
-      d.needs.canonical && !traits.canonical   ? "a canonical system"
-      : d.needs.lossless && !traits.lossless   ? "a system without dissipation"
-      : d.needs.separable && !traits.separable ? "a separable Hamiltonian T(p) + V(q)"
-      : d.needs.linear_state && quaternions    ? "a system without quaternion blocks"
+      d.needs.canonical && !traits.canonical      ? "a canonical system"
+      : d.needs.lossless && !traits.lossless      ? "a system without dissipation"
+      : d.needs.separable && !traits.separable    ? "a separable Hamiltonian T(p) + V(q)"
+      : d.needs.linear_state && !rotation.empty() ? "a system without quaternion blocks"
       : d.needs.flows && system.flows.empty() && !(traits.canonical && traits.separable)
           ? "a system that offers partial flows or has a separable Hamiltonian"
           : nullptr;
   if (!lacks) return std::nullopt;
-  return "method '" + d.name + "' needs " + lacks + ", '" + system.name + "' is not one";
+  const std::string sentence =
+      "method '" + d.name + "' needs " + lacks + ", '" + system.name + "' ";
+  if (d.needs.canonical && !traits.canonical && !alone.empty())
+    return sentence + "has '" + alone + "', which has no conjugate momentum";
+  if (d.needs.lossless && !traits.lossless)
+    if (const auto losses = phs::power_names(system, true); !losses.empty())
+      return sentence + "has " + losses;
+  if (d.needs.linear_state && !rotation.empty()) return sentence + "has '" + rotation + "'";
+  return sentence + "is not one";
 }
 
 template <class T>

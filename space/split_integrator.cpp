@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mechanics/rotation.h"
+#include "phs/power_names.h"
 #include "space/split_scheme.h"
 
 namespace porthos::space {
@@ -53,8 +54,9 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
     if (n.parent < 0) roots_.push_back(size_t(n.q));
   if (!scheme_.forward && !model.description().traits.lossless)
     throw InvalidArgument("splitting '" + scheme_.name +
-                          "' steps backwards inside a step and the internal motion is damped, "
-                          "expected strang, lobatto4, lobatto6 or lobatto8");
+                          "' steps backwards inside a step and the internal motion is damped by " +
+                          phs::power_names(model.description(), true) +
+                          ", expected strang, lobatto4, lobatto6 or lobatto8");
 }
 
 void SplitIntegrator::gather(const State& s) {
