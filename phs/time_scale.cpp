@@ -13,11 +13,11 @@ class RateEvaluator : public TimeScale<T> {
 
  public:
   explicit RateEvaluator(const RateTimeScale& s)
-      : weights_(s.weights()), per_rate2_(1 / (s.rate() * s.rate())), half_(weights_.size()) {
+      : rates_(s.rates()), per_rate2_(1 / (s.rate() * s.rate())) {
     if constexpr (has_gradient) {
       for (int lane = 0; lane < lanes<T>; ++lane)
         systems_.push_back(s.model().template instantiate<Dual>());
-      x_.resize(2 * half_), e_.resize(2 * half_);
+      x_.resize(size_t(s.model().description().nx)), e_.resize(x_.size());
     }
     for (const auto& b : s.model().description().blocks) angles_ += b.kind == BlockKind::angle;
     turned_.resize(angles_);
@@ -25,7 +25,7 @@ class RateEvaluator : public TimeScale<T> {
 
   T value(std::span<const T>, std::span<const T> e) override {
     T w2(0.0);
-    for (size_t i = 0; i < half_; ++i) w2 = w2 + T(weights_[i]) * (e[half_ + i] * e[half_ + i]);
+    for (const auto& r : rates_) w2 = w2 + T(r.weight) * (e[r.momentum] * e[r.momentum]);
     return T(1.0) / sqrt(T(1.0) + T(per_rate2_) * w2);
   }
 
@@ -33,14 +33,11 @@ class RateEvaluator : public TimeScale<T> {
     const T sigma = value(x, e);
     if constexpr (has_gradient) {
       for (int lane = 0; lane < lanes<T>; ++lane) {
-        for (size_t i = 0; i < half_; ++i) {
-          x_[i] = Dual(lane_of(x[i], lane));
-          x_[half_ + i] =
-              Dual(lane_of(x[half_ + i], lane), weights_[i] * lane_of(e[half_ + i], lane));
-        }
+        for (size_t i = 0; i < x_.size(); ++i) x_[i] = Dual(lane_of(x[i], lane));
+        for (const auto& r : rates_) x_[r.momentum].d = r.weight * lane_of(e[r.momentum], lane);
         systems_[size_t(lane)]->gradient(x_, e_);
         const double s = lane_of(sigma, lane), factor = -per_rate2_ * s * s * s;
-        for (size_t i = 0; i < 2 * half_; ++i) set_lane(g[i], lane, factor * e_[i].d);
+        for (size_t i = 0; i < x_.size(); ++i) set_lane(g[i], lane, factor * e_[i].d);
       }
     } else {
       (void)g;
@@ -60,9 +57,9 @@ class RateEvaluator : public TimeScale<T> {
   }
 
  private:
-  const std::vector<double>& weights_;
+  const std::vector<RateTimeScale::Rate>& rates_;
   double per_rate2_;
-  size_t half_, angles_ = 0;
+  size_t angles_ = 0;
   std::vector<std::unique_ptr<System<Dual>>>
       systems_;  ///< one a lane: each may stand on turns of its own
   std::vector<Dual> x_, e_, turned_;
@@ -73,20 +70,21 @@ class RateEvaluator : public TimeScale<T> {
 RateTimeScale::RateTimeScale(const Model& model, double rate, double length)
     : model_(model), rate_(rate) {
   const Description& d = model.description();
-  if (!d.traits.canonical)
-    throw InvalidArgument("a time scale from rates needs a canonical system, '" + d.name +
-                          "' is not one: give sigma yourself");
   if (!std::isfinite(rate) || rate <= 0)
     throw InvalidArgument("rate of a time scale is " + std::to_string(rate) +
                           " rad/s, expected a finite number above 0");
   if (!std::isfinite(length) || length < 0)
     throw InvalidArgument("length of a time scale is " + std::to_string(length) +
                           " m, expected a finite number, 0 or more");
-  weights_.assign(size_t(d.nx / 2), length > 0 ? 1 / (length * length) : 0.0);
-  for (const auto& b : d.blocks)
-    if (b.kind != BlockKind::linear)  // |ω|² = 4 |ξ'|² where |ξ| = 1
-      std::fill_n(weights_.begin() + b.at, b.size, b.kind == BlockKind::angle ? 1.0 : 4.0);
-  if (std::all_of(weights_.begin(), weights_.end(), [](double w) { return w == 0; }))
+  for (const auto& b : d.blocks) {
+    const double weight = b.kind == BlockKind::angle      ? 1
+                          : b.kind == BlockKind::rotation ? 4  // |ω|² = 4 |ξ'|² where |ξ| = 1
+                          : length > 0                    ? 1 / (length * length)
+                                                          : 0;
+    for (int k = 0; k < b.size && b.momentum >= 0 && weight > 0; ++k)
+      rates_.push_back({size_t(b.momentum + k), weight});
+  }
+  if (rates_.empty())
     throw InvalidArgument("'" + d.name +
                           "' has no angle and no rotation: a time scale from rates needs a length "
                           "[m] for its linear coordinates");

@@ -116,22 +116,27 @@ class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
   S scale_;
 };
 
-/// How fast the coordinates of a canonical system move, in units of a rate:
+/// How fast the coordinates that have a momentum move, in units of a rate:
 ///
 ///   sigma = 1 / sqrt(1 + w²/rate²),   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
 ///
 /// Between 0 and 1, even in p (time-reversible), O(n). Its gradient -sigma³/rate² D²H·(0, W q') is one gradient of H in
-/// duals, along the direction (0, W q'). Linear coordinates count only where a length is given.
+/// duals, along the direction (0, W q'). Linear coordinates count only where a length is given, and what has no momentum (a
+/// motor's current) does not.
 class RateTimeScale : public TimeScaleFor<RateTimeScale> {
  public:
   /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this.
-  /// @throws InvalidArgument if the model is not canonical, a number is not finite, rate <= 0, length < 0, or nothing counts
+  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, or nothing counts
   RateTimeScale(const Model& model, double rate, double length = 0);
 
   const Model& model() const { return model_; }
   double rate() const { return rate_; }
-  /// Per coordinate of q: the factor of q'² in w².
-  const std::vector<double>& weights() const { return weights_; }
+  /// A rate q' = ∂H/∂p: where its p stands in x, and the factor of q'² in w².
+  struct Rate {
+    size_t momentum;
+    double weight;
+  };
+  const std::vector<Rate>& rates() const { return rates_; }
 
   template <class T>
   std::unique_ptr<TimeScale<T>> make_scale() const;
@@ -139,7 +144,7 @@ class RateTimeScale : public TimeScaleFor<RateTimeScale> {
  private:
   const Model& model_;
   double rate_;
-  std::vector<double> weights_;
+  std::vector<Rate> rates_;
 };
 
 }  // namespace porthos::phs
