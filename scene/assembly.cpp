@@ -323,7 +323,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
-  check_switching(scene, h);
+  check_instants(scene, h);
   const integrators::Options options{.rtol = scene.rtol,
                                      .iteration_tolerance = scene.iteration_tolerance};
   if (scene.orbit)
@@ -333,9 +333,17 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       } catch (const InvalidArgument& e) {
         throw InvalidArgument(at(scene.orbit->where) + e.what());
       }
-  return integrators::make_controlled(scene.step_control, scene.method, model, h,
-                                      {.rate = scene.control_rate, .length = scene.control_length},
-                                      options);
+  auto method = integrators::make_controlled(
+      scene.step_control, scene.method, model, h,
+      {.rate = scene.control_rate, .length = scene.control_length}, options);
+  if (!method->keeps_books())
+    for (const Element& e : scene.elements)
+      if (e.thruster)
+        throw InvalidArgument(e.where + ": thruster '" + e.name +
+                              "' switches at the ends of steps, where " + scene.method +
+                              " has a stage: it would push before its time, expected a method that "
+                              "keeps books of its own, such as gauss8");
+  return method;
 }
 
 }  // namespace porthos::scene

@@ -193,8 +193,12 @@ space::Parts orbit_parts_of(const Scene& scene) {
   return parts;
 }
 
-void check_switching(const Scene& scene, double h) {
+void check_instants(const Scene& scene, double h) {
   for (const Element& e : scene.elements) {
+    if (e.rate > 0 && scene.step_control != integrators::StepControl::fixed)
+      throw InvalidArgument(e.where + ": element '" + e.name +
+                            "' is sampled at instants that steps of varying size would not meet, "
+                            "expected no rate, or step_control = \"fixed\"");
     if (!e.thruster) continue;
     if (scene.step_control != integrators::StepControl::fixed)
       throw InvalidArgument(e.where + ": thruster '" + e.name +
