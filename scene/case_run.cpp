@@ -144,6 +144,7 @@ class LaneCase final : public ensemble::BatchRun {
     r.simulated_s = time;
     ledger_->fill(r, *meter_);
     judge(r, e_.scene(), integrators::declaration_of(e_.scene().method), *meter_);
+    judge_beside(r, e_.scene(), assembly_, false);
     row.report(r);
     done_(row.sealed(int(r.outcome)));
   }
@@ -179,7 +180,7 @@ void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* st
   } catch (const InvalidArgument&) {
     return done(row.sealed(case_refused));
   }
-  const MemoryOptions o{.stop = stop, .beside = false};
+  const MemoryOptions o{.stop = stop};
   if (s.events.empty()) {
     const RunReport r = run_in_memory(s, a, o);
     if (r.interrupted) return;

@@ -44,7 +44,7 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   if (interrupted) return r;
   momenta.fill(r);
   run.judge(r);
-  if (o.beside) judge_beside(r, scene, assembly, o.check_symmetry);
+  judge_beside(r, scene, assembly, o.check_symmetry);
   return r;
 }
 

@@ -10,7 +10,6 @@ struct MemoryOptions {
   std::function<void(double, double, double)> progress = {};
   /// Takes the records. With events the rows of each phase have a layout of their own.
   RecordSink record = {};
-  bool beside = true;  ///< also judged by what needs steps beside the run, see judge_beside()
   bool check_symmetry = false;  ///< as in RunOptions
 };
 

@@ -26,6 +26,7 @@ class Judge {
  public:
   Judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter)
       : r_(r),
+        scene_(scene),
         limits_(scene.verify.any() ? scene.verify : default_limits(scene.orbit.has_value())),
         meter_(meter),
         method_(method),
@@ -61,6 +62,12 @@ class Judge {
   /// Only what is an invariant is checked, or what is left of it when the impulses are taken off.
   void momenta() {
     const bool pushed = !r_.impulses.rows.empty() && !r_.space;
+    if (pushed && others_push()) {
+      const char* const why = "gravity or the ground push too, and keep no books of their impulse";
+      cannot("linear_momentum", limits_.linear_momentum, why);
+      cannot("angular_momentum", limits_.angular_momentum, why);
+      return tell_propellant();
+    }
     const bool thrust =
         pushed && std::any_of(r_.impulses.rows.begin(), r_.impulses.rows.end(),
                               [](const ImpulseRow& row) { return row.type == "thruster"; });
@@ -87,6 +94,14 @@ class Judge {
       check("angular_momentum", limits_.angular_momentum, r_.angular_momentum_error, tells);
     else
       cannot("angular_momentum", limits_.angular_momentum, no_invariant);
+    tell_propellant();
+  }
+  /// Whether the momentum changes by more than thrusters and torquers.
+  bool others_push() const {
+    return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||
+           mechanics::norm(scene_.urdf.gravity) > 0;
+  }
+  void tell_propellant() {
     for (const ImpulseRow& row : r_.impulses.rows)
       if (row.propellant_kg > 0)
         r_.notes.push_back(fmt::format(
@@ -120,6 +135,7 @@ class Judge {
   }
 
   RunReport& r_;
+  const Scene& scene_;
   const Limits limits_;
   const Meter& meter_;
   const Declaration& method_;

@@ -51,13 +51,14 @@ class Beside {
 
   void step_halving() {
     const char* const name = "step_halving";
-    if (!fixed_) return cannot(name, "the steps are of sizes of the control's choice");
-    if (method_.rival) return cannot(name, "the method chooses its steps by a tolerance");
     attempt(name, scene_.verify.step_halving.value_or(step_halving_limit), [&] {
       StateScale scale(a_.model->description());
       const auto whole = go(scale, scene_.step, steps_);
-      const auto half = go(scale, scene_.step / 2, 2 * steps_);
-      return whole && half ? apart(scale, *whole, *half) : HUGE_VAL;
+      if (!whole) return HUGE_VAL;
+      const auto half = method_.rival ? go(scale, scene_.step, steps_, 0.01 * scene_.rtol)
+                        : fixed_      ? go(scale, scene_.step / 2, 2 * steps_)
+                                      : go_to(scale, whole->time);
+      return half ? apart(scale, whole->place, half->place) : HUGE_VAL;
     });
     if (!scene_.verify.step_halving)
       r_.notes.push_back(fmt::format(
@@ -167,12 +168,34 @@ class Beside {
     return unwrapped(a_.model->description(), s);
   }
 
+  struct End {
+    std::vector<long double> place;
+    double time;
+  };
   /// Where n steps of h lead from the start; nothing if one fails.
-  std::optional<std::vector<long double>> go(StateScale& scale, double h, std::int64_t n) const {
+  std::optional<End> go(StateScale& scale, double h, std::int64_t n, double rtol = 1) const {
+    Scene with = scene_;
+    with.rtol = std::max(std::min(rtol, with.rtol), 2.3e-16);  // what a rival takes
     phs::State s = a_.initial;
-    const auto integrator = make_integrator(scene_, *a_.model, h);
+    const auto integrator = make_integrator(with, *a_.model, h);
     if (!forward(scale, *integrator, s, n)) return {};
-    return place(s);
+    return End{place(s), integrator->time(s)};
+  }
+  /// Steps of the control's choice, half as long everywhere, the last one to the very time.
+  std::optional<End> go_to(StateScale& scale, double time) const {
+    Scene finer = scene_;
+    if (finer.control_rate == 0) finer.control_rate = 1 / scene_.step;
+    phs::State s = a_.initial, before = s;
+    const auto integrator = make_integrator(finer, *a_.model, scene_.step / 2);
+    while (integrator->time(s) < time) {
+      before = s;
+      if (!forward(scale, *integrator, s, 1)) return {};
+    }
+    if (integrator->time(s) > time) {
+      s = before;
+      if (integrator->step_by(s, (time - s.origin) - s.origin_lo) != Outcome::ok) return {};
+    }
+    return End{place(s), time};
   }
   static bool forward(StateScale& scale, integrators::Integrator& i, phs::State& s,
                       std::int64_t n) {
