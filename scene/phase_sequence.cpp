@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phs/network.h"
 #include "scene/part.h"
 
 namespace porthos::scene {
@@ -27,15 +28,19 @@ void check(const Scene& s) {
           "{}: the event is at {:g} s, {:g} steps of {:g} s, expected a whole number of steps",
           e.where, e.at, steps, s.step));
   }
-  if (!s.actuators.empty())
-    throw InvalidArgument(s.actuators[0].where + ": actuator '" + s.actuators[0].name +
-                          "' has a state of its own, which an event would lose: expected none in a "
-                          "scene with events");
-  for (const Element& e : s.elements)
-    if (e.motor)
-      throw InvalidArgument(e.where + ": element '" + e.name +
-                            "' has a state of its own, which an event would lose: expected none "
-                            "with such a state in a scene with events");
+  for (const Event& e : s.events) {
+    if (e.type != Event::Type::lock) continue;
+    const auto refuse = [&](const std::string& who) {
+      throw InvalidArgument(fmt::format(
+          "{}: the event locks joint '{}', and the motor of {} would go on turning against it: "
+          "expected a joint without one",
+          e.where, e.name, who));
+    };
+    for (const JointActuator& a : s.actuators)
+      if (a.joint == e.name) refuse("actuator '" + a.name + "'");
+    for (const Element& m : s.elements)
+      if (m.motor && m.joint == e.name) refuse("element '" + m.name + "'");
+  }
 }
 
 /// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or with
@@ -68,8 +73,14 @@ Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latchi
   return s;
 }
 
+/// Without the orbit.
+const phs::Model& stepped(const Assembly& a) {
+  return a.spacecraft ? a.spacecraft->internal() : *a.model;
+}
+
 Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
-                           const mechanics::Moving& moving, const OrbitApart& orbit) {
+                           const mechanics::Moving& moving, const MotorStates& motors,
+                           const OrbitApart& orbit) {
   Assembly a = whole;
   a.mechanical = moving.model;
   a.mechanism =
@@ -77,6 +88,7 @@ Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
   a.model = with_joint_parts(moving.model, phase);
   a.initial = moving.state;
   a.parts = moving.parts;
+  motors.put_back(*a.model, a.initial);
   orbit.put_back(a, phase);
   return a;
 }
@@ -89,11 +101,12 @@ mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Movin
   return impact;
 }
 
-mechanics::Moving moving_at_start(const Assembly& a, OrbitApart& orbit) {
+mechanics::Moving moving_at_start(const Assembly& a, MotorStates& motors, OrbitApart& orbit) {
   mechanics::Moving m(a.parts);
   m.model = a.mechanical;
   m.state = a.initial;
   orbit.take_off(m.state);
+  motors.take_off(a, m.state);
   return m;
 }
 
@@ -131,6 +144,37 @@ void OrbitApart::settle(mechanics::Moving& m) const {
   if (in_orbit_ || centre_apart_) settle_momentum(m.model->mechanism(), m.state);
 }
 
+MotorStates::MotorStates(const Scene& scene) {
+  for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
+  for (const Element& e : scene.elements)
+    if (e.motor) names_.push_back(e.name);
+}
+
+void MotorStates::take_off(const Assembly& a, phs::State& s) {
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&stepped(a)))
+    for (const auto& name : names_) {
+      const long at = network->offset(name), n = network->member(name).description().nx;
+      const auto part = [&](const std::vector<double>& of) {
+        return std::vector<double>(of.begin() + at, of.begin() + at + n);
+      };
+      x_lo_[name] = {part(s.x), part(s.lo)};
+    }
+  const auto mechanism = size_t(a.mechanical->description().nx);
+  s.x.resize(mechanism);
+  s.lo.resize(mechanism);
+}
+
+void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
+  const auto* network = dynamic_cast<const phs::NetworkModel*>(&model);
+  if (!network) return;
+  s.x.resize(size_t(model.description().nx), 0.0);
+  s.lo.resize(s.x.size(), 0.0);
+  for (const auto& [name, own] : x_lo_) {
+    std::copy(own.first.begin(), own.first.end(), s.x.begin() + network->offset(name));
+    std::copy(own.second.begin(), own.second.end(), s.lo.begin() + network->offset(name));
+  }
+}
+
 void HeldOutputs::keep(const phs::Model& model, std::span<const double> memory) {
   values_.clear();
   for (const auto& hold : model.holds()) {
@@ -152,7 +196,8 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
                                                         const Assembly& assembly) {
   check(scene);
   OrbitApart orbit(assembly);
-  mechanics::Moving moving = moving_at_start(assembly, orbit);
+  MotorStates motors(scene);
+  mechanics::Moving moving = moving_at_start(assembly, motors, orbit);
   Latching latching(scene);
   std::vector<std::shared_ptr<const phs::Model>> models{assembly.model};
   std::vector<Event> events = scene.events;
@@ -169,7 +214,7 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
     if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
     const Scene phase = phase_of(scene, moving, latching, scene.duration);
     try {
-      const Assembly a = assembly_of_phase(phase, assembly, moving, orbit);
+      const Assembly a = assembly_of_phase(phase, assembly, moving, motors, orbit);
       models.push_back(a.model);
       (void)make_integrator(phase, *a.model, phase.step);
     } catch (const InvalidArgument& why) {
@@ -183,7 +228,8 @@ PhaseSequence::PhaseSequence(const Scene& scene, const Assembly& assembly)
     : scene_(scene),
       whole_assembly_(assembly),
       orbit_(assembly),
-      moving_(moving_at_start(assembly, orbit_)),
+      motors_(scene),
+      moving_(moving_at_start(assembly, motors_, orbit_)),
       latching_(scene),
       whole_(scene) {
   phase_.assembly = assembly;
@@ -223,7 +269,7 @@ void PhaseSequence::happen_at_once() {
 /// The mechanism as it is now, for a run up to `end`.
 void PhaseSequence::assemble(double end) {
   phase_.scene = phase_of(scene_, moving_, latching_, end);
-  phase_.assembly = assembly_of_phase(phase_.scene, whole_assembly_, moving_, orbit_);
+  phase_.assembly = assembly_of_phase(phase_.scene, whole_assembly_, moving_, motors_, orbit_);
   held_.put_in(*phase_.assembly.model);
   assembled_ = true;
 }
@@ -259,6 +305,7 @@ void PhaseSequence::done(const RunReport& r) {
   if (met) end = std::min(end, r.final_state.time(scene_.step));
   moving_.state = r.final_state;
   orbit_.take_off(moving_.state);
+  motors_.take_off(phase_.assembly, moving_.state);
   from_ = end;
   more_ = end < scene_.duration;
   std::vector<const Event*> due;
@@ -276,6 +323,7 @@ RunReport PhaseSequence::finish() {
   if (broken_off_) return r;
   // What happened at the last instant has left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
+  motors_.put_back(stepped(phase_.assembly), moving_.state);
   orbit_.put_back(moving_.state);
   r.final_state = moving_.state;
   for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));

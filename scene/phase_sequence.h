@@ -34,6 +34,21 @@ class OrbitApart {
   std::vector<double> x_, lo_;
 };
 
+/// The states of motors and actuators, which an event leaves as they are: no impulse passes a winding
+/// or a spring.
+class MotorStates {
+ public:
+  explicit MotorStates(const Scene& scene);
+  /// Takes them off a state without orbit of an assembly.
+  void take_off(const Assembly& a, phs::State& s);
+  /// Puts them back behind the mechanism.
+  void put_back(const phs::Model& model, phs::State& s) const;
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, std::pair<std::vector<double>, std::vector<double>>> x_lo_;
+};
+
 /// The outputs of sampled controllers, which an event between two instants leaves as they are. One
 /// whose joint was locked in between begins anew, at its next instant.
 class HeldOutputs {
@@ -104,6 +119,7 @@ class PhaseSequence {
   const Scene& scene_;
   const Assembly& whole_assembly_;
   OrbitApart orbit_;
+  MotorStates motors_;
   mechanics::Moving moving_;
   HeldOutputs held_;
   Latching latching_;
