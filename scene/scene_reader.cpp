@@ -335,15 +335,14 @@ class Reader {
       refuse(b.where,
              "the base has a position or a linear velocity besides the [orbit] of the "
              "centre of mass, expected attitude and angular velocity alone");
-    if (s_.method == auto_method)
-      refuse(where, "[orbit] is given with method = \"auto\", expected a method");
     if (s_.step_control != integrators::StepControl::fixed)
-      refuse(where, "[orbit] is given with a step_control, expected a fixed step");
+      refuse(
+          where,
+          "[orbit] is given with a step_control, which goes by the joint rates and would vary the "
+          "kicks of the splitting too, expected a fixed step");
   }
 
   void monitor(const Table& t) {
-    if (s_.method == auto_method)
-      refuse(t.where(), "[monitor] is given with method = \"auto\", expected a method");
     integrators::MonitorOptions m;
     for (const auto& [key, to] : {std::pair{"limit", &m.limit}, {"step_limit", &m.step_limit}}) {
       if (!t.has(key)) continue;

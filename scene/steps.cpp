@@ -11,6 +11,31 @@ namespace {
 /// Whether a number of steps is whole but for the rounding of the two times it is made of.
 bool is_whole(double n) { return std::fabs(n - std::round(n)) <= 1e-9 * n; }
 
+/// The longest time that goes into both a whole number of times, as far as their rounding can tell.
+double common(double a, double b) {
+  const double rounding = 1e-9 * std::max(a, b);
+  while (b > rounding) {
+    const double rest = std::fmod(a, b);
+    a = b;
+    b = b - rest < rounding ? 0 : rest;
+  }
+  return a;
+}
+
+/// When something happens that steps have to end at: events, switches, and the periods of sampled controllers [s].
+std::vector<double> instants(const Scene& s) {
+  std::vector<double> all;
+  for (const Event& e : s.events)
+    if (!e.waits()) all.push_back(e.at);
+  for (const Element& e : s.elements) {
+    if (e.rate > 0) all.push_back(1 / e.rate);
+    if (e.thruster)
+      for (const double t : e.thruster->schedule.switches())
+        if (t > 0) all.push_back(t);
+  }
+  return all;
+}
+
 }  // namespace
 
 Steps steps_of(const Scene& s) {
@@ -30,7 +55,8 @@ Steps steps_of(const Scene& s) {
 double fitting_step(const Scene& s, double longest) {
   const bool by_records =
       s.record_every_given && s.record_every >= longest && is_whole(s.duration / s.record_every);
-  const double unit = by_records ? s.record_every : s.duration;
+  double unit = by_records ? s.record_every : s.duration;
+  for (const double t : instants(s)) unit = common(unit, t);
   return unit / std::max(1.0, std::ceil(unit / longest * (1 - 1e-12)));
 }
 

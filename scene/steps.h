@@ -30,7 +30,8 @@ struct Steps {
 Steps steps_of(const Scene& scene);
 
 /// The longest step up to `longest` that is a whole fraction of the time between records, where that is stated, no shorter
-/// and itself a whole fraction of the duration; else of the duration.
+/// and itself a whole fraction of the duration; else of the duration. It goes into the times of events and switches and into the
+/// periods of sampled controllers too.
 double fitting_step(const Scene& scene, double longest);
 
 /// What a reader of the results should know of how the scene's numbers were taken: a last step of another size, records at

@@ -7,6 +7,7 @@
 
 #include "scene/cpu_clock.h"
 #include "scene/ledger.h"
+#include "space/split_integrator.h"
 
 namespace porthos::scene {
 namespace {
@@ -30,12 +31,14 @@ class Trying {
         options_(o),
         trial_(t),
         integrator_(make(a, s)),
+        split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
         meter_(a),
         ledger_(a.model->description()) {
     total_ = std::max<std::int64_t>(1, std::llround(o.duration / s.step));
     every_ = std::max<std::int64_t>(1, total_ / o.records);
     known_at_ = o.known ? std::llround(o.known->time / s.step) : -1;
     state_ = a.initial;
+    if (split_) split_->begin(state_);
   }
 
   /// Steps, stops the clock at the records and measures there.
@@ -99,6 +102,7 @@ class Trying {
     r.cpu_s = cpu_;
     r.final_state = state_;
     ledger_.fill(r, meter_);
+    if (split_) r.space = split_->ledgers().report();
     trial_.early_energy_error = early_ / r.energy.scale_J;
   }
 
@@ -106,6 +110,7 @@ class Trying {
   const TrialOptions& options_;
   Trial& trial_;
   std::unique_ptr<integrators::Integrator> integrator_;
+  space::SplitIntegrator* split_;  ///< null: not in orbit
   Meter meter_;
   Ledger ledger_;
   phs::State state_;

@@ -30,6 +30,7 @@ class Schedule {
   double at(double t) const;
   /// Seconds on from 0 to t.
   double on_time(double t) const;
+  const std::vector<double>& switches() const { return switches_; }
   /// The first switching instant that is no whole number of steps h; negative if all are.
   double off_grid(double h) const;
 
