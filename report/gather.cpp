@@ -37,11 +37,17 @@ class Gathered {
     const bool run = fs::exists(folder_ / "run.h5"), phases = fs::exists(folder_ / "phase_1"),
                begun = scene::has_checkpoint(checkpoint);
     if (!run && !phases && !begun && summary_.is_null() && comparison_.is_null() &&
-        missing_.empty())
+        missing_.empty()) {
+      if (fs::exists(folder_ / "ensemble.json"))
+        throw InvalidArgument(
+            fmt::format("{} holds an ensemble, and a report is of a run or a comparison: see its "
+                        "ensemble.json and ensemble.svg",
+                        folder_.string()));
       throw InvalidArgument(
           fmt::format("{} holds no results: expected summary.json, run.h5, compare.json or "
                       "checkpoint/ of a run",
                       folder_.string()));
+    }
     if (phases)
       several_phases();
     else if (run)

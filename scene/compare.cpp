@@ -38,6 +38,8 @@ class Comparing {
       : assembly_(assembly), options_(options), scale_(assembly.model->description()) {
     check(options);
     c_.title = scene.title;
+    has_events_ = !scene.events.empty(), has_monitor_ = scene.monitor.has_value();
+    has_control_ = scene.step_control != integrators::StepControl::fixed;
     c_.budget_s = options.budget_s;
     c_.scene_duration_s = scene.duration;
     c_.duration_s = options.duration.value_or(scene.duration);
@@ -51,6 +53,11 @@ class Comparing {
       c_.notes.push_back(
           "thrusters switch at whole steps: the steps of most trials miss the times the scene "
           "states, and their errors hold that");
+    for (const auto& [there, what] :
+         {std::pair{has_events_, "[[event]]: the motion of the mechanism as it starts is compared"},
+          {has_control_, "step_control: the steps of a trial are of one size"},
+          {has_monitor_, "[monitor]: trials run without it"}})
+      if (there) c_.notes.push_back(what);
     prepare();
     while (!stopped() && try_one()) {
     }
@@ -247,6 +254,7 @@ class Comparing {
   const double cpu_start_ = thread_cpu_now();
   StateScale scale_;
   double guess_ = 0;
+  bool has_events_ = false, has_control_ = false, has_monitor_ = false;  ///< which trials leave out
   std::vector<Ladder> ladders_;
   Comparison c_;
 };
