@@ -109,7 +109,8 @@ class Session {
     auto saved = Clock::now(), told = saved;
     Pace pace;
     while (run_.goes_on()) {
-      if (options_.stop && options_.stop->load(std::memory_order_relaxed)) {
+      if (run_.steps() == options_.stop_at ||
+          (options_.stop && options_.stop->load(std::memory_order_relaxed))) {
         interrupted_ = true;
         break;
       }

@@ -90,6 +90,7 @@ struct RunOptions {
   std::vector<integrators::Event> until = {};
   bool check_symmetry = false;  ///< `verify`: the way forth and back, and the axioms of the system
   const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: checkpoint and return
+  std::int64_t stop_at = -1;                ///< a step at which it does so by itself
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a second at most.
   std::function<void(double, double, double)> progress = {};
   /// Told what method = "auto" chose, before the first step.

@@ -53,6 +53,7 @@ class WatchedRun {
   const RecordLayout& layout() const { return layout_; }
   integrators::Outcome outcome() const { return outcome_; }
   double fraction() const;  ///< of the run that is done
+  std::int64_t steps() const { return state_.step; }
   bool has_steps() const { return steps_.total > 0; }
 
   /// Everything but the clocks, the notes, momenta and impulses (MomentumBooks) and the verdict.

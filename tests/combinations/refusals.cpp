@@ -1,0 +1,114 @@
+#include <algorithm>
+
+#include "tests/combinations/features.h"
+
+namespace porthos::test::combinations {
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names operator+(Names a, const Names& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+const Names splittings{"splitting strang", "splitting aba864"},
+    orbits = Names{"orbit", "drag", "Sun pressure", "Moon"} + splittings,
+    controls{"steps time_transformed", "steps reversible"},
+    events{"capture",         "release",
+           "lock and unlock", "engage and disengage",
+           "lock above",      "capture within reach"},
+    states{"dc_motor",       "drive fixed", "drive torque",
+           "drive position", "drive rate",  "drive servo"},
+    // what damps, and laws that nobody can know not to
+    losses{"damper", "friction", "controller", "sampled controller",
+           "wheel",  "cmg",      "soft_latch", "engage and disengage"},
+    canonical{"stormer_verlet", "tao4"};
+
+}  // namespace
+
+const std::vector<Refusal>& refusals() {
+  static const std::vector<Refusal> list{
+      {{"fixed base"}, orbits, "What stands on the ground is not in orbit."},
+      {{"uniform gravity"},
+       orbits,
+       "In orbit the field of the planet is what pulls: uniform gravity besides it would count it "
+       "twice."},
+      {{"fixed base"},
+       {"wheel", "torquer"},
+       "A reaction wheel takes up the rate of the base and a rod turns the base: a fixed one has "
+       "no rate."},
+      {{"soft_latch"},
+       {"lock and unlock", "lock above"},
+       "The lock makes one rigid body of the two the latch is between: there is nothing left for "
+       "it to spring."},
+      {canonical, losses,
+       "A symplectic map keeps the volume of phase space, which losses contract. These two split a "
+       "step between the "
+       "derivatives of H, and have no place for what is none."},
+      {canonical, states,
+       "They move q by the derivative of H by p and p by that by q. A current, or the deflection "
+       "of a spring between motor "
+       "and joint, is no q and has no p: the structure matrix is not [0 I; -I 0]."},
+      {{"splitting aba864"},
+       losses + Names{"dc_motor", "drive torque", "drive position"},
+       "A splitting of order above 2 in the whole step takes parts of it backwards (Sheng 1989, "
+       "Suzuki 1991), and "
+       "backwards in time losses grow."},
+      {{"thruster"},
+       canonical + Names{"radau15", "rival, cvode_adams"},
+       "Thrust jumps where it switches. A method with a stage on that instant, or with steps "
+       "across it, sees the jump on the "
+       "wrong side."},
+      {controls,
+       {"thruster", "sampled controller"},
+       "What switches or samples at given instants needs steps that end there, and a step that is "
+       "cut short is "
+       "not the one the control's invariant was made for."},
+      {controls,
+       {"radau15", "rival, cvode_adams", "auto"},
+       "The method chooses the steps itself, or a step of one size is what is chosen."},
+      {{"steps reversible"},
+       {"rk4", "tao4"},
+       "A reversible control keeps the reversibility a symmetric method has (Hairer, Soderlind "
+       "2005). These have none."},
+      {{"monitor repeat"},
+       controls,
+       "A step taken again in parts gives the control's variable another past: the way back would "
+       "not find the parts again."},
+      {controls, orbits,
+       "The Kepler flow, the kicks and the internal motion of a step share its size, and the size "
+       "goes by the joint rates: "
+       "varying kicks are not symplectic, and their error would not cancel along the orbit."},
+      {controls, events,
+       "The transformed time of a mechanism with the energy H0 is that of sigma (H - H0). An event "
+       "gives another "
+       "mechanism, another H0 and rates that jump."},
+      {{"rival, cvode_adams"},
+       {"resume"},
+       "What a multistep method knows of its last steps stays inside the library."},
+      {{"sampled controller"},
+       {"compare"},
+       "A sampled controller is another system at each size of the step: there is no one motion to "
+       "converge to."},
+      {{"ensemble"},
+       {"report"},
+       "The page is of one motion. An ensemble has its own picture, ensemble.svg."},
+  };
+  return list;
+}
+
+int refusal_of(const Feature& a, const Feature& b) {
+  const auto among = [](const std::vector<std::string>& names, const Feature& f) {
+    return std::find(names.begin(), names.end(), f.name) != names.end();
+  };
+  const auto& list = refusals();
+  for (size_t i = 0; i < list.size(); ++i)
+    if ((among(list[i].of, a) && among(list[i].with, b)) ||
+        (among(list[i].of, b) && among(list[i].with, a)))
+      return int(i) + 1;
+  return 0;
+}
+
+}  // namespace porthos::test::combinations
