@@ -96,7 +96,7 @@ CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Q
     for (int k = 0; k < r; ++k)
       coefficients.push_back(k < s - 1 ? (2 * k + 1) * p[k] : 2 * p[k] / last_norm);
   }
-  t.legendre.assign(coefficients.begin(), coefficients.end());
+  for (const Quad c : coefficients) t.legendre.push_back(T(c));
   mu.clear();
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j)
@@ -176,7 +176,7 @@ CollocationTable<T> hbvm_table(int k, int r) {
   require_stages("HBVM", k, std::max(r, 1), most_stages);
   std::vector<Quad> mu;
   auto t = expansion<T>(gauss_quadrature(k), r, mu);
-  t.mu.assign(mu.begin(), mu.end());
+  for (const Quad a : mu) t.mu.push_back(T(a));
   return t;
 }
 

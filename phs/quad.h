@@ -27,10 +27,13 @@ int quadmath_snprintf(char*, unsigned long, const char*, ...);
 
 #else
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <concepts>
+#include <cstdio>
 #include <cstdlib>
+#include <string>
 
 namespace porthos::phs {
 
@@ -76,6 +79,12 @@ inline Quad logq(Quad x) { return std::log(wide(x)); }
 inline Quad tanhq(Quad x) { return std::tanh(wide(x)); }
 inline Quad powq(Quad x, Quad y) { return std::pow(wide(x), wide(y)); }
 inline Quad strtoflt128(const char* text, char** end) { return std::strtold(text, end); }
+/// `format` has libquadmath's Q, which is L for a long double.
+inline int quadmath_snprintf(char* text, unsigned long size, const char* format, Quad x) {
+  std::string f = format;
+  std::replace(f.begin(), f.end(), 'Q', 'L');
+  return std::snprintf(text, size, f.c_str(), wide(x));
+}
 
 }  // namespace porthos::phs
 

@@ -43,7 +43,7 @@ std::shared_ptr<const phs::NetworkModel> controlled(double period) {
       "friction", first,
       phs::friction(
           {.coulomb = 0.1, .breakaway = 0.2, .stribeck = 0.1, .viscous = 0.05, .smoothing = 0.05}));
-  n.source("push", first, phs::function([](auto t) { return decltype(t)(0.3) * sin(t); }));
+  n.source("push", first, phs::function([](auto t) { return decltype(t)(0.3) * phs::sin(t); }));
   n.control("servo", second, phs::law([](auto, auto x, auto y, auto u) {
               using T = typename decltype(u)::value_type;
               u[0] = -T(2.0) * x[1] - T(0.4) * y[0];
@@ -125,7 +125,7 @@ TEST(Allocation, NoneInAStepOfAnActuatedJoint) {
   vsa::Actuator act;
   act.elastic = vsa::series_elastic({100});
   act.theta = {.kind = vsa::Drive::Kind::torque, .inertia = 0.1, .viscous = 0.5};
-  act.theta.command = phs::function([](auto t) { return decltype(t)(0.3) * sin(t); });
+  act.theta.command = phs::function([](auto t) { return decltype(t)(0.3) * phs::sin(t); });
   phs::Network n("actuated");
   n.add("arm", link).main("arm");
   vsa::attach(n, "drive", "arm." + link->description().ports[0].name, act);

@@ -173,11 +173,11 @@ class TunedPendulums : public phs::ModelFor<TunedPendulums> {
       return std::make_unique<Evaluator>(m_);
     }
     T hamiltonian(In x) override {
-      return T(0.5) * x[1] * x[1] + k_[0] * (T(1.0) - cos(x[0])) -
+      return T(0.5) * x[1] * x[1] + k_[0] * (T(1.0) - phs::cos(x[0])) -
              k_[1] * x[0] * x[0] * x[0] * x[0];
     }
     void gradient(In x, Out e) override {
-      e[0] = k_[0] * sin(x[0]) - T(4.0) * k_[1] * x[0] * x[0] * x[0], e[1] = x[1];
+      e[0] = k_[0] * phs::sin(x[0]) - T(4.0) * k_[1] * x[0] * x[0] * x[0], e[1] = x[1];
     }
     void field(T t, In x, In, Out dx) override { gradient(x, e_), rate(t, x, e_, dx); }
     void rate(T, In, In e, Out dx) override { dx[0] = e[1], dx[1] = -e[0]; }

@@ -175,11 +175,11 @@ struct Ball {  // H = p²/2 + log cosh(y) + y
   }
   template <class T>
   T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * x[1] * x[1] + x[0] + log(T(0.5) * (exp(x[0]) + exp(-x[0])));
+    return T(0.5) * x[1] * x[1] + x[0] + phs::log(T(0.5) * (phs::exp(x[0]) + phs::exp(-x[0])));
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = T(1.0) + tanh(x[0]), e[1] = x[1];
+    e[0] = T(1.0) + phs::tanh(x[0]), e[1] = x[1];
   }
 };
 

@@ -89,7 +89,7 @@ struct Driven : S {
   template <class T>
   void drive(T t, std::span<const T> x, std::span<T> dx) const {
     using phs::sin, std::sin;
-    dx[1] = dx[1] + S::lever(x[0]) * sin(t);
+    dx[1] = dx[1] + S::lever(x[0]) * phs::sin(t);
   }
 };
 

@@ -215,7 +215,7 @@ struct Syrup {
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {
-    dx[1] += T(c) * sin(T(3.0) * t);
+    dx[1] += T(c) * phs::sin(T(3.0) * t);
   }
 };
 

@@ -38,7 +38,7 @@ struct Pendulum {
   }
   template <class T>
   T hamiltonian(In<T> x) const {
-    return x[1] * x[1] + T(9.81) * (T(1.0) - cos(x[0]));
+    return x[1] * x[1] + T(9.81) * (T(1.0) - phs::cos(x[0]));
   }
   template <class T>
   void dissipation(In<T>, In<T> e, Out<T> Re) const {
@@ -118,7 +118,7 @@ struct LopsidedFriction : Pendulum {  // R = [1 0.5; 0 1]: positive, not symmetr
 struct WrongGradient : Pendulum {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = T(9.81) * cos(x[0]), e[1] = T(2.0) * x[1];
+    e[0] = T(9.81) * phs::cos(x[0]), e[1] = T(2.0) * x[1];
   }
 };
 struct HiddenForce : Pendulum {
@@ -314,7 +314,7 @@ TEST(Check, Options) {
 struct AnalyticPendulum : Pendulum {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = T(9.81) * sin(x[0]), e[1] = T(2.0) * x[1];
+    e[0] = T(9.81) * phs::sin(x[0]), e[1] = T(2.0) * x[1];
   }
 };
 

@@ -17,7 +17,7 @@ struct DrivenPendulum : Pendulum {
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {
-    dx[1] = dx[1] + T(1.5) * sin(T(0.7) * t);
+    dx[1] = dx[1] + T(1.5) * phs::sin(T(0.7) * t);
   }
 };
 

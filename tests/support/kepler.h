@@ -19,10 +19,12 @@ struct Kepler {
   }
   template <class T>
   T hamiltonian(std::span<const T> x) const {
+    using phs::sqrt;
     return T(0.5) * (x[2] * x[2] + x[3] * x[3]) - T(1.0) / sqrt(x[0] * x[0] + x[1] * x[1]);
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
+    using phs::sqrt;
     const T r2 = x[0] * x[0] + x[1] * x[1], w = T(1.0) / (r2 * sqrt(r2));
     e[0] = w * x[0], e[1] = w * x[1], e[2] = x[2], e[3] = x[3];
   }
@@ -37,6 +39,7 @@ template <int twice_power>
 struct PowerOfRadius {
   template <class T>
   T value(std::span<const T> x) const {
+    using phs::sqrt;
     const T r = sqrt(x[0] * x[0] + x[1] * x[1]);
     if constexpr (twice_power == 2)
       return r;
@@ -45,6 +48,7 @@ struct PowerOfRadius {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> g) const {
+    using phs::sqrt;
     const T r = sqrt(x[0] * x[0] + x[1] * x[1]);
     const T w = twice_power == 2 ? T(1.0) / r : T(1.5) / sqrt(r);
     g[0] = w * x[0], g[1] = w * x[1], g[2] = T(0.0), g[3] = T(0.0);

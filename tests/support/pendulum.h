@@ -14,11 +14,11 @@ struct Pendulum {
   }
   template <class T>
   T hamiltonian(std::span<const T> x) const {
-    return T(0.5) * x[1] * x[1] - cos(x[0]);
+    return T(0.5) * x[1] * x[1] - phs::cos(x[0]);
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = sin(x[0]), e[1] = x[1];
+    e[0] = phs::sin(x[0]), e[1] = x[1];
   }
 };
 
