@@ -21,8 +21,7 @@ using Vec = std::vector<double>;
 class ShapedPotential {
  public:
   explicit ShapedPotential(const ClosedLoop& loop)
-      : loop_(loop),
-        system_(loop.instantiate<double>()),
+      : system_(loop.instantiate<double>()),
         dual_(loop.instantiate<phs::Dual>()),
         n_(loop.rest().size() / 2),
         x_(2 * n_, 0.0),
@@ -63,7 +62,6 @@ class ShapedPotential {
   }
 
  private:
-  const ClosedLoop& loop_;
   std::unique_ptr<phs::System<double>> system_;
   std::unique_ptr<phs::System<phs::Dual>> dual_;
   size_t n_;

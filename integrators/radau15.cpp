@@ -139,12 +139,13 @@ class Radau15 final : public BasicIntegrator<T> {
   Outcome solve(T t, Real dt) {
     t_ = t;
     adapt_to(dt);
-    return iterate(Iteration{.guess = [&](bool predicted) { guess(predicted); },
-                             .sweep = [&](double& distance) { return sweep_once(distance); },
-                             .between = [] {},
-                             .noise = [] { return 0.0; },
-                             .finish = [&] { evaluate(); }},
-                   stagnation_, have_before_, options_.max_sweeps)
+    const auto first = [&](bool predicted) { guess(predicted); };
+    const auto sweep = [&](double& distance) { return sweep_once(distance); };
+    const auto between = [] {};
+    const auto noise = [] { return 0.0; };
+    const auto finish = [&] { evaluate(); };
+    return iterate(Iteration{first, sweep, between, noise, finish}, stagnation_, have_before_,
+                   options_.max_sweeps)
         .outcome;
   }
 

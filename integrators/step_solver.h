@@ -22,6 +22,8 @@ struct Iteration {
   Noise noise;
   Finish finish;
 };
+template <class G, class S, class B, class N, class F>  // which Clang 14 does not deduce by itself
+Iteration(G, S, B, N, F)->Iteration<G, S, B, N, F>;
 
 struct Iterated {
   Outcome outcome = Outcome::not_converged;
@@ -201,28 +203,24 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
   const bool newton = solver != Solver::fixed_point;
   int refreshed = 0;
   const auto freeze = [&] { e.freeze(*newton_, solver), fresh_ = true; };
-  const Iteration parts{.guess =
-                            [&](bool with) {
-                              e.guess(with);
-                              // What was frozen at a prediction goes with it.
-                              if (newton && (fresh_ || !newton_->ready(solver, e.newton_step())))
-                                freeze();
-                            },
-                        .sweep = [&](double& distance) { return e.sweep(distance); },
-                        .between =
-                            [&] {
-                              if (!newton || stagnation_.settled() || !(stagnation_.ratio() > 0.3))
-                                return;
-                              if (refresh == Refresh::always || refreshed < some_refreshes)
-                                freeze(), ++refreshed;
-                            },
-                        .noise = [&]() -> double {
-                          if constexpr (requires { e.noise(); })
-                            return newton ? e.noise() : 0;
-                          else
-                            return 0;
-                        },
-                        .finish = [&] { e.finish(); }};
+  const auto guess = [&](bool with) {
+    e.guess(with);
+    // What was frozen at a prediction goes with it.
+    if (newton && (fresh_ || !newton_->ready(solver, e.newton_step()))) freeze();
+  };
+  const auto sweep = [&](double& distance) { return e.sweep(distance); };
+  const auto between = [&] {
+    if (!newton || stagnation_.settled() || !(stagnation_.ratio() > 0.3)) return;
+    if (refresh == Refresh::always || refreshed < some_refreshes) freeze(), ++refreshed;
+  };
+  const auto noise = [&]() -> double {
+    if constexpr (requires { e.noise(); })
+      return newton ? e.noise() : 0;
+    else
+      return 0;
+  };
+  const auto finish = [&] { e.finish(); };
+  const Iteration parts{guess, sweep, between, noise, finish};
   const Iterated r = iterate(parts, stagnation_, predicted, most_sweeps,
                              refresh == Refresh::always ? most_sweeps : 10);
   if (r.dropped) distrust_ = 16;

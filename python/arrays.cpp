@@ -29,11 +29,11 @@ std::string kind_of(py::handle h) {
   return fmt::format("a numpy array of shape {}", text(a.shape(), size_t(a.ndim())));
 }
 
-const py::array& Rows::check(const char* name, py::handle h, const Shape& item) {
+py::array Rows::check(const char* name, py::handle h, const Shape& item) {
   if (!py::isinstance<py::array>(h))
     throw InvalidArgument(
         fmt::format("{} is {}, expected a numpy array of float64", name, kind_of(h)));
-  const auto& a = reinterpret_cast<const py::array&>(h);
+  const auto a = py::reinterpret_borrow<py::array>(h);
   if (!py::isinstance<py::array_t<double>>(a))
     throw InvalidArgument(
         fmt::format("{0} has dtype {1}, expected float64", name, std::string(py::str(a.dtype()))));
@@ -69,7 +69,7 @@ const py::array& Rows::check(const char* name, py::handle h, const Shape& item) 
 
 const double* Rows::in(const char* name, py::handle h, const Shape& item, bool optional) {
   if (h.is_none() && optional) return nullptr;
-  const py::array& a = check(name, h, item);
+  const py::array a = check(name, h, item);
   const char* data = static_cast<const char*>(a.data());
   taken_.push_back({name, data, data + a.nbytes()});
   return static_cast<const double*>(a.data());
@@ -79,7 +79,7 @@ py::array_t<double> Rows::out(const char* name, py::handle h, const Shape& item)
   Shape shape = item;
   if (batched_) shape.insert(shape.begin(), rows_);
   if (h.is_none()) return py::array_t<double>(shape);
-  const py::array& a = check(name, h, item);
+  const py::array a = check(name, h, item);
   if (!a.writeable())
     throw InvalidArgument(fmt::format("{} is read-only, expected a writeable array", name));
   const char *begin = static_cast<const char*>(a.data()), *end = begin + a.nbytes();

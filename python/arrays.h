@@ -36,7 +36,7 @@ class Rows {
     std::string name;
     const char *begin, *end;
   };
-  const py::array& check(const char* name, py::handle array, const Shape& item);
+  py::array check(const char* name, py::handle array, const Shape& item);
   bool known_ = false, batched_ = false;
   py::ssize_t rows_ = 1;
   std::string first_;         ///< the array that said how many states there are

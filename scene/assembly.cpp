@@ -177,7 +177,7 @@ void scale_masses(mechanics::MechanismBuilder& parts,
   for (const auto& [link, factor] : factors) {
     auto& all = parts.bodies();
     const auto b =
-        std::find_if(all.begin(), all.end(), [&](const auto& k) { return k.name == link; });
+        std::find_if(all.begin(), all.end(), [&, &l = link](const auto& k) { return k.name == l; });
     if (b == all.end()) {
       std::string known;
       for (const auto& k : all) known += (known.empty() ? "" : ", ") + k.name;

@@ -65,7 +65,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
       if (*unit) columns.back().data.attribute("unit", std::string(unit));
       if (!names.empty()) columns.back().data.attribute("columns", names);
     };
-    using enum Kind;
+    constexpr Kind real = Kind::real, integer = Kind::integer;
     add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
     add("status", l.status, 1, integer, "1"), add("steps", l.steps, 1, integer, "1");
     add("passed", l.passed, 1, integer, "1");

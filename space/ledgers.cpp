@@ -22,7 +22,7 @@ void append(LedgerReport& to, const LedgerReport& next) {
   to.scale = std::max(to.scale, next.scale), to.turned_over += next.turned_over;
   for (const auto& [name, joule] : next.works) {
     const auto known = std::find_if(to.works.begin(), to.works.end(),
-                                    [&](const auto& w) { return w.first == name; });
+                                    [&n = name](const auto& w) { return w.first == n; });
     if (known == to.works.end())
       to.works.emplace_back(name, joule);
     else

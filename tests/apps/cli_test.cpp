@@ -10,8 +10,8 @@
 #include <string>
 
 #include "integrators/integrator.h"
-#ifdef PORTHOS_GSL_RIVALS
 #include "tests/places.h"
+#ifdef PORTHOS_GSL_RIVALS
 #include "tests/support/gsl_methods.h"
 #endif
 

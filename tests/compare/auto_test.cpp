@@ -208,7 +208,8 @@ TEST_F(Keys, BadOnesAreRefused) {
       {"method = \"auto\"\ntarget_energy_error = \"small\"",
        "target_energy_error is a string, expected a number"},
       {"method = \"autp\"\nstep = 1", "method is 'autp', expected one of "}};
-  for (const auto& [keys, why] : cases) EXPECT_TRUE(says(refusal([&] { read(keys); }), why));
+  for (const auto& [keys, why] : cases)
+    EXPECT_TRUE(says(refusal([&, &k = keys] { read(k); }), why));
 }
 
 TEST_F(Keys, TheCommandLineCanTakeTheChoiceBack) {

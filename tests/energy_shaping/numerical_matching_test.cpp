@@ -84,7 +84,7 @@ TEST(NumericalMatching, RefusesWithTheReason) {
        {std::pair<NumericalMatching, const char*>{wide, "degenerates at r"},
         {coarse, "do not resolve"},
         {port, "matching, "}}) {
-    const auto got = refusal([&] { (void)numerical_matching(model, o); });
+    const auto got = refusal([&, &how = o] { (void)numerical_matching(model, how); });
     std::printf("  %s\n", got.c_str());
     EXPECT_NE(got.find(expected), std::string::npos) << got;
   }

@@ -113,7 +113,7 @@ TEST(Ledger, BadElementsAreRefusedWithTheirLine) {
        "is given with a table of forces"}};
   for (const auto& [keys, text] : cases) {
     TemporaryFolder folder;
-    EXPECT_TRUE(says(refusal([&] { scene_with(folder, element(keys)); }), text));
+    EXPECT_TRUE(says(refusal([&, &k = keys] { scene_with(folder, element(k)); }), text));
   }
   TemporaryFolder folder;
   const auto unknown =

@@ -116,7 +116,7 @@ TEST(Monitor, BadKeysAreRefusedWithTheirLine) {
        "output is \"mean\" without a rate, expected both or neither"}};
   for (const auto& [tables, text] : cases) {
     TemporaryFolder folder;
-    EXPECT_TRUE(says(refusal([&] { scene_with(folder, tables); }), text)) << tables;
+    EXPECT_TRUE(says(refusal([&, &t = tables] { scene_with(folder, t); }), text)) << tables;
   }
   TemporaryFolder folder;
   const auto off = scene_with(folder, controller("rate = 30.0\n"));

@@ -164,7 +164,7 @@ TEST(MinimumEnergy, ConstantEnergyPathsByTheLedger) {
     std::vector<double> rates;
     for (int i = 0; i < parts; ++i)
       rates.push_back((number(path[size_t(i) + 1]) - number(path[size_t(i)])) / part);
-    return phs::function([rates, part, parts](auto t) {
+    return phs::function([rates, part](auto t) {
       using T = decltype(t);
       return vsa::gather<T>([&](int lane) {
         return rates[size_t(std::clamp(int(vsa::lane(t, lane) / part), 0, parts - 1))];
