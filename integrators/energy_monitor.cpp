@@ -253,8 +253,9 @@ void EnergyMonitor::restore(std::span<const double> m) {
   books_ = std::bit_cast<Books>(b);
   m = m.subspan(b.size());
   auto& r = report_;
-  r.violations = std::int64_t(m[0]), r.repeated = std::int64_t(m[1]), r.first_s = m[2];
-  r.worst = m[3], r.projected = std::int64_t(m[4]), r.out_of_reach = std::int64_t(m[5]);
+  const auto count = [](double x) { return whole<std::int64_t>(x, 0, 0x1p53); };
+  r.violations = count(m[0]), r.repeated = count(m[1]), r.first_s = m[2];
+  r.worst = m[3], r.projected = count(m[4]), r.out_of_reach = count(m[5]);
   r.moved_J = m[6];
   if (r.violations > 0) r.last = "before this run was continued";
   scale_.restore(m.subspan(counted));

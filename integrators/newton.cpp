@@ -132,9 +132,10 @@ void SimplifiedNewton::save(std::vector<double>& m) const {
   for (auto turn : turns_) m.push_back(double(turn));
 }
 void SimplifiedNewton::restore(std::span<const double> m) {
-  const auto solver = Solver(int(m[0]));
+  const auto solver = Solver(whole(m[0]));
   std::vector<std::int64_t> turns;
-  for (double turn : m.subspan(3 + x_.size())) turns.push_back(std::int64_t(turn));
+  for (double turn : m.subspan(3 + x_.size()))
+    turns.push_back(whole<std::int64_t>(turn, -0x1p53, 0x1p53));
   if (std::find(solvers_.begin(), solvers_.end(), solver) == solvers_.end())
     forget();
   else

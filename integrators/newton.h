@@ -127,8 +127,8 @@ class SolverChoice {
       m.push_back(x);
   }
   void restore(std::span<const double> m) {
-    newton_ = m[0] != 0, rung_ = int(m[1]), slow_ = int(m[2]), wait_ = int(m[3]);
-    interval_ = int(m[4]), newton_steps_ = std::int64_t(m[5]);
+    newton_ = m[0] != 0, rung_ = whole(m[1]), slow_ = whole(m[2]), wait_ = whole(m[3]);
+    interval_ = whole(m[4], 1, 4096), newton_steps_ = whole<std::int64_t>(m[5], 0, 0x1p53);
   }
 
  private:

@@ -106,9 +106,9 @@ class StepSolver {
     if (newton_) m.push_back(fresh_sweeps_), choice_.save(m), newton_->save(m);
   }
   void restore(std::span<const double> m) {
-    distrust_ = int(m[0]);
+    distrust_ = whole(m[0]);
     if (!newton_) return;
-    fresh_sweeps_ = int(m[1]);
+    fresh_sweeps_ = whole(m[1]);
     choice_.restore(m.subspan(2)), newton_->restore(m.subspan(2 + SolverChoice::memory_size));
   }
 
@@ -187,12 +187,11 @@ Outcome StepSolver::by_newton(Equations& e, bool predicted, Solver solver) {
     newton_->forget();
     o = iterate_by(e, false, solver, most_sweeps_, Refresh::always);
   }
-  if (o != Outcome::ok)
+  const bool stale = !fresh_ && sweeps_ > fresh_sweeps_ + worth_of_a_factorisation(solver);
+  if (o != Outcome::ok || stale)
     newton_->forget();
   else if (fresh_)
     fresh_sweeps_ = sweeps_;
-  else if (sweeps_ > fresh_sweeps_ + worth_of_a_factorisation(solver))
-    newton_->forget();
   return o;
 }
 

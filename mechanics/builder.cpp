@@ -61,7 +61,7 @@ double lift_to_zero(MassProperties& m) {
   Eigen::Matrix3d full;
   full << S.xx, S.xy, S.xz, S.xy, S.yy, S.yz, S.xz, S.yz, S.zz;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(full);
-  const Eigen::Vector3d e = solver.eigenvalues();
+  const Eigen::Vector3d& e = solver.eigenvalues();
   if (!(e[0] < 0) || e[0] < -inertia_slack(m.mass, e[2])) return 0;
   const Eigen::Matrix3d& V = solver.eigenvectors();
   full = V * e.cwiseMax(0).asDiagonal() * V.transpose();

@@ -18,6 +18,15 @@ inline void require_size(const char* what, std::size_t got, std::size_t expected
                           " entries, expected " + std::to_string(expected));
 }
 
+/// A whole number kept as a double, as the memory of methods in checkpoints is.
+/// @throws InvalidArgument if it is none from least to most
+template <class I = int>
+I whole(double x, double least = -1e9, double most = 1e9) {
+  if (!(x >= least && x <= most))
+    throw InvalidArgument("a checkpoint's memory has " + std::to_string(x) + " for a count");
+  return static_cast<I>(x);
+}
+
 /// A number for the text of an error: at most so many significant digits, no trailing zeros.
 inline std::string number(double x, int digits = 9) {
   std::array<char, 32> text;

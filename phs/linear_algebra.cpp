@@ -27,15 +27,41 @@ std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double>
   return {solver.eigenvalues().begin(), solver.eigenvalues().end()};
 }
 
-std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A) {
-  const Eigen::MatrixXd M = square(n, A);
-  if (!M.allFinite()) return std::vector<std::complex<double>>(n, not_a_number);
+namespace {
+
+std::vector<std::complex<double>> eigenvalues(const Eigen::MatrixXd& M) {
+  if (M.size() == 0) return {};
+  if (!M.allFinite()) return std::vector<std::complex<double>>(size_t(M.rows()), not_a_number);
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(M, false);
   std::vector<std::complex<double>> all(solver.eigenvalues().begin(), solver.eigenvalues().end());
   std::sort(all.begin(), all.end(), [](auto a, auto b) {
     return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag();
   });
   return all;
+}
+
+}  // namespace
+
+std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A) {
+  return eigenvalues(square(n, A));
+}
+
+Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance) {
+  Eigen::MatrixXd M = square(n, A);
+  Spectrum s;
+  double zero = 0;
+  while (M.size() > 0 && M.allFinite()) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(M, Eigen::ComputeFullV);
+    const auto& sigma = svd.singularValues();
+    if (s.zeros == 0) zero = tolerance * sigma[0];
+    const Eigen::Index rank = (sigma.array() > zero).count();
+    if (rank == M.rows()) break;
+    s.zeros += int(M.rows() - rank);
+    const Eigen::MatrixXd V = svd.matrixV().leftCols(rank);  // across the null space
+    M = (V.transpose() * M * V).eval();
+  }
+  s.rest = eigenvalues(M);
+  return s;
 }
 
 std::vector<double> linear_solve(std::size_t n, std::span<const double> A,

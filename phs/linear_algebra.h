@@ -13,6 +13,14 @@ namespace porthos::phs {
 std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double> A);
 /// Eigenvalues of A by rising real part; NaN where A is not finite.
 std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A);
+/// Eigenvalues of A, those that are zero counted apart. Null spaces are split off one after the other, so that a Jordan block
+/// of zeros (a direction without stiffness and its momentum) does not smear over slow modes, as it does in eigenvalues().
+struct Spectrum {
+  int zeros = 0;                           ///< the algebraic multiplicity of 0
+  std::vector<std::complex<double>> rest;  ///< as of eigenvalues()
+};
+/// tolerance: singular values below it times the largest are zero.
+Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance = 1e-13);
 /// x of A x = b. NaN where A is singular.
 std::vector<double> linear_solve(std::size_t n, std::span<const double> A,
                                  std::span<const double> b);

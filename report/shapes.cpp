@@ -33,7 +33,7 @@ Json box_of(const mechanics::MassProperties& m) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(I);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0) axes.col(0) *= -1;
-  const Eigen::Vector3d e = solver.eigenvalues();
+  const Eigen::Vector3d& e = solver.eigenvalues();
   std::array<double, 3> side{};
   for (int k = 0; k < 3; ++k) {
     const double square = 6 / m.mass * (e.sum() - 2 * e[k]);

@@ -236,7 +236,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
     a.splitting = scene.orbit->splitting;
   }
   auto start = start_of(scene, a);
-  a.initial = std::move(start.state), a.centre = std::move(start.centre);
+  a.initial = std::move(start.state), a.centre = start.centre;
   return a;
 }
 }  // namespace

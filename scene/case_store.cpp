@@ -27,9 +27,9 @@ Part part_of(const std::string& text) {
   return p;
 }
 
-CaseStore::CaseStore(const Ensemble& ensemble, fs::path out, Part part, bool resume)
+CaseStore::CaseStore(const Ensemble& ensemble, const fs::path& out, Part part, bool resume)
     : ensemble_(ensemble),
-      folder_(std::move(out) / "parts"),
+      folder_(out / "parts"),
       part_(part),
       place_(size_t(ensemble.cases().cases)) {
   const auto cases = ensemble.cases().cases;

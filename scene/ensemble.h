@@ -75,7 +75,7 @@ class CaseStore {
  public:
   /// Takes in every log in the folder, and appends to the one of `part`.
   /// @throws InvalidArgument for a log of another ensemble, one that is in use, or without `resume` one of this part
-  CaseStore(const Ensemble& ensemble, std::filesystem::path out, Part part, bool resume);
+  CaseStore(const Ensemble& ensemble, const std::filesystem::path& out, Part part, bool resume);
 
   void add(std::span<const double> row);
   bool has(std::int64_t index) const { return place_[size_t(index)].log >= 0; }

@@ -11,6 +11,14 @@
 namespace porthos::scene {
 namespace {
 
+/// A file from somewhere may declare any size: none is allocated that the bytes behind it cannot fill (deflate shrinks 1032 times
+/// at most).
+bool is_filled(hid_t data, hid_t type, const std::vector<hsize_t>& shape) {
+  double bytes = double(H5Tget_size(type));
+  for (const hsize_t n : shape) bytes *= double(n);
+  return bytes <= 1032.0 * double(H5Dget_storage_size(data));
+}
+
 /// What a dataset is, or false if it is nothing that Hdf5File writes.
 bool describe(hid_t data, Hdf5Reader::Dataset& d) {
   using Kind = Hdf5Reader::Kind;
@@ -34,13 +42,15 @@ bool describe(hid_t data, Hdf5Reader::Dataset& d) {
   std::vector<hsize_t> n(size_t(rank), 0);
   if (rank > 0 && H5Sget_simple_extent_dims(space, n.data(), nullptr) < 0) return false;
   d.shape.assign(n.begin(), n.end());
+  d.filled = is_filled(data, type, n);
   return true;
 }
 
-/// The text of fixed length behind `read`, without the zeros it is filled up with.
-std::string fixed_text(hid_t type, const std::function<herr_t(void*)>& read) {
+/// The one text of fixed length behind `read`, without the zeros it is filled up with.
+std::string fixed_text(hid_t type, hid_t space, const std::function<herr_t(void*)>& read) {
+  if (H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1) return {};
   std::string text(H5Tget_size(type), '\0');
-  if (H5Tis_variable_str(type) > 0 || read(text.data()) < 0) return {};
+  if (read(text.data()) < 0) return {};
   text.resize(text.find_last_not_of('\0') + 1);
   return text;
 }
@@ -98,7 +108,12 @@ void Hdf5Reader::refuse(const std::string& why) const {
 }
 
 const Hdf5Reader::Dataset& Hdf5Reader::dataset(const std::string& name) const {
-  if (const auto d = datasets_.find(name); d != datasets_.end()) return d->second;
+  if (const auto d = datasets_.find(name); d != datasets_.end()) {
+    if (!d->second.filled)
+      refuse(
+          fmt::format("dataset '{}' is damaged: it is declared larger than what is there", name));
+    return d->second;
+  }
   std::string known;
   for (const auto& [other, d] : datasets_) known += (known.empty() ? "" : ", ") + other;
   refuse(fmt::format("it has no dataset '{}', expected one of: {}", name, known));
@@ -120,6 +135,8 @@ void Hdf5Reader::read(const std::string& name, std::int64_t* to) const {
 void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int64_t rows,
                            double* to) const {
   const auto& shape = dataset(name).shape;
+  if (shape.empty() || first < 0 || rows < 0 || rows > shape[0] - first)
+    refuse(fmt::format("dataset '{}' has no records {} to {}", name, first, first + rows));
   const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), all(d.ok() ? H5Dget_space(d) : -1);
   const hsize_t start[2] = {hsize_t(first), 0},
                 size[2] = {hsize_t(rows), shape.size() > 1 ? hsize_t(shape[1]) : 1};
@@ -131,17 +148,20 @@ void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int
 
 std::string Hdf5Reader::text(const std::string& name) const {
   dataset(name);
-  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), type(d.ok() ? H5Dget_type(d) : -1);
-  if (!type.ok()) refuse(fmt::format("dataset '{}' is damaged", name));
-  return fixed_text(type,
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), type(d.ok() ? H5Dget_type(d) : -1),
+      space(d.ok() ? H5Dget_space(d) : -1);
+  if (!type.ok() || !space.ok() || H5Tget_class(type) != H5T_STRING)
+    refuse(fmt::format("dataset '{}' is damaged, expected a text", name));
+  return fixed_text(type, space,
                     [&](void* to) { return H5Dread(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
 }
 
 std::map<std::string, std::string> Hdf5Reader::texts(const std::string& object) const {
   std::map<std::string, std::string> all;
   const auto add = [&](const std::string& name, hid_t a, hid_t type) {
-    if (H5Tget_class(type) == H5T_STRING)
-      all[name] = fixed_text(type, [&](void* to) { return H5Aread(a, type, to); });
+    const Owned space(H5Aget_space(a));
+    if (H5Tget_class(type) == H5T_STRING && space.ok())
+      all[name] = fixed_text(type, space, [&](void* to) { return H5Aread(a, type, to); });
   };
   if (!each_attribute(file_, object, add)) refuse(fmt::format("it has no '{}'", object));
   return all;
@@ -151,7 +171,10 @@ std::map<std::string, double> Hdf5Reader::numbers(const std::string& object) con
   std::map<std::string, double> all;
   const auto add = [&](const std::string& name, hid_t a, hid_t type) {
     double x = 0;
-    if (H5Tget_class(type) == H5T_FLOAT && H5Aread(a, H5T_NATIVE_DOUBLE, &x) >= 0) all[name] = x;
+    const Owned space(H5Aget_space(a));
+    if (H5Tget_class(type) == H5T_FLOAT && space.ok() && H5Sget_simple_extent_npoints(space) == 1 &&
+        H5Aread(a, H5T_NATIVE_DOUBLE, &x) >= 0)
+      all[name] = x;
   };
   if (!each_attribute(file_, object, add)) refuse(fmt::format("it has no '{}'", object));
   return all;

@@ -21,6 +21,7 @@ class Hdf5Reader {
   struct Dataset {
     Kind kind = Kind::real;
     std::vector<std::int64_t> shape;  ///< rows, or rows and columns
+    bool filled = true;               ///< false: more is declared than the file holds
     std::int64_t size() const;
   };
   /// Every dataset by its path ("state/elbow"), in the order of the names.

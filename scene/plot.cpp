@@ -230,6 +230,7 @@ Envelope::Envelope(double first, double last)
 
 void Envelope::add(double t, double error) {
   const double v = std::fabs(error);
+  if (!std::isfinite(t) || !std::isfinite(v)) return;
   sum_of_squares_ += v * v, ++count_;
   if (logarithmic_ && t < first_) return;
   const double f = logarithmic_ ? std::log(t / first_) / std::log(last_ / first_) : t / last_;

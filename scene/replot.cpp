@@ -45,7 +45,8 @@ RunReport report_of(const Json& s) {
   if (s.contains("step_control"))
     r.step_control = integrators::step_control_of(s.at("step_control").get<std::string>());
   r.step_s = number(s.at("step_s")), r.simulated_s = number(s.at("simulated_s"));
-  r.steps = s.at("steps"), r.cpu_s = number(s.at("cpu_s"));
+  r.steps = std::int64_t(std::clamp(number(s.at("steps")), 0.0, 0x1p53)),
+  r.cpu_s = number(s.at("cpu_s"));
   r.energy.scale_J = number(s.at("energy").at("scale_J"));
   for (const auto& c : s.at("checks"))
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
@@ -53,8 +54,14 @@ RunReport report_of(const Json& s) {
   return r;
 }
 
+/// A series, a number a record.
 std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
   std::vector<double> v(size_t(file.dataset(name).size()));
+  const auto records = size_t(file.dataset("time").size());
+  if (v.size() != records)
+    throw InvalidArgument(
+        fmt::format("run.h5 is damaged: {} has {} numbers, expected {}, one a record", name,
+                    v.size(), records));
   file.read(name, v.data());
   return v;
 }

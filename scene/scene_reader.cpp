@@ -156,7 +156,7 @@ class Reader {
       refuse(file_.path + ":1:1", fmt::format("there is no [{}], expected a table with the keys {}",
                                               key, joined(known)));
     return {file_, top.raw(key, "a table with the keys " + joined(known)), fmt::format("[{}]", key),
-            "", std::move(known)};
+            "", known};
   }
 
   void model(const Table& t) {

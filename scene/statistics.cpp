@@ -71,6 +71,7 @@ std::vector<double> ErrorStatistics::memory() const {
 
 void ErrorStatistics::restore(std::span<const double> m) {
   if (m.size() < 6 || m.size() % 3 != 0) require_size("memory of the statistics", m.size(), 6);
+  for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
   count_ = m[0], regular_ = m[1], max_abs_ = m[2], sum_of_squares_ = m[3], start_ = m[4],
   end_ = m[5];
   levels_.clear();
