@@ -51,34 +51,35 @@ std::string claims(const std::string& method) {
 Json verification(const Json& s) {
   size_t passed = 0, axioms = 0;
   bool symmetry = false;
-  for (const auto& c : s["checks"]) {
-    passed += c["pass"].get<bool>();
-    axioms += c["name"].get<std::string>().rfind("axiom", 0) == 0;
-    symmetry |= c["name"] == "symmetry";
+  for (const auto& c : s.at("checks")) {
+    passed += c.at("pass").get<bool>();
+    axioms += c.at("name").get<std::string>().rfind("axiom", 0) == 0;
+    symmetry |= c.at("name") == "symmetry";
   }
   std::string text = fmt::format("{} of {} checks passed, integrated by {}. ", passed,
-                                 s["checks"].size(), claims(s["method"]));
+                                 s.at("checks").size(), claims(s.at("method")));
   if (s.contains("not_applicable"))
-    for (const auto& n : s["not_applicable"])
+    for (const auto& n : s.at("not_applicable"))
       text += fmt::format("Not applicable: {}, {}. ", n.value("name", ""), n.value("why", ""));
-  if (s["verdict"] == "not judged") text += "No check tells of the motion: the run is not judged. ";
+  if (s.at("verdict") == "not judged")
+    text += "No check tells of the motion: the run is not judged. ";
   text += axioms > 0 ? fmt::format("{} axioms of the system were tested at random states{}.",
                                    axioms, symmetry ? ", and the way forth and back" : "")
                      : "The axioms of the system and its symmetry in time were not tested here: "
                        "porthos verify does.";
-  return row("Verification", s["verdict"] == "not judged" ? partly : stated, text);
+  return row("Verification", s.at("verdict") == "not judged" ? partly : stated, text);
 }
 
 Json uncertainty(const Json& s, const Json& comparison) {
-  const auto& e = s["energy"];
+  const auto& e = s.at("energy");
   std::string text =
       fmt::format("Numerical: energy error at most {} relative, growth exponent {}, drift {}. ",
-                  number(e["max_rel_error"]), number(e["growth_exponent"], "{:.2f}"),
-                  e["drift_is_significant"].get<bool>() ? "significant" : "not significant");
+                  number(e.at("max_rel_error")), number(e.at("growth_exponent"), "{:.2f}"),
+                  e.at("drift_is_significant").get<bool>() ? "significant" : "not significant");
   if (comparison.is_object() && comparison.contains("trajectory") &&
-      comparison["trajectory"]["reference_error"].is_number())
+      comparison.at("trajectory").at("reference_error").is_number())
     text += fmt::format("Trajectories were compared with a reference known to {}. ",
-                        number(comparison["trajectory"]["reference_error"]));
+                        number(comparison.at("trajectory").at("reference_error")));
   return row("Uncertainty", partly, text + "Uncertainty of the parameters: not stated.");
 }
 
@@ -88,12 +89,12 @@ Json robustness(const Json& comparison) {
         "Robustness", not_stated,
         "Sensitivity to method, step and start values was not examined: porthos compare does.");
   std::string text =
-      fmt::format("{} trials by other methods and steps. ", comparison["runs"].size());
-  const auto& l = comparison["lyapunov"];
-  text += l["chaotic"].get<bool>()
-              ? fmt::format("Small deviations grow e-fold in {} s. ", number(l["time_s"]))
+      fmt::format("{} trials by other methods and steps. ", comparison.at("runs").size());
+  const auto& l = comparison.at("lyapunov");
+  text += l.at("chaotic").get<bool>()
+              ? fmt::format("Small deviations grow e-fold in {} s. ", number(l.at("time_s")))
               : fmt::format("Small deviations grew {}-fold in {} s, not exponentially. ",
-                            number(l["growth"]), number(l["observed_s"]));
+                            number(l.at("growth")), number(l.at("observed_s")));
   return row("Robustness", stated, text + "Sensitivity to the parameters: not stated.");
 }
 
@@ -119,7 +120,7 @@ Json credibility(const Json& s, const Json& comparison, const scene::Scene* scen
   list.push_back(
       row("History of use", not_stated, "Earlier uses of this model are not known to this run."));
   const std::string hash =
-      s.contains("provenance") ? s["provenance"].value("git_hash", "unknown") : "unknown";
+      s.contains("provenance") ? s.at("provenance").value("git_hash", "unknown") : "unknown";
   list.push_back(row("Management", hash == "unknown" ? not_stated : partly,
                      hash == "unknown"
                          ? "The program does not know its commit."

@@ -180,8 +180,8 @@ class Gathered {
   bool happened(const scene::Event& e, double at) const {
     const auto near = [&](double t) { return std::fabs(t - at) <= 1e-9 * at; };
     if (!summary_.is_object() || !summary_.contains("events")) return near(e.at);
-    for (const auto& known : summary_["events"])
-      if (known["event"] == scene::text(e) && near(known["at_s"].get<double>())) return true;
+    for (const auto& known : summary_.at("events"))
+      if (known.at("event") == scene::text(e) && near(known.at("at_s").get<double>())) return true;
     return false;
   }
 
@@ -194,7 +194,9 @@ class Gathered {
     const Json c = fs::exists(path) ? Json::parse(scene::read_file(path), nullptr, false) : Json();
     if (!c.is_object() || !c.contains("provenance")) return;
     for (const char* digest : {"scene_sha256", "model_sha256"})
-      if (c["provenance"].value(digest, "a") != summary_["provenance"].value(digest, "b")) return;
+      if (!c["provenance"].contains(digest) || !summary_["provenance"].contains(digest) ||
+          c["provenance"][digest] != summary_["provenance"][digest])
+        return;
     comparison_ = c;
   }
 
@@ -228,7 +230,8 @@ class Gathered {
     }
     if (!missing_.empty())
       return {{"state", "damaged"}, {"text", "Part of the results could not be read."}};
-    if (finished && begun && summary_.is_object() && summary_.value("outcome", "") == "ok")
+    if (finished && begun && summary_.is_object() && summary_.contains("outcome") &&
+        summary_["outcome"] == "ok")
       return {{"state", "complete"},
               {"text",
                "A newer run is under way in this folder or was interrupted; this is the "

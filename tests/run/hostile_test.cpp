@@ -33,7 +33,7 @@ void exchange(const fs::path& path, const char* name, hid_t type, std::vector<hs
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
   ASSERT_GE(H5Ldelete(file, name, H5P_DEFAULT), 0);
   const hid_t create = H5Pcreate(H5P_DATASET_CREATE);
-  const std::vector<hsize_t> chunk(shape.size(), 16);
+  const std::vector<hsize_t> chunk(shape.size(), 2);
   H5Pset_chunk(create, int(chunk.size()), chunk.data());
   const hid_t space = H5Screate_simple(int(shape.size()), shape.data(), nullptr);
   const hid_t data = H5Dcreate2(file, name, type, space, H5P_DEFAULT, create, H5P_DEFAULT);
