@@ -36,8 +36,8 @@ class CaseRow {
   }
   void locked(const std::map<std::string, mechanics::LockedJoint>& joints) {
     for (const auto& [name, joint] : joints)
-      fill_state([&](auto x, auto lo, auto turns) {
-        e_.state_columns().put_locked(name, joint, x, lo, turns);
+      fill_state([&, &n = name, &j = joint](auto x, auto lo, auto turns) {
+        e_.state_columns().put_locked(n, j, x, lo, turns);
       });
   }
   void happened(const Event* of_scene, const Happened& h) {
