@@ -23,6 +23,7 @@ class BatchRun {
   phs::State start;        ///< where it begins
   std::int64_t steps = 0;  ///< how many it takes
   std::int64_t every = 0;  ///< steps from see() to see(); 0: at the end only
+  std::int64_t look = 0;   ///< see() is called after every so many too; 0: no
   bool books = false;      ///< whether booked() is asked for
   std::vector<double>
       parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
@@ -31,7 +32,7 @@ class BatchRun {
   virtual void prepare() {}
   /// Energy through each of the model's powers in a step [J], after every step.
   virtual void booked(std::span<const double> works) { (void)works; }
-  /// After every `every` steps and after the last. @return whether to go on
+  /// After every `every` and every `look` steps and after the last. @return whether to go on
   virtual bool see(const phs::State& state) { return (void)state, true; }
   /// Once, at the end: the last good state, and `ok` unless a step from there failed.
   virtual void end(const phs::State& last, integrators::Outcome outcome) = 0;

@@ -10,13 +10,21 @@ using integrators::Outcome;
 
 namespace {
 
+/// Whether a run is shown its state after so many steps.
+bool is_seen(const BatchRun& r, std::int64_t taken) {
+  const auto whole = [&](std::int64_t n) { return n > 0 && taken % n == 0; };
+  return taken >= r.steps || whole(r.every) || whole(r.look);
+}
+
 /// The step a run is next looked at.
 std::int64_t next_look(const BatchRun& r, std::int64_t step) {
   const std::int64_t taken = step - r.start.step;
   if (taken >= r.steps) return step;
   if (r.books) return step + 1;
-  return r.start.step +
-         (r.every > 0 ? std::min(r.steps, (taken / r.every + 1) * r.every) : r.steps);
+  std::int64_t next = r.steps;
+  for (const std::int64_t n : {r.every, r.look})
+    if (n > 0) next = std::min(next, (taken / n + 1) * n);
+  return r.start.step + next;
 }
 
 /// Tells the run what happened. @return whether it goes on
@@ -24,7 +32,7 @@ bool tell(BatchRun& r, const phs::State& s, std::span<const double> works) {
   const std::int64_t taken = s.step - r.start.step;
   const bool last = taken >= r.steps;
   if (r.books && taken > 0) r.booked(works);
-  if (taken > 0 && (last || (r.every > 0 && taken % r.every == 0)) && !r.see(s)) return false;
+  if (taken > 0 && is_seen(r, taken) && !r.see(s)) return false;
   return !last;
 }
 

@@ -121,6 +121,7 @@ class LaneCase final : public ensemble::BatchRun {
     start = assembly_.initial;
     steps = std::llround(s.duration / s.step);
     every = std::max<std::int64_t>(1, std::llround(s.record_every / s.step));
+    look = steps_to_a_look_in_lanes;
     books = !assembly_.model->description().powers.empty();
     meter_.emplace(assembly_);
     ledger_.emplace(assembly_.model->description());
@@ -128,10 +129,15 @@ class LaneCase final : public ensemble::BatchRun {
   }
   void booked(std::span<const double> works) override { ledger_->book(works); }
   bool see(const phs::State& s) override {
-    const Measured& m = meter_->measure(s);
+    const bool regular = s.step % every == 0, record = regular || s.step >= steps;
+    const Measured& m = record ? meter_->measure(s) : meter_->look(s);
     finite_ = m.finite() && std::isfinite(meter_->initial_J());
-    if (finite_) ledger_->add(double(s.step) * e_.scene().step, m, s.step % every == 0);
-    return finite_;
+    if (!finite_) return false;
+    if (record)
+      ledger_->add(double(s.step) * e_.scene().step, m, regular);
+    else
+      ledger_->look(m);
+    return true;
   }
   void end(const phs::State& reached, Outcome outcome) override {
     CaseRow row(e_, index_, values_);

@@ -290,6 +290,26 @@ TEST_F(CaseEvents, NumbersOfTheCommandLine) {
 }
 
 // The duration asked for is that of every case.
+TEST_F(CaseEvents, ErrorsBetweenTheRecordsOfLanesAreSeen) {
+  std::string text = arms(vary, "20.0");
+  text.replace(text.find("gauss8"), 6, "midpoint");
+  text.replace(text.find("record_every = 0.5"), 18, "record_every = 20.0");
+  text.replace(text.find("energy = 1e-6"), 13, "energy = 1.0");
+  text.replace(text.find("cases = 24"), 10, "cases = 8");
+  const Ensemble e(scene::read_scene(put(text)));
+  const auto& l = e.layout();
+  double least = HUGE_VAL, at_records = HUGE_VAL;
+  for (const auto& row : rows_of(e)) {
+    const double whole = alone(e, scene::integer(row[0]), "alone").energy.max_rel_error;
+    least = std::min(least, row[l.energy] / whole);
+    at_records = std::min(at_records, row[l.energy_rms] / row[l.energy]);
+  }
+  std::printf("  largest error, of that a run sees: %.2f  bound 0.3\n", least);
+  std::printf("  at records alone (rms): %.2f  control, must be below 0.3\n", at_records);
+  EXPECT_GT(least, 0.3);
+  EXPECT_LT(at_records, 0.3);
+}
+
 TEST_F(CaseEvents, AShorterLastStepAndAStepControl) {
   const Ensemble shorter(scene::read_scene(put(arms(vary, "4.013"))));
   const auto rows = rows_of(shorter);
