@@ -276,6 +276,7 @@ and numpy's sin, cos, sqrt, exp, log, tanh.)")
            }),
            py::arg("system"));
 
+  // NOLINTNEXTLINE(bugprone-unused-raii): it registers the type.
   py::class_<Law, std::shared_ptr<Law>>(m, "Law",
                                         "u = kappa(t, x, y): a controller's, see Network.control.");
   m.def(
