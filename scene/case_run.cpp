@@ -97,7 +97,7 @@ Assembly from_its_start(const Ensemble& e, const Scene& s) {
   Assembly a = e.assembly();
   auto begin = start_of(s, a);
   a.initial = std::move(begin.state);
-  a.centre = std::move(begin.centre);
+  a.centre = begin.centre;
   return a;
 }
 
