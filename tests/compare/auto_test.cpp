@@ -102,7 +102,9 @@ TEST(Auto, ItsStepGoesIntoEveryInstant) {
   scene::Scene s;
   s.duration = 0.6, s.record_every = 0.6;
   EXPECT_NEAR(scene::fitting_step(s, 0.07), 0.6 / 9, 1e-15);
-  s.events.push_back({.at = 0.25});
+  scene::Event event;
+  event.at = 0.25;
+  s.events.push_back(event);
   EXPECT_NEAR(scene::fitting_step(s, 0.07), 0.05, 1e-12);
   scene::Element sampled;
   sampled.rate = 30;

@@ -156,7 +156,7 @@ TEST(MinimumEnergy, TheLedgerOfARunSaysWhatThePlanSays) {
 // The constant-energy path, walked with flow inputs: what one port takes the other gives, each stated by the ledger.
 TEST(MinimumEnergy, ConstantEnergyPathsByTheLedger) {
   const auto lever = vsa::variable_lever({{20, 60, 120}}, {.sigma_lower = 0, .sigma_upper = 1});
-  const int parts = 100;
+  static constexpr int parts = 100;
   const double part = 0.01;
   const auto path = vsa::constant_energy_path(*lever, 0.3, 0.1, 0.2, parts);
   // θ = -φ, σ: from point to point at constant rates, each a whole step
