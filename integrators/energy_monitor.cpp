@@ -55,9 +55,7 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
   const bool repeats = monitor_.action == OnViolation::repeat;
   if (repeats && monitor_.step_limit == 0)
     throw InvalidArgument("the monitor repeats steps without a step_limit, expected both");
-  if (repeats && inner_->varies())
-    throw InvalidArgument(
-        "the monitor repeats steps of a method whose steps vary, expected fixed steps");
+  if (inner_->varies()) sampler_.go_by_the_clock();
   if (monitor_.limit == 0 && monitor_.step_limit == 0 && !monitor_.watch && !monitor_.project)
     throw InvalidArgument(
         "the monitor has nothing to watch, expected a limit, a step_limit or project");
@@ -181,9 +179,18 @@ Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
     if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   }
   note(why, o == Outcome::ok ? after.defect : NAN);
-  if (monitor_.action == OnViolation::repeat) return again(s, h, on_grid);
+  if (monitor_.action == OnViolation::repeat)
+    return on_grid && inner_->varies() ? again(s, size_of_step_to(s), false) : again(s, h, on_grid);
   if (monitor_.action == OnViolation::stop || o != Outcome::ok) return refuse(s, o, why);
   return accept(s, after, true);
+}
+
+/// The size of the step to s, of one that was not taken the longest.
+double EnergyMonitor::size_of_step_to(const State& s) const {
+  const bool known = s.step != before_.step;
+  if (!known) return h_;
+  if (before_.origin_step != before_.step) return s.time(h_) - before_.time(h_);
+  return (s.origin - before_.origin) + (s.origin_lo - before_.origin_lo);
 }
 
 Outcome EnergyMonitor::again(State& s, double h, bool on_grid) {

@@ -49,13 +49,13 @@ struct MonitorReport {
 /// below 1e-14 would watch its rounding, and what is below the rounding of the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to project).
 ///
 /// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that does not converge or is not
-/// finite likewise. With `project` the energy error stays at rounding whatever the method does, so the defect shown before
+/// finite likewise (of a step whose size varies and is not known, the longest). With `project` the energy error stays at rounding whatever the method does, so the defect shown before
 /// it is the measure of the method: it is in the report.
 class EnergyMonitor : public Integrator {
  public:
   /// The model must outlive it. options: those the inner method was made with.
-  /// @throws InvalidArgument for limits that are negative, below 1e-14 or not finite; for `repeat` without a step limit, or
-  ///   around a method whose steps vary; for nothing to do at all
+  /// @throws InvalidArgument for limits that are negative, below 1e-14 or not finite; for `repeat` without a step limit;
+  ///   for nothing to do at all
   EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model& model, double h,
                 MonitorOptions monitor, const Options& options = {});
 
@@ -103,6 +103,7 @@ class EnergyMonitor : public Integrator {
   bool step_holds(const Books& after) const;
   /// A step of size h; on_grid: of the method's own size, which the clock counts.
   Outcome take(State& s, double h, bool on_grid);
+  double size_of_step_to(const State& s) const;
   Outcome again(State& s, double h, bool on_grid);
   Outcome accept(State& s, const Books& after, bool whole);
   Outcome refuse(State& s, Outcome o, const std::string& why);

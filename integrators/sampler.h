@@ -11,7 +11,8 @@
 
 namespace porthos::integrators {
 
-/// Renews the outputs of a model's sampled controllers at their instants, steps of a run of constant step h.
+/// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of constant step h, or by the
+/// clock.
 /// A new sampler takes the model's holds back to their start: one run at a time.
 template <class T>
 class Sampler {
@@ -32,9 +33,21 @@ class Sampler {
     before_ = memory();
   }
   bool any() const { return !holds_.empty(); }
+  /// Instants are multiples of the periods, at which steps of any size must end: next_instant().
+  void go_by_the_clock() { by_clock_ = true; }
+  /// The first multiple of a period after t, in the direction of the run; infinite without any.
+  double next_instant(double t, bool backwards) const {
+    double next = backwards ? -HUGE_VAL : HUGE_VAL;
+    for (const auto& hold : holds_) {
+      const double n = t / hold->period;
+      next = backwards ? std::fmax(next, (std::ceil(n - near_) - 1) * hold->period)
+                       : std::fmin(next, (std::floor(n + near_) + 1) * hold->period);
+    }
+    return next;
+  }
   /// @throws InvalidArgument if there is any
   void refuse(const char* what) const {
-    if (any())
+    if (any() && !by_clock_)
       throw InvalidArgument("the controller '" + holds_[0]->name + "' is sampled: " + what +
                             " would miss its instants, expected steps of one size");
   }
@@ -43,13 +56,13 @@ class Sampler {
   /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would be missed
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
     before_.clear(), save(before_);
-    if (s.origin_step != 0) {
+    if (s.origin_step != 0 && !by_clock_) {
       if (s.origin_step == s.step) return;  // after an odd step, between two instants
       refuse("a step off the grid");
     }
     turns.synchronise(s, system);
     for (size_t i = 0; i < holds_.size(); ++i) {
-      if (s.step % every_[i] != 0) continue;
+      if (!is_instant(i, phs::to_double(t), s.step)) continue;
       x_.resize(s.x.size());
       for (size_t k = 0; k < x_.size(); ++k) x_[k] = s.x[k] + s.lo[k];
       system.sample(i, t, x_, holds_[i]->memory);
@@ -79,6 +92,14 @@ class Sampler {
   }
 
  private:
+  bool is_instant(size_t i, double t, std::int64_t step) const {
+    if (!by_clock_) return step % every_[i] == 0;
+    const double n = t / holds_[i]->period;
+    return std::fabs(n - std::round(n)) <= near_;
+  }
+
+  static constexpr double near_ = 1e-9;  ///< of a period: the clock's rounding
+  bool by_clock_ = false;
   std::vector<phs::HoldPtr> holds_;
   std::vector<std::int64_t> every_;  ///< steps from instant to instant
   std::vector<double> before_;       ///< the last renewal

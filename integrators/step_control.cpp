@@ -35,6 +35,24 @@ class Controlled : public Integrator {
   }
   bool keeps_books() const override { return inner_->keeps_books(); }
   bool varies() const override { return true; }
+
+  /// A step of the control's choice; one that would pass an instant is taken again up to there.
+  Outcome step(State& s) final {
+    if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
+    const double t = s.time(h_), next = next_instant(t);
+    if (std::isinf(next)) return taken_back_unless_ok(chosen_step(s));
+    before_ = s;
+    memory_.clear();
+    save(memory_);
+    const Outcome o = chosen_step(s);
+    // What is left to an instant is no step: it may be rounding.
+    const double short_of = (next - s.time(h_)) / h_;
+    if (o != Outcome::ok || short_of > 1e-9) return taken_back_unless_ok(o);
+    s = before_;
+    restore(memory_);
+    --cost_.steps;
+    return taken_back_unless_ok(step_to(next, s));
+  }
   Cost cost() const override {
     Cost c = cost_;
     for (const Integrator* part : {inner_.get(), plain_.get()})
@@ -52,9 +70,11 @@ class Controlled : public Integrator {
 
  protected:
   Controlled(Declaration d, const phs::Model& model, double h, const Options& o,
-             std::shared_ptr<const phs::TimeScaleModel> scale)
-      : Integrator(std::move(d), model, h, o), scale_(std::move(scale)) {
-    sampler_.refuse("a step of varying size");
+             const ControlOptions& control)
+      : Integrator(std::move(d), model, h, o),
+        scale_(scale_of(model, h, control)),
+        instants_(control.instants) {
+    sampler_.go_by_the_clock();
     last_.x.resize(n_), last_.lo.resize(n_);
     last_.turns.resize(
         size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),
@@ -79,12 +99,50 @@ class Controlled : public Integrator {
     m = m.subspan(1 + 2 * n_);
   }
 
+  virtual Outcome chosen_step(State& s) = 0;
+
   std::shared_ptr<const phs::TimeScaleModel> scale_;
   std::unique_ptr<Integrator> inner_, plain_;
   const Integrator* by_ = nullptr;  ///< which of them took the last step
   bool books_aside() const { return works_.any() && !keeps_books(); }
   State last_;  ///< x and lo only are compared
   bool have_last_ = false;
+
+ private:
+  /// The first instant beyond t in the direction of the run, infinite if there is none.
+  double next_instant(double t) const {
+    const double near = 1e-9 * std::fabs(h_);
+    const double sampled = sampler_.next_instant(t, h_ < 0);
+    if (h_ > 0) {
+      const auto next = std::upper_bound(instants_.begin(), instants_.end(), t + near);
+      return next == instants_.end() ? sampled : std::fmin(*next, sampled);
+    }
+    const auto next = std::lower_bound(instants_.begin(), instants_.end(), t - near);
+    return next == instants_.begin() ? sampled : std::fmax(*(next - 1), sampled);
+  }
+  /// The plain method up to an instant, where the clock then stands to the bit. The rates of the control may jump there:
+  /// it begins anew.
+  Outcome step_to(double instant, State& s) {
+    const bool off_the_grid = s.origin_step == s.step;
+    const double t = s.time(h_);
+    const double h = off_the_grid ? (instant - s.origin) - s.origin_lo : instant - t;
+    const Outcome o = advance_with_books(t, h, s);
+    if (o != Outcome::ok) return o;
+    s.step_off_the_grid(h_, h);
+    s.origin = instant;
+    s.origin_lo = 0;
+    ++cost_.steps;
+    if (options_.wrap) phs::wrap_angles(system_->description(), s);
+    have_last_ = false;
+    return o;
+  }
+  Outcome taken_back_unless_ok(Outcome o) {
+    if (o != Outcome::ok) sampler_.take_back();
+    return o;
+  }
+
+  std::vector<double> instants_, memory_;
+  State before_;
 };
 
 // --- time transformation ----------------------------------------------------------------------------------------
@@ -92,22 +150,24 @@ class Controlled : public Integrator {
 class TimeTransformed final : public Controlled {
  public:
   TimeTransformed(Declaration d, const std::string& method, const phs::Model& model, double h,
-                  const Options& o, std::shared_ptr<const phs::TimeScaleModel> scale)
-      : Controlled(std::move(d), model, h, o, std::move(scale)),
+                  const Options& o, const ControlOptions& control)
+      : Controlled(std::move(d), model, h, o, control),
         transformed_(model, *scale_),
         lossless_(model.description().traits.lossless && model.description().traits.autonomous),
         autonomous_(model.description().traits.autonomous),
         exact_(model.instantiate<long double>()),
         exact_turns_(model.description()),
         exact_x_(n_),
-        ext_(transformed_.description(), std::vector<double>(n_ + 2)) {
+        ext_(transformed_.description(), std::vector<double>(n_ + 2)),
+        end_(ext_),
+        inside_(n_ + 2) {
     inner_ = make_integrator(method, transformed_, h, o);
     plain_ = make_integrator(method, model, h, o);
     by_ = inner_.get();
     fresh_ = inner_->memory();
   }
 
-  Outcome step(State& s) override {
+  Outcome chosen_step(State& s) override {
     if (!continues(s)) begin(s);
     load(s);
     inner_->tell_turns(s);
@@ -153,12 +213,13 @@ class TimeTransformed final : public Controlled {
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     if (last_was_plain_) return plain_->interpolate(after, theta, x);
     if (!have_last_) return false;
-    State end = ext_;
+    State& end = end_;
+    std::vector<double>& z = inside_;
+    end = ext_;
     for (size_t i = 0; i < n_; ++i) {
       const size_t k = transformed_.position(i);
       end.x[k] = after.x[i], end.lo[k] = after.lo[i];
     }
-    std::vector<double> z(n_ + 2);
     const size_t t = transformed_.time_at();
     const double aim = began_ + theta * (end.x[t] - began_);
     // t grows with tau: regula falsi (Illinois) for the fraction of tau.
@@ -222,7 +283,9 @@ class TimeTransformed final : public Controlled {
   std::unique_ptr<phs::System<long double>> exact_;
   TurnKeeper<long double> exact_turns_;
   std::vector<long double> exact_x_;
-  State ext_;  ///< of the transformed system
+  State ext_;                           ///< of the transformed system
+  mutable State end_;                   ///< of interpolate()
+  mutable std::vector<double> inside_;  ///< likewise
   double energy_ = 0, energy_lo_ = 0, began_ = 0;
   std::vector<double> fresh_;
 };
@@ -232,8 +295,8 @@ class TimeTransformed final : public Controlled {
 class Reversible final : public Controlled {
  public:
   Reversible(Declaration d, const std::string& method, const phs::Model& model, double h,
-             const Options& o, std::shared_ptr<const phs::TimeScaleModel> scale)
-      : Controlled(std::move(d), model, h, o, std::move(scale)),
+             const Options& o, const ControlOptions& control)
+      : Controlled(std::move(d), model, h, o, control),
         sigma_(scale_->instantiate<double>()),
         x_(n_),
         e_(n_),
@@ -245,7 +308,7 @@ class Reversible final : public Controlled {
     by_ = inner_.get();
   }
 
-  Outcome step(State& s) override {
+  Outcome chosen_step(State& s) override {
     tell_turns(s);
     begin_if_new(s);
     const double half = rho_ + 0.5 * h_ * G_, h = h_ / half;
@@ -360,7 +423,7 @@ std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
   d.source += "; Hairer, Lubich, Wanner 2006, VIII.2.1";
   make_integrator(method, model, h, o);  // refuses what the method cannot take
   return std::make_unique<TimeTransformed>(std::move(d), method, model, h, o,
-                                           scale_of(model, h, control));
+                                           control);
 }
 
 std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs::Model& model,
@@ -375,7 +438,7 @@ std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs
   d.source += "; Hairer, Soderlind 2005, SIAM J. Sci. Comput. 26";
   make_integrator(method, model, h, o);
   return std::make_unique<Reversible>(std::move(d), method, model, h, o,
-                                      scale_of(model, h, control));
+                                      control);
 }
 
 std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,

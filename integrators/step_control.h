@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "integrators/integrator.h"
 #include "phs/time_scale.h"
@@ -25,6 +26,9 @@ struct ControlOptions {
   double rate =
       0;  ///< [rad/s], of RateTimeScale; 0: 1/|h|, so that no step turns a coordinate by more than a radian
   double length = 0;  ///< [m], of RateTimeScale
+  /// Rising times at which the system jumps [s]: a step that would pass one is cut short there, and so is one that would pass
+  /// an instant of a sampled controller. The control begins anew behind it.
+  std::vector<double> instants = {};
 };
 
 /// A method of the catalogue with constant steps h of fictitious time: step() moves the state by about h sigma(x), its

@@ -335,7 +335,8 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       }
   auto method = integrators::make_controlled(
       scene.step_control, scene.method, model, h,
-      {.rate = scene.control_rate, .length = scene.control_length}, options);
+      {.rate = scene.control_rate, .length = scene.control_length, .instants = switches_of(scene)},
+      options);
   if (!method->keeps_books())
     for (const Element& e : scene.elements)
       if (e.thruster)

@@ -16,6 +16,10 @@ bool is_latching(const Event& e) {
   return e.type == Event::Type::engage || e.type == Event::Type::disengage;
 }
 
+bool are_one(const mechanics::Mechanism& m, const space::SoftLatch& l) {
+  return m.body(l.link).node == m.body(l.body).node;
+}
+
 /// The limits of an event between the places of a soft latch.
 mechanics::Latch limits_of(const Scene& scene, const Event& e) {
   mechanics::Latch l = e.latch;
@@ -58,9 +62,10 @@ Latching::Latching(const Scene& scene) {
       engaged_[e.name] = e.latch->on_body;
 }
 
-void Latching::apply_to(Scene& phase) const {
-  std::erase_if(phase.elements,
-                [&](const Element& e) { return e.latch && !engaged_.count(e.name); });
+void Latching::apply_to(Scene& phase, const mechanics::Mechanism& now) const {
+  std::erase_if(phase.elements, [&](const Element& e) {
+    return e.latch && (!engaged_.count(e.name) || are_one(now, *e.latch));
+  });
   for (Element& e : phase.elements)
     if (e.latch) e.latch->on_body = engaged_.at(e.name);
 }
@@ -93,6 +98,9 @@ mechanics::Impact Latching::change(const Scene& scene, const mechanics::Moving& 
     return r;
   }
   if (!holds) refuse("is not engaged, expected one that is");
+  if (are_one(m, latch))
+    refuse("rests while '" + latch.link + "' and '" + latch.body +
+           "' are one, expected to be disengaged before or after that");
   latch.on_body = engaged_.at(e.name);
   const space::PartsModel model(moving.model, space::Parts{.latches = {latch}});
   const auto system = model.instantiate<long double>();

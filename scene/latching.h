@@ -13,8 +13,9 @@ class Latching {
   /// @throws InvalidArgument for events that name no soft latch
   explicit Latching(const Scene& scene);
 
-  /// Takes the latches that are not engaged out of a phase's scene, and gives the others their frames.
-  void apply_to(Scene& phase) const;
+  /// Takes the latches that are not engaged out of a phase's scene, and gives the others their frames. One whose two bodies
+  /// an event has made one rests, with the energy it has, until they move again.
+  void apply_to(Scene& phase, const mechanics::Mechanism& now) const;
 
   /// The latch takes hold of its body as it is: at rest there, without any energy. Or it lets go, and what its springs hold
   /// is lost: dissipated_J of the books. Nothing moves.

@@ -193,21 +193,24 @@ space::Parts orbit_parts_of(const Scene& scene) {
   return parts;
 }
 
+std::vector<double> switches_of(const Scene& scene) {
+  std::vector<double> all;
+  for (const Element& e : scene.elements)
+    if (e.thruster)
+      for (const double t : e.thruster->schedule.switches())
+        if (t > 0) all.push_back(t);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 void check_instants(const Scene& scene, double h) {
   for (const Element& e : scene.elements) {
-    if (e.rate > 0 && scene.step_control != integrators::StepControl::fixed)
-      throw InvalidArgument(e.where + ": element '" + e.name +
-                            "' is sampled at instants that steps of varying size would not meet, "
-                            "expected no rate, or step_control = \"fixed\"");
     if (!e.thruster) continue;
-    if (scene.step_control != integrators::StepControl::fixed)
-      throw InvalidArgument(e.where + ": thruster '" + e.name +
-                            "' switches at times that steps of varying size would not meet, "
-                            "expected step_control = \"fixed\"");
     if (integrators::declaration_of(scene.method).rival)
       throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches between steps of " +
                             scene.method +
                             "'s own, expected a method that takes the scene's steps");
+    if (scene.step_control != integrators::StepControl::fixed) continue;  // which ends steps there
     const double t = e.thruster->schedule.off_grid(h);
     if (t >= 0)
       throw InvalidArgument(fmt::format(

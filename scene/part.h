@@ -32,5 +32,7 @@ space::Parts orbit_parts_of(const Scene& scene);
 /// @throws InvalidArgument for a thruster that switches between steps of h, or anything at instants that steps of varying size
 /// would not meet
 void check_instants(const Scene& scene, double h);
+/// When thrusters switch after the start [s], in rising order.
+std::vector<double> switches_of(const Scene& scene);
 
 }  // namespace porthos::scene

@@ -12,9 +12,7 @@ namespace porthos::scene {
 namespace {
 
 void check(const Scene& s) {
-  if (s.step_control != integrators::StepControl::fixed)
-    throw InvalidArgument(s.events[0].where +
-                          ": events need steps of one size, expected step_control = \"fixed\"");
+  const bool fixed = s.step_control == integrators::StepControl::fixed;
   for (const Event& e : s.events) {
     if (e.waits()) continue;
     const double steps = e.at / s.step;
@@ -23,7 +21,7 @@ void check(const Scene& s) {
           fmt::format("{}: the event is at {:g} s, expected a time inside the run, "
                       "between 0 and {:g} s",
                       e.where, e.at, s.duration));
-    if (std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+    if (fixed && std::fabs(steps - std::round(steps)) > 1e-9 * steps)
       throw InvalidArgument(fmt::format(
           "{}: the event is at {:g} s, {:g} steps of {:g} s, expected a whole number of steps",
           e.where, e.at, steps, s.step));
@@ -69,7 +67,7 @@ Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latchi
   std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
   if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
     std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
-  latching.apply_to(s);
+  latching.apply_to(s, moving.model->mechanism());
   return s;
 }
 

@@ -354,11 +354,8 @@ class Reader {
     if (t.has("project")) m.project = t.boolean("project");
     if (m.limit == 0 && m.step_limit == 0 && !m.project)
       refuse(t.where(), "[monitor] has nothing to watch, expected limit, step_limit or project");
-    if (m.action == integrators::OnViolation::repeat) {
-      if (m.step_limit == 0) t.fail("action", "is \"repeat\" without a step_limit, expected both");
-      if (s_.step_control != integrators::StepControl::fixed)
-        t.fail("action", "is \"repeat\" with a step_control, expected one of both");
-    }
+    if (m.action == integrators::OnViolation::repeat && m.step_limit == 0)
+      t.fail("action", "is \"repeat\" without a step_limit, expected both");
     s_.monitor = m;
   }
 

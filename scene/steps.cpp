@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/part.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -24,15 +26,11 @@ double common(double a, double b) {
 
 /// When something happens that steps have to end at: events, switches, and the periods of sampled controllers [s].
 std::vector<double> instants(const Scene& s) {
-  std::vector<double> all;
+  std::vector<double> all = switches_of(s);
   for (const Event& e : s.events)
     if (!e.waits()) all.push_back(e.at);
-  for (const Element& e : s.elements) {
+  for (const Element& e : s.elements)
     if (e.rate > 0) all.push_back(1 / e.rate);
-    if (e.thruster)
-      for (const double t : e.thruster->schedule.switches())
-        if (t > 0) all.push_back(t);
-  }
   return all;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "phs/check.h"
+#include "scene/part.h"
 #include "scene/state_distance.h"
 #include "scene/verdict.h"
 
@@ -94,6 +95,8 @@ class Beside {
       return cannot(name, "the system loses energy: backwards in time its losses would grow");
     if (!a_.model->holds().empty())
       return cannot(name, "a controller is sampled: on the way back it would see other instants");
+    if (!fixed_ && !switches_of(scene_).empty())
+      return cannot(name, "steps are cut short where thrust switches, and on the way back others are");
     if (scene_.orbit && !reversible(*scene_.orbit))
       return cannot(name, "drag and rods act by the velocity: backwards in time they would drive");
     double limit = scene_.verify.symmetry.value_or(symmetry_limit);
@@ -185,16 +188,11 @@ class Beside {
   std::optional<End> go_to(StateScale& scale, double time) const {
     Scene finer = scene_;
     if (finer.control_rate == 0) finer.control_rate = 1 / scene_.step;
-    phs::State s = a_.initial, before = s;
-    const auto integrator = make_integrator(finer, *a_.model, scene_.step / 2);
-    while (integrator->time(s) < time) {
-      before = s;
-      if (!forward(scale, *integrator, s, 1)) return {};
-    }
-    if (integrator->time(s) > time) {
-      s = before;
-      if (integrator->step_by(s, (time - s.origin) - s.origin_lo) != Outcome::ok) return {};
-    }
+    phs::State s = a_.initial;
+    integrators::EventStepper stepper(
+        *a_.model, [&] { return make_integrator(finer, *a_.model, scene_.step / 2); }, {});
+    for (scale.see(s.x); stepper.time(s) < time; scale.see(s.x))
+      if (stepper.step(s, time).outcome != Outcome::ok) return {};
     return End{place(s), time};
   }
   static bool forward(StateScale& scale, integrators::Integrator& i, phs::State& s,

@@ -58,13 +58,13 @@ std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
                                                       scene_.step, std::move(options));
 }
 
-/// What stops the run at an instant, or takes it from one back to whole steps.
+/// What stops the run at an instant: of an event, or the end where steps vary. Or takes it from one back to whole steps.
 std::unique_ptr<integrators::EventStepper> WatchedRun::make_events(
     std::vector<integrators::Event> until) {
-  if (until.empty() && assembly_.initial.origin_step == 0) return nullptr;
+  if (until.empty() && fixed_ && assembly_.initial.origin_step == 0) return nullptr;
   return std::make_unique<integrators::EventStepper>(
       *assembly_.model, [this] { return own_ ? std::move(own_) : make(); }, std::move(until),
-      integrators::EventOptions{.samples = 1, .to_grid = true, .all_turns = true});
+      integrators::EventOptions{.samples = 1, .to_grid = fixed_, .all_turns = true});
 }
 
 void WatchedRun::save_memory(std::vector<double>& memory) const {
@@ -130,13 +130,12 @@ Outcome WatchedRun::fixed_step() {
   return o;
 }
 
-/// A step of the control's choice; one that would pass the end is taken again by what is left.
+/// A step of the control's choice; one that would pass an event or the end is taken again up to there.
 Outcome WatchedRun::controlled_step() {
   before_ = state_;
-  const Outcome o = integrator_->step(state_);
-  if (o != Outcome::ok || time() <= scene_.duration) return o;
-  state_ = before_;
-  return integrator_->step_by(state_, (scene_.duration - state_.origin) - state_.origin_lo);
+  const auto r = events_->step(state_, scene_.duration);
+  until_ = r.event;
+  return r.outcome;
 }
 
 void WatchedRun::fill_ledgers() {

@@ -86,7 +86,7 @@ class WatchedRun {
   const RecordSink record_;
   const bool fixed_;                                   ///< steps of the scene's size
   std::unique_ptr<integrators::Integrator> own_;       ///< null: the one of events_
-  std::unique_ptr<integrators::EventStepper> events_;  ///< null: no step ends between whole ones
+  std::unique_ptr<integrators::EventStepper> events_;  ///< null: all steps are whole ones
   integrators::Integrator* integrator_;
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   space::SplitIntegrator* split_;        ///< null: not in orbit

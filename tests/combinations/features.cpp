@@ -192,7 +192,7 @@ std::vector<Feature> all() {
        near_by + latch + "link = 'lower'\nbody = 'target@'\n" +
            event("engage", "at = 0.@\nlatch = 'latch@'\nreach = 10") +
            event("disengage", "at = 0.5\nlatch = 'latch@'")},
-      {"lock above", {"event", "lock"}, {}, {}, event("lock", "joint = 'joint@'\nabove = 0.36")},
+      {"lock above", {"event", "lock"}, {}, {}, event("lock", "joint = 'joint@'\nabove = 0.32")},
       {"capture within reach",
        {"event", "capture"},
        {},

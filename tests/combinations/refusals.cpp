@@ -16,9 +16,6 @@ Names operator+(Names a, const Names& b) {
 const Names splittings{"splitting strang", "splitting aba864"},
     orbits = Names{"orbit", "drag", "Sun pressure", "Moon"} + splittings,
     controls{"steps time_transformed", "steps reversible"},
-    events{"capture",         "release",
-           "lock and unlock", "engage and disengage",
-           "lock above",      "capture within reach"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
@@ -39,10 +36,6 @@ const std::vector<Refusal>& refusals() {
        {"wheel", "torquer"},
        "A reaction wheel takes up the rate of the base and a rod turns the base: a fixed one has "
        "no rate."},
-      {{"soft_latch"},
-       {"lock and unlock", "lock above"},
-       "The lock makes one rigid body of the two the latch is between: there is nothing left for "
-       "it to spring."},
       {canonical, losses,
        "A symplectic map keeps the volume of phase space, which losses contract. These two split a "
        "step between the "
@@ -62,29 +55,16 @@ const std::vector<Refusal>& refusals() {
        "across it, sees the jump on the "
        "wrong side."},
       {controls,
-       {"thruster", "sampled controller"},
-       "What switches or samples at given instants needs steps that end there, and a step that is "
-       "cut short is "
-       "not the one the control's invariant was made for."},
-      {controls,
        {"radau15", "rival, cvode_adams", "auto"},
        "The method chooses the steps itself, or a step of one size is what is chosen."},
       {{"steps reversible"},
        {"rk4", "tao4"},
        "A reversible control keeps the reversibility a symmetric method has (Hairer, Soderlind "
        "2005). These have none."},
-      {{"monitor repeat"},
-       controls,
-       "A step taken again in parts gives the control's variable another past: the way back would "
-       "not find the parts again."},
       {controls, orbits,
        "The Kepler flow, the kicks and the internal motion of a step share its size, and the size "
        "goes by the joint rates: "
        "varying kicks are not symplectic, and their error would not cancel along the orbit."},
-      {controls, events,
-       "The transformed time of a mechanism with the energy H0 is that of sigma (H - H0). An event "
-       "gives another "
-       "mechanism, another H0 and rates that jump."},
       {{"rival, cvode_adams"},
        {"resume"},
        "What a multistep method knows of its last steps stays inside the library."},
