@@ -76,6 +76,7 @@ class EnergyMonitor : public Integrator {
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> works() const override { return works_sum_; }
   bool keeps_books() const override { return inner_->keeps_books(); }
+  bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return inner_->varies(); }
   Cost cost() const override { return inner_->cost(); }
   void set_cost(const Cost& c) override { inner_->set_cost(c); }

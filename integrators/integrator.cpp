@@ -10,7 +10,7 @@ template <class T>
 Outcome BasicIntegrator<T>::advance_with_books(T t, T h, State& s) {
   tell_turns(s);
   const bool aside = works_.any() && !keeps_books();
-  if (aside) works_.before(*system_, t, s.x, s.lo);
+  if (aside) works_.before(*system_, t, h, s.x, s.lo);
   const Outcome o = advance(t, h, s);
   if (aside && o == Outcome::ok) works_.after(*system_, t, h, s.x, s.lo), cost_.evaluations += 3;
   return o;

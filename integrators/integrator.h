@@ -73,6 +73,9 @@ struct Options {
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative. What is left is
   /// biased, so the energy drifts slowly: for errors far above rounding it halves the work, below it is a control.
   double iteration_tolerance = 0;
+  /// Rising times at which the system jumps [s], ends of steps: what a method carries along from step to step (a library's
+  /// history, the variable of a step control) begins anew there.
+  std::vector<double> instants = {};
 };
 
 /// A method at work on one system with one step size. One object per thread. step() allocates nothing.
@@ -130,6 +133,8 @@ class BasicIntegrator {
   /// Whether they are integrated with the method's own weights: the balance then closes as well as the method does, by
   /// Simpson's rule over the step (order 4) otherwise.
   virtual bool keeps_books() const { return false; }
+  /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
+  virtual bool sees_inside() const { return keeps_books(); }
 
   /// Whether steps are of sizes of its own choice rather than step_size().
   virtual bool varies() const { return false; }

@@ -62,6 +62,8 @@ class Radau15 final : public BasicIntegrator<T> {
     const Real whole = real(h);
     const double size = std::fabs(double(whole));
     Real done = 0;
+    // The first stage is the start; the last is before the end.
+    if (jumps_at(options_.instants, phs::to_double(t))) t += hair(t, h);
     x_ = state.x, lo_ = state.lo;
     for (std::int64_t taken = 0; taken < most_steps; ++taken) {
       const double left = std::fabs(double(whole - done));
@@ -93,6 +95,8 @@ class Radau15 final : public BasicIntegrator<T> {
     }
     return Outcome::failed;
   }
+
+  bool sees_inside() const override { return true; }
 
   void save(std::vector<double>& m) const override {
     m.insert(m.end(), {have_before_ ? 1.0 : 0.0, next_, phs::to_double(h_before_)});

@@ -44,7 +44,10 @@ void Rival::tell_turns(const phs::State& s) {
 Outcome Rival::advance(double t, double h, phs::State& s) {
   for (size_t i = 0; i < n_; ++i) y_[i] = s.x[i] + s.lo[i];
   if (!all_finite(y_)) return Outcome::not_finite;
-  const bool goes_on = continues(t, h, s);
+  const bool goes_on = continues(t, h, s) && !jumps_at(options_.instants, t);
+  from_ = t + hair(t, h);
+  to_ = t + h - hair(t, h);
+  if (h < 0) std::swap(from_, to_);
   running_ = false, not_finite_ = 0, last_finite_ = true, remark_.clear();
 
   bool ok = goes_on || start(t, h);
@@ -83,7 +86,7 @@ bool Rival::guarded(Evaluate evaluate, const double* result, size_t size) noexce
 bool Rival::field(double t, const double* y, double* dy) noexcept {
   const auto evaluate = [&] {
     ++cost_.evaluations;
-    system_->field(t, {y, n_}, {}, {dy, n_});
+    system_->field(std::clamp(t, from_, to_), {y, n_}, {}, {dy, n_});
   };
   return guarded(evaluate, dy, n_);
 }
@@ -110,7 +113,7 @@ bool Rival::jacobian(double t, const double* y, double* J) noexcept {
     for (size_t j = 0; j < n_; ++j) dual_x_[j] = phs::Dual(y[j]);
     for (size_t j = 0; j < n_; ++j) {
       dual_x_[j].d = 1;
-      dual_field(t);
+      dual_field(std::clamp(t, from_, to_));
       dual_x_[j].d = 0;
       for (size_t i = 0; i < n_; ++i) J[i + n_ * j] = dual_f_[i].d;
     }
@@ -123,7 +126,7 @@ bool Rival::time_derivative(double t, const double* y, double* dfdt) noexcept {
   if (system_->description().traits.autonomous) return true;
   const auto column = [&] {
     for (size_t i = 0; i < n_; ++i) dual_x_[i] = phs::Dual(y[i]);
-    dual_field({t, 1.0});
+    dual_field({std::clamp(t, from_, to_), 1.0});
     for (size_t i = 0; i < n_; ++i) dfdt[i] = dual_f_[i].d;
   };
   return guarded(column, dfdt, n_);

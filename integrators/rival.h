@@ -18,6 +18,7 @@ class Rival : public Integrator {
   void tell_turns(const phs::State& s) override;
   /// The library's own words about the last step, where it had any.
   std::string remark() const override { return remark_; }
+  bool sees_inside() const override { return true; }
 
  protected:
   /// @throws InvalidArgument for tolerances that no method in double can work to
@@ -58,6 +59,7 @@ class Rival : public Integrator {
   phs::State left_;
   double left_at_ = 0;  ///< time of left_ by the library's clock
   bool backwards_ = false;
+  double from_ = 0, to_ = 0;  ///< ends of the step, a hair inside: see inside.h
   int not_finite_ = 0;        ///< evaluations of this step that were infinite or NaN
   bool last_finite_ = true;   ///< the last evaluation of this step was finite
   std::exception_ptr error_;  ///< thrown by an evaluation of this step

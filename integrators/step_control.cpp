@@ -34,6 +34,7 @@ class Controlled : public Integrator {
     return keeps_books() ? by_->works() : works_.of_step();
   }
   bool keeps_books() const override { return inner_->keeps_books(); }
+  bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return true; }
 
   /// A step of the control's choice; one that would pass an instant is taken again up to there.
@@ -73,7 +74,7 @@ class Controlled : public Integrator {
              const ControlOptions& control)
       : Integrator(std::move(d), model, h, o),
         scale_(scale_of(model, h, control)),
-        instants_(control.instants) {
+        instants_(o.instants) {
     sampler_.go_by_the_clock();
     last_.x.resize(n_), last_.lo.resize(n_);
     last_.turns.resize(
@@ -172,7 +173,10 @@ class TimeTransformed final : public Controlled {
     load(s);
     inner_->tell_turns(s);
     const double t_before = s.time(h_);
-    if (books_aside()) Controlled::tell_turns(s), works_.before(*system_, t_before, s.x, s.lo);
+    if (books_aside()) {
+      Controlled::tell_turns(s);
+      works_.before(*system_, t_before, h_, s.x, s.lo);
+    }
     const Outcome o = inner_->advance(0.0, h_, ext_);
     if (o != Outcome::ok) return o;
     by_ = inner_.get();
@@ -365,7 +369,7 @@ class Reversible final : public Controlled {
   Outcome move(double half, double eps, double h, State& s) {
     if (!(half > 0) || !std::isfinite(half)) return Outcome::failed;
     const double t = s.time(h_);
-    if (books_aside()) works_.before(*system_, t, s.x, s.lo);
+    if (books_aside()) works_.before(*system_, t, h, s.x, s.lo);
     const Outcome o = inner_->advance(t, h, s);
     if (o != Outcome::ok) return o;
     if (books_aside()) works_.after(*system_, t, h, s.x, s.lo);
@@ -422,8 +426,7 @@ std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
   if (d.quadratic_invariants == Claim::holds) d.quadratic_invariants = Claim::unknown;
   d.source += "; Hairer, Lubich, Wanner 2006, VIII.2.1";
   make_integrator(method, model, h, o);  // refuses what the method cannot take
-  return std::make_unique<TimeTransformed>(std::move(d), method, model, h, o,
-                                           control);
+  return std::make_unique<TimeTransformed>(std::move(d), method, model, h, o, control);
 }
 
 std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs::Model& model,
@@ -437,8 +440,7 @@ std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs
   d.symplectic = Claim::fails;
   d.source += "; Hairer, Soderlind 2005, SIAM J. Sci. Comput. 26";
   make_integrator(method, model, h, o);
-  return std::make_unique<Reversible>(std::move(d), method, model, h, o,
-                                      control);
+  return std::make_unique<Reversible>(std::move(d), method, model, h, o, control);
 }
 
 std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,

@@ -1,13 +1,15 @@
 #pragma once
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "integrators/integrator.h"
 #include "phs/time_scale.h"
 
 /// Steps of varying size that keep the structure. A controller that looks at an error estimate makes the step depend on
 /// where the run came from; the energy of a symplectic or symmetric method then drifts as that of any other.
+///
+/// A step that would pass one of Options::instants, or an instant of a sampled controller, is taken again up to there by the
+/// plain method, and the control begins anew behind it.
 namespace porthos::integrators {
 
 enum class StepControl {
@@ -26,9 +28,6 @@ struct ControlOptions {
   double rate =
       0;  ///< [rad/s], of RateTimeScale; 0: 1/|h|, so that no step turns a coordinate by more than a radian
   double length = 0;  ///< [m], of RateTimeScale
-  /// Rising times at which the system jumps [s]: a step that would pass one is cut short there, and so is one that would pass
-  /// an instant of a sampled controller. The control begins anew behind it.
-  std::vector<double> instants = {};
 };
 
 /// A method of the catalogue with constant steps h of fictitious time: step() moves the state by about h sigma(x), its

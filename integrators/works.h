@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "integrators/inside.h"
 #include "phs/system.h"
 
 namespace porthos::integrators {
@@ -39,13 +40,13 @@ class Works {
   }
 
   /// For methods that do not keep books: around a step, with the state in x + lo.
-  void before(phs::System<T>& s, T t, const std::vector<T>& x, const std::vector<T>& lo) {
+  void before(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
     for (size_t i = 0; i < x.size(); ++i) x0_[i] = x[i] + lo[i];
-    s.field(t, x0_, {}, f0_);
+    s.field(t + hair(t, h), x0_, {}, f0_);
   }
   void after(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
     for (size_t i = 0; i < x.size(); ++i) x1_[i] = x[i] + lo[i];
-    s.field(t + h, x1_, {}, f1_);
+    s.field(t + h - hair(t, h), x1_, {}, f1_);
     restart();
     for (const double c : {0.5 - 0.28867513459481287, 0.5 + 0.28867513459481287}) {  // 1/√12
       const T from_0(c), from_1(1 - c);

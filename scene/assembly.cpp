@@ -325,7 +325,8 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
   check_instants(scene, h);
   const integrators::Options options{.rtol = scene.rtol,
-                                     .iteration_tolerance = scene.iteration_tolerance};
+                                     .iteration_tolerance = scene.iteration_tolerance,
+                                     .instants = switches_of(scene)};
   if (scene.orbit)
     if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
         return std::make_unique<space::SplitIntegrator>(
@@ -335,9 +336,8 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       }
   auto method = integrators::make_controlled(
       scene.step_control, scene.method, model, h,
-      {.rate = scene.control_rate, .length = scene.control_length, .instants = switches_of(scene)},
-      options);
-  if (!method->keeps_books())
+      {.rate = scene.control_rate, .length = scene.control_length}, options);
+  if (!method->sees_inside())
     for (const Element& e : scene.elements)
       if (e.thruster)
         throw InvalidArgument(e.where + ": thruster '" + e.name +

@@ -149,11 +149,22 @@ phs::LawPtr joint_controller(const mechanics::MechanicalModel& model, const Elem
   });
 }
 
-/// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels the opposite.
+bool turns_on_the_ground(const mechanics::MechanicalModel& model, const Element& e) {
+  const auto& c = model.mechanism().coordinate(e.joint);
+  return c.kind == phs::BlockKind::angle && model.mechanism().nodes()[size_t(c.node)].parent < 0;
+}
+
+/// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels the opposite. The ground has
+/// no rate: a wheel on a bench is left alone.
 phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
   const auto& m = model.mechanism();
   const auto& c = m.coordinate(e.joint);
   const auto& node = m.nodes()[size_t(c.node)];
+  if (turns_on_the_ground(model, e))
+    return phs::law([](auto, auto, auto, auto u) {
+      using T = typename decltype(u)::value_type;
+      u[0] = T(0.0);
+    });
   const bool on_base =
       node.parent >= 0 &&
       m.coordinate(std::string(mechanics::base_joint_name) + ".attitude").node == node.parent;
@@ -263,7 +274,8 @@ void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
       if (e.potential) n.potential(e.name, at.coordinate, *e.potential);
       if (e.law) n.resist(e.name, at.port, e.law);
       if (e.wheel_gain) {
-        phs::Network::Control how{.sensors = {"mechanism.base.wrench"}};
+        phs::Network::Control how;
+        if (!turns_on_the_ground(model, e)) how.sensors = {"mechanism.base.wrench"};
         if (e.rate > 0) how.period = 1 / e.rate;
         n.control(e.name, at.port, wheel(model, e), how);
       }

@@ -206,10 +206,6 @@ std::vector<double> switches_of(const Scene& scene) {
 void check_instants(const Scene& scene, double h) {
   for (const Element& e : scene.elements) {
     if (!e.thruster) continue;
-    if (integrators::declaration_of(scene.method).rival)
-      throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches between steps of " +
-                            scene.method +
-                            "'s own, expected a method that takes the scene's steps");
     if (scene.step_control != integrators::StepControl::fixed) continue;  // which ends steps there
     const double t = e.thruster->schedule.off_grid(h);
     if (t >= 0)

@@ -78,6 +78,10 @@ std::vector<std::string> notes_on_numbers(const Scene& s, std::int64_t sweeps) {
   if (s.iteration_tolerance > 0 && sweeps == 0)
     notes.push_back(
         fmt::format("iteration_tolerance has no effect: {} iterates nothing", s.method));
+  for (const Element& e : s.elements)
+    if (e.wheel_gain && s.urdf.base == mechanics::UrdfOptions::Base::fixed)
+      notes.push_back(
+          fmt::format("the gain of wheel '{}' has no effect: the base is fixed", e.name));
   const bool torquers = std::any_of(s.elements.begin(), s.elements.end(),
                                     [](const Element& e) { return e.torquer.has_value(); });
   if (mechanics::norm(s.magnetic_field) > 0 && !torquers)

@@ -96,7 +96,8 @@ class Beside {
     if (!a_.model->holds().empty())
       return cannot(name, "a controller is sampled: on the way back it would see other instants");
     if (!fixed_ && !switches_of(scene_).empty())
-      return cannot(name, "steps are cut short where thrust switches, and on the way back others are");
+      return cannot(name,
+                    "steps are cut short where thrust switches, and on the way back others are");
     if (scene_.orbit && !reversible(*scene_.orbit))
       return cannot(name, "drag and rods act by the velocity: backwards in time they would drive");
     double limit = scene_.verify.symmetry.value_or(symmetry_limit);

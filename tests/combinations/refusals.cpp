@@ -32,10 +32,7 @@ const std::vector<Refusal>& refusals() {
        orbits,
        "In orbit the field of the planet is what pulls: uniform gravity besides it would count it "
        "twice."},
-      {{"fixed base"},
-       {"wheel", "torquer"},
-       "A reaction wheel takes up the rate of the base and a rod turns the base: a fixed one has "
-       "no rate."},
+      {{"fixed base"}, {"torquer"}, "A rod turns the base, and a fixed one does not turn."},
       {canonical, losses,
        "A symplectic map keeps the volume of phase space, which losses contract. These two split a "
        "step between the "
@@ -50,10 +47,10 @@ const std::vector<Refusal>& refusals() {
        "Suzuki 1991), and "
        "backwards in time losses grow."},
       {{"thruster"},
-       canonical + Names{"radau15", "rival, cvode_adams"},
-       "Thrust jumps where it switches. A method with a stage on that instant, or with steps "
-       "across it, sees the jump on the "
-       "wrong side."},
+       canonical,
+       "Thrust jumps where it switches. A method with a stage on that instant, or beyond it, sees "
+       "the jump on the wrong side, and without books of its own its impulse is not known to "
+       "rounding."},
       {controls,
        {"radau15", "rival, cvode_adams", "auto"},
        "The method chooses the steps itself, or a step of one size is what is chosen."},
