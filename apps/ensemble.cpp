@@ -32,12 +32,13 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
   }
   text += scene::aligned(rows) + "\n";
   if (exact) text += "linear momentum: the centre of mass moved in closed form\n";
-  for (const scene::EventSpread& e : r.events)
+  for (const scene::EventSpread& event : r.events)
     text += fmt::format(
-        "{}: in {} of {} cases{}\n", e.name, e.happened, r.cases,
-        e.happened == 0 ? ""
-                        : fmt::format(", from {:g} to {:g} s, median {:g} s", e.time.quantiles[0],
-                                      e.time.quantiles[6], e.time.quantiles[3]));
+        "{}: in {} of {} cases{}\n", event.name, event.happened, r.cases,
+        event.happened == 0
+            ? ""
+            : fmt::format(", from {:g} to {:g} s, median {:g} s", event.time.quantiles[0],
+                          event.time.quantiles[6], event.time.quantiles[3]));
   for (const auto& [why, count] : r.failures) text += fmt::format("{} cases: {}\n", count, why);
   if (!r.not_passed.empty())
     text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
