@@ -49,8 +49,8 @@ struct MonitorReport {
 /// below 1e-14 would watch its rounding, and what is below the rounding of the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to project).
 ///
 /// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that does not converge or is not
-/// finite likewise (of a step whose size varies and is not known, the longest). With `project` the energy error stays at rounding whatever the method does, so the defect shown before
-/// it is the measure of the method: it is in the report.
+/// finite likewise (of a step whose size varies and is not known, the longest). With `project` the energy error stays at
+/// rounding whatever the method does, so the defect shown before it is the measure of the method: it is in the report.
 class EnergyMonitor : public Integrator {
  public:
   /// The model must outlive it. options: those the inner method was made with.

@@ -47,8 +47,7 @@ EventResult EventStepper::step(phs::State& state, double end) {
   h_ = method_->time(state) - t_;
   shortened_ = o == Outcome::ok && forward * (method_->time(state) - end) > 0;
   if (shortened_) {
-    const bool off_the_grid = before_.origin_step == before_.step;
-    h_ = off_the_grid ? (end - before_.origin) - before_.origin_lo : end - t_;
+    h_ = before_.until(end, method_->step_size());
     go_back(state);
     o = odd_step(state, h_);
   }

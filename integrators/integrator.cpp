@@ -20,10 +20,7 @@ template <class T>
 Outcome BasicIntegrator<T>::step(State& s) {
   if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   const Outcome o = advance_with_books(s.time(h_), h_, s);
-  if (o != Outcome::ok) {
-    sampler_.take_back();
-    return o;
-  }
+  if (o != Outcome::ok) return taken_back_unless_ok(o);
   ++s.step, ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
@@ -33,11 +30,13 @@ Outcome BasicIntegrator<T>::step(State& s) {
 template <class T>
 Outcome BasicIntegrator<T>::step_by(State& s, T h) {
   if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
+  return taken_back_unless_ok(step_off_the_grid(s, h));
+}
+
+template <class T>
+Outcome BasicIntegrator<T>::step_off_the_grid(State& s, T h) {
   const Outcome o = advance_with_books(s.time(h_), h, s);
-  if (o != Outcome::ok) {
-    sampler_.take_back();
-    return o;
-  }
+  if (o != Outcome::ok) return o;
   s.step_off_the_grid(phs::to_double(h_), phs::to_double(h)), ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);

@@ -130,8 +130,8 @@ class BasicIntegrator {
 
   /// Energy that went through each of the system's powers (Description::powers) in the last step [J].
   virtual std::span<const T> works() const { return works_.of_step(); }
-  /// Whether they are integrated with the method's own weights: the balance then closes as well as the method does, by
-  /// Simpson's rule over the step (order 4) otherwise.
+  /// Whether they are integrated with the method's own weights: the balance then closes as well as the method does, by two
+  /// Gauss points inside the step (order 4) otherwise.
   virtual bool keeps_books() const { return false; }
   /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
   virtual bool sees_inside() const { return keeps_books(); }
@@ -151,6 +151,14 @@ class BasicIntegrator {
         works_(model.description(), o.books),
         sampler_(model, phs::to_double(h)),
         n_(size_t(model.description().nx)) {}
+
+  /// step_by() with the sampled controllers as they are.
+  [[nodiscard]] Outcome step_off_the_grid(State& state, T h);
+  /// What the samplers renewed for a step goes with it if it fails.
+  Outcome taken_back_unless_ok(Outcome o) {
+    if (o != Outcome::ok) sampler_.take_back();
+    return o;
+  }
 
   Declaration declaration_;
   T h_;

@@ -86,7 +86,7 @@ bool Rival::guarded(Evaluate evaluate, const double* result, size_t size) noexce
 bool Rival::field(double t, const double* y, double* dy) noexcept {
   const auto evaluate = [&] {
     ++cost_.evaluations;
-    system_->field(std::clamp(t, from_, to_), {y, n_}, {}, {dy, n_});
+    system_->field(inside(t), {y, n_}, {}, {dy, n_});
   };
   return guarded(evaluate, dy, n_);
 }
@@ -113,7 +113,7 @@ bool Rival::jacobian(double t, const double* y, double* J) noexcept {
     for (size_t j = 0; j < n_; ++j) dual_x_[j] = phs::Dual(y[j]);
     for (size_t j = 0; j < n_; ++j) {
       dual_x_[j].d = 1;
-      dual_field(std::clamp(t, from_, to_));
+      dual_field(inside(t));
       dual_x_[j].d = 0;
       for (size_t i = 0; i < n_; ++i) J[i + n_ * j] = dual_f_[i].d;
     }
@@ -126,7 +126,7 @@ bool Rival::time_derivative(double t, const double* y, double* dfdt) noexcept {
   if (system_->description().traits.autonomous) return true;
   const auto column = [&] {
     for (size_t i = 0; i < n_; ++i) dual_x_[i] = phs::Dual(y[i]);
-    dual_field({std::clamp(t, from_, to_), 1.0});
+    dual_field({inside(t), 1.0});
     for (size_t i = 0; i < n_; ++i) dfdt[i] = dual_f_[i].d;
   };
   return guarded(column, dfdt, n_);

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <exception>
 
 #include "integrators/catalogue.h"
@@ -59,7 +60,9 @@ class Rival : public Integrator {
   phs::State left_;
   double left_at_ = 0;  ///< time of left_ by the library's clock
   bool backwards_ = false;
-  double from_ = 0, to_ = 0;  ///< ends of the step, a hair inside: see inside.h
+  /// A time at which the library evaluates, kept inside the step: see inside.h.
+  double inside(double t) const { return std::clamp(t, from_, to_); }
+  double from_ = 0, to_ = 0;  ///< ends of the step, a hair inside
   int not_finite_ = 0;        ///< evaluations of this step that were infinite or NaN
   bool last_finite_ = true;   ///< the last evaluation of this step was finite
   std::exception_ptr error_;  ///< thrown by an evaluation of this step

@@ -1,21 +1,14 @@
 #include "integrators/step_control.h"
 
-#include <algorithm>
 #include <cmath>
 
+#include "integrators/controlled.h"
 #include "phs/time_transform.h"
 
 namespace porthos::integrators {
 namespace {
 
 using phs::State;
-
-std::shared_ptr<const phs::TimeScaleModel> scale_of(const phs::Model& model, double h,
-                                                    const ControlOptions& c) {
-  if (c.scale) return c.scale;
-  return std::make_shared<phs::RateTimeScale>(model, c.rate == 0 ? 1 / std::fabs(h) : c.rate,
-                                              c.length);
-}
 
 const Declaration& controllable(const std::string& method) {
   const Declaration& d = declaration_of(method);
@@ -25,126 +18,6 @@ const Declaration& controllable(const std::string& method) {
         "' chooses its steps itself: step control is for methods of a fixed step");
   return d;
 }
-
-/// What both controllers share: the state they left behind, by which they know whether a state continues a run.
-class Controlled : public Integrator {
- public:
-  std::string remark() const override { return inner_->remark(); }
-  std::span<const double> works() const override {
-    return keeps_books() ? by_->works() : works_.of_step();
-  }
-  bool keeps_books() const override { return inner_->keeps_books(); }
-  bool sees_inside() const override { return inner_->sees_inside(); }
-  bool varies() const override { return true; }
-
-  /// A step of the control's choice; one that would pass an instant is taken again up to there.
-  Outcome step(State& s) final {
-    if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
-    const double t = s.time(h_), next = next_instant(t);
-    if (std::isinf(next)) return taken_back_unless_ok(chosen_step(s));
-    before_ = s;
-    memory_.clear();
-    save(memory_);
-    const Outcome o = chosen_step(s);
-    // What is left to an instant is no step: it may be rounding.
-    const double short_of = (next - s.time(h_)) / h_;
-    if (o != Outcome::ok || short_of > 1e-9) return taken_back_unless_ok(o);
-    s = before_;
-    restore(memory_);
-    --cost_.steps;
-    return taken_back_unless_ok(step_to(next, s));
-  }
-  Cost cost() const override {
-    Cost c = cost_;
-    for (const Integrator* part : {inner_.get(), plain_.get()})
-      if (part) {
-        const Cost p = part->cost();
-        c.evaluations += p.evaluations, c.sweeps += p.sweeps, c.factorisations += p.factorisations;
-      }
-    return c;
-  }
-  void set_cost(const Cost& c) override {
-    cost_ = c;
-    for (Integrator* part : {inner_.get(), plain_.get()})
-      if (part) part->set_cost({});
-  }
-
- protected:
-  Controlled(Declaration d, const phs::Model& model, double h, const Options& o,
-             const ControlOptions& control)
-      : Integrator(std::move(d), model, h, o),
-        scale_(scale_of(model, h, control)),
-        instants_(o.instants) {
-    sampler_.go_by_the_clock();
-    last_.x.resize(n_), last_.lo.resize(n_);
-    last_.turns.resize(
-        size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),
-                             [](const auto& b) { return b.kind == phs::BlockKind::angle; })));
-  }
-  bool continues(const State& s) const { return have_last_ && s.x == last_.x && s.lo == last_.lo; }
-  /// The state after a step, as the caller will hand it back: wrapped.
-  void leave(const State& s) {
-    last_ = s, have_last_ = true;
-    if (options_.wrap) phs::wrap_angles(system_->description(), last_);
-  }
-  void save_state(std::vector<double>& m) const {
-    m.push_back(have_last_ ? 1.0 : 0.0);
-    m.insert(m.end(), last_.x.begin(), last_.x.end());
-    m.insert(m.end(), last_.lo.begin(), last_.lo.end());
-  }
-  /// Takes what save_state wrote off the front.
-  void restore_state(std::span<const double>& m) {
-    have_last_ = m[0] != 0;
-    std::copy_n(m.begin() + 1, n_, last_.x.begin());
-    std::copy_n(m.begin() + 1 + long(n_), n_, last_.lo.begin());
-    m = m.subspan(1 + 2 * n_);
-  }
-
-  virtual Outcome chosen_step(State& s) = 0;
-
-  std::shared_ptr<const phs::TimeScaleModel> scale_;
-  std::unique_ptr<Integrator> inner_, plain_;
-  const Integrator* by_ = nullptr;  ///< which of them took the last step
-  bool books_aside() const { return works_.any() && !keeps_books(); }
-  State last_;  ///< x and lo only are compared
-  bool have_last_ = false;
-
- private:
-  /// The first instant beyond t in the direction of the run, infinite if there is none.
-  double next_instant(double t) const {
-    const double near = 1e-9 * std::fabs(h_);
-    const double sampled = sampler_.next_instant(t, h_ < 0);
-    if (h_ > 0) {
-      const auto next = std::upper_bound(instants_.begin(), instants_.end(), t + near);
-      return next == instants_.end() ? sampled : std::fmin(*next, sampled);
-    }
-    const auto next = std::lower_bound(instants_.begin(), instants_.end(), t - near);
-    return next == instants_.begin() ? sampled : std::fmax(*(next - 1), sampled);
-  }
-  /// The plain method up to an instant, where the clock then stands to the bit. The rates of the control may jump there:
-  /// it begins anew.
-  Outcome step_to(double instant, State& s) {
-    const bool off_the_grid = s.origin_step == s.step;
-    const double t = s.time(h_);
-    const double h = off_the_grid ? (instant - s.origin) - s.origin_lo : instant - t;
-    const Outcome o = advance_with_books(t, h, s);
-    if (o != Outcome::ok) return o;
-    s.step_off_the_grid(h_, h);
-    s.origin = instant;
-    s.origin_lo = 0;
-    ++cost_.steps;
-    if (options_.wrap) phs::wrap_angles(system_->description(), s);
-    have_last_ = false;
-    return o;
-  }
-  Outcome taken_back_unless_ok(Outcome o) {
-    if (o != Outcome::ok) sampler_.take_back();
-    return o;
-  }
-
-  std::vector<double> instants_, memory_;
-  State before_;
-};
 
 // --- time transformation ----------------------------------------------------------------------------------------
 

@@ -43,6 +43,10 @@ struct BasicState {
   }
   /// The time [s] when every step since origin_step had size h.
   T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
+  /// How long it is from time(h) to an instant [s]: to the last bit where the last step was off the grid.
+  T until(double instant, T h) const {
+    return origin_step == step ? T((instant - origin) - origin_lo) : T(instant) - time(h);
+  }
   /// Counts a step of size `taken` that differs from the h before: its end becomes the new origin.
   void step_off_the_grid(double h, double taken) {
     const double n = double(step - origin_step), p = n * h;
