@@ -56,27 +56,35 @@ void in_parallel(int threads, int count, const std::function<void(int)>& work) {
 #endif
 }
 
-void simulate_batch(const phs::Model& model, const std::string& method, double step,
-                    const Source& source, const BatchOptions& o) {
-  std::mutex one_at_a_time;
+void in_team(int threads, const std::atomic<bool>* stop,
+             const std::function<void(const std::function<bool()>& stopped)>& member) {
   std::atomic<bool> failed{false};
-  const auto stopped = [&] {
+  const std::function<bool()> stopped = [&] {
     return failed.load(std::memory_order_relaxed) ||
-           (o.stop && o.stop->load(std::memory_order_relaxed));
+           (stop && stop->load(std::memory_order_relaxed));
   };
-  const Source next = [&]() -> std::unique_ptr<BatchRun> {
-    const std::lock_guard lock(one_at_a_time);
-    return stopped() ? nullptr : source();
-  };
-  // What a sampled controller holds belongs to the model: one run at a time.
-  const int threads = model.holds().empty() ? threads_of(o.threads) : 1;
-  in_parallel(threads, threads, [&](int) {
+  const int n = threads_of(threads);
+  in_parallel(n, n, [&](int) {
     try {
-      LaneTeam(model, method, step, o.method, o.lanes).work(next, stopped);
+      member(stopped);
     } catch (...) {
       failed = true;
       throw;
     }
+  });
+}
+
+void simulate_batch(const phs::Model& model, const std::string& method, double step,
+                    const Source& source, const BatchOptions& o) {
+  std::mutex one_at_a_time;
+  // What a sampled controller holds belongs to the model: one run at a time.
+  const int threads = model.holds().empty() ? o.threads : 1;
+  in_team(threads, o.stop, [&](const std::function<bool()>& stopped) {
+    const Source next = [&]() -> std::unique_ptr<BatchRun> {
+      const std::lock_guard lock(one_at_a_time);
+      return stopped() ? nullptr : source();
+    };
+    LaneTeam(model, method, step, o.method, o.lanes).work(next, stopped);
   });
 }
 

@@ -70,6 +70,10 @@ std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::stri
 
 /// work(0) … work(count - 1), each once, over threads (0: as many as the machine has).
 void in_parallel(int threads, int count, const std::function<void(int)>& work);
+/// member(stopped) once in each of some threads (0: as many as the machine has), until all have returned. stopped() is true
+/// once `stop` is set or another member has thrown; what was thrown first goes through.
+void in_team(int threads, const std::atomic<bool>* stop,
+             const std::function<void(const std::function<bool()>& stopped)>& member);
 /// What `threads` = 0 stands for.
 int threads_of(int threads);
 

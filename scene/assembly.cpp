@@ -323,7 +323,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
-  check_instants(scene, h);
+  check_switching(scene, h);
   const integrators::Options options{.rtol = scene.rtol,
                                      .iteration_tolerance = scene.iteration_tolerance,
                                      .instants = switches_of(scene)};

@@ -8,6 +8,7 @@
 
 #include "integrators/integrator.h"
 #include "phs/error.h"
+#include "scene/record_log.h"
 
 namespace porthos::scene {
 namespace {
@@ -50,11 +51,8 @@ size_t place(const std::map<std::string, size_t>& at, const std::string& name) {
 }
 
 std::uint64_t digest_of(std::span<const double> words) {
-  std::uint64_t d = 0xcbf29ce484222325u;
-  for (const double w : words) {
-    d = (d ^ std::bit_cast<std::uint64_t>(w)) * 0x100000001b3u;
-    d ^= d >> 29;
-  }
+  std::uint64_t d = 0xcbf29ce484222325u;  // a row of zeros has one too
+  digest_into(d, words);
   return d;
 }
 

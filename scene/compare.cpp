@@ -38,8 +38,7 @@ class Comparing {
       : assembly_(assembly), options_(options), scale_(assembly.model->description()) {
     check(options);
     c_.title = scene.title;
-    has_events_ = !scene.events.empty(), has_monitor_ = scene.monitor.has_value();
-    has_control_ = scene.step_control != integrators::StepControl::fixed;
+    note_what_trials_leave_out(scene);
     c_.budget_s = options.budget_s;
     c_.scene_duration_s = scene.duration;
     c_.duration_s = options.duration.value_or(scene.duration);
@@ -49,15 +48,6 @@ class Comparing {
 
   Comparison run() {
     choose_methods();
-    if (assembly_.spacecraft && !assembly_.spacecraft->parts().thrusters.empty())
-      c_.notes.push_back(
-          "thrusters switch at whole steps: the steps of most trials miss the times the scene "
-          "states, and their errors hold that");
-    for (const auto& [there, what] :
-         {std::pair{has_events_, "[[event]]: the motion of the mechanism as it starts is compared"},
-          {has_control_, "step_control: the steps of a trial are of one size"},
-          {has_monitor_, "[monitor]: trials run without it"}})
-      if (there) c_.notes.push_back(what);
     prepare();
     while (!stopped() && try_one()) {
     }
@@ -71,6 +61,18 @@ class Comparing {
   }
 
  private:
+  void note_what_trials_leave_out(const Scene& scene) {
+    if (assembly_.spacecraft && !assembly_.spacecraft->parts().thrusters.empty())
+      c_.notes.push_back(
+          "thrusters switch at whole steps: the steps of most trials miss the times the scene "
+          "states, and their errors hold that");
+    if (!scene.events.empty())
+      c_.notes.push_back("[[event]]: the motion of the mechanism as it starts is compared");
+    if (scene.step_control != integrators::StepControl::fixed)
+      c_.notes.push_back("step_control: the steps of a trial are of one size");
+    if (scene.monitor) c_.notes.push_back("[monitor]: trials run without it");
+  }
+
   bool stopped() const { return options_.stop && options_.stop->load(std::memory_order_relaxed); }
   double wall() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   double passed() const { return thread_cpu_now() - cpu_start_; }
@@ -254,7 +256,6 @@ class Comparing {
   const double cpu_start_ = thread_cpu_now();
   StateScale scale_;
   double guess_ = 0;
-  bool has_events_ = false, has_control_ = false, has_monitor_ = false;  ///< which trials leave out
   std::vector<Ladder> ladders_;
   Comparison c_;
 };

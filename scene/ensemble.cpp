@@ -78,18 +78,11 @@ void Ensemble::work(const std::function<std::int64_t()>& next,
 void Ensemble::work_alone(const std::function<std::int64_t()>& next,
                           const std::function<void(std::span<const double>)>& done,
                           const WorkOptions& o) const {
-  const int threads = ensemble::threads_of(o.threads);
-  std::atomic<bool> failed{false};
-  ensemble::in_parallel(threads, threads, [&](int) {
-    try {
-      while (!failed && !(o.stop && o.stop->load(std::memory_order_relaxed))) {
-        const std::int64_t index = next();
-        if (index < 0) return;
-        run_case(*this, index, o.stop, done);
-      }
-    } catch (...) {
-      failed = true;
-      throw;
+  ensemble::in_team(o.threads, o.stop, [&](const std::function<bool()>& stopped) {
+    while (!stopped()) {
+      const std::int64_t index = next();
+      if (index < 0) return;
+      run_case(*this, index, o.stop, done);
     }
   });
 }

@@ -203,7 +203,7 @@ std::vector<double> switches_of(const Scene& scene) {
   return all;
 }
 
-void check_instants(const Scene& scene, double h) {
+void check_switching(const Scene& scene, double h) {
   for (const Element& e : scene.elements) {
     if (!e.thruster) continue;
     if (scene.step_control != integrators::StepControl::fixed) continue;  // which ends steps there

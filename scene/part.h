@@ -29,9 +29,8 @@ space::Parts parts_of(const Scene& scene);
 /// Thrusters and torquers of a scene in orbit.
 space::Parts orbit_parts_of(const Scene& scene);
 
-/// @throws InvalidArgument for a thruster that switches between steps of h, or anything at instants that steps of varying size
-/// would not meet
-void check_instants(const Scene& scene, double h);
+/// @throws InvalidArgument for a thruster that switches between steps of one size h
+void check_switching(const Scene& scene, double h);
 /// When thrusters switch after the start [s], in rising order.
 std::vector<double> switches_of(const Scene& scene);
 

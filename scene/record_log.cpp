@@ -17,15 +17,14 @@ namespace {
 
 constexpr size_t buffer_size = 1 << 18;
 
-/// FNV-1a over 8-byte words: finds damage, keeps no enemy out.
+}  // namespace
+
 void digest_into(std::uint64_t& digest, std::span<const double> words) {
   for (const double w : words) {
     digest = (digest ^ std::bit_cast<std::uint64_t>(w)) * 0x100000001b3u;
     digest ^= digest >> 29;
   }
 }
-
-}  // namespace
 
 std::int64_t integer(double bits) { return std::bit_cast<std::int64_t>(bits); }
 

@@ -70,6 +70,9 @@ class Window {
   std::vector<double> low_, high_;
 };
 
+/// FNV-1a over 8-byte words: finds damage, keeps no enemy out. digest: goes on from what it is.
+void digest_into(std::uint64_t& digest, std::span<const double> words);
+
 /// How far a log had come when a checkpoint was written.
 struct LogMark {
   std::int64_t records = 0;

@@ -82,9 +82,7 @@ rate = 0.1
 class CaseEvents : public testing::Test {
  protected:
   void SetUp() override {
-    write_bytes(folder_ / "two.urdf", "<robot name='two'><link name='foot'/>" + link("a", 2) +
-                                          link("b", 3) + joint("ja", "foot", "a", "0 1 0") +
-                                          joint("jb", "foot", "b", "0 1 0") + "</robot>");
+    write_bytes(folder_ / "two.urdf", two_arms_urdf());
     write_bytes(folder_ / "bus.urdf", "<robot name='bus'>" + link("bus", 20) + link("hand", 1) +
                                           joint("wrist", "bus", "hand", "0 1 0") + "</robot>");
   }

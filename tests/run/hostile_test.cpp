@@ -8,6 +8,7 @@
 #include "scene/checkpoint.h"
 #include "scene/hdf5_reader.h"
 #include "scene/replot.h"
+#include "scene/report_reader.h"
 #include "scene/statistics.h"
 #include "tests/run/scenes.h"
 
@@ -97,6 +98,35 @@ TEST(HostileResults, ASummaryOfAnythingIsReadOrRefused) {
   std::printf("  %d summaries, %d refused by replot, none by the report\n", tried, refused);
   EXPECT_GT(tried, 300);
   EXPECT_GT(refused, 30);
+}
+
+TEST(HostileResults, AReportOfAnythingIsReadOrRefused) {
+  const Results r;
+  const fs::path path = r.out / "summary.json";
+  nlohmann::json all = nlohmann::json::parse(read_bytes(path));
+  EXPECT_NO_THROW(scene::read_report(r.out, {}));
+  int tried = 0, refused = 0;
+  const auto attempt = [&](const std::string& text) {
+    write_bytes(path, text);
+    ++tried;
+    try {
+      scene::read_report(r.out, {});
+    } catch (const InvalidArgument&) {
+      ++refused;
+    }
+  };
+  int exchanged = 0;
+  with_each_exchanged(all, all, exchanged, [&](const nlohmann::json& j) { attempt(j.dump()); });
+  for (const auto& [key, value] : all.items()) {
+    nlohmann::json without = all;
+    without.erase(key);
+    attempt(without.dump());
+  }
+  attempt("");
+  attempt("{");
+  std::printf("  %d summaries, %d refused\n", tried, refused);
+  EXPECT_GT(tried, 300);
+  EXPECT_GT(refused, 100);
 }
 
 TEST(HostileResults, BytesTurnedOverAreReadOrRefused) {

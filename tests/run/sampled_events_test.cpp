@@ -7,9 +7,7 @@ namespace {
 /// Two arms on a fixed foot that do not feel each other; `ja` is held by a controller, `jb` rests.
 scene::Scene two_arms(const TemporaryFolder& folder, const std::string& rate,
                       const std::string& event) {
-  write_bytes(folder / "two.urdf", "<robot name='two'><link name='foot'/>" + link("a", 2) +
-                                       link("b", 3) + joint("ja", "foot", "a", "0 1 0") +
-                                       joint("jb", "foot", "b", "0 1 0") + "</robot>");
+  write_bytes(folder / "two.urdf", two_arms_urdf());
   write_bytes(folder / "scene.toml", R"(
 [model]
 urdf = "two.urdf"

@@ -62,6 +62,12 @@ inline std::string arm_urdf(const std::string& more = "") {
          joint("elbow", "upper", "lower", "1 0 0") + "</robot>";
 }
 
+/// Two arms on a fixed foot that do not feel each other.
+inline std::string two_arms_urdf() {
+  return "<robot name='two'><link name='foot'/>" + link("a", 2) + link("b", 3) +
+         joint("ja", "foot", "a", "0 1 0") + joint("jb", "foot", "b", "0 1 0") + "</robot>";
+}
+
 struct Case {
   scene::Scene scene;
   scene::Assembly assembly;
