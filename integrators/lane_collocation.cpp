@@ -28,9 +28,7 @@ class LaneCollocation final : public LaneIntegrator {
         Y_(s_, std::vector<Lanes>(n_, Lanes(0.0))),
         L_(Y_),
         L_before_(Y_),
-        E_(works_.empty() ? 0 : n_),
-        F_(E_.size()),
-        powers_(works_.size()),
+        F_(works_at_work_.any() ? n_ : 0),
         smallest_(n_, Lanes(HUGE_VAL)),
         lane_(size_t(width), Lane(o.iteration_tolerance)) {
     t.weights(h, hb_);
@@ -67,39 +65,41 @@ class LaneCollocation final : public LaneIntegrator {
     bool have_before = false, predicted = false, dropped = false;
     int distrust = 0;  ///< as it is before the step at work
     int sweeps = 0;
+    bool finishing = false;  ///< stagnated: the next evaluation is the last
   };
   size_t distrust_at() const { return 2 + n_ * s_; }
 
-  void forget(int lane) override {
-    Lane& l = lane_[size_t(lane)];
-    l.have_before = false, l.distrust = 0, l.choice = SolverChoice();
+  void forget(Set lanes) override {
+    for_each_lane(lanes, [&](int i) {
+      Lane& l = lane_[size_t(i)];
+      l.have_before = false, l.distrust = 0, l.choice = SolverChoice();
+    });
+    stand(lanes);
+  }
+  /// Puts stages where the field is finite.
+  void stand(Set lanes) {
+    const auto now = mask_of<Lanes>(lanes);
     for (auto& Y : Y_)
-      for (size_t k = 0; k < n_; ++k) Y[k].set(lane, x_[k][lane] + lo_[k][lane]);
+      for (size_t k = 0; k < n_; ++k) Y[k] = select(now, x_[k] + lo_[k], Y[k]);
   }
 
-  void begin(Set lanes) override {
-    Set predicted = 0;
-    for (int i = 0; i < width; ++i) {
-      if (!(lanes & bit(i))) continue;
+  Set begin(Set lanes) override {
+    Set predicted = 0, newton = 0;
+    for_each_lane(lanes, [&](int i) {
       Lane& l = lane_[size_t(i)];
-      if (l.choice.newton()) {
-        run_[size_t(i)].phase = Phase::stuck;
-        lanes &= ~bit(i);
-        continue;
-      }
-      run_[size_t(i)].phase = Phase::sweeping;
+      if (l.choice.newton()) newton |= lane_bit(i);
       l.predicted = l.have_before && l.distrust == 0;
-      l.sweeps = 0, l.dropped = false;
-      if (l.predicted) predicted |= bit(i);
-    }
-    if (lanes) guess(lanes, predicted);
+      l.sweeps = 0, l.dropped = l.finishing = false;
+      if (l.predicted) predicted |= lane_bit(i);
+    });
+    guess(lanes & ~newton, predicted);
+    return newton;
   }
 
   /// First values of the stages: extrapolated, or the state.
   void guess(Set lanes, Set predicted) {
-    for (int i = 0; i < width; ++i)
-      if (lanes & bit(i)) lane_[size_t(i)].stagnation.restart();
-    const auto all = mask(lanes), with = mask(predicted);
+    for_each_lane(lanes, [&](int i) { lane_[size_t(i)].stagnation.restart(); });
+    const auto all = mask_of<Lanes>(lanes), with = mask_of<Lanes>(predicted);
     for (size_t k = 0; k < n_; ++k) {
       const Lanes here = x_[k] + lo_[k];
       for (size_t i = 0; i < s_; ++i) {
@@ -118,19 +118,23 @@ class LaneCollocation final : public LaneIntegrator {
 
   /// One evaluation of every stage of every lane: a sweep for those that iterate, the last one for those that have
   /// stagnated.
-  void advance() override {
+  Ended round(Set lanes) override {
     for (size_t i = 0; i < s_; ++i) {
       system_->field(t_ + Lanes(ch_[i]), Y_[i], {}, L_[i]);
       for (size_t k = 0; k < n_; ++k) L_[i][k] = Lanes(hb_[i]) * L_[i][k];
     }
-    Set done = in(Phase::finishing);
-    if (const Set sweeping = in(Phase::sweeping)) done |= sweep(sweeping);
-    if (done) finish(done);
+    Ended e;
+    for_each_lane(lanes, [&](int i) {
+      if (lane_[size_t(i)].finishing) e.done |= lane_bit(i);
+    });
+    if (const Set sweeping = lanes & ~e.done) sweep(sweeping, e);
+    if (e.failed()) stand(e.failed());
+    if (e.done) finish(e.done);
+    return e;
   }
 
-  /// @return the lanes whose equations are solved
-  Set sweep(Set sweeping) {
-    const auto now = mask(sweeping);
+  void sweep(Set sweeping, Ended& e) {
+    const auto now = mask_of<Lanes>(sweeping);
     Lanes largest(0.0), total(0.0), change(0.0), distance(0.0), changed(0.0), improved(0.0);
     const Lanes one(1.0), zero(0.0);
     for (size_t k = 0; k < n_; ++k) largest = phs::max(largest, phs::abs(x_[k]));
@@ -151,9 +155,8 @@ class LaneCollocation final : public LaneIntegrator {
       const Lanes size = phs::max(phs::max(phs::abs(x_[k]), away), least);
       change = phs::max(change, move / size), distance = phs::max(distance, away / size);
     }
-    Set solved = 0, again = 0;
-    for (int i = 0; i < width; ++i) {
-      if (!(sweeping & bit(i))) continue;
+    Set again = 0;
+    for_each_lane(sweeping, [&](int i) {
       Lane& l = lane_[size_t(i)];
       ++l.sweeps;
       const Sweep s{.finite = total[i] < HUGE_VAL,
@@ -161,66 +164,60 @@ class LaneCollocation final : public LaneIntegrator {
                     .improved = improved[i] != 0,
                     .change = change[i]};
       if (l.sweeps == 1 && l.predicted && s.finite && s.change > distance[i]) {
-        l.dropped = true, again |= bit(i);
-        if (l.sweeps == options_.max_sweeps) run_out(i);
-        continue;
+        l.dropped = true, again |= lane_bit(i);
+        if (l.sweeps == options_.max_sweeps) run_out(i, e);
+        return;
       }
       using enum Stagnation::Verdict;
       const auto verdict = l.stagnation.after(s);
       if (verdict == go_on && l.stagnation.wants_noise()) l.stagnation.set_noise(0);
       if (verdict == not_finite || verdict == diverges)
-        give_up(i);
+        e.not_converged |= lane_bit(i);
       else if (verdict == exact)
-        solved |= bit(i);
+        e.done |= lane_bit(i);
       else if (verdict == stagnated)
-        run_[size_t(i)].phase = Phase::finishing;
+        l.finishing = true;
       else if (l.sweeps == options_.max_sweeps)
-        run_out(i);
-    }
+        run_out(i, e);
+    });
     if (again) guess(again, 0);
-    return solved;
   }
   /// Of sweeps: good enough if only noise is left, unless Newton goes further.
-  void run_out(int lane) {
-    if (lane_[size_t(lane)].stagnation.settled() && !with_newton_)
-      run_[size_t(lane)].phase = Phase::finishing;
+  void run_out(int lane, Ended& e) {
+    Lane& l = lane_[size_t(lane)];
+    if (l.stagnation.settled() && !with_newton_)
+      l.finishing = true;
     else
-      give_up(lane);
-  }
-  void give_up(int lane) {
-    run_[size_t(lane)].phase = Phase::stuck;
-    for (auto& Y : Y_)  // where the field is finite
-      for (size_t k = 0; k < n_; ++k) Y[k].set(lane, x_[k][lane] + lo_[k][lane]);
+      e.not_converged |= lane_bit(lane);
   }
 
   void finish(Set done) {
-    if (!works_.empty()) book(done);
-    const auto m = mask(done);
+    if (works_at_work_.any()) book();
+    const auto m = mask_of<Lanes>(done);
+    const auto add = [&](size_t k, Lanes move) {
+      Lanes x = x_[k], lo = lo_[k];
+      phs::compensated_add(x, lo, move);
+      x_[k] = select(m, x, x_[k]), lo_[k] = select(m, lo, lo_[k]);
+    };
     for (size_t k = 0; k < n_; ++k) {
       Lanes sum(0.0);  // outer pairs first, as in collocation.cpp
       for (size_t i = 0; i < s_ / 2; ++i) sum += L_[i][k] + L_[s_ - 1 - i][k];
-      add(done, k, s_ % 2 ? sum + L_[s_ / 2][k] : sum);
+      add(k, s_ % 2 ? sum + L_[s_ / 2][k] : sum);
       for (size_t i = 0; i < s_; ++i) L_before_[i][k] = select(m, L_[i][k], L_before_[i][k]);
     }
-    for (int i = 0; i < width; ++i) {
-      if (!(done & bit(i))) continue;
+    for_each_lane(done, [&](int i) {
       Lane& l = lane_[size_t(i)];
       l.have_before = true;
       l.distrust = l.dropped ? 16 : std::max(l.distrust - 1, 0);
       if (with_newton_) l.choice.fixed_point_was(true, l.sweeps);
-    }
-    finished(done);
+    });
   }
-  void book(Set done) {
-    const auto m = mask(done);
-    for (Lanes& w : works_) w = select(m, Lanes(0.0), w);
+  void book() {
+    works_at_work_.restart();
     for (size_t i = 0; i < s_; ++i) {
       const Lanes t = t_ + Lanes(ch_[i]), hb(hb_[i]);
       for (size_t k = 0; k < n_; ++k) F_[k] = L_[i][k] / hb;
-      system_->efforts(t, Y_[i], F_, E_);
-      system_->powers(t, Y_[i], E_, powers_);
-      for (size_t a = 0; a < works_.size(); ++a)
-        works_[a] = select(m, works_[a] + hb * powers_[a], works_[a]);
+      works_at_work_.add(*system_, t, hb, Y_[i], F_);
     }
   }
 
@@ -229,7 +226,7 @@ class LaneCollocation final : public LaneIntegrator {
   std::vector<double> memory_;  ///< of an integrator before its first step
   bool with_newton_;
   Stages Y_, L_, L_before_;
-  std::vector<Lanes> E_, F_, powers_, smallest_;
+  std::vector<Lanes> F_, smallest_;
   std::vector<Lane> lane_;
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "integrators/lane_set.h"
 #include "integrators/stage_lanes.h"
 #include "phs/state.h"
 
@@ -20,7 +21,7 @@ class LaneIntegrator {
  public:
   static constexpr int width = stage_lanes;
   using Lanes = phs::Pack<double, width>;
-  using Set = unsigned;  ///< of lanes, a bit each
+  using Set = LaneSet;
 
   LaneIntegrator(const phs::Model& model, double h, const Options& o);
   virtual ~LaneIntegrator() = default;
@@ -50,49 +51,43 @@ class LaneIntegrator {
   void works(int lane, std::span<double> to) const;
 
  protected:
-  enum class Phase { idle, sweeping, finishing, arrived, stuck };
-  /// What is known of a lane besides its numbers.
-  struct Run {
-    Phase phase = Phase::idle;
-    std::int64_t step = 0, until = 0, origin_step = 0;
-    double origin = 0, origin_lo = 0;
-    std::vector<std::int64_t> turns;
-  };
-
-  static Set bit(int lane) { return 1u << lane; }
-  static phs::Mask<width> mask(Set lanes);
-  Set in(Phase phase) const;
-
-  /// A new run in a lane: nothing of the one before counts.
-  virtual void forget(int lane) = 0;
-  /// Begins the next step of some lanes, whose phase is to become sweeping or stuck.
-  virtual void begin(Set lanes) = 0;
-  /// As much work as lanes do together without asking; moves them from phase to phase, to finished() at the end of a step.
-  virtual void advance() = 0;
-  /// Adds moves to the states of some lanes whose step is done.
-  void add(Set lanes, size_t k, Lanes move);
-  /// Counts the step, wraps angles, stops or begins the next.
-  void finished(Set lanes);
-
-  const phs::Description& description() const { return system_->description(); }
+  /// A new run in some lanes: nothing of the ones before counts.
+  virtual void forget(Set lanes) = 0;
+  /// Begins the next step of some lanes. @return those that cannot go on side by side
+  virtual Set begin(Set lanes) = 0;
+  /// As much work as lanes do together without asking, and which of their steps ended with it. Those
+  /// that are done are in the states.
+  virtual Ended round(Set lanes) = 0;
 
   double h_;
   Options options_;
   std::unique_ptr<phs::System<Lanes>> system_;
-  size_t n_;                   ///< numbers in a state
-  std::vector<Lanes> x_, lo_;  ///< states
-  std::vector<Lanes> works_;   ///< of the last step of each lane
-  Lanes t_ = Lanes(0.0);       ///< where the steps at work began
-  std::vector<Run> run_;       ///< of each lane
+  size_t n_;                    ///< numbers in a state
+  std::vector<Lanes> x_, lo_;   ///< states
+  Lanes t_ = Lanes(0.0);        ///< where the steps at work began
+  Works<Lanes> works_at_work_;  ///< of the steps that the last round ended
+  Cost cost_;                   ///< of rounds
 
  private:
+  enum class Phase { idle, working, arrived, stuck };
+  /// What is known of a lane besides its numbers.
+  struct Run {
+    Phase phase = Phase::idle;
+    phs::State
+        clock;  ///< and the turns; of the numbers it has the angles alone, and only to wrap them
+    std::int64_t until = 0;
+  };
+  Set in(Phase phase) const;
+  void put(int lane, const phs::State& state);
   void start(Set lanes);
-  void wrap(int lane);
+  void ended(const Ended& e);
+  void wrap(Run& run, int lane);
   void tell_turns();
 
+  std::vector<Lanes> works_;       ///< of the last step of each lane
+  std::vector<Run> run_;           ///< of each lane
   std::vector<size_t> angles_;     ///< where the angle blocks are
   phs::Description angle_blocks_;  ///< of a state of these alone
-  phs::State angle_state_;
   std::vector<Lanes> turn_angles_;
 };
 

@@ -1,6 +1,5 @@
 #pragma once
-#include "integrators/integrator.h"
-#include "integrators/lane_integrator.h"
+#include <vector>
 
 namespace porthos::integrators {
 
@@ -13,14 +12,6 @@ struct Entry;
 /// makes the multiplier well defined; κ = a quarter of the mean inverse inertia at the zero configuration.
 /// For a separable H = T(p) + V(q) the same map is explicit and taken as kick-drift-kick (splitting.h).
 /// Needs a canonical lossless system, x = (q, p).
-template <class T>
-std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration&, const phs::Model&, T h,
-                                                        const Options&);
-
-/// A state per lane; null where H is separable, or the system has powers to be booked.
-std::unique_ptr<LaneIntegrator> make_lane_stormer_verlet(const phs::Model&, double h,
-                                                         const Options&);
-
 std::vector<Entry> stormer_verlet_entries();
 
 }  // namespace porthos::integrators
