@@ -8,8 +8,8 @@
 #include <fstream>
 
 #include "phs/error.h"
-#include "scene/actuator_plot.h"
-#include "scene/text_table.h"
+#include "scene/files/text_table.h"
+#include "scene/plot/actuator_plot.h"
 #include "vsa/catalogue.h"
 
 namespace porthos::apps {

@@ -8,9 +8,9 @@
 
 #include "integrators/integrator.h"
 #include "phs/error.h"
-#include "scene/files.h"
-#include "scene/schema.h"
-#include "scene/starter.h"
+#include "scene/files/files.h"
+#include "scene/read/schema.h"
+#include "scene/session/starter.h"
 
 namespace porthos::apps {
 namespace {

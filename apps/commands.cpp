@@ -1,4 +1,5 @@
 #include "apps/commands.h"
+#include "scene/session/info.h"
 
 #include <fmt/format.h>
 
@@ -20,12 +21,12 @@
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
-#include "scene/auto_method.h"
-#include "scene/compare.h"
-#include "scene/files.h"
-#include "scene/replot.h"
-#include "scene/run.h"
-#include "scene/verdict.h"
+#include "scene/compare/auto_method.h"
+#include "scene/compare/compare.h"
+#include "scene/files/files.h"
+#include "scene/run/verdict.h"
+#include "scene/session/replot.h"
+#include "scene/session/run.h"
 
 namespace porthos::apps {
 namespace {

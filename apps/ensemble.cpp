@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/verdict.h"
-#include "scene/text_table.h"
+#include "scene/files/text_table.h"
 
 namespace porthos::apps {
 

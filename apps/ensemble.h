@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "scene/ensemble.h"
+#include "scene/ensemble/ensemble.h"
 
 namespace porthos::apps {
 

@@ -6,8 +6,8 @@
 
 #include "apps/report.h"
 #include "apps/verdict.h"
-#include "scene/files.h"
-#include "scene/judge_file.h"
+#include "scene/files/files.h"
+#include "scene/judge/judge_file.h"
 
 namespace porthos::apps {
 

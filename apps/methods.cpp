@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "integrators/integrator.h"
-#include "scene/text_table.h"
+#include "scene/files/text_table.h"
 
 namespace porthos::apps {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/text_table.h"
+#include "scene/files/text_table.h"
 
 namespace porthos::apps {
 namespace {

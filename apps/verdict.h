@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "scene/run.h"
+#include "scene/run/run_report.h"
 
 namespace porthos::apps {
 

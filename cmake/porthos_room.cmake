@@ -24,5 +24,5 @@ function(porthos_room room)
 
   install(TARGETS ${target} EXPORT porthosTargets)
   install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/porthos
-    FILES_MATCHING PATTERN "*.h")
+    FILES_MATCHING PATTERN "*.h" PATTERN "*-inl.h" EXCLUDE PATTERN detail EXCLUDE)
 endfunction()

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "energy_shaping/certificate.h"
-#include "scene/trace_plot.h"
+#include "scene/plot/trace_plot.h"
 
 /// Prints a certificate and writes certificate.json and plot.svg into the folder given on the command line (default: here).
 inline int show(int argc, char** argv, const porthos::energy_shaping::Certificate& certificate,

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "phs/linear_algebra.h"
-#include "phs/network_plan.h"
+#include "phs/detail/network_plan.h"
 
 namespace porthos::phs {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phs/network_plan.h"
+#include "phs/detail/network_plan.h"
 #include "phs/random_state.h"
 
 namespace porthos::phs {

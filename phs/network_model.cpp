@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phs/network_plan.h"
+#include "phs/detail/network_plan.h"
 
 namespace porthos::phs {
 namespace {

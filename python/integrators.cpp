@@ -8,7 +8,7 @@
 #include "python/bind.h"
 #include "python/keywords.h"
 #include "python/patience.h"
-#include "scene/measure.h"
+#include "scene/run/measure.h"
 
 namespace porthos::python {
 namespace {

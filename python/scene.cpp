@@ -1,5 +1,6 @@
 // Scenes, runs, comparisons and their results.
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
+#include "scene/session/info.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -12,10 +13,10 @@
 #include "python/keywords.h"
 #include "python/patience.h"
 #include "report/report.h"
-#include "scene/compare.h"
-#include "scene/files.h"
-#include "scene/hdf5_reader.h"
-#include "scene/memory_run.h"
+#include "scene/compare/compare.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/session/memory_run.h"
 
 namespace porthos::python {
 namespace {

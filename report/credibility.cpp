@@ -1,4 +1,4 @@
-#include "report/credibility.h"
+#include "report/detail/credibility.h"
 
 #include <fmt/format.h>
 

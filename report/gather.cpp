@@ -5,13 +5,13 @@
 
 #include "mechanics/reconfiguration.h"
 #include "phs/error.h"
-#include "report/credibility.h"
-#include "report/playback.h"
+#include "report/detail/credibility.h"
+#include "report/detail/playback.h"
 #include "report/report.h"
-#include "report/series.h"
-#include "scene/checkpoint.h"
-#include "scene/files.h"
-#include "scene/scene_texts.h"
+#include "report/detail/series.h"
+#include "scene/files/files.h"
+#include "scene/read/scene_texts.h"
+#include "scene/run/checkpoint.h"
 
 namespace porthos::report {
 namespace {

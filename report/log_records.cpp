@@ -4,8 +4,8 @@
 
 #include "phs/error.h"
 #include "report/records.h"
-#include "scene/record_log.h"
-#include "scene/run_file.h"
+#include "scene/run/record_log.h"
+#include "scene/run/run_file.h"
 
 namespace porthos::report {
 namespace {

@@ -1,12 +1,12 @@
-#include "report/playback.h"
+#include "report/detail/playback.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "mechanics/kinematics.h"
-#include "report/shapes.h"
-#include "scene/run_file.h"
+#include "report/detail/shapes.h"
+#include "scene/run/run_file.h"
 
 namespace porthos::report {
 namespace {

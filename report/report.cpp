@@ -6,7 +6,7 @@
 
 #include "phs/error.h"
 #include "report/places.h"
-#include "scene/files.h"
+#include "scene/files/files.h"
 
 namespace porthos::report {
 namespace {

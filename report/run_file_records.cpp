@@ -5,7 +5,7 @@
 
 #include "phs/error.h"
 #include "report/records.h"
-#include "scene/hdf5_reader.h"
+#include "scene/files/hdf5_reader.h"
 
 namespace porthos::report {
 namespace {

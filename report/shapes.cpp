@@ -1,4 +1,4 @@
-#include "report/shapes.h"
+#include "report/detail/shapes.h"
 
 #include <fmt/format.h>
 #include <tinyxml2.h>

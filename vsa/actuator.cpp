@@ -4,7 +4,7 @@
 
 #include "phs/elements.h"
 #include "phs/error.h"
-#include "vsa/actuator_system.h"
+#include "vsa/detail/actuator_system.h"
 
 namespace porthos::vsa {
 namespace {

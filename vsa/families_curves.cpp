@@ -1,5 +1,5 @@
 // Families whose shape is a table: cams and profiles.
-#include "vsa/curve.h"
+#include "vsa/detail/curve.h"
 #include "vsa/elastic-inl.h"
 #include "vsa/families.h"
 

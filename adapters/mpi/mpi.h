@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "scene/ensemble.h"
+#include "scene/ensemble/ensemble.h"
 
 /// Ensembles over the ranks of MPI, for more than one machine.
 namespace porthos::adapters {

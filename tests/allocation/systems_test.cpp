@@ -6,7 +6,7 @@
 #include "integrators/energy_monitor.h"
 #include "phs/elements.h"
 #include "phs/network.h"
-#include "scene/watched_run.h"
+#include "scene/run/watched_run.h"
 #include "tests/space/support.h"
 #include "tests/support/swinging_pendulum.h"
 #include "tests/vsa/actuators.h"

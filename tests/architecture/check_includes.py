@@ -24,7 +24,11 @@ BELOW = {
     "apps": ["report", "adapters"],
     "python": ["report", "ensemble"],
 }
-LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene"]
+# Folders of a room, lowest first: a file includes its own folder and those before it.
+FOLDERS = {
+    "scene": ["files", "read", "assemble", "run", "plot", "compare", "session", "judge", "ensemble"],
+}
+LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene", "report"]
 ANYTHING_GOES = ["tests", "bench", "examples"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -47,6 +51,23 @@ def line_cap(path):
     return 400, "public header"
 
 
+def folder_offence(path, target):
+    """Why a file of a room must not include another of the same room, or None."""
+    order = FOLDERS.get(path.parts[0], [])
+    place = {name: i for i, name in enumerate(order)}
+    theirs = target.split("/")[1]
+    if len(path.parts) < 3 or path.parts[1] not in place or theirs not in place:
+        return None  # what is generated lies beside the folders
+    if place[theirs] > place[path.parts[1]]:
+        return f"{path.parts[0]}/{path.parts[1]}/ must not include {path.parts[0]}/{theirs}/ ({target})"
+    return None
+
+
+def is_private(name):
+    """Whether a header is not installed: it lies in a folder `detail` or defines what another declares."""
+    return "/detail/" in name or name.endswith("-inl.h")
+
+
 def include_offence(path, mark, target):
     """Why the file at `path` must not include `target`, or None."""
     room, first = path.parts[0], target.split("/")[0]
@@ -55,11 +76,15 @@ def include_offence(path, mark, target):
     if first in BELOW or first in ANYTHING_GOES:
         if first not in reach(room):
             return f"{room}/ must not include {first}/ ({target})"
+        if first == room and (reason := folder_offence(path, target)):
+            return reason
+        if first != room and "/detail/" in target:
+            return f"{target} is private to {first}/"
     elif mark == '"':
         return f'"{target}" does not start at the repository root'
-    if room in LIBRARIES and path.suffix == ".h" and not path.name.endswith("-inl.h"):
-        if target.endswith("-inl.h"):
-            return f"a public header must not include a definition header ({target})"
+    if room in LIBRARIES and path.suffix == ".h" and not is_private(path.as_posix()):
+        if is_private(target):
+            return f"a public header must not include a private one ({target})"
         known = first == "Eigen" or target in COMPILER or STANDARD.fullmatch(target)
         if mark == "<" and not known:
             return f"a public header includes std and Eigen only, not <{target}>"
@@ -72,6 +97,8 @@ def offences(root):
         if file.suffix not in (".h", ".cpp") or not file.is_file():
             continue
         path = file.relative_to(root)
+        if path.parts[0] in FOLDERS and len(path.parts) < 3:
+            yield f"{path}:1: lies in none of {path.parts[0]}/{{{', '.join(FOLDERS[path.parts[0]])}}}"
         lines = file.read_text(encoding="utf-8").splitlines()
         for number, line in enumerate(lines, 1):
             if found := INCLUDE.match(line):
@@ -87,10 +114,12 @@ def self_test():
         "phs/a.h": "#include <vector>\n#include <Eigen/Core>\n#include <immintrin.h>\n",
         "phs/b.h": "#include \"phs/a.h\"\n",
         "phs/a-inl.h": "#include \"phs/a.h\"\n",
+        "phs/detail/d.h": "#include <nlohmann/json.hpp>\n",
         "phs/a.cpp": "#include <quadmath.h>\n#include \"phs/a-inl.h\"\n",
         "mechanics/joints/j.h": "#include \"phs/a.h\"\n" + "\n" * 149,
         "vsa/v.h": "#include \"mechanics/joints/j.h\"\n#include \"phs/a.h\"\n",
-        "scene/s.cpp": "#include <hdf5.h>\n#include \"vsa/v.h\"\n#include \"integrators/i.h\"\n",
+        "scene/files/s.cpp": "#include <hdf5.h>\n#include \"vsa/v.h\"\n#include \"integrators/i.h\"\n",
+        "scene/run/r.cpp": "#include \"scene/read/r.h\"\n#include \"scene/build_info.h\"\n",
         "apps/main.cpp": "#include <CLI/CLI.hpp>\n#include \"scene/s.h\"\n",
         "tests/phs/t.cpp": "#include \"scene/s.h\"\n#include \"phs/a-inl.h\"\n",
     }
@@ -99,12 +128,16 @@ def self_test():
         "mechanics/x.cpp": ('  #  include "integrators/i.h"\n', "mechanics/ must not include integrators"),
         "integrators/x.h": ("#include <mechanics/m.h>\n", "integrators/ must not include mechanics/"),
         "vsa/x.h": ('#include "energy_shaping/e.h"\n', "vsa/ must not include energy_shaping/"),
-        "scene/x.cpp": ('#include "apps/main.h"\n', "scene/ must not include apps/"),
+        "scene/run/x.cpp": ('#include "apps/main.h"\n', "scene/ must not include apps/"),
         "phs/y.cpp": ('#include "tests/helper.h"\n', "phs/ must not include tests/"),
         "phs/z.cpp": ('#include "z.h"\n', "does not start at the repository root"),
         "phs/q.h": ("#include <quadmath.h>\n", "std and Eigen only, not <quadmath.h>"),
-        "scene/t.h": ("#include <toml++/toml.h>\n", "std and Eigen only, not <toml++/toml.h>"),
-        "phs/i.h": ('#include "phs/a-inl.h"\n', "must not include a definition header"),
+        "scene/read/x.cpp": ('#include "scene/run/r.h"\n', "scene/read/ must not include scene/run/"),
+        "scene/loose.h": ("", "lies in none of scene/{files, read,"),
+        "scene/read/t.h": ("#include <toml++/toml.h>\n", "std and Eigen only, not <toml++/toml.h>"),
+        "phs/i.h": ('#include "phs/a-inl.h"\n', "must not include a private one"),
+        "phs/d.h": ('#include "phs/detail/d.h"\n', "must not include a private one"),
+        "vsa/d.cpp": ('#include "phs/detail/d.h"\n', "phs/detail/d.h is private to phs/"),
         "phs/long.h": ("\n" * 401, "a public header has at most 400 lines"),
         "phs/long.cpp": ("\n" * 601, "a source has at most 600 lines"),
         "mechanics/joints/long.h": ("\n" * 151, "a joint header has at most 150 lines"),

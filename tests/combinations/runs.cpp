@@ -9,10 +9,10 @@
 
 #include "phs/error.h"
 #include "report/report.h"
-#include "scene/auto_method.h"
-#include "scene/compare.h"
-#include "scene/ensemble.h"
-#include "scene/files.h"
+#include "scene/compare/auto_method.h"
+#include "scene/compare/compare.h"
+#include "scene/ensemble/ensemble.h"
+#include "scene/files/files.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::combinations {

@@ -1,6 +1,6 @@
 // method = "auto": what it chooses keeps the target when it is run, and a resumed run keeps the choice.
-#include "scene/auto_method.h"
-#include "scene/steps.h"
+#include "scene/assemble/steps.h"
+#include "scene/compare/auto_method.h"
 
 #include <nlohmann/json.hpp>
 

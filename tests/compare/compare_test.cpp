@@ -1,12 +1,12 @@
 // The comparison as a library: what it tries, what it says of it, and how long it takes.
-#include "scene/compare.h"
+#include "scene/compare/compare.h"
 
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "scene/advice.h"
-#include "scene/cpu_clock.h"
+#include "scene/compare/advice.h"
+#include "scene/run/cpu_clock.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 

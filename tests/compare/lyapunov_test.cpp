@@ -1,8 +1,8 @@
 // Growth of deviations, and the reference a trajectory is held against.
-#include "scene/lyapunov.h"
+#include "scene/compare/lyapunov.h"
 
 #include "integrators/gauss.h"
-#include "scene/reference_state.h"
+#include "scene/compare/reference_state.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::lyapunov_test {

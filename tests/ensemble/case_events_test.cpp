@@ -4,10 +4,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "scene/auto_method.h"
-#include "scene/ensemble.h"
-#include "scene/hdf5_reader.h"
-#include "scene/memory_run.h"
+#include "scene/compare/auto_method.h"
+#include "scene/ensemble/ensemble.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/session/memory_run.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::case_events_test {

@@ -11,9 +11,9 @@
 #include <sstream>
 #include <thread>
 
-#include "scene/ensemble.h"
-#include "scene/hdf5_reader.h"
-#include "scene/variation.h"
+#include "scene/ensemble/ensemble.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/read/variation.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 

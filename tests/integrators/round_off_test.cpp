@@ -4,7 +4,7 @@
 #include <ctime>
 
 #include "integrators/gauss.h"
-#include "scene/statistics.h"
+#include "scene/run/statistics.h"
 #include "tests/support/robots.h"
 
 namespace porthos::integrators::round_off_test {

@@ -11,9 +11,9 @@
 #include "mechanics/builder.h"
 #include "mechanics/rotation.h"
 #include "phs/error.h"
-#include "report/shapes.h"
-#include "scene/files.h"
-#include "scene/run.h"
+#include "report/detail/shapes.h"
+#include "scene/files/files.h"
+#include "scene/session/run.h"
 
 /// What a results folder becomes as data of the page.
 namespace porthos::report::report_test {

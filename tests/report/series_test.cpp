@@ -1,4 +1,4 @@
-#include "report/series.h"
+#include "report/detail/series.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "scene/checkpoint.h"
-#include "scene/memory_run.h"
+#include "scene/run/checkpoint.h"
+#include "scene/session/memory_run.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::controlled_events_test {

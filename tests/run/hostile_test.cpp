@@ -5,11 +5,11 @@
 #include <random>
 
 #include "report/report.h"
-#include "scene/checkpoint.h"
-#include "scene/hdf5_reader.h"
-#include "scene/replot.h"
-#include "scene/report_reader.h"
-#include "scene/statistics.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/run/checkpoint.h"
+#include "scene/run/statistics.h"
+#include "scene/session/replot.h"
+#include "scene/session/report_reader.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::hostile_test {

@@ -1,12 +1,12 @@
 // `porthos judge`: a trajectory made elsewhere gets the figures a run of our own has, and a file that is wrong a sentence.
-#include "scene/judge_file.h"
+#include "scene/judge/judge_file.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "mechanics/rotation.h"
-#include "scene/hdf5_reader.h"
+#include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::judge_test {

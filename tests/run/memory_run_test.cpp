@@ -1,7 +1,7 @@
 // Runs without a folder, and the sequence of phases by itself.
-#include "scene/memory_run.h"
+#include "scene/session/memory_run.h"
 
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::memory_run_test {

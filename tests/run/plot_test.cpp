@@ -1,4 +1,4 @@
-#include "scene/plot.h"
+#include "scene/plot/plot.h"
 
 #include <gtest/gtest.h>
 #include <tinyxml2.h>

@@ -1,9 +1,9 @@
 // porthos plot: pictures from run.h5 are those the run has drawn from its log.
-#include "scene/replot.h"
+#include "scene/session/replot.h"
 
 #include <gtest/gtest.h>
 
-#include "scene/hdf5_reader.h"
+#include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::replot_test {

@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "scene/checkpoint.h"
+#include "scene/run/checkpoint.h"
 #include "tests/run/killed.h"
 #include "tests/run/scenes.h"
 

@@ -1,4 +1,4 @@
-#include "scene/run.h"
+#include "scene/session/run.h"
 
 #include <hdf5.h>
 #include <sys/resource.h>
@@ -9,7 +9,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "scene/checkpoint.h"
+#include "scene/run/checkpoint.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::run_test {

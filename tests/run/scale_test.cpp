@@ -6,8 +6,8 @@
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
-#include "scene/measure.h"
-#include "scene/variation.h"
+#include "scene/read/variation.h"
+#include "scene/run/measure.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string>
 
-#include "scene/run.h"
+#include "scene/session/run.h"
 #include "tests/support/bounds.h"
 
 /// Small scenes, made here, in a temporary folder of their own.

@@ -1,4 +1,4 @@
-#include "scene/statistics.h"
+#include "scene/run/statistics.h"
 
 #include <gtest/gtest.h>
 

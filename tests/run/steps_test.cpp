@@ -1,5 +1,5 @@
 // The end time asked for is the end time; numbers that are rounded, and keys without effect, are told.
-#include "scene/steps.h"
+#include "scene/assemble/steps.h"
 
 #include "tests/run/scenes.h"
 

@@ -6,7 +6,7 @@
 
 #include "integrators/integrator.h"
 #include "phs/user_model.h"
-#include "scene/verdict.h"
+#include "scene/run/verdict.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::verdict_test {

@@ -2,6 +2,7 @@
 #include <random>
 #include <string>
 
+#include "scene/session/info.h"
 #include "tests/scene/scene_files.h"
 
 namespace porthos::scene::assembly_test {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
 
 /// Scene files in a folder of their own, for the tests of the reader and of the assembly.
 namespace porthos::scene {

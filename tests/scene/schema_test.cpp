@@ -1,4 +1,4 @@
-#include "scene/schema.h"
+#include "scene/read/schema.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 #include <sstream>
 
 #include "phs/error.h"
-#include "scene/ensemble.h"
-#include "scene/scene_texts.h"
+#include "scene/ensemble/ensemble.h"
+#include "scene/read/scene_texts.h"
 #include "tests/places.h"
 
 /// The schema says what the reader says: each table is given a key the reader does not know, which names those it knows.

@@ -1,7 +1,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "mechanics/passes-inl.h"
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
 #include "tests/places.h"
 #include "tests/space/support.h"
 

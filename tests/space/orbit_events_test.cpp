@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "scene/checkpoint.h"
+#include "scene/run/checkpoint.h"
 #include "space/split_integrator.h"
 #include "tests/places.h"
 #include "tests/run/killed.h"

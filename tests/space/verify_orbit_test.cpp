@@ -3,8 +3,9 @@
 
 #include <cmath>
 
-#include "scene/compare.h"
-#include "scene/verdict.h"
+#include "scene/compare/compare.h"
+#include "scene/run/verdict.h"
+#include "scene/session/info.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::scene::verify_orbit_test {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "integrators/integrator.h"
-#include "scene/statistics.h"
+#include "scene/run/statistics.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 

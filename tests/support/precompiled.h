@@ -8,4 +8,4 @@
 #include "integrators/catalogue.h"
 #include "mechanics/mechanical_model.h"
 #include "phs/check.h"
-#include "scene/run.h"
+#include "scene/run/run_report.h"

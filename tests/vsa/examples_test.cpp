@@ -1,6 +1,6 @@
 // The examples say what their pages say.
 #include "integrators/integrator.h"
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"

@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "scene/scene.h"
+#include "scene/assemble/assembly.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 #include "tests/vsa/actuators.h"

@@ -1,0 +1,25 @@
+#pragma once
+#include <optional>
+
+#include "mechanics/mechanical_model.h"
+#include "report/detail/series.h"
+
+namespace porthos::report {
+
+/// What is to be played back: a mechanism and the records of its motion.
+struct Stage {
+  std::shared_ptr<const mechanics::Mechanism> mechanism;
+  std::vector<mechanics::BodySpec> bodies;  ///< it was built from
+  std::string urdf;
+  mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
+  const Records* records = nullptr;
+};
+
+/// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and where records were left out also
+/// its beginning, record by record.
+/// {bodies: shapes with node and pose, nodes, clips: [{name, t, origin, poses, orbit?, turn}]}: origin [m] of each frame
+/// and, relative to it, seven numbers per node (place, quaternion w x y z); turn: the largest rotation of a body
+/// between two frames [rad].
+Json playback(const Stage& stage, std::int64_t most);
+
+}  // namespace porthos::report

@@ -1,0 +1,17 @@
+#pragma once
+#include "mechanics/builder.h"
+#include "report/detail/series.h"
+
+namespace porthos::report {
+
+/// What each body is drawn as, in its own frame: the box of equal mass and inertia, and the primitive shapes of a URDF's
+/// <visual> (or <collision>) where it has any.
+/// @param bodies  as the mechanism was built;  urdf  text of the model, may be empty
+/// @return array of {name, parent, joint, mass, com, box: {size, p, q}, visuals: [{kind, size, p, q, colour}], joints: [[x, y, z], …]}, a
+///   place and quaternion (w, x, y, z) each; joints: where the body carries others
+Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf);
+
+/// (w, x, y, z) of a rotation.
+std::array<double, 4> quaternion_of(const mechanics::Mat3<double>& R);
+
+}  // namespace porthos::report

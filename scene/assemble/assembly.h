@@ -1,0 +1,67 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "mechanics/mechanical_model.h"
+#include "mechanics/urdf.h"
+#include "phs/state.h"
+#include "scene/assemble/centre_of_mass.h"
+#include "scene/read/scene.h"
+#include "space/spacecraft.h"
+
+/// From a scene to what is run.
+namespace porthos::scene {
+
+/// The integrator of a scene, with the step h instead of the scene's.
+/// @throws InvalidArgument as integrators::make_controlled
+std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
+                                                         const phs::Model& model, double h);
+
+/// Everything a run needs, put together from a scene.
+struct Assembly {
+  std::shared_ptr<const phs::Model> model;  ///< what is run
+  /// The mechanism in it, whose state is the first of the model's; null in a system without one.
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical;
+  std::shared_ptr<const mechanics::Mechanism> mechanism;
+  mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
+  std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
+  std::string splitting;  ///< of orbit and internal motion, as in OrbitScene
+  phs::State initial;
+  /// Of what floats, where it moves apart from the rest: `initial` is relative to it, and uniform
+  /// gravity is in its motion instead of in the model.
+  std::optional<CentreOfMass> centre;
+  std::vector<mechanics::UrdfNote> notes;
+};
+
+/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the internal motion of the split.
+/// @throws InvalidArgument as integrators::make_integrator
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options = {});
+
+/// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
+Assembly assemble(const Scene& scene);
+
+/// The mechanism with the scene's elements and actuators at its joints; itself if there are none.
+/// @throws InvalidArgument naming file and line, as add_elements() and add_actuators()
+std::shared_ptr<const phs::Model> with_joint_parts(
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene);
+
+/// A system of the user's own instead of a model file, from the state x at time 0: run() and the verdict take it with a
+/// Scene whose method, step, duration and record_every are set. @throws InvalidArgument if x has another size
+Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x);
+
+/// Where a run begins: `initial` and `centre` of an assembly.
+struct Beginning {
+  phs::State state;
+  std::optional<CentreOfMass> centre;
+};
+/// The start of a scene that differs from the one of the assembly in its [initial] alone.
+/// @throws InvalidArgument as assemble
+Beginning start_of(const Scene& scene, const Assembly& assembly);
+
+}  // namespace porthos::scene

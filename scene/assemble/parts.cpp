@@ -1,0 +1,68 @@
+#include "scene/assemble/parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace porthos::scene {
+namespace {
+
+/// Thrusters and torquers of the scene's elements.
+void add_pushing(const Scene& scene, space::Parts& parts) {
+  std::vector<std::string> wheels;
+  for (const Element& e : scene.elements)
+    if (e.wheel_gain) wheels.push_back(e.joint);
+  for (const Element& e : scene.elements) {
+    if (e.thruster) parts.thrusters.push_back(*e.thruster);
+    if (!e.torquer) continue;
+    parts.torquers.push_back(*e.torquer);
+    if (e.torquer->dipole) continue;
+    if (wheels.empty())
+      throw InvalidArgument(e.where + ": torquer '" + e.name +
+                            "' unloads wheels and the scene has none, expected an element of type "
+                            "\"wheel\"");
+    parts.torquers.back().wheels = wheels;
+  }
+}
+
+}  // namespace
+
+space::Parts parts_of(const Scene& scene) {
+  space::Parts parts;
+  parts.field = scene.magnetic_field;
+  if (!scene.orbit) add_pushing(scene, parts);
+  for (const Element& e : scene.elements)
+    if (e.latch) parts.latches.push_back(*e.latch);
+  return parts;
+}
+
+space::Parts orbit_parts_of(const Scene& scene) {
+  space::Parts parts;
+  add_pushing(scene, parts);
+  return parts;
+}
+
+std::vector<double> switches_of(const Scene& scene) {
+  std::vector<double> all;
+  for (const Element& e : scene.elements)
+    if (e.thruster)
+      for (const double t : e.thruster->schedule.switches())
+        if (t > 0) all.push_back(t);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+void check_switching(const Scene& scene, double h) {
+  for (const Element& e : scene.elements) {
+    if (!e.thruster) continue;
+    if (scene.step_control != integrators::StepControl::fixed) continue;  // which ends steps there
+    const double t = e.thruster->schedule.off_grid(h);
+    if (t >= 0)
+      throw InvalidArgument(fmt::format(
+          "{}: thruster '{}' switches at {:.10g} s, {:.10g} steps of {:g} s, expected a whole "
+          "number of steps",
+          e.where, e.name, t, t / h, h));
+  }
+}
+
+}  // namespace porthos::scene

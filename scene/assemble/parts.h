@@ -1,0 +1,20 @@
+#pragma once
+#include <vector>
+
+#include "scene/read/scene.h"
+#include "space/parts.h"
+
+namespace porthos::scene {
+
+/// The parts of a scene that act on the mechanism itself: all of them in free space, the soft latches alone in orbit, where
+/// thrusters and torquers are kicks of the splitting.
+space::Parts parts_of(const Scene& scene);
+/// Thrusters and torquers of a scene in orbit.
+space::Parts orbit_parts_of(const Scene& scene);
+
+/// @throws InvalidArgument for a thruster that switches between steps of one size h
+void check_switching(const Scene& scene, double h);
+/// When thrusters switch after the start [s], in rising order.
+std::vector<double> switches_of(const Scene& scene);
+
+}  // namespace porthos::scene

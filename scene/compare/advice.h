@@ -1,0 +1,27 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "scene/compare/compare.h"
+
+namespace porthos::scene {
+
+/// For methods whose energy error speaks of their accuracy. What a method needs for an error: read off between the two trials that enclose it, linear in the logarithms.
+struct Reach {
+  const MethodTrials* of = nullptr;
+  double step_s = 0, rtol = 0;  ///< one of the two
+  double iteration_tolerance = 0;
+  double cpu_s = 0;
+  bool at_most = false;  ///< the coarsest trial already does better: less may do
+  bool drifts = false;   ///< the nearest trial has an energy error that grows steadily
+};
+
+struct Advice {
+  double target = 0;
+  std::vector<Reach> reaching;  ///< cheapest first
+  std::string sentence;
+};
+
+Advice advise(const Comparison& comparison, double target);
+
+}  // namespace porthos::scene

@@ -1,0 +1,261 @@
+#include "scene/compare/auto_method.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "scene/assemble/steps.h"
+#include "scene/compare/lyapunov.h"
+#include "scene/compare/trial.h"
+#include "scene/files/files.h"
+#include "scene/run/state_distance.h"
+
+namespace porthos::scene {
+namespace fs = std::filesystem;
+namespace {
+
+using integrators::Claim;
+using integrators::Declaration;
+
+constexpr std::int64_t pilot_steps = 200;  // of the largest step
+constexpr std::int64_t records = 1000;
+constexpr int most_tries = 10;
+
+// CPU seconds for pilots: then a method that was found will do; for saying that there is none; for the confirmation.
+constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
+
+constexpr double late_extremes = 10;  // by which the error may jump after the longer pilot
+constexpr double may_be_rounding = 1e-12;
+constexpr double rounding = 1e-17;  // no error can be asked to be smaller
+
+/// A method with a step that has been tried.
+struct Candidate {
+  Declaration method;
+  double step = 0;
+  double expected = HUGE_VAL;  ///< energy error over the whole duration
+  double measured = HUGE_VAL, over_s = 0;
+  double cpu_s = 0;  ///< over the whole duration
+  bool reaches = false;
+};
+
+class Choosing {
+ public:
+  Choosing(const Scene& scene, const Assembly& assembly)
+      : scene_(scene), assembly_(assembly), target_(scene.target()) {}
+
+  Scene run() {
+    const double guess = scene_.step > 0 ? scene_.step : scene_.duration / 20;
+    largest_step_ = find_step(assembly_, fitting_step(scene_, std::min(guess, scene_.duration)),
+                              pilot_steps, scale_);
+    pilot_s_ = std::min(scene_.duration, double(pilot_steps) * largest_step_);
+    auto tried = pilots();
+    if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // it may do better
+    for (const Candidate& c : tried)
+      if (auto confirmed = confirm(c)) return put_in(*confirmed, tried);
+    refuse();
+  }
+
+ private:
+  /// What the methods step: in orbit the internal motion alone.
+  const phs::Description& stepped() const {
+    return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
+        .description();
+  }
+  /// In orbit the step is that of the splitting too, whose error stands in the coupling ledger and not in the energy.
+  bool coupled(const Trial& t) const {
+    return !t.report.space || !(t.report.space->coupling.relative() >
+                                scene_.verify.coupling.value_or(*default_limits(true).coupling));
+  }
+
+  /// What sources and losses do is booked by the method's own weights, which may close over a motion that is wrong: there half
+  /// the step must not move the end of a pilot by more than a thousandth, as a verdict by step halving has it.
+  bool resolved(const Trial& t) {
+    if (stepped().powers.empty()) return true;
+    const Trial half = run_trial(
+        assembly_, {t.setting.method, t.setting.step / 2, 0},
+        {.duration = t.report.simulated_s, .cpu_limit = 4, .records = records, .repeat = false});
+    spent_ += half.spent_s;
+    if (!half.complete()) return false;
+    scale_.see(t.report.final_state.x);
+    const auto& d = assembly_.model->description();
+    return distance(scale_, unwrapped(d, t.report.final_state),
+                    unwrapped(d, half.report.final_state)) <= 1e-3;
+  }
+
+  /// Those that reach the target, the cheapest first.
+  std::vector<Candidate> pilots() {
+    std::vector<Candidate> reaching;
+    for (const Declaration& d : integrators::catalogue()) {
+      if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
+      if (d.family != "Gauss collocation" || d.order < 4 || d.symplectic != Claim::holds ||
+          d.energy_exact == Claim::holds || misfit(d, stepped()))
+        continue;
+      const Candidate c = pilot(d);
+      if (c.reaches) reaching.push_back(c);
+    }
+    std::stable_sort(reaching.begin(), reaching.end(),
+                     [](const auto& a, const auto& b) { return a.cpu_s < b.cpu_s; });
+    return reaching;
+  }
+
+  /// The largest step that is expected to do.
+  Candidate pilot(const Declaration& d) {
+    double h = largest_step_, before = HUGE_VAL;
+    for (int i = 0; i < most_tries; ++i) {
+      const Candidate c = attempt(d, fitting_step(scene_, h), pilot_s_, 2);
+      if (c.reaches || spent_ > most_pilots_s) return c;
+      if (!(c.measured < HUGE_VAL)) {
+        h /= 2;
+        continue;
+      }
+      if (c.measured < may_be_rounding && c.measured > 0.5 * before) break;  // no step does better
+      before = c.measured;
+      // By the order, but by no more than what brings a factor of 1e6, and not below rounding.
+      const double wanted = std::max({target_ / c.expected, rounding / c.measured, 1e-6});
+      h *= std::clamp(0.95 * std::pow(wanted, 1.0 / d.order), 0.1, 0.9);
+    }
+    return {.method = d};
+  }
+
+  /// The choice, tried over a longer time; with a shorter step where that turned out worse.
+  std::optional<Candidate> confirm(Candidate c) {
+    double longer = pilot_s_;
+    while (longer < scene_.duration && c.cpu_s * 2 * longer < confirmation_s * scene_.duration)
+      longer *= 2;
+    longer = std::min(longer, scene_.duration);
+    double before = HUGE_VAL;
+    for (int i = 0; i < most_tries; ++i) {
+      if (i > 0 && spent_ > most_pilots_s + 2 * confirmation_s) break;
+      const Candidate now = attempt(c.method, c.step, longer, late_extremes);
+      if (now.reaches) return now;
+      if (now.measured < may_be_rounding && now.measured > 0.5 * before) break;
+      before = now.measured;
+      const double shorter =
+          now.expected < HUGE_VAL
+              ? std::clamp(0.95 * std::pow(target_ / now.expected, 1.0 / c.method.order), 0.5, 0.95)
+              : 0.5;
+      c.step = fitting_step(scene_, shorter * c.step);
+    }
+    return {};
+  }
+
+  Candidate attempt(const Declaration& d, double h, double duration, double safety) {
+    Trial t =
+        run_trial(assembly_, {d.name, h, 0},
+                  {.duration = duration, .cpu_limit = 2, .records = records, .repeat = false});
+    spent_ += t.spent_s;
+    Candidate c{.method = d, .step = h, .over_s = duration};
+    const double error = t.report.energy.max_rel_error;
+    if (!t.complete() || !std::isfinite(error) || !coupled(t)) return c;
+    if (duration == pilot_s_ && !resolved(t)) return c;
+    c.measured = error;
+    c.expected = carried_on(t, error, scene_.duration / duration, safety);
+    c.reaches = c.expected <= target_;
+    while (c.reaches && t.report.cpu_s < 0.05 && t.timed < 4) spent_ += time_again(assembly_, t);
+    c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
+    // What is in reach should be so at a price: half the error is worth four times the work.
+    const auto price = [](const Candidate& x) { return x.expected * std::sqrt(x.cpu_s); };
+    if (!(best_.expected < HUGE_VAL) || price(c) < price(best_)) best_ = c;
+    return c;
+  }
+
+  /// The error after `times` the duration of a trial, the worst that is to be expected: it grows at least like a random
+  /// walk, and a chaotic motion has its extremes still to come (`safety`). A trial of the whole duration saw all but what lies
+  /// between its records.
+  static double carried_on(const Trial& t, double error, double times, double safety) {
+    if (times <= 1) return 2 * error;
+    const double growth = t.early_energy_error > 0
+                              ? std::clamp(std::log2(error / t.early_energy_error), 0.5, 1.0)
+                              : 1.0;
+    return safety * error * std::pow(times, growth);
+  }
+
+  Scene put_in(const Candidate& c, const std::vector<Candidate>& tried) const {
+    Scene s = scene_;
+    s.method = c.method.name, s.step = c.step;
+    if (!s.record_every_given)
+      s.record_every = std::max(1.0, std::round(s.duration / 1000 / s.step)) * s.step;
+    s.choice = fmt::format(
+        "auto chose --method {} --step {}: {:.1e} is the energy error {}, {:g} is allowed; about "
+        "{:.2g} s of CPU",
+        s.method, s.step, c.measured,
+        c.over_s < s.duration
+            ? fmt::format("of a pilot over {:g} s, {:.1e} at worst expected over {:g} s", c.over_s,
+                          c.expected, s.duration)
+            : fmt::format("of a pilot over all of the {:g} s", s.duration),
+        target_, c.cpu_s);
+    for (const Candidate& other : tried)
+      if (other.method.name != s.method) {
+        s.choice += fmt::format("; next best {}, step {:g} s, {:.2g} s", other.method.name,
+                                other.step, other.cpu_s);
+        break;
+      }
+    return s;
+  }
+
+  [[noreturn]] void refuse() const {
+    const std::string head =
+        fmt::format("target_energy_error is {:g}: no method is expected to keep it over {:g} s",
+                    target_, scene_.duration);
+    if (!(best_.expected < HUGE_VAL)) throw InvalidArgument(head + ", every pilot run failed");
+    throw InvalidArgument(head + fmt::format("; about {:.1e} is in reach ({}, step {:g} s)",
+                                             1.05 * best_.expected, best_.method.name, best_.step));
+  }
+
+  const Scene& scene_;
+  const Assembly& assembly_;
+  const double target_;
+  StateScale scale_{assembly_.model->description()};
+  double largest_step_ = 0, pilot_s_ = 0, spent_ = 0;
+  Candidate best_;
+};
+
+}  // namespace
+
+Scene with_method_chosen(const Scene& scene, const Assembly& assembly) {
+  return scene.method == auto_method ? Choosing(scene, assembly).run() : scene;
+}
+
+Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene) {
+  if (scene.method != auto_method) return scene;
+  Scene s = scene;
+  for (const auto& [name, value] : checkpoint.fingerprint) {
+    if (name == "method") s.method = value;
+    if (name == "step") s.step = std::stod(value);
+    if (name == "record_every") s.record_every = std::stod(value);
+    if (name == "choice") s.choice = value;
+  }
+  if (s.choice.empty()) s.choice = "left to auto";  // the run was not: the difference names it
+  return s;
+}
+
+Scene with_method_kept(const Scene& scene, const fs::path& out) {
+  if (scene.method != auto_method) return scene;
+  const fs::path folder = out / "parts" / "choice";
+  if (!has_checkpoint(folder)) {
+    const Scene chosen = with_method_chosen(scene, assemble(scene));
+    const fs::path own =
+        folder.string() + fmt::format(".{}.{:08x}", getpid(), std::random_device{}());
+    make_folder(own);
+    Checkpoint c;
+    c.fingerprint = fingerprint(chosen);
+    write_checkpoint(own, c);
+    // Whoever is first wins: a folder with something in it is not replaced.
+    std::error_code taken;
+    fs::rename(own, folder, taken);
+    if (taken) fs::remove_all(own);
+  }
+  const Checkpoint kept = read_checkpoint(folder);
+  const Scene s = with_method_of(kept, scene);
+  if (const auto changes = difference(kept.fingerprint, fingerprint(s)); !changes.empty())
+    throw InvalidArgument(fmt::format("the method kept in {} was chosen for another ensemble: {}",
+                                      folder.string(), changes));
+  return s;
+}
+
+}  // namespace porthos::scene

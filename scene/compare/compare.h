@@ -1,0 +1,77 @@
+#pragma once
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/assemble/assembly.h"
+#include "scene/compare/lyapunov.h"
+#include "scene/compare/reference_state.h"
+#include "scene/compare/trial.h"
+
+/// Speed against error: every method that fits a scene, over a range of steps or tolerances.
+namespace porthos::scene {
+
+/// A deviation may grow by this factor before trajectories are no longer compared.
+inline constexpr double trajectory_growth = 1e4;
+
+struct CompareOptions {
+  std::vector<std::string> methods = {};  ///< names of the catalogue; empty: all that fit
+  double budget_s = 120;                  ///< CPU seconds for everything
+  /// [s]; if not given, the scene's, shortened if the budget asks for it
+  std::optional<double> duration = {};
+  const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: return what there is
+  /// Fraction done, wall seconds spent, wall seconds left at most.
+  std::function<void(double, double, double)> progress = {};
+};
+
+/// The trials of one method, from coarse to fine.
+struct MethodTrials {
+  integrators::Declaration method;
+  std::vector<Trial> trials;
+  bool cut_short = false;  ///< finer trials did not fit into the budget
+  /// Each trial repeats one of the same method above, its sweeps stopped at the error that one had.
+  bool short_sweeps = false;
+  std::string label() const { return method.name + (short_sweeps ? " short" : ""); }
+};
+
+struct Comparison {
+  std::string title;
+  double step_s = 0;                            ///< the trials began here
+  double duration_s = 0, scene_duration_s = 0;  ///< simulated by each trial; stated by the scene
+  bool by_energy =
+      true;  ///< "error" is that of the energy; of the trajectory for a system with damping, whose
+             ///< energy balance is not known to rounding
+  Sensitivity sensitivity;
+  double trajectory_time_s = 0;  ///< trajectories are compared here
+  std::optional<ReferenceState> reference;
+  std::vector<MethodTrials> methods;                         ///< in the order of the catalogue
+  std::vector<std::pair<std::string, std::string>> skipped;  ///< method, why it does not fit
+  std::vector<std::string> notes;
+  double budget_s = 0, cpu_s = 0, wall_s = 0;
+  bool interrupted = false;
+
+  /// Whether the error says how accurate the method is: the energy error of one that keeps any energy does not.
+  bool speaks_of(const integrators::Declaration& method) const {
+    return !by_energy || method.energy_exact != integrators::Claim::holds;
+  }
+  /// What the comparison is about; NaN where a trial has none.
+  double error_of(const Trial& t) const;
+};
+
+/// @throws InvalidArgument for an unknown method, or a budget or duration that is not positive
+void check(const CompareOptions& options);
+
+/// Trials run one after another on the calling thread. Their numbers are the same every time; how many fit into the
+/// budget is not.
+/// @throws InvalidArgument as check() does
+Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options);
+
+/// compare.json, compare.txt and work_precision.svg, as documented in docs/compare.md.
+/// @throws InvalidArgument "cannot write <path>: ..."
+void write_comparison(const std::string& folder, const Scene& scene, const Comparison& comparison);
+std::string comparison_json(const Scene& scene, const Comparison& comparison);
+std::string comparison_table(const Scene& scene, const Comparison& comparison);
+
+}  // namespace porthos::scene

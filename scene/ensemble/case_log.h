@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "scene/ensemble/case_layout.h"
+#include "scene/run/provenance.h"
+#include "scene/run/record_log.h"
+
+namespace porthos::scene {
+
+/// Append-only file of the cases that are done, in the order they were. While it is open no second process can open it.
+/// What a crash left of a row at its end is cut off: that case is done again.
+class CaseLog {
+ public:
+  /// Starts a log, or continues one.
+  /// @throws InvalidArgument if the file cannot be written, is in use, or of another ensemble (names what differs)
+  CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
+          const NamedTexts& fingerprint);
+
+  /// Where a row begins [bytes].
+  using Place = std::int64_t;
+  Place append(std::span<const double> row);
+  void sync();
+  void read(Place place, std::span<double> row) const;
+  /// Every sound row there was: seen(row, place).
+  template <class Seen>
+  void each(Seen seen) const {
+    std::vector<double> row(layout_.size());
+    for (Place p = begin_; p < end_; p += bytes()) read(p, row), seen(row, p);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  Place bytes() const { return Place(layout_.size() * sizeof(double)); }
+  void find_end();
+  std::filesystem::path path_;
+  CaseLayout layout_;
+  std::unique_ptr<std::FILE, FileCloser> file_;
+  Place begin_ = 0, end_ = 0;
+};
+
+}  // namespace porthos::scene

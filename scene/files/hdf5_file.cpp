@@ -1,0 +1,141 @@
+#include "scene/files/hdf5_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_id-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr hsize_t rows_per_chunk = 4096;
+constexpr unsigned deflate_level = 4;
+
+hid_t string_type(const std::string& text) {
+  const hid_t t = H5Tcopy(H5T_C_S1);
+  H5Tset_size(t, std::max<size_t>(1, text.size()));
+  H5Tset_strpad(t, H5T_STR_NULLPAD);
+  H5Tset_cset(t, H5T_CSET_UTF8);
+  return t;
+}
+
+bool write_attribute(hid_t object, const std::string& name, hid_t type, const void* value) {
+  const Owned space(H5Screate(H5S_SCALAR));
+  const Owned a(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT));
+  return a.ok() && H5Awrite(a, type, value) >= 0;
+}
+bool write_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Owned type(string_type(text));
+  return write_attribute(object, name, type, text.c_str());  // c_str: one zero byte even when empty
+}
+bool write_attribute(hid_t object, const std::string& name, double value) {
+  return write_attribute(object, name, H5T_NATIVE_DOUBLE, &value);
+}
+
+}  // namespace
+
+Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
+  // After a failed close HDF5 before 1.14 stumbles over its own freed file in its exit handler
+  // (h5py issue 914), so it gets none: our files are closed by their owners.
+  static const bool no_exit_handler = H5dont_atexit() >= 0;
+  static_cast<void>(no_exit_handler);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+  errno = 0;
+  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  require(file_ >= 0);
+}
+
+Hdf5File::~Hdf5File() {
+  if (file_ >= 0) H5Fclose(file_);
+}
+
+void Hdf5File::require(bool ok) const {
+  if (ok) return;
+  if (errno != 0) cannot("write", path_);
+  throw InvalidArgument(fmt::format("cannot write {}: the HDF5 library refused", path_.string()));
+}
+
+void Hdf5File::group(const std::string& name) {
+  const Owned g(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  require(g.ok());
+}
+
+Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
+                                    std::int64_t columns, Kind kind) {
+  const int rank = columns > 0 ? 2 : 1;
+  const hsize_t shape[2] = {hsize_t(rows), hsize_t(columns)};
+  const hsize_t chunk[2] = {std::clamp<hsize_t>(hsize_t(rows), 1, rows_per_chunk),
+                            hsize_t(columns)};
+  const Owned space(H5Screate_simple(rank, shape, nullptr));
+  const Owned create(H5Pcreate(H5P_DATASET_CREATE));
+  H5Pset_obj_track_times(create, false);
+  if (rows > 0)
+    H5Pset_chunk(create, rank, chunk), H5Pset_shuffle(create),
+        H5Pset_deflate(create, deflate_level);
+  const hid_t type = kind == Kind::real ? H5T_IEEE_F64LE : H5T_STD_I64LE;
+  const Owned access(H5Pcreate(H5P_DATASET_ACCESS));
+  H5Pset_chunk_cache(access, 1, 0, 1);  // whole chunks are written once: a cache would only grow
+  const hid_t id = H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, access);
+  require(id >= 0);
+  return Dataset(this, id, columns);
+}
+
+Hdf5File::Dataset::~Dataset() {
+  if (id_ >= 0) H5Dclose(id_);
+}
+
+void Hdf5File::Dataset::write_rows(std::int64_t first_row, std::size_t count, const void* values,
+                                   Id type) {
+  if (count == 0) return;
+  const int rank = columns_ > 0 ? 2 : 1;
+  const hsize_t rows = count / hsize_t(std::max<std::int64_t>(1, columns_));
+  const hsize_t start[2] = {hsize_t(first_row), 0}, shape[2] = {rows, hsize_t(columns_)};
+  const Owned all(H5Dget_space(id_)), part(H5Screate_simple(rank, shape, nullptr));
+  H5Sselect_hyperslab(all, H5S_SELECT_SET, start, nullptr, shape, nullptr);
+  file_->require(H5Dwrite(id_, type, part, all, H5P_DEFAULT, values) >= 0);
+}
+void Hdf5File::Dataset::write(std::int64_t first_row, std::span<const double> v) {
+  write_rows(first_row, v.size(), v.data(), H5T_NATIVE_DOUBLE);
+}
+void Hdf5File::Dataset::write(std::int64_t first_row, std::span<const std::int64_t> v) {
+  write_rows(first_row, v.size(), v.data(), H5T_NATIVE_INT64);
+}
+void Hdf5File::Dataset::attribute(const std::string& name, const std::string& text) {
+  file_->require(write_attribute(id_, name, text));
+}
+void Hdf5File::Dataset::attribute(const std::string& name, double value) {
+  file_->require(write_attribute(id_, name, value));
+}
+
+void Hdf5File::text(const std::string& name, const std::string& content) {
+  const Owned type(string_type(content)), space(H5Screate(H5S_SCALAR)),
+      create(H5Pcreate(H5P_DATASET_CREATE));
+  H5Pset_obj_track_times(create, false);
+  const Owned d(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, H5P_DEFAULT));
+  require(d.ok() && H5Dwrite(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, content.c_str()) >= 0);
+}
+
+void Hdf5File::attribute(const std::string& object, const std::string& name,
+                         const std::string& text) {
+  const Owned o(H5Oopen(file_, object.c_str(), H5P_DEFAULT));
+  require(o.ok() && write_attribute(o, name, text));
+}
+void Hdf5File::attribute(const std::string& object, const std::string& name, double value) {
+  const Owned o(H5Oopen(file_, object.c_str(), H5P_DEFAULT));
+  require(o.ok() && write_attribute(o, name, value));
+}
+
+void Hdf5File::close() {
+  const hid_t file = file_;
+  file_ = -1;
+  errno = 0;
+  require(H5Fclose(file) >= 0);
+  sync_to_disk(path_);
+}
+
+}  // namespace porthos::scene

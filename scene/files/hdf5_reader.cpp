@@ -1,0 +1,183 @@
+#include "scene/files/hdf5_reader.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_id-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+/// A file from somewhere may declare any size: none is allocated that the bytes behind it cannot fill (deflate shrinks 1032 times
+/// at most).
+bool is_filled(hid_t data, hid_t type, const std::vector<hsize_t>& shape) {
+  double bytes = double(H5Tget_size(type));
+  for (const hsize_t n : shape) bytes *= double(n);
+  return bytes <= 1032.0 * double(H5Dget_storage_size(data));
+}
+
+/// What a dataset is, or false if it is nothing that Hdf5File writes.
+bool describe(hid_t data, Hdf5Reader::Dataset& d) {
+  using Kind = Hdf5Reader::Kind;
+  const Owned type(H5Dget_type(data)), space(H5Dget_space(data));
+  if (!type.ok() || !space.ok()) return false;
+  switch (H5Tget_class(type)) {
+    case H5T_FLOAT:
+      d.kind = Kind::real;
+      break;
+    case H5T_INTEGER:
+      d.kind = Kind::integer;
+      break;
+    case H5T_STRING:
+      d.kind = Kind::text;
+      break;
+    default:
+      return false;
+  }
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (rank < 0 || rank > 2) return false;
+  std::vector<hsize_t> n(size_t(rank), 0);
+  if (rank > 0 && H5Sget_simple_extent_dims(space, n.data(), nullptr) < 0) return false;
+  d.shape.assign(n.begin(), n.end());
+  d.filled = is_filled(data, type, n);
+  return true;
+}
+
+/// The one text of fixed length behind `read`, without the zeros it is filled up with.
+std::string fixed_text(hid_t type, hid_t space, const std::function<herr_t(void*)>& read) {
+  if (H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1) return {};
+  std::string text(H5Tget_size(type), '\0');
+  if (read(text.data()) < 0) return {};
+  text.resize(text.find_last_not_of('\0') + 1);
+  return text;
+}
+
+/// Calls f(name, attribute, type) for every attribute of an object.
+bool each_attribute(hid_t file, const std::string& object,
+                    const std::function<void(const std::string&, hid_t, hid_t)>& f) {
+  const Owned o(H5Oopen(file, object.c_str(), H5P_DEFAULT));
+  if (!o.ok()) return false;
+  const auto visit = [](hid_t at, const char* name, const H5A_info_t*, void* with) -> herr_t {
+    const Owned a(H5Aopen(at, name, H5P_DEFAULT)), type(a.ok() ? H5Aget_type(a) : -1);
+    if (!type.ok()) return -1;
+    (*static_cast<const std::function<void(const std::string&, hid_t, hid_t)>*>(with))(name, a,
+                                                                                       type);
+    return 0;
+  };
+  hsize_t from = 0;
+  return H5Aiterate2(o, H5_INDEX_NAME, H5_ITER_INC, &from, visit,
+                     const_cast<void*>(static_cast<const void*>(&f))) >= 0;
+}
+
+}  // namespace
+
+std::int64_t Hdf5Reader::Dataset::size() const {
+  std::int64_t n = 1;
+  for (const auto k : shape) n *= k;
+  return n;
+}
+
+Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
+  static const bool no_exit_handler = H5dont_atexit() >= 0;  // see hdf5_file.cpp
+  static_cast<void>(no_exit_handler);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  if (!std::filesystem::exists(path)) refuse("there is no such file");
+  file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file_ < 0) refuse("it is cut off, damaged or no HDF5 file");
+  const auto visit = [](hid_t root, const char* name, const H5O_info_t* info, void* to) -> herr_t {
+    if (info->type != H5O_TYPE_DATASET) return 0;
+    const Owned data(H5Dopen2(root, name, H5P_DEFAULT));
+    Dataset d;
+    if (!data.ok()) return -1;
+    if (describe(data, d)) static_cast<std::map<std::string, Dataset>*>(to)->emplace(name, d);
+    return 0;
+  };
+  if (H5Ovisit2(file_, H5_INDEX_NAME, H5_ITER_INC, visit, &datasets_, H5O_INFO_BASIC) < 0) {
+    H5Fclose(file_);
+    refuse("its contents are damaged");
+  }
+}
+
+Hdf5Reader::~Hdf5Reader() { H5Fclose(file_); }
+
+void Hdf5Reader::refuse(const std::string& why) const {
+  throw InvalidArgument(fmt::format("cannot read {}: {}", path_.string(), why));
+}
+
+const Hdf5Reader::Dataset& Hdf5Reader::dataset(const std::string& name) const {
+  if (const auto d = datasets_.find(name); d != datasets_.end()) {
+    if (!d->second.filled)
+      refuse(
+          fmt::format("dataset '{}' is damaged: it is declared larger than what is there", name));
+    return d->second;
+  }
+  std::string known;
+  for (const auto& [other, d] : datasets_) known += (known.empty() ? "" : ", ") + other;
+  refuse(fmt::format("it has no dataset '{}', expected one of: {}", name, known));
+}
+
+void Hdf5Reader::read(const std::string& name, double* to) const {
+  dataset(name);
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
+  if (!d.ok() || H5Dread(d, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0)
+    refuse(fmt::format("dataset '{}' is damaged", name));
+}
+void Hdf5Reader::read(const std::string& name, std::int64_t* to) const {
+  dataset(name);
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
+  if (!d.ok() || H5Dread(d, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0)
+    refuse(fmt::format("dataset '{}' is damaged", name));
+}
+
+void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int64_t rows,
+                           double* to) const {
+  const auto& shape = dataset(name).shape;
+  if (shape.empty() || first < 0 || rows < 0 || rows > shape[0] - first)
+    refuse(fmt::format("dataset '{}' has no records {} to {}", name, first, first + rows));
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), all(d.ok() ? H5Dget_space(d) : -1);
+  const hsize_t start[2] = {hsize_t(first), 0},
+                size[2] = {hsize_t(rows), shape.size() > 1 ? hsize_t(shape[1]) : 1};
+  const Owned part(H5Screate_simple(int(shape.size()), size, nullptr));
+  if (!all.ok() || H5Sselect_hyperslab(all, H5S_SELECT_SET, start, nullptr, size, nullptr) < 0 ||
+      H5Dread(d, H5T_NATIVE_DOUBLE, part, all, H5P_DEFAULT, to) < 0)
+    refuse(fmt::format("dataset '{}' is damaged from record {} on", name, first));
+}
+
+std::string Hdf5Reader::text(const std::string& name) const {
+  dataset(name);
+  const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), type(d.ok() ? H5Dget_type(d) : -1),
+      space(d.ok() ? H5Dget_space(d) : -1);
+  if (!type.ok() || !space.ok() || H5Tget_class(type) != H5T_STRING)
+    refuse(fmt::format("dataset '{}' is damaged, expected a text", name));
+  return fixed_text(type, space,
+                    [&](void* to) { return H5Dread(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, to); });
+}
+
+std::map<std::string, std::string> Hdf5Reader::texts(const std::string& object) const {
+  std::map<std::string, std::string> all;
+  const auto add = [&](const std::string& name, hid_t a, hid_t type) {
+    const Owned space(H5Aget_space(a));
+    if (H5Tget_class(type) == H5T_STRING && space.ok())
+      all[name] = fixed_text(type, space, [&](void* to) { return H5Aread(a, type, to); });
+  };
+  if (!each_attribute(file_, object, add)) refuse(fmt::format("it has no '{}'", object));
+  return all;
+}
+
+std::map<std::string, double> Hdf5Reader::numbers(const std::string& object) const {
+  std::map<std::string, double> all;
+  const auto add = [&](const std::string& name, hid_t a, hid_t type) {
+    double x = 0;
+    const Owned space(H5Aget_space(a));
+    if (H5Tget_class(type) == H5T_FLOAT && space.ok() && H5Sget_simple_extent_npoints(space) == 1 &&
+        H5Aread(a, H5T_NATIVE_DOUBLE, &x) >= 0)
+      all[name] = x;
+  };
+  if (!each_attribute(file_, object, add)) refuse(fmt::format("it has no '{}'", object));
+  return all;
+}
+
+}  // namespace porthos::scene

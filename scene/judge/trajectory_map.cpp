@@ -1,0 +1,106 @@
+#include "scene/judge/trajectory_map.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "scene/files/files.h"
+#include "scene/read/scene_texts.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+TrajectoryMap::Columns columns_of(const File& file, const toml::table& t, const std::string& key,
+                                  TrajectoryMap& map) {
+  TrajectoryMap::Columns all;
+  const toml::node* given = t.get(key);
+  if (!given) return all;
+  const std::string expected = "expected the name of a column, or an array of names";
+  if (!given->is_table())
+    refuse(file.at(given->source()),
+           fmt::format("columns.{} is {}, expected a table of coordinates and their columns", key,
+                       found(*given)));
+  for (const auto& [name, node] : *given->as_table()) {
+    const std::string full = fmt::format("{}.{}", key, name.str());
+    map.where[full] = file.at(name.source());
+    auto& columns = all[std::string(name.str())];
+    const auto put = [&](const toml::node& n) {
+      if (!n.is_string())
+        refuse(file.at(n.source()), fmt::format("columns.{} is {}, {}", full, found(n), expected));
+      columns.push_back(**n.as_string());
+    };
+    if (!node.is_array()) {
+      put(node);
+      continue;
+    }
+    for (const toml::node& n : *node.as_array()) put(n);
+  }
+  return all;
+}
+
+/// The text with the tables of [columns] emptied, line by line: places in messages stay what they are.
+std::string without_columns(const std::string& text) {
+  std::string rest;
+  bool inside = false;
+  for (size_t from = 0; from < text.size();) {
+    const size_t to = std::min(text.find('\n', from), text.size());
+    const std::string line = text.substr(from, to - from);
+    const size_t first = line.find_first_not_of(" \t");
+    if (first != std::string::npos && line[first] == '[')
+      inside = line.compare(first, 8, "[columns") == 0;
+    rest += (inside ? "" : line) + "\n";
+    from = to + 1;
+  }
+  return rest;
+}
+
+}  // namespace
+
+TrajectoryMap read_trajectory_map(const std::string& path) {
+  TrajectoryMap m;
+  m.path = path, m.text = read_file(path);
+  const File file{path};
+  toml::table root;
+  try {
+    root = toml::parse(std::string_view(m.text), std::string_view(path));
+  } catch (const toml::parse_error& e) {
+    refuse(file.at(e.source()), fmt::format("broken TOML: {}", e.description()));
+  }
+  const toml::node* columns = root.get("columns");
+  if (!columns) return m;
+  if (!columns->is_table())
+    refuse(file.at(columns->source()), "columns is no table, expected [columns]");
+  const Table t(file, *columns->as_table(), "[columns]", "columns.",
+                {"time", "q", "v", "p", "torque", "linear_velocity_axes", "angular_velocity_axes",
+                 "torque_between"});
+  if (t.has("time")) m.time = t.text("time", "the name of a column");
+  const toml::table& raw = *columns->as_table();
+  m.q = columns_of(file, raw, "q", m), m.v = columns_of(file, raw, "v", m);
+  m.p = columns_of(file, raw, "p", m), m.torque = columns_of(file, raw, "torque", m);
+  if (t.has("linear_velocity_axes"))
+    m.linear_in_body = t.choice("linear_velocity_axes", {"world", "body"}) == "body";
+  if (t.has("angular_velocity_axes"))
+    m.angular_in_world = t.choice("angular_velocity_axes", {"body", "world"}) == "world";
+  if (t.has("torque_between"))
+    m.torque_is_linear = t.choice("torque_between", {"held", "linear"}) == "linear";
+  return m;
+}
+
+Scene scene_of(const TrajectoryMap& map, const std::string& urdf, bool free_base, double step,
+               double duration) {
+  std::string text = without_columns(map.text);
+  if (text.find("[model]") == std::string::npos)
+    text += fmt::format("[model]\nbase = \"{}\"\n", free_base ? "free" : "fixed");
+  // The clock of the records; nothing is integrated.
+  text += fmt::format(
+      "[integrator]\nmethod = \"rk4\"\nstep = {0}\n[run]\nduration = {1}\n"
+      "record_every = {0}\n",
+      step, duration);
+  Scene s =
+      read_scene_again(map.path.empty() ? "trajectory.toml" : map.path, {text, read_file(urdf)});
+  s.urdf_path = urdf;
+  return s;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,33 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scene/read/scene.h"
+
+namespace porthos::scene {
+
+/// What the columns of a trajectory made elsewhere mean: a TOML file with [columns], and of a scene [model], [environment],
+/// [[element]] and [verify]. docs/judge.md.
+struct TrajectoryMap {
+  /// Column names by coordinate of the model, one or as many as the coordinate has numbers.
+  using Columns = std::map<std::string, std::vector<std::string>>;
+  std::string path, text;  ///< of the file; empty: none
+  std::string time;        ///< empty: "time" or "t"
+  Columns q, v, p, torque;
+  std::map<std::string, std::string> where;  ///< "file:line:column" by "q.elbow"
+  bool linear_in_body =
+      false;  ///< velocities of free bases along the base's own axes, not the world's
+  bool angular_in_world =
+      false;  ///< rates of free bases along the world's axes, not the base's own
+  bool torque_is_linear = false;  ///< between records, not held
+};
+
+/// @throws InvalidArgument as read_scene(), for [columns]
+TrajectoryMap read_trajectory_map(const std::string& path);
+
+/// The scene around the trajectory: the map's text without [columns], with a clock. @throws InvalidArgument as read_scene()
+Scene scene_of(const TrajectoryMap& map, const std::string& urdf, bool free_base, double step,
+               double duration);
+
+}  // namespace porthos::scene

@@ -1,0 +1,44 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/files/hdf5_reader.h"
+
+namespace porthos::scene {
+
+/// Columns of numbers by name, from a file another program wrote: CSV with the names in its first line, or HDF5, whose
+/// datasets are columns "name" and, with several numbers a row, "name[0]", "name[1]", ...
+class TrajectoryTable {
+ public:
+  /// @throws InvalidArgument with file and line: no such file, no names, no rows, a row that is longer or shorter
+  explicit TrajectoryTable(const std::filesystem::path& path);
+
+  std::size_t rows() const { return rows_; }
+  bool has(const std::string& column) const { return columns_.count(column) > 0; }
+  /// @throws InvalidArgument for a column that is not there (names the nearest one), and with file and line for what is no
+  ///   finite number in it
+  std::vector<double> column(const std::string& name) const;
+  /// Where a row is: "run.csv:17", or "run.h5: row 16".
+  std::string at(std::size_t row) const;
+
+ private:
+  struct Column {
+    std::string dataset;         ///< of HDF5
+    std::size_t at = 0, of = 1;  ///< which number of a row
+    std::vector<double> values = {};
+    std::map<std::size_t, std::string> no_number = {};  ///< what stands there, by row
+  };
+  void read_csv(const std::string& text);
+  void read_hdf5();
+
+  std::filesystem::path path_;
+  std::size_t rows_ = 0;
+  std::map<std::string, Column> columns_;
+  std::vector<std::size_t> lines_;  ///< of each row, in a text
+  std::unique_ptr<Hdf5Reader> hdf5_;
+};
+
+}  // namespace porthos::scene

@@ -1,0 +1,104 @@
+#include "scene/plot/actuator_plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "scene/plot/svg.h"
+#include "vsa/catalogue.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr double width = 860, height = 360, top = 74, bottom = 300, panel = 320;
+constexpr int points = 401;
+constexpr const char* colours[] = {"#1b4f9c", "#1f8a5b", "#b5651d", "#8c4fb8"};
+
+/// 1, 2 or 5 times a power of ten, about a fifth of the range.
+double tick(double range) {
+  const double raw = range / 5, power = std::pow(10, std::floor(std::log10(raw)));
+  return power * (raw / power < 1.5 ? 1 : raw / power < 3.5 ? 2 : raw / power < 7.5 ? 5 : 10);
+}
+
+struct Curve {
+  std::vector<double> x, y;  ///< within the limits
+  std::string colour;
+};
+
+void panel_of(Svg& svg, double left, const std::string& title, const std::vector<double>& x,
+              const std::vector<Curve>& curves, double mark) {
+  double low = 0, high = 0;
+  for (const auto& c : curves)
+    for (const double y : c.y) low = std::min(low, y), high = std::max(high, y);
+  if (high == low) high = low + 1;
+  const double room = 0.04 * (high - low);
+  low -= room, high += room;
+  const auto px = [&](double v) { return left + panel * (v - x.front()) / (x.back() - x.front()); };
+  const auto py = [&](double v) { return bottom - (bottom - top) * (v - low) / (high - low); };
+  svg.text(left, top - 12, "start", 12.5, colour::ink, title);
+  const double dy = tick(high - low), dx = tick(x.back() - x.front());
+  for (double v = std::ceil(low / dy) * dy; v <= high; v += dy) {
+    svg.rule(left, py(v), left + panel, py(v), colour::grid, 1);
+    svg.text(left - 8, py(v) + 4, "end", 11, colour::soft,
+             fmt::format("{:g}", std::fabs(v) < 1e-9 * dy ? 0 : std::round(v / dy) * dy));
+  }
+  for (double v = std::ceil(x.front() / dx) * dx; v <= x.back() + 1e-9; v += dx) {
+    svg.rule(px(v), bottom, px(v), bottom + 4, colour::guide, 1);
+    svg.text(px(v), bottom + 18, "middle", 11, colour::soft,
+             fmt::format("{:g}", std::fabs(v) < 1e-9 * dx ? 0 : std::round(v / dx) * dx));
+  }
+  svg.rule(left, bottom, left + panel, bottom, colour::guide, 1);
+  for (const double side : {-mark, mark})
+    if (mark < x.back())
+      svg.rule(px(side), top, px(side), bottom, colour::alarm, 1, " stroke-dasharray=\"3 3\"");
+  for (const auto& c : curves) {
+    std::string line;
+    for (size_t i = 0; i < c.x.size(); ++i)
+      line += fmt::format("{:.1f},{:.1f} ", px(c.x[i]), py(c.y[i]));
+    svg.polyline(line, c.colour, 1.8);
+  }
+  svg.text(left + panel / 2, bottom + 38, "middle", 11.5, colour::soft, "deflection [rad]");
+}
+
+}  // namespace
+
+std::string datasheet_plot(const vsa::Device& d) {
+  const auto e = vsa::elastic_of(d);
+  std::vector<double> x;
+  for (int i = 0; i < points; ++i) x.push_back(d.deflection * (2.0 * i / (points - 1) - 1));
+  std::vector<Curve> torque, stiffness;
+  std::vector<double> sigmas(d.sigma.begin(), d.sigma.end());
+  for (size_t k = 0; k < sigmas.size(); ++k) {
+    Curve t, c;
+    t.colour = c.colour = colours[k % std::size(colours)];
+    for (const double q : x) {
+      const auto strains = e->strains(q, d.theta, sigmas[k]);
+      if (std::any_of(strains.begin(), strains.end(),
+                      [&](double v) { return std::fabs(v) > d.limits.deflection; }))
+        continue;
+      t.x.push_back(q), t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q);
+      c.x.push_back(q), c.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
+    }
+    torque.push_back(t), stiffness.push_back(c);
+  }
+  Svg svg(width, height);
+  svg.text(64, 26, "start", 16, colour::ink, d.title, " font-weight=\"600\"");
+  double at = 64;
+  const auto& traits = e->traits();
+  for (size_t k = 0; k < sigmas.size() && !traits.sigma.empty(); ++k) {
+    const std::string label =
+        fmt::format("σ = {:g} {}", sigmas[k], traits.sigma_unit == "1" ? "" : traits.sigma_unit);
+    svg.rule(at, 42, at + 18, 42, torque[k].colour, 3);
+    svg.text(at + 24, 46, "start", 11.5, colour::ink, label);
+    at += 44 + text_width(label, 11.5);
+  }
+  const bool each = traits.family == "cosh";  // the limit is of each spring
+  const double mark = each || !(d.limits.deflection < HUGE_VAL) ? HUGE_VAL : d.limits.deflection;
+  panel_of(svg, 64, "torque that holds it [N m]", x, torque, mark);
+  panel_of(svg, 64 + panel + 110, "stiffness [N m/rad]", x, stiffness, mark);
+  return svg.finish();
+}
+
+}  // namespace porthos::scene

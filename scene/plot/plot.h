@@ -1,0 +1,48 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace porthos::scene {
+
+struct RunReport;
+
+/// One column of a decimated series: range of |error| and root mean square of all before.
+struct EnvelopePoint {
+  double t = 0, low = 0, high = 0, rms = 0;
+};
+
+/// Decimates a series of (t, error) to at most 1500 columns, equally wide on the axis, in constant
+/// memory.
+class Envelope {
+ public:
+  /// first: time of the first record after 0; the axis is logarithmic when last/first > 100.
+  Envelope(double first, double last);
+  /// In order of time; t = 0 has no place on a logarithmic axis and is left out of the picture.
+  void add(double t, double error);
+  bool logarithmic() const { return logarithmic_; }
+  double first() const { return first_; }
+  double last() const { return last_; }
+  const std::vector<EnvelopePoint>& points() const { return points_; }
+
+ private:
+  double first_, last_;
+  bool logarithmic_;
+  int column_ = -1;
+  double sum_of_squares_ = 0, count_ = 0;
+  std::vector<EnvelopePoint> points_;
+};
+
+struct PlotLabels {
+  std::string title, subtitle;
+  std::optional<double> limit;  ///< of the verdict
+};
+
+/// |relative energy error| against time as a complete SVG document.
+std::string energy_plot(const Envelope& envelope, const PlotLabels& labels);
+
+/// The line below the title of a run's pictures: method, step, cost, verdict.
+std::string plot_subtitle(const RunReport& report);
+
+}  // namespace porthos::scene

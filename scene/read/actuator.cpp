@@ -1,0 +1,229 @@
+#include "scene/read/actuator.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "mechanics/mechanical_model.h"
+#include "phs/elements.h"
+#include "scene/files/files.h"
+#include "scene/read/element.h"
+#include "scene/read/toml_table-inl.h"
+#include "vsa/catalogue.h"
+#include "vsa/table.h"
+
+namespace porthos::scene {
+namespace {
+
+using DriveKind = vsa::Drive::Kind;
+
+const Names drive_keys{"start",   "drive",        "command",    "inertia",    "gear",
+                       "viscous", "coulomb",      "smoothing",  "kp",         "kd",
+                       "servo",   "torque_limit", "rate_limit", "gyroscopics"};
+
+/// A sentence of the actuator's own gets the place in the file in front.
+template <class F>
+auto at_line(const std::string& where, F f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& why) {
+    const std::string text = why.what();
+    const std::string file = where.substr(0, where.find(':'));
+    throw InvalidArgument(text.rfind(file, 0) == 0 ? text : where + ": " + text);
+  }
+}
+
+/// `effort`: unit of what drives this coordinate; `angle`: its own.
+vsa::Drive read_drive(const Table& t, const std::string& angle) {
+  vsa::Drive d;
+  t.require("drive", "\"fixed\", \"torque\", \"position\", \"rate\" or \"servo\"");
+  const std::string kind = t.choice("drive", {"fixed", "torque", "position", "rate", "servo"});
+  const std::vector<std::pair<const char*, Names>> own{
+      {"fixed", {}},
+      {"torque",
+       {"command", "inertia", "gear", "viscous", "coulomb", "smoothing", "torque_limit",
+        "rate_limit", "gyroscopics"}},
+      {"position",
+       {"command", "inertia", "gear", "viscous", "coulomb", "smoothing", "torque_limit",
+        "rate_limit", "kp", "kd", "gyroscopics"}},
+      {"rate", {"command", "rate_limit"}},
+      {"servo", {"command", "servo"}}};
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (kind != own[i].first) continue;
+    d.kind = DriveKind(i);
+    for (const auto key : drive_keys)
+      if (key != "start" && key != "drive" && t.has(key.data()) &&
+          std::find(own[i].second.begin(), own[i].second.end(), key) == own[i].second.end())
+        t.fail(key.data(),
+               fmt::format("is given with drive = \"{}\", expected {}", kind,
+                           own[i].second.empty() ? "no more keys" : joined(own[i].second)));
+  }
+  if (d.kind == DriveKind::fixed) return d;
+  if (t.has("gyroscopics") && t.text("gyroscopics", "\"neglected\"") != "neglected")
+    t.fail("gyroscopics",
+           "is not \"neglected\", and a scene offers nothing else: a rotor with its gyroscopic "
+           "moment is a body of the mechanism (vsa/rotor_body.h)");
+  const std::string unit = d.kind == DriveKind::torque ? " of N m"
+                           : d.kind == DriveKind::rate ? " of " + angle + "/s"
+                                                       : " of " + angle;
+  t.require("command", "a table with one of the keys constant, sine, profile");
+  d.command = read_signal(t.table("command", {"constant", "sine", "profile"}), unit.c_str());
+  if (d.kind == DriveKind::torque || d.kind == DriveKind::position) {
+    t.require("inertia", "a number of kg m^2");
+    d.inertia = t.number("inertia", " of kg m^2"), d.gear = t.number_or("gear", "", 1);
+    d.viscous = t.not_negative_or("viscous", " of N m s/rad", 0);
+    d.torque_limit = t.number_or("torque_limit", " of N m", HUGE_VAL);
+    if (t.has("coulomb") != t.has("smoothing"))
+      t.fail(t.has("coulomb") ? "coulomb" : "smoothing",
+             "is given alone, expected coulomb and smoothing or neither");
+    if (t.has("coulomb"))
+      d.friction = phs::friction({.coulomb = t.number("coulomb", " of N m"),
+                                  .smoothing = t.number("smoothing", " of rad/s")});
+  }
+  d.rate_limit = t.number_or("rate_limit", " of rad/s", HUGE_VAL);
+  if (d.kind == DriveKind::position) {
+    t.require("kp", "a number of N m/rad"), t.require("kd", "a number of N m s/rad");
+    d.kp = t.not_negative_or("kp", " of N m/rad", 0),
+    d.kd = t.not_negative_or("kd", " of N m s/rad", 0);
+  }
+  if (d.kind == DriveKind::servo) {
+    t.require("servo", "3 numbers p1, p2, p3");
+    d.p = t.numbers<3>("servo", " p1, p2, p3");
+  }
+  return d;
+}
+
+void read_limits(const Table& t, vsa::Limits& l) {
+  l.deflection = t.number_or("deflection", " of rad", l.deflection);
+  l.stop_stiffness = t.number_or("stop_stiffness", " of N m/rad^2", l.stop_stiffness);
+  l.sigma_stop_stiffness = t.number_or("sigma_stop_stiffness", "", l.sigma_stop_stiffness);
+  if (!t.has("sigma")) return;
+  const auto range = t.numbers<2>("sigma", " (lower and upper)");
+  l.sigma_lower = range[0], l.sigma_upper = range[1];
+}
+
+/// The parameters of a family: numbers, and arrays where it asks for one.
+vsa::Values read_parameters(const Table& t, const std::string& family) {
+  vsa::Values v;
+  for (const auto& f : vsa::families()) {
+    if (f.name != family) continue;
+    Names known;
+    for (const auto& k : f.keys) known.push_back(k.name);
+    const Table p = t.table("parameters", known);
+    for (const auto& k : f.keys) {
+      if (!p.has(k.name.c_str())) continue;
+      const std::string unit = " of " + k.unit;
+      v[k.name] = k.list ? p.list(k.name.c_str(), unit.c_str())
+                         : std::vector{p.number(k.name.c_str(), unit.c_str())};
+    }
+  }
+  return v;
+}
+
+vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointActuator& j) {
+  const int given = t.has("device") + t.has("family") + t.has("table");
+  if (given != 1)
+    refuse(t.where(),
+           fmt::format("[[actuator]] has {} of the keys device, family and table, expected one",
+                       given));
+  if (t.has("parameters") && !t.has("family"))
+    t.fail("parameters", "are given without a family, expected both or neither");
+  vsa::Limits limits;
+  vsa::Values values;
+  std::string family;
+  if (t.has("device")) {
+    const auto& d = vsa::device(t.text("device", "the name of a device"));
+    vsa::elastic_of(d);  // refuses one without a model
+    family = d.family, limits = d.limits;
+    for (const auto& p : d.parameters) values[p.name] = p.value;
+  } else if (t.has("table")) {
+    family = "tabulated";
+    j.table = t.text("table", "the name of a CSV file");
+    const auto path = std::filesystem::path(folder) / j.table;
+    j.table_text = read_file(path);
+    const auto m = vsa::parse_measurements(j.table_text, path.string());
+    values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
+    if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
+    if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
+    limits.sigma_lower = m.sigma.front(), limits.sigma_upper = m.sigma.back();
+  } else {
+    family = t.text("family", "the name of a family");
+    if (t.has("parameters")) values = read_parameters(t, family);
+  }
+  if (t.has("limits"))
+    read_limits(
+        t.table("limits", {"deflection", "stop_stiffness", "sigma", "sigma_stop_stiffness"}),
+        limits);
+  return vsa::make_elastic(family, values, limits);
+}
+
+}  // namespace
+
+std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder) {
+  std::vector<JointActuator> list;
+  const Names keys{"joint",  "name",  "device", "family",  "parameters", "table",
+                   "limits", "theta", "sigma",  "damping", "damper",     "damper_limit"};
+  const auto known = [&](const std::string&, const std::string&) { return keys; };
+  scene.each_of("actuator", "joint", known, [&](const std::string& joint, const Table& t) {
+    JointActuator j;
+    j.joint = joint, j.where = t.where();
+    j.name = t.has("name") ? t.text("name", "text") : joint + ".actuator";
+    at_line(j.where, [&] {
+      vsa::Actuator& a = j.actuator;
+      a.elastic = read_elastic(t, folder, j);
+      const auto& traits = a.elastic->traits();
+      t.require("theta", "a table with the key drive");
+      const Table theta = t.table("theta", drive_keys);
+      a.theta = read_drive(theta, "rad");
+      if (theta.has("start")) j.theta = theta.number("start", " of rad");
+      if (!traits.translation_invariant && !j.theta)
+        theta.missing("start", "a number of rad: this spring is at rest at no one angle");
+      if (traits.sigma.empty()) {
+        if (t.has("sigma"))
+          t.fail("sigma",
+                 fmt::format(
+                     "is given, but the energy of '{}' does not depend on sigma, expected none",
+                     traits.family));
+      } else {
+        t.require("sigma", fmt::format("a table with the keys start [{}] ({}) and drive",
+                                       traits.sigma_unit, traits.sigma));
+        const Table sigma = t.table("sigma", drive_keys);
+        a.sigma = read_drive(sigma, traits.sigma_unit);
+        sigma.require("start", fmt::format("a number of {}", traits.sigma_unit));
+        j.sigma = sigma.number("start", fmt::format(" of {}", traits.sigma_unit).c_str());
+      }
+      a.damping = t.not_negative_or("damping", " of N m s/rad", 0);
+      if (t.has("damper"))
+        a.damper = read_signal(t.table("damper", {"constant", "sine", "profile"}), " of N m s/rad");
+      if (t.has("damper_limit")) a.damper_limit = t.number("damper_limit", " of N m s/rad");
+      vsa::actuator_model(a);  // refuses what does not fit together
+    });
+    list.push_back(std::move(j));
+  });
+  return list;
+}
+
+void add_actuators(phs::Network& n, const mechanics::MechanicalModel& model,
+                   const std::vector<JointActuator>& actuators) {
+  for (const auto& j : actuators) {
+    const auto at = joint_place(model, j.where, "actuator '" + j.name + "'", j.joint);
+    at_line(j.where, [&] { vsa::attach(n, j.name, at.port, j.actuator); });
+  }
+}
+
+std::vector<std::pair<std::string, std::vector<double>>> start_actuators(
+    const mechanics::MechanicalModel& model, const std::vector<JointActuator>& actuators,
+    std::span<const double> q) {
+  std::vector<std::pair<std::string, std::vector<double>>> list;
+  for (const auto& j : actuators) {
+    const std::string who = "actuator '" + j.name + "'";
+    const double link = q[size_t(joint_place(model, j.where, who, j.joint).q)];
+    list.emplace_back(j.name, at_line(j.where, [&] {
+                        return vsa::actuator_start(who, j.actuator, link, j.theta.value_or(link),
+                                                   j.sigma);
+                      }));
+  }
+  return list;
+}
+
+}  // namespace porthos::scene

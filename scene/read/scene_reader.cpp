@@ -1,0 +1,429 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+#include <tuple>
+
+#include "integrators/integrator.h"
+#include "scene/read/element.h"
+#include "scene/read/part.h"
+#include "scene/read/scene.h"
+#include "scene/read/scene_texts.h"
+#include "scene/read/toml_table-inl.h"
+#include "scene/read/variation.h"
+
+namespace porthos::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using mechanics::Vec3d;
+
+constexpr double most_steps = 1e15;
+
+std::string read_file(const std::string& path, const std::string& what) {
+  const auto refuse = [&](const std::string& why) {
+    throw InvalidArgument(fmt::format("{} '{}' cannot be opened: {}", what, path, why));
+  };
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) refuse("it is a directory");
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) refuse(std::generic_category().message(errno));
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (file.bad()) refuse("it cannot be read");
+  return text.str();
+}
+
+// --- values both a file and a command line can give: `where` is "file:line:column" or "--step" ---------------------
+
+void check_method(const std::string& method, const std::string& where) {
+  Names known;
+  for (const auto& d : integrators::catalogue()) known.push_back(d.name);
+  known.push_back(auto_method);
+  if (std::find(known.begin(), known.end(), method) == known.end())
+    refuse(where, fmt::format("method is '{}', expected one of {}", method, joined(known)));
+}
+
+/// What a step control asks of a method, said where the scene says so.
+void check_control(const Scene& s, const std::string& where) {
+  if (s.step_control == integrators::StepControl::fixed) return;
+  const char* control = to_string(s.step_control);
+  if (s.method == auto_method)
+    refuse(where, fmt::format("step_control is \"{}\", but auto chooses a fixed step, expected "
+                              "step_control = \"fixed\"",
+                              control));
+  const auto& d = integrators::declaration_of(s.method);
+  if (d.rival || d.order == 0)
+    refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "
+                              "step_control = \"fixed\"",
+                              control, s.method));
+  if (s.step_control == integrators::StepControl::reversible &&
+      d.symmetric != integrators::Claim::holds)
+    refuse(where,
+           fmt::format("step_control is \"{}\", but {} is not symmetric, expected a symmetric "
+                       "method",
+                       control, s.method));
+}
+
+void check_step_count(double step, double duration, const std::string& where) {
+  if (duration < step)
+    refuse(where,
+           fmt::format("duration is {} s, expected at least one step of {} s", duration, step));
+  if (duration / step > most_steps)
+    refuse(where, fmt::format("duration is {} s, {:.3g} steps of {} s, expected at most {:g} steps",
+                              duration, duration / step, step, most_steps));
+}
+
+/// A thousand records, in whole steps.
+double default_record_every(double step, double duration) {
+  if (step == 0) return 0;  // auto has not chosen yet
+  return std::max(1.0, std::round(duration / 1000 / step)) * step;
+}
+
+// --- the tables of a scene -----------------------------------------------------------------------------------------
+
+class Reader {
+ public:
+  explicit Reader(std::string path, const SceneTexts* kept = nullptr)
+      : file_{std::move(path)}, kept_(kept) {}
+
+  Scene read(std::span<const Replacement> replacements = {}) {
+    s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
+    s_.path = file_.path;
+    parse();
+    for (const Replacement& r : replacements) replace(root_, r.key, r.values);
+    const Table top(
+        file_, root_, "the scene", "",
+        {"title", "model", "environment", "initial", "body", "panel", "element", "actuator",
+         "event", "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
+    s_.title = top.has("title") ? top.text("title", "text") : scene_name();
+    // What decides a run must be stated; everything else has a default.
+    model(section(top, "model",
+                  {"urdf", "base", "lock", "links_without_inertia", "unphysical_inertia",
+                   "use_damping", "inertia", "mass_factor"}));
+    if (top.has("environment"))
+      environment(section(top, "environment", {"gravity", "vector", "magnetic_field"}));
+    if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
+    s_.bodies = read_bodies(top);
+    s_.panels = read_panels(top);
+    s_.elements = read_elements(top);
+    s_.events = read_events(top);
+    s_.actuators = read_actuators(top, fs::path(s_.path).parent_path().string());
+    for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
+      if (e.motor && e.motor->rotor_inertia > 0)
+        s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
+    s_.orbit = read_orbit(top);
+    const Table method =
+        section(top, "integrator",
+                {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",
+                 "step_control", "step_control_rate", "step_control_length"});
+    integrator(method);
+    if (top.has("monitor"))
+      monitor(section(top, "monitor", {"limit", "step_limit", "action", "project"}));
+    run(section(top, "run", {"duration", "record_every", "extrema", "checkpoint_every"}));
+    verify(top);
+    if (s_.orbit) check_orbit_scene();
+    return std::move(s_);
+  }
+
+ private:
+  void parse() {
+    try {
+      root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
+    } catch (const toml::parse_error& e) {
+      std::string why(e.description());
+      if (why.starts_with("Error ")) why.erase(0, 6);
+      refuse(file_.at(e.source()), "broken TOML " + why);
+    }
+  }
+
+  std::string scene_name() const {
+    const fs::path path(s_.path);
+    return path.stem().string();
+  }
+
+  Table section(const Table& top, const char* key, Names known) const {
+    if (!top.has(key))
+      refuse(file_.path + ":1:1", fmt::format("there is no [{}], expected a table with the keys {}",
+                                              key, joined(known)));
+    return {file_, top.raw(key, "a table with the keys " + joined(known)), fmt::format("[{}]", key),
+            "", known};
+  }
+
+  void model(const Table& t) {
+    using Options = mechanics::UrdfOptions;
+    if (!kept_) t.require("urdf", "the name of a URDF file");
+    t.require("base", "\"free\" or \"fixed\"");
+    s_.urdf.base =
+        t.choice("base", {"free", "fixed"}) == "free" ? Options::Base::free : Options::Base::fixed;
+    if (t.has("links_without_inertia") &&
+        t.choice("links_without_inertia", {"error", "massless"}) == "massless")
+      s_.urdf.links_without_inertia = Options::NoInertia::massless;
+    s_.urdf.accept_unphysical_inertia =
+        t.has("unphysical_inertia") &&
+        t.choice("unphysical_inertia", {"error", "accept"}) == "accept";
+    if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
+    if (t.has("use_damping")) s_.urdf.use_damping = t.boolean("use_damping");
+    t.each("inertia", {"mass", "com", "inertia"},
+           [&](const std::string& link, const std::string&, const Table& given) {
+             s_.urdf.link_inertia[link] = read_mass_properties(given);
+           });
+    if (t.has("mass_factor")) mass_factors(t);
+    urdf(t);
+  }
+
+  void mass_factors(const Table& t) {
+    Names links;
+    for (const auto& [link, factor] : t.raw("mass_factor", "a table of links and their factors"))
+      links.push_back(link.str());
+    const Table factors = t.table("mass_factor", links);
+    for (const auto link : links) {
+      const std::string name(link);
+      const double factor = factors.number(name.c_str(), "");
+      if (!(factor > 0))
+        factors.fail(name.c_str(), fmt::format("is {}, expected more than 0", factor));
+      s_.mass_factor[name] = factor;
+    }
+  }
+
+  void urdf(const Table& t) {
+    const std::string name =
+        t.has("urdf") ? t.text("urdf", "the name of a URDF file") : "model.urdf";
+    if (name.empty()) t.fail("urdf", "is empty, expected the name of a URDF file");
+    s_.urdf_path = (fs::path(s_.path).parent_path() / name).string();
+    if (kept_) {
+      s_.urdf_text = kept_->urdf;
+      return;
+    }
+    try {
+      s_.urdf_text = read_file(s_.urdf_path, "URDF file");
+    } catch (const InvalidArgument& e) {
+      refuse(t.at("urdf"), e.what());
+    }
+  }
+
+  void environment(const Table& t) {
+    const std::string expected = "expected \"none\" or \"uniform\"";
+    const std::string kind =
+        t.has("gravity") ? t.text("gravity", "\"none\" or \"uniform\"") : "none";
+    if (kind == "central") t.fail("gravity", "\"central\" is not available yet: " + expected);
+    if (kind != "none" && kind != "uniform")
+      t.fail("gravity", fmt::format("is \"{}\", {}", kind, expected));
+    if (kind == "none" && t.has("vector"))
+      t.fail("vector", "is given without gravity = \"uniform\", expected both or neither");
+    s_.magnetic_field = t.vector_or_zero("magnetic_field", " of tesla");
+    if (kind == "none") return;
+    t.require("vector", "3 numbers of m/s^2, because gravity is \"uniform\"");
+    s_.urdf.gravity = t.vector_or_zero("vector", " of m/s^2");
+  }
+
+  void initial(const Table& t) {
+    if (t.has("base")) base(t);
+    t.each("joints",
+           {"position", "velocity", "attitude_wxyz", "linear_velocity", "angular_velocity"},
+           [&](const std::string& joint, const std::string& where, const Table& start) {
+             s_.joints[joint] = joint_start(start);
+             s_.joints[joint].where = where;
+           });
+    if (!t.has("random")) return;
+    const Table r = t.table("random", {"seed", "joint_position", "joint_velocity"});
+    RandomStart random;
+    if (r.has("seed")) random.seed = r.whole("seed");
+    random.joint_position = r.not_negative_or("joint_position", " of rad or m", 0);
+    random.joint_velocity = r.not_negative_or("joint_velocity", " of rad/s or m/s", 0);
+    s_.random = random;
+  }
+
+  /// Of a joint of one freedom: position and velocity; of a ball or a free joint: the keys of a base.
+  static JointStart joint_start(const Table& t) {
+    JointStart start;
+    if (t.has("attitude_wxyz") || t.has("angular_velocity") || t.has("linear_velocity") ||
+        t.is_array("position")) {
+      if (t.has("velocity"))
+        t.fail("velocity",
+               "is given to a joint of several freedoms, expected linear_velocity or "
+               "angular_velocity");
+      start.motion = read_base_start(t);
+      start.translates = t.has("position") || t.has("linear_velocity");
+      return start;
+    }
+    if (t.has("position") && !t.is_number("position"))
+      t.fail("position", "is " + t.found_at("position") +
+                             ", expected a number of rad or m, or 3 numbers of metres");
+    start.position = t.number_or("position", " of rad or m", 0);
+    start.velocity = t.number_or("velocity", " of rad/s or m/s", 0);
+    return start;
+  }
+
+  void base(const Table& initial) {
+    const Table t =
+        initial.table("base", {"position", "attitude_wxyz", "linear_velocity", "angular_velocity"});
+    s_.base = read_base_start(t);
+    s_.base.where = initial.at_key("base");
+  }
+
+  void integrator(const Table& t) {
+    if (t.has("method")) {
+      s_.method = t.text("method", "the name of a method");
+      check_method(s_.method, t.at("method"));
+    }
+    if (s_.method != auto_method) t.require("step", "a number of seconds");
+    if (t.has("step")) s_.step = t.seconds("step");
+    s_.rtol = t.number_or("rtol", "", s_.rtol);
+    if (!(s_.rtol > 0 && s_.rtol < 1))
+      t.fail("rtol", fmt::format("is {}, expected a number between 0 and 1", s_.rtol));
+    s_.iteration_tolerance = t.number_or("iteration_tolerance", "", 0);
+    if (!(s_.iteration_tolerance >= 0 && s_.iteration_tolerance < 1))
+      t.fail("iteration_tolerance",
+             fmt::format("is {}, expected 0 (iterate to rounding) or a number below 1",
+                         s_.iteration_tolerance));
+    if (s_.iteration_tolerance > 0 && s_.method == auto_method)
+      t.fail("iteration_tolerance", "is given with method = \"auto\", expected one of both");
+    target(t);
+    step_control(t);
+  }
+
+  void target(const Table& t) {
+    if (!t.has("target_energy_error")) return;
+    if (s_.method != auto_method)
+      t.fail("target_energy_error", "is given without method = \"auto\", expected both or neither");
+    const double error = t.number("target_energy_error", "");
+    if (!(error > 0 && error < 1))
+      t.fail("target_energy_error", fmt::format("is {}, expected a number between 0 and 1", error));
+    s_.target_energy_error = error;
+  }
+
+  void step_control(const Table& t) {
+    if (t.has("step_control")) {
+      s_.step_control = integrators::step_control_of(
+          t.choice("step_control", {"fixed", "time_transformed", "reversible"}));
+      check_control(s_, t.at("step_control"));
+    }
+    for (const auto& [key, unit, to] :
+         {std::tuple{"step_control_rate", " of rad/s", &s_.control_rate},
+          {"step_control_length", " of metres", &s_.control_length}}) {
+      if (!t.has(key)) continue;
+      if (s_.step_control == integrators::StepControl::fixed)
+        t.fail(key, "is given without a step_control, expected both or neither");
+      *to = t.number(key, unit);
+      if (*to <= 0) t.fail(key, fmt::format("is {}, expected a number{} above 0", *to, unit));
+    }
+  }
+
+  /// What a scene in orbit cannot have besides.
+  void check_orbit_scene() const {
+    const std::string& where = s_.orbit->where;
+    const auto& b = s_.base;
+    if (s_.urdf.base != mechanics::UrdfOptions::Base::free)
+      refuse(where,
+             "[orbit] is given, but the base is \"fixed\", expected [model] base = \"free\"");
+    if (mechanics::norm(s_.urdf.gravity) != 0)
+      refuse(where, "[orbit] is given with uniform gravity, expected one of both");
+    if (mechanics::norm(s_.magnetic_field) != 0)
+      refuse(where,
+             "[orbit] is given with a constant magnetic_field, expected that of the [planet]");
+    if (mechanics::norm(b.position) != 0 || mechanics::norm(b.linear_velocity) != 0)
+      refuse(b.where,
+             "the base has a position or a linear velocity besides the [orbit] of the "
+             "centre of mass, expected attitude and angular velocity alone");
+    if (s_.step_control != integrators::StepControl::fixed)
+      refuse(
+          where,
+          "[orbit] is given with a step_control, which goes by the joint rates and would vary the "
+          "kicks of the splitting too, expected a fixed step");
+  }
+
+  void monitor(const Table& t) {
+    integrators::MonitorOptions m;
+    for (const auto& [key, to] : {std::pair{"limit", &m.limit}, {"step_limit", &m.step_limit}}) {
+      if (!t.has(key)) continue;
+      *to = t.number(key, "");
+      if (!(*to >= 1e-14)) t.fail(key, fmt::format("is {}, expected 1e-14 or more", *to));
+    }
+    if (t.has("action"))
+      m.action = integrators::on_violation_of(t.choice("action", {"warn", "stop", "repeat"}));
+    if (t.has("project")) m.project = t.boolean("project");
+    if (m.limit == 0 && m.step_limit == 0 && !m.project)
+      refuse(t.where(), "[monitor] has nothing to watch, expected limit, step_limit or project");
+    if (m.action == integrators::OnViolation::repeat && m.step_limit == 0)
+      t.fail("action", "is \"repeat\" without a step_limit, expected both");
+    s_.monitor = m;
+  }
+
+  void run(const Table& t) {
+    t.require("duration", "a number of seconds");
+    s_.duration = t.seconds("duration");
+    if (s_.step > 0) check_step_count(s_.step, s_.duration, t.at("duration"));
+    s_.record_every_given = t.has("record_every");
+    s_.record_every = s_.record_every_given ? t.seconds("record_every")
+                                            : default_record_every(s_.step, s_.duration);
+    if (t.has("extrema")) {
+      const std::string word = t.choice("extrema", {"none", "state", "all"});
+      s_.extrema = word == "none" ? Extrema::none : word == "state" ? Extrema::state : Extrema::all;
+    }
+    if (t.has("checkpoint_every")) s_.checkpoint_every = t.seconds("checkpoint_every");
+  }
+
+  void verify(const Table& top) {
+    Limits& l = s_.verify;
+    if (!top.has("verify")) return void(l = default_limits(s_.orbit.has_value()));
+    const Table t = section(top, "verify",
+                            {"energy", "linear_momentum", "angular_momentum", "quaternion_norm",
+                             "balance", "symmetry", "step_halving", "orbital", "coupling"});
+    const auto limit = [&](const char* key, std::optional<double>& to) {
+      if (t.has(key)) to = t.not_negative_or(key, "", 0);
+    };
+    limit("energy", l.energy), limit("linear_momentum", l.linear_momentum);
+    limit("angular_momentum", l.angular_momentum), limit("quaternion_norm", l.quaternion_norm);
+    limit("balance", l.balance), limit("symmetry", l.symmetry);
+    limit("step_halving", l.step_halving);
+    limit("orbital", l.orbital), limit("coupling", l.coupling);
+    if (!l.any()) l = default_limits(s_.orbit.has_value());
+  }
+
+  File file_;
+  const SceneTexts* kept_;
+  toml::table root_;
+  Scene s_;
+};
+
+}  // namespace
+
+Scene read_scene(const std::string& path) { return Reader(path).read(); }
+
+Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
+  const SceneTexts kept{scene.text, scene.urdf_text};
+  return Reader(scene.path, &kept).read(replacements);
+}
+
+Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
+  return Reader(path, &kept).read();
+}
+
+void apply(Scene& scene, const Overrides& overrides) {
+  Scene s = scene;  // all or nothing
+  if (overrides.method) {
+    check_method(s.method = *overrides.method, "--method");
+    check_control(s, "--method");
+  }
+  if (overrides.step) check_seconds("step", s.step = *overrides.step, "--step");
+  if (overrides.duration) check_seconds("duration", s.duration = *overrides.duration, "--duration");
+  if (s.step == 0 && s.method != auto_method)
+    refuse("--method",
+           fmt::format("the scene states no step for {}, expected --step too", s.method));
+  if (s.step > 0 && (overrides.step || overrides.duration)) {
+    check_step_count(s.step, s.duration, overrides.duration ? "--duration" : "--step");
+    if (!s.record_every_given) s.record_every = default_record_every(s.step, s.duration);
+  }
+  scene = std::move(s);
+}
+
+}  // namespace porthos::scene

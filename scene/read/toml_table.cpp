@@ -1,0 +1,120 @@
+#include "scene/read/toml_table-inl.h"
+
+#include <charconv>
+#include <optional>
+
+#include "scene/read/variation.h"
+
+namespace porthos::scene {
+namespace {
+
+/// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
+size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
+  for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
+  for (size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+  for (size_t i = 1; i <= a.size(); ++i)
+    for (size_t j = 1; j <= b.size(); ++j) {
+      d[i][j] =
+          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  return d[a.size()][b.size()];
+}
+
+}  // namespace
+
+std::string joined(const Names& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+std::string_view nearest(std::string_view name, const Names& known) {
+  return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
+    return edit_distance(name, a) < edit_distance(name, b);
+  });
+}
+
+std::string found(const toml::node& n) {
+  switch (n.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::boolean:
+      return "a boolean";
+    case toml::node_type::date:
+      return "a date";
+    case toml::node_type::time:
+      return "a time of day";
+    case toml::node_type::date_time:
+      return "a date and time";
+    default:
+      return "a number";
+  }
+}
+
+void refuse(const std::string& where, const std::string& sentence) {
+  throw InvalidArgument(where + ": " + sentence);
+}
+
+void replace(toml::table& root, const std::string& key, const std::vector<double>& values) {
+  const auto nowhere = [&](const std::string& why) {
+    throw InvalidArgument(fmt::format("there is no '{}' in the scene: {}", key, why));
+  };
+  toml::array numbers;
+  for (const double v : values) numbers.push_back(v);
+  toml::node* at = &root;
+  for (size_t begin = 0; begin <= key.size();) {
+    const size_t end = std::min(key.find('.', begin), key.size());
+    std::string name = key.substr(begin, end - begin);
+    std::optional<size_t> place;
+    if (const size_t open = name.find('['); open != std::string::npos && name.back() == ']') {
+      size_t n = 0;
+      const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
+      const auto [rest, error] = std::from_chars(first, last, n);
+      if (error != std::errc() || rest != last) nowhere("expected a whole number in the brackets");
+      place = n, name.resize(open);
+    }
+    toml::table* table = at->as_table();
+    if (!table || name.empty()) nowhere("expected tables and keys with dots between them");
+    const bool whole = end == key.size() && !place;
+    if (whole && values.size() == 1) {
+      table->insert_or_assign(name, values[0]);
+      return;
+    }
+    if (whole) {
+      table->insert_or_assign(name, numbers);
+      return;
+    }
+    if (!table->contains(name)) {
+      if (place)  // a vector that was left at its default
+        table->insert(name, toml::array{0.0, 0.0, 0.0});
+      else
+        table->insert(name, toml::table{});
+    }
+    at = table->get(name);
+    if (place) {
+      toml::array* array = at->as_array();
+      if (!array) nowhere(fmt::format("'{}' is {}, expected an array", name, found(*at)));
+      if (*place >= array->size())
+        nowhere(fmt::format("'{}' has the places 0 to {}", name, int(array->size()) - 1));
+      if (end == key.size()) {
+        array->replace(array->cbegin() + long(*place), values[0]);
+        return;
+      }
+      at = array->get(*place);
+    }
+    begin = end + 1;
+  }
+}
+
+bool is_of_start(const std::string& key) { return key.rfind("initial.", 0) == 0; }
+
+void check_seconds(const char* name, double seconds, const std::string& where) {
+  if (!std::isfinite(seconds))
+    refuse(where, fmt::format("{} is {}, expected a finite number of seconds", name, seconds));
+  if (seconds <= 0) refuse(where, fmt::format("{} is {} s, expected more than 0 s", name, seconds));
+}
+
+}  // namespace porthos::scene

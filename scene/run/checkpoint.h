@@ -1,0 +1,36 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "phs/state.h"
+#include "scene/run/provenance.h"
+#include "scene/run/record_log.h"
+
+namespace porthos::scene {
+
+/// Everything a run is continued from, bit for bit.
+struct Checkpoint {
+  NamedTexts fingerprint;
+  integrators::Outcome outcome =
+      integrators::Outcome::ok;  ///< not ok: the last good state of a run that failed
+  phs::State state;
+  std::vector<double> memory;  ///< of the integrator
+  integrators::Cost cost;
+  std::vector<double> statistics;  ///< memory of the Ledger
+  LogMark log;
+  double cpu_s = 0, wall_s = 0;
+};
+
+/// Writes folder/state.bin: aside, to the disk, renamed. A crash at any moment leaves the old one
+/// or the new one.
+void write_checkpoint(const std::filesystem::path& folder, const Checkpoint& checkpoint);
+
+bool has_checkpoint(const std::filesystem::path& folder);
+
+/// @throws InvalidArgument with one sentence, if there is none, or it is truncated, damaged or of
+/// another format version
+Checkpoint read_checkpoint(const std::filesystem::path& folder);
+
+}  // namespace porthos::scene

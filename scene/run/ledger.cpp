@@ -1,0 +1,136 @@
+#include "scene/run/ledger.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "phs/error.h"
+
+namespace porthos::scene {
+namespace {
+
+double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
+
+/// An error without any scale stays absolute.
+double relative(double error, double scale) { return scale > 0 ? error / scale : error; }
+
+}  // namespace
+
+Ledger::Ledger(const phs::Description& d)
+    : description_(&d),
+      scale_(d),
+      sum_(d.powers.size(), 0.0),
+      low_(d.powers.size(), 0.0),
+      peak_(d.powers.size(), 0.0),
+      stored_first_(d.storages.size(), 0.0),
+      stored_(d.storages.size(), 0.0) {}
+
+double Ledger::look(const Measured& m) {
+  Totals& s = totals_;
+  scale_.see(m.stored_J);
+  s.max_linear = std::max(s.max_linear, norm(m.linear));
+  s.max_angular = std::max(s.max_angular, norm(m.angular));
+  s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
+  s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
+  s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
+  const double off = error(m);
+  s.max_error_J = std::max(s.max_error_J, std::fabs(off));
+  ++s.looks;
+  return off;
+}
+
+double Ledger::add(double t, const Measured& m, bool regular) {
+  if (energy_.count() == 0) stored_first_ = m.stored_J;
+  stored_ = m.stored_J;
+  const double off = look(m);
+  --totals_.looks;
+  totals_.t = t, totals_.stored_J = m.energy_change_J;
+  energy_.add(off, regular);
+  return off;
+}
+
+double Ledger::error(const Measured& m) const {
+  long double error = m.energy_change_J;
+  for (size_t a = 0; a < sum_.size(); ++a) {
+    const long double work = static_cast<long double>(sum_[a]) + low_[a];
+    const auto kind = description_->powers[a].kind;
+    if (kind != phs::PowerKind::observed) error += kind == phs::PowerKind::supplied ? -work : work;
+  }
+  return double(error);
+}
+
+void Ledger::fill(RunReport& r, const Meter& meter) const {
+  const Totals& s = totals_;
+  EnergyReport& e = r.energy;
+  e.initial_J = meter.initial_J();
+  if (scale_.has_kinetic()) e.scale_parts.emplace_back("kinetic", scale_.kinetic_J());
+  for (size_t k = 0; k < stored_.size(); ++k)
+    if (!phs::is_kinetic(description_->storages[k]))
+      e.scale_parts.emplace_back(description_->storages[k], scale_.part(k));
+  e.scale_J = std::max(scale_.value(), turned_over_);
+  if (!(e.scale_J > 0)) e.scale_J = 1;
+  e.max_abs_error_J = s.max_error_J;
+  e.max_rel_error = s.max_error_J / e.scale_J;
+  e.rms_rel_error = energy_.rms() / e.scale_J;
+  e.growth_exponent = energy_.growth_exponent();
+  e.drift_per_s = s.t > 0 ? energy_.change() / e.scale_J / s.t : 0;
+  e.drift_is_significant = energy_.drift_is_significant();
+
+  const auto size = meter.momentum_at_start();
+  r.linear_momentum_error = relative(s.max_linear, std::max(size.linear, s.max_linear_scale));
+  r.angular_momentum_error = relative(s.max_angular, std::max(size.angular, s.max_angular_scale));
+  r.quaternion_norm_error = s.max_quaternion_norm;
+
+  r.records = energy_.count(), r.looks = std::int64_t(s.looks);
+  r.stored_J = s.stored_J;
+  r.turned_over_J = turned_over_;
+  for (size_t a = 0; a < sum_.size(); ++a) {
+    const auto& power = description_->powers[a];
+    if (power.kind == phs::PowerKind::observed) continue;
+    const bool in = power.kind == phs::PowerKind::supplied;
+    if (power.control && peak_[a] > 1e-12 * turned_over_)
+      r.notes.push_back(
+          fmt::format("controller '{}' gave up to {:.3g} J more than it had taken: it is not "
+                      "passive, unless it "
+                      "held that energy at the start",
+                      power.name, peak_[a]));
+    (in ? r.supplied_J : r.dissipated_J) += sum_[a];
+    (in ? r.ports : r.losses).emplace_back(power.name, sum_[a]);
+  }
+  for (size_t k = 0; k < stored_.size(); ++k)
+    r.storages.emplace_back(description_->storages[k], stored_[k] - stored_first_[k]);
+  r.defect_J = energy_.change();
+}
+
+std::vector<double> Ledger::memory() const {
+  const auto totals = std::bit_cast<Numbers>(totals_);
+  std::vector<double> m(totals.begin(), totals.end());
+  for (const auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_})
+    m.insert(m.end(), part->begin(), part->end());
+  m.push_back(turned_over_);
+  scale_.save(m);
+  const auto rest = energy_.memory();
+  m.insert(m.end(), rest.begin(), rest.end());
+  return m;
+}
+
+void Ledger::restore(std::span<const double> m) {
+  Numbers totals;
+  const size_t scale = phs::EnergyScale::memory_size(*description_);
+  const size_t own = totals.size() + 3 * sum_.size() + 2 * stored_.size() + 1 + scale;
+  if (m.size() < own) require_size("memory of the ledger", m.size(), own);
+  const auto take = [&](auto& to) {
+    std::copy_n(m.begin(), to.size(), to.begin());
+    m = m.subspan(to.size());
+  };
+  take(totals);
+  totals_ = std::bit_cast<Totals>(totals);
+  for (auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_}) take(*part);
+  turned_over_ = m[0];
+  scale_.restore(m.subspan(1));
+  energy_.restore(m.subspan(1 + scale));
+}
+
+}  // namespace porthos::scene

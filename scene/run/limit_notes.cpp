@@ -1,0 +1,28 @@
+#include "scene/run/limit_notes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace porthos::scene {
+
+std::vector<std::string> notes_on_limits(const mechanics::MechanicalModel& model,
+                                         const phs::State& state, const std::string& when,
+                                         const std::vector<std::string>& held) {
+  std::vector<std::string> notes;
+  for (const auto& j : model.mechanism().joint_properties()) {
+    if (std::find(held.begin(), held.end(), j.joint) != held.end()) continue;
+    double z = state.x[size_t(j.q)];
+    if (j.turn >= 0) z += phs::two_pi_hi * double(state.turns[size_t(j.turn)]);
+    const bool below = j.lower && z < *j.lower, above = j.upper && z > *j.upper;
+    if (!below && !above) continue;
+    const char* unit = j.turn >= 0 ? "rad" : "m";
+    notes.push_back(fmt::format(
+        "joint '{}' is at {:.6g} {} {}, beyond its {} limit of {:.6g} {}: limits of the model file "
+        "do not act without an element of type \"limits\"",
+        j.joint, z, unit, when, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit));
+  }
+  return notes;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,91 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "mechanics/momentum.h"
+#include "scene/assemble/assembly.h"
+
+namespace porthos::scene {
+
+/// What a state says against the start of the run.
+struct Measured {
+  double energy_change_J = 0;    ///< H - H(start)
+  std::vector<double> stored_J;  ///< of each of the system's storages
+  /// momentum - momentum(start), world axes; 0 where not an invariant. Angular: about where the centre of mass was at the
+  /// start, so that a place far from the origin puts no lever arm between the state's rounding and the error.
+  std::array<double, 3> linear{}, angular{};
+  double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
+  mechanics::MomentumScale scale{0, 0};  ///< of this state, see Meter::measure
+  bool finite() const;
+};
+
+/// Between records every so many steps are looked at. A look takes about as long as seven evaluations of the field (at 64
+/// bits, without vectors): this keeps looks at two or three percent of a run, explicit or implicit. It goes by counts alone, so
+/// that a run looks at the same steps on every machine.
+inline std::int64_t steps_to_a_look(const integrators::Cost& c) {
+  return c.evaluations >= 16 * c.steps ? 16 : 64;
+}
+
+/// In lanes, where a step costs a fraction of that and a look does not: as rarely as of explicit methods.
+inline constexpr std::int64_t steps_to_a_look_in_lanes = 64;
+
+/// Measures states in extended precision from value + low word, so that a measurement adds no noise
+/// of its own. What it returns is overwritten by the next one.
+class Meter {
+ public:
+  explicit Meter(const Assembly& assembly);
+
+  /// Everything, as a record takes it.
+  const Measured& measure(const phs::State& state);
+  /// Without the scale of the momenta, which stays that of the last record. Allocates nothing.
+  const Measured& look(const phs::State& state);
+
+  double initial_J() const { return double(start_.energy); }
+  /// Whether the momentum is an invariant of the system.
+  bool has_linear() const { return linear_at_ >= 0; }
+  /// See linear_momentum_is_structure().
+  bool linear_is_structure() const { return linear_is_structure_; }
+  bool has_angular() const { return angular_at_ >= 0; }
+  bool has_rotations() const { return !norms_at_.empty(); }
+
+  /// Sizes of the momenta at the start, angular as in Measured; both may be 0.
+  mechanics::MomentumScale momentum_at_start() const { return size_; }
+
+ private:
+  using Real = long double;
+  using Vector = std::array<Real, 3>;
+  struct Values {
+    Real energy = 0;
+    Vector linear{}, angular{};
+    double quaternion_norm = 0;
+  };
+  /// Nothing that free bodies in free space keep depends on where they are: measured from their centre, a place far from the
+  /// origin costs no digits.
+  void measure_from_centre(const phs::State& start);
+  void read(const phs::State& state);  ///< sets x_ and the turns of the system
+  Values values();                     ///< of x_; leaves stored_
+  mechanics::MomentumScale scale_of(const phs::State& state);
+
+  std::shared_ptr<const phs::Model> model_;
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical_;  ///< may be null
+  std::unique_ptr<phs::System<Real>> system_;
+  std::optional<mechanics::Workspace<double>> workspace_;
+  std::vector<Real> x_, turn_angles_, stored_, invariants_;
+  std::vector<std::int64_t> turns_;
+  int linear_at_ = -1, angular_at_ = -1;
+  std::vector<size_t> norms_at_;
+  bool linear_is_structure_ = false;
+  struct Shift {
+    size_t at;
+    Real by;
+  };
+  std::vector<Shift>
+      shifts_;  ///< of positions of free bodies: measured from the centre of mass at the start
+  Values start_;
+  mechanics::MomentumScale size_{0, 0};
+  Measured now_;
+};
+
+}  // namespace porthos::scene

@@ -1,0 +1,334 @@
+#include "scene/run/phase_sequence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "phs/network.h"
+#include "scene/assemble/parts.h"
+
+namespace porthos::scene {
+namespace {
+
+void check(const Scene& s) {
+  const bool fixed = s.step_control == integrators::StepControl::fixed;
+  for (const Event& e : s.events) {
+    if (e.waits()) continue;
+    const double steps = e.at / s.step;
+    if (!(e.at > 0 && e.at < s.duration))
+      throw InvalidArgument(
+          fmt::format("{}: the event is at {:g} s, expected a time inside the run, "
+                      "between 0 and {:g} s",
+                      e.where, e.at, s.duration));
+    if (fixed && std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+      throw InvalidArgument(fmt::format(
+          "{}: the event is at {:g} s, {:g} steps of {:g} s, expected a whole number of steps",
+          e.where, e.at, steps, s.step));
+  }
+  for (const Event& e : s.events) {
+    if (e.type != Event::Type::lock) continue;
+    const auto refuse = [&](const std::string& who) {
+      throw InvalidArgument(fmt::format(
+          "{}: the event locks joint '{}', and the motor of {} would go on turning against it: "
+          "expected a joint without one",
+          e.where, e.name, who));
+    };
+    for (const JointActuator& a : s.actuators)
+      if (a.joint == e.name) refuse("actuator '" + a.name + "'");
+    for (const Element& m : s.elements)
+      if (m.motor && m.joint == e.name) refuse("element '" + m.name + "'");
+  }
+}
+
+/// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or with
+/// the run.
+double end_after(const Scene& s, double from) {
+  double end = s.duration;
+  for (const Event& e : s.events)
+    if (!e.waits() && e.at > from) end = std::min(end, e.at);
+  return end;
+}
+
+bool on_ground(const mechanics::MechanismBuilder& parts) {
+  const auto& all = parts.bodies();
+  return std::any_of(all.begin(), all.end(), [](const mechanics::BodySpec& b) {
+    return b.parent == "world" && b.joint.type != "free";
+  });
+}
+
+/// The scene of a phase: what acts at joints that are locked rests with them, and so does a torquer
+/// whose wheels are all locked: there is no momentum left to unload.
+Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latching& latching,
+               double end) {
+  Scene s = scene;
+  s.events.clear();
+  s.duration = end;
+  std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
+    std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
+  latching.apply_to(s, moving.model->mechanism());
+  return s;
+}
+
+/// Without the orbit.
+const phs::Model& stepped(const Assembly& a) {
+  return a.spacecraft ? a.spacecraft->internal() : *a.model;
+}
+
+Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
+                           const mechanics::Moving& moving, const MotorStates& motors,
+                           const OrbitApart& orbit) {
+  Assembly a = whole;
+  a.mechanical = moving.model;
+  a.mechanism =
+      std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
+  a.model = with_joint_parts(moving.model, phase);
+  a.initial = moving.state;
+  a.parts = moving.parts;
+  motors.put_back(*a.model, a.initial);
+  orbit.put_back(a, phase);
+  return a;
+}
+
+mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Moving& moving,
+                            Latching& latching, const OrbitApart& orbit) {
+  const bool soft = e.type == Event::Type::engage || e.type == Event::Type::disengage;
+  const auto impact = soft ? latching.change(scene, moving, e) : apply(moving, e);
+  orbit.settle(moving);
+  return impact;
+}
+
+mechanics::Moving moving_at_start(const Assembly& a, MotorStates& motors, OrbitApart& orbit) {
+  mechanics::Moving m(a.parts);
+  m.model = a.mechanical;
+  m.state = a.initial;
+  orbit.take_off(m.state);
+  motors.take_off(a, m.state);
+  return m;
+}
+
+void without_limits(Event& e) { e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL; }
+
+}  // namespace
+
+void OrbitApart::take_off(phs::State& s) {
+  if (!in_orbit_) return;
+  x_.assign(s.x.end() - 6, s.x.end());
+  lo_.assign(s.lo.end() - 6, s.lo.end());
+  s.x.resize(s.x.size() - 6);
+  s.lo.resize(s.lo.size() - 6);
+}
+
+void OrbitApart::put_back(phs::State& s) const {
+  if (!in_orbit_) return;
+  s.x.insert(s.x.end(), x_.begin(), x_.end());
+  s.lo.insert(s.lo.end(), lo_.begin(), lo_.end());
+}
+
+void OrbitApart::put_back(Assembly& a, const Scene& scene) const {
+  if (!in_orbit_) return;
+  try {
+    a.spacecraft = std::make_shared<const space::Spacecraft>(
+        a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(scene.orbit->where + ": " + e.what());
+  }
+  a.model = a.spacecraft;
+  put_back(a.initial);
+}
+
+void OrbitApart::settle(mechanics::Moving& m) const {
+  if (in_orbit_ || centre_apart_) settle_momentum(m.model->mechanism(), m.state);
+}
+
+MotorStates::MotorStates(const Scene& scene) {
+  for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
+  for (const Element& e : scene.elements)
+    if (e.motor) names_.push_back(e.name);
+}
+
+void MotorStates::take_off(const Assembly& a, phs::State& s) {
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&stepped(a)))
+    for (const auto& name : names_) {
+      const long at = network->offset(name), n = network->member(name).description().nx;
+      const auto part = [&](const std::vector<double>& of) {
+        return std::vector<double>(of.begin() + at, of.begin() + at + n);
+      };
+      x_lo_[name] = {part(s.x), part(s.lo)};
+    }
+  const auto mechanism = size_t(a.mechanical->description().nx);
+  s.x.resize(mechanism);
+  s.lo.resize(mechanism);
+}
+
+void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
+  const auto* network = dynamic_cast<const phs::NetworkModel*>(&model);
+  if (!network) return;
+  s.x.resize(size_t(model.description().nx), 0.0);
+  s.lo.resize(s.x.size(), 0.0);
+  for (const auto& [name, own] : x_lo_) {
+    std::copy(own.first.begin(), own.first.end(), s.x.begin() + network->offset(name));
+    std::copy(own.second.begin(), own.second.end(), s.lo.begin() + network->offset(name));
+  }
+}
+
+void HeldOutputs::keep(const phs::Model& model, std::span<const double> memory) {
+  values_.clear();
+  for (const auto& hold : model.holds()) {
+    if (memory.size() < hold->memory.size())
+      require_size("memory of the sampled controllers", memory.size(), hold->memory.size());
+    const auto own = memory.first(hold->memory.size());
+    values_[hold->name].assign(own.begin(), own.end());
+    memory = memory.subspan(own.size());
+  }
+}
+
+void HeldOutputs::put_in(const phs::Model& model) const {
+  for (const auto& hold : model.holds())
+    if (const auto known = values_.find(hold->name); known != values_.end())
+      hold->fresh = known->second;
+}
+
+std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
+                                                        const Assembly& assembly) {
+  check(scene);
+  OrbitApart orbit(assembly);
+  MotorStates motors(scene);
+  mechanics::Moving moving = moving_at_start(assembly, motors, orbit);
+  Latching latching(scene);
+  std::vector<std::shared_ptr<const phs::Model>> models{assembly.model};
+  std::vector<Event> events = scene.events;
+  for (Event& e : events) {
+    if (e.waits()) e.at = e.after;
+    without_limits(e);
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const Event& a, const Event& b) { return a.at < b.at; });
+  for (size_t i = 0; i < events.size(); ++i) {
+    const Event& e = events[i];
+    if (e.waits()) (void)Latching::margin(scene, moving, moving.state, 0, e);  // refuses names
+    apply_one(scene, e, moving, latching, orbit);
+    if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
+    const Scene phase = phase_of(scene, moving, latching, scene.duration);
+    try {
+      const Assembly a = assembly_of_phase(phase, assembly, moving, motors, orbit);
+      models.push_back(a.model);
+      (void)make_integrator(phase, *a.model, phase.step);
+    } catch (const InvalidArgument& why) {
+      throw InvalidArgument(fmt::format("{}: after the {}: {}", e.where, text(e), why.what()));
+    }
+  }
+  return models;
+}
+
+PhaseSequence::PhaseSequence(const Scene& scene, const Assembly& assembly)
+    : scene_(scene),
+      whole_assembly_(assembly),
+      orbit_(assembly),
+      motors_(scene),
+      moving_(moving_at_start(assembly, motors_, orbit_)),
+      latching_(scene),
+      whole_(scene) {
+  phase_.assembly = assembly;
+  for (const Event& e : scene.events)
+    if (e.waits()) waiting_.push_back(&e);
+  happen_at_once();
+}
+
+/// Whether an event that waits need not wait.
+bool PhaseSequence::can_happen(const Event& e) const {
+  return Latching::margin(scene_, moving_, moving_.state, from_, e) >= 0;
+}
+
+void PhaseSequence::happen(const Event& e) {
+  Event now = e;
+  if (e.waits()) {
+    now.at = from_;
+    without_limits(now);
+  }
+  const auto impact = apply_one(scene_, now, moving_, latching_, orbit_);
+  std::erase(waiting_, &e);
+  whole_.add(e, impact, on_ground(moving_.parts));
+  happened_.push_back({&e, from_, impact});
+  assembled_ = false;
+}
+
+/// What a start or another event has brought about.
+void PhaseSequence::happen_at_once() {
+  for (;;) {
+    const auto e = std::find_if(waiting_.begin(), waiting_.end(),
+                                [&](const Event* w) { return can_happen(*w); });
+    if (e == waiting_.end()) return;
+    happen(**e);
+  }
+}
+
+/// The mechanism as it is now, for a run up to `end`.
+void PhaseSequence::assemble(double end) {
+  phase_.scene = phase_of(scene_, moving_, latching_, end);
+  phase_.assembly = assembly_of_phase(phase_.scene, whole_assembly_, moving_, motors_, orbit_);
+  held_.put_in(*phase_.assembly.model);
+  assembled_ = true;
+}
+
+const Phase* PhaseSequence::next() {
+  if (!more_) return nullptr;
+  assemble(end_after(scene_, from_));
+  phase_.from = from_;
+  phase_.waiting = waiting_;
+  phase_.until.clear();
+  watched_ = phs::State(moving_.model->description(), moving_.state.x);
+  for (const Event* e : waiting_)
+    phase_.until.push_back({[this, e](double t, std::span<const double> x) {
+                              std::copy_n(x.begin(), watched_.x.size(), watched_.x.begin());
+                              return Latching::margin(scene_, moving_, watched_, t, *e);
+                            },
+                            integrators::Crossing::rising});
+  return &phase_;
+}
+
+void PhaseSequence::done(const RunReport& r) {
+  ++count_;
+  whole_.add(r, from_);
+  whole_.report().final_state = r.final_state;
+  if (r.interrupted || r.outcome != integrators::Outcome::ok) {
+    more_ = false;
+    broken_off_ = true;
+    return;
+  }
+  held_.keep(*phase_.assembly.model, r.held);
+  const Event* met = r.until < 0 ? nullptr : phase_.waiting.at(size_t(r.until));
+  double end = phase_.scene.duration;
+  if (met) end = std::min(end, r.final_state.time(scene_.step));
+  moving_.state = r.final_state;
+  orbit_.take_off(moving_.state);
+  motors_.take_off(phase_.assembly, moving_.state);
+  from_ = end;
+  more_ = end < scene_.duration;
+  std::vector<const Event*> due;
+  for (const Event& e : scene_.events) {
+    const bool waits = std::count(waiting_.begin(), waiting_.end(), &e) > 0;
+    if (e.waits() ? &e == met || (waits && can_happen(e)) : e.at == end) due.push_back(&e);
+  }
+  for (const Event* e : due) happen(*e);
+  happen_at_once();
+}
+
+RunReport PhaseSequence::finish() {
+  RunReport& r = whole_.report();
+  r.phases = count_;
+  if (broken_off_) return r;
+  // What happened at the last instant has left another mechanism, which no phase has run.
+  if (!assembled_) assemble(scene_.duration);
+  motors_.put_back(stepped(phase_.assembly), moving_.state);
+  orbit_.put_back(moving_.state);
+  r.final_state = moving_.state;
+  for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));
+  if (std::any_of(scene_.events.begin(), scene_.events.end(), [](auto& e) { return e.waits(); }))
+    r.checks.push_back(
+        {"events that never happened", double(waiting_.size()), 0, waiting_.empty(), false});
+  return r;
+}
+
+}  // namespace porthos::scene

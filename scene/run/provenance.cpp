@@ -1,0 +1,110 @@
+#include "scene/run/provenance.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <fstream>
+
+#include "phs/error.h"
+#include "phs/pack.h"
+#include "scene/build_info.h"
+
+namespace porthos::scene {
+namespace {
+
+/// Model name of the processor.
+std::string cpu_model() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.rfind("model name", 0) == 0) {
+      const auto at = line.find(": ");
+      if (at != std::string::npos) return line.substr(at + 2);
+    }
+  return "unknown";
+}
+
+/// Digests say too little to be shown to people.
+bool is_digest(const std::string& name) {
+  return name == "scene file" || name == "model" || name == "table of cases" ||
+         name.rfind("file ", 0) == 0;
+}
+
+/// Digests of the files a scene reads besides its own and the model's, by their names in it.
+NamedTexts tables_of(const Scene& scene) {
+  NamedTexts list;
+  for (const JointActuator& a : scene.actuators)
+    if (!a.table.empty()) list.emplace_back("file " + a.table, sha256(a.table_text));
+  return list;
+}
+
+const std::string* value_in(const NamedTexts& list, const std::string& name) {
+  for (const auto& [known, value] : list)
+    if (known == name) return &value;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  unsigned char digest[EVP_MAX_MD_SIZE];
+  unsigned int size = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr) != 1)
+    throw InvalidArgument("OpenSSL offers no SHA-256 on this machine");
+  std::string text;
+  for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
+  return text;
+}
+
+NamedTexts provenance(const Scene& scene) {
+  NamedTexts list{{"porthos_version", build::version},
+                  {"git_hash", build::git_hash},
+                  {"compiler", build::compiler},
+                  {"flags", build::flags},
+                  {"build_type", build::build_type},
+                  {"simd", phs::simd_name},
+                  {"cpu", cpu_model()},
+                  {"scene_sha256", sha256(scene.text)},
+                  {"model_sha256", sha256(scene.urdf_text)}};
+  for (const auto& [name, digest] : tables_of(scene)) list.emplace_back(name + " sha256", digest);
+  return list;
+}
+
+NamedTexts fingerprint(const Scene& scene) {
+  NamedTexts list{{"scene file", sha256(scene.text)},
+                  {"model", sha256(scene.urdf_text)},
+                  {"method", scene.method},
+                  {"step", fmt::format("{} s", scene.step)},
+                  {"duration", fmt::format("{} s", scene.duration)},
+                  {"rtol", fmt::format("{}", scene.rtol)},
+                  {"iteration_tolerance", fmt::format("{}", scene.iteration_tolerance)},
+                  {"step_control", fmt::format("{} ({} rad/s, {} m)", to_string(scene.step_control),
+                                               scene.control_rate, scene.control_length)},
+                  {"record_every", fmt::format("{} s", scene.record_every)},
+                  {"choice", scene.choice},
+                  {"program", fmt::format("porthos {} ({}), {}, {}", build::version,
+                                          build::git_hash, build::compiler, phs::simd_name)}};
+  for (auto& each : tables_of(scene)) list.push_back(std::move(each));
+  return list;
+}
+
+std::string difference(const NamedTexts& before, const NamedTexts& now) {
+  std::string text;
+  const auto say = [&](const std::string& what) {
+    text += (text.empty() ? "the " : "; the ") + what;
+  };
+  for (const auto& [name, value] : now) {
+    const std::string* was = value_in(before, name);
+    if (was && *was == value) continue;
+    if (!was)
+      say(name + " is new");
+    else if (is_digest(name))
+      say(name + " has changed");
+    else
+      say(fmt::format("{} was {} and is {} now", name, *was, value));
+  }
+  for (const auto& [name, value] : before)
+    if (!value_in(now, name)) say(name + " is no longer there");
+  return text;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,188 @@
+#include "scene/run/record_log.h"
+
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr size_t buffer_size = 1 << 18;
+
+}  // namespace
+
+void digest_into(std::uint64_t& digest, std::span<const double> words) {
+  for (const double w : words) {
+    digest = (digest ^ std::bit_cast<std::uint64_t>(w)) * 0x100000001b3u;
+    digest ^= digest >> 29;
+  }
+}
+
+std::int64_t integer(double bits) { return std::bit_cast<std::int64_t>(bits); }
+
+const std::vector<LedgerColumn>& ledger_columns() {
+  static const std::vector<LedgerColumn> all{{"orbital_energy", "J"},
+                                             {"orbital_defect", "J"},
+                                             {"coupling_energy", "J"},
+                                             {"coupling_defect", "J"},
+                                             {"harmonics_energy", "J"},
+                                             {"harmonics_defect", "J"},
+                                             {"angular_momentum_defect", "kg m^2/s"}};
+  return all;
+}
+
+RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
+    : nx(size_t(d.nx)), turns(0), storages(d.storages.size()), powers(d.powers.size()), ledgers(0) {
+  for (const auto& b : d.blocks) {
+    turns += b.kind == phs::BlockKind::angle;
+    if (b.name == "orbit.position") ledgers = ledger_columns().size();
+  }
+  const auto watch = [&](size_t from, size_t to) {
+    for (; from < to; ++from) watched.push_back(from);
+  };
+  if (extrema != Extrema::none) watch(x(), turn());
+  if (extrema == Extrema::all) watch(energy(), work());
+  if (extrema != Extrema::none) watch(work(), sweeps()), watch(ledger(), plain());
+}
+
+void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
+                 std::span<const double> works, double energy_error, std::int64_t sweeps,
+                 std::span<const double> ledgers, std::span<double> row) {
+  row[0] = std::bit_cast<double>(s.step);
+  row[l.time()] = time;
+  std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
+  for (size_t i = 0; i < l.turns; ++i) row[l.turn() + i] = std::bit_cast<double>(s.turns[i]);
+  row[l.energy()] = energy_error;
+  for (size_t k = 0; k < 3; ++k)
+    row[l.linear() + k] = m.linear[k], row[l.angular() + k] = m.angular[k];
+  row[l.quaternion()] = m.quaternion_norm;
+  std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
+  std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
+  row[l.sweeps()] = double(sweeps);
+  std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
+}
+
+void turns_of(const RecordLayout& l, std::span<const double> row, std::span<std::int64_t> turns) {
+  for (size_t i = 0; i < turns.size(); ++i) turns[i] = integer(row[l.turn() + i]);
+}
+
+Window::Window(const phs::Description& d, const RecordLayout& layout)
+    : layout_(layout), turn_(layout.watched.size(), 0) {
+  low_.resize(turn_.size()), high_.resize(turn_.size());
+  size_t turn = layout.turn();
+  for (const auto& b : d.blocks)
+    if (b.kind == phs::BlockKind::angle) {
+      for (size_t k = 0; k < turn_.size(); ++k)
+        if (layout.watched[k] == layout.x() + size_t(b.at)) turn_[k] = turn;
+      ++turn;
+    }
+  restart();
+}
+
+void Window::restart() {
+  std::fill(low_.begin(), low_.end(), HUGE_VAL);
+  std::fill(high_.begin(), high_.end(), -HUGE_VAL);
+}
+
+void Window::see(std::span<const double> row) {
+  for (size_t k = 0; k < turn_.size(); ++k) {
+    double value = row[layout_.watched[k]];
+    if (turn_[k] > 0) value += double(integer(row[turn_[k]])) * phs::two_pi_hi;
+    low_[k] = std::fmin(low_[k], value), high_[k] = std::fmax(high_[k], value);
+  }
+}
+
+void Window::put(std::span<double> row) const {
+  std::copy(low_.begin(), low_.end(), row.begin() + long(layout_.plain()));
+  std::copy(high_.begin(), high_.end(), row.begin() + long(layout_.plain() + low_.size()));
+}
+
+std::vector<double> Window::memory() const {
+  auto m = low_;
+  m.insert(m.end(), high_.begin(), high_.end());
+  return m;
+}
+
+void Window::restore(std::span<const double> m) {
+  require_size("memory of the extrema", m.size(), 2 * low_.size());
+  std::copy_n(m.begin(), low_.size(), low_.begin());
+  std::copy_n(m.begin() + long(low_.size()), high_.size(), high_.begin());
+}
+
+RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)
+    : path_(path), layout_(layout) {
+  open("a+b");
+  if (ftruncate(fileno(file_.get()), 0) != 0) cannot("write", path_);
+}
+
+RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout,
+                     const LogMark& mark)
+    : path_(path), layout_(layout), mark_(mark) {
+  open("r+b");
+  const auto bytes = static_cast<std::uintmax_t>(mark.records) * layout.size() * sizeof(double);
+  const auto present = std::filesystem::file_size(path);
+  if (present < bytes)
+    throw InvalidArgument(fmt::format("{} is truncated: it has {} bytes, the checkpoint needs {}",
+                                      path.string(), present, bytes));
+  if (ftruncate(fileno(file_.get()), static_cast<off_t>(bytes)) != 0) cannot("write", path_);
+
+  std::uint64_t digest = 0;
+  RecordReader reader(path, layout);
+  std::vector<double> rows;
+  while (const size_t n = reader.read(rows, 4096))
+    digest_into(digest, std::span(rows).first(n * layout.size()));
+  if (digest != mark.digest)
+    throw InvalidArgument(path.string() +
+                          " is damaged: its records do not fit the checkpoint's digest");
+  if (std::fseek(file_.get(), 0, SEEK_END) != 0) cannot("write", path_);
+}
+
+void RecordLog::open(const char* mode) {
+  file_.reset(std::fopen(path_.c_str(), mode));
+  if (!file_) cannot("write", path_);
+  std::setvbuf(file_.get(), nullptr, _IOFBF, buffer_size);
+  if (flock(fileno(file_.get()), LOCK_EX | LOCK_NB) == 0) return;
+  if (errno == EWOULDBLOCK)
+    throw InvalidArgument("another run is writing into " +
+                          path_.parent_path().parent_path().string());
+  cannot("lock", path_);
+}
+
+void RecordLog::append(std::span<const double> row) {
+  if (std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size())
+    cannot("write", path_);
+  digest_into(mark_.digest, row);
+  ++mark_.records;
+}
+
+void RecordLog::flush() {
+  if (std::fflush(file_.get()) != 0) cannot("write", path_);
+}
+
+void RecordLog::sync() {
+  flush();
+  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL)
+    cannot("write", path_);  // EINVAL: a device
+}
+
+RecordReader::RecordReader(const std::filesystem::path& path, const RecordLayout& layout)
+    : path_(path), layout_(layout), file_(std::fopen(path.c_str(), "rb")) {
+  if (!file_) cannot("read", path_);
+}
+
+size_t RecordReader::read(std::vector<double>& rows, size_t most) {
+  rows.resize(most * layout_.size());
+  const size_t got = std::fread(rows.data(), layout_.size() * sizeof(double), most, file_.get());
+  if (std::ferror(file_.get())) cannot("read", path_);
+  return got;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,121 @@
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "phs/description.h"
+#include "phs/state.h"
+#include "scene/files/files.h"
+#include "scene/run/measure.h"
+
+namespace porthos::scene {
+
+/// Columns of the space ledgers, see space::SpaceLedgers::now(); none unless in orbit.
+struct LedgerColumn {
+  const char *name, *unit;
+};
+const std::vector<LedgerColumn>& ledger_columns();
+
+/// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too), energy
+/// error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored energies [J], works [J],
+/// sweeps of the implicit iteration since the start, the ledgers of a spacecraft in orbit; then the smallest and the largest value of each watched column over the steps since
+/// the record before (angles with their turns).
+struct RecordLayout {
+  size_t nx, turns, storages, powers, ledgers;
+  std::vector<size_t> watched;  ///< columns
+  RecordLayout(const phs::Description& d, Extrema extrema);
+  size_t time() const { return 1; }
+  size_t x() const { return 2; }
+  size_t turn() const { return 2 + nx; }
+  size_t energy() const { return turn() + turns; }
+  size_t linear() const { return energy() + 1; }
+  size_t angular() const { return energy() + 4; }
+  size_t quaternion() const { return energy() + 7; }
+  size_t stored() const { return energy() + 8; }
+  size_t work() const { return stored() + storages; }
+  size_t sweeps() const { return work() + powers; }
+  size_t ledger() const { return sweeps() + 1; }
+  size_t plain() const { return ledger() + ledgers; }  ///< a row without extrema
+  size_t size() const { return plain() + 2 * watched.size(); }
+};
+
+/// One row. works: of each of the system's powers since the start; `energy_error` contains them.
+void fill_record(const RecordLayout& layout, double time, const phs::State& state,
+                 const Measured& m, std::span<const double> works, double energy_error,
+                 std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
+
+/// The turns of a row's angle blocks. turns: written, layout.turns of them.
+void turns_of(const RecordLayout& layout, std::span<const double> row,
+              std::span<std::int64_t> turns);
+
+/// The extrema of the window under way.
+class Window {
+ public:
+  Window(const phs::Description& d, const RecordLayout& layout);
+  bool watches() const { return !low_.empty(); }
+  void restart();
+  /// A row of the layout, as fill_record() leaves it; only its watched columns are read.
+  void see(std::span<const double> row);
+  void put(std::span<double> row) const;
+
+  std::vector<double> memory() const;
+  void restore(std::span<const double> memory);
+
+ private:
+  RecordLayout layout_;
+  std::vector<size_t> turn_;  ///< per watched column, its turns' column; 0: no angle
+  std::vector<double> low_, high_;
+};
+
+/// FNV-1a over 8-byte words: finds damage, keeps no enemy out. digest: goes on from what it is.
+void digest_into(std::uint64_t& digest, std::span<const double> words);
+
+/// How far a log had come when a checkpoint was written.
+struct LogMark {
+  std::int64_t records = 0;
+  std::uint64_t digest = 0;
+};
+
+/// Append-only file of records. While it is open no second process can open it.
+class RecordLog {
+ public:
+  /// Starts an empty log, or continues one: cuts it to the mark and checks what is left against the
+  /// digest.
+  /// @throws InvalidArgument if the file cannot be written, is in use, too short for the mark or
+  /// damaged
+  RecordLog(const std::filesystem::path& path, const RecordLayout& layout);
+  RecordLog(const std::filesystem::path& path, const RecordLayout& layout, const LogMark& mark);
+
+  void append(std::span<const double> row);
+  void flush();  ///< hands everything to the operating system
+  void sync();   ///< and brings it to the disk
+  const LogMark& mark() const { return mark_; }
+
+ private:
+  void open(const char* mode);
+  std::filesystem::path path_;
+  RecordLayout layout_;
+  std::unique_ptr<std::FILE, FileCloser> file_;
+  LogMark mark_;
+};
+
+/// Reads a log in chunks.
+class RecordReader {
+ public:
+  RecordReader(const std::filesystem::path& path, const RecordLayout& layout);
+  /// The next rows, at most `most`; 0 at the end.
+  size_t read(std::vector<double>& rows, size_t most);
+
+ private:
+  std::filesystem::path path_;
+  RecordLayout layout_;
+  std::unique_ptr<std::FILE, FileCloser> file_;
+};
+
+/// The integer whose bits a record holds.
+std::int64_t integer(double bits);
+
+}  // namespace porthos::scene

@@ -1,0 +1,23 @@
+#pragma once
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include "scene/run/record_log.h"
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+/// The name in run.h5 of what is called so: '/' would open a group.
+inline std::string link_name(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+/// Writes aside(path): the record log as HDF5, in chunks of constant memory. Contents:
+/// docs/results.md.
+/// @throws InvalidArgument "cannot write <path>: ..."
+void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
+                    const RunReport& report, const std::filesystem::path& log);
+
+}  // namespace porthos::scene

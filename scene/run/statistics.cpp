@@ -1,0 +1,81 @@
+#include "scene/run/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "phs/error.h"
+
+namespace porthos::scene {
+namespace {
+
+constexpr double enough = 8;  // increments that make a level count
+constexpr size_t fewest_levels = 3;
+
+}  // namespace
+
+void ErrorStatistics::add(double error, bool regular) {
+  if (count_ == 0) start_ = error;
+  end_ = error;
+  max_abs_ = std::max(max_abs_, std::fabs(error));
+  sum_of_squares_ += error * error;
+  ++count_;
+  if (!regular) return;
+
+  const auto n = static_cast<std::uint64_t>(regular_++);
+  if (n == 0) return;
+  if ((n & (n - 1)) == 0) levels_.push_back({start_});  // n = 2^j: level j begins
+  for (size_t j = 0; j < levels_.size() && n % (std::uint64_t(1) << j) == 0; ++j) {
+    Level& level = levels_[j];
+    const double increment = error - level.last;
+    level.sum_of_squares += increment * increment;
+    level.last = error;
+    ++level.count;
+  }
+}
+
+double ErrorStatistics::rms() const { return count_ > 0 ? std::sqrt(sum_of_squares_ / count_) : 0; }
+
+double ErrorStatistics::growth_exponent() const {
+  // Slope of y = ½ log S_j over x = j log 2.
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (size_t j = 0; j < levels_.size(); ++j) {
+    const Level& level = levels_[j];
+    if (level.count < enough || !(level.sum_of_squares > 0)) continue;
+    const double x = double(j) * std::log(2.0),
+                 y = 0.5 * std::log(level.sum_of_squares / level.count);
+    n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  if (n < double(fewest_levels)) return std::numeric_limits<double>::quiet_NaN();
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+bool ErrorStatistics::drift_is_significant() const {
+  bool judged = false;
+  for (const Level& level : levels_) {
+    if (level.count < enough) continue;
+    const double mean = (level.last - start_) / level.count;  // increments telescope
+    const double variance = std::max(0.0, level.sum_of_squares / level.count - mean * mean);
+    if (!(std::fabs(change()) > 3 * std::sqrt(variance * level.count))) return false;
+    judged = true;
+  }
+  return judged;
+}
+
+std::vector<double> ErrorStatistics::memory() const {
+  std::vector<double> m{count_, regular_, max_abs_, sum_of_squares_, start_, end_};
+  for (const Level& level : levels_)
+    m.insert(m.end(), {level.last, level.sum_of_squares, level.count});
+  return m;
+}
+
+void ErrorStatistics::restore(std::span<const double> m) {
+  if (m.size() < 6 || m.size() % 3 != 0) require_size("memory of the statistics", m.size(), 6);
+  for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
+  count_ = m[0], regular_ = m[1], max_abs_ = m[2], sum_of_squares_ = m[3], start_ = m[4],
+  end_ = m[5];
+  levels_.clear();
+  for (size_t i = 6; i < m.size(); i += 3) levels_.push_back({m[i], m[i + 1], m[i + 2]});
+}
+
+}  // namespace porthos::scene

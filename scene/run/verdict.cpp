@@ -1,0 +1,200 @@
+#include "scene/run/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace porthos::scene {
+namespace {
+
+using integrators::Claim;
+using integrators::Declaration;
+using integrators::Outcome;
+using Limit = std::optional<double>;
+
+/// What a method keeps whatever the step: a check of it cannot tell a step that is too long.
+struct Kept {
+  bool energy, quadratic;
+  Kept(const Declaration& d, const Scene& scene, const RunReport& r)
+      : energy(d.passivity_exact == Claim::holds || (scene.monitor && scene.monitor->project) ||
+               (d.energy_exact == Claim::holds && r.ports.empty() && r.losses.empty())),
+        quadratic(d.quadratic_invariants == Claim::holds) {}
+};
+
+class Judge {
+ public:
+  Judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter)
+      : r_(r),
+        scene_(scene),
+        limits_(scene.verify.any() ? scene.verify : default_limits(scene.orbit.has_value())),
+        meter_(meter),
+        method_(method),
+        kept_(method, scene, r) {}
+
+  void run() {
+    if (r_.outcome != Outcome::ok) {
+      r_.checks.push_back({"outcome", double(static_cast<int>(r_.outcome)), 0, false});
+      r_.notes.push_back(fmt::format("the run ended at t = {} s: {}", r_.simulated_s, ending(r_)));
+    }
+    check("energy", limits_.energy, r_.energy.max_rel_error, !kept_.energy);
+    momenta();
+    if (meter_.has_rotations())
+      check("quaternion_norm", limits_.quaternion_norm, r_.quaternion_norm_error, !kept_.quadratic);
+    else
+      cannot("quaternion_norm", limits_.quaternion_norm, "the system has no rotations");
+    ledgers();
+    check("balance", limits_.balance,
+          std::fabs(r_.defect_J) / std::max(r_.energy.scale_J, r_.turned_over_J), !kept_.energy);
+    cannot("symmetry", limits_.symmetry,
+           "porthos verify goes forth and back, porthos run does not");
+    choose();
+  }
+
+ private:
+  void check(const char* name, const Limit& limit, double value, bool telling) {
+    if (limit) r_.checks.push_back({name, value, *limit, value <= *limit, telling});  // NaN fails
+  }
+  void cannot(const char* name, const Limit& limit, const char* why) {
+    if (limit) r_.not_applicable.push_back({name, why});
+  }
+
+  /// Only what is an invariant is checked, or what is left of it when the impulses are taken off.
+  void momenta() {
+    const bool pushed = !r_.impulses.rows.empty() && !r_.space;
+    if (pushed && others_push()) {
+      const char* const why = "gravity or the ground push too, and keep no books of their impulse";
+      cannot("linear_momentum", limits_.linear_momentum, why);
+      cannot("angular_momentum", limits_.angular_momentum, why);
+      return tell_propellant();
+    }
+    const bool thrust =
+        pushed && std::any_of(r_.impulses.rows.begin(), r_.impulses.rows.end(),
+                              [](const ImpulseRow& row) { return row.type == "thruster"; });
+    const char* const no_invariant = "it is no invariant of this system";
+    // Every method of the catalogue keeps what is linear in the state.
+    if (thrust)
+      check("linear_momentum (less impulses)", limits_.linear_momentum, r_.impulses.linear_left,
+            false);
+    else if (meter_.linear_is_structure())
+      cannot("linear_momentum", limits_.linear_momentum,
+             "the centre of mass moved in closed form, nothing was left to check");
+    else if (meter_.has_linear())
+      check("linear_momentum", limits_.linear_momentum, r_.linear_momentum_error, false);
+    else
+      cannot("linear_momentum", limits_.linear_momentum, no_invariant);
+    const bool tells = !kept_.quadratic;
+    if (pushed)
+      check("angular_momentum (less impulses)", limits_.angular_momentum, r_.impulses.angular_left,
+            tells);
+    else if (r_.space)
+      check("angular_momentum (less impulses)", limits_.angular_momentum, r_.space->angular_defect,
+            tells);
+    else if (meter_.has_angular())
+      check("angular_momentum", limits_.angular_momentum, r_.angular_momentum_error, tells);
+    else
+      cannot("angular_momentum", limits_.angular_momentum, no_invariant);
+    tell_propellant();
+  }
+  /// Whether the momentum changes by more than thrusters and torquers.
+  bool others_push() const {
+    return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||
+           mechanics::norm(scene_.urdf.gravity) > 0;
+  }
+  void tell_propellant() {
+    for (const ImpulseRow& row : r_.impulses.rows)
+      if (row.propellant_kg > 0)
+        r_.notes.push_back(fmt::format(
+            "thruster '{}' took {:.4g} kg of propellant; masses and inertias of the links are held "
+            "constant",
+            row.name, row.propellant_kg));
+  }
+
+  void ledgers() {
+    if (r_.space) {
+      // The Kepler flow and the works of the kicks are exact: docs/space.md.
+      check("orbital", limits_.orbital, r_.space->orbital.relative(), false);
+      check("coupling", limits_.coupling, r_.space->coupling.relative(), true);
+      return;
+    }
+    const char* const why = "it is a ledger of a spacecraft in [orbit]";
+    cannot("orbital", limits_.orbital, why);
+    cannot("coupling", limits_.coupling, why);
+  }
+
+  /// A pass must mean something: where all that was asked holds with any step, the energy is judged too if it does not.
+  void choose() {
+    if (r_.checks.empty() || limits_.step_halving || kept_.energy || limits_.energy ||
+        std::any_of(r_.checks.begin(), r_.checks.end(), [](const Check& c) { return c.telling; }))
+      return;
+    check("energy", default_limits(false).energy, r_.energy.max_rel_error, true);
+    r_.notes.push_back(fmt::format(
+        "{} keeps all that [verify] asks for with any step: the energy is judged besides, which it "
+        "does not keep with any",
+        method_.name));
+  }
+
+  RunReport& r_;
+  const Scene& scene_;
+  const Limits limits_;
+  const Meter& meter_;
+  const Declaration& method_;
+  const Kept kept_;
+};
+
+}  // namespace
+
+bool Limits::any() const {
+  for (const auto& limit : {energy, linear_momentum, angular_momentum, quaternion_norm, balance,
+                            symmetry, step_halving, orbital, coupling})
+    if (limit) return true;
+  return false;
+}
+
+Limits default_limits(bool in_orbit) {
+  Limits l;
+  l.energy = 1e-9;
+  l.linear_momentum = l.angular_momentum = 1e-10;
+  l.quaternion_norm = 1e-12;
+  if (in_orbit) {
+    l.orbital = 1e-12;
+    l.coupling = 0.1;
+  }
+  return l;
+}
+
+void judge(RunReport& r, const Scene& scene, const Declaration& method, const Meter& meter) {
+  Judge(r, scene, method, meter).run();
+}
+
+std::string ending(const RunReport& r) {
+  if (!r.trouble.empty()) return r.trouble;
+  const std::string smaller = fmt::format("expected a smaller step than {:g} s", r.step_s);
+  switch (r.outcome) {
+    case Outcome::not_converged:
+      return "the iteration of a step's equations did not converge: " + smaller;
+    case Outcome::not_finite:
+      if (!std::isfinite(r.energy.initial_J))
+        return "the energy of the start is infinite or not a number";
+      return fmt::format("{} overflowed, the state before it is finite: {}",
+                         r.cost.sweeps > 0 ? "the iteration of a step's equations" : "a step",
+                         smaller);
+    default:
+      return to_string(r.outcome);
+  }
+}
+
+const char* to_string(Verdict v) {
+  return v == Verdict::pass ? "pass" : v == Verdict::fail ? "fail" : "not judged";
+}
+
+Verdict RunReport::verdict() const {
+  if (outcome != Outcome::ok || interrupted ||
+      !std::all_of(checks.begin(), checks.end(), [](const Check& c) { return c.pass; }))
+    return Verdict::fail;
+  return std::any_of(checks.begin(), checks.end(), [](const Check& c) { return c.telling; })
+             ? Verdict::pass
+             : Verdict::not_judged;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,279 @@
+#include "scene/run/watched_run.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/run/limit_notes.h"
+#include "scene/run/verdict.h"
+
+namespace porthos::scene {
+
+using integrators::Outcome;
+
+namespace {
+
+const Scene& with_positive_numbers(const Scene& s) {
+  for (const auto& [name, x] :
+       {std::pair{"step", s.step}, {"duration", s.duration}, {"record_every", s.record_every}})
+    if (!(x > 0) || !std::isfinite(x))
+      throw InvalidArgument(
+          fmt::format("{} is {}, expected a positive number of seconds", name, x));
+  return s;
+}
+
+}  // namespace
+
+WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
+                       std::vector<integrators::Event> until, RecordSink record)
+    : scene_(with_positive_numbers(scene)),
+      assembly_(assembly),
+      record_(std::move(record)),
+      fixed_(scene.step_control == integrators::StepControl::fixed),
+      own_(make()),
+      events_(make_events(std::move(until))),
+      integrator_(events_ ? &events_->method() : own_.get()),
+      monitor_(dynamic_cast<integrators::EnergyMonitor*>(integrator_)),
+      split_(dynamic_cast<space::SplitIntegrator*>(monitor_ ? &monitor_->inner() : integrator_)),
+      meter_(assembly),
+      view_(assembly),
+      layout_(assembly.model->description(), scene.extrema),
+      row_(layout_.size()),
+      ledgers_(layout_.ledgers, 0.0),
+      window_(assembly.model->description(), layout_),
+      state_(assembly.initial),
+      before_(state_),
+      steps_(steps_of(scene)),
+      end_(steps_.time(steps_.total)),
+      ledger_(assembly.model->description()),
+      good_{state_, {}, {}, ledger_} {}
+
+/// The scene's method, under its monitor if there is one.
+std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
+  auto method = make_integrator(scene_, *assembly_.model, scene_.step);
+  if (!scene_.monitor) return method;
+  integrators::MonitorOptions options = *scene_.monitor;
+  if (assembly_.spacecraft) options.keeps = &assembly_.spacecraft->internal();
+  return std::make_unique<integrators::EnergyMonitor>(std::move(method), *assembly_.model,
+                                                      scene_.step, std::move(options));
+}
+
+/// What stops the run at an instant: of an event, or the end where steps vary. Or takes it from one back to whole steps.
+std::unique_ptr<integrators::EventStepper> WatchedRun::make_events(
+    std::vector<integrators::Event> until) {
+  if (until.empty() && fixed_ && assembly_.initial.origin_step == 0) return nullptr;
+  return std::make_unique<integrators::EventStepper>(
+      *assembly_.model, [this] { return own_ ? std::move(own_) : make(); }, std::move(until),
+      integrators::EventOptions{.samples = 1, .to_grid = fixed_, .all_turns = true});
+}
+
+void WatchedRun::save_memory(std::vector<double>& memory) const {
+  memory.clear();
+  integrator_->save(memory);
+  integrator_->sampler().save(memory);
+}
+
+void WatchedRun::restore_memory(std::span<const double> m) {
+  const size_t held = integrator_->sampler().memory().size();
+  if (m.size() < held) require_size("memory of the integrator", m.size(), held);
+  integrator_->restore(m.first(m.size() - held));
+  integrator_->sampler().restore(m.last(held));
+}
+
+void WatchedRun::begin() {
+  if (split_) split_->begin(state_);
+  remember();
+  record();
+}
+
+void WatchedRun::step() {
+  outcome_ = fixed_ ? fixed_step() : controlled_step();
+  if (outcome_ != Outcome::ok) return;
+  ledger_.book(integrator_->works());
+  if (at_record() || ended())
+    record();
+  else
+    look();
+}
+
+double WatchedRun::time() const {
+  return fixed_ && !off_the_grid() ? steps_.time(state_.step) : integrator_->time(state_);
+}
+
+bool WatchedRun::ended() const {
+  if (until_ >= 0) return true;
+  return fixed_ ? state_.step >= steps_.total && time() >= end_ : time() >= scene_.duration;
+}
+
+/// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie
+/// behind by up to a step.
+bool WatchedRun::at_record() const {
+  if (fixed_) return steps_.at_record(state_.step) && !off_the_grid();
+  const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
+  return state_.step == 0 || count(time()) > count(integrator_->time(before_));
+}
+
+Outcome WatchedRun::fixed_step() {
+  Outcome o;
+  if (events_) {
+    const auto r = events_->step(state_, steps_.last > 0 ? end_ : HUGE_VAL);
+    o = r.outcome;
+    until_ = r.event;
+  } else {
+    o = steps_.ends_short(state_.step) ? integrator_->step_by(state_, steps_.last)
+                                       : integrator_->step(state_);
+  }
+  if (o == Outcome::ok && until_ < 0 && steps_.last > 0 && state_.step == steps_.total) {
+    state_.origin = end_;  // not its rounding
+    state_.origin_lo = 0;
+  }
+  return o;
+}
+
+/// A step of the control's choice; one that would pass an event or the end is taken again up to there.
+Outcome WatchedRun::controlled_step() {
+  before_ = state_;
+  const auto r = events_->step(state_, scene_.duration);
+  until_ = r.event;
+  return r.outcome;
+}
+
+void WatchedRun::fill_ledgers() {
+  if (!split_ || !split_->ledgers().started()) return;
+  const auto now = split_->ledgers().now();
+  std::copy(now.begin(), now.end(), ledgers_.begin());
+}
+
+/// The errors of a step between records, and the extrema.
+void WatchedRun::look() {
+  const bool all = scene_.extrema == Extrema::all;
+  const Measured* m = &unmeasured_;
+  double error = 0;
+  if (all || state_.step % steps_to_a_look(integrator_->cost()) == 0) {
+    m = &meter_.look(state_);
+    if (!m->finite()) return not_finite();
+    error = ledger_.look(*m);
+  }
+  if (!record_ || !window_.watches()) return;
+  fill_ledgers();
+  fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.works(),
+              error, 0, ledgers_, row_);
+  window_.see(row_);
+}
+
+void WatchedRun::not_finite() {
+  outcome_ = Outcome::not_finite;
+  recall();
+}
+
+/// Measures and hands out. A state whose energy is not a number is a failure, and the last record the
+/// last good state.
+void WatchedRun::record() {
+  const Measured& m = meter_.measure(state_);
+  if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();
+  const double error = ledger_.add(time(), m, at_record());
+  if (record_) {
+    fill_ledgers();
+    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error,
+                integrator_->cost().sweeps, ledgers_, row_);
+    if (window_.watches()) {
+      window_.see(row_);
+      window_.put(row_);
+      window_.restart();
+    }
+    record_(row_);
+  }
+  remember();
+}
+
+void WatchedRun::remember() {
+  good_.state = state_;
+  save_memory(good_.memory);
+  good_.cost = integrator_->cost();
+  good_.ledger = ledger_;
+}
+
+void WatchedRun::recall() {
+  state_ = good_.state;
+  restore_memory(good_.memory);
+  integrator_->set_cost(good_.cost);
+  ledger_ = good_.ledger;
+  window_.restart();
+}
+
+void WatchedRun::save(Checkpoint& c) const {
+  c.outcome = outcome_;
+  c.state = state_;
+  save_memory(c.memory);
+  c.cost = integrator_->cost();
+  c.statistics = ledger_.memory();
+  const auto extrema = window_.memory();
+  c.statistics.insert(c.statistics.end(), extrema.begin(), extrema.end());
+}
+
+void WatchedRun::restore(const Checkpoint& c) {
+  require_size("state of the checkpoint", c.state.x.size(), state_.x.size());
+  state_ = c.state;
+  restore_memory(c.memory);
+  integrator_->set_cost(c.cost);
+  const size_t extrema = window_.memory().size();
+  if (c.statistics.size() < extrema)
+    require_size("statistics of the checkpoint", c.statistics.size(), extrema);
+  const auto statistics = std::span<const double>(c.statistics);
+  ledger_.restore(statistics.first(statistics.size() - extrema));
+  window_.restore(statistics.last(extrema));
+  remember();
+}
+
+double WatchedRun::fraction() const {
+  return fixed_ ? double(state_.step) / double(steps_.total) : time() / scene_.duration;
+}
+
+RunReport WatchedRun::report() const {
+  RunReport r;
+  r.title = scene_.title;
+  r.method = scene_.method;
+  r.step_control = scene_.step_control;
+  r.step_s = scene_.step;
+  r.simulated_s = time();
+  r.steps = state_.step;
+  r.cost = integrator_->cost();
+  ledger_.fill(r, meter_);
+  if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
+  r.outcome = outcome_;
+  if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
+  r.final_state = state_;
+  r.until = until_;
+  r.held = integrator_->sampler().memory();
+  return r;
+}
+
+void WatchedRun::add_notes(RunReport& r) const {
+  const auto add = [&](std::vector<std::string> notes) {
+    for (auto& note : notes) r.notes.push_back(std::move(note));
+  };
+  if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+  if (assembly_.mechanical) {
+    std::vector<std::string> held;
+    for (const Element& e : scene_.elements)
+      if (e.type == "limits") held.push_back(e.joint);
+    add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
+    add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
+  }
+  add(notes_on_numbers(scene_, r.cost.sweeps));
+  if (const auto remark = integrator_->remark(); !remark.empty())
+    r.notes.push_back(integrator_->declaration().rival ? remark
+                                                       : "implicit equations by " + remark);
+  if (!integrator_->works().empty() && !integrator_->keeps_books())
+    r.notes.push_back(fmt::format(
+        "{} keeps no books of its own: works are taken by two Gauss points of each step, whose "
+        "error (order 4 in the step) stands in the defect of the balance",
+        scene_.method));
+  if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
+}
+
+void WatchedRun::judge(RunReport& r) const {
+  scene::judge(r, scene_, integrator_->declaration(), meter_);
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,144 @@
+#include "scene/run/whole_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace porthos::scene {
+namespace {
+
+constexpr double momentum_limit = 1e-14;  // across an event: the rounding of the state behind it
+
+double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
+
+/// The entry of a name, made at the end where there is none.
+double& entry(RunReport::Named& list, const std::string& name) {
+  for (auto& [known, value] : list)
+    if (known == name) return value;
+  return list.emplace_back(name, 0.0).second;
+}
+
+}  // namespace
+
+WholeReport::WholeReport(const Scene& s) {
+  r_.title = s.title;
+  r_.method = s.method;
+  r_.step_s = s.step;
+}
+
+void WholeReport::add(const RunReport& p, double from) {
+  add_energy(p.energy, r_.records == 0);
+  r_.records += p.records;
+  r_.looks += p.looks;
+  r_.steps = p.steps;
+  r_.simulated_s = p.simulated_s;
+  r_.cpu_s += p.cpu_s;
+  r_.wall_s += p.wall_s;
+  r_.cost.steps += p.cost.steps;
+  r_.cost.evaluations += p.cost.evaluations;
+  r_.cost.sweeps += p.cost.sweeps;
+  for (const auto at : {&RunReport::linear_momentum_error, &RunReport::angular_momentum_error,
+                        &RunReport::quaternion_norm_error})
+    r_.*at = std::max(r_.*at, p.*at);
+  for (const auto at : {&RunReport::stored_J, &RunReport::supplied_J, &RunReport::dissipated_J,
+                        &RunReport::defect_J, &RunReport::turned_over_J})
+    r_.*at += p.*at;
+  for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
+    for (const auto& [name, joule] : p.*list) entry(r_.*list, name) += joule;
+  for (const MomentumRow& m : p.momentum) add_momentum(m);
+  add_impulses(p.impulses);
+  for (const Check& c : p.checks) worst(c);
+  for (const NotApplicable& n : p.not_applicable) cannot(n);
+  for (const auto& n : p.notes) r_.notes.push_back(fmt::format("from {:g} s: {}", from, n));
+  r_.outcome = p.outcome;
+  r_.interrupted = p.interrupted;
+  r_.trouble = p.trouble;
+  if (p.space && r_.space)
+    space::append(*r_.space, *p.space);
+  else if (p.space)
+    r_.space = p.space;
+}
+
+void WholeReport::add_energy(const EnergyReport& p, bool first) {
+  EnergyReport& e = r_.energy;
+  if (first) e = p;
+  e.scale_J = std::max(e.scale_J, p.scale_J);
+  for (const auto& [name, joule] : p.scale_parts) {
+    double& largest = entry(e.scale_parts, name);
+    largest = std::max(largest, joule);
+  }
+  e.max_abs_error_J = std::max(e.max_abs_error_J, p.max_abs_error_J);
+  for (const auto at :
+       {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error, &EnergyReport::growth_exponent})
+    e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records to tell
+  if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
+  e.drift_is_significant |= p.drift_is_significant;
+}
+
+/// A wheel that is locked keeps its last row.
+void WholeReport::add_momentum(const MomentumRow& m) {
+  for (MomentumRow& known : r_.momentum)
+    if (known.name == m.name) {
+      known.end = m.end;
+      known.largest = std::max(known.largest, m.largest);
+      return;
+    }
+  r_.momentum.push_back(m);
+}
+
+void WholeReport::add_impulses(const Impulses& p) {
+  Impulses& given = r_.impulses;
+  for (const ImpulseRow& row : p.rows) {
+    auto known = std::find_if(given.rows.begin(), given.rows.end(),
+                              [&](const ImpulseRow& k) { return k.name == row.name; });
+    if (known == given.rows.end()) {
+      given.rows.push_back(row);
+      continue;
+    }
+    for (size_t c = 0; c < 3; ++c) {
+      known->impulse[c] += row.impulse[c];
+      known->angular[c] += row.angular[c];
+    }
+    known->on_s += row.on_s;
+    known->propellant_kg += row.propellant_kg;
+  }
+  given.linear_left = std::max(given.linear_left, p.linear_left);
+  given.angular_left = std::max(given.angular_left, p.angular_left);
+}
+
+void WholeReport::add(const Event& e, const mechanics::Impact& i, bool on_ground) {
+  entry(r_.losses, text(e)) += i.dissipated_J;
+  r_.stored_J -= i.dissipated_J;
+  r_.dissipated_J += i.dissipated_J;
+  r_.turned_over_J += i.dissipated_J;
+  if (on_ground)
+    return cannot({"momentum_across_events", "the model stands on the ground, which takes a part"});
+  const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };
+  const double jump =
+      std::max(relative(i.linear_jump, std::max(size(i.momentum.linear), i.scale.linear)),
+               relative(i.angular_jump, std::max(size(i.momentum.angular), i.scale.angular)));
+  worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
+}
+
+/// A check of one phase is one of the run; what no phase can check is listed.
+void WholeReport::cannot(const NotApplicable& n) {
+  const auto same = [&](const auto& known) { return known.name == n.name; };
+  if (std::none_of(r_.checks.begin(), r_.checks.end(), same) &&
+      std::none_of(r_.not_applicable.begin(), r_.not_applicable.end(), same))
+    r_.not_applicable.push_back(n);
+}
+
+void WholeReport::worst(const Check& c) {
+  std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == c.name; });
+  for (Check& known : r_.checks)
+    if (known.name == c.name) {
+      known.pass &= c.pass;
+      known.telling |= c.telling;
+      if (!(c.value <= known.value)) known.value = c.value;
+      return;
+    }
+  r_.checks.push_back(c);
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,29 @@
+#pragma once
+#include "mechanics/reconfiguration.h"
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+/// The errors and books of all phases of a run in one report: the worst errors, the sums of the works,
+/// plastic losses among the losses, the momenta across events among the checks.
+class WholeReport {
+ public:
+  explicit WholeReport(const Scene& scene);
+
+  /// @param from  when the phase began [s]
+  void add(const RunReport& phase, double from);
+  /// @param on_ground  the ground takes a part of the momenta, which are no invariants then
+  void add(const Event& event, const mechanics::Impact& impact, bool on_ground);
+  RunReport& report() { return r_; }
+  const RunReport& report() const { return r_; }
+
+ private:
+  void add_energy(const EnergyReport& phase, bool first);
+  void add_momentum(const MomentumRow& row);
+  void add_impulses(const Impulses& phase);
+  void cannot(const NotApplicable& n);
+  void worst(const Check& c);
+  RunReport r_;
+};
+
+}  // namespace porthos::scene

@@ -1,0 +1,71 @@
+#include "scene/session/memory_run.h"
+
+#include <atomic>
+
+#include "scene/compare/auto_method.h"
+#include "scene/run/cpu_clock.h"
+#include "scene/run/pace.h"
+#include "scene/run/verdict.h"
+
+namespace porthos::scene {
+namespace {
+
+using Clock = Pace::Clock;
+
+/// A run of one mechanism, by a method that is stated.
+RunReport run_one(const Scene& scene, const Assembly& assembly,
+                  const std::vector<integrators::Event>& until, const MemoryOptions& o) {
+  const auto wall = Clock::now();
+  const double cpu = thread_cpu_now();
+  const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
+  MomentumBooks momenta(scene, assembly,
+                        RecordLayout(assembly.model->description(), scene.extrema));
+  RecordSink record = o.record;
+  if (momenta.any())
+    record = [&](std::span<const double> row) {
+      momenta.see(row);
+      if (o.record) o.record(row);
+    };
+  WatchedRun run(scene, assembly, until, record);
+  bool interrupted = false;
+  Pace pace;
+  double told = 0;
+  for (run.begin(); run.goes_on(); run.step()) {
+    interrupted = o.stop && o.stop->load(std::memory_order_relaxed);
+    if (interrupted) break;
+    if (!o.progress || !pace.due() || spent() - told < 0.25) continue;
+    told = spent();
+    const double done = run.fraction();
+    if (done > 0) o.progress(done, told, told * (1 - done) / done);
+  }
+  RunReport r = run.report();
+  r.interrupted = interrupted;
+  r.cpu_s = thread_cpu_now() - cpu;
+  r.wall_s = spent();
+  run.add_notes(r);
+  if (interrupted) return r;
+  momenta.fill(r);
+  run.judge(r);
+  judge_beside(r, scene, assembly, o.check_symmetry);
+  return r;
+}
+
+}  // namespace
+
+RunReport run_in_memory(PhaseSequence& phases, const MemoryOptions& o) {
+  MemoryOptions of_phase = o;
+  of_phase.progress = {};
+  while (const Phase* p = phases.next())
+    phases.done(run_one(p->scene, p->assembly, p->until, of_phase));
+  return phases.finish();
+}
+
+RunReport run_in_memory(const Scene& scene, const Assembly& assembly, const MemoryOptions& o) {
+  const Scene chosen = with_method_chosen(scene, assembly);
+  if (chosen.events.empty()) return run_one(chosen, assembly, {}, o);
+  (void)rehearse(chosen, assembly);
+  PhaseSequence phases(chosen, assembly);
+  return run_in_memory(phases, o);
+}
+
+}  // namespace porthos::scene

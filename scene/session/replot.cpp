@@ -1,0 +1,142 @@
+#include "scene/session/replot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/plot/ledger_plot.h"
+#include "scene/plot/plot.h"
+#include "scene/run/run_file.h"
+#include "scene/session/results.h"
+
+namespace porthos::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json summary_of(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw InvalidArgument(
+        fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
+  const fs::path path = folder / "summary.json";
+  if (!fs::exists(path))
+    throw InvalidArgument(
+        fs::exists(folder / "checkpoint")
+            ? fmt::format("{} holds an unfinished run: continue it with --resume", folder.string())
+            : fmt::format("{} has no summary.json, expected the results of a run",
+                          folder.string()));
+  try {
+    return Json::parse(read_file(path));
+  } catch (const Json::exception& e) {
+    throw InvalidArgument(fmt::format("{} is damaged: {}", path.string(), e.what()));
+  }
+}
+
+/// What the pictures say of a run. Null figures (not finite) become 0.
+RunReport report_of(const Json& s) {
+  const auto number = [](const Json& j) { return j.is_number() ? j.get<double>() : 0.0; };
+  RunReport r;
+  r.title = s.at("title"), r.method = s.at("method");
+  if (s.contains("step_control"))
+    r.step_control = integrators::step_control_of(s.at("step_control").get<std::string>());
+  r.step_s = number(s.at("step_s")), r.simulated_s = number(s.at("simulated_s"));
+  r.steps = std::int64_t(std::clamp(number(s.at("steps")), 0.0, 0x1p53)),
+  r.cpu_s = number(s.at("cpu_s"));
+  r.energy.scale_J = number(s.at("energy").at("scale_J"));
+  for (const auto& c : s.at("checks"))
+    r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
+                        c.value("telling", true)});
+  return r;
+}
+
+/// A series, a number a record.
+std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
+  std::vector<double> v(size_t(file.dataset(name).size()));
+  const auto records = size_t(file.dataset("time").size());
+  if (v.size() != records)
+    throw InvalidArgument(
+        fmt::format("run.h5 is damaged: {} has {} numbers, expected {}, one a record", name,
+                    v.size(), records));
+  file.read(name, v.data());
+  return v;
+}
+
+/// The series of a group, those the summary names first, in its order.
+std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, const Json& order,
+                              std::int64_t every) {
+  std::vector<std::string> names;
+  for (const auto& [name, joule] : order.items()) {
+    const std::string link = link_name(name);
+    if (file.datasets().count(group + link)) names.push_back(link);
+  }
+  for (const auto& [name, d] : file.datasets())
+    if (name.starts_with(group) &&
+        std::find(names.begin(), names.end(), name.substr(group.size())) == names.end())
+      names.push_back(name.substr(group.size()));
+  std::vector<LedgerLine> all;
+  for (const auto& name : names) {
+    const auto v = column(file, group + name);
+    LedgerLine line{name, {}};
+    for (std::int64_t i = 0; i < std::int64_t(v.size()); ++i)
+      if (i % every == 0 || i + 1 == std::int64_t(v.size())) line.value.push_back(v[size_t(i)]);
+    all.push_back(std::move(line));
+  }
+  return all;
+}
+
+std::string energy_picture(const RunReport& r, const std::vector<double>& t,
+                           const std::vector<double>& error) {
+  // The distance of the records: a phase does not begin at 0.
+  Envelope envelope(t.size() > 1 ? t[1] - t[0] : 1, r.simulated_s);
+  for (size_t i = 0; i < t.size(); ++i) envelope.add(t[i], error[i] / r.energy.scale_J);
+  std::optional<double> limit;
+  for (const auto& c : r.checks)
+    if (c.name == "energy") limit = c.limit;
+  return energy_plot(envelope, {r.title, plot_subtitle(r), limit});
+}
+
+std::vector<std::string> replot_one(const fs::path& folder, const Json& summary) {
+  const RunReport r = report_of(summary);
+  const Hdf5Reader file(folder / "run.h5");
+  const auto t = column(file, "time"), error = column(file, "energy_error");
+  const std::int64_t n = std::int64_t(t.size()), every = std::max<std::int64_t>(1, n / 750);
+  LedgerSeries s;
+  for (std::int64_t i = 0; i < n; ++i)
+    if (i % every == 0 || i + 1 == n)
+      s.t.push_back(t[size_t(i)]), s.defect.push_back(error[size_t(i)]);
+  const Json& books = summary.at("balance");
+  s.stored = lines(file, "stored/", books.at("storages"), every);
+  s.supplied = lines(file, "supplied/", books.at("ports"), every);
+  s.dissipated = lines(file, "dissipated/", books.at("losses"), every);
+  const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
+  write_aside(svg, energy_picture(r, t, error));
+  write_aside(ledger, ledger_plot(s, r.title, plot_subtitle(r)));
+  put_in_place(svg), put_in_place(ledger);
+  return {svg.string(), ledger.string()};
+}
+
+}  // namespace
+
+std::vector<std::string> replot(const fs::path& folder) {
+  const Json summary = summary_of(folder);
+  try {
+    if (fs::exists(folder / "run.h5")) return replot_one(folder, summary);
+    std::vector<std::string> files;
+    for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k) {
+      const fs::path phase = folder / fmt::format("phase_{}", k);
+      for (auto& f : replot_one(phase, summary_of(phase))) files.push_back(std::move(f));
+    }
+    if (!files.empty()) return files;
+  } catch (const Json::exception& e) {
+    throw InvalidArgument(fmt::format("{}/summary.json is damaged: {}", folder.string(), e.what()));
+  }
+  throw InvalidArgument(
+      fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
+}
+
+}  // namespace porthos::scene

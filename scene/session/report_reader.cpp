@@ -1,0 +1,111 @@
+#include "scene/session/report_reader.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "phs/error.h"
+#include "scene/files/files.h"
+
+namespace porthos::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+RunReport::Named named(const Json& j) {
+  RunReport::Named list;
+  for (const auto& [name, joule] : j.items()) list.emplace_back(name, joule.get<double>());
+  return list;
+}
+std::int64_t count(const Json& j) {
+  if (j.is_number_float()) throw InvalidArgument(j.dump() + " is no count");
+  return j.get<std::int64_t>();
+}
+double number(const Json& j) { return j.is_number() ? j.get<double>() : NAN; }
+
+space::LedgerReport read_ledger(const Json& j, const char* name) {
+  const Json& l = j[name];
+  return {name,
+          number(l.at("initial_J")),
+          number(l.at("change_J")),
+          number(l.at("defect_J")),
+          number(l.at("largest_defect_J")),
+          number(l.at("scale_J")),
+          number(l.at("turned_over_J")),
+          named(l.at("works_J"))};
+}
+space::SpaceReport read_space(const Json& j) {
+  space::SpaceReport s;
+  s.orbital = read_ledger(j, "orbital"), s.coupling = read_ledger(j, "coupling");
+  s.harmonics = read_ledger(j, "harmonics");
+  const Json& L = j.at("angular_momentum");
+  s.angular_momentum = number(L.at("largest_kg_m2_s"));
+  s.angular_impulse = number(L.at("gradient_impulse_kg_m2_s"));
+  s.angular_defect = number(L.at("largest_relative_defect"));
+  s.next_order = number(j.at("neglected_next_order"));
+  return s;
+}
+
+RunReport report_of(const Json& j, const phs::State& end) {
+  RunReport r;
+  r.steps = count(j.at("steps")), r.records = count(j.at("records")),
+  r.simulated_s = number(j.at("simulated_s"));
+  r.cpu_s = number(j.at("cpu_s")), r.wall_s = number(j.at("wall_s"));
+  r.cost.evaluations = count(j.at("evaluations")), r.cost.steps = r.steps;
+  const double sweeps = number(j.at("sweeps_per_step")) * double(r.steps);
+  if (std::abs(sweeps) < 1e18) r.cost.sweeps = std::llround(sweeps);
+  const Json &e = j.at("energy"), &b = j.at("balance");
+  r.energy = {number(e.at("initial_J")),       number(e.at("scale_J")),
+              number(e.at("max_abs_error_J")), number(e.at("max_rel_error")),
+              number(e.at("rms_rel_error")),   number(e.at("growth_exponent")),
+              number(e.at("drift_per_s")),     e.at("drift_is_significant").get<bool>(),
+              named(e.at("scale_parts_J"))};
+  r.looks = count(j.at("looks"));
+  r.linear_momentum_error = number(j.at("linear_momentum").at("max_rel_error"));
+  r.angular_momentum_error = number(j.at("angular_momentum").at("max_rel_error"));
+  r.quaternion_norm_error = number(j.at("quaternion_norm").at("max_error"));
+  r.stored_J = number(b.at("stored_J")), r.supplied_J = number(b.at("supplied_J"));
+  r.dissipated_J = number(b.at("dissipated_J")), r.defect_J = number(b.at("defect_J"));
+  r.turned_over_J = number(b.at("turned_over_J"));
+  r.storages = named(b.at("storages")), r.ports = named(b.at("ports")),
+  r.losses = named(b.at("losses"));
+  for (const auto& c : j.at("checks"))
+    r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
+                        c.at("telling")});
+  for (const auto& n : j.at("not_applicable"))
+    r.not_applicable.push_back({n.at("name"), n.at("why")});
+  for (const auto& n : j.at("notes")) r.notes.push_back(n);
+  if (j.contains("momentum"))
+    for (const auto& [name, m] : j.at("momentum").items())
+      r.momentum.push_back(
+          {name, number(m.at("start_Nms")), number(m.at("end_Nms")), number(m.at("largest_Nms"))});
+  if (j.contains("ledgers")) r.space = read_space(j.at("ledgers"));
+  if (j.contains("impulses")) {
+    for (const auto& [name, i] : j.at("impulses").items()) {
+      ImpulseRow row{.name = name, .type = i.at("type")};
+      row.angular = i.at("angular_impulse_Nms").get<std::array<double, 3>>();
+      if (i.contains("impulse_Ns")) {
+        row.impulse = i.at("impulse_Ns").get<std::array<double, 3>>();
+        row.on_s = i.at("on_s"), row.propellant_kg = i.at("propellant_kg");
+      }
+      r.impulses.rows.push_back(row);
+    }
+    if (j.contains("momentum_less_impulses"))
+      r.impulses.linear_left = number(j.at("momentum_less_impulses").at("linear")),
+      r.impulses.angular_left = number(j.at("momentum_less_impulses").at("angular"));
+  }
+  r.final_state = end;
+  return r;
+}
+
+}  // namespace
+
+RunReport read_report(const std::filesystem::path& folder, const phs::State& end) try {
+  return report_of(Json::parse(read_file(folder / "summary.json")), end);
+} catch (const nlohmann::json::exception& e) {
+  throw InvalidArgument(fmt::format("{}: {}, expected the summary of a run",
+                                    (folder / "summary.json").string(), e.what()));
+}
+
+}  // namespace porthos::scene

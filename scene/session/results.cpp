@@ -1,0 +1,94 @@
+#include "scene/session/results.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/files/files.h"
+#include "scene/plot/ledger_plot.h"
+#include "scene/plot/panel_plot.h"
+#include "scene/plot/plot.h"
+#include "scene/plot/space_plot.h"
+#include "scene/run/record_log.h"
+#include "scene/run/run_file.h"
+
+namespace porthos::scene {
+namespace {
+
+std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                 const std::filesystem::path& log) {
+  const RecordLayout layout(assembly.model->description(), scene.extrema);
+  const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
+  const bool fixed = scene.step_control == integrators::StepControl::fixed;
+  Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
+  RecordReader reader(log, layout);
+  std::vector<double> rows;
+  while (const size_t n = reader.read(rows, 4096))
+    for (size_t i = 0; i < n; ++i) {
+      const double* row = rows.data() + i * layout.size();
+      envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
+    }
+  return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
+}
+
+/// The ledger at no more than 750 records.
+std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                   const std::filesystem::path& log) {
+  const phs::Description& d = assembly.model->description();
+  const RecordLayout layout(d, scene.extrema);
+  LedgerSeries s;
+  for (const auto& name : d.storages) s.stored.push_back({name, {}});
+  std::vector<LedgerLine> works;
+  for (const auto& p : d.powers) works.push_back({p.name, {}});
+  RecordReader reader(log, layout);
+  std::vector<double> rows;
+  const std::int64_t every = std::max<std::int64_t>(1, r.records / 750);
+  for (std::int64_t at = 0; const size_t n = reader.read(rows, 4096);)
+    for (size_t i = 0; i < n; ++i, ++at) {
+      if (at % every != 0 && at + 1 != r.records) continue;
+      const double* row = rows.data() + i * layout.size();
+      s.t.push_back(row[layout.time()]), s.defect.push_back(row[layout.energy()]);
+      for (size_t k = 0; k < s.stored.size(); ++k)
+        s.stored[k].value.push_back(row[layout.stored() + k]);
+      for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
+    }
+  for (size_t a = 0; a < works.size(); ++a)
+    if (d.powers[a].kind != phs::PowerKind::observed)
+      (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
+          .push_back(std::move(works[a]));
+  return ledger_plot(s, scene.title, plot_subtitle(r));
+}
+
+/// Pictures and summary, put in place after what was written aside before.
+void write_with(const std::filesystem::path& folder, const Scene& scene, const Assembly& assembly,
+                const RunReport& report, const std::filesystem::path& log,
+                std::vector<std::filesystem::path> files) {
+  const auto write = [&](const char* name, const std::string& text) {
+    files.push_back(folder / name);
+    write_aside(files.back(), text);
+  };
+  write("energy_error.svg", plot(scene, assembly, report, log));
+  write("ledger.svg", ledger(scene, assembly, report, log));
+  if (!scene.panels.empty()) write("panels.svg", panel_plot(scene, assembly, report, log));
+  if (report.space) write("ledgers.svg", space_plot(report));
+  write("summary.json", summary_json(scene, assembly, report, report.final_state));
+  for (const auto& path : files) put_in_place(path);
+}
+
+}  // namespace
+
+void write_results(const std::filesystem::path& folder, const Scene& scene,
+                   const Assembly& assembly, const RunReport& report,
+                   const std::filesystem::path& log) {
+  const auto series = folder / "run.h5";
+  write_run_file(series, scene, assembly, report, log);
+  write_with(folder, scene, assembly, report, log, {series});
+}
+
+void write_verdict(const std::filesystem::path& folder, const Scene& scene,
+                   const Assembly& assembly, const RunReport& report,
+                   const std::filesystem::path& log) {
+  write_with(folder, scene, assembly, report, log, {});
+}
+
+}  // namespace porthos::scene
