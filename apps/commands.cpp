@@ -1,5 +1,4 @@
 #include "apps/commands.h"
-#include "scene/session/info.h"
 
 #include <fmt/format.h>
 
@@ -25,6 +24,7 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/run/verdict.h"
+#include "scene/session/info.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
 

@@ -1,6 +1,5 @@
 // Scenes, runs, comparisons and their results.
 #include "scene/assemble/assembly.h"
-#include "scene/session/info.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -16,7 +15,9 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/session/info.h"
 #include "scene/session/memory_run.h"
+#include "scene/session/run.h"
 
 namespace porthos::python {
 namespace {

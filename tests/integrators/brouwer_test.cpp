@@ -33,13 +33,15 @@ Starts ets_vii_starts(int count, double rate = 0.1) {
   return all;
 }
 
-/// A free-floating tree of 30 bodies with revolute joints, rates of up to 0.3 rad/s.
+/// A free-floating tree of 30 bodies with revolute joints, rates of up to 0.15 rad/s. Its motion is
+/// chaotic: from 0.3 rad/s one joint in 24 runs whirls up to 15 rad/s, at other roundings another, and
+/// the error of the method at that step (4e-12) is above all rounding.
 Starts tree_starts(int count) {
   Starts all;
   test::RandomTree random(30);
   const auto tree = random.tree(30, "free", "revolute", {0, 0, 0});
   for (int i = 0; i < count; ++i)
-    all.push_back(test::make_robot(tree, random.numbers(29), random.numbers(29, 0.3)));
+    all.push_back(test::make_robot(tree, random.numbers(29), random.numbers(29, 0.15)));
   return all;
 }
 

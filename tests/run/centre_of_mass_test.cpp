@@ -1,7 +1,6 @@
 // The centre of mass is out: in free space and uniform gravity the internal motion has the same
 // bits wherever the whole is and however fast it goes.
 #include "scene/assemble/centre_of_mass.h"
-#include "scene/session/info.h"
 
 #include <cmath>
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include "integrators/collocation.h"
 #include "scene/ensemble/ensemble.h"
 #include "scene/run/record_log.h"
+#include "scene/session/info.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 
