@@ -7,14 +7,13 @@
 
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
-#include "scene/session/info.h"
 #endif
 #include "apps/comfort.h"
 #include "apps/commands.h"
 #include "apps/judge.h"
 #include "apps/report.h"
 #include "phs/error.h"
-#include "scene/read/scene.h"
+#include "scene/session/info.h"
 
 namespace {
 

@@ -15,6 +15,7 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/run/columns.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
 #include "scene/session/run.h"
@@ -60,59 +61,25 @@ class Columns {
   py::dict named(const phs::Description& d) {
     const auto real = py::dtype::of<double>();
     const auto integer = py::dtype::of<std::int64_t>();
-    put("time", layout_.time(), 1, "s", real), put("step", 0, 1, "1", integer);
-    std::set<std::string> taken;
-    for (const auto& b : d.blocks) {
-      const std::string name = link(b.name, taken);
-      put("state/" + name, layout_.x() + size_t(b.at), size_t(b.size), b.unit, real);
-      if (b.momentum >= 0)
-        put("momentum/" + name, layout_.x() + size_t(b.momentum), size_t(b.size), b.momentum_unit,
-            real);
-    }
-    if (layout_.turns > 0) put("turns", layout_.turn(), layout_.turns, "1", integer, true);
-    put("energy_error", layout_.energy(), 1, "J", real);
-    put("linear_momentum_error", layout_.linear(), 3, "kg m/s", real);
-    put("angular_momentum_error", layout_.angular(), 3, "kg m^2/s", real);
-    put("quaternion_norm_error", layout_.quaternion(), 1, "1", real);
-    taken.clear();
-    for (size_t k = 0; k < d.storages.size(); ++k)
-      put("stored/" + link(d.storages[k], taken), layout_.stored() + k, 1, "J", real);
-    taken.clear();
-    for (size_t a = 0; a < d.powers.size(); ++a) {
-      const bool observed = d.powers[a].kind == phs::PowerKind::observed;
-      put((observed                                       ? "observed/"
-           : d.powers[a].kind == phs::PowerKind::supplied ? "supplied/"
-                                                          : "dissipated/") +
-              link(d.powers[a].name, taken),
-          layout_.work() + a, 1, observed ? "integral" : "J", real);
-    }
-    put("sweeps", layout_.sweeps(), 1, "1", real);
-    return named_;
+    py::dict named;
+    for (const Column& c : columns_of(d, layout_))
+      named[py::str(c.name)] =
+          py::make_tuple(part(c.first, c.columns, c.integer ? integer : real, c.matrix), c.unit);
+    return named;
   }
   /// x of every record, (n, nx).
   py::array states() { return part(layout_.x(), layout_.nx, py::dtype::of<double>(), true); }
 
  private:
-  static std::string link(std::string name, std::set<std::string>& taken) {
-    for (char& c : name)
-      if (c == '/') c = '_';
-    while (!taken.insert(name).second) name += "_";
-    return name;
-  }
   py::array part(size_t first, size_t columns, const py::dtype& type, bool matrix) {
     const auto width = py::ssize_t(layout_.size() * sizeof(double));
     Shape shape{count_}, strides{width};
     if (matrix) shape.push_back(py::ssize_t(columns)), strides.push_back(sizeof(double));
     return py::array(type, shape, strides, rows_.data() + first, rows_);
   }
-  void put(const std::string& name, size_t first, size_t columns, const std::string& unit,
-           const py::dtype& type, bool matrix = false) {
-    named_[py::str(name)] = py::make_tuple(part(first, columns, type, matrix || columns > 1), unit);
-  }
   RecordLayout layout_;
   py::ssize_t count_ = 0;
   py::array_t<double> rows_;
-  py::dict named_;
 };
 
 /// (summary.json, {name: (array, unit)}, states) of a run in memory.

@@ -6,7 +6,7 @@
 
 #include "mechanics/kinematics.h"
 #include "report/detail/shapes.h"
-#include "scene/run/run_file.h"
+#include "scene/run/columns.h"
 
 namespace porthos::report {
 namespace {

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -7,12 +6,6 @@
 #include "scene/run/run_report.h"
 
 namespace porthos::scene {
-
-/// The name in run.h5 of what is called so: '/' would open a group.
-inline std::string link_name(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
 
 /// Writes aside(path): the record log as HDF5, in chunks of constant memory. Contents:
 /// docs/results.md.

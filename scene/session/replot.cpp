@@ -10,7 +10,7 @@
 #include "scene/files/hdf5_reader.h"
 #include "scene/plot/ledger_plot.h"
 #include "scene/plot/plot.h"
-#include "scene/run/run_file.h"
+#include "scene/run/columns.h"
 #include "scene/session/results.h"
 
 namespace porthos::scene {

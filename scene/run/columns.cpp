@@ -1,0 +1,101 @@
+#include "scene/run/columns.h"
+
+#include <algorithm>
+#include <set>
+
+namespace porthos::scene {
+namespace {
+
+/// Names of their own for what may be called the same.
+class Links {
+ public:
+  std::string operator()(const std::string& name) {
+    std::string link = link_name(name);
+    while (!taken_.insert(link).second) link += "_";
+    return link;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+void add_state(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+  Links link;
+  for (const auto& b : d.blocks) {
+    const std::string name = link(b.name);
+    const auto add = [&](const char* group, int at, const std::string& unit) {
+      all.push_back({group + name, unit, l.x() + size_t(at), size_t(b.size), b.size > 1});
+    };
+    add("state/", b.at, b.unit);
+    if (b.momentum >= 0) add("momentum/", b.momentum, b.momentum_unit);
+  }
+  if (l.turns > 0) all.push_back({"turns", "1", l.turn(), l.turns, true, true});
+}
+
+void add_errors(std::vector<Column>& all, const RecordLayout& l) {
+  all.push_back({"energy_error", "J", l.energy()});
+  all.push_back({"linear_momentum_error", "kg m/s", l.linear(), 3, true});
+  all.push_back({"angular_momentum_error", "kg m^2/s", l.angular(), 3, true});
+  all.push_back({"quaternion_norm_error", "1", l.quaternion()});
+}
+
+/// The books. What is observed is an impulse: N s, N m s.
+void add_books(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+  Links storage, power;
+  for (size_t k = 0; k < d.storages.size(); ++k)
+    all.push_back({"stored/" + storage(d.storages[k]), "J", l.stored() + k});
+  for (size_t a = 0; a < d.powers.size(); ++a) {
+    const auto kind = d.powers[a].kind;
+    const bool observed = kind == phs::PowerKind::observed;
+    const char* group = observed                           ? "observed/"
+                        : kind == phs::PowerKind::supplied ? "supplied/"
+                                                           : "dissipated/";
+    all.push_back({group + power(d.powers[a].name), observed ? "integral" : "J", l.work() + a});
+  }
+}
+
+/// Of each real series that is watched, the smallest and the largest values.
+void add_extrema(std::vector<Column>& all, const RecordLayout& l) {
+  const size_t known = all.size();
+  size_t from = l.plain();
+  for (const char* side : {"minimum/", "maximum/"}) {
+    for (size_t i = 0; i < known; ++i) {
+      const auto at = std::find(l.watched.begin(), l.watched.end(), all[i].first);
+      if (at == l.watched.end() || all[i].integer) continue;
+      Column c = all[i];
+      c.name = side + c.name;
+      c.first = from + size_t(at - l.watched.begin());
+      all.push_back(std::move(c));
+    }
+    from += l.watched.size();
+  }
+}
+
+}  // namespace
+
+std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& l) {
+  std::vector<Column> all{{"time", "s", l.time()}, {"step", "1", 0, 1, false, true}};
+  add_state(all, d, l);
+  add_errors(all, l);
+  add_books(all, d, l);
+  all.push_back({"sweeps", "1", l.sweeps()});
+  for (size_t k = 0; k < l.ledgers; ++k)
+    all.push_back({std::string("ledgers/") + ledger_columns()[k].name, ledger_columns()[k].unit,
+                   l.ledger() + k});
+  add_extrema(all, l);
+  return all;
+}
+
+std::vector<std::string> turn_names(const phs::Description& d) {
+  std::vector<std::string> names;
+  for (const auto& b : d.blocks)
+    if (b.kind == phs::BlockKind::angle) names.push_back(b.name);
+  return names;
+}
+
+std::string link_name(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+}  // namespace porthos::scene
