@@ -24,8 +24,8 @@ Entries gauss_entries() {
               [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
                 return make_collocation(d, gauss_table<TableReal<decltype(h)>>(s), m, h, o);
               }),
-        [s](const Declaration& d, const phs::Model& m, double h, const Options& o) {
-          return make_lane_collocation(d, gauss_table<double>(s), m, h, o);
+        [s](const Declaration&, const phs::Model& m, double h, const Options& o) {
+          return make_lane_collocation(gauss_table<double>(s), m, h, o);
         });
   };
   Entries e;

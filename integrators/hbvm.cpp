@@ -22,8 +22,8 @@ Entries hbvm_entries() {
             [r](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
               return make_collocation(d, hbvm_table<TableReal<decltype(h)>>(16, r), m, h, o);
             }),
-        [r](const Declaration& d, const phs::Model& m, double h, const Options& o) {
-          return make_lane_collocation(d, hbvm_table<double>(16, r), m, h, o);
+        [r](const Declaration&, const phs::Model& m, double h, const Options& o) {
+          return make_lane_collocation(hbvm_table<double>(16, r), m, h, o);
         });
   };
   const char* bit = "Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl. Math. 5:17";

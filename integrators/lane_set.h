@@ -27,6 +27,14 @@ auto mask_of(LaneSet lanes) {
     return lanes != 0;
   }
 }
+/// The same for a set that is not empty, which costs nothing where there is one lane.
+template <class T>
+auto mask_of_some(LaneSet lanes) {
+  if constexpr (phs::is_pack<T>)
+    return mask_of<T>(lanes);
+  else
+    return (void)lanes, true;
+}
 /// The lanes of a mask.
 inline LaneSet lanes_of(bool mask) { return mask ? 1u : 0u; }
 template <int W, bool native>

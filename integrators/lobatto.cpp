@@ -21,8 +21,8 @@ Entries lobatto_entries() {
               [s](const Declaration& d, const phs::Model& m, auto h, const Options& o) {
                 return make_collocation(d, lobatto_table<TableReal<decltype(h)>>(s), m, h, o);
               }),
-        [s](const Declaration& d, const phs::Model& m, double h, const Options& o) {
-          return make_lane_collocation(d, lobatto_table<double>(s), m, h, o);
+        [s](const Declaration&, const phs::Model& m, double h, const Options& o) {
+          return make_lane_collocation(lobatto_table<double>(s), m, h, o);
         }));
   return e;
 }

@@ -43,7 +43,7 @@ class Radau15 final : public BasicIntegrator<T> {
         table_(radau_table<Real>()),
         adaptive_(adaptive),
         field_(model, *system_, o.lanes),
-        stagnation_(Stagnation::of<T>(o.iteration_tolerance)),
+        iteration_(Stagnation::of<T>(o.iteration_tolerance)),
         half_(model.description().traits.canonical ? n_ / 2 : n_),
         x_(n_),
         lo_(n_),
@@ -148,7 +148,7 @@ class Radau15 final : public BasicIntegrator<T> {
     const auto between = [] {};
     const auto noise = [] { return 0.0; };
     const auto finish = [&] { evaluate(); };
-    return iterate(Iteration{first, sweep, between, noise, finish}, stagnation_, have_before_,
+    return iterate(Iteration{first, sweep, between, noise, finish}, iteration_, have_before_,
                    options_.max_sweeps)
         .outcome;
   }
@@ -242,7 +242,7 @@ class Radau15 final : public BasicIntegrator<T> {
   bool adaptive_;
   T t_ = T(0.0);
   StageField<T, V> field_;
-  Stagnation stagnation_;
+  Iterating iteration_;
   size_t half_;
   std::vector<T> x_, lo_;
   std::vector<double> smallest_;

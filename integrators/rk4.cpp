@@ -26,7 +26,7 @@ class RungeKutta4 {
       for (size_t i = 0; i < n_; ++i) sum_[i] += hw * k_[i];
       if (work_.works.any()) work_.works.add(work_.system, t, hw, y_, k_);
     }
-    auto finite = mask_of<T>(lanes);
+    auto finite = mask_of_some<T>(lanes);
     for (const T& d : sum_) finite = finite & (magnitude(d) < Size<T>(HUGE_VAL));
     const LaneSet done = lanes_of(finite);
     return {.done = done, .not_finite = lanes & ~done};

@@ -69,12 +69,15 @@ class OneState final : public BasicIntegrator<T> {
   Rule<T> rule_;
 };
 
-/// A state per lane.
-template <template <class> class Rule>
+/// A state per lane, by a rule over LaneIntegrator::Lanes. more: what the rule's constructor takes
+/// besides.
+template <class Rule>
 class StatePerLane final : public LaneIntegrator {
  public:
-  StatePerLane(const phs::Model& model, double h, const Options& o)
-      : LaneIntegrator(model, h, o), rule_({model, *system_, options_, works_at_work_, cost_}) {}
+  template <class... More>
+  StatePerLane(const phs::Model& model, double h, const Options& o, const More&... more)
+      : LaneIntegrator(model, h, o),
+        rule_({model, *system_, options_, works_at_work_, cost_}, more...) {}
 
   std::vector<double> memory(int lane) const override {
     std::vector<double> m;
@@ -99,7 +102,7 @@ class StatePerLane final : public LaneIntegrator {
     return e;
   }
 
-  Rule<Lanes> rule_;
+  Rule rule_;
 };
 
 /// The entry of a rule in the catalogue, for every scalar and for lanes.
@@ -111,7 +114,7 @@ Entry entry_by_rule(Declaration declaration) {
               return std::make_unique<OneState<Rule, T>>(d, m, h, o);
             }),
       [](const Declaration&, const phs::Model& m, double h, const Options& o) {
-        return std::make_unique<StatePerLane<Rule>>(m, h, o);
+        return std::make_unique<StatePerLane<Rule<LaneIntegrator::Lanes>>>(m, h, o);
       });
 }
 

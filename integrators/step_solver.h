@@ -25,50 +25,111 @@ struct Iteration {
 template <class G, class S, class B, class N, class F>  // which Clang 14 does not deduce by itself
 Iteration(G, S, B, N, F)->Iteration<G, S, B, N, F>;
 
+/// An iteration between its sweeps: the one state machine of all implicit methods, of one state or of
+/// a lane.
+class Iterating {
+ public:
+  /// What the last sweep calls for.
+  enum class Next {
+    sweep,
+    guess_again,  ///< the prediction was further off than none at all: first values without it
+    finish,       ///< as good as it gets: finish(), then done
+    done,         ///< a fixed point
+    diverges,
+    not_finite
+  };
+  explicit Iterating(Stagnation stagnation) : stagnation_(stagnation) {}
+
+  void begin(bool predicted, int most_sweeps, int patience = 10) {
+    predicted_ = predicted;
+    most_ = most_sweeps;
+    patience_ = patience;
+    sweeps_ = 0;
+    dropped_ = false;
+    stagnation_.restart(patience);
+  }
+  /// distance, noise: as in Iteration
+  template <class Noise>
+  Next after(const Sweep& s, double distance, const Noise& noise) {
+    using enum Stagnation::Verdict;
+    if (++sweeps_ == 1 && predicted_ && s.finite && s.change > distance) {
+      dropped_ = true;
+      stagnation_.restart(patience_);
+      return Next::guess_again;
+    }
+    const auto verdict = stagnation_.after(s);
+    if (verdict == go_on && stagnation_.wants_noise()) stagnation_.set_noise(noise());
+    return verdict == go_on       ? Next::sweep
+           : verdict == exact     ? Next::done
+           : verdict == stagnated ? Next::finish
+           : verdict == diverges  ? Next::diverges
+                                  : Next::not_finite;
+  }
+  /// Whether there are no sweeps left. Then it is good enough if only noise seems left.
+  bool ran_out() const { return sweeps_ >= most_; }
+  bool settled() const { return stagnation_.settled(); }
+
+  int sweeps() const { return sweeps_; }
+  bool dropped() const { return dropped_; }  ///< so was the prediction
+  const Stagnation& stagnation() const { return stagnation_; }
+
+ private:
+  Stagnation stagnation_;
+  int most_ = 0, patience_ = 10, sweeps_ = 0;
+  bool predicted_ = false, dropped_ = false;
+};
+
 struct Iterated {
   Outcome outcome = Outcome::not_converged;
-  int sweeps = 0;
   bool ran_out = false;  ///< of sweeps, before stagnation; ok if only noise seemed left
-  bool dropped = false;  ///< the prediction was further off than none at all, and dropped
 };
 
 /// Sweeps to stagnation, from a prediction where there is a good one.
 template <class... Parts>
-Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool predicted,
+Iterated iterate(const Iteration<Parts...>& parts, Iterating& iteration, bool predicted,
                  int most_sweeps, int patience = 10) {
-  Iterated r;
-  parts.guess(predicted), stagnation.restart(patience);
-  while (r.sweeps < most_sweeps) {
-    ++r.sweeps;
+  parts.guess(predicted);
+  iteration.begin(predicted, most_sweeps, patience);
+  while (!iteration.ran_out()) {
     double distance;
-    const Sweep p = parts.sweep(distance);
-    if (r.sweeps == 1 && predicted && p.finite && p.change > distance) {
-      r.dropped = true;
-      parts.guess(false), stagnation.restart(patience);
-      continue;
-    }
-    using enum Stagnation::Verdict;
-    const auto verdict = stagnation.after(p);
-    if (verdict == go_on && stagnation.wants_noise()) stagnation.set_noise(parts.noise());
-    switch (verdict) {
-      case not_finite:
-        return r.outcome = Outcome::not_finite, r;
-      case diverges:
-        return r;
-      case exact:
-        return r.outcome = Outcome::ok, r;
-      case stagnated:
-        parts.finish();
-        return r.outcome = Outcome::ok, r;
-      case go_on:
+    const Sweep s = parts.sweep(distance);
+    switch (iteration.after(s, distance, parts.noise)) {
+      case Iterating::Next::sweep:
         parts.between();
         break;
+      case Iterating::Next::guess_again:
+        parts.guess(false);
+        break;
+      case Iterating::Next::finish:
+        parts.finish();
+        return {Outcome::ok};
+      case Iterating::Next::done:
+        return {Outcome::ok};
+      case Iterating::Next::diverges:
+        return {Outcome::not_converged};
+      case Iterating::Next::not_finite:
+        return {Outcome::not_finite};
     }
   }
-  r.ran_out = true;
-  if (stagnation.settled()) parts.finish(), r.outcome = Outcome::ok;
-  return r;
+  if (!iteration.settled()) return {Outcome::not_converged, true};
+  parts.finish();
+  return {Outcome::ok, true};
 }
+
+/// What the solver remembers from step to step.
+struct SolverMemory {
+  int distrust = 0;      ///< steps left without a prediction
+  int fresh_sweeps = 0;  ///< of the last iteration with a J of its own
+  SolverChoice choice;
+
+  /// For the next step: whether it begins with the prediction.
+  bool trusts(bool have_prediction) {
+    if (distrust == 0) return have_prediction;
+    --distrust;
+    return false;
+  }
+  void dropped_prediction() { distrust = 16; }
+};
 
 /// Solves steps by the fixed point while it contracts, else by Newton (see Solver). Of the equations it asks guess, sweep
 /// and finish as above — a sweep by Newton where newton() says so — and
@@ -78,12 +139,13 @@ Iterated iterate(const Iteration<Parts...>& parts, Stagnation& stagnation, bool 
 class StepSolver {
  public:
   StepSolver(Stagnation stagnation, const Options& o, size_t n)
-      : stagnation_(stagnation), asked_(o.solver), most_sweeps_(o.max_sweeps), n_(n) {}
+      : iteration_(stagnation), asked_(o.solver), most_sweeps_(o.max_sweeps), n_(n) {}
 
   /// Without, all is done by the fixed point.
   void set_newton(std::unique_ptr<SimplifiedNewton> newton) {
     if (!newton->solvers().empty()) newton_ = std::move(newton);
   }
+  bool has_newton() const { return newton_ != nullptr; }
   /// The Newton iteration at work, or null.
   SimplifiedNewton* newton() const {
     return solver_ == Solver::fixed_point ? nullptr : newton_.get();
@@ -93,23 +155,30 @@ class StepSolver {
   Outcome solve(Equations& e, bool have_prediction, Cost& cost);
 
   std::string remark(std::int64_t steps) const {
-    if (!newton_ || choice_.newton_steps() == 0) return "";
-    return std::string(to_string(newton_->solvers()[choice_.rung()])) + ", in " +
-           std::to_string(choice_.newton_steps()) + " of " + std::to_string(steps) + " steps";
+    if (!newton_ || memory_.choice.newton_steps() == 0) return "";
+    return std::string(to_string(newton_->solvers()[memory_.choice.rung()])) + ", in " +
+           std::to_string(memory_.choice.newton_steps()) + " of " + std::to_string(steps) +
+           " steps";
   }
 
   size_t memory_size() const {
     return 1 + (newton_ ? 1 + SolverChoice::memory_size + newton_->memory_size() : 0);
   }
-  void save(std::vector<double>& m) const {
-    m.push_back(distrust_);
-    if (newton_) m.push_back(fresh_sweeps_), choice_.save(m), newton_->save(m);
+  void save(std::vector<double>& m) const { save(memory_, m); }
+  /// With what a lane remembers instead.
+  void save(const SolverMemory& memory, std::vector<double>& m) const {
+    m.push_back(memory.distrust);
+    if (!newton_) return;
+    m.push_back(memory.fresh_sweeps);
+    memory.choice.save(m);
+    newton_->save(m);
   }
   void restore(std::span<const double> m) {
-    distrust_ = whole(m[0]);
+    memory_.distrust = whole(m[0]);
     if (!newton_) return;
-    fresh_sweeps_ = whole(m[1]);
-    choice_.restore(m.subspan(2)), newton_->restore(m.subspan(2 + SolverChoice::memory_size));
+    memory_.fresh_sweeps = whole(m[1]);
+    memory_.choice.restore(m.subspan(2));
+    newton_->restore(m.subspan(2 + SolverChoice::memory_size));
   }
 
  private:
@@ -130,45 +199,42 @@ class StepSolver {
                                                 : 0;
   }
 
-  Stagnation stagnation_;
+  Iterating iteration_;
   Solver asked_;
   int most_sweeps_;
   size_t n_;
   std::unique_ptr<SimplifiedNewton> newton_;  ///< null: fixed point only
-  SolverChoice choice_;
+  SolverMemory memory_;
   Solver solver_ = Solver::fixed_point;  ///< at work
-  int distrust_ = 0;                     ///< steps left without a prediction
-  int sweeps_ = 0, fresh_sweeps_ = 0;    ///< of the last iteration, of the last with its own J
   bool ran_out_ = false;                 ///< so did the last iteration
   bool fresh_ = false;                   ///< J was frozen in this iteration
 };
 
 template <class Equations>
 Outcome StepSolver::solve(Equations& e, bool have_prediction, Cost& cost) {
-  const bool predicted = have_prediction && distrust_ == 0;
-  if (distrust_ > 0) --distrust_;
+  const bool predicted = memory_.trusts(have_prediction);
   if (!newton_) return iterate_by(e, predicted, Solver::fixed_point, most_sweeps_);
 
   Outcome o = Outcome::not_converged;
   const bool free_choice = asked_ == Solver::automatic;
   bool all_tried = !free_choice;
-  if (free_choice && !choice_.newton()) {
+  if (free_choice && !memory_.choice.newton()) {
     const int limit =
-        choice_.trial() ? std::min(SolverChoice::trial_sweeps, most_sweeps_) : most_sweeps_;
+        memory_.choice.trial() ? std::min(SolverChoice::trial_sweeps, most_sweeps_) : most_sweeps_;
     o = iterate_by(e, predicted, Solver::fixed_point, limit);
     all_tried = limit == most_sweeps_ && !ran_out_;
     if (ran_out_) o = Outcome::not_converged;  // Newton goes further than "only noise seems left"
-    choice_.fixed_point_was(o == Outcome::ok, sweeps_);
+    memory_.choice.fixed_point_was(o == Outcome::ok, iteration_.sweeps());
     if (o == Outcome::ok) return o;
   }
   const auto evaluations = newton_->evaluations(), factorisations = newton_->factorisations();
-  for (size_t rung = choice_.rung(); rung < newton_->solvers().size(); ++rung) {
-    o = by_newton(e, predicted && distrust_ == 0, newton_->solvers()[rung]);
+  for (size_t rung = memory_.choice.rung(); rung < newton_->solvers().size(); ++rung) {
+    o = by_newton(e, predicted && memory_.distrust == 0, newton_->solvers()[rung]);
     if (o != Outcome::ok) continue;
-    choice_.newton_converged(rung);
+    memory_.choice.newton_converged(rung);
     break;
   }
-  if (o != Outcome::ok && free_choice) choice_.newton_failed();
+  if (o != Outcome::ok && free_choice) memory_.choice.newton_failed();
   if (o != Outcome::ok && !all_tried) o = iterate_by(e, false, Solver::fixed_point, most_sweeps_);
   cost.evaluations += newton_->evaluations() - evaluations;
   cost.factorisations += newton_->factorisations() - factorisations;
@@ -181,17 +247,18 @@ Outcome StepSolver::by_newton(Equations& e, bool predicted, Solver solver) {
   Outcome o = iterate_by(e, predicted, solver, most_sweeps_);
   if (o != Outcome::ok && !fresh_) {
     newton_->forget();
-    o = iterate_by(e, predicted && distrust_ == 0, solver, most_sweeps_);
+    o = iterate_by(e, predicted && memory_.distrust == 0, solver, most_sweeps_);
   }
   if (o != Outcome::ok && solver == newton_->solvers().back()) {
     newton_->forget();
     o = iterate_by(e, false, solver, most_sweeps_, Refresh::always);
   }
-  const bool stale = !fresh_ && sweeps_ > fresh_sweeps_ + worth_of_a_factorisation(solver);
+  const bool stale =
+      !fresh_ && iteration_.sweeps() > memory_.fresh_sweeps + worth_of_a_factorisation(solver);
   if (o != Outcome::ok || stale)
     newton_->forget();
   else if (fresh_)
-    fresh_sweeps_ = sweeps_;
+    memory_.fresh_sweeps = iteration_.sweeps();
   return o;
 }
 
@@ -209,7 +276,7 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
   };
   const auto sweep = [&](double& distance) { return e.sweep(distance); };
   const auto between = [&] {
-    if (!newton || stagnation_.settled() || !(stagnation_.ratio() > 0.3)) return;
+    if (!newton || iteration_.settled() || !(iteration_.stagnation().ratio() > 0.3)) return;
     if (refresh == Refresh::always || refreshed < some_refreshes) freeze(), ++refreshed;
   };
   const auto noise = [&]() -> double {
@@ -220,10 +287,10 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
   };
   const auto finish = [&] { e.finish(); };
   const Iteration parts{guess, sweep, between, noise, finish};
-  const Iterated r = iterate(parts, stagnation_, predicted, most_sweeps,
+  const Iterated r = iterate(parts, iteration_, predicted, most_sweeps,
                              refresh == Refresh::always ? most_sweeps : 10);
-  if (r.dropped) distrust_ = 16;
-  sweeps_ = r.sweeps, ran_out_ = r.ran_out;
+  if (iteration_.dropped()) memory_.dropped_prediction();
+  ran_out_ = r.ran_out;
   return r.outcome;
 }
 

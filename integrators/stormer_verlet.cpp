@@ -47,7 +47,7 @@ class StormerVerlet {
 
   /// x0 = (q, p½), x1 = (q', p½): fixed-point sweeps on p½, q' and the multipliers together, to stagnation.
   Ended round(LaneSet lanes, const StepStart<T>& s) {
-    const auto now = mask_of<T>(lanes);
+    const auto now = mask_of_some<T>(lanes);
     const T half_h = T(0.5) * s.h;
     h_ = s.h;
     field(s.t, x0_, f0_);
@@ -63,8 +63,8 @@ class StormerVerlet {
       const T p_half = start_[n_ + i] + half_h * f0_[n_ + i];
       const T q_next = start_[i] + half_h * (f0_[i] + f1_[i]);
       const Size<T> moves = magnitude(p_half - p0) + magnitude(q_next - q1);
-      change = select(moves <= change, change, moves);  // NaN stays
-      size = phs::max(phs::max(size, magnitude(p_half)), magnitude(q_next));
+      change = select(change > moves, change, moves);  // a NaN is taken
+      size = phs::max(size, phs::max(magnitude(p_half), magnitude(q_next)));
       p0 = select(now, p_half, p0);
       p1 = select(now, p_half, p1);
       q1 = select(now, q_next, q1);
@@ -210,7 +210,7 @@ std::unique_ptr<LaneIntegrator> make_stormer_verlet_lanes(const Declaration&,
   const auto& d = model.description();
   const bool books = o.books && !d.powers.empty();  // of its own it keeps none: one state at a time
   if (d.traits.separable || books) return nullptr;
-  return std::make_unique<StatePerLane<StormerVerlet>>(model, h, o);
+  return std::make_unique<StatePerLane<StormerVerlet<LaneIntegrator::Lanes>>>(model, h, o);
 }
 
 }  // namespace
