@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "integrators/integrator.h"
+#include "scene/read/scene.h"
 #include "vsa/catalogue.h"
 
 namespace porthos::scene {
