@@ -3,6 +3,7 @@
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/gate.h"
 #include "energy_shaping/interconnection.h"
+#include "phs/forwarding.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -39,6 +40,7 @@ class TankedModel final : public phs::ModelFor<TankedModel> {
     d.traits.canonical = d.traits.separable = d.traits.lossless = d.traits.autonomous = false;
   }
   const phs::Description& description() const override { return description_; }
+  std::vector<phs::HoldPtr> holds() const override { return plant->holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
 
@@ -52,15 +54,16 @@ class TankedModel final : public phs::ModelFor<TankedModel> {
 };
 
 template <class T>
-class TankedSystem final : public phs::System<T> {
+class TankedSystem final : public phs::Forwarding<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
  public:
   explicit TankedSystem(const TankedModel& m)
-      : m_(m),
-        plant_(m.plant->instantiate<T>()),
-        n_(size_t(m.description().nx) - 1),
+      : phs::Forwarding<T>(m.plant->instantiate<T>(), m.description()),
+        m_(m),
+        plant_(this->inner()),
+        n_(this->inner_size()),
         u_(size_t(m.description().nu), T(0.0)),
         y_(u_.size()),
         e_(n_ + 1),
@@ -68,28 +71,28 @@ class TankedSystem final : public phs::System<T> {
         c_(n_),
         w_(n_),
         kappa_(m.size) {}
-  const phs::Description& description() const override { return m_.description(); }
   std::unique_ptr<phs::System<T>> clone() const override {
-    return std::make_unique<TankedSystem>(m_);
+    return this->alike(std::make_unique<TankedSystem>(m_));
   }
-  T hamiltonian(In x) override { return plant_->hamiltonian(x.first(n_)) + x[n_]; }
+  T hamiltonian(In x) override { return plant_.hamiltonian(x.first(n_)) + x[n_]; }
   void gradient(In x, Out e) override {
-    plant_->gradient(x.first(n_), e.first(n_));
+    plant_.gradient(x.first(n_), e.first(n_));
     e[n_] = T(1.0);
   }
+  void efforts(T, In x, In, Out e) override { gradient(x, e); }
   void stored(In x, Out values) override {
-    plant_->stored(x.first(n_), values);
-    values[values.size() - 1] = x[n_];
+    phs::Forwarding<T>::stored(x, values);
+    values[this->inner_storages()] = x[n_];
   }
   void field(T t, In x, In u, Out dx) override {
     gradient(x, e_);
     rate(t, x, e_, dx);
     if (u.empty()) return;
-    plant_->apply_input(x.first(n_), u, w_);
+    plant_.apply_input(x.first(n_), u, w_);
     for (size_t i = 0; i < n_; ++i) dx[i] = dx[i] + w_[i];
   }
   void rate(T t, In x, In e, Out dx) override {
-    plant_->rate(t, x.first(n_), e.first(n_), dx.first(n_));
+    plant_.rate(t, x.first(n_), e.first(n_), dx.first(n_));
     couple(t, x), exchange(e, dx);
     damp(x, e);
     for (size_t i = 0; i < n_; ++i) dx[i] = dx[i] - w_[i];
@@ -97,36 +100,32 @@ class TankedSystem final : public phs::System<T> {
   }
   /// That of t = 0 where the law depends on time; skew at any t.
   void apply_structure(In x, In e, Out Je) override {
-    plant_->apply_structure(x.first(n_), e.first(n_), Je.first(n_));
+    plant_.apply_structure(x.first(n_), e.first(n_), Je.first(n_));
     couple(T(0.0), x), exchange(e, Je);
   }
   void apply_dissipation(In x, In e, Out Re) override {
-    plant_->apply_dissipation(x.first(n_), e.first(n_), Re.first(n_));
+    plant_.apply_dissipation(x.first(n_), e.first(n_), Re.first(n_));
     couple(T(0.0), x), damp(x, e);
     for (size_t i = 0; i < n_; ++i) Re[i] = Re[i] + w_[i];
     Re[n_] = valve_ * e[n_];
   }
-  void apply_input(In x, In u, Out Gu) override {
-    plant_->apply_input(x.first(n_), u, Gu.first(n_));
-    Gu[n_] = T(0.0);
-  }
-  void output(In x, In e, Out y) override { plant_->output(x.first(n_), e.first(n_), y); }
   void powers(T t, In x, In e, Out values) override {
-    const size_t own = values.size() - 2;
-    plant_->powers(t, x.first(n_), e.first(n_), values.first(own));
+    const size_t own = this->inner_powers();
+    phs::Forwarding<T>::powers(t, x, e, values);
     couple(t, x), damp(x, e);
     T lost(0.0);
     for (size_t i = 0; i < n_; ++i) lost = lost + e[i] * w_[i];
     values[own] = lost, values[own + 1] = valve_ * e[n_] * e[n_];
   }
-  void invariants(In, Out) override {}
+  /// The law may be stiffer than the plant.
+  std::unique_ptr<phs::Resolvent> resolvent() override { return nullptr; }
 
  private:
   /// c = G (α κ - fill d y) and the valve, at x.
   void couple(T t, In x) {
     const In own = x.first(n_);
-    plant_->gradient(own, own_);
-    plant_->output(own, own_, y_);
+    plant_.gradient(own, own_);
+    plant_.output(own, own_, y_);
     const In y = In(y_).subspan(m_.at, m_.size);
     (*m_.law)(t, own, y, Out(kappa_));
     const auto& k = m_.tank;
@@ -138,7 +137,7 @@ class TankedSystem final : public phs::System<T> {
       u = alpha * kappa_[i] - T(k.fill * k.damping) * y[i];
       inflow = inflow - u * y[i];
     }
-    plant_->apply_input(own, u_, c_);
+    plant_.apply_input(own, u_, c_);
     valve_ = gate(x[n_], k.most - width, k.most) * phs::max(inflow, T(0.0));
   }
   void exchange(In e, Out dx) {
@@ -151,14 +150,14 @@ class TankedSystem final : public phs::System<T> {
   }
   /// (1 - fill) G d Gᵀe, in w_.
   void damp(In x, In e) {
-    plant_->output(x.first(n_), e.first(n_), y_);
+    plant_.output(x.first(n_), e.first(n_), y_);
     for (size_t i = 0; i < m_.size; ++i)
       u_[m_.at + i] = T((1 - m_.tank.fill) * m_.tank.damping) * y_[m_.at + i];
-    plant_->apply_input(x.first(n_), u_, w_);
+    plant_.apply_input(x.first(n_), u_, w_);
   }
 
   const TankedModel& m_;
-  std::unique_ptr<phs::System<T>> plant_;
+  phs::System<T>& plant_;
   size_t n_;
   std::vector<T> u_, y_, e_, own_, c_, w_, kappa_;
   T valve_{};

@@ -5,59 +5,39 @@
 #include <cmath>
 
 #include "integrators/integrator.h"
+#include "phs/forwarding.h"
 
 namespace porthos::energy_shaping {
 
 template <class T>
-class DrivenPlant::Evaluator final : public phs::System<T> {
+class DrivenPlant::Evaluator final : public phs::Driven<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
  public:
   explicit Evaluator(const DrivenPlant& m)
-      : m_(m),
-        plant_(m.plant_.instantiate<T>()),
+      : phs::Driven<T>(m.plant_.instantiate<T>(), m.description_),
+        m_(m),
         loop_(m.loop_.loop<T>()),
-        u_(size_t(m.plant_.description().nu), T(0.0)),
-        y_(u_.size()),
-        w_(size_t(m.description_.nx)) {}
-  const phs::Description& description() const override { return m_.description_; }
-  std::unique_ptr<phs::System<T>> clone() const override { return std::make_unique<Evaluator>(m_); }
-  T hamiltonian(In x) override { return plant_->hamiltonian(x); }
-  void gradient(In x, Out e) override { plant_->gradient(x, e); }
-  void field(T t, In x, In, Out dx) override {
-    drive(t, x);
-    plant_->field(t, x, u_, dx);
+        u_(size_t(m.plant_.description().nu), T(0.0)) {}
+  std::unique_ptr<phs::System<T>> clone() const override {
+    return this->alike(std::make_unique<Evaluator>(m_));
   }
-  void rate(T t, In x, In e, Out dx) override {
-    drive(t, x);
-    plant_->rate(t, x, e, dx);
-    plant_->apply_input(x, u_, w_);
-    for (size_t i = 0; i < dx.size(); ++i) dx[i] = dx[i] + w_[i];
+  /// A law costs more than the plant's gradient.
+  void efforts(T t, In x, In dx, Out e) override {
+    if (m_.held_) return phs::Driven<T>::efforts(t, x, dx, e);
+    this->gradient(x, e);
   }
-  void apply_structure(In x, In e, Out Je) override { plant_->apply_structure(x, e, Je); }
-  void apply_dissipation(In x, In e, Out Re) override { plant_->apply_dissipation(x, e, Re); }
-  void apply_input(In, In, Out Gu) override {
-    for (T& g : Gu) g = T(0.0);
+  /// A law may be stiffer than the plant.
+  std::unique_ptr<phs::Resolvent> resolvent() override {
+    return m_.held_ ? phs::Driven<T>::resolvent() : nullptr;
   }
-  void output(In, In, Out) override {}
-  void stored(In x, Out values) override { plant_->stored(x, values); }
-  void powers(T t, In x, In e, Out values) override {
-    const size_t own = values.size() - 1;
-    plant_->powers(t, x, e, values.first(own));
-    drive(t, x);
-    plant_->output(x, e, y_);
-    T sum(0.0);
-    for (size_t i = 0; i < u_.size(); ++i) sum = sum + u_[i] * y_[i];
-    values[own] = sum;
-  }
-  void invariants(In x, Out values) override { plant_->invariants(x, values); }
 
  private:
-  void drive(T t, In x) {
+  In inputs(T t, In x) override {
     if (m_.held_) {
       for (size_t i = 0; i < u_.size(); ++i) u_[i] = T((*m_.held_)[i]);
-      return;
+      return u_;
     }
     loop_->law(t, x, u_);
     const auto& at = m_.loop_.actuated();
@@ -65,11 +45,11 @@ class DrivenPlant::Evaluator final : public phs::System<T> {
       T& u = u_[size_t(at[j])];
       u = phs::max(phs::min(u, T(m_.limits_[j])), T(-m_.limits_[j]));
     }
+    return u_;
   }
   const DrivenPlant& m_;
-  std::unique_ptr<phs::System<T>> plant_;
   std::unique_ptr<LoopSystem<T>> loop_;
-  std::vector<T> u_, y_, w_;
+  std::vector<T> u_;
 };
 
 DrivenPlant::DrivenPlant(const ClosedLoop& loop, const phs::Model& plant,

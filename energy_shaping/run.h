@@ -17,6 +17,7 @@ class DrivenPlant : public phs::ModelFor<DrivenPlant> {
   DrivenPlant(const ClosedLoop& loop, const phs::Model& plant, std::vector<double> limits = {},
               std::shared_ptr<const std::vector<double>> held = nullptr);
   const phs::Description& description() const override { return description_; }
+  std::vector<phs::HoldPtr> holds() const override { return plant_.holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
 

@@ -1,10 +1,46 @@
 #include "phs/time_transform.h"
 
+#include <algorithm>
+#include <type_traits>
+
 namespace porthos::phs {
 namespace {
 
+/// That of the original system for steps of sigma(x) dtau: the slope of sigma, which is no stiff part, is left out, and t
+/// and p_t are left as they are.
+class TransformedResolvent final : public Resolvent {
+ public:
+  TransformedResolvent(std::unique_ptr<Resolvent> base, const TimeTransformedModel& m,
+                       System<double>& system, TimeScale<double>& scale)
+      : base_(std::move(base)),
+        m_(m),
+        system_(system),
+        scale_(scale),
+        x_(size_t(m.model().description().nx)),
+        e_(x_.size()),
+        r_(x_.size()) {}
+  void factor(double, std::span<const double> z, const Complex4& step) override {
+    for (size_t i = 0; i < x_.size(); ++i) x_[i] = z[m_.position(i)];
+    system_.gradient(x_, e_);
+    base_->factor(z[m_.time_at()], x_, scale_.value(x_, e_) * step);
+  }
+  void solve(std::span<Complex4> r) override {
+    for (size_t i = 0; i < r_.size(); ++i) r_[i] = r[m_.position(i)];
+    base_->solve(r_);
+    for (size_t i = 0; i < r_.size(); ++i) r[m_.position(i)] = r_[i];
+  }
+
+ private:
+  std::unique_ptr<Resolvent> base_;
+  const TimeTransformedModel& m_;
+  System<double>& system_;
+  TimeScale<double>& scale_;
+  std::vector<double> x_, e_;
+  std::vector<Complex4> r_;
+};
+
 template <class T>
-class TransformedSystem : public System<T> {
+class TransformedSystem final : public System<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
@@ -21,11 +57,16 @@ class TransformedSystem : public System<T> {
         k_(n_),
         a_(n_),
         b_(n_),
-        gain_(n_, T(0.0)) {}
+        gain_(n_, T(0.0)) {
+    for (const auto& b : m.description().blocks)
+      if (b.kind == BlockKind::angle) turns_.push_back(T(0.0));
+  }
 
   const Description& description() const override { return m_.description(); }
   std::unique_ptr<System<T>> clone() const override {
-    return std::make_unique<TransformedSystem>(m_);
+    auto copy = std::make_unique<TransformedSystem>(m_);
+    if (!turns_.empty()) copy->set_turn_angles(turns_);
+    return copy;
   }
 
   T hamiltonian(In z) override {
@@ -63,7 +104,15 @@ class TransformedSystem : public System<T> {
   void output(In, In, Out) override {}
   void invariants(In, Out) override {}
   void set_turn_angles(In angles) override {
-    base_->set_turn_angles(angles), scale_->set_turn_angles(angles);
+    std::copy(angles.begin(), angles.end(), turns_.begin());
+    base_->set_turn_angles(angles);
+    scale_->set_turn_angles(angles);
+  }
+  std::unique_ptr<Resolvent> resolvent() override {
+    if constexpr (std::is_same_v<T, double>)
+      if (auto base = base_->resolvent())
+        return std::make_unique<TransformedResolvent>(std::move(base), m_, *base_, *scale_);
+    return nullptr;
   }
 
  private:
@@ -105,7 +154,7 @@ class TransformedSystem : public System<T> {
   std::unique_ptr<TimeScale<T>> scale_;
   size_t n_;
   bool closed_;  ///< lossless and autonomous: nothing is gained or lost
-  std::vector<T> x_, e_, k_, a_, b_, gain_;
+  std::vector<T> x_, e_, k_, a_, b_, gain_, turns_;
 };
 
 Description describe(const Description& d, size_t half) {

@@ -7,6 +7,7 @@
 
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
+#include "phs/forwarding.h"
 #include "space/gravity_gradient.h"
 
 namespace porthos::space {
@@ -54,97 +55,94 @@ bool damped(const SoftLatch& l) {
 }
 
 template <class T>
-class PartsSystem final : public phs::System<T> {
+class PartsSystem final : public phs::Forwarding<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
  public:
   explicit PartsSystem(const PartsModel& model, const PartsModel::Placed& placed)
-      : model_(model),
+      : phs::Forwarding<T>(model.mechanical().template instantiate<T>(), model.description()),
+        model_(model),
         parts_(model.parts()),
         placed_(placed),
-        inner_(model.mechanical().template instantiate<T>()),
+        inner_(this->inner()),
         m_(model.mechanical().mechanism()),
         w_(m_),
         pose_(m_.nodes().size()),
         nq_(size_t(m_.nq())),
-        inner_storages_(model.mechanical().description().storages.size()),
-        inner_powers_(model.mechanical().description().powers.size()),
         u_(size_t(model.description().nu)),
         y_(u_.size()),
         e_(2 * nq_, T(0.0)),
         Gu_(2 * nq_),
-        values_(size_t(model.mechanical().description().invariant_count())),
         damped_(std::any_of(parts_.latches.begin(), parts_.latches.end(), damped)) {}
 
-  const phs::Description& description() const override { return model_.description(); }
   std::unique_ptr<phs::System<T>> clone() const override {
-    auto copy = std::make_unique<PartsSystem>(model_, placed_);
-    copy->set_turn_angles(w_.turn_angle);
-    return copy;
+    return this->alike(std::make_unique<PartsSystem>(model_, placed_));
   }
 
   T hamiltonian(In x) override {
-    T H = inner_->hamiltonian(x);
+    T H = inner_.hamiltonian(x);
     if (parts_.latches.empty()) return H;
     place(x);
     for (size_t k = 0; k < parts_.latches.size(); ++k) H = H + elastic_energy(k);
     return H;
   }
   void gradient(In x, Out e) override {
-    inner_->gradient(x, e);
+    inner_.gradient(x, e);
     if (parts_.latches.empty()) return;
-    place(x), clear();
+    place(x);
+    clear_inputs();
     add_elastic();
-    inner_->apply_input(x, u_, Gu_);
+    inner_.apply_input(x, u_, Gu_);
     for (size_t i = 0; i < nq_; ++i) e[i] = e[i] - Gu_[nq_ + i];
   }
   void field(T t, In x, In u, Out dx) override {
-    inner_->field(t, x, u, dx);
+    inner_.field(t, x, u, dx);
     std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
-    place(x), clear();
+    place(x);
+    clear_inputs();
     add_elastic();
     add_losses(x, e_), add_sources(t, x);
     add_to(x, dx);
   }
   void rate(T t, In x, In e, Out dx) override {
-    inner_->rate(t, x, e, dx);
-    place(x), clear();
+    inner_.rate(t, x, e, dx);
+    place(x);
+    clear_inputs();
     add_losses(x, e), add_sources(t, x);
     add_to(x, dx);
   }
   void efforts(T t, In x, In dx, Out e) override {
     std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
-    place(x), clear();
+    place(x);
+    clear_inputs();
     add_losses(x, e_), add_sources(t, x);
-    inner_->apply_input(x, u_, Gu_);
+    inner_.apply_input(x, u_, Gu_);
     for (size_t i = 0; i < 2 * nq_; ++i) Gu_[i] = dx[i] - Gu_[i];
-    inner_->efforts(t, x, Gu_, e);
+    inner_.efforts(t, x, Gu_, e);
   }
-  void apply_structure(In x, In e, Out Je) override { inner_->apply_structure(x, e, Je); }
   void apply_dissipation(In x, In e, Out Re) override {
-    inner_->apply_dissipation(x, e, Re);
+    inner_.apply_dissipation(x, e, Re);
     if (!damped_) return;
-    place(x), clear();
+    place(x);
+    clear_inputs();
     add_losses(x, e);
-    inner_->apply_input(x, u_, Gu_);
+    inner_.apply_input(x, u_, Gu_);
     for (size_t i = nq_; i < 2 * nq_; ++i) Re[i] = Re[i] - Gu_[i];
   }
-  void apply_input(In x, In u, Out Gu) override { inner_->apply_input(x, u, Gu); }
-  void output(In x, In e, Out y) override { inner_->output(x, e, y); }
 
   void stored(In x, Out values) override {
-    inner_->stored(x, values);
+    phs::Forwarding<T>::stored(x, values);
     if (parts_.latches.empty()) return;
     place(x);
-    size_t k = inner_storages_;
+    size_t k = this->inner_storages();
     for (size_t l = 0; l < parts_.latches.size(); ++l) values[k++] = elastic_energy(l);
   }
   void powers(T t, In x, In e, Out values) override {
-    inner_->powers(t, x, e, values);
+    phs::Forwarding<T>::powers(t, x, e, values);
     place(x);
-    inner_->output(x, e, y_);
-    size_t k = inner_powers_;
+    inner_.output(x, e, y_);
+    size_t k = this->inner_powers();
     for (size_t l = 0; l < parts_.latches.size(); ++l)
       if (damped(parts_.latches[l])) values[k++] = loss(l);
     const size_t impulses = k + parts_.thrusters.size() + parts_.torquers.size();
@@ -167,26 +165,21 @@ class PartsSystem final : public phs::System<T> {
       for (const T& value : {L.x, L.y, L.z}) values[i++] = value;
     }
   }
-  void invariants(In x, Out values) override {
-    inner_->invariants(x, values_);
-    for (const auto& mine : description().invariants)
-      for (const auto& i : model_.mechanical().description().invariants)
-        if (i.name == mine.name)
-          for (int c = 0; c < i.size; ++c) values[size_t(mine.at + c)] = values_[size_t(i.at + c)];
-  }
   void set_turn_angles(In angles) override {
-    inner_->set_turn_angles(angles);
+    phs::Forwarding<T>::set_turn_angles(angles);
     std::copy_n(angles.begin(), w_.turn_angle.size(), w_.turn_angle.begin());
   }
   std::unique_ptr<phs::Resolvent> resolvent() override {
-    return parts_.latches.empty() ? inner_->resolvent() : nullptr;
+    if (!parts_.latches.empty()) return nullptr;  // they may be stiffer than the mechanism
+    const bool pushed = !parts_.thrusters.empty() || !parts_.torquers.empty();
+    return pushed ? this->near_resolvent() : inner_.resolvent();
   }
 
  private:
   void place(In x) { mechanics::forward_kinematics<T>(m_, w_, x.first(nq_), pose_); }
-  void clear() { std::fill(u_.begin(), u_.end(), T(0.0)); }
+  void clear_inputs() { std::fill(u_.begin(), u_.end(), T(0.0)); }
   void add_to(In x, Out dx) {
-    inner_->apply_input(x, u_, Gu_);
+    inner_.apply_input(x, u_, Gu_);
     for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
   }
   /// Of a port in the world.
@@ -266,7 +259,7 @@ class PartsSystem final : public phs::System<T> {
   }
   void add_losses(In x, In e) {
     if (!damped_) return;
-    inner_->output(x, e, y_);
+    inner_.output(x, e, y_);
     for (size_t k = 0; k < parts_.latches.size(); ++k) {
       const Ends at = ends(k);
       const Force<T> r = damper(k, at, relative(k, at));
@@ -308,12 +301,12 @@ class PartsSystem final : public phs::System<T> {
   const PartsModel& model_;
   const Parts& parts_;
   const PartsModel::Placed& placed_;
-  std::unique_ptr<phs::System<T>> inner_;
+  phs::System<T>& inner_;
   const Mechanism& m_;
   mechanics::Workspace<T> w_;
   std::vector<Transform<T>> pose_;
-  size_t nq_, inner_storages_, inner_powers_;
-  std::vector<T> u_, y_, e_, Gu_, values_;
+  size_t nq_;
+  std::vector<T> u_, y_, e_, Gu_;
   bool damped_;
 };
 

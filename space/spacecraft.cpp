@@ -6,6 +6,7 @@
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
+#include "phs/forwarding.h"
 #include "space/plates.h"
 
 namespace porthos::space {
@@ -34,79 +35,52 @@ phs::Description describe(const phs::Description& internal, const Parts& parts, 
 }
 
 template <class T>
-class SpacecraftSystem : public phs::System<T> {
+class SpacecraftSystem final : public phs::Forwarding<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
  public:
   explicit SpacecraftSystem(const Spacecraft& model)
-      : model_(model),
-        internal_(model.internal().instantiate<T>()),
+      : phs::Forwarding<T>(model.internal().instantiate<T>(), model.description()),
+        model_(model),
+        internal_(this->inner()),
         gradient_(model.mechanism()),
         n_(model.internal_size()),
         nq_(size_t(model.mechanism().nq())),
         pull_(nq_),
-        values_(size_t(model.internal().description().invariant_count())) {
-    for (const auto& b : model.description().blocks)
-      if (b.kind == phs::BlockKind::angle) turns_.push_back(T(0.0));
-  }
+        own_(n_) {}
 
-  const phs::Description& description() const override { return model_.description(); }
   std::unique_ptr<phs::System<T>> clone() const override {
-    auto copy = std::make_unique<SpacecraftSystem>(model_);
-    copy->set_turn_angles(turns_);
-    return copy;
+    return this->alike(std::make_unique<SpacecraftSystem>(model_));
   }
-  T hamiltonian(In x) override { return internal_->hamiltonian(x.first(n_)); }
-  void gradient(In x, Out e) override { internal_->gradient(x.first(n_), e.first(n_)), clear(e); }
   void field(T t, In x, In u, Out dx) override {
-    internal_->field(t, x.first(n_), u, dx.first(n_));
+    internal_.field(t, x.first(n_), u, dx.first(n_));
     drive(x, dx);
   }
   void rate(T t, In x, In e, Out dx) override {
-    internal_->rate(t, x.first(n_), e.first(n_), dx.first(n_));
+    internal_.rate(t, x.first(n_), e.first(n_), dx.first(n_));
     drive(x, dx);
   }
-  void apply_structure(In x, In e, Out Je) override {
-    internal_->apply_structure(x.first(n_), e.first(n_), Je.first(n_)), clear(Je);
+  void efforts(T t, In x, In dx, Out e) override {
+    pull(x);
+    std::copy_n(dx.begin(), n_, own_.begin());
+    for (size_t i = 0; i < nq_; ++i) own_[nq_ + i] = own_[nq_ + i] - pull_[i];
+    internal_.efforts(t, x.first(n_), own_, e.first(n_));
+    this->clear(e.subspan(n_));
   }
-  void apply_dissipation(In x, In e, Out Re) override {
-    internal_->apply_dissipation(x.first(n_), e.first(n_), Re.first(n_)), clear(Re);
-  }
-  void apply_input(In x, In u, Out Gu) override {
-    internal_->apply_input(x.first(n_), u, Gu.first(n_)), clear(Gu);
-  }
-  void output(In x, In e, Out y) override { internal_->output(x.first(n_), e.first(n_), y); }
-  void stored(In x, Out values) override { internal_->stored(x.first(n_), values); }
   void powers(T t, In x, In e, Out values) override {
-    const size_t own = model_.internal().description().powers.size();
-    for (T& value : values) value = T(0.0);
-    internal_->powers(t, x.first(n_), e.first(n_), values.first(own));
+    phs::Forwarding<T>::powers(t, x, e, values);
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[own] = power;  // thrusters, torquers and plates: in the split alone
-  }
-  void invariants(In x, Out values) override {
-    internal_->invariants(x.first(n_), values_);
-    size_t k = 0;
-    for (const auto& i : model_.internal().description().invariants)
-      if (i.name != "angular_momentum")
-        for (int c = 0; c < i.size; ++c) values[k++] = values_[size_t(i.at + c)];
-  }
-  void sample(size_t i, T t, In x, std::span<double> memory) override {
-    internal_->sample(i, t, x.first(n_), memory);
+    values[this->inner_powers()] = power;  // thrusters, torquers and plates: in the split alone
   }
   void set_turn_angles(In angles) override {
-    turns_.assign(angles.begin(), angles.end());
-    internal_->set_turn_angles(angles);
+    phs::Forwarding<T>::set_turn_angles(angles);
     gradient_.set_turn_angles(angles.first(size_t(model_.mechanism().angle_count())));
   }
 
  private:
-  void clear(Out tail) const {
-    for (size_t i = n_; i < n_ + 6; ++i) tail[i] = T(0.0);
-  }
   Vec3<T> position(In x) const { return {x[n_], x[n_ + 1], x[n_ + 2]}; }
   void pull(In x) {
     gradient_.evaluate(model_.orbit().environment().planet.mu, x.first(nq_), position(x));
@@ -117,7 +91,7 @@ class SpacecraftSystem : public phs::System<T> {
     const Environment& env = model_.orbit().environment();
     if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure || model_.parts().any())
       throw InvalidArgument(
-          "system '" + description().name +
+          "system '" + this->description().name +
           "': third bodies, drag, sunlight, thrusters and torquers act in the split of orbit and "
           "internal motion only, not in a plain field");
     pull(x);
@@ -133,10 +107,10 @@ class SpacecraftSystem : public phs::System<T> {
   }
 
   const Spacecraft& model_;
-  std::unique_ptr<phs::System<T>> internal_;
+  phs::System<T>& internal_;
   GravityGradient<T> gradient_;
   size_t n_, nq_;
-  std::vector<T> pull_, values_, turns_;
+  std::vector<T> pull_, own_;
 };
 
 }  // namespace
