@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "phs/lane_lu.h"
+
 namespace porthos::integrators {
 namespace {
 
@@ -50,58 +52,22 @@ class JacobianProduct {
 
 class Dense final : public DualResolvent {
  public:
-  Dense(DualField& field, size_t nx)
-      : jacobian_(field, nx), n_(nx), lu_(n_ * n_), row_(n_), r_(n_) {}
+  Dense(DualField& field, size_t nx) : jacobian_(field, nx), lu_(nx) {}
 
   std::int64_t evaluations() const override { return jacobian_.evaluations; }
 
   void factor(double t, std::span<const double> x, const C& z) override {
     jacobian_.freeze(t, x);
-    for (size_t j = 0; j < n_; ++j)
+    for (size_t j = 0; j < lu_.size(); ++j)
       jacobian_([j](size_t i) { return i == j ? 1.0 : 0.0; },
-                [&](size_t i, double d) { lu_[i * n_ + j] = C(i == j ? 1.0 : 0.0) - d * z; });
-    for (size_t k = 0; k < n_; ++k) row_[k] = k;
-    for (size_t k = 0; k < n_; ++k) {
-      // One order of rows for all lanes: the pivot is the largest by the sum of the lanes' squares.
-      size_t pivot = k;
-      double largest = -1;
-      for (size_t i = k; i < n_; ++i) {
-        const Pack4 a = at(i, k).norm2();
-        const double size = (a[0] + a[1]) + (a[2] + a[3]);
-        if (size > largest) largest = size, pivot = i;
-      }
-      std::swap(row_[k], row_[pivot]);
-      const C inverse = at(k, k) = at(k, k).inverse();
-      for (size_t i = k + 1; i < n_; ++i) {
-        const C factor = at(i, k) = at(i, k) * inverse;
-        C* const target = &at(i, 0);
-        const C* const source = &at(k, 0);
-        for (size_t j = k + 1; j < n_; ++j) target[j] -= factor * source[j];
-      }
-    }
+                [&](size_t i, double d) { lu_.entry(i, j) = C(i == j ? 1.0 : 0.0) - d * z; });
+    lu_.factor();
   }
-  void solve(std::span<C> r) override {
-    for (size_t i = 0; i < n_; ++i) {
-      C sum = r[row_[i]];
-      for (size_t j = 0; j < i; ++j) sum -= at(i, j) * r_[j];
-      r_[i] = sum;
-    }
-    for (size_t i = n_; i-- > 0;) {
-      C sum = r_[i];
-      for (size_t j = i + 1; j < n_; ++j) sum -= at(i, j) * r_[j];
-      r_[i] = sum * at(i, i);
-    }
-    std::copy(r_.begin(), r_.end(), r.begin());
-  }
+  void solve(std::span<C> r) override { lu_.solve(r); }
 
  private:
-  C& at(size_t i, size_t j) { return lu_[row_[i] * n_ + j]; }
-
   JacobianProduct jacobian_;
-  size_t n_;
-  std::vector<C> lu_;
-  std::vector<size_t> row_;
-  std::vector<C> r_;
+  phs::LaneLu lu_;
 };
 
 class Krylov final : public DualResolvent {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "phs/detail/network_plan.h"
+#include "phs/detail/network_resolvent.h"
 
 namespace porthos::phs {
 namespace {
@@ -201,6 +202,10 @@ class NetworkSystem final : public System<T> {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->set_turn_angles(
           angles.subspan(size_t(p_.members[i].angle), size_t(p_.members[i].angles)));
+  }
+  std::unique_ptr<Resolvent> resolvent() override {
+    if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);
+    return nullptr;
   }
 
  private:

@@ -62,6 +62,19 @@ TEST(Allocation, NoneInAStepOfANetwork) {
     }
 }
 
+// Its own solver too: of the arm, the friction and the continuous controller together.
+TEST(Allocation, NoneInANewtonStepOfANetwork) {
+  integrators::Options o;
+  o.solver = integrators::Solver::newton_articulated;
+  for (const char* name : {"gauss8", "gonzalez"}) {
+    const auto model = controlled(0);
+    phs::State s(model->description(), {2.0, -0.4, 1.1, 0.5});
+    const auto method = make_integrator(name, *model, 0.05, o);
+    expect_none(std::string(name) + " by Newton", *method, s);
+    EXPECT_GT(method->cost().factorisations, 0) << name;
+  }
+}
+
 TEST(Allocation, NoneInAStepUnderAMonitor) {
   using integrators::MonitorOptions;
   using integrators::OnViolation;

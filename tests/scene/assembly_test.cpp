@@ -33,6 +33,15 @@ TEST_F(SceneAssembly, AssemblyNamesUnknownJointsAndAnUnwantedBase) {
             std::string::npos);
 }
 
+// An element makes the mechanism a member of a network, which has a solver like it.
+TEST_F(SceneAssembly, AnElementLeavesTheMechanismItsSolver) {
+  Lines l;
+  l.model += "\ninertia.lower = { mass = 1, inertia = [1, 1, 1, 0, 0, 0] }";
+  EXPECT_NE(put_together(l).model->instantiate<double>()->resolvent(), nullptr);
+  l.rest = "[[element]]\ntype = \"damper\"\njoint = \"shoulder\"\ndamping = 0.5\n";
+  EXPECT_NE(put_together(l).model->instantiate<double>()->resolvent(), nullptr);
+}
+
 TEST_F(SceneAssembly, AssemblyPutsStartValuesWhereTheyBelong) {
   const Assembly a = put_together(full_scene);
   const auto& m = *a.mechanism;
