@@ -33,12 +33,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// --- Ctrl-C --------------------------------------------------------------------------------------------------------
+// --- Ctrl-C
+// -------------------------------------------------------------------------------------------------
 
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// A signal asks the run to save and stop. A second one changes nothing: wrappers such as timeout send two at once.
+/// A signal asks the run to save and stop. A second one changes nothing: wrappers such as timeout
+/// send two at once.
 void stop_on_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
@@ -46,7 +48,8 @@ void stop_on_signals() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
-// --- arguments -----------------------------------------------------------------------------------------------------
+// --- arguments
+// -------------------------------------------------------------------------------------------------
 
 std::optional<double> seconds(const char* name, const std::optional<std::string>& text) {
   if (!text) return {};
@@ -97,7 +100,8 @@ bool resumable(const std::string& method) {
   return false;
 }
 
-// --- output --------------------------------------------------------------------------------------------------------
+// --- output
+// -------------------------------------------------------------------------------------------------
 
 void print(const std::string& text) {
   // A text longer than the buffer fails in fputs, a short one in fflush.

@@ -1,5 +1,6 @@
 // Before anything else runs: has this processor the instructions that the program was compiled to?
-// Compiled for every x86-64, alone, and without the C++ library, so that this code itself runs there.
+// Compiled for every x86-64, alone, and without the C++ library, so that this code itself runs
+// there.
 #include <unistd.h>
 
 #include "apps/cpu_features.h"

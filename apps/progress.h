@@ -3,7 +3,8 @@
 
 namespace porthos::apps {
 
-/// Progress on stderr: a bar with the time left on a terminal, otherwise a line about every five seconds.
+/// Progress on stderr: a bar with the time left on a terminal, otherwise a line about every five
+/// seconds.
 class Progress {
  public:
   Progress();

@@ -5,7 +5,8 @@
 
 namespace porthos::apps {
 
-/// Writes out/report.html of what is in `out`. A page that cannot be made is said on stderr and costs no run its verdict.
+/// Writes out/report.html of what is in `out`. A page that cannot be made is said on stderr and
+/// costs no run its verdict.
 /// @return whether it was written; false without a word where there is no template
 bool make_report(const std::string& out);
 

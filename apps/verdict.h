@@ -5,7 +5,8 @@
 
 namespace porthos::apps {
 
-/// What `porthos run` prints: checks, energy, cost, where the results are, verdict. has_page: report.html is among the results.
+/// What `porthos run` prints: checks, energy, cost, where the results are, verdict. has_page:
+/// report.html is among the results.
 std::string verdict_text(const scene::RunReport& report, const std::string& out, bool has_page);
 
 /// "pass", "FAIL" or "not judged".

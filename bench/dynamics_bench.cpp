@@ -1,4 +1,5 @@
-// What a step of gauss16 costs, its stages as lanes and one by one. The kernels alone: bench/kernels, bench/peers.
+// What a step of gauss16 costs, its stages as lanes and one by one. The kernels alone:
+// bench/kernels, bench/peers.
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
@@ -42,7 +43,8 @@ Model read(const std::string& path, bool free_base) {
   return std::make_shared<Mechanism>(mechanics::read_urdf(path, o).mechanism);
 }
 
-/// One gauss16 step with its stages as lanes, and stage by stage: their ratio is what the lanes bring.
+/// One gauss16 step with its stages as lanes, and stage by stage: their ratio is what the lanes
+/// bring.
 void add_steps(const std::string& name, Model m, double h) {
   benchmark::RegisterBenchmark(("gauss16_step/" + name).c_str(), gauss16_step, m, h, true);
   benchmark::RegisterBenchmark(("gauss16_step_scalar_stages/" + name).c_str(), gauss16_step, m, h,

@@ -1,5 +1,5 @@
-// What a composition and its books cost: a step of gauss16 on ETS-VII with joint elements, with and without books, and an
-// evaluation of a network against its members alone.
+// What a composition and its books cost: a step of gauss16 on ETS-VII with joint elements, with and
+// without books, and an evaluation of a network against its members alone.
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"

@@ -1,4 +1,5 @@
-// What an actuator adds to an evaluation: one energy with its slopes, and seven actuators on a 7-joint arm against the arm.
+// What an actuator adds to an evaluation: one energy with its slopes, and seven actuators on a
+// 7-joint arm against the arm.
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"

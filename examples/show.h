@@ -7,7 +7,8 @@
 #include "energy_shaping/certificate.h"
 #include "scene/plot/trace_plot.h"
 
-/// Prints a certificate and writes certificate.json and plot.svg into the folder given on the command line (default: here).
+/// Prints a certificate and writes certificate.json and plot.svg into the folder given on the
+/// command line (default: here).
 inline int show(int argc, char** argv, const porthos::energy_shaping::Certificate& certificate,
                 const std::string& svg) {
   const std::filesystem::path folder = argc > 1 ? argv[1] : ".";

@@ -11,7 +11,8 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
   const auto& nodes = m.nodes();
   passes::sines(m, w, q.data());
 
-  // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V - wrench.
+  // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V -
+  // wrench.
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
@@ -27,7 +28,8 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
     });
   }
 
-  // Leaf → root: articulated inertia and bias, b ← b + A a + U D⁻¹ u with u = τ - Sᵀ(b + A_before a).
+  // Leaf → root: articulated inertia and bias, b ← b + A a + U D⁻¹ u with u = τ - Sᵀ(b + A_before
+  // a).
   for (size_t j = 0; j < w.mu.size(); ++j) w.mu[j] = loads.tau.empty() ? T(0.0) : loads.tau[j];
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];

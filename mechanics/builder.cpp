@@ -32,7 +32,8 @@ Eigen::Vector3d eigenvalues(const Sym3<double>& S) {
 /// Real files hold rounded digits: a triangle inequality broken by less than this is rounding.
 constexpr double triangle_slack = 1e-6;
 
-/// And a body is a point whose radius of gyration is below this: its moments are rounding, of either sign.
+/// And a body is a point whose radius of gyration is below this: its moments are rounding, of
+/// either sign.
 constexpr double point_radius = 1e-7;    // m
 constexpr double point_inertia = 1e-18;  // kg m^2, of a body whose mass is rounding too
 
@@ -55,7 +56,8 @@ std::string inertia_fault(double mass, const Sym3<double>& inertia) {
   return "";
 }
 
-/// Principal moments below zero by rounding become zero. @return the smallest of them, 0: there was none
+/// Principal moments below zero by rounding become zero. @return the smallest of them, 0: there was
+/// none
 double lift_to_zero(MassProperties& m) {
   Sym3<double>& S = m.inertia;
   Eigen::Matrix3d full;
@@ -128,7 +130,8 @@ void add_to(RigidInertia<double>& a, const RigidInertia<double>& b) {
   a = {a.m + b.m, a.mc + b.mc, a.I + b.I};
 }
 
-/// Parents before children; each child right after its parent's earlier branches (depth first, in the order added).
+/// Parents before children; each child right after its parent's earlier branches (depth first, in
+/// the order added).
 std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
   std::map<std::string, const BodySpec*> by_name;
   std::map<std::string, std::vector<const BodySpec*>> children;
@@ -260,8 +263,8 @@ class Assembly {
     add_to(r_.nodes[size_t(node_)].inertia, inertia_in(mass, here_));
   }
 
-  /// Only the inertia of a whole moving body enters the dynamics: a faulty link merged into a sound body is a remark,
-  /// a faulty moving body an error that names the link to mend.
+  /// Only the inertia of a whole moving body enters the dynamics: a faulty link merged into a sound
+  /// body is a remark, a faulty moving body an error that names the link to mend.
   void check_inertias(const std::vector<const BodySpec*>& order, bool accept_unphysical) {
     std::map<int, const BodySpec*> culprit;
     for (const auto* b : order) {
@@ -309,7 +312,8 @@ class Assembly {
     return cross(first, second);
   }
 
-  /// One primitive joint after the frame here_ of node_; afterwards node_ is the new node and here_ the user's frame in it.
+  /// One primitive joint after the frame here_ of node_; afterwards node_ is the new node and here_
+  /// the user's frame in it.
   void append(std::string_view primitive, const Vec3d& axis, const char* suffix) {
     const int type = primitive_index(primitive);
     const bool oriented = primitive != "spherical" && primitive != "free";
@@ -401,8 +405,8 @@ bool carried_by(const Mechanism& m, int node, const std::string& joint) {
   return false;
 }
 
-/// Every freedom must move some inertia: not at each configuration (a wrist may be singular at zero), but at one of those
-/// tried.
+/// Every freedom must move some inertia: not at each configuration (a wrist may be singular at
+/// zero), but at one of those tried.
 void check_moving_inertia(const Mechanism& m) {
   std::vector<double> q = m.neutral();
   std::mt19937_64 rng(1);
@@ -436,7 +440,8 @@ std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<c
     for (int k = 0; k < c->nv; ++k) {
       const double D_inverse = w.D_inverse[size_t(c->v + k)];
       const double scale = norm(w.U[size_t(c->v + k)].n) + norm(w.U[size_t(c->v + k)].f);
-      // What is left after an elimination that should give zero is rounding, 1e-16 of what was there.
+      // What is left after an elimination that should give zero is rounding, 1e-16 of what was
+      // there.
       if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
           1 / D_inverse < 1e-250)
         return c->joint;

@@ -5,7 +5,8 @@
 namespace porthos::mechanics {
 namespace field_detail {
 
-/// Root → leaf: X_i, and w.g_i = weight of body i and the external wrench on it; leaf → root happens in `factor`.
+/// Root → leaf: X_i, and w.g_i = weight of body i and the external wrench on it; leaf → root
+/// happens in `factor`.
 template <class T>
 void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
                  std::span<const Force<T>> wrench) {
@@ -22,8 +23,8 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
   }
 }
 
-/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too. Without loads nobody needed X_i
-/// before, and it is made here, when it is first used.
+/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too. Without
+/// loads nobody needed X_i before, and it is made here, when it is first used.
 template <class T>
 void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
   const auto& nodes = m.nodes();
@@ -57,9 +58,10 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
   passes::sines(m, w, q.data());
   if (loaded) field_detail::load_bodies(m, w, q.data(), loads.wrench);
 
-  // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the elimination of S,
-  // A_i' V' + b_i' with V' = X_i V_λ is the same h_i, for V = V' + S D⁻¹ (u - Uᵀ V'): the momentum of the subtree needs
-  // no old A. A rotor's own momentum is in D and u alone; h is that of the bodies.
+  // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the
+  // elimination of S, A_i' V' + b_i' with V' = X_i V_λ is the same h_i, for V = V' + S D⁻¹ (u - Uᵀ
+  // V'): the momentum of the subtree needs no old A. A rotor's own momentum is in D and u alone; h
+  // is that of the bodies.
   field_detail::factor(m, w, q.data(), p.data(), loaded);
 
   for (size_t i = 0; i < nodes.size(); ++i) {

@@ -18,13 +18,15 @@ struct Loads {
 /// @param q, p    state, size nq each (rotation blocks: quaternion and lift)
 /// @param q_dot, p_dot  written, size nq each
 /// Joint rates are left in w.rate and body twists in w.V. Allocates nothing. Cost: about one ABA.
-/// Source: Featherstone 2008, table 7.1, with p in place of τ; p'_i = h_i · (V_i × S_i), which is ∂T/∂q_i at fixed rates.
+/// Source: Featherstone 2008, table 7.1, with p in place of τ; p'_i = h_i · (V_i × S_i), which is
+/// ∂T/∂q_i at fixed rates.
 template <class T>
 void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                        std::span<const T> p, const Loads<T>& loads, std::span<T> q_dot,
                        std::span<T> p_dot);
 
-/// Joint rates v = M(q)⁻¹ p from the flat momenta; leaves them in w.rate, joint momenta in w.mu, twists in w.V.
+/// Joint rates v = M(q)⁻¹ p from the flat momenta; leaves them in w.rate, joint momenta in w.mu,
+/// twists in w.V.
 template <class T>
 void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> p);

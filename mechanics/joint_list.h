@@ -11,7 +11,8 @@
 #include "mechanics/joints/revolute.h"
 #include "mechanics/joints/spherical.h"
 
-/// The joint lists: one line makes a new joint known to the builder, the kernels, the URDF reader and every test.
+/// The joint lists: one line makes a new joint known to the builder, the kernels, the URDF reader
+/// and every test.
 namespace porthos::mechanics {
 
 template <class... J>

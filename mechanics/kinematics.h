@@ -4,7 +4,8 @@
 namespace porthos::mechanics {
 
 /// Pose of the moving bodies' frames in the world, root to leaf.
-/// @param q size nq;  pose written, one per moving body (Mechanism::nodes order; a user's body: body_pose)
+/// @param q size nq;  pose written, one per moving body (Mechanism::nodes order; a user's body:
+///   body_pose)
 template <class T>
 void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<Transform<T>> pose);
@@ -17,7 +18,8 @@ Transform<T> body_pose(const Mechanism& m, const BodyFrame& body,
 /// The axes a Jacobian's rows are written in; both are about the body frame's origin.
 enum class JacobianAxes { body, world };
 
-/// Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the frame's origin.
+/// Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the
+/// frame's origin.
 /// @param J  written, 6 × nv column-major
 template <class T>
 void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,

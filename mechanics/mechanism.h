@@ -16,7 +16,8 @@ namespace porthos::mechanics {
 using Vec3d = Vec3<double>;
 using Pose = Transform<double>;
 
-/// A coordinate block of the mechanism: where a joint's numbers stand in q (and p) and in v (and tau).
+/// A coordinate block of the mechanism: where a joint's numbers stand in q (and p) and in v (and
+/// tau).
 struct JointCoordinates {
   std::string
       name;  ///< joint name, with a suffix where a joint has several blocks ("base.attitude")
@@ -54,9 +55,11 @@ struct Remark {
   std::string text;
 };
 
-/// An articulated mechanism: an immutable tree of bodies, shared by threads. Made by MechanismBuilder.
+/// An articulated mechanism: an immutable tree of bodies, shared by threads. Made by
+/// MechanismBuilder.
 ///
-/// q = joint coordinates, v = joint rates (body-frame twists of ball and free joints, [angular; linear]),
+/// q = joint coordinates, v = joint rates (body-frame twists of ball and free joints, [angular;
+/// linear]),
 /// p = momenta conjugate to q, of the same size as q.
 class Mechanism {
  public:
@@ -119,8 +122,8 @@ struct Workspace {
         sine(angle.size()),
         cosine(angle.size()) {}
 
-  /// Tells it the turns of a state's angle blocks, by which helical joints have advanced. Of a longer
-  /// list the first ones are taken; without any they stand in the angles themselves.
+  /// Tells it the turns of a state's angle blocks, by which helical joints have advanced. Of a
+  /// longer list the first ones are taken; without any they stand in the angles themselves.
   void set_turns(std::span<const std::int64_t> turns) {
     for (size_t k = 0; k < turn_angle.size(); ++k)
       turn_angle[k] = T(k < turns.size() ? double(turns[k]) * phs::two_pi_hi : 0.0);

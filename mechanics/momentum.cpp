@@ -69,7 +69,8 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
 template <class T>
 void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                                 std::span<T> A) {
-  // Column j: the momentum of the whole for a unit rate of freedom j, which is that of the subtree it moves.
+  // Column j: the momentum of the whole for a unit rate of freedom j, which is that of the subtree
+  // it moves.
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
   for (size_t i = 0; i < nodes.size(); ++i) w.A[i] = ArticulatedInertia<T>(nodes[i].inertia);

@@ -10,23 +10,25 @@ struct Momentum {
   Vec3<T> angular;  ///< about the world's origin, world axes [kg m²/s]
 };
 
-/// p = flat momenta of the joint rates v; also leaves twists in w.V. Cost: one momentum pass, no articulated inertia.
+/// p = flat momenta of the joint rates v; also leaves twists in w.V. Cost: one momentum pass, no
+/// articulated inertia.
 template <class T>
 void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> v, std::span<T> p);
 
-/// Total momentum at (q, p). Of bodies free in the world it is read off p, so that it is linear and bilinear in the
-/// state: angular = Σ ½ Im(π ξ̄) + x × P.
+/// Total momentum at (q, p). Of bodies free in the world it is read off p, so that it is linear and
+/// bilinear in the state: angular = Σ ½ Im(π ξ̄) + x × P.
 ///
-/// It is the momentum of the bodies; the spin of rotors (JointSpec::rotor_inertia) is not in it. Kept it is all the same,
-/// to rounding: ½ n²J q̇² is the same in every position and attitude of the whole, so the momentum that belongs to
-/// moving the whole (Noether) has no term of it. Bodies and rotor spin together are what is not kept.
+/// It is the momentum of the bodies; the spin of rotors (JointSpec::rotor_inertia) is not in it.
+/// Kept it is all the same, to rounding: ½ n²J q̇² is the same in every position and attitude of
+/// the whole, so the momentum that belongs to moving the whole (Noether) has no term of it. Bodies
+/// and rotor spin together are what is not kept.
 template <class T>
 Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                      std::span<const T> p);
 
-/// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows [angular; linear]. Of the
-/// bodies, without the spin of rotors, as `momentum`.
+/// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows
+/// [angular; linear]. Of the bodies, without the spin of rotors, as `momentum`.
 /// @param A  written, 6 × nv column-major.  Source: Orin, Goswami, Lee 2013.
 template <class T>
 void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
@@ -40,18 +42,19 @@ Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q
 template <class T>
 T kinetic_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> p);
 
-/// Its part in the bodies that are free in the world (the base of a spacecraft), at the twists kinetic_energy() left in
-/// w.V [J].
+/// Its part in the bodies that are free in the world (the base of a spacecraft), at the twists
+/// kinetic_energy() left in w.V [J].
 template <class T>
 T base_kinetic_energy(const Mechanism& m, const Workspace<T>& w);
 
-/// V = -Σ m_i g·c_i, zero at the world's origin [J]. Joint springs are the system's (mechanical_model.h).
+/// V = -Σ m_i g·c_i, zero at the world's origin [J]. Joint springs are the system's
+/// (mechanical_model.h).
 template <class T>
 T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 
-/// Scales that give a zero momentum a size: Σ m_i |v_i| and Σ |I_i| |ω_i| + m_i |c_i - c| |v_i - v_c| over the moving bodies,
-/// c and v_c place and velocity of their centre of mass: the second is the same wherever the mechanism is and however
-/// fast it goes.
+/// Scales that give a zero momentum a size: Σ m_i |v_i| and Σ |I_i| |ω_i| + m_i |c_i - c| |v_i -
+/// v_c| over the moving bodies, c and v_c place and velocity of their centre of mass: the second is
+/// the same wherever the mechanism is and however fast it goes.
 struct MomentumScale {
   double linear, angular;
 };

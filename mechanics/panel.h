@@ -5,13 +5,15 @@
 
 namespace porthos::mechanics {
 
-/// A flexible panel or boom: a beam of constant section that bends in one plane, as rigid segments on sprung hinges.
+/// A flexible panel or boom: a beam of constant section that bends in one plane, as rigid segments
+/// on sprung hinges.
 ///
-/// Its frame sits at the root on a link: x along the panel, y the axis it bends about (along its width), z its normal. The
-/// beam is cut into N pieces of length l = L/N with a hinge of stiffness EI/l in the middle of each, so that the rigid
-/// segments between are l/2 (with the link), l … l, l/2 long. The n-th bending frequency is that of the clamped
-/// Euler-Bernoulli beam to order 2 in 1/N: ω_n = λ_n² √(EI/(ρA L⁴)), λ = 1.8751, 4.6941, 7.8548.
-/// Source: the segments are the rigid finite elements of Kruszewski (in Wittbrodt, Adamiec-Wójcik, Wojciech 2006).
+/// Its frame sits at the root on a link: x along the panel, y the axis it bends about (along its
+/// width), z its normal. The beam is cut into N pieces of length l = L/N with a hinge of stiffness
+/// EI/l in the middle of each, so that the rigid segments between are l/2 (with the link), l … l,
+/// l/2 long. The n-th bending frequency is that of the clamped Euler-Bernoulli beam to order 2 in
+/// 1/N: ω_n = λ_n² √(EI/(ρA L⁴)), λ = 1.8751, 4.6941, 7.8548. Source: the segments are the rigid
+/// finite elements of Kruszewski (in Wittbrodt, Adamiec-Wójcik, Wojciech 2006).
 struct Panel {
   std::string name;                                ///< hinges are "<name>_1" … "<name>_N"
   std::string link;                                ///< what it is clamped to
@@ -29,7 +31,8 @@ struct Panel {
 double bending_frequency(const Panel& p, int n);
 
 /// Adds its segments to a mechanism.
-/// @throws InvalidArgument naming the panel: lengths, mass or stiffness that are not positive, no segment
+/// @throws InvalidArgument naming the panel: lengths, mass or stiffness that are not positive, no
+///   segment
 void add_panel(MechanismBuilder& b, const Panel& p);
 
 }  // namespace porthos::mechanics

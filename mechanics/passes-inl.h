@@ -55,13 +55,15 @@ void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
   }
 }
 
-/// Whether the elimination of the joint leaves nothing in the row and column of its rotation about z.
+/// Whether the elimination of the joint leaves nothing in the row and column of its rotation about
+/// z.
 template <class J>
 bool freed_about_z(const Node& n) {
   return J::frees_rotation_about_z && n.rotor_inertia == 0;
 }
 
-/// Leaf → root: the articulated inertia of body i before its joint is eliminated: its own and what its children passed on.
+/// Leaf → root: the articulated inertia of body i before its joint is eliminated: its own and what
+/// its children passed on.
 template <class T>
 [[gnu::always_inline]] inline ArticulatedInertia<T>& collected(const Node& n, Workspace<T>& w,
                                                                size_t i) {
@@ -71,7 +73,8 @@ template <class T>
 
 /// Leaf → root at one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
 ///   U = A S,  D = Sᵀ U + rotor inertia,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
-/// f: joint momenta (Hamiltonian field) or joint forces (ABA). Without a rotor A S = 0 afterwards; with one it is not.
+/// f: joint momenta (Hamiltonian field) or joint forces (ABA). Without a rotor A S = 0 afterwards;
+/// with one it is not.
 template <class J, class T>
 [[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, const T* f, bool root,
                                              ArticulatedInertia<T>& A, Force<T>& b) {
@@ -97,12 +100,14 @@ template <class J, class T>
     else
       A.subtract(U, D_inverse);
   });
-  // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the rounding of it.
+  // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the
+  // rounding of it.
   if constexpr (J::nv == 6)
     for (int k = 0; k < 6; ++k) b[k] = f[size_t(n.v + k)];
 }
 
-/// What is left of A_i goes to the parent; the first of its children to report brings the parent's own inertia in.
+/// What is left of A_i goes to the parent; the first of its children to report brings the parent's
+/// own inertia in.
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_to_parent(const Mechanism& m, const Node& n,
                                                   const Transform<T>& X, Workspace<T>& w,
@@ -121,8 +126,8 @@ template <class J, class T>
   }
 }
 
-/// Root → leaf at one body: the joint rates from the eliminated freedoms and the parent's motion in the body frame;
-/// v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
+/// Root → leaf at one body: the joint rates from the eliminated freedoms and the parent's motion in
+/// the body frame; v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
 template <class J, class T>
 [[gnu::always_inline]] inline void back_substitute(const Node& n, const Workspace<T>& w,
                                                    Motion<T>& v, T* rate) {

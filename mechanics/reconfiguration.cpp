@@ -124,8 +124,8 @@ RigidInertia<Real> inertia_of(const MassProperties& given) {
 Real power(const Force<Real>& f, const Motion<Real>& v) { return dot(f.n, v.w) + dot(f.f, v.v); }
 double size(const Vec3<Real>& a) { return double(phs::sqrt(dot(a, a))); }
 
-/// The coordinates of the new mechanism: those of joints that stay; of unlocked joints, as they were; of freed bodies, their
-/// pose.
+/// The coordinates of the new mechanism: those of joints that stay; of unlocked joints, as they
+/// were; of freed bodies, their pose.
 phs::State positions(const Moving& before, const Instant& from, const MechanicalModel& to) {
   const auto& a = before.model->description();
   const auto& b = to.description();
@@ -230,7 +230,8 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   for (const Real& x : from.q) q.push_back(double(x));
   for (const Real& x : from.v) v.push_back(double(x));
   r.scale = momentum_scale(from.m, w, q, v);
-  // What spins as one piece about its centre has Σ m|v| = 0, and its points have momenta all the same.
+  // What spins as one piece about its centre has Σ m|v| = 0, and its points have momenta all the
+  // same.
   double mass = 0;
   for (const auto& n : from.m.nodes()) mass += n.inertia.m;
   const Real T = kinetic_energy<Real>(from.m, from.w, from.q, from.p);

@@ -12,14 +12,15 @@
 
 /// Events that change a mechanism while it moves: capture, release, joints that lock and unlock.
 ///
-/// An event joins or frees bodies at one instant, without external impulse. Positions stay, and the new rates v⁺ are those
-/// nearest to the old motion in the metric of the masses,
+/// An event joins or frees bodies at one instant, without external impulse. Positions stay, and the
+/// new rates v⁺ are those nearest to the old motion in the metric of the masses,
 ///
 ///   min Σ ½ (J_i v⁺ - V_i)ᵀ I_i (J_i v⁺ - V_i)   =>   M⁺ v⁺ = Σ J_iᵀ I_i V_i,
 ///
-/// over all bodies i with twists V_i before: the perfectly plastic impact. Linear and angular momentum are equal before and
-/// after to rounding, and what is lost is that minimum (Carnot's theorem), 0 where the new mechanism can go on as the old
-/// one moved (release, unlock). Computed in 113 bits: an event adds no rounding beyond that of the state it ends in.
+/// over all bodies i with twists V_i before: the perfectly plastic impact. Linear and angular
+/// momentum are equal before and after to rounding, and what is lost is that minimum (Carnot's
+/// theorem), 0 where the new mechanism can go on as the old one moved (release, unlock). Computed
+/// in 113 bits: an event adds no rounding beyond that of the state it ends in.
 namespace porthos::mechanics {
 
 /// A joint that is locked: what it was.
@@ -64,22 +65,25 @@ struct Latch {
 };
 
 /// The body is welded to the link as it is, by a fixed joint.
-/// @throws InvalidArgument for unknown names, a body that is not free in the world or carries the link, points further apart
-///   than the reach, or relative motion beyond the limits; with the numbers. Nothing has changed then.
+/// @throws InvalidArgument for unknown names, a body that is not free in the world or carries the
+///   link, points further apart than the reach, or relative motion beyond the limits; with the
+///   numbers. Nothing has changed then.
 Impact capture(Moving& moving, const Latch& latch);
-/// How far the latch's points and their motion are within its limits, by the one that is closest [m, m/s or rad/s]:
-/// continuous in the state, below 0 beyond a limit. @throws InvalidArgument for unknown names
+/// How far the latch's points and their motion are within its limits, by the one that is closest
+/// [m, m/s or rad/s]: continuous in the state, below 0 beyond a limit. @throws InvalidArgument for
+/// unknown names
 double margin(const Moving& moving, const phs::State& state, const Latch& latch);
 /// @throws InvalidArgument saying which limit is passed, with the numbers
 void require_within_limits(const Moving& moving, const Latch& latch);
 /// The body's frame in the link's, as they are now.
 Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body);
 
-/// The body and all it carries become free in the world, with the motion they have. A lock of the joint that held the body
-/// ends with that joint.
+/// The body and all it carries become free in the world, with the motion they have. A lock of the
+/// joint that held the body ends with that joint.
 /// @throws InvalidArgument for an unknown body or one that is free already
 Impact release(Moving& moving, const std::string& body);
-/// The joint stops where it is. @throws InvalidArgument for an unknown joint or one that is fixed or locked already
+/// The joint stops where it is. @throws InvalidArgument for an unknown joint or one that is fixed
+/// or locked already
 Impact lock(Moving& moving, const std::string& joint);
 /// The joint can move again, from rest where it was locked, its coordinates as they were.
 /// @throws InvalidArgument for a joint that is not locked

@@ -3,14 +3,16 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/passes-inl.h"
 
-// Variations here are co-moving: of components in the body's own frame, then written in world axes. A displacement of
-// the child by the twist ζ changes what crosses the joint by  δ(X V) = -ζ × X V  and  δ(Xᵀ h) = Xᵀ (ζ ×* h).
+// Variations here are co-moving: of components in the body's own frame, then written in world axes.
+// A displacement of the child by the twist ζ changes what crosses the joint by  δ(X V) = -ζ × X V
+// and  δ(Xᵀ h) = Xᵀ (ζ ×* h).
 //
 // A joint of one freedom, S in world axes, δq = r_q + z δv:
 //   s_i = s_λ + (S, 0) δv + β δq                        β = (V × S, γ × S_ω)
 //   f_up = f_i + η δq                                   η = (S ×* h, S ×* g)
 //   r_p - z K r_q = ℓ·f_i - z δV_i·(S ×* h) + (z²K + z d + J) δv     ℓ = (S - z V × S, -z S)
-// The last line is δp - z δp' = r_p with p = Sᵀh + J v (J the rotor's inertia) and p' = Sᵀ(g - V ×* h) - K q - d v.
+// The last line is δp - z δp' = r_p with p = Sᵀh + J v (J the rotor's inertia) and p' = Sᵀ(g - V ×*
+// h) - K q - d v.
 
 namespace porthos::mechanics {
 namespace {
@@ -24,8 +26,8 @@ Motion<double> unit_twist(int k) {
   return m;
 }
 
-/// The Jacobian of what one joint does, by duals: of (q', p') by its arguments, of its momentum μ(q, p) and of its
-/// placement, as the child's displacement twist ζ in its own axes.
+/// The Jacobian of what one joint does, by duals: of (q', p') by its arguments, of its momentum
+/// μ(q, p) and of its placement, as the child's displacement twist ζ in its own axes.
 struct JointJacobian {
   static constexpr int most_q = 7, most_v = 6;
   struct Row {
@@ -193,7 +195,8 @@ class TreeResolvent final : public phs::Resolvent {
   }
 
  private:
-  /// The point of the linearisation: poses, twists, subtree momenta and weights, and P of the bodies alone.
+  /// The point of the linearisation: poses, twists, subtree momenta and weights, and P of the
+  /// bodies alone.
   void move_to(std::span<const double> x) {
     std::copy(turn_angle_.begin(), turn_angle_.end(), w_.turn_angle.begin());
     rates_from_momenta<double>(m_, w_, x.first(nq_), x.subspan(nq_));
@@ -243,7 +246,8 @@ class TreeResolvent final : public phs::Resolvent {
     return r;
   }
 
-  // --- joints of one freedom --------------------------------------------------------------------------------------
+  // --- joints of one freedom
+  // --------------------------------------------------------------------------------------
   void eliminate_hinge(size_t i) {
     const Node& n = m_.nodes()[i];
     Hinge& j = hinge_[i];
@@ -315,7 +319,8 @@ class TreeResolvent final : public phs::Resolvent {
     for (size_t k = 0; k < cols; ++k) r_p += j.SP[k] * s[k];
   }
 
-  // --- joints of several freedoms ---------------------------------------------------------------------------------
+  // --- joints of several freedoms
+  // ---------------------------------------------------------------------------------
   template <class J>
   void eliminate_general(size_t i, const double* q, const double* p) {
     const Node& n = m_.nodes()[i];
@@ -427,8 +432,8 @@ class TreeResolvent final : public phs::Resolvent {
     visit_joint(m_.nodes()[i].type, [&](auto J) { nq = size_t(decltype(J)::nq); });
     return nq;
   }
-  /// LU in place, the diagonal inverted. Without pivoting: N is near the identity in δq and δp, and like a mass matrix
-  /// in δv.
+  /// LU in place, the diagonal inverted. Without pivoting: N is near the identity in δq and δp, and
+  /// like a mass matrix in δv.
   static void decompose(std::vector<C>& N, size_t n) {
     for (size_t k = 0; k < n; ++k) {
       N[k * n + k] = N[k * n + k].inverse();

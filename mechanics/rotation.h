@@ -1,7 +1,8 @@
 #pragma once
 #include "mechanics/spatial.h"
 
-/// Unit quaternions (w, x, y, z), body to parent, and their T*R⁴ lift (formulation: docs/mathematics.md).
+/// Unit quaternions (w, x, y, z), body to parent, and their T*R⁴ lift (formulation:
+/// docs/mathematics.md).
 namespace porthos::mechanics {
 
 template <class T>
@@ -28,10 +29,10 @@ Quaternion<T> operator*(const Quaternion<T>& a, const Vec3<T>& u) {
 /// c = 1 - 1/|ξ|², so that x/|ξ|² = x - c x.
 ///
 /// Why not x·(1/|ξ|²): on the unit sphere |ξ|² and its inverse stand next to 1, where doubles are
-/// twice as dense below as above. Their rounding is biased by 3e-17 on average, always the same way,
-/// and fed a linear loss of energy, 5e-18 of it per second, in a free-floating arm (where |ξ|² then
-/// stood). Here |ξ|² - 1 is summed in halves, so that nothing is rounded near 1; no bias is seen at
-/// 5e-20 (tests/mechanics/bias_test.cpp).
+/// twice as dense below as above. Their rounding is biased by 3e-17 on average, always the same
+/// way, and fed a linear loss of energy, 5e-18 of it per second, in a free-floating arm (where |ξ|²
+/// then stood). Here |ξ|² - 1 is summed in halves, so that nothing is rounded near 1; no bias is
+/// seen at 5e-20 (tests/mechanics/bias_test.cpp).
 template <class T>
 T norm_defect(const Quaternion<T>& q) {
   const T half(0.5);
@@ -67,8 +68,8 @@ Quaternion<T> lift_momentum(const Quaternion<T>& xi, const Vec3<T>& m) {
 
 /// The lifted field (exactly canonical, on and off the unit sphere):
 ///   ξ' = ½ ξ ∘ ω,   π' = ½ π ∘ ω + (2/|ξ|²) ξ ∘ t
-/// with ω the body rate and t the body torque -∂H/∂φ at fixed m. Source: McLachlan, Modin, Verdier 2013
-/// (arXiv:1308.6620) for the idea.
+/// with ω the body rate and t the body torque -∂H/∂φ at fixed m. Source: McLachlan, Modin, Verdier
+/// 2013 (arXiv:1308.6620) for the idea.
 template <class T>
 void lifted_field(const Quaternion<T>& xi, const Quaternion<T>& pi, const Vec3<T>& w,
                   const Vec3<T>& t, T* xi_dot, T* pi_dot) {

@@ -4,7 +4,8 @@
 /// Spatial algebra (Featherstone 2008, chapter 2). Spatial vectors are [angular; linear].
 namespace porthos::mechanics {
 
-/// Every operation here is a handful of multiplications: a call, and the copies of its 9 to 21 numbers, would cost more.
+/// Every operation here is a handful of multiplications: a call, and the copies of its 9 to 21
+/// numbers, would cost more.
 #define PORTHOS_INLINE [[gnu::always_inline]] inline
 
 using phs::abs;
@@ -107,9 +108,10 @@ struct Sym3 {
   PORTHOS_INLINE Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
 };
 
-/// R m Rᵀ for a rotation R with columns x y z. As R Rᵀ = 1 it is zz·1 + p xᵀ + x pᵀ + q yᵀ + y qᵀ with
-/// p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of 45. In wider numbers than those
-/// the placements were given in, R Rᵀ is 1 only to the rounding of these: there it is the congruence, whatever R is.
+/// R m Rᵀ for a rotation R with columns x y z. As R Rᵀ = 1 it is zz·1 + p xᵀ + x pᵀ + q yᵀ + y qᵀ
+/// with p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of
+/// 45. In wider numbers than those the placements were given in, R Rᵀ is 1 only to the rounding of
+/// these: there it is the congruence, whatever R is.
 template <class T>
 PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
   const Vec3<T>&x = R.x, &y = R.y, &z = R.z;
@@ -181,7 +183,8 @@ PORTHOS_INLINE Force<T> cross(const Motion<T>& v, const Force<T>& f) {
   return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
 }
 
-/// v × S for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z, times s; its zeros are not computed.
+/// v × S for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z, times s; its zeros are not
+/// computed.
 template <int axis, class T>
 PORTHOS_INLINE void add_cross_unit(const Motion<T>& v, T s, Motion<T>& a) {
   const auto add = [s](const Vec3<T>& b, Vec3<T>& c) {  // c += b × e s
@@ -193,7 +196,8 @@ PORTHOS_INLINE void add_cross_unit(const Motion<T>& v, T s, Motion<T>& a) {
   if constexpr (axis >= 3) add(v.w, a.v);
 }
 
-/// Pose of a child frame in its parent: rotation child -> parent and origin of the child in the parent.
+/// Pose of a child frame in its parent: rotation child -> parent and origin of the child in the
+/// parent.
 template <class T>
 struct Transform {
   Mat3<T> R;
@@ -301,7 +305,8 @@ struct ArticulatedInertia {
     M.xx -= W.f.x * U.f.x, M.xy -= W.f.x * U.f.y, M.xz -= W.f.x * U.f.z;
     M.yy -= W.f.y * U.f.y, M.yz -= W.f.y * U.f.z, M.zz -= W.f.z * U.f.z;
   }
-  /// The same where nobody asks for row and column of rotation about z afterwards: they are left as they were.
+  /// The same where nobody asks for row and column of rotation about z afterwards: they are left as
+  /// they were.
   PORTHOS_INLINE void subtract_free_about_z(const Force<T>& U, T s) {
     const Force<T> W = s * U;
     I.xx -= W.n.x * U.n.x, I.xy -= W.n.x * U.n.y, I.yy -= W.n.y * U.n.y;
@@ -322,7 +327,8 @@ struct ArticulatedInertia {
   }
 };
 
-/// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own origin lies at r.
+/// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own
+/// origin lies at r.
 template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I,
                                                 const Mat3<T>& H, const Sym3<T>& M) {
@@ -351,7 +357,8 @@ PORTHOS_INLINE ArticulatedInertia<T> to_parent(const Transform<T>& X,
   return translated(X.r, rotated(X.R, A.I), X.R * A.H * X.R.transposed(), rotated(X.R, A.M));
 }
 
-/// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves it.
+/// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves
+/// it.
 template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X,
                                                             const ArticulatedInertia<T>& A) {

@@ -182,8 +182,8 @@ class Assembler {
     return order;
   }
 
-  /// Gives every link its mass properties. A link that never moves needs none, and one that fixed joints tie to a link
-  /// with mass is a frame.
+  /// Gives every link its mass properties. A link that never moves needs none, and one that fixed
+  /// joints tie to a link with mass is a frame.
   void settle_masses(const std::vector<std::size_t>& order) {
     std::vector<bool> moves(m_.links.size()), has_mass(m_.links.size());
     std::vector<std::size_t> lacking,

@@ -7,8 +7,8 @@
 
 #include "mechanics/urdf.h"
 
-/// A URDF file as its text says it, before it is known to be a tree. Private to the reader: urdf_file.cpp makes a File of
-/// XML, urdf.cpp a mechanism of a File.
+/// A URDF file as its text says it, before it is known to be a tree. Private to the reader:
+/// urdf_file.cpp makes a File of XML, urdf.cpp a mechanism of a File.
 namespace porthos::mechanics::urdf {
 
 inline std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }

@@ -7,25 +7,28 @@
 
 #include "phs/error.h"
 
-/// Numpy arrays as they are: nothing is converted or copied on the way in. What does not fit is refused in one sentence
-/// with name, got and expected.
+/// Numpy arrays as they are: nothing is converted or copied on the way in. What does not fit is
+/// refused in one sentence with name, got and expected.
 namespace porthos::python {
 
 namespace py = pybind11;
 using Shape = std::vector<py::ssize_t>;
 
-/// The rows of one call: one state (arrays of the item's own shape), or n states, one after another in C order.
+/// The rows of one call: one state (arrays of the item's own shape), or n states, one after another
+/// in C order.
 class Rows {
  public:
   bool batched() const { return batched_; }
   size_t count() const { return size_t(rows_); }
 
-  /// The numbers of an input of `item` per state; the first one says whether the call is batched. None: null if optional.
+  /// The numbers of an input of `item` per state; the first one says whether the call is batched.
+  /// None: null if optional.
   const double* in(const char* name, py::handle array, const Shape& item, bool optional = false);
   const double* in(const char* name, py::handle array, size_t n, bool optional = false) {
     return in(name, array, Shape{py::ssize_t(n)}, optional);
   }
-  /// `out` checked as an input is, writeable and apart from the inputs; or a new array if it is None.
+  /// `out` checked as an input is, writeable and apart from the inputs; or a new array if it is
+  /// None.
   py::array_t<double> out(const char* name, py::handle out, const Shape& item);
   py::array_t<double> out(const char* name, py::handle array, size_t n) {
     return out(name, array, Shape{py::ssize_t(n)});

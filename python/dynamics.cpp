@@ -19,7 +19,8 @@ using namespace mechanics;
 using phs::Pack8;
 using MechanismPtr = std::shared_ptr<const Mechanism>;
 
-/// The scratch of the kernels, kept from call to call: one per thread for each of the last few mechanisms.
+/// The scratch of the kernels, kept from call to call: one per thread for each of the last few
+/// mechanisms.
 struct Scratch {
   explicit Scratch(const MechanismPtr& m) : mechanism(m), one(*m), eight(*m) {}
   std::weak_ptr<const Mechanism> mechanism;
@@ -59,7 +60,8 @@ Scratch& scratch_of(const MechanismPtr& m) {
   return *kept[0];
 }
 
-/// Runs f(scratch, workspace, in, out) over the rows: a generic callable with spans over double or Pack8.
+/// Runs f(scratch, workspace, in, out) over the rows: a generic callable with spans over double or
+/// Pack8.
 template <size_t I, size_t O, class F>
 void over_rows(const MechanismPtr& m, const Rows& rows, const std::array<Source, I>& in,
                const std::array<Target, O>& out, F f) {

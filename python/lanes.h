@@ -5,8 +5,8 @@
 
 #include "phs/scalar.h"
 
-/// Many states through one kernel: eight at a time in SIMD lanes, the last few as one more pack or singly. Lanes give the
-/// bits of one state, so that a batch equals its rows evaluated one by one.
+/// Many states through one kernel: eight at a time in SIMD lanes, the last few as one more pack or
+/// singly. Lanes give the bits of one state, so that a batch equals its rows evaluated one by one.
 namespace porthos::python {
 
 /// An array of rows: n numbers per state, null for an input that is not given.
@@ -27,7 +27,8 @@ class Lanes {
  public:
   Lanes(const std::array<Source, I>& in, const std::array<Target, O>& out) : in_(in), out_(out) {}
 
-  /// f(in, out) with arrays of spans over T, for the scalars one and eight: `one` takes double, `eight` takes Pack8.
+  /// f(in, out) with arrays of spans over T, for the scalars one and eight: `one` takes double,
+  /// `eight` takes Pack8.
   template <class One, class Eight>
   void run(size_t rows, One&& one, Eight&& eight) {
     if (rows > 2) {
@@ -65,7 +66,8 @@ class Lanes {
   }
 
  private:
-  // Rows become columns of four by four doubles at a time. Halves joined as they are loaded leave one shuffle per vector.
+  // Rows become columns of four by four doubles at a time. Halves joined as they are loaded leave
+  // one shuffle per vector.
   typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
   typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
   static Four join(const double* lo, const double* hi) {

@@ -11,9 +11,10 @@ struct Advance {
   std::atomic<double> fraction{-1}, spent{0}, left{0};
 };
 
-/// Does the work without the GIL on a thread of its own, while this one waits for it and, twenty times a second, looks for
-/// signals. Ctrl-C sets the flag the work is given; when it has stopped, KeyboardInterrupt is raised here. tell: called
-/// with the GIL whenever `advance` has changed; may be None.
+/// Does the work without the GIL on a thread of its own, while this one waits for it and, twenty
+/// times a second, looks for signals. Ctrl-C sets the flag the work is given; when it has stopped,
+/// KeyboardInterrupt is raised here. tell: called with the GIL whenever `advance` has changed; may
+/// be None.
 void patiently(const std::function<void(const std::atomic<bool>& stop)>& work,
                pybind11::object tell = pybind11::none(), Advance* advance = nullptr);
 

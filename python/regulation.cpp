@@ -1,4 +1,5 @@
-// Arms with freedoms to spare, floating bases on wheels, moving targets, and what helps to choose gains.
+// Arms with freedoms to spare, floating bases on wheels, moving targets, and what helps to choose
+// gains.
 #include <pybind11/stl.h>
 
 #include "energy_shaping/null_space.h"

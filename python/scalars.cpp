@@ -37,7 +37,8 @@ T power(T x, double n) {
   return phs::exp(T(n) * phs::log(x));
 }
 
-/// Arithmetic among themselves and with floats, and the functions numpy calls on object arrays: np.sin(x) is x.sin().
+/// Arithmetic among themselves and with floats, and the functions numpy calls on object arrays:
+/// np.sin(x) is x.sin().
 template <class P, class Class>
 void arithmetic(Class& c) {
   const auto both = [&](const char* name, const char* reflected, auto f) {

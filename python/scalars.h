@@ -9,8 +9,8 @@
 #include "phs/error.h"
 #include "phs/scalar.h"
 
-/// Numbers between C++ scalars and Python code: float64 and longdouble arrays, object arrays of Dual and Quad. Lanes are
-/// taken one by one. Python code gets copies, which it may keep.
+/// Numbers between C++ scalars and Python code: float64 and longdouble arrays, object arrays of
+/// Dual and Quad. Lanes are taken one by one. Python code gets copies, which it may keep.
 namespace porthos::python {
 
 namespace py = pybind11;

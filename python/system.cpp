@@ -1,4 +1,5 @@
-// The port-Hamiltonian contract in Python: descriptions, models, their evaluation on numpy arrays, the checker.
+// The port-Hamiltonian contract in Python: descriptions, models, their evaluation on numpy arrays,
+// the checker.
 #include "phs/system.h"
 
 #include <fmt/format.h>
@@ -109,8 +110,8 @@ void bind_description(py::module_& m) {
       });
 }
 
-/// A model seen through workspaces of its own, for one state and for eight. One evaluation at a time: the lock is taken
-/// without the GIL, as a system written in Python takes the GIL inside.
+/// A model seen through workspaces of its own, for one state and for eight. One evaluation at a
+/// time: the lock is taken without the GIL, as a system written in Python takes the GIL inside.
 class Evaluator {
  public:
   explicit Evaluator(ModelPtr m) : model_(std::move(m)), one_(model_->instantiate<double>()) {}

@@ -54,8 +54,8 @@ void put_lane(py::handle result, T& out, int lane, const std::string& who) {
     out.set(lane, from_python<double>(result, who));
 }
 
-/// An object with the methods of phs/user_model.h, which return what the C++ ones write. Methods it lacks have the same
-/// defaults. Every evaluation takes the GIL.
+/// An object with the methods of phs/user_model.h, which return what the C++ ones write. Methods it
+/// lacks have the same defaults. Every evaluation takes the GIL.
 class PythonSystem {
  public:
   explicit PythonSystem(py::object object) {

@@ -1,4 +1,5 @@
-// Variable-stiffness actuators: the families, the catalogue and actuators on the joints of a network.
+// Variable-stiffness actuators: the families, the catalogue and actuators on the joints of a
+// network.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 

@@ -7,8 +7,8 @@
 #include "phs/error.h"
 #include "report/detail/credibility.h"
 #include "report/detail/playback.h"
-#include "report/report.h"
 #include "report/detail/series.h"
+#include "report/report.h"
 #include "scene/files/files.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t most_buckets = 3000, most_frames = 2000;
 
-/// Everything of one results folder, as far as it can be read. What cannot is named under "missing".
+/// Everything of one results folder, as far as it can be read. What cannot is named under
+/// "missing".
 class Gathered {
  public:
   explicit Gathered(fs::path folder) : folder_(std::move(folder)) {}
@@ -138,7 +139,8 @@ class Gathered {
     });
   }
 
-  /// Each phase has a mechanism of its own: the events are applied again to the states the phases ended in.
+  /// Each phase has a mechanism of its own: the events are applied again to the states the phases
+  /// ended in.
   void several_phases() {
     int count = 0;
     while (fs::exists(folder_ / fmt::format("phase_{}", count + 1) / "run.h5")) ++count;
@@ -176,7 +178,8 @@ class Gathered {
       });
   }
 
-  /// Whether an event was at that time, as the summary tells, which knows when those happened that wait.
+  /// Whether an event was at that time, as the summary tells, which knows when those happened that
+  /// wait.
   bool happened(const scene::Event& e, double at) const {
     const auto near = [&](double t) { return std::fabs(t - at) <= 1e-9 * at; };
     if (!summary_.is_object() || !summary_.contains("events")) return near(e.at);

@@ -15,14 +15,16 @@ class Records {
  public:
   virtual ~Records() = default;
   virtual std::int64_t count() const = 0;
-  /// Names of the datasets below a group ("stored"), in the order of the file; empty: no such group.
+  /// Names of the datasets below a group ("stored"), in the order of the file; empty: no such
+  /// group.
   virtual std::vector<std::string> names(const std::string& group) const = 0;
   virtual bool has(const std::string& name) const = 0;
   /// The names behind the columns of "turns".
   virtual std::vector<std::string> turn_names() const = 0;
   /// Whole texts of scene file and model; empty if not known.
   virtual std::string text(const std::string& name) const = 0;
-  /// Calls f(first row, rows, columns per row, values) for consecutive pieces of a dataset, in order; integers as double.
+  /// Calls f(first row, rows, columns per row, values) for consecutive pieces of a dataset, in
+  /// order; integers as double.
   /// @throws InvalidArgument naming file and dataset where it cannot be read
   using Piece =
       std::function<void(std::int64_t first, std::int64_t rows, int columns, const double* values)>;
@@ -32,7 +34,8 @@ class Records {
 /// Of a finished run. @throws InvalidArgument if the file cannot be opened or is no run of Porthos
 std::unique_ptr<Records> open_run_file(const std::filesystem::path& path);
 
-/// Of a run under way or cut off: the log in its checkpoint folder, as far as it has come, with the model it is of.
+/// Of a run under way or cut off: the log in its checkpoint folder, as far as it has come, with the
+/// model it is of.
 /// @throws InvalidArgument if it cannot be read
 std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
                                   scene::Extrema extrema);

@@ -5,19 +5,22 @@
 /// report.html: one self-contained page per results folder. What it shows: docs/report.md.
 namespace porthos::report {
 
-/// The page without its data: PORTHOS_REPORT_TEMPLATE of the environment, else share/porthos/report_template.html beside the
-/// program's bin/, else where the build or the installation put it. Empty if there is none.
+/// The page without its data: PORTHOS_REPORT_TEMPLATE of the environment, else
+/// share/porthos/report_template.html beside the program's bin/, else where the build or the
+/// installation put it. Empty if there is none.
 std::filesystem::path find_template();
 
 /// What to do where there is no template, one sentence.
 std::string no_template_text();
 
-/// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of several phases, a comparison;
-/// what cannot be read is named in it. @throws InvalidArgument if the folder holds no results at all
+/// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of
+/// several phases, a comparison; what cannot be read is named in it. @throws InvalidArgument if the
+/// folder holds no results at all
 std::string report_json(const std::filesystem::path& folder);
 
 /// Fills the template and writes `out` (aside first, then renamed).
-/// @throws InvalidArgument if a file cannot be read or written, or the template has no place for the data
+/// @throws InvalidArgument if a file cannot be read or written, or the template has no place for
+///   the data
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& out,
                   const std::filesystem::path& page);
 

@@ -23,8 +23,9 @@ Mat3<double> columns(const Eigen::Matrix3d& m) {
   return {{m(0, 0), m(1, 0), m(2, 0)}, {m(0, 1), m(1, 1), m(2, 1)}, {m(0, 2), m(1, 2), m(2, 2)}};
 }
 
-/// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m. Moments that break the
-/// triangle inequality have none: null. A side is at least a twentieth of the longest.
+/// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m.
+/// Moments that break the triangle inequality have none: null. A side is at least a twentieth of
+/// the longest.
 Json box_of(const mechanics::MassProperties& m) {
   if (!(m.mass > 0)) return nullptr;
   Eigen::Matrix3d I;

@@ -6,7 +6,8 @@
 
 #include "vsa/elastic.h"
 
-/// The families by name with their parameters, and a catalogue of devices whose every number says where it comes from.
+/// The families by name with their parameters, and a catalogue of devices whose every number says
+/// where it comes from.
 namespace porthos::vsa {
 
 /// Parameters by name. A number is a list of one.
@@ -23,7 +24,8 @@ struct Family {
   std::function<ElasticPtr(const Values&, const Limits&)> make;
 };
 const std::vector<Family>& families();
-/// A member of a family. @throws InvalidArgument for an unknown family or parameter (lists the known ones), a missing one,
+/// A member of a family. @throws InvalidArgument for an unknown family or parameter (lists the
+/// known ones), a missing one,
 ///   a list where a number is expected, or a number the family refuses
 ElasticPtr make_elastic(const std::string& family, const Values& values, const Limits& l);
 

@@ -1,4 +1,5 @@
-// The catalogue. A number without a source that was read is `recalled` or `illustrative`, and the page says so.
+// The catalogue. A number without a source that was read is `recalled` or `illustrative`, and the
+// page says so.
 #include <cmath>
 
 #include "vsa/catalogue.h"
@@ -29,7 +30,8 @@ Quantity recall(const char* name, std::vector<double> values, const char* unit) 
   return {name, std::move(values), unit, recalled, userguide};
 }
 
-/// The stops' own stiffnesses are nowhere published: ours end a deflection within some hundredths of a radian.
+/// The stops' own stiffnesses are nowhere published: ours end a deflection within some hundredths
+/// of a radian.
 void stops(Device& d, double deflection, double stiffness, Provenance of_deflection,
            const char* source) {
   d.limits.deflection = deflection, d.limits.stop_stiffness = stiffness;

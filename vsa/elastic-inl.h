@@ -7,8 +7,9 @@
 
 /// Makes an Elastic out of a plain struct with one of
 ///
-///   template <class T> T energy(const T& phi, const T& sigma) const;              φ = q - θ: translation invariant
-///   template <class T> T energy(const T& q, const T& theta, const T& sigma) const;
+///   template <class T> T energy(const T& phi, const T& sigma) const;              φ = q - θ:
+///   translation invariant template <class T> T energy(const T& q, const T& theta, const T& sigma)
+///   const;
 ///
 /// and, where its deflection limit is not one of φ itself,
 ///
@@ -22,7 +23,8 @@ inline constexpr bool by_deflection = requires(const F& f, double x) {
   f.energy(x, x);
 };
 
-/// E += ⅓ k depth³ outside [lower, upper]. Where no lane is outside nothing is computed: the same bits, as it would be 0.
+/// E += ⅓ k depth³ outside [lower, upper]. Where no lane is outside nothing is computed: the same
+/// bits, as it would be 0.
 template <class T>
 void add_stop(T& E, const T& x, double lower, double upper, double k) {
   using phs::any, phs::max;
@@ -117,7 +119,8 @@ ElasticPtr make_elastic(F family, ElasticTraits traits) {
   return std::make_shared<ElasticOf<F>>(std::move(family), std::move(traits));
 }
 
-/// A parameter of a family. @throws InvalidArgument unless the condition holds and the value is finite
+/// A parameter of a family. @throws InvalidArgument unless the condition holds and the value is
+/// finite
 inline void require(bool condition, const char* family, const char* what, double value,
                     const char* expected) {
   if (!condition || !(std::fabs(value) < HUGE_VAL))

@@ -11,19 +11,22 @@
 ///
 ///   E(q, θ, σ)     q link angle, θ the motor's equilibrium angle, σ what sets the stiffness
 ///
-/// One function gives everything an actuator does to the rest of the world: the torque on the link -∂E/∂q, that on the
-/// motor -∂E/∂θ, the effort its stiffness port asks for ∂E/∂σ, the stiffness ∂²E/∂q². A model that takes those from one
-/// energy cannot make energy, whatever moves q, θ and σ (Visser, Carloni, Stramigioli 2010, ICRA).
+/// One function gives everything an actuator does to the rest of the world: the torque on the link
+/// -∂E/∂q, that on the motor -∂E/∂θ, the effort its stiffness port asks for ∂E/∂σ, the stiffness
+/// ∂²E/∂q². A model that takes those from one energy cannot make energy, whatever moves q, θ and σ
+/// (Visser, Carloni, Stramigioli 2010, ICRA).
 namespace porthos::vsa {
 
-/// ∂E/∂(q, θ, σ): [N m, N m, N m per unit of σ]. Efforts a motion has to bring up; what the spring does is their negative.
+/// ∂E/∂(q, θ, σ): [N m, N m, N m per unit of σ]. Efforts a motion has to bring up; what the spring
+/// does is their negative.
 template <class T>
 struct Slopes {
   T q, theta, sigma;
 };
 
-/// Where deflection and σ end. Beyond, a stop takes up energy as well, ⅓ stiffness · depth³: E is C² there, and nothing
-/// is ever clipped. A family says what its deflection limit is of (spring by spring, where there are several).
+/// Where deflection and σ end. Beyond, a stop takes up energy as well, ⅓ stiffness · depth³: E is
+/// C² there, and nothing is ever clipped. A family says what its deflection limit is of (spring by
+/// spring, where there are several).
 struct Limits {
   double deflection = HUGE_VAL;  ///< [rad], > 0
   double stop_stiffness = 0;     ///< [N m/rad²] where deflection is given, > 0
@@ -34,14 +37,15 @@ struct Limits {
 struct ElasticTraits {
   std::string family;  ///< "cosh", "maccepa", ...
   std::string title;   ///< a line for people
-  std::string
-      sigma;  ///< what σ is: "half the angle between the motors"; empty: the energy does not depend on σ
+  /// what σ is: "half the angle between the motors"; empty: the energy does not depend on σ
+  std::string sigma;
   std::string sigma_unit;             ///< "rad", "m", "1"
   bool translation_invariant = true;  ///< E depends on q - θ alone: ∂E/∂q = -∂E/∂θ to the bit
   Limits limits;
 };
 
-/// One energy with its derivatives in every scalar. Immutable, shared by threads. No evaluation allocates.
+/// One energy with its derivatives in every scalar. Immutable, shared by threads. No evaluation
+/// allocates.
 class Elastic {
  public:
   virtual ~Elastic() = default;
@@ -53,7 +57,8 @@ class Elastic {
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_ELASTIC)
 #undef PORTHOS_ELASTIC
 
-  /// The second derivatives, rows and columns (q, θ, σ), by differentiating twice. [0][0] is the stiffness [N m/rad].
+  /// The second derivatives, rows and columns (q, θ, σ), by differentiating twice. [0][0] is the
+  /// stiffness [N m/rad].
   using Hessian = std::array<std::array<double, 3>, 3>;
   virtual Hessian hessian(double q, double theta, double sigma) const = 0;
   double stiffness(double q, double theta, double sigma) const {
@@ -62,8 +67,8 @@ class Elastic {
   /// Deflections the limit is of, at these angles. Empty where there is no limit.
   virtual std::vector<double> strains(double q, double theta, double sigma) const = 0;
 
-  /// @throws InvalidArgument for a start: a deflection beyond its limit, σ out of its range, or a number that is not
-  ///   finite. `who` begins the sentence.
+  /// @throws InvalidArgument for a start: a deflection beyond its limit, σ out of its range, or a
+  ///   number that is not finite. `who` begins the sentence.
   void require_inside(const std::string& who, double q, double theta, double sigma) const;
 
  protected:

@@ -5,8 +5,9 @@
 
 namespace porthos::vsa {
 
-/// A number with its N partial derivatives, over any scalar T of phs/scalar.h: forward differentiation of an energy in
-/// doubles, lanes, duals and 113 bits alike. Jet<Jet<T>> has second derivatives.
+/// A number with its N partial derivatives, over any scalar T of phs/scalar.h: forward
+/// differentiation of an energy in doubles, lanes, duals and 113 bits alike. Jet<Jet<T>> has second
+/// derivatives.
 template <class T, int N>
 struct Jet {
   T v{};                 ///< value

@@ -4,8 +4,9 @@
 
 #include "mechanics/builder.h"
 
-/// Rotors with their gyroscopic moment: bodies of the mechanism that spin where they sit, for attach() with a rotor's port
-/// (actuator.h). What attach() without one neglects is (Ω × J ω) of a rotor at the rate ω in a link that turns at Ω, and the terms in n J.
+/// Rotors with their gyroscopic moment: bodies of the mechanism that spin where they sit, for
+/// attach() with a rotor's port (actuator.h). What attach() without one neglects is (Ω × J ω) of a
+/// rotor at the rate ω in a link that turns at Ω, and the terms in n J.
 namespace porthos::vsa {
 
 struct RotorBody {
@@ -16,7 +17,8 @@ struct RotorBody {
   std::optional<mechanics::Vec3d> axis = {};
 };
 
-/// Adds a body "<joint>_rotor" to what carries the joint, at the joint's place, on a joint of the same name.
+/// Adds a body "<joint>_rotor" to what carries the joint, at the joint's place, on a joint of the
+/// same name.
 /// @return its port in the mechanism, "<joint>_rotor.torque"
 /// @throws InvalidArgument: no such joint yet, an inertia that is not positive
 std::string add_rotor(mechanics::MechanismBuilder& b, const std::string& joint,

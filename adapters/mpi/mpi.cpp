@@ -29,7 +29,8 @@ constexpr auto beat_every = 1s;
 constexpr auto given_up_after = 10s;
 constexpr size_t most_at_once = 64;
 
-/// What rank 0 knows: the queue of cases and who has which. Used by its own threads and the one that speaks to the ranks.
+/// What rank 0 knows: the queue of cases and who has which. Used by its own threads and the one
+/// that speaks to the ranks.
 class Office {
  public:
   Office(const Ensemble& e, const EnsembleOptions& o, int ranks)

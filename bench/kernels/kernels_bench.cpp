@@ -1,5 +1,5 @@
-// The kernels: time, operations (counted by a scalar of its own), bytes, and what the machine could do at most.
-// docs/benchmarks.md is made of this (bench/page.py).
+// The kernels: time, operations (counted by a scalar of its own), bytes, and what the machine could
+// do at most. docs/benchmarks.md is made of this (bench/page.py).
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
@@ -102,7 +102,8 @@ void kernel(benchmark::State& state, Model m, Kernel k) {
   state.counters["model_bytes"] = double(bytes(*m));
 }
 
-/// As many independent multiplications and additions as the machine takes at once; T: one number, or a register of them.
+/// As many independent multiplications and additions as the machine takes at once; T: one number,
+/// or a register of them.
 template <class T>
 void peak(benchmark::State& state) {
   constexpr int n = 6;

@@ -1,5 +1,6 @@
-// Bullet's btMultiBody (after Mirtich 1996), in double precision. It has forward dynamics only: Debian leaves out Bullet's
-// inverse dynamics. A link's frame is at its centre of mass and along its principal axes.
+// Bullet's btMultiBody (after Mirtich 1996), in double precision. It has forward dynamics only:
+// Debian leaves out Bullet's inverse dynamics. A link's frame is at its centre of mass and along
+// its principal axes.
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
 #include <Eigen/Eigenvalues>
@@ -12,7 +13,8 @@ namespace {
 btVector3 bullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 btQuaternion bullet(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 
-/// What a step would set. Bullet knows no gravity below its world: the world adds a force to every link, as here.
+/// What a step would set. Bullet knows no gravity below its world: the world adds a force to every
+/// link, as here.
 struct BulletState {
   btVector3 position, omega, velocity, torque, force;
   btQuaternion world_to_base;

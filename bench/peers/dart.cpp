@@ -1,6 +1,7 @@
-// DART (Lee et al. 2018), in a library of its own: Debian's is compiled without AVX, so that its Eigen aligns to 16 bytes and
-// that of a build for this processor to 32. The two must not meet (dart_open.cpp, CMakeLists.txt).
-// Positions and velocities that are set mark what depends on them as old: each call computes it again, as a step would.
+// DART (Lee et al. 2018), in a library of its own: Debian's is compiled without AVX, so that its
+// Eigen aligns to 16 bytes and that of a build for this processor to 32. The two must not meet
+// (dart_open.cpp, CMakeLists.txt). Positions and velocities that are set mark what depends on them
+// as old: each call computes it again, as a step would.
 #include <algorithm>
 #include <dart/config.hpp>
 #include <dart/dynamics/BodyNode.hpp>

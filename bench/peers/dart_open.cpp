@@ -1,5 +1,6 @@
-// The library of dart.cpp, opened so that it and DART look for symbols among themselves first: libdart.so exports functions
-// of Eigen that would otherwise be taken from here, where they allocate differently.
+// The library of dart.cpp, opened so that it and DART look for symbols among themselves first:
+// libdart.so exports functions of Eigen that would otherwise be taken from here, where they
+// allocate differently.
 #include <dlfcn.h>
 
 #include <stdexcept>

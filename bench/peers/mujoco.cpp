@@ -1,4 +1,5 @@
-// MuJoCo (Todorov, Erez, Tassa 2012) as packaged: only the smooth dynamics, no contacts, limits or sensors.
+// MuJoCo (Todorov, Erez, Tassa 2012) as packaged: only the smooth dynamics, no contacts, limits or
+// sensors.
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 

@@ -1,5 +1,6 @@
-// Porthos beside other libraries: one run, one model, one set of states, the subjects taking turns in short batches, the
-// fastest batch of each. A busy machine slows single batches, not the fastest of many.
+// Porthos beside other libraries: one run, one model, one set of states, the subjects taking turns
+// in short batches, the fastest batch of each. A busy machine slows single batches, not the fastest
+// of many.
 //   porthos_peers [--rounds N] [--json FILE] [--gravity] [--free] URDF...
 #include <fmt/format.h>
 
@@ -22,7 +23,8 @@ namespace {
 
 using mechanics::Mechanism;
 
-/// One line of the table: what is timed, of whom, and the fastest and the middle batch [ns per state].
+/// One line of the table: what is timed, of whom, and the fastest and the middle batch [ns per
+/// state].
 struct Timing {
   std::string subject, what;
   std::function<void(int)> call;

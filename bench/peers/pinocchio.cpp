@@ -1,4 +1,5 @@
-// Pinocchio (Carpentier et al. 2019), header-only: its templates are compiled with the flags of this build.
+// Pinocchio (Carpentier et al. 2019), header-only: its templates are compiled with the flags of
+// this build.
 #include <pinocchio/fwd.hpp>
 //
 #include <pinocchio/algorithm/aba.hpp>
@@ -19,8 +20,8 @@ struct Run {
   std::unique_ptr<pin::Data> data;
   std::vector<Eigen::VectorXd> q, v, tau;
 
-  // Of the two forms of ABA and CRBA the one in local frames: it is the faster on these models and keeps its digits far
-  // from the world's origin.
+  // Of the two forms of ABA and CRBA the one in local frames: it is the faster on these models and
+  // keeps its digits far from the world's origin.
   const Eigen::VectorXd& aba(int i) {
     const auto s = size_t(i);
     return pin::aba(model, *data, q[s], v[s], tau[s], pin::Convention::LOCAL);

@@ -1,4 +1,5 @@
-// RBDL (Felis 2017), built by its own CMakeLists; the axes are z throughout, for which it has its own joint type.
+// RBDL (Felis 2017), built by its own CMakeLists; the axes are z throughout, for which it has its
+// own joint type.
 #include <rbdl/rbdl.h>
 
 #include "bench/peers/subject.h"

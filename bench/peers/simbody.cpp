@@ -1,10 +1,11 @@
-// Simbody (Sherman, Seth, Delp 2011). Its caches hang on the state: setting q and u makes them old, and realising the stages
-// again is part of each call, as in a step.
+// Simbody (Sherman, Seth, Delp 2011). Its caches hang on the state: setting q and u makes them old,
+// and realising the stages again is part of each call, as in a step.
 #include <algorithm>
 #include <concepts>
 
-// Its headers are C++11. In C++20 two of its indices compare in several equally good ways (this one is better), and one
-// header, not needed here, has vectors of what is not yet a type: its guard keeps it out.
+// Its headers are C++11. In C++20 two of its indices compare in several equally good ways (this one
+// is better), and one header, not needed here, has vectors of what is not yet a type: its guard
+// keeps it out.
 #define SimTK_SIMMATH_MULTIBODY_GRAPH_MAKER_H_
 namespace SimTK {
 template <class Index>
@@ -32,7 +33,8 @@ struct SimbodyRun {
   SimTK::Matrix M;
 
   explicit SimbodyRun(const SimTK::Vec3& g) : gravity(forces, matter, g) {}
-  // Its operators of the tree without constraints: realising accelerations would also look for multipliers.
+  // Its operators of the tree without constraints: realising accelerations would also look for
+  // multipliers.
   void aba(int i) {
     const auto s = size_t(i);
     state.updQ() = q[s], state.updU() = u[s];

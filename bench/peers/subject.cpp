@@ -81,7 +81,8 @@ Eigen::VectorXd Convention::force_to_peer(const mechanics::Mechanism& m, const V
 }
 
 namespace {
-/// What the derivative of T adds to T v̇, in the order of Porthos' rates and in body axes: ω × (v + ω × point).
+/// What the derivative of T adds to T v̇, in the order of Porthos' rates and in body axes: ω × (v +
+/// ω × point).
 Eigen::VectorXd convective(const Convention& c, const mechanics::Mechanism& m, const Vec& v) {
   Eigen::VectorXd a = Eigen::VectorXd::Zero(m.nv());
   if (!c.world_linear || !Convention::free_base(m)) return a;

@@ -12,8 +12,8 @@ namespace porthos::bench {
 
 using Vec = std::vector<double>;
 
-/// A model and states made outside the timed region, in Porthos' conventions: v, tau, a of a free base are
-/// [angular; linear] in the base's axes.
+/// A model and states made outside the timed region, in Porthos' conventions: v, tau, a of a free
+/// base are [angular; linear] in the base's axes.
 struct Case {
   std::shared_ptr<const mechanics::Mechanism> model;
   std::vector<Vec> q, v, tau;
@@ -21,12 +21,13 @@ struct Case {
 };
 Case make_case(std::shared_ptr<const mechanics::Mechanism> model, int states = 64);
 
-/// One library on one case. The timed functions take the number of a state; empty: the library does not offer it.
+/// One library on one case. The timed functions take the number of a state; empty: the library does
+/// not offer it.
 struct Subject {
   std::string name;
   std::function<void(int)> aba, rnea, crba;
-  // What it found, in Porthos' conventions, for the check before anything is timed. No Eigen here: how it aligns is the
-  // library's choice (dart.cpp).
+  // What it found, in Porthos' conventions, for the check before anything is timed. No Eigen here:
+  // how it aligns is the library's choice (dart.cpp).
   std::function<Vec(int)> acceleration,
       torque,                ///< of v̇ = tau, a number like any other; may be empty
       mass_matrix;           ///< by columns; may be empty
@@ -42,8 +43,8 @@ Subject simbody_subject(const Case&);
 Subject bullet_subject(const Case&);
 Subject dart_subject(const Case&);
 
-/// How a peer writes the rates of a free base: which half first, each half in world or in body axes, and the point of the
-/// base, in body axes, whose velocity the linear half is.
+/// How a peer writes the rates of a free base: which half first, each half in world or in body
+/// axes, and the point of the base, in body axes, whose velocity the linear half is.
 struct Convention {
   bool angular_first = false, world_linear = false, world_angular = false;
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
@@ -53,11 +54,13 @@ struct Convention {
   Eigen::MatrixXd rates(const mechanics::Mechanism& m, const Vec& q) const;
   Eigen::VectorXd to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v) const;
   Eigen::VectorXd force_to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& tau) const;
-  /// Accelerations: the derivative of the world's components has ω × v in it, that of the body's has not.
+  /// Accelerations: the derivative of the world's components has ω × v in it, that of the body's
+  /// has not.
   Eigen::VectorXd acceleration_to_peer(const mechanics::Mechanism& m, const Vec& q, const Vec& v,
                                        const Vec& a) const;
-  /// The functions of the check, from the timed ones and from what they leave in the peer's convention: accelerations,
-  /// forces, the whole mass matrix. An algorithm without one is not checked.
+  /// The functions of the check, from the timed ones and from what they leave in the peer's
+  /// convention: accelerations, forces, the whole mass matrix. An algorithm without one is not
+  /// checked.
   using Left = std::function<Eigen::VectorXd()>;
   void add_checks(Subject&, const Case&, Left accelerations, Left forces,
                   std::function<Eigen::MatrixXd()> mass_matrix) const;
@@ -70,7 +73,8 @@ struct PeerBody {
   double mass;
   Eigen::Matrix3d inertia_at_com;
 };
-/// @throws std::runtime_error for joints the comparison does not cover: revolute, prismatic and a free root
+/// @throws std::runtime_error for joints the comparison does not cover: revolute, prismatic and a
+///   free root
 PeerBody peer_body(const mechanics::Mechanism& m, int node);
 bool is_joint(const mechanics::Mechanism& m, int node, std::string_view name);
 

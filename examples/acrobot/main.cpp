@@ -1,4 +1,5 @@
-// Acrobot of two links: gains from a sweep under a torque limit, then the certificate. The plant is a mechanism of bodies.
+// Acrobot of two links: gains from a sweep under a torque limit, then the certificate. The plant is
+// a mechanism of bodies.
 #include <cstdio>
 
 #include "energy_shaping/certify.h"

@@ -1,4 +1,5 @@
-// A satellite with thrusters turns 170 degrees about a skew axis and goes to a place. Smooth on SO(3): nothing unwinds.
+// A satellite with thrusters turns 170 degrees about a skew axis and goes to a place. Smooth on
+// SO(3): nothing unwinds.
 #include <cmath>
 
 #include "energy_shaping/certify.h"

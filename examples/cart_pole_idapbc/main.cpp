@@ -1,4 +1,5 @@
-// Cart-pole: from 1.2 rad off upright back to upright, the cart where it is told to be. One smooth law.
+// Cart-pole: from 1.2 rad off upright back to upright, the cart where it is told to be. One smooth
+// law.
 #include "energy_shaping/certify.h"
 #include "energy_shaping/designs.h"
 #include "examples/show.h"

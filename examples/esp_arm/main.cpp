@@ -1,5 +1,5 @@
-// A joint with an elastic gear: motor-side PD damps the link only through the spring; preserving the elastic structure puts
-// the damper at the link.
+// A joint with an elastic gear: motor-side PD damps the link only through the spring; preserving
+// the elastic structure puts the damper at the link.
 #include <cmath>
 
 #include "energy_shaping/elastic.h"

@@ -1,5 +1,5 @@
-// ETS-VII with momentum wheels: the arm to a posture and the base to an attitude by internal torques alone. The total
-// momentum cannot change, and does not.
+// ETS-VII with momentum wheels: the arm to a posture and the base to an attitude by internal
+// torques alone. The total momentum cannot change, and does not.
 #include <cmath>
 
 #include "energy_shaping/certify.h"
@@ -26,8 +26,9 @@ int main(int argc, char** argv) {
   for (int i = 0; i < 6; ++i) rest[at("joint_" + std::to_string(i + 1))] = posture[i];
   const std::vector<std::string> wheels{"wheel_x.torque", "wheel_y.torque", "wheel_z.torque"};
   auto shaping = joint_regulation(*robot, rest, 0.5, 1.0, wheels);
-  // A wheel of inertia j turns a base of inertia I at ω with stiffness k = I² ω²/j about its axis; k_x = a_y + a_z, ...
-  // The arm feels the attitude's spring too (the generalised Jacobian): its own bandwidth of 0.5 rad/s holds it.
+  // A wheel of inertia j turns a base of inertia I at ω with stiffness k = I² ω²/j about its axis;
+  // k_x = a_y + a_z, ... The arm feels the attitude's spring too (the generalised Jacobian): its
+  // own bandwidth of 0.5 rad/s holds it.
   shaping.poses = {{.link = "base", .attitude_stiffness = {3050, 9550, 50}}};
   for (const auto& w : wheels)
     shaping.damping.push_back({w, {0.008}}), shaping.actuators.push_back(w);

@@ -6,7 +6,8 @@
 
 namespace porthos::mechanics {
 
-/// One link of a chain joint: a primitive, which of the user's axes it uses and the suffix of its coordinate's name.
+/// One link of a chain joint: a primitive, which of the user's axes it uses and the suffix of its
+/// coordinate's name.
 enum class ChainAxis { first, second, third };
 struct ChainLink {
   std::string_view primitive;
@@ -20,15 +21,16 @@ struct Continuous {
   static constexpr std::array chain{ChainLink{"revolute", ChainAxis::first, ""}};
 };
 
-/// Two rotations: about the first axis in the parent, then about the second axis in the rotated frame.
+/// Two rotations: about the first axis in the parent, then about the second axis in the rotated
+/// frame.
 struct Universal {
   static constexpr std::string_view name = "universal";
   static constexpr std::array chain{ChainLink{"revolute", ChainAxis::first, ".first"},
                                     ChainLink{"revolute", ChainAxis::second, ".second"}};
 };
 
-/// Motion in the plane normal to the first axis: two translations along the second and third axis, fixed in the
-/// parent, then a rotation about the first.
+/// Motion in the plane normal to the first axis: two translations along the second and third axis,
+/// fixed in the parent, then a rotation about the first.
 struct Planar {
   static constexpr std::string_view name = "planar";
   static constexpr std::array chain{ChainLink{"prismatic", ChainAxis::second, ".x"},

@@ -3,9 +3,10 @@
 
 namespace porthos::mechanics {
 
-/// Six freedoms. q = (position of the child origin in the parent frame, quaternion child to parent),
-/// p = (momentum P conjugate to the position, in parent axes; lift π). Joint rates: the child's twist relative to the
-/// parent in its own axes, [angular; linear]. For a body free in the world P is the linear momentum of its whole tree.
+/// Six freedoms. q = (position of the child origin in the parent frame, quaternion child to
+/// parent), p = (momentum P conjugate to the position, in parent axes; lift π). Joint rates: the
+/// child's twist relative to the parent in its own axes, [angular; linear]. For a body free in the
+/// world P is the linear momentum of its whole tree.
 struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
   static constexpr std::string_view name = "free";
   static constexpr int nq = 7;
@@ -42,8 +43,8 @@ struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
     q_dot[0] = r.x, q_dot[1] = r.y, q_dot[2] = r.z;
     (xi * (T(0.5) * Vec3<T>{v[0], v[1], v[2]})).store(q_dot + 3);
   }
-  /// t = load_ang - V_lin × l - (V_ang - ω) × m and P' = R(load_lin - (V_ang - ω) × l), with l = RᵀP and ω the
-  /// joint's own rate. On a root V_ang = ω: P' is the applied force alone, exactly.
+  /// t = load_ang - V_lin × l - (V_ang - ω) × m and P' = R(load_lin - (V_ang - ω) × l), with l =
+  /// RᵀP and ω the joint's own rate. On a root V_ang = ω: P' is the applied force alone, exactly.
   template <class T>
   static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>&,
                     const T* load, T* q_dot, T* p_dot) {

@@ -3,7 +3,8 @@
 
 namespace porthos::mechanics {
 
-/// A screw about z: S = [z; pitch z]. The advance is pitch·(φ + 2π·turns), the rotation is 2π-periodic.
+/// A screw about z: S = [z; pitch z]. The advance is pitch·(φ + 2π·turns), the rotation is
+/// 2π-periodic.
 struct Helical : PlainCoordinates<1> {
   static constexpr std::string_view name = "helical";
   static constexpr int nv = 1;

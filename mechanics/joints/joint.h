@@ -7,21 +7,25 @@
 
 /// What a joint is to the kernels.
 ///
-/// The builder turns the child frame so that a joint's axis is always z. A primitive joint has nv degrees of freedom
-/// with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and provides
+/// The builder turns the child frame so that a joint's axis is always z. A primitive joint has nv
+/// degrees of freedom with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and
+/// provides
 ///
-///   place             child pose in the parent, from q (of an angle block also: sine and cosine, turn_angle = 2π·turns)
+///   place             child pose in the parent, from q (of an angle block also: sine and cosine,
+///                     turn_angle = 2π·turns)
 ///   project<k>        S_kᵀ f
 ///   add<k>            v += S_k·rate
 ///   column<k>         A S_k for an articulated or rigid inertia A
 ///   add_cross<k>      a += V × S_k·rate
 ///   momentum, lift    joint momentum μ = Sᵀh from the flat (q, p), and back
 ///   rates             q' from q and the joint rates
-///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's momentum h and the load
-///                     Sᵀg + τ. Of plain joints q' = rates and p' = Sᵀ(g - V ×* h) + τ.
+///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's
+///                     momentum h and the load Sᵀg + τ. Of plain joints q' = rates and
+///                     p' = Sᵀ(g - V ×* h) + τ.
 ///
-/// A joint of several freedoms is eliminated one S_k at a time, so the recursions know only single freedoms.
-/// A chain joint (universal, planar, ...) is a row of primitives with massless bodies between.
+/// A joint of several freedoms is eliminated one S_k at a time, so the recursions know only single
+/// freedoms. A chain joint (universal, planar, ...) is a row of primitives with massless bodies
+/// between.
 namespace porthos::mechanics {
 
 /// The constants of one moving body and its joint, in the frames the kernels use.

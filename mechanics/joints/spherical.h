@@ -3,8 +3,8 @@
 
 namespace porthos::mechanics {
 
-/// A ball joint. q = quaternion (w, x, y, z) child to joint frame, p = its lift π; joint rates are the child's
-/// angular velocity relative to the parent, in the child's axes.
+/// A ball joint. q = quaternion (w, x, y, z) child to joint frame, p = its lift π; joint rates are
+/// the child's angular velocity relative to the parent, in the child's axes.
 struct Spherical : AxisJoint<0, 1, 2> {
   static constexpr std::string_view name = "spherical";
   static constexpr int nq = 4;
@@ -31,7 +31,8 @@ struct Spherical : AxisJoint<0, 1, 2> {
   static void rates(const T* q, const T* v, T* q_dot) {
     (Quaternion<T>::load(q) * (T(0.5) * Vec3<T>{v[0], v[1], v[2]})).store(q_dot);
   }
-  /// Torque at fixed body momentum m: t = load - V_lin × h_lin - (V_ang - ω) × m, ω the joint's own rate. On a root
+  /// Torque at fixed body momentum m: t = load - V_lin × h_lin - (V_ang - ω) × m, ω the joint's own
+  /// rate. On a root
   /// V_ang = ω, so the last term is exactly zero.
   template <class T>
   static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>& h,

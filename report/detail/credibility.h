@@ -4,9 +4,10 @@
 
 namespace porthos::report {
 
-/// What a run knows of the factors by which the credibility of a simulation is judged, named after NASA-STD-7009A (2016),
-/// section 4.4. Nothing is graded: levels are a reviewer's.
-/// @param summary  summary.json;  comparison  compare.json of the same scene or null;  scene may be null
+/// What a run knows of the factors by which the credibility of a simulation is judged, named after
+/// NASA-STD-7009A (2016), section 4.4. Nothing is graded: levels are a reviewer's.
+/// @param summary  summary.json;  comparison  compare.json of the same scene or null;  scene may be
+///   null
 /// @return array of {factor, stands: "stated" | "partly" | "not stated", text}
 Json credibility(const Json& summary, const Json& comparison, const scene::Scene* scene);
 

@@ -15,11 +15,11 @@ struct Stage {
   const Records* records = nullptr;
 };
 
-/// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and where records were left out also
-/// its beginning, record by record.
-/// {bodies: shapes with node and pose, nodes, clips: [{name, t, origin, poses, orbit?, turn}]}: origin [m] of each frame
-/// and, relative to it, seven numbers per node (place, quaternion w x y z); turn: the largest rotation of a body
-/// between two frames [rad].
+/// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
+/// where records were left out also its beginning, record by record. {bodies: shapes with node and
+/// pose, nodes, clips: [{name, t, origin, poses, orbit?, turn}]}: origin [m] of each frame and,
+/// relative to it, seven numbers per node (place, quaternion w x y z); turn: the largest rotation
+/// of a body between two frames [rad].
 Json playback(const Stage& stage, std::int64_t most);
 
 }  // namespace porthos::report

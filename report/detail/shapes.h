@@ -4,11 +4,12 @@
 
 namespace porthos::report {
 
-/// What each body is drawn as, in its own frame: the box of equal mass and inertia, and the primitive shapes of a URDF's
-/// <visual> (or <collision>) where it has any.
+/// What each body is drawn as, in its own frame: the box of equal mass and inertia, and the
+/// primitive shapes of a URDF's <visual> (or <collision>) where it has any.
 /// @param bodies  as the mechanism was built;  urdf  text of the model, may be empty
-/// @return array of {name, parent, joint, mass, com, box: {size, p, q}, visuals: [{kind, size, p, q, colour}], joints: [[x, y, z], …]}, a
-///   place and quaternion (w, x, y, z) each; joints: where the body carries others
+/// @return array of {name, parent, joint, mass, com, box: {size, p, q}, visuals: [{kind, size, p,
+///   q, colour}], joints: [[x, y, z], …]}, a place and quaternion (w, x, y, z) each; joints: where
+///   the body carries others
 Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf);
 
 /// (w, x, y, z) of a rotation.

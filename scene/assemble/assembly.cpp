@@ -25,7 +25,8 @@ std::string at(const std::string& where) { return where.empty() ? "" : where + "
 /// Coordinates that one number and one rate describe.
 bool is_single(const JointCoordinates& c) { return c.nq == 1 && c.nv == 1; }
 
-/// Uniform in [-bound, bound) from the top 53 bits: the standard's distributions differ between libraries.
+/// Uniform in [-bound, bound) from the top 53 bits: the standard's distributions differ between
+/// libraries.
 double symmetric_uniform(std::mt19937_64& rng, double bound) {
   const double unit = double(rng() >> 11) * 0x1p-53;
   return bound * (2 * unit - 1);
@@ -69,7 +70,8 @@ BaseStart seen_from(const BaseStart& base, BaseStart b) {
   return b;
 }
 
-/// Rates of ball and free joints are the twist in the child's own axes: a velocity in the parent's is turned into them.
+/// Rates of ball and free joints are the twist in the child's own axes: a velocity in the parent's
+/// is turned into them.
 /// @param position  null: it cannot move away
 void put_motion(const BaseStart& b, const JointCoordinates& attitude,
                 const JointCoordinates* position, Start& s) {

@@ -37,13 +37,15 @@ struct Assembly {
   std::vector<mechanics::UrdfNote> notes;
 };
 
-/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the internal motion of the split.
+/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the
+/// internal motion of the split.
 /// @throws InvalidArgument as integrators::make_integrator
 std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options = {});
 
-/// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the URDF reader refuses.
+/// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the
+///   URDF reader refuses.
 Assembly assemble(const Scene& scene);
 
 /// The mechanism with the scene's elements and actuators at its joints; itself if there are none.
@@ -51,8 +53,9 @@ Assembly assemble(const Scene& scene);
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene);
 
-/// A system of the user's own instead of a model file, from the state x at time 0: run() and the verdict take it with a
-/// Scene whose method, step, duration and record_every are set. @throws InvalidArgument if x has another size
+/// A system of the user's own instead of a model file, from the state x at time 0: run() and the
+/// verdict take it with a Scene whose method, step, duration and record_every are set. @throws
+/// InvalidArgument if x has another size
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x);
 
 /// Where a run begins: `initial` and `centre` of an assembly.

@@ -60,7 +60,8 @@ void settle_momentum(const mechanics::Mechanism& m, phs::State& s);
 class WorldView {
  public:
   explicit WorldView(const Assembly& a);
-  /// The state at time t [s], until the next call; `s` itself where the centre of mass is not apart.
+  /// The state at time t [s], until the next call; `s` itself where the centre of mass is not
+  /// apart.
   const phs::State& operator()(double t, const phs::State& s);
   /// What the centre of mass added to the rates v in the last call; empty where it is not apart.
   std::span<const CentreOfMass::Real> added_rates() const { return v_; }

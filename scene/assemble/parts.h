@@ -6,8 +6,8 @@
 
 namespace porthos::scene {
 
-/// The parts of a scene that act on the mechanism itself: all of them in free space, the soft latches alone in orbit, where
-/// thrusters and torquers are kicks of the splitting.
+/// The parts of a scene that act on the mechanism itself: all of them in free space, the soft
+/// latches alone in orbit, where thrusters and torquers are kicks of the splitting.
 space::Parts parts_of(const Scene& scene);
 /// Thrusters and torquers of a scene in orbit.
 space::Parts orbit_parts_of(const Scene& scene);

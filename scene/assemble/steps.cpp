@@ -24,7 +24,8 @@ double common(double a, double b) {
   return a;
 }
 
-/// When something happens that steps have to end at: events, switches, and the periods of sampled controllers [s].
+/// When something happens that steps have to end at: events, switches, and the periods of sampled
+/// controllers [s].
 std::vector<double> instants(const Scene& s) {
   std::vector<double> all = switches_of(s);
   for (const Event& e : s.events)

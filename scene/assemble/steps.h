@@ -7,8 +7,8 @@
 
 namespace porthos::scene {
 
-/// The steps of a run: whole ones of the scene's size and, where they do not add up to the duration, a shorter last one. The
-/// end time asked for is the end time.
+/// The steps of a run: whole ones of the scene's size and, where they do not add up to the
+/// duration, a shorter last one. The end time asked for is the end time.
 struct Steps {
   double size = 0;         ///< [s]
   double duration = 0;     ///< [s]
@@ -29,13 +29,14 @@ struct Steps {
 };
 Steps steps_of(const Scene& scene);
 
-/// The longest step up to `longest` that is a whole fraction of the time between records, where that is stated, no shorter
-/// and itself a whole fraction of the duration; else of the duration. It goes into the times of events and switches and into the
-/// periods of sampled controllers too.
+/// The longest step up to `longest` that is a whole fraction of the time between records, where
+/// that is stated, no shorter and itself a whole fraction of the duration; else of the duration. It
+/// goes into the times of events and switches and into the periods of sampled controllers too.
 double fitting_step(const Scene& scene, double longest);
 
-/// What a reader of the results should know of how the scene's numbers were taken: a last step of another size, records at
-/// other times, keys that had no effect. sweeps: of the implicit equations, 0 where there were none.
+/// What a reader of the results should know of how the scene's numbers were taken: a last step of
+/// another size, records at other times, keys that had no effect. sweeps: of the implicit
+/// equations, 0 where there were none.
 std::vector<std::string> notes_on_numbers(const Scene& scene, std::int64_t sweeps);
 
 }  // namespace porthos::scene

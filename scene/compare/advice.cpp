@@ -21,7 +21,8 @@ bool drifts(const Comparison& c, const Trial& t) {
          t.report.energy.growth_exponent > 0.75;
 }
 
-/// Where the trials, from coarse to fine, first get below the target and stay there for the one after.
+/// Where the trials, from coarse to fine, first get below the target and stay there for the one
+/// after.
 std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double target) {
   std::vector<const Trial*> known;
   for (const Trial& t : m.trials)

@@ -6,7 +6,8 @@
 
 namespace porthos::scene {
 
-/// For methods whose energy error speaks of their accuracy. What a method needs for an error: read off between the two trials that enclose it, linear in the logarithms.
+/// For methods whose energy error speaks of their accuracy. What a method needs for an error: read
+/// off between the two trials that enclose it, linear in the logarithms.
 struct Reach {
   const MethodTrials* of = nullptr;
   double step_s = 0, rtol = 0;  ///< one of the two

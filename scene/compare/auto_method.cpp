@@ -26,7 +26,8 @@ constexpr std::int64_t pilot_steps = 200;  // of the largest step
 constexpr std::int64_t records = 1000;
 constexpr int most_tries = 10;
 
-// CPU seconds for pilots: then a method that was found will do; for saying that there is none; for the confirmation.
+// CPU seconds for pilots: then a method that was found will do; for saying that there is none; for
+// the confirmation.
 constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
 
 constexpr double late_extremes = 10;  // by which the error may jump after the longer pilot
@@ -66,14 +67,16 @@ class Choosing {
     return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
         .description();
   }
-  /// In orbit the step is that of the splitting too, whose error stands in the coupling ledger and not in the energy.
+  /// In orbit the step is that of the splitting too, whose error stands in the coupling ledger and
+  /// not in the energy.
   bool coupled(const Trial& t) const {
     return !t.report.space || !(t.report.space->coupling.relative() >
                                 scene_.verify.coupling.value_or(*default_limits(true).coupling));
   }
 
-  /// What sources and losses do is booked by the method's own weights, which may close over a motion that is wrong: there half
-  /// the step must not move the end of a pilot by more than a thousandth, as a verdict by step halving has it.
+  /// What sources and losses do is booked by the method's own weights, which may close over a
+  /// motion that is wrong: there half the step must not move the end of a pilot by more than a
+  /// thousandth, as a verdict by step halving has it.
   bool resolved(const Trial& t) {
     if (stepped().powers.empty()) return true;
     const Trial half = run_trial(
@@ -164,9 +167,9 @@ class Choosing {
     return c;
   }
 
-  /// The error after `times` the duration of a trial, the worst that is to be expected: it grows at least like a random
-  /// walk, and a chaotic motion has its extremes still to come (`safety`). A trial of the whole duration saw all but what lies
-  /// between its records.
+  /// The error after `times` the duration of a trial, the worst that is to be expected: it grows at
+  /// least like a random walk, and a chaotic motion has its extremes still to come (`safety`). A
+  /// trial of the whole duration saw all but what lies between its records.
   static double carried_on(const Trial& t, double error, double times, double safety) {
     if (times <= 1) return 2 * error;
     const double growth = t.early_energy_error > 0

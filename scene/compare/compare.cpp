@@ -114,7 +114,8 @@ class Comparing {
     return m.method.family == "Gauss collocation" && m.method.order >= 8 && !m.short_sweeps;
   }
 
-  /// A step that works, how long trials may be, how long trajectories mean something, and the exact one until then.
+  /// A step that works, how long trials may be, how long trajectories mean something, and the exact
+  /// one until then.
   void prepare() {
     c_.step_s = find_step(assembly_, guess_, first_steps, scale_);
     if (!options_.duration) shorten();
@@ -150,7 +151,8 @@ class Comparing {
     return HUGE_VAL;
   }
 
-  /// A trial of gauss16 at the first step should fit eight times into a method's share of the budget.
+  /// A trial of gauss16 at the first step should fit eight times into a method's share of the
+  /// budget.
   void shorten() {
     const auto method = make_integrator(assembly_, "gauss16", c_.step_s);
     phs::State s = assembly_.initial;
@@ -169,7 +171,8 @@ class Comparing {
         c_.duration_s, c_.scene_duration_s, options_.budget_s));
   }
 
-  /// The next trial of the method that has had the least so far, if it fits into the budget. False: nothing left.
+  /// The next trial of the method that has had the least so far, if it fits into the budget. False:
+  /// nothing left.
   bool try_one() {
     size_t best = ladders_.size();
     double least = HUGE_VAL;
@@ -195,8 +198,9 @@ class Comparing {
     return true;
   }
 
-  /// Times the trial again that was timed least, the shortest of them first: what disturbed a timing (another program,
-  /// a clock that rose) has passed by then. False: nothing left, or no time.
+  /// Times the trial again that was timed least, the shortest of them first: what disturbed a
+  /// timing (another program, a clock that rose) has passed by then. False: nothing left, or no
+  /// time.
   bool time_once_more() {
     Trial* next = nullptr;
     for (auto& m : c_.methods)

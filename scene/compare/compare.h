@@ -52,7 +52,8 @@ struct Comparison {
   double budget_s = 0, cpu_s = 0, wall_s = 0;
   bool interrupted = false;
 
-  /// Whether the error says how accurate the method is: the energy error of one that keeps any energy does not.
+  /// Whether the error says how accurate the method is: the energy error of one that keeps any
+  /// energy does not.
   bool speaks_of(const integrators::Declaration& method) const {
     return !by_energy || method.energy_exact != integrators::Claim::holds;
   }
@@ -63,8 +64,8 @@ struct Comparison {
 /// @throws InvalidArgument for an unknown method, or a budget or duration that is not positive
 void check(const CompareOptions& options);
 
-/// Trials run one after another on the calling thread. Their numbers are the same every time; how many fit into the
-/// budget is not.
+/// Trials run one after another on the calling thread. Their numbers are the same every time; how
+/// many fit into the budget is not.
 /// @throws InvalidArgument as check() does
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options);
 

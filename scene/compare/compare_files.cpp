@@ -87,7 +87,8 @@ Json cut_short(const Comparison& c) {
   return list;
 }
 
-// --- the table -----------------------------------------------------------------------------------------------------
+// --- the table
+// -------------------------------------------------------------------------------------------------
 
 std::string digits(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : "-"; }
 
@@ -120,7 +121,8 @@ std::vector<std::string> row(const MethodTrials& m, const Trial& t) {
           t.trajectory_error ? digits(*t.trajectory_error) : "-"};
 }
 
-/// A failed trial's reason is long and must not widen a column: it is cut off the table and put back as a line's end.
+/// A failed trial's reason is long and must not widen a column: it is cut off the table and put
+/// back as a line's end.
 std::string rows_text(const Comparison& c) {
   TextRows rows{{"method", "step", "CPU [s]", "steps", "evaluations", "energy", "growth",
                  "lin. mom.", "ang. mom.", "|quat.|", "trajectory"}};

@@ -7,12 +7,14 @@
 
 namespace porthos::scene {
 
-/// Which settings of a method a comparison tries, one after another: from the first guess to coarser ones until the
-/// method breaks down, then to finer ones until rounding takes over. Steps are time/n, so that all meet at `time`;
-/// of methods that work to a tolerance it is relative tolerances from 1e-4 to 1e-13.
+/// Which settings of a method a comparison tries, one after another: from the first guess to
+/// coarser ones until the method breaks down, then to finer ones until rounding takes over. Steps
+/// are time/n, so that all meet at `time`; of methods that work to a tolerance it is relative
+/// tolerances from 1e-4 to 1e-13.
 class Ladder {
  public:
-  /// @param time  [s] that all steps divide;  duration  [s] of a trial;  guess  [s] step of the first trial
+  /// @param time  [s] that all steps divide;  duration  [s] of a trial;  guess  [s] step of the
+  ///   first trial
   Ladder(const integrators::Declaration& method, double time, double duration, double guess);
 
   const integrators::Declaration& method() const { return method_; }

@@ -8,8 +8,9 @@
 
 namespace porthos::scene {
 
-/// A step at which gauss8 takes `steps` steps from the start without trouble: the largest of guess, guess/2, guess/4, …
-/// that does. `scale` sees the states passed. @throws InvalidArgument if there is none
+/// A step at which gauss8 takes `steps` steps from the start without trouble: the largest of guess,
+/// guess/2, guess/4, … that does. `scale` sees the states passed. @throws InvalidArgument if there
+/// is none
 double find_step(const Assembly& assembly, double guess, std::int64_t steps, StateScale& scale);
 
 struct SensitivityOptions {
@@ -34,8 +35,9 @@ struct Sensitivity {
   double time_of_growth(double factor) const;
 };
 
-/// A tangent vector along a run of gauss16, carried by dual numbers through the very steps, so that it is neither too
-/// small for rounding nor too large to be linear. Its start is a fixed pseudo-random direction, its size is taken by `scale`.
+/// A tangent vector along a run of gauss16, carried by dual numbers through the very steps, so that
+/// it is neither too small for rounding nor too large to be linear. Its start is a fixed
+/// pseudo-random direction, its size is taken by `scale`.
 Sensitivity sensitivity(const Assembly& assembly, const StateScale& scale,
                         const SensitivityOptions& options);
 

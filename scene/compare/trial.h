@@ -47,7 +47,8 @@ struct Trial {
   bool complete() const { return failure.empty(); }
 };
 
-/// Takes the time of a complete trial once more, stepping only, and keeps the least. @return CPU seconds spent
+/// Takes the time of a complete trial once more, stepping only, and keeps the least. @return CPU
+/// seconds spent
 double time_again(const Assembly& assembly, Trial& trial);
 
 /// Never throws for what a method does: that is in `failure`.

@@ -14,8 +14,8 @@ namespace porthos::scene {
 
 /// Where the numbers of a last state go, by their names: "elbow", "p(elbow)", "base.attitude[0]".
 ///
-/// A case whose mechanism changes ends in one of several. There is a column for every number that any
-/// of them has, those of the start first: so that a name means the same in every case, whatever
+/// A case whose mechanism changes ends in one of several. There is a column for every number that
+/// any of them has, those of the start first: so that a name means the same in every case, whatever
 /// happened in it.
 class StateColumns {
  public:
@@ -25,7 +25,8 @@ class StateColumns {
   const std::vector<std::string>& numbers() const { return numbers_; }
   const std::vector<std::string>& angles() const { return angles_; }
 
-  /// Puts a state in its columns; a column that its system has no number for becomes NaN (turns: 0).
+  /// Puts a state in its columns; a column that its system has no number for becomes NaN (turns:
+  /// 0).
   /// @throws InvalidArgument for a number that has no column
   void put(const phs::Description& d, const phs::State& s, std::span<double> x,
            std::span<double> lo, std::span<std::int64_t> turns) const;
@@ -38,8 +39,8 @@ class StateColumns {
   std::map<std::string, size_t> number_at_, angle_at_;
 };
 
-/// What is kept of a case of an ensemble: a row of 8-byte numbers, integers by their bits, the last a
-/// digest of the others.
+/// What is kept of a case of an ensemble: a row of 8-byte numbers, integers by their bits, the last
+/// a digest of the others.
 struct CaseLayout {
   size_t columns, nx, turns, events;
   CaseLayout(size_t columns_, const StateColumns& state, size_t events_);
@@ -62,7 +63,8 @@ struct CaseLayout {
   bool sound(std::span<const double> row) const;
 };
 
-/// How a case ended: an integrators::Outcome, that it could not begin, or that an event could not be.
+/// How a case ended: an integrators::Outcome, that it could not begin, or that an event could not
+/// be.
 inline constexpr int case_refused = 4, case_event_refused = 5;
 const char* case_status(int status);
 

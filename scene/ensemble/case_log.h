@@ -12,12 +12,13 @@
 
 namespace porthos::scene {
 
-/// Append-only file of the cases that are done, in the order they were. While it is open no second process can open it.
-/// What a crash left of a row at its end is cut off: that case is done again.
+/// Append-only file of the cases that are done, in the order they were. While it is open no second
+/// process can open it. What a crash left of a row at its end is cut off: that case is done again.
 class CaseLog {
  public:
   /// Starts a log, or continues one.
-  /// @throws InvalidArgument if the file cannot be written, is in use, or of another ensemble (names what differs)
+  /// @throws InvalidArgument if the file cannot be written, is in use, or of another ensemble
+  ///   (names what differs)
   CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
           const NamedTexts& fingerprint);
 

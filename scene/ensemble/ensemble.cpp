@@ -15,7 +15,8 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
   return {.rtol = s.rtol, .books = !d.powers.empty(), .iteration_tolerance = s.iteration_tolerance};
 }
 
-/// Whether the cases of a scene are steps of one size by one method and nothing else, which lanes take.
+/// Whether the cases of a scene are steps of one size by one method and nothing else, which lanes
+/// take.
 bool is_plain(const Scene& s) {
   return s.events.empty() && !s.monitor && !s.orbit &&
          s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&

@@ -10,11 +10,12 @@
 #include "scene/ensemble/ensemble_scene.h"
 #include "scene/run/run_report.h"
 
-/// Ensembles: the runs of a scene's [ensemble], by one process, by parts of a job array, or by the ranks of MPI.
+/// Ensembles: the runs of a scene's [ensemble], by one process, by parts of a job array, or by the
+/// ranks of MPI.
 ///
-/// A case is known by its index alone, and what is kept of it does not depend on who runs it, when, or beside what others.
-/// Cases that are done go to a log each process has for itself, out/parts/K_of_N.bin; when none is missing they become
-/// ensemble.h5, in the order of their index.
+/// A case is known by its index alone, and what is kept of it does not depend on who runs it, when,
+/// or beside what others. Cases that are done go to a log each process has for itself,
+/// out/parts/K_of_N.bin; when none is missing they become ensemble.h5, in the order of their index.
 namespace porthos::scene {
 
 /// A scene with its ensemble, ready to be run. Immutable; shared by threads.
@@ -32,7 +33,8 @@ class Ensemble {
   const CaseLayout& layout() const { return layout_; }
   /// Whether all cases are of one model, which they share: they differ in their start alone.
   bool one_model() const { return one_model_; }
-  /// Whether the cases may share lanes. The others are run as `porthos run` runs them, one to a thread.
+  /// Whether the cases may share lanes. The others are run as `porthos run` runs them, one to a
+  /// thread.
   bool in_lanes() const { return in_lanes_; }
   /// What must agree for a log of cases to be continued, or to be joined.
   NamedTexts identity() const;
@@ -42,8 +44,8 @@ class Ensemble {
     bool lanes = true;  ///< off: a control
     const std::atomic<bool>* stop = nullptr;
   };
-  /// Runs cases: next() gives their indices (-1: none left), done(row) takes what is kept of them. Both are called by one
-  /// thread at a time, but not by the same.
+  /// Runs cases: next() gives their indices (-1: none left), done(row) takes what is kept of them.
+  /// Both are called by one thread at a time, but not by the same.
   void work(const std::function<std::int64_t()>& next,
             const std::function<void(std::span<const double>)>& done,
             const WorkOptions& options) const;
@@ -74,7 +76,8 @@ Part part_of(const std::string& text);
 class CaseStore {
  public:
   /// Takes in every log in the folder, and appends to the one of `part`.
-  /// @throws InvalidArgument for a log of another ensemble, one that is in use, or without `resume` one of this part
+  /// @throws InvalidArgument for a log of another ensemble, one that is in use, or without `resume`
+  ///   one of this part
   CaseStore(const Ensemble& ensemble, const std::filesystem::path& out, Part part, bool resume);
 
   void add(std::span<const double> row);
@@ -163,8 +166,9 @@ class CaseProgress {
   double start_, last_ = 0;
 };
 
-/// Runs the cases that are missing and, when the whole ensemble is there, writes ensemble.h5, ensemble.json and
-/// ensemble.svg: the same bytes for any number of threads, parts, ranks and interruptions.
+/// Runs the cases that are missing and, when the whole ensemble is there, writes ensemble.h5,
+/// ensemble.json and ensemble.svg: the same bytes for any number of threads, parts, ranks and
+/// interruptions.
 /// @throws InvalidArgument as Ensemble and CaseStore
 EnsembleReport run_ensemble(const Ensemble& ensemble, const EnsembleOptions& options);
 

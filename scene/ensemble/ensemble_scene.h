@@ -9,7 +9,8 @@
 #include "scene/assemble/assembly.h"
 #include "scene/read/variation.h"
 
-/// The [ensemble] of a scene: many runs of it that differ in some of its numbers. Keys: docs/ensemble.md.
+/// The [ensemble] of a scene: many runs of it that differ in some of its numbers. Keys:
+/// docs/ensemble.md.
 namespace porthos::scene {
 
 /// A key of the scene that differs from case to case.
@@ -35,8 +36,9 @@ struct EnsembleScene {
 };
 
 /// Reads [ensemble] of a scene that has been read, and tries each quantity on it.
-/// @throws InvalidArgument with one sentence "file:line:column: …", for a missing table, unknown keys, a quantity the scene has
-///   no place for, a distribution that is empty or unknown, a broken table
+/// @throws InvalidArgument with one sentence "file:line:column: …", for a missing table, unknown
+///   keys, a quantity the scene has no place for, a distribution that is empty or unknown, a broken
+///   table
 EnsembleScene read_ensemble(const Scene& scene, const Assembly& assembly);
 
 /// The numbers of each case, by its index alone.

@@ -11,8 +11,8 @@
 namespace porthos::scene {
 namespace {
 
-/// A file from somewhere may declare any size: none is allocated that the bytes behind it cannot fill (deflate shrinks 1032 times
-/// at most).
+/// A file from somewhere may declare any size: none is allocated that the bytes behind it cannot
+/// fill (deflate shrinks 1032 times at most).
 bool is_filled(hid_t data, hid_t type, const std::vector<hsize_t>& shape) {
   double bytes = double(H5Tget_size(type));
   for (const hsize_t n : shape) bytes *= double(n);

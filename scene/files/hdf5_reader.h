@@ -10,8 +10,8 @@ namespace porthos::scene {
 /// An HDF5 file as Hdf5File writes them, for reading. Ids are closed by their owners.
 class Hdf5Reader {
  public:
-  /// @throws InvalidArgument "cannot read <path>: ..." as every function here: no such file, not HDF5, cut off, damaged, or
-  ///   no such dataset
+  /// @throws InvalidArgument "cannot read <path>: ..." as every function here: no such file, not
+  ///   HDF5, cut off, damaged, or no such dataset
   explicit Hdf5Reader(const std::filesystem::path& path);
   ~Hdf5Reader();
   Hdf5Reader(const Hdf5Reader&) = delete;

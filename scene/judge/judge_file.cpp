@@ -29,7 +29,8 @@ using Numbers = std::vector<double>;
 
 double speed_of(const CentreOfMass::Vec& v) { return double(std::sqrt(dot(v, v))); }
 
-/// A model with the works of given torques in its books. The torques are known at records only: nothing integrates it.
+/// A model with the works of given torques in its books. The torques are known at records only:
+/// nothing integrates it.
 class UnderTorques : public phs::ModelFor<UnderTorques> {
  public:
   UnderTorques(std::shared_ptr<const phs::Model> model, const std::vector<std::string>& joints)
@@ -172,7 +173,8 @@ class Trajectory {
   }
   const std::vector<std::string>& torques() const { return torques_; }
 
-  /// A row of the file: as it is, and as it is judged. They differ where the centre of mass is out (centre_of_mass.h).
+  /// A row of the file: as it is, and as it is judged. They differ where the centre of mass is out
+  /// (centre_of_mass.h).
   struct Row {
     phs::State world, inner;
     CentreOfMass centre;

@@ -17,9 +17,9 @@ struct LedgerSeries {
   std::vector<double> defect;  ///< H - H(start) - supplied + dissipated [J]
 };
 
-/// Three panels over one time axis, as a complete SVG document: stored energies stacked (each from zero, or from its
-/// least value where that is below zero), works through sources and losses, and the defect of the balance on an axis of
-/// its own.
+/// Three panels over one time axis, as a complete SVG document: stored energies stacked (each from
+/// zero, or from its least value where that is below zero), works through sources and losses, and
+/// the defect of the balance on an axis of its own.
 std::string ledger_plot(const LedgerSeries& series, const std::string& title,
                         const std::string& subtitle);
 

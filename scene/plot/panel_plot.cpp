@@ -19,7 +19,8 @@ std::vector<size_t> hinges(const mechanics::Mechanism& m, const mechanics::Panel
   return at;
 }
 
-/// Height of the tip over the plane of the root: pieces of l/2, l, ..., l, l/2, turned by the sum of the hinges before.
+/// Height of the tip over the plane of the root: pieces of l/2, l, ..., l, l/2, turned by the sum
+/// of the hinges before.
 double tip(const mechanics::Panel& p, const std::vector<size_t>& at, std::span<const double> x) {
   const double l = p.length / p.segments;
   double turn = 0, z = 0;

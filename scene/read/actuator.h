@@ -31,7 +31,8 @@ struct JointActuator {
 std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder);
 
 /// Puts them at the joints of the member "mechanism" of a network.
-/// @throws InvalidArgument naming file and line, for an unknown joint or one that an actuator or motor drives already
+/// @throws InvalidArgument naming file and line, for an unknown joint or one that an actuator or
+///   motor drives already
 void add_actuators(phs::Network& n, const mechanics::MechanicalModel& model,
                    const std::vector<JointActuator>& actuators);
 

@@ -72,7 +72,8 @@ void read_motor(const Table& t, Element& e) {
   e.source = read_signal(t.table("voltage", {"constant", "sine", "profile"}), " of V");
 }
 
-/// tau = stiffness (target - z) + damping (speed - z'), with the z and z' of the instants if it has a rate.
+/// tau = stiffness (target - z) + damping (speed - z'), with the z and z' of the instants if it has
+/// a rate.
 void read_controller(const Table& t, Element& e) {
   const double stiffness = t.not_negative_or("stiffness", " of N m/rad or N/m", 0),
                damping = t.not_negative_or("damping", " of N m s/rad or N s/m", 0),
@@ -154,8 +155,8 @@ bool turns_on_the_ground(const mechanics::MechanicalModel& model, const Element&
   return c.kind == phs::BlockKind::angle && model.mechanism().nodes()[size_t(c.node)].parent < 0;
 }
 
-/// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels the opposite. The ground has
-/// no rate: a wheel on a bench is left alone.
+/// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels
+/// the opposite. The ground has no rate: a wheel on a bench is left alone.
 phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
   const auto& m = model.mechanism();
   const auto& c = m.coordinate(e.joint);
@@ -179,7 +180,8 @@ phs::LawPtr wheel(const mechanics::MechanicalModel& model, const Element& e) {
   });
 }
 
-/// The drive of a gimbal follows a rate. Its wheel keeps its momentum by itself: a balanced one is a cyclic coordinate.
+/// The drive of a gimbal follows a rate. Its wheel keeps its momentum by itself: a balanced one is
+/// a cyclic coordinate.
 phs::LawPtr gimbal(const mechanics::MechanicalModel& model, const Element& e) {
   const auto& m = model.mechanism();
   const auto refuse_wheel = [&](const std::string& why) {

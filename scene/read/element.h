@@ -15,7 +15,8 @@ namespace porthos::scene {
 class Table;
 struct Scene;
 
-/// Something that acts at a joint of the model, or on a body (part.h): a [[element]] of the scene, docs/scene.md.
+/// Something that acts at a joint of the model, or on a body (part.h): a [[element]] of the scene,
+/// docs/scene.md.
 struct Element {
   std::string type, name, joint;  ///< joint: empty for a part
   std::string where;              ///< "file:line:column"
@@ -48,20 +49,24 @@ struct Element {
 /// Reads the [[element]] tables. @throws InvalidArgument as read_scene()
 std::vector<Element> read_elements(const Table& scene);
 
-/// A signal in time: one of the keys constant, sine = { amplitude, frequency, phase }, profile = { times, values }.
+/// A signal in time: one of the keys constant, sine = { amplitude, frequency, phase }, profile = {
+/// times, values }.
 phs::FunctionPtr read_signal(const Table& t, const char* unit);
 
-/// A joint's coordinate and port in the network of a scene, whose mechanism is the member "mechanism".
+/// A joint's coordinate and port in the network of a scene, whose mechanism is the member
+/// "mechanism".
 struct JointPlace {
   std::string coordinate, port;
   int q;  ///< among the mechanism's coordinates
 };
-/// @throws InvalidArgument beginning with `where` and `who`: the joint is unknown or has several freedoms
+/// @throws InvalidArgument beginning with `where` and `who`: the joint is unknown or has several
+///   freedoms
 JointPlace joint_place(const mechanics::MechanicalModel& model, const std::string& where,
                        const std::string& who, const std::string& joint);
 
 /// Puts the elements at the joints of the member "mechanism" of a network.
-/// @throws InvalidArgument naming file and line, for an unknown joint, one of several freedoms, or limits without bounds
+/// @throws InvalidArgument naming file and line, for an unknown joint, one of several freedoms, or
+///   limits without bounds
 void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements);
 

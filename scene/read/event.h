@@ -9,7 +9,8 @@ namespace porthos::scene {
 
 class Table;
 
-/// Start of a body that is free in the world: velocity of its origin in the world frame, body rates.
+/// Start of a body that is free in the world: velocity of its origin in the world frame, body
+/// rates.
 struct BaseStart {
   mechanics::Vec3d position{0, 0, 0}, linear_velocity{0, 0, 0}, angular_velocity{0, 0, 0};
   double attitude_wxyz[4] = {1, 0, 0,
@@ -35,8 +36,8 @@ struct Event {
   double at = 0;           ///< [s]; infinite for one that waits for something
   std::string name;        ///< of the body that is released, the joint, or the soft latch
   mechanics::Latch latch;  ///< of a capture; its limits of an engagement
-  /// What an event without a time waits for, at whole steps: a lock for its joint to pass an angle, a capture or engagement
-  /// until it is possible.
+  /// What an event without a time waits for, at whole steps: a lock for its joint to pass an angle,
+  /// a capture or engagement until it is possible.
   std::optional<double> above, below;
   bool within_reach = false;
   double after = 0;  ///< [s]: it does not happen before
@@ -50,7 +51,8 @@ std::vector<FreeBody> read_bodies(const Table& scene);
 /// In the order of their times. @throws InvalidArgument as read_scene()
 std::vector<Event> read_events(const Table& scene);
 
-/// Changes the mechanism. @throws InvalidArgument of mechanics::capture and its like, with file and line
+/// Changes the mechanism. @throws InvalidArgument of mechanics::capture and its like, with file and
+/// line
 mechanics::Impact apply(mechanics::Moving& moving, const Event& e);
 
 }  // namespace porthos::scene

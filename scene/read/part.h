@@ -13,7 +13,8 @@ class Table;
 struct Element;
 struct Scene;
 
-/// The elements of a scene that act on bodies instead of joints: thruster, torquer, soft_latch (docs/space.md).
+/// The elements of a scene that act on bodies instead of joints: thruster, torquer, soft_latch
+/// (docs/space.md).
 bool is_part(std::string_view type);
 /// Their keys, besides type and name.
 std::vector<std::string_view> part_keys(std::string_view type);

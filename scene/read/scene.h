@@ -14,7 +14,8 @@
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
 
-/// A scene: one TOML file that describes a run completely. Every key is documented in docs/scene.md.
+/// A scene: one TOML file that describes a run completely. Every key is documented in
+/// docs/scene.md.
 namespace porthos::scene {
 
 /// Start values of one joint.
@@ -31,10 +32,12 @@ struct RandomStart {
   double joint_position = 0, joint_velocity = 0;
 };
 
-/// What a record keeps the smallest and the largest value of, over all steps since the record before.
+/// What a record keeps the smallest and the largest value of, over all steps since the record
+/// before.
 enum class Extrema { none, state, all };
 
-/// Limits of the verdict. An absent one is not checked; where none is stated, default_limits() apply.
+/// Limits of the verdict. An absent one is not checked; where none is stated, default_limits()
+/// apply.
 struct Limits {
   using Limit = std::optional<double>;
   Limit energy = {}, linear_momentum = {}, angular_momentum = {}, quaternion_norm = {};
@@ -90,15 +93,17 @@ struct Scene {
 
   Limits verify;
 
-  /// The energy error a method is looked for: the stated one, else the limit of the verdict, else 1e-9.
+  /// The energy error a method is looked for: the stated one, else the limit of the verdict, else
+  /// 1e-9.
   double target() const {
     if (target_energy_error) return *target_energy_error;
     return verify.energy && *verify.energy > 0 ? *verify.energy : 1e-9;
   }
 };
 
-/// Reads and validates a scene. @throws InvalidArgument with one sentence "file:line:column: ..." for a missing file,
-/// broken TOML, an unknown key (names the nearest known one), a wrong type or unit, a value out of range.
+/// Reads and validates a scene. @throws InvalidArgument with one sentence "file:line:column: ..."
+/// for a missing file, broken TOML, an unknown key (names the nearest known one), a wrong type or
+/// unit, a value out of range.
 Scene read_scene(const std::string& path);
 
 /// The limits of a scene that states none; docs/scene.md says why these.

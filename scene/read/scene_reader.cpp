@@ -42,7 +42,8 @@ std::string read_file(const std::string& path, const std::string& what) {
   return text.str();
 }
 
-// --- values both a file and a command line can give: `where` is "file:line:column" or "--step" ---------------------
+// --- values both a file and a command line can give: `where` is "file:line:column" or "--step"
+// ---------------------
 
 void check_method(const std::string& method, const std::string& where) {
   Names known;
@@ -88,7 +89,8 @@ double default_record_every(double step, double duration) {
   return std::max(1.0, std::round(duration / 1000 / step)) * step;
 }
 
-// --- the tables of a scene -----------------------------------------------------------------------------------------
+// --- the tables of a scene
+// -----------------------------------------------------------------------------------------
 
 class Reader {
  public:
@@ -242,7 +244,8 @@ class Reader {
     s_.random = random;
   }
 
-  /// Of a joint of one freedom: position and velocity; of a ball or a free joint: the keys of a base.
+  /// Of a joint of one freedom: position and velocity; of a ball or a free joint: the keys of a
+  /// base.
   static JointStart joint_start(const Table& t) {
     JointStart start;
     if (t.has("attitude_wxyz") || t.has("angular_velocity") || t.has("linear_velocity") ||

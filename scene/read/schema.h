@@ -2,8 +2,9 @@
 #include <string>
 #include <vector>
 
-/// What may stand in a scene file, as data: the JSON schema for editors, and docs/scene_reference.md. That it says what the reader
-/// says is tested key by key (tests/scene/schema_test.cpp).
+/// What may stand in a scene file, as data: the JSON schema for editors, and
+/// docs/scene_reference.md. That it says what the reader says is tested key by key
+/// (tests/scene/schema_test.cpp).
 namespace porthos::scene {
 
 struct SchemaKey {

@@ -13,8 +13,8 @@
 #include "mechanics/mechanism.h"
 #include "phs/error.h"
 
-/// Reading TOML: every refusal names file, line, column, key, what was found and what was expected. Private to the
-/// readers of a scene.
+/// Reading TOML: every refusal names file, line, column, key, what was found and what was expected.
+/// Private to the readers of a scene.
 namespace porthos::scene {
 
 using mechanics::Vec3d;
@@ -37,10 +37,12 @@ struct File {
   }
 };
 
-/// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has no place
+/// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has
+/// no place
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
 
-/// Reads typed values; every refusal names file, line, column, key, what was found and what was expected.
+/// Reads typed values; every refusal names file, line, column, key, what was found and what was
+/// expected.
 class Table {
  public:
   /// @param label   how people call it: "[run]"

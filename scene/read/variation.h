@@ -8,9 +8,10 @@
 /// A scene with some of its numbers replaced: one case of an ensemble.
 namespace porthos::scene {
 
-/// Other numbers for a key of the scene: its tables and keys with dots between them, the place in an array in brackets, from
-/// 0: "initial.joints.joint_1.velocity", "initial.base.angular_velocity[2]", "element[0].stiffness". More than one number
-/// replace a whole array.
+/// Other numbers for a key of the scene: its tables and keys with dots between them, the place in
+/// an array in brackets, from 0: "initial.joints.joint_1.velocity",
+/// "initial.base.angular_velocity[2]", "element[0].stiffness". More than one number replace a whole
+/// array.
 struct Replacement {
   std::string key;
   std::vector<double> values;
@@ -19,7 +20,8 @@ struct Replacement {
 /// Whether a replacement changes the start of a run and nothing else.
 bool is_of_start(const std::string& key);
 
-/// A scene with some numbers replaced, from the texts that were read for it. Tables and keys that are not there are added.
+/// A scene with some numbers replaced, from the texts that were read for it. Tables and keys that
+/// are not there are added.
 /// @throws InvalidArgument as read_scene; for a key that has no place in it
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements);
 

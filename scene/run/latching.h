@@ -13,17 +13,19 @@ class Latching {
   /// @throws InvalidArgument for events that name no soft latch
   explicit Latching(const Scene& scene);
 
-  /// Takes the latches that are not engaged out of a phase's scene, and gives the others their frames. One whose two bodies
-  /// an event has made one rests, with the energy it has, until they move again.
+  /// Takes the latches that are not engaged out of a phase's scene, and gives the others their
+  /// frames. One whose two bodies an event has made one rests, with the energy it has, until they
+  /// move again.
   void apply_to(Scene& phase, const mechanics::Mechanism& now) const;
 
-  /// The latch takes hold of its body as it is: at rest there, without any energy. Or it lets go, and what its springs hold
-  /// is lost: dissipated_J of the books. Nothing moves.
-  /// @throws InvalidArgument with file and line: engaged already or not at all, out of reach, beyond a limit
+  /// The latch takes hold of its body as it is: at rest there, without any energy. Or it lets go,
+  /// and what its springs hold is lost: dissipated_J of the books. Nothing moves.
+  /// @throws InvalidArgument with file and line: engaged already or not at all, out of reach,
+  ///   beyond a limit
   mechanics::Impact change(const Scene& scene, const mechanics::Moving& moving, const Event& e);
 
-  /// What an event waits for, as a function of time and the mechanism's state that is continuous and rises through 0 where
-  /// it happens.
+  /// What an event waits for, as a function of time and the mechanism's state that is continuous
+  /// and rises through 0 where it happens.
   static double margin(const Scene& scene, const mechanics::Moving& moving, const phs::State& state,
                        double time, const Event& e);
 

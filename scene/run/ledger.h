@@ -12,11 +12,12 @@
 
 namespace porthos::scene {
 
-/// The books of a run: stored energies, works through every power, the statistics of what does not add up.
+/// The books of a run: stored energies, works through every power, the statistics of what does not
+/// add up.
 ///
-/// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H - H(start) where nothing is
-/// supplied or dissipated. Works come from the method, step by step, with its own weights (integrators/works.h), and are
-/// summed in double length.
+/// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H -
+/// H(start) where nothing is supplied or dissipated. Works come from the method, step by step, with
+/// its own weights (integrators/works.h), and are summed in double length.
 class Ledger {
  public:
   explicit Ledger(const phs::Description& d);
@@ -32,8 +33,8 @@ class Ledger {
   }
   /// Books a record. @return the energy error [J]. regular: as in ErrorStatistics.
   double add(double t, const Measured& m, bool regular);
-  /// Books a look between records, which counts in everything but means and statistics. @return the energy error [J].
-  /// Allocates nothing.
+  /// Books a look between records, which counts in everything but means and statistics. @return the
+  /// energy error [J]. Allocates nothing.
   double look(const Measured& m);
   /// Of each of the system's powers since the start [J].
   const std::vector<double>& works() const { return sum_; }

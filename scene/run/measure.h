@@ -13,22 +13,25 @@ namespace porthos::scene {
 struct Measured {
   double energy_change_J = 0;    ///< H - H(start)
   std::vector<double> stored_J;  ///< of each of the system's storages
-  /// momentum - momentum(start), world axes; 0 where not an invariant. Angular: about where the centre of mass was at the
-  /// start, so that a place far from the origin puts no lever arm between the state's rounding and the error.
+  /// momentum - momentum(start), world axes; 0 where not an invariant. Angular: about where the
+  /// centre of mass was at the start, so that a place far from the origin puts no lever arm between
+  /// the state's rounding and the error.
   std::array<double, 3> linear{}, angular{};
   double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
   mechanics::MomentumScale scale{0, 0};  ///< of this state, see Meter::measure
   bool finite() const;
 };
 
-/// Between records every so many steps are looked at. A look takes about as long as seven evaluations of the field (at 64
-/// bits, without vectors): this keeps looks at two or three percent of a run, explicit or implicit. It goes by counts alone, so
-/// that a run looks at the same steps on every machine.
+/// Between records every so many steps are looked at. A look takes about as long as seven
+/// evaluations of the field (at 64 bits, without vectors): this keeps looks at two or three percent
+/// of a run, explicit or implicit. It goes by counts alone, so that a run looks at the same steps
+/// on every machine.
 inline std::int64_t steps_to_a_look(const integrators::Cost& c) {
   return c.evaluations >= 16 * c.steps ? 16 : 64;
 }
 
-/// In lanes, where a step costs a fraction of that and a look does not: as rarely as of explicit methods.
+/// In lanes, where a step costs a fraction of that and a look does not: as rarely as of explicit
+/// methods.
 inline constexpr std::int64_t steps_to_a_look_in_lanes = 64;
 
 /// Measures states in extended precision from value + low word, so that a measurement adds no noise
@@ -61,8 +64,8 @@ class Meter {
     Vector linear{}, angular{};
     double quaternion_norm = 0;
   };
-  /// Nothing that free bodies in free space keep depends on where they are: measured from their centre, a place far from the
-  /// origin costs no digits.
+  /// Nothing that free bodies in free space keep depends on where they are: measured from their
+  /// centre, a place far from the origin costs no digits.
   void measure_from_centre(const phs::State& start);
   void read(const phs::State& state);  ///< sets x_ and the turns of the system
   Values values();                     ///< of x_; leaves stored_

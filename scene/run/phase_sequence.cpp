@@ -41,8 +41,8 @@ void check(const Scene& s) {
   }
 }
 
-/// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or with
-/// the run.
+/// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or
+/// with the run.
 double end_after(const Scene& s, double from) {
   double end = s.duration;
   for (const Event& e : s.events)

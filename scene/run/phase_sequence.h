@@ -13,8 +13,8 @@
 
 namespace porthos::scene {
 
-/// A mechanism between phases, whose centre of mass moves apart from it: the state of its motion about
-/// that, which the events change, and in orbit the orbit of that, which they do not.
+/// A mechanism between phases, whose centre of mass moves apart from it: the state of its motion
+/// about that, which the events change, and in orbit the orbit of that, which they do not.
 class OrbitApart {
  public:
   explicit OrbitApart(const Assembly& a)
@@ -34,8 +34,8 @@ class OrbitApart {
   std::vector<double> x_, lo_;
 };
 
-/// The states of motors and actuators, which an event leaves as they are: no impulse passes a winding
-/// or a spring.
+/// The states of motors and actuators, which an event leaves as they are: no impulse passes a
+/// winding or a spring.
 class MotorStates {
  public:
   explicit MotorStates(const Scene& scene);
@@ -78,9 +78,9 @@ struct Phase {
   double from = 0;  ///< [s]
 };
 
-/// A scene with events as a sequence of runs: which mechanism moves from when to when, what happens in
-/// between, and the books of the whole. Who runs the phases (into folders, in memory, as a case of an
-/// ensemble) is not its business:
+/// A scene with events as a sequence of runs: which mechanism moves from when to when, what happens
+/// in between, and the books of the whole. Who runs the phases (into folders, in memory, as a case
+/// of an ensemble) is not its business:
 ///
 ///     PhaseSequence phases(scene, assembly);
 ///     while (const Phase* p = phases.next()) phases.done(report of a run of *p);
@@ -94,8 +94,9 @@ class PhaseSequence {
 
   /// The run that is next; null after the last. Valid until done().
   const Phase* next();
-  /// Takes a phase's report, and the events at its end happen. One that was interrupted or failed is
-  /// the last. @throws InvalidArgument for an event that cannot be (out of reach ...): nothing of it
+  /// Takes a phase's report, and the events at its end happen. One that was interrupted or failed
+  /// is the last. @throws InvalidArgument for an event that cannot be (out of reach ...): nothing
+  /// of it
   ///   has happened then, and last() is the phase before
   void done(const RunReport& phase);
   /// The report of the whole; adds what is judged of the events themselves.
@@ -133,10 +134,10 @@ class PhaseSequence {
   bool more_ = true, broken_off_ = false, assembled_ = false;
 };
 
-/// Refuses, before anything runs, what cannot be: events off the steps or outside the run, parts whose
-/// state an event would lose, and sequences of events whose mechanisms cannot be assembled. What depends
-/// on the motion is left out: positions and rates are those of the start, limits of latches do not
-/// count, and an event that waits comes as early as it may.
+/// Refuses, before anything runs, what cannot be: events off the steps or outside the run, parts
+/// whose state an event would lose, and sequences of events whose mechanisms cannot be assembled.
+/// What depends on the motion is left out: positions and rates are those of the start, limits of
+/// latches do not count, and an event that waits comes as early as it may.
 /// @return the systems of all phases, that of the start first
 /// @throws InvalidArgument with file and line
 std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,

@@ -17,8 +17,8 @@ std::string sha256(std::string_view bytes);
 using NamedTexts = std::vector<std::pair<std::string, std::string>>;
 NamedTexts provenance(const Scene& scene);
 
-/// What must agree for a checkpoint to be continued bit for bit: every file the scene reads, what was asked for, and the
-/// program with its revision.
+/// What must agree for a checkpoint to be continued bit for bit: every file the scene reads, what
+/// was asked for, and the program with its revision.
 NamedTexts fingerprint(const Scene& scene);
 
 /// What differs between two fingerprints, for people: "the method was gauss16 and is gauss8 now".

@@ -15,8 +15,8 @@ struct Check {
   std::string name;
   double value = 0, limit = 0;
   bool pass = false;
-  /// false: it holds whatever the step, by the method's structure or because it is of the model alone, so that a pass says
-  /// nothing of the motion.
+  /// false: it holds whatever the step, by the method's structure or because it is of the model
+  /// alone, so that a pass says nothing of the motion.
   bool telling = true;
 };
 
@@ -31,8 +31,9 @@ const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
   double initial_J = 0;
-  /// Errors are relative to it: the largest kinetic energy plus the range that each other stored energy covered, which sees
-  /// neither the zero of a potential nor the origin; the energy turned over by sources and losses where that is more.
+  /// Errors are relative to it: the largest kinetic energy plus the range that each other stored
+  /// energy covered, which sees neither the zero of a potential nor the origin; the energy turned
+  /// over by sources and losses where that is more.
   double scale_J = 0;
   double max_abs_error_J = 0, max_rel_error = 0;  ///< over records and the looks between them
   double rms_rel_error = 0;                       ///< over records
@@ -74,8 +75,8 @@ struct RunReport {
   phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
-  /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could have told a wrong motion
-  /// from a right one.
+  /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could
+  /// have told a wrong motion from a right one.
   Verdict verdict() const;
   bool passed() const { return verdict() == Verdict::pass; }
 };

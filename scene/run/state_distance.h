@@ -7,9 +7,10 @@
 
 namespace porthos::scene {
 
-/// Makes one number of a difference of states: the largest component, angles in rad, quaternions as they are, positions
-/// in units of the largest one seen (at least 1 m), momenta in units of the largest one seen, and what has no momentum (an
-/// orbit, the current of a motor) in units of the largest number of its block (at least 1).
+/// Makes one number of a difference of states: the largest component, angles in rad, quaternions as
+/// they are, positions in units of the largest one seen (at least 1 m), momenta in units of the
+/// largest one seen, and what has no momentum (an orbit, the current of a motor) in units of the
+/// largest number of its block (at least 1).
 class StateScale {
  public:
   explicit StateScale(const phs::Description& d) : d_(d), weight_(size_t(d.nx), 1.0) {}

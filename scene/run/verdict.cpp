@@ -122,7 +122,8 @@ class Judge {
     cannot("coupling", limits_.coupling, why);
   }
 
-  /// A pass must mean something: where all that was asked holds with any step, the energy is judged too if it does not.
+  /// A pass must mean something: where all that was asked holds with any step, the energy is judged
+  /// too if it does not.
   void choose() {
     if (r_.checks.empty() || limits_.step_halving || kept_.energy || limits_.energy ||
         std::any_of(r_.checks.begin(), r_.checks.end(), [](const Check& c) { return c.telling; }))

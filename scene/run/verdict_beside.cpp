@@ -20,7 +20,8 @@ using integrators::Declaration;
 using integrators::Outcome;
 
 constexpr std::int64_t steps_beside = 100;
-/// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if it is not symmetric.
+/// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if
+/// it is not symmetric.
 constexpr double symmetry_limit = 1e-9;
 /// A trajectory that half the step changes by more than a thousandth of its size is not resolved.
 constexpr double step_halving_limit = 1e-3;
@@ -147,7 +148,8 @@ class Beside {
     }
   }
 
-  /// The size of the motion, block by block: the larger of start and end, 1 for angles and for what stayed at 0.
+  /// The size of the motion, block by block: the larger of start and end, 1 for angles and for what
+  /// stayed at 0.
   std::vector<double> sizes() const {
     const phs::Description& d = a_.model->description();
     std::vector<double> size(size_t(d.nx), 1.0);

@@ -58,7 +58,8 @@ std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
                                                       scene_.step, std::move(options));
 }
 
-/// What stops the run at an instant: of an event, or the end where steps vary. Or takes it from one back to whole steps.
+/// What stops the run at an instant: of an event, or the end where steps vary. Or takes it from one
+/// back to whole steps.
 std::unique_ptr<integrators::EventStepper> WatchedRun::make_events(
     std::vector<integrators::Event> until) {
   if (until.empty() && fixed_ && assembly_.initial.origin_step == 0) return nullptr;
@@ -130,7 +131,8 @@ Outcome WatchedRun::fixed_step() {
   return o;
 }
 
-/// A step of the control's choice; one that would pass an event or the end is taken again up to there.
+/// A step of the control's choice; one that would pass an event or the end is taken again up to
+/// there.
 Outcome WatchedRun::controlled_step() {
   before_ = state_;
   const auto r = events_->step(state_, scene_.duration);
@@ -166,8 +168,8 @@ void WatchedRun::not_finite() {
   recall();
 }
 
-/// Measures and hands out. A state whose energy is not a number is a failure, and the last record the
-/// last good state.
+/// Measures and hands out. A state whose energy is not a number is a failure, and the last record
+/// the last good state.
 void WatchedRun::record() {
   const Measured& m = meter_.measure(state_);
   if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();

@@ -17,22 +17,23 @@ namespace porthos::scene {
 /// Takes each record of a run: a row of WatchedRun::layout().
 using RecordSink = std::function<void(std::span<const double>)>;
 
-/// A run at work, without files: integrator, meter, ledger, monitor and the clock of its steps. What
-/// `porthos run` writes, what a phase between events is, a case of an ensemble and a run in memory are
-/// all this loop:
+/// A run at work, without files: integrator, meter, ledger, monitor and the clock of its steps.
+/// What `porthos run` writes, what a phase between events is, a case of an ensemble and a run in
+/// memory are all this loop:
 ///
 ///     WatchedRun run(scene, assembly, until, sink);
 ///     for (run.begin(); run.goes_on();) run.step();
 ///
-/// The same bits whoever drives it. A step allocates nothing; a record allocates what its sink does.
+/// The same bits whoever drives it. A step allocates nothing; a record allocates what its sink
+/// does.
 class WatchedRun {
  public:
-  /// The scene states its method, and has no events: those are between runs. Scene and assembly must
-  /// outlive it.
+  /// The scene states its method, and has no events: those are between runs. Scene and assembly
+  /// must outlive it.
   /// @param until   end the run, see RunOptions::until
   /// @param record  may be empty: then no rows are made
-  /// @throws InvalidArgument for step, duration or record distance that are no positive numbers, and
-  ///   as make_integrator()
+  /// @throws InvalidArgument for step, duration or record distance that are no positive numbers,
+  ///   and as make_integrator()
   WatchedRun(const Scene& scene, const Assembly& assembly, std::vector<integrators::Event> until,
              RecordSink record);
   WatchedRun(const WatchedRun&) = delete;
@@ -40,8 +41,8 @@ class WatchedRun {
   /// Opens the books and takes the first record. Not for a run that restore() continues.
   void begin();
   bool goes_on() const { return outcome_ == integrators::Outcome::ok && !ended(); }
-  /// A step with its books, and the record or the look it is due for. After a failure the state is the
-  /// last good one.
+  /// A step with its books, and the record or the look it is due for. After a failure the state is
+  /// the last good one.
   void step();
 
   /// Fills what the next steps depend on; the rest of a checkpoint belongs to who writes it.
@@ -59,7 +60,8 @@ class WatchedRun {
 
   /// Everything but the clocks, the notes, momenta and impulses (MomentumBooks) and the verdict.
   RunReport report() const;
-  /// What a reader should know besides: how numbers were taken, joints beyond limits, the iteration.
+  /// What a reader should know besides: how numbers were taken, joints beyond limits, the
+  /// iteration.
   void add_notes(RunReport& report) const;
   /// The checks that need no run beside this one, see verdict.h.
   void judge(RunReport& report) const;

@@ -4,8 +4,8 @@
 
 namespace porthos::scene {
 
-/// The errors and books of all phases of a run in one report: the worst errors, the sums of the works,
-/// plastic losses among the losses, the momenta across events among the checks.
+/// The errors and books of all phases of a run in one report: the worst errors, the sums of the
+/// works, plastic losses among the losses, the momenta across events among the checks.
 class WholeReport {
  public:
   explicit WholeReport(const Scene& scene);

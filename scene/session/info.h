@@ -5,8 +5,8 @@
 
 namespace porthos::scene {
 
-/// What `porthos info` prints: states, ports, invariants, the plan (active and absent effects) and the measured cost of
-/// one evaluation.
+/// What `porthos info` prints: states, ports, invariants, the plan (active and absent effects) and
+/// the measured cost of one evaluation.
 std::string info_text(const Scene& scene, const Assembly& assembly);
 
 /// What `porthos --version` prints: version, git hash, compiler, flags, SIMD.

@@ -27,7 +27,8 @@ constexpr double limit = 1e-11;                                     // of [verif
 constexpr double written_limit = 1e-12;                             // and of its momenta and norms
 constexpr double margin = 10;  // by which a pilot stays below them
 
-// Work in evaluations of the field times freedoms, some 0.2 microseconds each: the choice does not depend on the clock.
+// Work in evaluations of the field times freedoms, some 0.2 microseconds each: the choice does not
+// depend on the clock.
 constexpr double most_work_of_a_run = 4e6, most_work_of_a_duration = 8e6;
 
 /// What [model] may have to say so that a file is accepted, from the least to the most.
@@ -131,8 +132,8 @@ struct Pilot {
   bool good = false;
 };
 
-/// Finds method, step and duration: the longest duration that is affordable, and of the methods that keep all limits
-/// over all of it by a margin the one that needs the fewest evaluations.
+/// Finds method, step and duration: the longest duration that is affordable, and of the methods
+/// that keep all limits over all of it by a margin the one that needs the fewest evaluations.
 class Search {
  public:
   Search(const Assembly& assembly, bool floats) : assembly_(assembly), floats_(floats) {}
@@ -248,7 +249,8 @@ constexpr const char* tail =
     "dc_motor, controller, wheel\n"
     "# joint = \"a_joint\"\n# damping = 0.1                  # N m s/rad\n";
 
-/// Finds what [model] has to say. @throws InvalidArgument in the words of the last way that was tried
+/// Finds what [model] has to say. @throws InvalidArgument in the words of the last way that was
+/// tried
 Accepted accept(const std::string& content, const std::string& urdf, Base base) {
   std::vector<std::string> lock, light;
   while (true) {

@@ -311,7 +311,8 @@ TEST_F(Cli, AutoSaysWhatItChose) {
 TEST_F(Cli, CtrlCSavesAndSaysHowToResume) {
   const std::string run = "run swing/scene.toml --out long --duration 1e6";
   for (const std::string signal : {"INT", "TERM"}) {
-    // Twice, as timeout and some terminals do: the second must not kill what the first asked to save.
+    // Twice, as timeout and some terminals do: the second must not kill what the first asked to
+    // save.
     const std::string interrupted = "twice() { \"$@\" & sleep 1; kill -" + signal +
                                     " $!; sleep 0.001; kill -" + signal + " $!; wait $!; }; twice";
     const Answer a = porthos(run + (signal == "TERM" ? " --resume" : ""), interrupted);

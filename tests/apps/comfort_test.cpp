@@ -79,7 +79,8 @@ TEST_F(Comfort, NewScenesOfEveryExampleRunAsTheyAre) {
     }
 }
 
-/// Arms that fall and whirl, walking machines, a tree of 63 bodies: what `new` writes passes every check.
+/// Arms that fall and whirl, walking machines, a tree of 63 bodies: what `new` writes passes every
+/// check.
 TEST_F(Comfort, NewScenesOfEveryModelPass) {
   const fs::path data = fs::path(PORTHOS_SOURCE_DIR) / "tests/data";
   int passed = 0, count = 0;
@@ -106,7 +107,8 @@ TEST_F(Comfort, NewScenesOfEveryModelPass) {
   EXPECT_GE(passed, 28);
 }
 
-/// Faults that every robot tool takes are taken, each with a note that run prints and the summary keeps.
+/// Faults that every robot tool takes are taken, each with a note that run prints and the summary
+/// keeps.
 TEST_F(Comfort, NewScenesOfFaultyFilesPassAndSaySo) {
   const std::string heavy =
       "<inertial><origin xyz='0 0 0.2'/><mass value='1'/><inertia ixx='.1' iyy='.1' izz='.1' "

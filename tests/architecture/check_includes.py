@@ -101,6 +101,8 @@ def offences(root):
             yield f"{path}:1: lies in none of {path.parts[0]}/{{{', '.join(FOLDERS[path.parts[0]])}}}"
         lines = file.read_text(encoding="utf-8").splitlines()
         for number, line in enumerate(lines, 1):
+            if len(line) > 100 and line.lstrip().startswith("//"):
+                yield f"{path}:{number}: a comment has at most 100 columns"
             if found := INCLUDE.match(line):
                 if reason := include_offence(path, *found.groups()):
                     yield f"{path}:{number}: {reason}"
@@ -138,6 +140,7 @@ def self_test():
         "phs/i.h": ('#include "phs/a-inl.h"\n', "must not include a private one"),
         "phs/d.h": ('#include "phs/detail/d.h"\n', "must not include a private one"),
         "vsa/d.cpp": ('#include "phs/detail/d.h"\n', "phs/detail/d.h is private to phs/"),
+        "phs/wide.h": ("// " + 98 * "x" + "\n", "a comment has at most 100 columns"),
         "phs/long.h": ("\n" * 401, "a public header has at most 400 lines"),
         "phs/long.cpp": ("\n" * 601, "a source has at most 600 lines"),
         "mechanics/joints/long.h": ("\n" * 151, "a joint header has at most 150 lines"),

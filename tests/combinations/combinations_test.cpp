@@ -1,5 +1,6 @@
-// Every pair of features runs and its verdict says pass, or it is refused before the run by one sentence that names both; and
-// docs/combinations.md says which. After a change: PORTHOS_WRITE=1 build/native/tests/test_combinations
+// Every pair of features runs and its verdict says pass, or it is refused before the run by one
+// sentence that names both; and docs/combinations.md says which. After a change: PORTHOS_WRITE=1
+// build/native/tests/test_combinations
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +17,8 @@ namespace {
 
 const std::string page_path = std::string(PORTHOS_SOURCE_DIR) + "/docs/combinations.md";
 
-/// What was quoted in this process; with PORTHOS_WRITE the page is written from it when all is done.
+/// What was quoted in this process; with PORTHOS_WRITE the page is written from it when all is
+/// done.
 class Quotes : public testing::Environment {
  public:
   std::vector<std::pair<int, std::string>> seen;
@@ -82,7 +84,8 @@ TEST(Combinations, AreInTheDocumentation) {
   EXPECT_EQ(quoted, count().refused);
 }
 
-/// Controls: the same harness fails a step that does not resolve the motion, and a sentence that names one of two.
+/// Controls: the same harness fails a step that does not resolve the motion, and a sentence that
+/// names one of two.
 TEST(Combinations, AreJudged) {
   const Seen coarse = run_pair(feature("uniform gravity"), feature("spring"),
                                {{"integrator.method", "'midpoint'"}, {"run.duration", "2"}});

@@ -3,13 +3,15 @@
 #include <utility>
 #include <vector>
 
-/// The features of a scene, each as what it adds to one, and which pairs of them are refused and why.
+/// The features of a scene, each as what it adds to one, and which pairs of them are refused and
+/// why.
 namespace porthos::test::combinations {
 
 /// {"table.key", value as TOML}
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
-/// How a pair is run: the features of a scene by `porthos verify`, the others with the scene of their partner.
+/// How a pair is run: the features of a scene by `porthos verify`, the others with the scene of
+/// their partner.
 enum class Mode { verify, resume, ensemble, compare, report, python };
 
 struct Feature {
@@ -17,7 +19,8 @@ struct Feature {
   std::vector<std::string> words;  ///< one of them is in every sentence that refuses it
   Settings sets = {};              ///< what it is
   Settings needs = {};             ///< what it stands on; gives way to what the other one sets
-  /// Tables of its own. In a pair @ is 1 in the first and 2 in the second, and so are joint@ and the time 0.@
+  /// Tables of its own. In a pair @ is 1 in the first and 2 in the second, and so are joint@ and
+  /// the time 0.@
   std::string tables = {};
   std::string links = {};  ///< of the model, @ likewise
   Mode mode = Mode::verify;

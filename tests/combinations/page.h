@@ -3,7 +3,8 @@
 
 #include "tests/combinations/features.h"
 
-/// docs/combinations.md. All of it is known from the tables of this folder but the sentences of the refusals, which are seen.
+/// docs/combinations.md. All of it is known from the tables of this folder but the sentences of the
+/// refusals, which are seen.
 namespace porthos::test::combinations {
 
 struct Count {

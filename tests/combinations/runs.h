@@ -9,12 +9,13 @@ namespace porthos::test::combinations {
 /// What became of a pair: it ran and its verdict is pass, or one of the two.
 struct Seen {
   std::string refusal;  ///< the sentence before the first step
-  std::string
-      trouble;  ///< anything that may not be: a verdict that is no pass, a refusal in the middle of a run
+  /// anything that may not be: a verdict that is no pass, a refusal in the middle of a run
+  std::string trouble;
   bool runs() const { return refusal.empty() && trouble.empty(); }
 };
 
-/// What the report of a feature shows of it: a text of summary.json, empty where it has none of its own.
+/// What the report of a feature shows of it: a text of summary.json, empty where it has none of its
+/// own.
 std::string shown_of(const Feature& f);
 
 /// Writes scene.toml and model.urdf. @return the path of the scene

@@ -1,4 +1,5 @@
-// method = "auto": what it chooses keeps the target when it is run, and a resumed run keeps the choice.
+// method = "auto": what it chooses keeps the target when it is run, and a resumed run keeps the
+// choice.
 #include "scene/assemble/steps.h"
 #include "scene/compare/auto_method.h"
 
@@ -82,7 +83,8 @@ TEST(Auto, ATargetBelowRoundingIsRefusedWithWhatIsInReach) {
   EXPECT_LE(r.energy.max_rel_error, 10 * reachable);
 }
 
-/// Its books may close over a motion that is wrong: the choice is one that half the step does not move.
+/// Its books may close over a motion that is wrong: the choice is one that half the step does not
+/// move.
 TEST(Auto, ADampedSystemIsResolvedToo) {
   TemporaryFolder folder;
   const Case c = left_to_auto(pendulum(folder, 0.1), 1e-9);
@@ -178,7 +180,8 @@ TEST(Auto, ARunThatWasNotLeftToAutoIsNotResumedByIt) {
                    "holds an unfinished run"));
 }
 
-// --- the keys ----------------------------------------------------------------------------------------------------------
+// --- the keys
+// -------------------------------------------------------------------------------------------------
 
 class Keys : public ::testing::Test {
  protected:

@@ -113,7 +113,8 @@ TEST(Compare, RivalsAreTriedOverTolerances) {
   for (const auto& m : compared().result.methods) {
     if (!m.method.rival) continue;
     EXPECT_EQ(m.trials.front().setting.rtol, 1e-4) << m.method.name;
-    // An explicit method of order 8 is at round-off from the start, as the step is never longer than to the next output.
+    // An explicit method of order 8 is at round-off from the start, as the step is never longer
+    // than to the next output.
     const bool round_off = m.trials.back().report.energy.max_rel_error < 1e-14;
     ASSERT_GE(m.trials.size(), round_off ? 2u : 3u) << m.method.name;
     for (size_t i = 1; i < m.trials.size(); ++i)
@@ -247,7 +248,8 @@ TEST(Compare, BadWishesAreRefused) {
   EXPECT_EQ(why({.duration = -1}), "duration is -1, expected more than 0 s");
 }
 
-// --- the advice, on numbers made up ----------------------------------------------------------------------------------
+// --- the advice, on numbers made up
+// ----------------------------------------------------------------------------------
 
 scene::Trial made_up(const std::string& method, double step, double rtol, double cpu,
                      double error) {

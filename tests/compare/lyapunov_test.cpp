@@ -55,11 +55,13 @@ TEST(Sensitivity, AgreesWithTwoNearbyRuns) {
   const double growth =
       scene::distance(scale, scene::unwrapped(d, a), scene::unwrapped(d, b)) / apart;
   std::printf("  after %.3g s: tangent 1e5, nearby runs %.3g\n", t, growth);
-  // Another direction to begin with, another norm: the rates agree, the factors within those of the geometry.
+  // Another direction to begin with, another norm: the rates agree, the factors within those of the
+  // geometry.
   EXPECT_NEAR(std::log(growth) / std::log(1e5), 1, 0.25);
 }
 
-// Half powers of two of the first guess; Newton leaves little that does not converge, so the guess may stand.
+// Half powers of two of the first guess; Newton leaves little that does not converge, so the guess
+// may stand.
 TEST(Sensitivity, FindStepHalvesUntilItWorks) {
   TemporaryFolder folder;
   const Case c = swinging(folder, 1.0);

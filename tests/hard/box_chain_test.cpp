@@ -1,8 +1,9 @@
-// Ten equal boxes of 0.3 x 0.3 x 1.5 m on revolute joints, passive under gravity, q and q' uniform in ±π/2, h = 1e-3
-// s: the energy experiment of Lee, Liu, Park, Srinivasa 2016 (WAFR, "A linear-time variational integrator for
-// multibody systems"). The best published band on such a chain is 1.1e-2 over 1e5 steps (DART's variational
-// integrator, dartsim/dart #2779). Must hold: gauss16 keeps the energy to 1e-12 (2e4 steps; 1e6 with PORTHOS_LONG=1).
-// Must fail: stormer_verlet (variational, of order 2) and rk4.
+// Ten equal boxes of 0.3 x 0.3 x 1.5 m on revolute joints, passive under gravity, q and q' uniform
+// in ±π/2, h = 1e-3 s: the energy experiment of Lee, Liu, Park, Srinivasa 2016 (WAFR, "A
+// linear-time variational integrator for multibody systems"). The best published band on such a
+// chain is 1.1e-2 over 1e5 steps (DART's variational integrator, dartsim/dart #2779). Must hold:
+// gauss16 keeps the energy to 1e-12 (2e4 steps; 1e6 with PORTHOS_LONG=1). Must fail: stormer_verlet
+// (variational, of order 2) and rk4.
 #include <random>
 
 #include "tests/support/energy_run.h"

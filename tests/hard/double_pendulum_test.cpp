@@ -1,6 +1,6 @@
-// The chaotic double pendulum. Must hold: gauss16 keeps the energy to 1e-12 over 1e5 steps, and N steps forward then
-// N back return to the start up to what the chaos makes of rounding. Must fail: rk4 drifts, and does not come back
-// even where nothing amplifies.
+// The chaotic double pendulum. Must hold: gauss16 keeps the energy to 1e-12 over 1e5 steps, and N
+// steps forward then N back return to the start up to what the chaos makes of rounding. Must fail:
+// rk4 drifts, and does not come back even where nothing amplifies.
 #include "tests/support/energy_run.h"
 
 namespace porthos::double_pendulum_test {
@@ -37,8 +37,8 @@ TEST(DoublePendulum, ChaoticEnergy) {
                test::energy_run("stormer_verlet", model, start, h, 100000, o).energy, 1e-9);
 }
 
-/// Distance from the start after n steps forth and n back; beside it, what a perturbation of one ulp grows to in n
-/// steps.
+/// Distance from the start after n steps forth and n back; beside it, what a perturbation of one
+/// ulp grows to in n steps.
 struct Return {
   double distance, amplification;
 };

@@ -1,7 +1,8 @@
-// Fermi, Pasta, Ulam with stiff springs, ω = 50 (Hairer, Lubich, Wanner 2006, I.5.1): the oscillatory energies I_i
-// exchange on the time ω while their sum I is an adiabatic invariant, constant to O(1/ω) over exponentially long
-// times. Must hold to t = 200: gauss8 and gauss16 keep H and follow I; stormer_verlet at hω = 1 still keeps I and H
-// in a band; the I_i really exchange. Must fail: rk4 at Verlet's step damps the stiff springs.
+// Fermi, Pasta, Ulam with stiff springs, ω = 50 (Hairer, Lubich, Wanner 2006, I.5.1): the
+// oscillatory energies I_i exchange on the time ω while their sum I is an adiabatic invariant,
+// constant to O(1/ω) over exponentially long times. Must hold to t = 200: gauss8 and gauss16 keep H
+// and follow I; stormer_verlet at hω = 1 still keeps I and H in a band; the I_i really exchange.
+// Must fail: rk4 at Verlet's step damps the stiff springs.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
@@ -43,9 +44,9 @@ TEST(FermiPastaUlam, AdiabaticInvariant) {
   const double h = 1 / system_.omega;
   const auto g16 = run("gauss16", h), g8 = run("gauss8", h / 2), verlet = run("stormer_verlet", h),
              rk4 = run("rk4", h);
-  // I oscillates by O(1/ω), the constant being the pull of the soft springs on the stiff ones. Verlet's stiff springs
-  // keep p² + (1 - h²ω²/4) ω² q², so their I swings by up to h²ω²/4 / (1 - h²ω²/4) = 1/3 besides; of H that is a
-  // share I/H < 1/2.
+  // I oscillates by O(1/ω), the constant being the pull of the soft springs on the stiff ones.
+  // Verlet's stiff springs keep p² + (1 - h²ω²/4) ω² q², so their I swings by up to h²ω²/4 / (1 -
+  // h²ω²/4) = 1/3 besides; of H that is a share I/H < 1/2.
   const double band = 10 / system_.omega;
   test::keeps("gauss16, h ω = 1: energy", g16.energy, 1e-12);
   test::keeps("gauss16: |I - I(0)|", g16.sum, band);

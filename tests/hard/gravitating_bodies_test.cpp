@@ -1,14 +1,16 @@
-// Bodies that attract each other. Must hold: the outer solar system over 1e7 days at 400 days a step, energy and
-// angular momentum at round-off, as a random walk; the Pythagorean three bodies to their first close approach. Must
-// fail: rk4; and every fixed step, gauss16's too, in the Pythagorean encounters: they need step control.
+// Bodies that attract each other. Must hold: the outer solar system over 1e7 days at 400 days a
+// step, energy and angular momentum at round-off, as a random walk; the Pythagorean three bodies to
+// their first close approach. Must fail: rk4; and every fixed step, gauss16's too, in the
+// Pythagorean encounters: they need step control.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
 namespace porthos::gravitating_bodies_test {
 namespace {
 
-/// Sun (with the inner planets), Jupiter, Saturn, Uranus, Neptune, Pluto on 5 September 1994: Hairer, Lubich, Wanner
-/// 2006, table I.2.2. AU, day, mass of the Sun; here with the centre of mass at rest.
+/// Sun (with the inner planets), Jupiter, Saturn, Uranus, Neptune, Pluto on 5 September 1994:
+/// Hairer, Lubich, Wanner 2006, table I.2.2. AU, day, mass of the Sun; here with the centre of mass
+/// at rest.
 struct OuterSolarSystem {
   test::GravitatingBodies bodies{2.95912208286e-4,
                                  {1.00000597682, 0.000954786104043, 0.000285583733151,
@@ -49,7 +51,8 @@ TEST(GravitatingBodies, OuterSolarSystem) {
                             {.samples = 25000, .invariant = "angular_momentum"});
   };
   const auto ours = run("gauss16"), rk4 = run("rk4");
-  // IRKGL16 (Antonana, Makazaga, Murua) shows 2.5e-14 on its plot of the same span and step, from DE430 start values.
+  // IRKGL16 (Antonana, Makazaga, Murua) shows 2.5e-14 on its plot of the same span and step, from
+  // DE430 start values.
   test::keeps("gauss16 energy, 1e7 days at 400 (IRKGL16: 2.5e-14)", ours.energy, 2.5e-14);
   test::keeps("gauss16 energy, growth exponent", ours.exponent, 0.65);
   EXPECT_FALSE(ours.drifts);
@@ -58,7 +61,8 @@ TEST(GravitatingBodies, OuterSolarSystem) {
   test::breaks("rk4 angular momentum", rk4.invariant, 1e-6);
 }
 
-// Masses 3, 4, 5 at rest in the corners opposite the sides 3, 4, 5 (Burrau 1913; Szebehely, Peters 1967).
+// Masses 3, 4, 5 at rest in the corners opposite the sides 3, 4, 5 (Burrau 1913; Szebehely, Peters
+// 1967).
 TEST(GravitatingBodies, PythagoreanNeedsMoreThanFixedSteps) {
   const phs::UserModel<test::GravitatingBodies> model{test::GravitatingBodies{1, {3, 4, 5}}};
   std::vector<double> x(18, 0.0);

@@ -1,7 +1,7 @@
-// Henon & Heiles 1964. Must hold: gauss16 follows the regular orbit of the reference to its conditioning, and keeps
-// the energy at round-off where the motion is chaotic (H = 1/8) over 1e5 time units. Must fail: rk4 at the same step,
-// in both; the chaotic orbit must really be chaotic (a perturbation of 1e-12 grows to the size of the motion), or
-// nothing is shown.
+// Henon & Heiles 1964. Must hold: gauss16 follows the regular orbit of the reference to its
+// conditioning, and keeps the energy at round-off where the motion is chaotic (H = 1/8) over 1e5
+// time units. Must fail: rk4 at the same step, in both; the chaotic orbit must really be chaotic (a
+// perturbation of 1e-12 grows to the size of the motion), or nothing is shown.
 #include "tests/integrators/problems.h"
 
 #include "tests/support/energy_run.h"

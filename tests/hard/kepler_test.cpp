@@ -1,5 +1,6 @@
-// Kepler's problem over 1000 periods. Must hold: with gauss16 at a step that resolves the pericentre, energy and
-// angular momentum at round-off without drift, and the position of the closed form. Must fail: rk4 at the same step.
+// Kepler's problem over 1000 periods. Must hold: with gauss16 at a step that resolves the
+// pericentre, energy and angular momentum at round-off without drift, and the position of the
+// closed form. Must fail: rk4 at the same step.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
@@ -39,8 +40,8 @@ TEST(Kepler, ClosedForm) {
   const double h = 1.0 / 32;
   const auto errors = [&](const char* name) {
     auto s = pericentre(0.6);
-    // 0.4 is no double: the rest in the low word, or the orbit is another one (1e-16 in the energy, 1e-12 along the
-    // orbit after 1000 periods).
+    // 0.4 is no double: the rest in the low word, or the orbit is another one (1e-16 in the energy,
+    // 1e-12 along the orbit after 1000 periods).
     s.x = {0.4, 0, 0, 2}, s.lo[0] = double(0.4L - (long double)0.4);
     const auto method = integrators::make_integrator(name, model, h);
     double worst = 0;
@@ -49,8 +50,8 @@ TEST(Kepler, ClosedForm) {
       if (n != std::floor(n)) continue;
       while (double(s.step) < n) EXPECT_EQ(method->step(s), integrators::Outcome::ok);
       const auto row = test::numbers(o["group0"]);
-      // An energy error of relative size d moves the body by 3/2 d t |v| along its orbit, |v| <= 2. d walks to the
-      // 1e-14 of the test above (bound there: 5e-14) over 1000 periods.
+      // An energy error of relative size d moves the body by 3/2 d t |v| along its orbit, |v| <= 2.
+      // d walks to the 1e-14 of the test above (bound there: 5e-14) over 1000 periods.
       const double bound = std::max(1e-14, 3 * t * 1e-14 * std::sqrt(t / (1000 * period)));
       worst = std::max(worst, std::hypot(s.x[0] - row[0], s.x[1] - row[1]) / bound);
       if (std::string(name) == "gauss16")

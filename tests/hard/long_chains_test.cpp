@@ -1,7 +1,8 @@
-// The free-floating arm and the hundred-link chain. Must hold: with P = 0 the centre of mass of ETS-VII stays where
-// it is over 1e5 steps, momentum and energy at round-off; a passive chain of 100 links keeps its energy at round-off
-// at a step that resolves it; the largest step whose implicit equations the iteration solves is printed. Must fail:
-// rk4 moves the centre of mass, and loses the chain's energy.
+// The free-floating arm and the hundred-link chain. Must hold: with P = 0 the centre of mass of
+// ETS-VII stays where it is over 1e5 steps, momentum and energy at round-off; a passive chain of
+// 100 links keeps its energy at round-off at a step that resolves it; the largest step whose
+// implicit equations the iteration solves is printed. Must fail: rk4 moves the centre of mass, and
+// loses the chain's energy.
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "tests/support/energy_run.h"

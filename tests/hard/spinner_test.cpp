@@ -1,8 +1,8 @@
-// The fast slender spinner of MuJoCo's issue 3553 (google-deepmind/mujoco): a massless free root, all the inertia in
-// a child fixed to it, one principal moment 26 times smaller than the others, dt = 1e-3 s; a semi-implicit engine
-// blew up at step 4294. Here spun about the slender axis at 30 and 300 rad/s, and tilted. Must hold: gauss16 keeps
-// energy and angular momentum at round-off over 1e5 steps (1e6 with PORTHOS_LONG=1). Must fail: rk4 at the same step
-// loses both.
+// The fast slender spinner of MuJoCo's issue 3553 (google-deepmind/mujoco): a massless free root,
+// all the inertia in a child fixed to it, one principal moment 26 times smaller than the others, dt
+// = 1e-3 s; a semi-implicit engine blew up at step 4294. Here spun about the slender axis at 30 and
+// 300 rad/s, and tilted. Must hold: gauss16 keeps energy and angular momentum at round-off over 1e5
+// steps (1e6 with PORTHOS_LONG=1). Must fail: rk4 at the same step loses both.
 #include "tests/support/energy_run.h"
 
 namespace porthos::spinner_test {

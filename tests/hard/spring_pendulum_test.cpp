@@ -1,15 +1,17 @@
-// A pendulum on a stiff spring, through the resonances of the implicit midpoint rule. The rule turns a spring of
-// frequency ω by θ = 2 atan(hω/2) a step; where θ = 2π/n the nonlinearity excites it (Mandziuk, Schlick 1995, Chem.
-// Phys. Lett. 237:525: n = 3 at hω = 2√3, n = 4 at hω = 2, less the spring's own detuning). Must hold: gonzalez keeps
-// the energy exactly at every step it solves, gauss16 where it resolves the spring. Must fail: midpoint, whose error
-// leaves its h² law in spikes.
+// A pendulum on a stiff spring, through the resonances of the implicit midpoint rule. The rule
+// turns a spring of frequency ω by θ = 2 atan(hω/2) a step; where θ = 2π/n the nonlinearity excites
+// it (Mandziuk, Schlick 1995, Chem. Phys. Lett. 237:525: n = 3 at hω = 2√3, n = 4 at hω = 2, less
+// the spring's own detuning). Must hold: gonzalez keeps the energy exactly at every step it solves,
+// gauss16 where it resolves the spring. Must fail: midpoint, whose error leaves its h² law in
+// spikes.
 #include "tests/support/energy_run.h"
 #include "tests/support/problems.h"
 
 namespace porthos::spring_pendulum_test {
 namespace {
 
-/// Released at 1 rad with the spring compressed to 1 - depth; error of the energy, in units of m g l.
+/// Released at 1 rad with the spring compressed to 1 - depth; error of the energy, in units of m g
+/// l.
 double energy(const char* method, double depth, double h_omega, double duration) {
   const double omega = 10, l = 1 - depth;
   const phs::UserModel<test::SpringPendulum> model{test::SpringPendulum{omega}};
@@ -37,8 +39,8 @@ TEST(SpringPendulum, FourthOrderResonanceOfTheMidpointRule) {
   test::keeps("gauss16, h ω in 0.25 … 0.75", gauss, 1e-12);
 }
 
-// Beyond hω = 2√3 the midpoint rule's equations have several solutions here and the error depends on which one the iteration
-// finds; below it, and where the resonance sets in, it does not.
+// Beyond hω = 2√3 the midpoint rule's equations have several solutions here and the error depends
+// on which one the iteration finds; below it, and where the resonance sets in, it does not.
 TEST(SpringPendulum, ThirdOrderResonanceOfTheMidpointRule) {
   double off = 0, on = 0, gonzalez = 0;
   for (int k = 30; k <= 35; ++k) {

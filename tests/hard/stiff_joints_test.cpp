@@ -1,7 +1,7 @@
-// Numbers far apart in one mechanism. Must hold at steps that resolve the fastest motion: energy at round-off with
-// joint springs of 1e2 … 1e6 m g l; ABA inverts RNEA and the energy holds with inertias 1e6 apart, heavy root or
-// heavy tip; the relative accuracy does not depend on the rate from 1e-6 to 100 rad/s. Must fail: rk4 at the same
-// steps.
+// Numbers far apart in one mechanism. Must hold at steps that resolve the fastest motion: energy at
+// round-off with joint springs of 1e2 … 1e6 m g l; ABA inverts RNEA and the energy holds with
+// inertias 1e6 apart, heavy root or heavy tip; the relative accuracy does not depend on the rate
+// from 1e-6 to 100 rad/s. Must fail: rk4 at the same steps.
 #include <cmath>
 
 #include "mechanics/aba.h"
@@ -99,9 +99,9 @@ TEST(StiffJoints, InertiasAMillionApart) {
     std::vector<double> m;
     double worst_torque, h;
   };
-  // A light root under a heavy tip needs torques of the size of the tip's, 1e6 times the root's own: that much of τ
-  // cancels. Its light links are strings under the tip's weight: √(1e6 g / l) = 3e3 rad/s and more, which the step
-  // must resolve.
+  // A light root under a heavy tip needs torques of the size of the tip's, 1e6 times the root's
+  // own: that much of τ cancels. Its light links are strings under the tip's weight: √(1e6 g / l) =
+  // 3e3 rad/s and more, which the step must resolve.
   for (const auto& c : {Case{"heavy root, light tip", {1e6, 1e4, 1e2, 1}, 1e-9, 1.0 / 128},
                         Case{"light root, heavy tip", {1, 1e2, 1e4, 1e6}, 1e-6, 1.0 / 4096}}) {
     const auto m = std::make_shared<mechanics::Mechanism>(chain(c.m, 0, 9.81));
@@ -118,7 +118,8 @@ TEST(StiffJoints, InertiasAMillionApart) {
 }
 
 TEST(StiffJoints, RatesFromAMillionthToAHundred) {
-  // No gravity, no springs: a rate only sets the unit of time, so with h·rate fixed the runs are the same.
+  // No gravity, no springs: a rate only sets the unit of time, so with h·rate fixed the runs are
+  // the same.
   const mechanics::MechanicalModel model(
       std::make_shared<mechanics::Mechanism>(chain({1, 1, 1}, 0, 0)));
   const std::int64_t steps = 5000;

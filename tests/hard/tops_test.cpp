@@ -1,7 +1,7 @@
-// Spinning bodies with closed forms. Must hold with gauss16: the fast top's steady precession at any spin; the time
-// between the flips of a body spun about its middle axis, and their number; the motion of a platform that a wheel
-// reacts on, and its momentum. Must fail: rk4 at the same steps. (The Lagrange top's and Euler's trajectories:
-// tests/reference.)
+// Spinning bodies with closed forms. Must hold with gauss16: the fast top's steady precession at
+// any spin; the time between the flips of a body spun about its middle axis, and their number; the
+// motion of a platform that a wheel reacts on, and its momentum. Must fail: rk4 at the same steps.
+// (The Lagrange top's and Euler's trajectories: tests/reference.)
 #include "tests/support/energy_run.h"
 
 namespace porthos::tops_test {
@@ -16,8 +16,8 @@ std::shared_ptr<const mechanics::Mechanism> single(const std::string& joint,
       mechanics::MechanismBuilder().gravity(gravity).add(body).build());
 }
 
-// Steady precession at inclination θ: I1 Ω² cosθ - I3 ω3 Ω + m g l = 0, the slow root (Goldstein, Classical
-// Mechanics, 5.7).
+// Steady precession at inclination θ: I1 Ω² cosθ - I3 ω3 Ω + m g l = 0, the slow root (Goldstein,
+// Classical Mechanics, 5.7).
 TEST(Tops, SteadyPrecessionOfTheFastTop) {
   const double I1 = 1.25, I3 = 0.5, l = 0.5, g = 9.8125, theta = 0.5;
   const mechanics::MechanicalModel model(
@@ -42,15 +42,16 @@ TEST(Tops, SteadyPrecessionOfTheFastTop) {
                rk4 = test::energy_run("rk4", model, start, h, steps);
     const std::string name = ", spin " + std::to_string(int(spin)) + " rad/s";
     test::keeps("gauss16 energy" + name, ours.energy, test::random_walk(steps));
-    // the precession rate inherits the relative error of L3; 1e-15 of it, over up to 50 rad of precession
+    // the precession rate inherits the relative error of L3; 1e-15 of it, over up to 50 rad of
+    // precession
     test::keeps("gauss16 axis against the closed form" + name, error(ours), 1e-12);
     test::breaks("rk4 energy" + name, rk4.energy, 1e-9);
     test::breaks("rk4 axis" + name, error(rk4), 1e-9);
   }
 }
 
-// Spun about the middle axis with ω3 = 1e-3 beside: ω2 ~ sn, its sign changes every 2K (Landau, Lifshitz, Mechanics,
-// § 37).
+// Spun about the middle axis with ω3 = 1e-3 beside: ω2 ~ sn, its sign changes every 2K (Landau,
+// Lifshitz, Mechanics, § 37).
 TEST(Tops, DzhanibekovFlips) {
   const double I1 = 1, I2 = 2, I3 = 3, w2 = 1, w3 = 1e-3;
   const mechanics::MechanicalModel model(
@@ -106,7 +107,8 @@ TEST(Tops, DzhanibekovFlips) {
   std::printf("  %d flips (closed form %d), rk4 %d; every %.9f s (closed form %.9f)\n", ours.count,
               expected, rk4.count, ours.period, flip);
   EXPECT_EQ(ours.count, expected);
-  // The time at the saddle is ½ log of L² - 2E I2 = 3e-6, which an energy error of 1e-15 moves by 1e-9.
+  // The time at the saddle is ½ log of L² - 2E I2 = 3e-6, which an energy error of 1e-15 moves by
+  // 1e-9.
   test::keeps("gauss16 time between flips, relative", std::fabs(ours.period / flip - 1), 1e-9);
   test::breaks("rk4 time between flips, relative", std::fabs(rk4.period / flip - 1), 1e-7);
 }
@@ -125,7 +127,8 @@ std::shared_ptr<const mechanics::Mechanism> platform_with_wheel(double Ip, doubl
   return std::make_shared<mechanics::Mechanism>(b.build());
 }
 
-// Wheel on a torsion spring, released from rest: L = 0, so the platform turns by -Iw/(Ip + Iw) of the wheel's angle,
+// Wheel on a torsion spring, released from rest: L = 0, so the platform turns by -Iw/(Ip + Iw) of
+// the wheel's angle,
 // which is θ0 cos ωt with ω² = k (1/Ip + 1/Iw).
 TEST(Tops, MomentumWheelOnASpring) {
   const double Ip = 10, Iw = 0.25, k = 4, angle = 1;
@@ -151,7 +154,8 @@ TEST(Tops, MomentumWheelOnASpring) {
   std::printf("  rk4: platform rate from L = 0: %.1e (linear here, so kept)\n", rk4_momentum);
 }
 
-// A tumbling platform with the wheel at 300 rad/s: the gyrostat has no simple closed form, but its momentum is one.
+// A tumbling platform with the wheel at 300 rad/s: the gyrostat has no simple closed form, but its
+// momentum is one.
 TEST(Tops, GyrostatWithAFastWheel) {
   const mechanics::MechanicalModel model(platform_with_wheel(10, 0.25, 0));
   const phs::State start(

@@ -1,5 +1,6 @@
-// Mass matrix, bias, acceleration and centroidal momentum matrix of a branched tree against 40-digit references, to
-// 1e-14 of the largest entry of each. The references: spatial algebra and Lagrange equations agree to 1e-60.
+// Mass matrix, bias, acceleration and centroidal momentum matrix of a branched tree against
+// 40-digit references, to 1e-14 of the largest entry of each. The references: spatial algebra and
+// Lagrange equations agree to 1e-60.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -50,7 +51,8 @@ void expect_agrees(const char* what, const Vec& got, const Vec& reference) {
               relative(got, reference), entrywise(got, reference));
   EXPECT_LE(relative(got, reference), 1e-14) << what;
 }
-/// Row-major of `columns` columns from column-major, rows swapped from [angular; linear] where asked.
+/// Row-major of `columns` columns from column-major, rows swapped from [angular; linear] where
+/// asked.
 Vec rows(const Vec& m, size_t columns, bool linear_first = false) {
   const size_t n = m.size() / columns;
   Vec r(m.size());

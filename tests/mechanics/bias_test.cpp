@@ -1,5 +1,6 @@
-// The field's rounding must be unbiased: along a trajectory the power its errors put in, ∇H·δf, averages to zero. A bias
-// is an energy drift linear in time that no step size and no method can mend.
+// The field's rounding must be unbiased: along a trajectory the power its errors put in, ∇H·δf,
+// averages to zero. A bias is an energy drift linear in time that no step size and no method can
+// mend.
 #include <gtest/gtest.h>
 
 #include <random>

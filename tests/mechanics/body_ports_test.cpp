@@ -148,7 +148,8 @@ TEST(BodyPorts, InputAndOutputAreTransposesForAnyE) {
   EXPECT_GT(control, 1e-9);
 }
 
-// Newton and Euler: in free space a wrench changes the momentum of the whole by itself, taken about the world's origin.
+// Newton and Euler: in free space a wrench changes the momentum of the whole by itself, taken about
+// the world's origin.
 TEST(BodyPorts, AWrenchIsTheRateOfMomentum) {
   using phs::Dual;
   double worst = 0, in_world_axes = 1;
@@ -236,7 +237,8 @@ TEST(BodyPorts, LeaveTheUndrivenFieldAlone) {
   EXPECT_EQ(bare.description().nu, c.m->nv());
 }
 
-// A hand on the tool, which a fixed joint holds half a metre down the arm: τ about the shoulder is r × F.
+// A hand on the tool, which a fixed joint holds half a metre down the arm: τ about the shoulder is
+// r × F.
 TEST(BodyPorts, OnALinkOfAFixedJoint) {
   MechanismBuilder builder("arm");
   BodySpec arm, tool;

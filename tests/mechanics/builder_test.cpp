@@ -1,4 +1,5 @@
-// MechanismBuilder: every refusal by its words, what is merged and remarked, and frames that are exact where they can be.
+// MechanismBuilder: every refusal by its words, what is merged and remarked, and frames that are
+// exact where they can be.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -220,7 +221,8 @@ TEST(Builder, RemarksFaultyLinksMergedIntoSoundBodies) {
       << "where the whole is unsound the faulty link is named";
 }
 
-// --- what is built ------------------------------------------------------------------------------------------------
+// --- what is built
+// ------------------------------------------------------------------------------------------------
 
 void expect_same(const Vec3d& a, const Vec3d& b, const std::string& what = "") {
   EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z)
@@ -330,7 +332,8 @@ TEST(Builder, OrderOfAddingDoesNotMatter) {
   const auto same_order = build({c, e, b, d, a});
   for (const auto& n : names) EXPECT_EQ(m.coordinate(n).v, same_order.coordinate(n).v) << n;
   EXPECT_EQ(mass_matrix(same_order, names), expected);
-  // siblings exchanged: other numbers for the joints, the same mechanism up to the order of its sums
+  // siblings exchanged: other numbers for the joints, the same mechanism up to the order of its
+  // sums
   const auto other = build({e, d, c, b, a});
   EXPECT_NE(m.coordinate("b").v, other.coordinate("b").v);
   EXPECT_EQ(other.total_mass(), m.total_mass());
@@ -372,7 +375,8 @@ TEST(Mechanism, KeepsJointProperties) {
       << "a translation does not turn";
 }
 
-// --- exact frames -------------------------------------------------------------------------------------------------
+// --- exact frames
+// ------------------------------------------------------------------------------------------------
 
 TEST(RotationFromRpy, ExactAtRightAngles) {
   const double quarter = std::acos(-1.0) / 2;

@@ -1,5 +1,6 @@
-// The cost of the dynamics is linear in the number of bodies: operations per body, counted exactly, from 10 to 1000 bodies
-// within ±20 % of the mean. What the clock says of it is in docs/benchmarks.md.
+// The cost of the dynamics is linear in the number of bodies: operations per body, counted exactly,
+// from 10 to 1000 bodies within ±20 % of the mean. What the clock says of it is in
+// docs/benchmarks.md.
 #include <gtest/gtest.h>
 
 #include <algorithm>

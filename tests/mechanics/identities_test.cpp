@@ -1,4 +1,5 @@
-// Identities that tie the algorithms to each other, for every joint type and 200 random trees of up to 60 bodies.
+// Identities that tie the algorithms to each other, for every joint type and 200 random trees of up
+// to 60 bodies.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,14 +30,15 @@ struct Worst {
   double aba_of_rnea = 0, momentum = 0, velocity = 0, field = 0;
 };
 
-/// ṗ of the Hamiltonian field against RNEA: v̇ = ABA(q, v, τ) satisfies RNEA (checked beside), and p(q, v) is Mv;
-/// so ṗ must be d/dt of p(q, v) along (q̇, v̇), by central differences in 113 bits.
+/// ṗ of the Hamiltonian field against RNEA: v̇ = ABA(q, v, τ) satisfies RNEA (checked beside), and
+/// p(q, v) is Mv; so ṗ must be d/dt of p(q, v) along (q̇, v̇), by central differences in 113 bits.
 Vec momentum_rate(const Mechanism& m, const Vec& q, const Vec& v, const Vec& vdot) {
   using E = phs::Quad;
   Workspace<E> w(m);
   const E h = 1e-7;
   const auto momenta_at = [&](E t) {
-    // q along the exact flow of constant body rates to second order: q + t q̇ + t²/2 q̈, with q̈ from rates(q̇...)
+    // q along the exact flow of constant body rates to second order: q + t q̇ + t²/2 q̈, with q̈
+    // from rates(q̇...)
     std::vector<E> qe(q.begin(), q.end()), qd(q.size()), qd2(q.size()), ve(v.begin(), v.end()),
         p(q.size());
     coordinate_rates<E>(m, qe, ve, qd);
@@ -86,7 +88,8 @@ void check_tree(test::RandomTree& r, const Mechanism& m, Worst& worst, bool flow
   worst.momentum = std::max(worst.momentum, relative(w.mu, Mv));
   worst.velocity = std::max(worst.velocity, relative(w.rate, v));
 
-  // the field: q' = rates, p' = d/dt p along the motion that ABA (checked against RNEA above) prescribes
+  // the field: q' = rates, p' = d/dt p along the motion that ABA (checked against RNEA above)
+  // prescribes
   Vec q_dot(nq), p_dot(nq), q_rate(nq);
   hamiltonian_field<double>(m, w, q, p, {tau, wrench}, q_dot, p_dot);
   coordinate_rates<double>(m, q, v, q_rate);
@@ -130,8 +133,9 @@ TEST(Identities, TwoHundredRandomTrees) {
   EXPECT_LE(worst.field, 1e-11);
 }
 
-// The field is J∇H exactly, on and off the unit sphere and with ξ·π ≠ 0: against 113-bit differences of H.
-// `aligned` frames are orthonormal in every scalar; rounded random frames are so to 1e-16, and sliding joints feel it.
+// The field is J∇H exactly, on and off the unit sphere and with ξ·π ≠ 0: against 113-bit
+// differences of H. `aligned` frames are orthonormal in every scalar; rounded random frames are so
+// to 1e-16, and sliding joints feel it.
 double field_against_gradient(bool aligned, double& off_sphere) {
   using phs::Quad;
   double worst = 0;
@@ -182,7 +186,8 @@ TEST(HamiltonianField, IsJGradHOffTheSphere) {
   EXPECT_GT(off_sphere, 0.1) << "the states were meant to be off the sphere";
 }
 
-// Negative control: the lift that is right only on the sphere, π' = ½π∘ω + 2 ξ∘t, is not J∇H off it.
+// Negative control: the lift that is right only on the sphere, π' = ½π∘ω + 2 ξ∘t, is not J∇H off
+// it.
 TEST(HamiltonianField, LiftNeedsItsNormFactor) {
   const Quaternion<double> xi{0.6, {0.8, 0.5, 0.3}}, pi{0.1, {0.2, -0.4, 0.7}};
   const Vec3d w{0.3, -0.2, 0.5}, t{1, 2, 3};

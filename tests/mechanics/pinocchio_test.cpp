@@ -1,5 +1,6 @@
-// Agreement with Pinocchio 3.7 on real robots, fixed and floating (reference/pinocchio, README there): every quantity
-// to 1e-12 relative to the largest entry of its kind. Measured: see the printed worst values.
+// Agreement with Pinocchio 3.7 on real robots, fixed and floating (reference/pinocchio, README
+// there): every quantity to 1e-12 relative to the largest entry of its kind. Measured: see the
+// printed worst values.
 #include <cmath>
 
 #include "mechanics/aba.h"
@@ -88,7 +89,8 @@ class Case {
     for (size_t i = 0; i < v.size(); ++i) v[i] = theirs[size_t(to_theirs_[i])];
     return v;
   }
-  /// A matrix of `rows` rows (nv columns), theirs row by row, reordered to ours, column-major; linear-angular rows swapped.
+  /// A matrix of `rows` rows (nv columns), theirs row by row, reordered to ours, column-major;
+  /// linear-angular rows swapped.
   Vec columns(const json& theirs, int rows, bool swap_rows) const {
     Vec m(size_t(rows) * to_theirs_.size());
     for (size_t c = 0; c < to_theirs_.size(); ++c)

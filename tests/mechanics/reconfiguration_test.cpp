@@ -1,4 +1,5 @@
-// Events that change a mechanism: momenta kept, the plastic loss against its closed form, and what is refused.
+// Events that change a mechanism: momenta kept, the plastic loss against its closed form, and what
+// is refused.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -93,8 +94,9 @@ std::pair<Matrix6, Vector6> mobility(const Moving& m, const std::string& body, c
   return {Jw * mass.ldlt().solve(Jw.transpose()), Jw * v};
 }
 
-// Closed form of a weld: ½ Δᵀ (Y_a + Y_b)⁻¹ Δ, with the mobilities Y = J M⁻¹ Jᵀ of both partners at one point and Δ the
-// jump of twists there. It is computed from the two mechanisms before, in doubles.
+// Closed form of a weld: ½ Δᵀ (Y_a + Y_b)⁻¹ Δ, with the mobilities Y = J M⁻¹ Jᵀ of both partners at
+// one point and Δ the jump of twists there. It is computed from the two mechanisms before, in
+// doubles.
 TEST(Reconfiguration, AThousandRandomCaptures) {
   const int cases = 1000;
   Random random(11);
@@ -194,8 +196,8 @@ TEST(Reconfiguration, ReleaseLockAndUnlock) {
   EXPECT_EQ(m.state.step, 77);
 }
 
-// A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge the body where its
-// mount was, in the world, with a jump of momentum from nowhere.
+// A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge
+// the body where its mount was, in the world, with a jump of momentum from nowhere.
 TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
   const std::string joint = "joint_3";
   for (const bool caught_again : {false, true}) {

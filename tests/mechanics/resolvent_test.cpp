@@ -1,4 +1,5 @@
-// (I - z J)⁻¹ of the recursion against the Jacobian by duals, on random trees with every joint type.
+// (I - z J)⁻¹ of the recursion against the Jacobian by duals, on random trees with every joint
+// type.
 #include <gtest/gtest.h>
 
 #include "mechanics/mechanical_model.h"

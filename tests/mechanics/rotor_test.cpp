@@ -1,4 +1,5 @@
-// Rotor (armature) inertia: every algorithm against a dense mass matrix Σ Jᵀ I J + diag(rotor), J by duals of the poses.
+// Rotor (armature) inertia: every algorithm against a dense mass matrix Σ Jᵀ I J + diag(rotor), J
+// by duals of the poses.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -134,7 +135,8 @@ TEST(Rotor, AxiomsHold) {
       }
 }
 
-// Where the joint is all there is, the rotor is one more moment of inertia about it: the same motion bit for bit.
+// Where the joint is all there is, the rotor is one more moment of inertia about it: the same
+// motion bit for bit.
 TEST(Rotor, OnAWheelItIsTheWheelsOwnInertia) {
   const auto wheel = [](double inertia, double rotor_inertia) {
     BodySpec b;
@@ -151,8 +153,8 @@ TEST(Rotor, OnAWheelItIsTheWheelsOwnInertia) {
   }
 }
 
-/// Momentum of the bodies one by one, about the world's origin, [angular; linear]; `spin`: that of the rotors about their
-/// joints' axes besides.
+/// Momentum of the bodies one by one, about the world's origin, [angular; linear]; `spin`: that of
+/// the rotors about their joints' axes besides.
 template <class T>
 std::vector<T> momentum_of_bodies(const Mechanism& m, std::span<const T> x, bool spin) {
   Workspace<T> w(m);
@@ -173,7 +175,8 @@ std::vector<T> momentum_of_bodies(const Mechanism& m, std::span<const T> x, bool
   return sum;
 }
 
-// Free-floating: the declared momenta are those of the bodies, and kept exactly. With the rotors' spin they are not.
+// Free-floating: the declared momenta are those of the bodies, and kept exactly. With the rotors'
+// spin they are not.
 TEST(Rotor, MomentumOfTheBodiesIsKept) {
   using phs::Dual;
   double same = 0, kept = 0, with_spin = 1;

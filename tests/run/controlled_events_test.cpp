@@ -1,4 +1,5 @@
-// A step control with what happens at given instants: events, switches, sampling, and steps taken again.
+// A step control with what happens at given instants: events, switches, sampling, and steps taken
+// again.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,7 +49,8 @@ const std::string lock_at =
 
 class ControlledEvents : public testing::TestWithParam<const char*> {};
 
-// The events are at no whole number of steps. Before the first the run is the one that ends there, to the bit.
+// The events are at no whole number of steps. Before the first the run is the one that ends there,
+// to the bit.
 TEST_P(ControlledEvents, TheWayToAnEventIsTheRunToThatTime) {
   TemporaryFolder folder;
   const auto s = swinging(folder, GetParam(), 4, lock_at);
@@ -78,7 +80,8 @@ TEST_P(ControlledEvents, TheWayToAnEventIsTheRunToThatTime) {
   EXPECT_LT(whole.steps, f.steps / 4);
 }
 
-// Stopped in the second phase and continued; and an event that waits, found by steps of the plain method.
+// Stopped in the second phase and continued; and an event that waits, found by steps of the plain
+// method.
 TEST_P(ControlledEvents, ContinuesBitForBitAndWaits) {
   TemporaryFolder folder;
   const auto s = swinging(folder, GetParam(), 4,
@@ -98,7 +101,8 @@ const std::string jet =
     "[[element]]\ntype = 'thruster'\nname = 'jet'\nlink = 'body'\nat = [0.3, 0.1, 0]\n"
     "direction = [0, 1, 0.2]\nthrust = 20\nswitches = [0.317, 1.414]\n";
 
-// Thrust that switches between whole steps: its whole impulse, and the motion of fixed steps that meet the switches.
+// Thrust that switches between whole steps: its whole impulse, and the motion of fixed steps that
+// meet the switches.
 TEST_P(ControlledEvents, ThrustSwitchesOnTheDot) {
   TemporaryFolder folder;
   const auto s = swinging(folder, GetParam(), 2, jet);

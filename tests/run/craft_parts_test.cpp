@@ -115,7 +115,8 @@ TEST(CraftParts, TorquersRestWithTheLastWheel) {
 }
 
 TEST(CraftParts, TorquersUnloadWheels) {
-  // h across the field falls like exp(-k t) while the wheels hold the bus; along it nothing can be done.
+  // h across the field falls like exp(-k t) while the wheels hold the bus; along it nothing can be
+  // done.
   TemporaryFolder folder;
   const double k = 0.004;
   const auto s = made(
@@ -339,7 +340,8 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   EXPECT_GT(std::fabs(at / s.step - std::round(at / s.step)), 0.01) << "between two steps";
   EXPECT_LT(j["events"][0]["angular_momentum_jump"].get<double>(), 1e-15);
   EXPECT_GT(lost, 1e-4);
-  // The second phase goes back to whole steps: its end is that of the run, its records at whole times.
+  // The second phase goes back to whole steps: its end is that of the run, its records at whole
+  // times.
   EXPECT_EQ(r.final_state.step, 3000);
   EXPECT_EQ(r.final_state.origin_step, 0);
   EXPECT_EQ(r.simulated_s, 60);

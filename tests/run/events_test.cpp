@@ -45,7 +45,8 @@ TEST(Events, ACaptureKeepsMomentaAndItsLossIsARow) {
   const double lost = row(r.losses, "capture of target by hand");
   EXPECT_EQ(lost, j["events"][0]["dissipated_J"].get<double>());
   EXPECT_GT(lost, 0.01);
-  // All of the target's spin is in the wheels at the end: the bus is at rest, and its momentum that of the start.
+  // All of the target's spin is in the wheels at the end: the bus is at rest, and its momentum that
+  // of the start.
   const auto rates = j["final_state"]["v"];
   double spin = 0;
   for (const double w : rates["base.attitude"]) spin = std::max(spin, std::fabs(w));

@@ -1,4 +1,5 @@
-// Results from somebody else are input like any other: whatever stands in them, it is read, or refused by a sentence.
+// Results from somebody else are input like any other: whatever stands in them, it is read, or
+// refused by a sentence.
 #include <hdf5.h>
 
 #include <nlohmann/json.hpp>

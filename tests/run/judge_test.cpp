@@ -1,4 +1,5 @@
-// `porthos judge`: a trajectory made elsewhere gets the figures a run of our own has, and a file that is wrong a sentence.
+// `porthos judge`: a trajectory made elsewhere gets the figures a run of our own has, and a file
+// that is wrong a sentence.
 #include "scene/judge/judge_file.h"
 
 #include <fmt/format.h>
@@ -12,7 +13,8 @@
 namespace porthos::test::judge_test {
 namespace {
 
-/// The columns of a run of ours as another program would write them: true angles, world velocity and body rates of the base.
+/// The columns of a run of ours as another program would write them: true angles, world velocity
+/// and body rates of the base.
 std::string csv_of(const Case& c, const fs::path& run, const std::string& torque = "") {
   const scene::Hdf5Reader file(run / "run.h5");
   const auto read = [&](const std::string& name) {

@@ -19,8 +19,9 @@ double seconds_of(Run run) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
 }
 
-/// Runs part(kills so far) in a child that is killed after a random time of up to `longest` [s], again and again until
-/// there were `kills` of them or a child has come to its end, which must be a good one. `killed`: how many were killed.
+/// Runs part(kills so far) in a child that is killed after a random time of up to `longest` [s],
+/// again and again until there were `kills` of them or a child has come to its end, which must be a
+/// good one. `killed`: how many were killed.
 template <class Part>
 void kill_at_random(int kills, double longest, Part part, int& killed) {
   for (killed = 0; killed < kills; ++killed) {

@@ -152,8 +152,8 @@ TEST(MemoryRun, RefusesNumbersThatAreNone) {
             "step is -1, expected a positive number of seconds");
 }
 
-// An event that waits and can happen at the end of the last step leaves another mechanism than the one that ran: state and
-// assembly are of that, and no phase of no length follows.
+// An event that waits and can happen at the end of the last step leaves another mechanism than the
+// one that ran: state and assembly are of that, and no phase of no length follows.
 TEST(PhaseSequence, AnEventAtTheLastInstantIsOfTheLastState) {
   TemporaryFolder folder;
   const auto s = two_arms(folder, "[[event]]\ntype = \"lock\"\njoint = \"jb\"\nabove = 3.0\n");

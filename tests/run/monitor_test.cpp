@@ -1,4 +1,5 @@
-// Sampled controllers and the energy monitor in scenes: rows, notes, restart, exit, and what is refused.
+// Sampled controllers and the energy monitor in scenes: rows, notes, restart, exit, and what is
+// refused.
 #include <gtest/gtest.h>
 
 #include "tests/run/scenes.h"

@@ -54,8 +54,8 @@ TEST(Replot, DamagedSeriesAreRefused) {
     write_bytes(folder / "out/run.h5", whole.substr(0, size_t(part * double(whole.size()))));
     EXPECT_TRUE(says(refused(), "run.h5: it is cut off, damaged or no HDF5 file")) << part;
   }
-  // Bytes turned over in the middle: the checksum of the compressed chunk or the file's own structure finds some of them;
-  // whatever is found is a sentence, and nothing crashes.
+  // Bytes turned over in the middle: the checksum of the compressed chunk or the file's own
+  // structure finds some of them; whatever is found is a sentence, and nothing crashes.
   for (size_t at = whole.size() / 20; at < whole.size(); at += whole.size() / 20) {
     std::string bad = whole;
     for (size_t k = 0; k < 32 && at + k < bad.size(); ++k) bad[at + k] = char(~bad[at + k]);

@@ -81,7 +81,8 @@ TEST_P(Resume, AfterBeingKilledAtRandomMoments) {
   expect_same(whole, report, folder / "whole", folder / "parts");
 }
 
-/// One method of each family that can be continued and takes a damped or undamped mechanism with a rotating base.
+/// One method of each family that can be continued and takes a damped or undamped mechanism with a
+/// rotating base.
 std::vector<std::string> one_of_each_family() {
   TemporaryFolder folder;
   const Case c = floating_arm(folder);

@@ -1,4 +1,5 @@
-// Sampled controllers and events together: an event between two instants leaves what is held as it is.
+// Sampled controllers and events together: an event between two instants leaves what is held as it
+// is.
 #include "tests/run/scenes.h"
 
 namespace porthos::test::sampled_events_test {
@@ -82,7 +83,8 @@ TEST(SampledEvents, TheHeldTorqueMatters) {
   EXPECT_GT(std::fabs(held.x[0] - silent.x[0]), 1e-2);
 }
 
-// What is held stays held through a shorter last step, and past an event that waits, between two whole steps.
+// What is held stays held through a shorter last step, and past an event that waits, between two
+// whole steps.
 TEST(SampledEvents, ShorterStepsHoldToo) {
   TemporaryFolder folder;
   auto s = two_arms(folder, "rate = 1\n", "");

@@ -1,5 +1,5 @@
-// Errors are relative to what moves: the verdict does not see where the origin is, which way the axes point, how often a
-// screw has turned, or how seldom the run is recorded.
+// Errors are relative to what moves: the verdict does not see where the origin is, which way the
+// axes point, how often a screw has turned, or how seldom the run is recorded.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -35,7 +35,8 @@ void move(scene::BaseStart& b, const Move& to) {
   std::copy_n(wxyz, 4, b.attitude_wxyz);
 }
 
-/// The scene put together with everything in it moved: free bodies by their start, others by where they are mounted.
+/// The scene put together with everything in it moved: free bodies by their start, others by where
+/// they are mounted.
 scene::Assembly assemble(scene::Scene& s, const Move& to) {
   const auto R = to.R();
   s.urdf.gravity = R * s.urdf.gravity, s.magnetic_field = R * s.magnetic_field;
@@ -98,8 +99,8 @@ TEST(Scale, TheMonitorStopsThereToo) {
   EXPECT_NEAR(there.simulated_s, here.simulated_s, 0.011) << "a step of 0.01 s";
 }
 
-/// Figures of a run and of the moved one. What truncation makes is the same but for rounding; errors that are rounding
-/// themselves fall differently in turned axes: within a factor.
+/// Figures of a run and of the moved one. What truncation makes is the same but for rounding;
+/// errors that are rounding themselves fall differently in turned axes: within a factor.
 void compare(const std::string& name, const scene::RunReport& here, const scene::RunReport& there) {
   constexpr double truncation = 1e-10, factor = 8;
   // H is measured with 64 bits, m g z of a base that stands far away with it.
@@ -128,7 +129,8 @@ TEST(Scale, ScenesMovedAndTurnedHaveTheSameVerdict) {
   struct Row {
     const char* file;
     double duration;
-    // A spring between two free bodies feels where they are: 1000 km away doubles know that to 1e-10 m, here to 1e-14 m.
+    // A spring between two free bodies feels where they are: 1000 km away doubles know that to
+    // 1e-10 m, here to 1e-14 m.
     double far = far_away;
   };
   for (const Row& row : std::initializer_list<Row>{{"canadarm/scene.toml", 20},
@@ -163,7 +165,8 @@ TEST(Scale, ScenesMovedAndTurnedHaveTheSameVerdict) {
   }
 }
 
-/// In orbit the planet has a place: the whole is turned about its axis, along which zonal harmonics are round.
+/// In orbit the planet has a place: the whole is turned about its axis, along which zonal harmonics
+/// are round.
 TEST(Scale, OrbitsTurnedAboutThePlanetsAxisHaveTheSameVerdict) {
   const double angle = 1.1;
   const Move turned{{0, 0, 0}, {std::cos(angle / 2), {0, 0, std::sin(angle / 2)}}};
@@ -213,7 +216,8 @@ TEST(Scale, AScrewBeyondHalfATurnHasTheEnergyItHas) {
   EXPECT_NEAR(meter.initial_J(), r.energy.initial_J, 1e-12);
 }
 
-/// Two rods that swing past the lower rest with long steps: Störmer-Verlet's error comes and goes with the speed.
+/// Two rods that swing past the lower rest with long steps: Störmer-Verlet's error comes and goes
+/// with the speed.
 TEST(Scale, AnErrorThatComesAndGoesBetweenRecordsIsSeen) {
   auto s = example("double_pendulum/scene.toml");
   s.method = "stormer_verlet", s.step = 1e-3, s.duration = 2, s.verify = {};

@@ -1,4 +1,5 @@
-// Scenes whose steps vary: they end on the dot, keep what fixed steps keep, and continue bit for bit.
+// Scenes whose steps vary: they end on the dot, keep what fixed steps keep, and continue bit for
+// bit.
 #include <nlohmann/json.hpp>
 
 #include "tests/run/scenes.h"

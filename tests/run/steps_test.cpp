@@ -1,4 +1,5 @@
-// The end time asked for is the end time; numbers that are rounded, and keys without effect, are told.
+// The end time asked for is the end time; numbers that are rounded, and keys without effect, are
+// told.
 #include "scene/assemble/steps.h"
 
 #include "tests/run/scenes.h"

@@ -121,7 +121,8 @@ TEST(Verdict, LimitsThatDoNotApplyJudgeNothing) {
   }
 }
 
-// Gauss methods keep momenta and norms with any step: a limit on these alone would let any motion pass.
+// Gauss methods keep momenta and norms with any step: a limit on these alone would let any motion
+// pass.
 TEST(Verdict, ACheckOfWhatHoldsWithAnyStepIsNotEnough) {
   TemporaryFolder folder;
   Case c = floating_arm(folder, 20, "midpoint");
@@ -159,7 +160,8 @@ TEST(Verdict, EnergyExactMethodsAreJudgedByTheirMotion) {
   EXPECT_EQ(r.verdict(), Verdict::pass);
 }
 
-/// An oscillator whose input is out of order: a run without input knows nothing of it, the axioms ask.
+/// An oscillator whose input is out of order: a run without input knows nothing of it, the axioms
+/// ask.
 struct Refusing {
   phs::Description description() const {
     return {.name = "refusing",

@@ -61,7 +61,8 @@ TEST_F(SceneAssembly, AssemblyPutsStartValuesWhereTheyBelong) {
   EXPECT_EQ(x[size_t(shoulder.q)], 0.3) << "a stated joint is not random";
   EXPECT_NEAR(v[size_t(shoulder.v)], -0.05, 1e-12);
 
-  // std::mt19937_64 is the same everywhere: 7 seeds this very number. Joint by joint: position, then velocity.
+  // std::mt19937_64 is the same everywhere: 7 seeds this very number. Joint by joint: position,
+  // then velocity.
   const auto& slide = m.coordinate("slide");
   std::mt19937_64 rng(7);
   rng.discard(2);

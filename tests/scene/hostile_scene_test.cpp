@@ -1,4 +1,5 @@
-// A scene file is input like any other: whatever stands in it, it is read, or refused by a sentence that says where.
+// A scene file is input like any other: whatever stands in it, it is read, or refused by a sentence
+// that says where.
 #include <random>
 #include <regex>
 

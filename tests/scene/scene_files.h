@@ -103,7 +103,8 @@ class SceneFiles : public testing::Test {
   fs::path folder_;
 };
 
-/// A scene whose parts can be replaced; the numbers are their lines as long as no part before grows.
+/// A scene whose parts can be replaced; the numbers are their lines as long as no part before
+/// grows.
 struct Lines {
   std::string model = "urdf = \"arm.urdf\"\nbase = \"fixed\"";  // 2, 3
   std::string initial = "\n";                                   // 5

@@ -17,7 +17,8 @@
 #include "scene/read/scene_texts.h"
 #include "tests/places.h"
 
-/// The schema says what the reader says: each table is given a key the reader does not know, which names those it knows.
+/// The schema says what the reader says: each table is given a key the reader does not know, which
+/// names those it knows.
 namespace porthos::scene::schema_test {
 namespace {
 
@@ -34,7 +35,8 @@ const std::string motor =
     "1\n";
 const std::string force = "[[element]]\ntype = \"force\"\njoint = \"j\"\n";
 
-/// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are put in where they miss.
+/// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are
+/// put in where they miss.
 std::map<std::string, std::string> places() {
   std::map<std::string, std::string> p{
       {"scene", "@"},

@@ -34,7 +34,7 @@ Mat3<double> steiner(double m, const Vec3d& c) {
           m * (Vec3d{0, 0, d} - c.z * c)};
 }
 
-// --- Meaning -------------------------------------------------------------------------------------
+// --- Meaning ------------------------------------------------------------------------------------
 
 TEST(Urdf, RpyIsRzRyRx) {
   std::mt19937 rng(3);
@@ -215,7 +215,7 @@ TEST(Urdf, NumbersDoNotDependOnTheLocale) {
   EXPECT_EQ(r.notes.at(0).text, "joint 'j': friction 0.5 read but not simulated");
 }
 
-// --- Any bytes -----------------------------------------------------------------------------------
+// --- Any bytes ----------------------------------------------------------------------------------
 
 const std::string rich = robot(
     {"<!-- every tag -->", "<material name='red'/>", link("base"),
@@ -268,7 +268,7 @@ TEST(UrdfFuzz, RandomBytesAndPieces) {
   EXPECT_LT(accepted, trials - 100);
 }
 
-// --- Robots beside the project -------------------------------------------------------------------
+// --- Robots beside the project ------------------------------------------------------------------
 
 std::string contents(const fs::path& path) {
   std::ifstream file(path);

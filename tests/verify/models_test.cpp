@@ -21,19 +21,21 @@ constexpr double longest_step = 0.1;  // s
 constexpr int most_halvings = 8;
 constexpr double energy_bound = 1e-11, momentum_bound = 1e-12, quaternion_bound = 1e-13;
 
-/// What a model needs beyond a scene that only names it. A file that is not listed is tried without.
+/// What a model needs beyond a scene that only names it. A file that is not listed is tried
+/// without.
 struct Needs {
   std::vector<std::string> lines;  ///< of [model]; LeavingOutWhatAModelNeeds shows they are needed
   bool rename_world = false;
 };
 
 const std::map<std::string, Needs> needs{
-    // A massless root that carries one hinge cannot float: turned about the hinge's axis against what
-    // hangs on it, it moves no mass. A body of 10 kg takes its place.
+    // A massless root that carries one hinge cannot float: turned about the hinge's axis against
+    // what hangs on it, it moves no mass. A body of 10 kg takes its place.
     {"models/tree63.urdf", {{"inertia.base = { mass = 10, inertia = [1, 1, 1, 0, 0, 0] }"}}},
     {"reference/pinocchio/urdf/chain30.urdf",
      {{"inertia.base = { mass = 10, inertia = [1, 1, 1, 0, 0, 0] }"}}},
-    // Made for a fixed base: their root is called as the inertial frame is, so it gets another name.
+    // Made for a fixed base: their root is called as the inertial frame is, so it gets another
+    // name.
     {"reference/pinocchio/urdf/dpend.urdf",
      {{"inertia.root = { mass = 10, inertia = [1, 1, 1, 0, 0, 0] }"}, true}},
     {"reference/pinocchio/urdf/ur5.urdf", {{}, true}},

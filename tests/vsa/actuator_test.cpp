@@ -1,5 +1,5 @@
-// Actuators at work: against the six states written by hand, the textbook's four as control, the reference of the
-// elastic arm, and the books of every kind of drive.
+// Actuators at work: against the six states written by hand, the textbook's four as control, the
+// reference of the elastic arm, and the books of every kind of drive.
 #include "vsa/actuator.h"
 
 #include "integrators/integrator.h"
@@ -15,7 +15,8 @@ using integrators::make_integrator;
 using integrators::Outcome;
 using Kind = vsa::Drive::Kind;
 
-/// The books of a run: what was stored, supplied and dissipated, and the worst defect, of `every`th steps.
+/// The books of a run: what was stored, supplied and dissipated, and the worst defect, of `every`th
+/// steps.
 struct Books {
   double defect = 0;       ///< largest |H - H0 - supplied + dissipated| [J]
   double turned_over = 0;  ///< Σ |works| [J]
@@ -135,7 +136,8 @@ TEST(Actuator, SixStatesAloneKeepTheirEnergy) {
   EXPECT_GT(std::fabs(b.end.x[2] - x[2]), 1e-3) << "the lever must move";
 }
 
-// The control. Its own books have no port for the stiffness: its energy grows by ∫ ½ k' φ² dθ, to rounding.
+// The control. Its own books have no port for the stiffness: its energy grows by ∫ ½ k' φ² dθ, to
+// rounding.
 TEST(Actuator, TheTextbooksFourStatesMakeEnergy) {
   const FourStates book{};
   const phs::UserModel<FourStates> model{book};
@@ -163,7 +165,8 @@ TEST(Actuator, TheTextbooksFourStatesMakeEnergy) {
 }
 
 TEST(Actuator, ChargeAndReleaseThroughTheStiffnessPort) {
-  // σ = 0.3 (1 - cos t) by a worm gear, the link and θ held: what goes in comes back, and the port sees it.
+  // σ = 0.3 (1 - cos t) by a worm gear, the link and θ held: what goes in comes back, and the port
+  // sees it.
   vsa::Actuator a;
   a.elastic = vsa::elastic_of(vsa::device("qbmove_advanced"));
   a.sigma = {.kind = Kind::rate, .command = phs::sine(0.3, 1 / (2 * M_PI))};
@@ -180,7 +183,8 @@ TEST(Actuator, ChargeAndReleaseThroughTheStiffnessPort) {
   keeps("defect [J]", whole.defect, 1e-15);
 }
 
-// --- references --------------------------------------------------------------------------------------------------
+// --- references
+// -------------------------------------------------------------------------------------------------
 
 TEST(Reference, ElasticArmOfTwoJoints) {
   const auto json = read_json(test::data_file("reference/m_sea_2dof.json"));
@@ -245,7 +249,8 @@ std::shared_ptr<const phs::NetworkModel> qbmove_arm() {
   return n.build();
 }
 
-// There is no published trajectory of one: the toolkit's own in 113 bits, of another method, is what the doubles must meet.
+// There is no published trajectory of one: the toolkit's own in 113 bits, of another method, is
+// what the doubles must meet.
 TEST(Reference, QbmoveArmIn113Bits) {
   const auto model = qbmove_arm();
   const auto start =

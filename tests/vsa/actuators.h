@@ -13,8 +13,10 @@
 
 namespace porthos::test {
 
-/// The corrected model of the variable-stiffness joint, written by hand: x = (ql, qm, th, pl, pm, pth),
-///   H = pl²/2Il + pm²/2Im + pth²/2Ith + ½ k(th) (qm - ql)² + V(ql),   k = 20 + 60 th + 120 th²,   V = -g cos ql,
+/// The corrected model of the variable-stiffness joint, written by hand: x = (ql, qm, th, pl, pm,
+/// pth),
+///   H = pl²/2Il + pm²/2Im + pth²/2Ith + ½ k(th) (qm - ql)² + V(ql),   k = 20 + 60 th + 120 th²,
+///   V = -g cos ql,
 /// with dampers on all three and torques on motor and stiffness motor.
 struct SixStates {
   double Il = 0.5, Im = 0.3, Ith = 0.5, g = 4.0, c[3] = {20, 60, 120};
@@ -78,8 +80,9 @@ struct SixStates {
   }
 };
 
-/// The textbook's four states: k is turned by a signal th(t) and nothing asks what that takes. The true power of it,
-/// ½ k' φ² th', is put down under a name of its own and not among what is supplied.
+/// The textbook's four states: k is turned by a signal th(t) and nothing asks what that takes. The
+/// true power of it, ½ k' φ² th', is put down under a name of its own and not among what is
+/// supplied.
 struct FourStates : SixStates {
   double amplitude = 0.3;
   phs::Description description() const {

@@ -56,7 +56,8 @@ TEST(Families, TheCatalogueHasOneOfEach) {
   EXPECT_EQ(vsa::families().size(), 13u);
 }
 
-// The slopes against dual numbers through the energy, the Hessian against dual numbers through the slopes.
+// The slopes against dual numbers through the energy, the Hessian against dual numbers through the
+// slopes.
 TEST(Families, SlopesAndStiffnessAreDerivativesOfTheEnergy) {
   for (const auto& d : models()) {
     const auto e = vsa::elastic_of(d);
@@ -110,7 +111,8 @@ TEST(Families, LanesHaveTheBitsOfOneNumber) {
   for (const auto& d : models()) expect_lanes<Pack4>(d), expect_lanes<Pack8>(d);
 }
 
-// The energy in double against 113 bits, at doubles: its conditioning, without any reference of ours.
+// The energy in double against 113 bits, at doubles: its conditioning, without any reference of
+// ours.
 TEST(Families, DoubleAgreesWith113Bits) {
   for (const auto& d : models()) {
     const auto e = vsa::elastic_of(d);
@@ -125,7 +127,8 @@ TEST(Families, DoubleAgreesWith113Bits) {
   }
 }
 
-// E(q + c, θ + c, σ) = E(q, θ, σ). c is a power of two and so large a grid that both sums are exact.
+// E(q + c, θ + c, σ) = E(q, θ, σ). c is a power of two and so large a grid that both sums are
+// exact.
 TEST(Families, TurnedAsAWholeNothingChanges) {
   int others = 0;
   for (const auto& d : models()) {
@@ -151,8 +154,8 @@ TEST(Families, TurnedAsAWholeNothingChanges) {
   EXPECT_EQ(others, 1);
 }
 
-/// ∮ of what the slopes give, round a closed curve, by the trapezium rule of `n` points: it converges exponentially for
-/// analytic integrands, algebraically at stops and spline knots.
+/// ∮ of what the slopes give, round a closed curve, by the trapezium rule of `n` points: it
+/// converges exponentially for analytic integrands, algebraically at stops and spline knots.
 double cycle_work(const std::function<vsa::Slopes<double>(Place)>& slopes, const Device& d, int n,
                   double* turned_over) {
   const auto [low, high] = std::minmax_element(d.sigma.begin(), d.sigma.end());

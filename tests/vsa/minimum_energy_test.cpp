@@ -1,4 +1,5 @@
-// Least energy for a change of stiffness: against closed forms, against other paths, and against the ledger of a run.
+// Least energy for a change of stiffness: against closed forms, against other paths, and against
+// the ledger of a run.
 #include "vsa/minimum_energy.h"
 
 #include "integrators/integrator.h"
@@ -20,7 +21,8 @@ vsa::Drive motor(double viscous) {
   return {.kind = Kind::torque, .inertia = 2e-5, .gear = 100, .viscous = viscous};  // n² J = 0.2
 }
 
-/// With a constant pull and the ends at rest Euler's equation is σ'''' = κ² σ'', κ² = (c d² + d) / (c J²):
+/// With a constant pull and the ends at rest Euler's equation is σ'''' = κ² σ'', κ² = (c d² + d) /
+/// (c J²):
 /// σ' = A (1 - cosh κ(t - T/2) / cosh κT/2).
 TEST(MinimumEnergy, IsTheClosedFormWhereThePullIsConstant) {
   const auto lever = linear_lever();
@@ -126,7 +128,8 @@ TEST(MinimumEnergy, TheLedgerOfARunSaysWhatThePlanSays) {
     keeps("arrives: sigma", std::fabs(l.sigma - to), 1e-11);
     keeps("arrives: rate", std::fabs(l.rate), 1e-9);
     EXPECT_EQ((*plan.torque)(2 * T), e->slopes(phi, 0.0, plan.sigma(T)).sigma) << "and holds";
-    // Another path between the same ends takes more: the cubic, and the plan with a wiggle, at rest at both ends.
+    // Another path between the same ends takes more: the cubic, and the plan with a wiggle, at rest
+    // at both ends.
     const auto takes = [&](auto sigma) {  // by differences, midpoint rule
       double sum = 0;
       const double h = T / 4000;
@@ -153,7 +156,8 @@ TEST(MinimumEnergy, TheLedgerOfARunSaysWhatThePlanSays) {
   }
 }
 
-// The constant-energy path, walked with flow inputs: what one port takes the other gives, each stated by the ledger.
+// The constant-energy path, walked with flow inputs: what one port takes the other gives, each
+// stated by the ledger.
 TEST(MinimumEnergy, ConstantEnergyPathsByTheLedger) {
   const auto lever = vsa::variable_lever({{20, 60, 120}}, {.sigma_lower = 0, .sigma_upper = 1});
   static constexpr int parts = 100;

@@ -89,7 +89,8 @@ TEST(Points, ChargeAndReleaseOfTheQbmove) {  // sigma 0 -> 0.6 -> 0 at zero defl
   keeps("net work of the cycle [J]", std::fabs(work), 1e-15);
 }
 
-// --- tables ------------------------------------------------------------------------------------------------------
+// --- tables
+// -------------------------------------------------------------------------------------------------
 
 vsa::Measurements measured(double noise = 0, bool curl = false) {
   vsa::Measurements m;
@@ -124,7 +125,8 @@ TEST(Table, IsTheEnergyItWasTakenFrom) {
       knots = std::max(knots, std::fabs(table->slopes(m.deflection[i], 0.0, m.sigma[j]).q -
                                         m.torque[j * m.deflection.size() + i]));
   keeps("torques of the table are met [N m]", knots, 1e-14);
-  // Natural splines bend none at their ends: about h² f''/9√3 there, 0.04² · 135/16, falling by 3.7 a knot.
+  // Natural splines bend none at their ends: about h² f''/9√3 there, 0.04² · 135/16, falling by 3.7
+  // a knot.
   keeps("torque between its places, of 3 N m", torque, 3e-3);
   keeps("energy, of 0.3 J", energy, 5e-4);
   keeps("effort of the stiffness port, of 3 N m", effort, 2e-2);

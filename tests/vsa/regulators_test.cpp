@@ -1,5 +1,5 @@
-// Regulators of energy shaping at the drives of actuators: through the ports of a network they see the elastic joint, and
-// the loop is the one energy_shaping/elastic.h has as a whole.
+// Regulators of energy shaping at the drives of actuators: through the ports of a network they see
+// the elastic joint, and the loop is the one energy_shaping/elastic.h has as a whole.
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/run.h"
 #include "integrators/integrator.h"
@@ -80,7 +80,8 @@ TEST(Regulators, StructurePreservingThroughThePortsOfASeriesElasticJoint) {
     vsa::attach(n, "vsa", "mechanism.hinge.torque", series(100, 0.1));
     n.control("esp", "vsa.theta", phs::law([esp, sign](auto, auto x, auto y, auto u) {
                 using T = std::remove_cvref_t<decltype(u[0])>;
-                // The actuator knows (q, θ, B θ'); the link's rate is a sensor at its joint, and M = 1.
+                // The actuator knows (q, θ, B θ'); the link's rate is a sensor at its joint, and M
+                // = 1.
                 const std::array<T, 4> state{x[0], x[1], T(sign) * y[1], x[2]};
                 std::array<T, 1> torque;
                 esp.template law<T>(std::span<const T>(state), std::span<T>(torque));

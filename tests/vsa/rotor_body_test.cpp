@@ -12,7 +12,8 @@ namespace {
 
 constexpr double gear = 20, inertia = 2e-4, stiffness = 40;
 
-/// A turntable about z, a frame in it about y, and on the frame a joint about x with its rotor beside it.
+/// A turntable about z, a frame in it about y, and on the frame a joint about x with its rotor
+/// beside it.
 struct Gimbal {
   std::shared_ptr<const mechanics::MechanicalModel> mechanism;
   std::shared_ptr<const phs::NetworkModel> model;

@@ -1,5 +1,6 @@
-// Joints as stiff as shafts, at steps of the links' motion. 7-joint arm in gravity, a spring of 1e4 … 1e6 N m/rad and a
-// rotor at each joint: the springs ring at up to thousands of rad/s, the links move at a few.
+// Joints as stiff as shafts, at steps of the links' motion. 7-joint arm in gravity, a spring of 1e4
+// … 1e6 N m/rad and a rotor at each joint: the springs ring at up to thousands of rad/s, the links
+// move at a few.
 #include <chrono>
 
 #include "integrators/integrator.h"
@@ -41,7 +42,8 @@ Arm stiff_arm(double k) {
     vsa::attach(n, a.joints.back(), "mechanism." + p.name, act);
   }
   a.model = n.build();
-  // The springs start slack, rotors and links at the same angles: what they ring with is what gravity then pulls.
+  // The springs start slack, rotors and links at the same angles: what they ring with is what
+  // gravity then pulls.
   std::vector<std::pair<std::string, std::vector<double>>> starts;
   for (size_t i = 0; i < a.joints.size(); ++i) starts.push_back({a.joints[i], {q[i], q[i], 0}});
   a.start = state_of(*a.model, a.links->state(q, v), starts);
@@ -81,8 +83,9 @@ Run run(const Arm& a, const char* method, double h) {
   return r;
 }
 
-// The higher orders, whose stages are more, lean on the noise Newton's iteration measures: a rounding of two angles is K
-// times as much in the torque, and the sweeps end where only that is left.
+// The higher orders, whose stages are more, lean on the noise Newton's iteration measures: a
+// rounding of two angles is K times as much in the torque, and the sweeps end where only that is
+// left.
 TEST(Stiff, SevenJointsAtStepsOfTheLinks) {
   const double h = 0.005;
   for (const double k : {1e4, 1e6}) {
