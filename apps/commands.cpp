@@ -17,6 +17,7 @@
 #include "apps/actuators.h"
 #include "apps/ensemble.h"
 #include "apps/methods.h"
+#include "apps/output.h"
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
@@ -33,8 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// --- Ctrl-C
-// -------------------------------------------------------------------------------------------------
+// --- Ctrl-C --------------------------------------------------------------------------------------
 
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -48,8 +48,7 @@ void stop_on_signals() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
-// --- arguments
-// -------------------------------------------------------------------------------------------------
+// --- arguments -----------------------------------------------------------------------------------
 
 std::optional<double> seconds(const char* name, const std::optional<std::string>& text) {
   if (!text) return {};
@@ -100,14 +99,7 @@ bool resumable(const std::string& method) {
   return false;
 }
 
-// --- output
-// -------------------------------------------------------------------------------------------------
-
-void print(const std::string& text) {
-  // A text longer than the buffer fails in fputs, a short one in fflush.
-  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-    throw InvalidArgument("standard output cannot be written");
-}
+// --- output --------------------------------------------------------------------------------------
 
 void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
 

@@ -8,9 +8,10 @@
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
 #endif
-#include "apps/comfort.h"
 #include "apps/commands.h"
+#include "apps/completion.h"
 #include "apps/judge.h"
+#include "apps/new.h"
 #include "apps/report.h"
 #include "phs/error.h"
 #include "scene/session/info.h"

@@ -246,8 +246,7 @@ class TreeResolvent final : public phs::Resolvent {
     return r;
   }
 
-  // --- joints of one freedom
-  // --------------------------------------------------------------------------------------
+  // --- joints of one freedom ---------------------------------------------------------------------
   void eliminate_hinge(size_t i) {
     const Node& n = m_.nodes()[i];
     Hinge& j = hinge_[i];
@@ -319,8 +318,7 @@ class TreeResolvent final : public phs::Resolvent {
     for (size_t k = 0; k < cols; ++k) r_p += j.SP[k] * s[k];
   }
 
-  // --- joints of several freedoms
-  // ---------------------------------------------------------------------------------
+  // --- joints of several freedoms ----------------------------------------------------------------
   template <class J>
   void eliminate_general(size_t i, const double* q, const double* p) {
     const Node& n = m_.nodes()[i];

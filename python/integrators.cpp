@@ -6,8 +6,8 @@
 
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/interruptible.h"
 #include "python/keywords.h"
-#include "python/patience.h"
 #include "scene/run/measure.h"
 
 namespace porthos::python {
@@ -43,7 +43,7 @@ py::tuple run(Method& m, State& s, std::int64_t steps, std::int64_t every) {
     x.insert(x.end(), s.x.begin(), s.x.end());
   };
   Outcome o = Outcome::ok;
-  patiently([&](const std::atomic<bool>& stop) {
+  interruptibly([&](const std::atomic<bool>& stop) {
     record();
     for (std::int64_t i = 1; i <= steps && !stop.load(std::memory_order_relaxed); ++i) {
       o = m.integrator->step(s);

@@ -9,8 +9,8 @@
 #include "phs/network.h"
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/interruptible.h"
 #include "python/keywords.h"
-#include "python/patience.h"
 #include "report/report.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
@@ -26,7 +26,7 @@ namespace {
 using namespace scene;
 using py::arg;
 
-/// A run's options with the flag and the figures of patiently().
+/// A run's options with the flag and the figures of interruptibly().
 template <class Options>
 void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
   o.stop = &stop;
@@ -41,7 +41,7 @@ py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bo
   RunOptions o{.out = out, .resume = resume, .check_symmetry = check_symmetry};
   RunReport r;
   Advance advance;
-  patiently(
+  interruptibly(
       [&](const std::atomic<bool>& stop) {
         attach(o, stop, advance);
         r = run(s, a, o);
@@ -98,7 +98,7 @@ py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, 
   MemoryOptions o{.record = keep, .check_symmetry = check_symmetry};
   std::string summary;
   Advance advance;
-  patiently(
+  interruptibly(
       [&](const std::atomic<bool>& stop) {
         attach(o, stop, advance);
         const RunReport r = run_in_memory(s, a, o);
@@ -119,7 +119,7 @@ py::tuple compare_methods(const Scene& s, const Assembly& a,
   if (!out.empty()) make_folder(out);
   Comparison c;
   Advance advance;
-  patiently(
+  interruptibly(
       [&](const std::atomic<bool>& stop) {
         attach(o, stop, advance);
         c = compare(s, a, o);

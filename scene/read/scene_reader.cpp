@@ -42,8 +42,7 @@ std::string read_file(const std::string& path, const std::string& what) {
   return text.str();
 }
 
-// --- values both a file and a command line can give: `where` is "file:line:column" or "--step"
-// ---------------------
+// --- values both a file and a command line can give: `where` is "file:line:column" or "--step" ---
 
 void check_method(const std::string& method, const std::string& where) {
   Names known;
@@ -89,8 +88,7 @@ double default_record_every(double step, double duration) {
   return std::max(1.0, std::round(duration / 1000 / step)) * step;
 }
 
-// --- the tables of a scene
-// -----------------------------------------------------------------------------------------
+// --- the tables of a scene -----------------------------------------------------------------------
 
 class Reader {
  public:

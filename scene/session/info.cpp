@@ -20,8 +20,7 @@ namespace {
 using mechanics::Mechanism;
 using phs::BlockKind;
 
-// --- the model
-// -------------------------------------------------------------------------------------------------
+// --- the model -----------------------------------------------------------------------------------
 
 struct Merging {
   int links = 0, to_world = 0, to_parent = 0;
@@ -120,8 +119,7 @@ std::string invariants_section(const phs::Description& d) {
   return "Invariants, without inputs\n" + aligned(rows, "  ");
 }
 
-// --- the plan
-// -------------------------------------------------------------------------------------------------
+// --- the plan ------------------------------------------------------------------------------------
 
 template <class Has>
 std::string joints_with(const Mechanism& m, Has has) {
@@ -195,8 +193,7 @@ std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
   return text;
 }
 
-// --- cost
-// -------------------------------------------------------------------------------------------------
+// --- cost ----------------------------------------------------------------------------------------
 
 /// Median over batches of the time of one field evaluation [ns].
 template <class T>

@@ -180,8 +180,7 @@ TEST(Auto, ARunThatWasNotLeftToAutoIsNotResumedByIt) {
                    "holds an unfinished run"));
 }
 
-// --- the keys
-// -------------------------------------------------------------------------------------------------
+// --- the keys ------------------------------------------------------------------------------------
 
 class Keys : public ::testing::Test {
  protected:

@@ -248,8 +248,7 @@ TEST(Compare, BadWishesAreRefused) {
   EXPECT_EQ(why({.duration = -1}), "duration is -1, expected more than 0 s");
 }
 
-// --- the advice, on numbers made up
-// ----------------------------------------------------------------------------------
+// --- the advice, on numbers made up --------------------------------------------------------------
 
 scene::Trial made_up(const std::string& method, double step, double rtol, double cpu,
                      double error) {

@@ -221,8 +221,7 @@ TEST(Builder, RemarksFaultyLinksMergedIntoSoundBodies) {
       << "where the whole is unsound the faulty link is named";
 }
 
-// --- what is built
-// ------------------------------------------------------------------------------------------------
+// --- what is built -------------------------------------------------------------------------------
 
 void expect_same(const Vec3d& a, const Vec3d& b, const std::string& what = "") {
   EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z)
@@ -375,8 +374,7 @@ TEST(Mechanism, KeepsJointProperties) {
       << "a translation does not turn";
 }
 
-// --- exact frames
-// ------------------------------------------------------------------------------------------------
+// --- exact frames --------------------------------------------------------------------------------
 
 TEST(RotationFromRpy, ExactAtRightAngles) {
   const double quarter = std::acos(-1.0) / 2;

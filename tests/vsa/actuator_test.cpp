@@ -183,8 +183,7 @@ TEST(Actuator, ChargeAndReleaseThroughTheStiffnessPort) {
   keeps("defect [J]", whole.defect, 1e-15);
 }
 
-// --- references
-// -------------------------------------------------------------------------------------------------
+// --- references ----------------------------------------------------------------------------------
 
 TEST(Reference, ElasticArmOfTwoJoints) {
   const auto json = read_json(test::data_file("reference/m_sea_2dof.json"));

@@ -89,8 +89,7 @@ TEST(Points, ChargeAndReleaseOfTheQbmove) {  // sigma 0 -> 0.6 -> 0 at zero defl
   keeps("net work of the cycle [J]", std::fabs(work), 1e-15);
 }
 
-// --- tables
-// -------------------------------------------------------------------------------------------------
+// --- tables --------------------------------------------------------------------------------------
 
 vsa::Measurements measured(double noise = 0, bool curl = false) {
   vsa::Measurements m;

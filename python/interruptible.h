@@ -15,7 +15,7 @@ struct Advance {
 /// times a second, looks for signals. Ctrl-C sets the flag the work is given; when it has stopped,
 /// KeyboardInterrupt is raised here. tell: called with the GIL whenever `advance` has changed; may
 /// be None.
-void patiently(const std::function<void(const std::atomic<bool>& stop)>& work,
-               pybind11::object tell = pybind11::none(), Advance* advance = nullptr);
+void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work,
+                   pybind11::object tell = pybind11::none(), Advance* advance = nullptr);
 
 }  // namespace porthos::python

@@ -1,4 +1,4 @@
-#include "python/patience.h"
+#include "python/interruptible.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -10,8 +10,8 @@ namespace porthos::python {
 
 namespace py = pybind11;
 
-void patiently(const std::function<void(const std::atomic<bool>& stop)>& work, py::object tell,
-               Advance* advance) {
+void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work, py::object tell,
+                   Advance* advance) {
   using namespace std::chrono_literals;
   std::atomic<bool> stop{false};
   std::mutex mutex;

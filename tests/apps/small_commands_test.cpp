@@ -13,7 +13,7 @@
 #include "tests/places.h"
 
 /// porthos new, schema, completion and report, as a user types them.
-namespace porthos::test::comfort_test {
+namespace porthos::test::small_commands_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,13 +28,13 @@ struct Answer {
   std::string out, err;
 };
 
-class Comfort : public testing::Test {
+class SmallCommands : public testing::Test {
  protected:
   void SetUp() override {
 #ifdef PORTHOS_NOT_BUILT
     GTEST_SKIP() << "built without the porthos command";
 #endif
-    folder_ = fs::path(testing::TempDir()) / ("porthos_comfort_" + std::to_string(getpid()));
+    folder_ = fs::path(testing::TempDir()) / ("porthos_new_" + std::to_string(getpid()));
     fs::create_directories(folder_);
   }
   void TearDown() override {
@@ -61,7 +61,7 @@ class Comfort : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Comfort, NewScenesOfEveryExampleRunAsTheyAre) {
+TEST_F(SmallCommands, NewScenesOfEveryExampleRunAsTheyAre) {
   int count = 0;
   for (const char* base : {"fixed", "free"})
     for (const char* urdf : {"ets_vii/ets_vii.urdf", "capture/servicer.urdf",
@@ -81,7 +81,7 @@ TEST_F(Comfort, NewScenesOfEveryExampleRunAsTheyAre) {
 
 /// Arms that fall and whirl, walking machines, a tree of 63 bodies: what `new` writes passes every
 /// check.
-TEST_F(Comfort, NewScenesOfEveryModelPass) {
+TEST_F(SmallCommands, NewScenesOfEveryModelPass) {
   const fs::path data = fs::path(PORTHOS_SOURCE_DIR) / "tests/data";
   int passed = 0, count = 0;
   for (const fs::path& folder : {data / "models", data / "reference/pinocchio/urdf"})
@@ -109,7 +109,7 @@ TEST_F(Comfort, NewScenesOfEveryModelPass) {
 
 /// Faults that every robot tool takes are taken, each with a note that run prints and the summary
 /// keeps.
-TEST_F(Comfort, NewScenesOfFaultyFilesPassAndSaySo) {
+TEST_F(SmallCommands, NewScenesOfFaultyFilesPassAndSaySo) {
   const std::string heavy =
       "<inertial><origin xyz='0 0 0.2'/><mass value='1'/><inertia ixx='.1' iyy='.1' izz='.1' "
       "ixy='0' ixz='0' iyz='0'/></inertial>";
@@ -167,7 +167,7 @@ TEST_F(Comfort, NewScenesOfFaultyFilesPassAndSaySo) {
   }
 }
 
-TEST_F(Comfort, NewWritesOverNothing) {
+TEST_F(SmallCommands, NewWritesOverNothing) {
   std::ofstream(folder_ / "mine.toml") << "mine";
   const Answer a = porthos("new " + example("dc_motor_arm/arm.urdf") + " --out mine.toml");
   EXPECT_EQ(a.code, 2);
@@ -178,7 +178,7 @@ TEST_F(Comfort, NewWritesOverNothing) {
   EXPECT_EQ(porthos("new no.urdf").code, 2);
 }
 
-TEST_F(Comfort, SchemaIsJson) {
+TEST_F(SmallCommands, SchemaIsJson) {
   const Answer a = porthos("schema");
   ASSERT_EQ(a.code, 0) << a.err;
   const auto j = nlohmann::json::parse(a.out);
@@ -186,7 +186,7 @@ TEST_F(Comfort, SchemaIsJson) {
   EXPECT_EQ(j["required"], nlohmann::json({"model", "integrator", "run"}));
 }
 
-TEST_F(Comfort, BashCompletes) {
+TEST_F(SmallCommands, BashCompletes) {
   if (shell("command -v bash").code != 0) GTEST_SKIP() << "no bash";
   ASSERT_EQ(porthos("completion bash").code, 0);
   fs::rename(folder_ / "out.txt", folder_ / "completion.bash");
@@ -202,7 +202,7 @@ TEST_F(Comfort, BashCompletes) {
   EXPECT_EQ(complete("porthos run --nothing"), "\n");
 }
 
-TEST_F(Comfort, ScriptsOfOtherShellsAreUnderstood) {
+TEST_F(SmallCommands, ScriptsOfOtherShellsAreUnderstood) {
   for (const std::string name : {"zsh", "fish"}) {
     ASSERT_EQ(porthos("completion " + name + " >script").code, 0);
     if (shell("command -v " + name).code != 0) continue;
@@ -215,7 +215,7 @@ TEST_F(Comfort, ScriptsOfOtherShellsAreUnderstood) {
   EXPECT_EQ(a.err, "porthos: there is no completion for 'tcsh', expected bash, zsh or fish\n");
 }
 
-TEST_F(Comfort, EveryCommandHasAnExampleInItsHelp) {
+TEST_F(SmallCommands, EveryCommandHasAnExampleInItsHelp) {
   const std::string all = porthos("--help").out;
   std::istringstream lines(all.substr(all.find("Subcommands:") + 13));
   int count = 0;
@@ -232,7 +232,7 @@ TEST_F(Comfort, EveryCommandHasAnExampleInItsHelp) {
   EXPECT_GE(count, 10);
 }
 
-TEST_F(Comfort, ReportWithoutTemplateSaysWhatToDo) {
+TEST_F(SmallCommands, ReportWithoutTemplateSaysWhatToDo) {
   std::ofstream(folder_ / "empty.html") << "nothing";
   fs::create_directories(folder_ / "none");
   const Answer named = shell("PORTHOS_REPORT_TEMPLATE=empty.html '" PORTHOS_CLI "' report none");
@@ -249,7 +249,7 @@ TEST_F(Comfort, ReportWithoutTemplateSaysWhatToDo) {
             "porthos: away is no folder\n");
 }
 
-TEST_F(Comfort, RunWritesItsReportUnlessToldNotTo) {
+TEST_F(SmallCommands, RunWritesItsReportUnlessToldNotTo) {
   std::ofstream(folder_ / "page.html") << "<p>@PORTHOS_DATA@</p>";
   const std::string run = "PORTHOS_REPORT_TEMPLATE=page.html '" PORTHOS_CLI "' run " +
                           example("ets_vii/scene.toml") + " --duration 5 ";
@@ -265,4 +265,4 @@ TEST_F(Comfort, RunWritesItsReportUnlessToldNotTo) {
 }
 
 }  // namespace
-}  // namespace porthos::test::comfort_test
+}  // namespace porthos::test::small_commands_test
