@@ -8,8 +8,8 @@ namespace porthos::phs {
 namespace {
 
 using Plan = Network::Plan;
-using In = std::span<const double>;
-using Out = std::span<double>;
+using Numbers = std::span<const double>;
+using Written = std::span<double>;
 constexpr size_t most_inputs = 128;       ///< W has as many columns
 constexpr int most_states_of_an_lu = 32;  ///< of a member without a resolvent of its own
 
@@ -18,7 +18,7 @@ class SmallResolvent final : public Resolvent {
  public:
   explicit SmallResolvent(System<Dual>& system)
       : system_(system), lu_(size_t(system.description().nx)), x_(lu_.size()), f_(lu_.size()) {}
-  void factor(double t, In x, const Complex4& z) override {
+  void factor(double t, Numbers x, const Complex4& z) override {
     std::copy(x.begin(), x.end(), x_.begin());
     for (size_t j = 0; j < x_.size(); ++j) {
       x_[j].d = 1;
@@ -114,7 +114,7 @@ class NetworkResolvent final : public Resolvent {
       dual_[i]->gradient(state(i, std::span<const Dual>(xd_)), std::span(ed_).first(size(i)));
   }
 
-  void factor(double t, In x, const Complex4& z) override {
+  void factor(double t, Numbers x, const Complex4& z) override {
     z_ = z;
     std::copy(x.begin(), x.end(), x_.begin());
     std::copy(x.begin(), x.end(), xd_.begin());
@@ -194,9 +194,9 @@ class NetworkResolvent final : public Resolvent {
     for (size_t i = 0; i < systems_.size(); ++i) {
       const auto& m = p_.members[i];
       if (m.nu == 0) continue;
-      systems_[i]->gradient(state(i, In(x_)), state(i, Out(e_)));
-      systems_[i]->output(state(i, In(x_)), state(i, In(e_)),
-                          Out(y_).subspan(size_t(m.u), size_t(m.nu)));
+      systems_[i]->gradient(state(i, Numbers(x_)), state(i, Written(e_)));
+      systems_[i]->output(state(i, Numbers(x_)), state(i, Numbers(e_)),
+                          Written(y_).subspan(size_t(m.u), size_t(m.nu)));
     }
   }
   /// G, and H: ∂y/∂x of the same rows.
@@ -209,9 +209,10 @@ class NetworkResolvent final : public Resolvent {
         continue;
       }
       const auto& m = p_.members[i];
-      const Out g = state(i, column(G_, l)), h = column(H_, l);
+      const Written g = state(i, column(G_, l)), h = column(H_, l);
       u_[size_t(c.row)] = 1;
-      systems_[i]->apply_input(state(i, In(x_)), In(u_).subspan(size_t(m.u), size_t(m.nu)), g);
+      systems_[i]->apply_input(state(i, Numbers(x_)),
+                               Numbers(u_).subspan(size_t(m.u), size_t(m.nu)), g);
       u_[size_t(c.row)] = 0;
       std::fill(h.begin(), h.end(), 0.0);
       const auto xd = state(i, std::span<Dual>(xd_));
