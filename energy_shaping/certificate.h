@@ -7,7 +7,8 @@ namespace porthos::energy_shaping {
 
 enum class Finding { holds, fails, reported };
 
-/// One line of a certificate: a condition with its number and bound, or a figure that is reported without a bound.
+/// One line of a certificate: a condition with its number and bound, or a figure that is reported
+/// without a bound.
 struct CertificateItem {
   std::string name;  ///< "matching, potential energy"
   Finding finding = Finding::reported;
@@ -44,7 +45,8 @@ class Certificate {
   const CertificateItem* failure() const;
   /// A table for people.
   std::string text() const;
-  /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound", ...}]}.
+  /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound",
+  /// ...}]}.
   std::string json() const;
 
  private:

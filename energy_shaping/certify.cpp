@@ -43,7 +43,8 @@ class ShapedPotential {
       for (size_t i = 0; i < n_; ++i) g[i] = ed_[i].v, K[i * n_ + j] = ed_[i].d;
     }
   }
-  /// Newton's method from q; false where it does not converge or leaves the region by more than it is wide.
+  /// Newton's method from q; false where it does not converge or leaves the region by more than it
+  /// is wide.
   bool refine(Vec& q, const Region& r) {
     Vec g, K;
     for (int i = 0; i < 50; ++i) {
@@ -94,7 +95,8 @@ bool has_quaternions(const ClosedLoop& loop) {
   return false;
 }
 
-/// A random state of the region, at momenta of rates up to region.rate where the plant says what they are.
+/// A random state of the region, at momenta of rates up to region.rate where the plant says what
+/// they are.
 Vec random_state_of(const ClosedLoop& loop, const Region& r, std::mt19937_64& generator) {
   const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
   if (!matched) {
@@ -145,7 +147,8 @@ void linearised(const ClosedLoop& loop, Certificate& c) {
     least_damping = std::min(least_damping, -l.real() / std::abs(l));
     if (l.imag() >= 0) parts.push_back(l.real()), parts.push_back(l.imag());
   }
-  // The bound is the rounding of eigenvalues: what is slower and stable cannot be told from what is not.
+  // The bound is the rounding of eigenvalues: what is slower and stable cannot be told from what is
+  // not.
   c.at_most(
       "rightmost eigenvalue", rightmost, -1e-12 * size,
       s.zeros ? fmt::format("linearised at rest, {} zeros apart", s.zeros) : "linearised at rest");
@@ -191,7 +194,8 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
   const auto at_start = [&](size_t s) {
     return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
   };
-  // Where some directions have no stiffness (a floating base, a quaternion's sign), there is no one state to be off from.
+  // Where some directions have no stiffness (a floating base, a quaternion's sign), there is no one
+  // state to be off from.
   const bool whole = !loop.certificate().has("directions without stiffness") ||
                      loop.certificate().item("directions without stiffness").value == 0;
   for (size_t s = 0; s < o.starts.size(); ++s)
@@ -305,7 +309,8 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
   std::vector<size_t> others;  // other critical points: a state may come to rest there
   for (const auto& p : critical_points(loop, region))
     if (const size_t node = nearest(p.q); node != start) others.push_back(node);
-  // The lowest level at which a path from the rest point reaches each node, and the node it is set by.
+  // The lowest level at which a path from the rest point reaches each node, and the node it is set
+  // by.
   using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   std::vector<bool> done(total, false);

@@ -16,22 +16,22 @@ struct CriticalPoint {
   int descending = 0;  ///< directions V_d falls in: 0 a minimum, 1 a pass
 };
 
-/// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points of it, by rising value.
-/// What no start leads to is not found.
+/// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points
+/// of it, by rising value. What no start leads to is not found.
 std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
                                            int starts = 400);
 
-/// A level c such that the component of {V_d < c} around the rest point neither leaves the region nor has another critical
-/// point in it.
+/// A level c such that the component of {V_d < c} around the rest point neither leaves the region
+/// nor has another critical point in it.
 struct Basin {
   double level = 0, depth = 0;  ///< c, and c - V_d(q*)
   std::vector<double> at;       ///< where it would leave
   std::string method;
 };
-/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the region's boundary or to
-/// another critical point, of those critical_points() finds), the
-/// pass refined by Newton's method, on the boundary lowered by the second differences of the grid. A pass narrower
-/// than the grid is missed. More coordinates are refused.
+/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the
+/// region's boundary or to another critical point, of those critical_points() finds), the pass
+/// refined by Newton's method, on the boundary lowered by the second differences of the grid. A
+/// pass narrower than the grid is missed. More coordinates are refused.
 Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);
 
 struct CertifyOptions {
@@ -45,8 +45,9 @@ struct CertifyOptions {
   std::vector<std::shared_ptr<const phs::Model>> plants = {};
 };
 
-/// The certificate of the constructor, and: H_d' against the formula, linearised eigenvalues, critical points and basin (up to 3
-/// coordinates), inputs on the basin, runs of the plant as sampled, and with other parameters.
+/// The certificate of the constructor, and: H_d' against the formula, linearised eigenvalues,
+/// critical points and basin (up to 3 coordinates), inputs on the basin, runs of the plant as
+/// sampled, and with other parameters.
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& options);
 
 }  // namespace porthos::energy_shaping

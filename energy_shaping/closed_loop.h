@@ -6,8 +6,8 @@
 #include "energy_shaping/certificate.h"
 #include "phs/system.h"
 
-/// A controller here is an object that gives the closed loop as a port-Hamiltonian system, with the energy H_d it was
-/// shaped to have, and a certificate.
+/// A controller here is an object that gives the closed loop as a port-Hamiltonian system, with the
+/// energy H_d it was shaped to have, and a certificate.
 namespace porthos::energy_shaping {
 
 /// A closed loop evaluated in T; hamiltonian() is H_d.
@@ -16,14 +16,17 @@ class LoopSystem : public phs::System<T> {
  public:
   /// The law: u, as many numbers as the *plant* has inputs, 0 where there is no actuator.
   virtual void law(T t, std::span<const T> x, std::span<T> u) = 0;
-  /// The gains this object works with, in the order of ClosedLoop::gains; each lane may have its own. Empty: fixed.
+  /// The gains this object works with, in the order of ClosedLoop::gains; each lane may have its
+  /// own. Empty: fixed.
   virtual std::span<T> gains() { return {}; }
 };
 
-/// Immutable, shared by threads. State: that of the plant, or the plant's with the controller's behind it.
+/// Immutable, shared by threads. State: that of the plant, or the plant's with the controller's
+/// behind it.
 ///
-/// The field of this model is the *target* dynamics (J_d - R_d) ∂H_d/∂x. That the plant under the law moves so is what
-/// the constructor has verified; run the plant itself with `law` to see it (run.h).
+/// The field of this model is the *target* dynamics (J_d - R_d) ∂H_d/∂x. That the plant under the
+/// law moves so is what the constructor has verified; run the plant itself with `law` to see it
+/// (run.h).
 class ClosedLoop : public phs::Model {
  public:
   ClosedLoop(std::shared_ptr<const phs::Model> plant, std::vector<double> rest)
@@ -76,7 +79,8 @@ struct Region {
   unsigned seed = 1;
 };
 
-/// Offsets in u of the ports of these names; a port with one number each. @throws InvalidArgument listing the known ones
+/// Offsets in u of the ports of these names; a port with one number each. @throws InvalidArgument
+/// listing the known ones
 std::vector<int> port_offsets(const phs::Description& plant, const std::vector<std::string>& ports);
 
 /// Throws InvalidArgument with one sentence for the first failing item of a certificate.

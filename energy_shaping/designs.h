@@ -3,18 +3,20 @@
 
 #include "energy_shaping/matched_loop.h"
 
-/// Ready-made designs with closed forms. Each function checks the design's own conditions (a sentence where one fails),
-/// then MatchedLoop checks the matching, the masses and the Hessian over a region by number.
+/// Ready-made designs with closed forms. Each function checks the design's own conditions (a
+/// sentence where one fails), then MatchedLoop checks the matching, the masses and the Hessian over
+/// a region by number.
 ///
-/// A plant not given is the design's own, from formulas. Give one, a MechanicalModel say, and the same law is matched
-/// to it: the conditions then hold of that plant or the constructor says which does not.
+/// A plant not given is the design's own, from formulas. Give one, a MechanicalModel say, and the
+/// same law is matched to it: the conditions then hold of that plant or the constructor says which
+/// does not.
 namespace porthos::energy_shaping {
 
 using LoopPtr = std::shared_ptr<const MatchedLoop>;
 using PlantPtr = std::shared_ptr<const phs::Model>;
 
-/// Inertia-wheel pendulum: q1 the pendulum from upright, q2 with M = diag(I1, I2), V = m3 cos q1, G = (-1, 1).
-/// Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002. The gain kp = 3.75 published
+/// Inertia-wheel pendulum: q1 the pendulum from upright, q2 with M = diag(I1, I2), V = m3 cos q1, G
+/// = (-1, 1). Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002. The gain kp = 3.75 published
 /// there for the numbers below is k1 = 0.1 here.
 struct InertiaWheelPendulum {
   double I1 = 0.1, I2 = 0.2, m3 = 10;  ///< [kg m²], [kg m²], [N m]
@@ -26,8 +28,8 @@ PlantPtr inertia_wheel_plant(const InertiaWheelPendulum& d);
 LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr plant = nullptr,
                                std::optional<MatchingOptions> options = {});
 
-/// Ball and beam: q1 the ball from the middle, q2 the beam, M = diag(1, L² + q1²), V = g q1 sin q2, torque on the beam.
-/// Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002, section VI.
+/// Ball and beam: q1 the ball from the middle, q2 the beam, M = diag(1, L² + q1²), V = g q1 sin q2,
+/// torque on the beam. Source: Ortega, Spong, Gomez-Estern, Blankenstein 2002, section VI.
 struct BallAndBeam {
   double L = 1, g = 9.81;
   double kp = 5, kv = 3;
@@ -36,9 +38,10 @@ PlantPtr ball_and_beam_plant(const BallAndBeam& d);
 LoopPtr ball_and_beam(const BallAndBeam& d, PlantPtr plant = nullptr,
                       std::optional<MatchingOptions> options = {});
 
-/// Cart-pole after partial feedback linearisation: q1 the pole from upright, q2 the cart, M = I, V = a cos q1,
-/// G = (-b cos q1, 1); a = g/l, b = 1/l. Holds for |q1| < π/2; the cart may stop anywhere (q2_rest).
-/// Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section IV.
+/// Cart-pole after partial feedback linearisation: q1 the pole from upright, q2 the cart, M = I, V
+/// = a cos q1,
+/// G = (-b cos q1, 1); a = g/l, b = 1/l. Holds for |q1| < π/2; the cart may stop anywhere
+/// (q2_rest). Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section IV.
 struct CartPole {
   double a = 10, b = 1;
   double k = 1, m22 = 0.1, P = 1, kv = 3;
@@ -51,8 +54,8 @@ LoopPtr cart_pole(const CartPole& d, PlantPtr plant = nullptr,
 
 /// Acrobot: q1 the shoulder from upright, q2 the elbow, torque at the elbow,
 ///   M = [[c1 + c2 + 2 c3 cos q2, c2 + c3 cos q2], [·, c2]],  V = g (c4 cos q1 + c5 cos(q1 + q2)).
-/// M_d is constant. V_d is quasi-periodic, so that the rest point is a local minimum only: mind the basin.
-/// Source: Mahindrakar, Astolfi, Ortega, Viola 2006.
+/// M_d is constant. V_d is quasi-periodic, so that the rest point is a local minimum only: mind the
+/// basin. Source: Mahindrakar, Astolfi, Ortega, Viola 2006.
 struct Acrobot {
   double c1 = 2.3333, c2 = 5.3333, c3 = 2, c4 = 3, c5 = 2, g = 9.8;
   double a2 = 1, a3 = 4;  ///< M_d = [[k a2, a2], [a2, a3]], k = 1 - √(c1/c2)
@@ -68,7 +71,8 @@ LoopPtr acrobot(const Acrobot& d, PlantPtr plant = nullptr,
                 const std::string& elbow_port = "elbow.force");
 
 /// Strongly coupled VTOL aircraft after an input change: x, y, θ with M = I, V = (g/ε) cos θ and
-/// G = [[1, 0], [0, 1], [cos θ, sin θ]/ε]. Source: Acosta, Ortega, Astolfi, Mahindrakar 2005, section V.
+/// G = [[1, 0], [0, 1], [cos θ, sin θ]/ε]. Source: Acosta, Ortega, Astolfi, Mahindrakar 2005,
+/// section V.
 struct Vtol {
   double epsilon = 0.5, g = 9.8;
   double k1 = 2, k2 = 3, k3 = 12;  ///< M_d

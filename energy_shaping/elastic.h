@@ -10,8 +10,9 @@
 #include "energy_shaping/port_law.h"
 #include "energy_shaping/shaping.h"
 
-/// Arms with elastic joints:  M(q) q'' + C q' + ∂V + D_q q' = K (θ - q),  B θ'' = u - K (θ - q),  K and B diagonal.
-/// The arm itself is a form as Plant takes it (its inputs are not used): n coordinates, mass, potential.
+/// Arms with elastic joints:  M(q) q'' + C q' + ∂V + D_q q' = K (θ - q),  B θ'' = u - K (θ - q),  K
+/// and B diagonal. The arm itself is a form as Plant takes it (its inputs are not used): n
+/// coordinates, mass, potential.
 namespace porthos::energy_shaping {
 
 template <class F>
@@ -111,9 +112,11 @@ struct ElasticGains {
       motor{};  ///< B_d; 0: as the plant's, which needs no torque sensor
 };
 
-/// Motor PD with constant gravity (Tomei 1991), with torque feedback that makes the motors B_d light (after Ott,
-/// Albu-Schäffer, Kugi, Hirzinger 2008, with constant gravity): as an energy shaping,
-///   M_d = diag(M, B B_d⁻¹ B),  V_d = V + ½ φᵀKφ + ½ (θ - θ_d)ᵀKp(θ - θ_d) - g(q_d)ᵀθ,  θ_d = q_d + K⁻¹g(q_d).
+/// Motor PD with constant gravity (Tomei 1991), with torque feedback that makes the motors B_d
+/// light (after Ott, Albu-Schäffer, Kugi, Hirzinger 2008, with constant gravity): as an energy
+/// shaping,
+///   M_d = diag(M, B B_d⁻¹ B),  V_d = V + ½ φᵀKφ + ½ (θ - θ_d)ᵀKp(θ - θ_d) - g(q_d)ᵀθ,
+///   θ_d = q_d + K⁻¹g(q_d).
 template <class F>
 struct MotorSide {
   static constexpr int n = 2 * F::n;
@@ -150,7 +153,8 @@ struct MotorSide {
   }
   template <class T>
   void damping(std::span<const T>, std::span<const T> k, std::span<T> Kv) const {
-    // u = (B/B_d) u' + ...: in ∂H_d/∂p_θ = (B_d/B) θ' the motor's damping kd of u' reads kd (B/B_d)².
+    // u = (B/B_d) u' + ...: in ∂H_d/∂p_θ = (B_d/B) θ' the motor's damping kd of u' reads kd
+    // (B/B_d)².
     for (T& y : Kv) y = T(0.0);
     for (size_t a = 0; a < N; ++a) {
       const double r = form.j.motor[a] / target_motor(a);
@@ -159,7 +163,8 @@ struct MotorSide {
   }
 };
 
-/// @throws InvalidArgument where V_d has no minimum at the rest point: Kp and K must exceed the Hessian of V
+/// @throws InvalidArgument where V_d has no minimum at the rest point: Kp and K must exceed the
+///   Hessian of V
 template <class F>
 LoopPtr motor_side(const ElasticJoints<F>& j, const ElasticGains<F>& gain,
                    std::array<double, size_t(2 * F::n)> damping = {}) {
@@ -177,11 +182,12 @@ LoopPtr motor_side(const ElasticJoints<F>& j, const ElasticGains<F>& gain,
   return std::make_shared<MatchedLoop>(elastic_plant(j, damping), shaping(design), ports, rest, o);
 }
 
-/// Elastic-structure-preserving regulation and link damping (Keppler, Lakatos, Ott, Albu-Schäffer 2018): with
-/// n = ∂V - D q' and η = θ - K⁻¹n the law u = u' + n + B K⁻¹n'', u' = -Ke (η - q_d) - De η', leaves an elastic arm
+/// Elastic-structure-preserving regulation and link damping (Keppler, Lakatos, Ott, Albu-Schäffer
+/// 2018): with n = ∂V - D q' and η = θ - K⁻¹n the law u = u' + n + B K⁻¹n'', u' = -Ke (η - q_d) -
+/// De η', leaves an elastic arm
 ///   M q'' + C q' = K (η - q) - D q',   B η'' = -K (η - q) + u'
-/// without gravity, with damping at its links. K and B stay as they are; q'' and q''' come from the model. The physical
-/// plant is taken without friction of its links.
+/// without gravity, with damping at its links. K and B stay as they are; q'' and q''' come from the
+/// model. The physical plant is taken without friction of its links.
 template <class F>
 class ElasticStructurePreserving {
   static constexpr size_t N = size_t(F::n);
@@ -202,7 +208,8 @@ class ElasticStructurePreserving {
             "elastic-structure-preserving regulation needs D >= 0, Ke > 0, De >= 0");
   }
 
-  /// The closed loop in z = (q, η, p, B η'): a port-Hamiltonian system with H_d = T + ½ (η-q)ᵀK(η-q) + ½ |η - q_d|²_Ke.
+  /// The closed loop in z = (q, η, p, B η'): a port-Hamiltonian system with H_d = T + ½
+  /// (η-q)ᵀK(η-q) + ½ |η - q_d|²_Ke.
   PlantPtr target() const {
     std::array<double, 2 * N> damping{};
     for (size_t a = 0; a < N; ++a) damping[a] = g_.link_damping[a], damping[N + a] = g_.damping[a];

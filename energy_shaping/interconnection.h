@@ -21,17 +21,20 @@ struct InterconnectionOptions {
   bool refuse = true;  ///< throw where a condition fails
 };
 
-/// Control by interconnection (Ortega, van der Schaft, Maschke, Escobar 2002; van der Schaft, Jeltsema 2014):
-/// plant and dynamic controller in feedback through their ports. Casimirs of the two tie the controller's state to the
+/// Control by interconnection (Ortega, van der Schaft, Maschke, Escobar 2002; van der Schaft,
+/// Jeltsema 2014): plant and dynamic controller in feedback through their ports. Casimirs of the
+/// two tie the controller's state to the
 /// plant's, ξ = F x + κ, and on each leaf κ the energy is a function of the plant's state alone,
 ///   H_d(x) = H(x) + H_c(F x + κ).
 /// The constructor finds ξ* that holds x*, the ties, and looks at H_d on the leaf of (x*, ξ*).
 ///
-/// The dissipation obstacle: ties exist only along directions without damping, R Fᵀ = 0, and a plant that loses power at
-/// x* would have to be fed for ever, which no passive controller of finite energy does. Both are in the certificate.
+/// The dissipation obstacle: ties exist only along directions without damping, R Fᵀ = 0, and a
+/// plant that loses power at x* would have to be fed for ever, which no passive controller of
+/// finite energy does. Both are in the certificate.
 class Interconnection {
  public:
-  /// @throws InvalidArgument for joins that do not fit, and with the first condition that fails and its number
+  /// @throws InvalidArgument for joins that do not fit, and with the first condition that fails and
+  ///   its number
   Interconnection(std::shared_ptr<const phs::Model> plant,
                   std::shared_ptr<const phs::Model> controller, InterconnectionOptions options);
 
@@ -40,7 +43,8 @@ class Interconnection {
   const Certificate& certificate() const { return certificate_; }
   /// F, controller states × plant states.
   const phs::Matrix& ties() const { return F_; }
-  /// The loop's state on the leaf of the rest point where the plant is at x: start the controller so.
+  /// The loop's state on the leaf of the rest point where the plant is at x: start the controller
+  /// so.
   std::vector<double> start(std::span<const double> x) const;
   /// H_d(x) [J].
   double energy(std::span<const double> x) const;
@@ -63,13 +67,15 @@ struct TankOptions {
   double fill = 1;  ///< share of that damping's power that goes into the tank, in [0, 1]
 };
 
-/// A plant with any law κ at one of its ports, paid from an energy tank: a port-Hamiltonian system whatever κ is, with the
-/// ports of the plant, a member for any Network. State (x, E), energy H + E,
+/// A plant with any law κ at one of its ports, paid from an energy tank: a port-Hamiltonian system
+/// whatever κ is, with the ports of the plant, a member for any Network. State (x, E), energy H +
+/// E,
 ///   u = α(E) κ(t, x, y) - d y,   E' = -α κᵀy + fill d yᵀy - valve,
-/// the coupling skew (after Duindam, Stramigioli 2004; Franken et al. 2011, with E itself as the state). α goes to 0 at
-/// `least` and the valve lets out what would pass `most`, each over a tenth of the way between them; both bounds hold for
-/// every motion that starts within them. Powers: the plant's, "port damping", "valve".
-/// Angles are kept whole (no wrapping), as κ need not be periodic.
+/// the coupling skew (after Duindam, Stramigioli 2004; Franken et al. 2011, with E itself as the
+/// state). α goes to 0 at `least` and the valve lets out what would pass `most`, each over a tenth
+/// of the way between them; both bounds hold for every motion that starts within them. Powers: the
+/// plant's, "port damping", "valve". Angles are kept whole (no wrapping), as κ need not be
+/// periodic.
 /// @throws InvalidArgument for an unknown port or numbers out of range
 std::shared_ptr<const phs::Model> with_tank(std::shared_ptr<const phs::Model> plant,
                                             const std::string& port, phs::LawPtr law,

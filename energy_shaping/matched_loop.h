@@ -8,8 +8,8 @@ struct MatchingOptions {
   Region region;
   double matching =
       1e-10;  ///< bound of the relative residuals; 1e-6 is usual for numerical designs
-  /// Throw where a condition fails. Off: the object is made all the same and its certificate says what fails, for
-  /// controls and for looking into a design.
+  /// Throw where a condition fails. Off: the object is made all the same and its certificate says
+  /// what fails, for controls and for looking into a design.
   bool refuse = true;
 };
 
@@ -18,20 +18,22 @@ struct MatchingResidual {
   double kinetic = 0, potential = 0;
 };
 
-/// A plant under interconnection and damping assignment: any canonical plant with H = ½ pᵀM(q)⁻¹p + V(q), linear
-/// friction D and inputs p' += G(q) u; a MechanicalModel without quaternions, a network with springs, a Plant of formulas.
+/// A plant under interconnection and damping assignment: any canonical plant with H = ½ pᵀM(q)⁻¹p +
+/// V(q), linear friction D and inputs p' += G(q) u; a MechanicalModel without quaternions, a
+/// network with springs, a Plant of formulas.
 ///
 ///   u = (GᵀG)⁻¹Gᵀ (∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p) - Kv Gᵀ ∂H_d/∂p
 ///
-/// The plant's friction stays in: (D M⁻¹M_d), which is neither symmetric nor >= 0 by itself (Gomez-Estern, van der Schaft
-/// 2004); its symmetric part joins G Kv Gᵀ in R_d, the skew part J_d.
+/// The plant's friction stays in: (D M⁻¹M_d), which is neither symmetric nor >= 0 by itself
+/// (Gomez-Estern, van der Schaft 2004); its symmetric part joins G Kv Gᵀ in R_d, the skew part J_d.
 ///
-/// Coordinates are kept whole (no wrapping), as V_d need not be 2π-periodic. The ports are the actuated ones, for an
-/// input v on top of the law: y = Gᵀ ∂H_d/∂p, H_d' <= yᵀv.
+/// Coordinates are kept whole (no wrapping), as V_d need not be 2π-periodic. The ports are the
+/// actuated ones, for an input v on top of the law: y = Gᵀ ∂H_d/∂p, H_d' <= yᵀv.
 ///
-/// The constructor checks over the region and refuses, with the reason and the worst point: the plant's form, M_d > 0, the
-/// matching equations, the rest point and the Hessian of V_d, Kv and the damping with the plant's friction.
-/// Cost of a field: n + 1 gradients of the plant and n + 1 evaluations of the design (more with Skew::solved).
+/// The constructor checks over the region and refuses, with the reason and the worst point: the
+/// plant's form, M_d > 0, the matching equations, the rest point and the Hessian of V_d, Kv and the
+/// damping with the plant's friction. Cost of a field: n + 1 gradients of the plant and n + 1
+/// evaluations of the design (more with Skew::solved).
 class MatchedLoop : public ClosedLoopFor<MatchedLoop> {
  public:
   MatchedLoop(std::shared_ptr<const phs::Model> plant, std::shared_ptr<const Shaping> shaping,

@@ -100,8 +100,10 @@ class MatchedSystem final : public LoopSystem<T> {
     }
   }
 
-  // --- for the checks (double, Dual) -------------------------------------------------------------------------------
-  /// What the law has to make up for: ∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p in f_[n…]; the sizes of its terms in s_.
+  // --- for the checks (double, Dual)
+  // -------------------------------------------------------------------------------
+  /// What the law has to make up for: ∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p in f_[n…]; the sizes of
+  /// its terms in s_.
   void forces(In x) {
     plant_->gradient(x, e_);
     target_mass(x), target_gradient(x, ed_);
@@ -215,8 +217,9 @@ class MatchedSystem final : public LoopSystem<T> {
     phs::dense::solve(m_, LG_.data(), a, a);
   }
 
-  /// The kinetic equation with one unactuated direction v, Gᵀv = 0, is wᵀQ w + 2 vᵀJ2 w = 0 in w = M_d⁻¹p, and Q is
-  /// known. With B = S - Q/2, S skew and B v = 0, which is possible if and only if vᵀQ v = 0, r = wᵀB solves it, and
+  /// The kinetic equation with one unactuated direction v, Gᵀv = 0, is wᵀQ w + 2 vᵀJ2 w = 0 in w =
+  /// M_d⁻¹p, and Q is known. With B = S - Q/2, S skew and B v = 0, which is possible if and only if
+  /// vᵀQ v = 0, r = wᵀB solves it, and
   /// J2 = (v r - rᵀvᵀ)/|v|² has vᵀJ2 = r.
   void solve_skew(In x) {
     const size_t n = n_;

@@ -206,7 +206,8 @@ class NullSpaceSystem final : public LoopSystem<T> {
   throw InvalidArgument("null-space posture of '" + name + "': " + why);
 }
 
-/// Coordinates with the task met and the posture's energy least, from q on: Newton's steps with a multiplier per task row.
+/// Coordinates with the task met and the posture's energy least, from q on: Newton's steps with a
+/// multiplier per task row.
 std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
   const auto& m = loop.task().mechanical().mechanism();
   const auto& pose = loop.task().parts().poses[0];

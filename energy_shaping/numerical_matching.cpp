@@ -169,7 +169,8 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
                       "its slope is {:.6g}, expected {:.6g}",
                       d.name, x, s, probe.slope(x, s), expected));
   }
-  // V_d = C + A cos s + B sin s with A' = -ρB + Vc/λ, B' = ρA + Vs/λ: e^{-iρr}(A + iB) is a quadrature.
+  // V_d = C + A cos s + B sin s with A' = -ρB + Vc/λ, B' = ρA + Vs/λ: e^{-iρr}(A + iB) is a
+  // quadrature.
   const auto turned = [&](double x, bool imaginary) {
     const double c = harmonic(x, 1) / lambda(x), s = harmonic(x, 2) / lambda(x);
     return imaginary ? s * std::cos(rho * x) - c * std::sin(rho * x)

@@ -5,14 +5,17 @@
 
 namespace porthos::energy_shaping {
 
-/// Matching of two coordinates with one actuator where no closed form is at hand: the masses depend on the unactuated
-/// coordinate r alone, the actuated one s enters V as a0(r) + a1(r) cos s + a2(r) sin s (a pendubot, a cart-pole, ...).
+/// Matching of two coordinates with one actuator where no closed form is at hand: the masses depend
+/// on the unactuated coordinate r alone, the actuated one s enters V as a0(r) + a1(r) cos s + a2(r)
+/// sin s (a pendubot, a cart-pole, ...).
 ///
-/// With λ = M⁻¹M_d e_r the matching equations are  λ_r (M_d)_rr' = λᵀM'λ  (J2 being solved for) and λ·∂V_d = ∂V/∂r
-/// (after Auckly, Kapitanski, White 2000). For a constant ratio ρ = λ_s/λ_r both are quadratures,
+/// With λ = M⁻¹M_d e_r the matching equations are  λ_r (M_d)_rr' = λᵀM'λ  (J2 being solved for) and
+/// λ·∂V_d = ∂V/∂r (after Auckly, Kapitanski, White 2000). For a constant ratio ρ = λ_s/λ_r both are
+/// quadratures,
 ///   λ_r'/λ_r = (ρ² M_ss' + ρ M_rs')/(ρ M_rs + M_rr),   s - ρ r constant along the characteristics,
-/// done in Chebyshev polynomials of r. (M_d)_ss is chosen so that det M_d = `determinant` · M_d_rr. V_d gets ½ ku (s - ρ r)².
-/// Derivatives are those of the polynomials, so that the residual of MatchedLoop has the interpolation in it.
+/// done in Chebyshev polynomials of r. (M_d)_ss is chosen so that det M_d = `determinant` · M_d_rr.
+/// V_d gets ½ ku (s - ρ r)². Derivatives are those of the polynomials, so that the residual of
+/// MatchedLoop has the interpolation in it.
 struct NumericalMatching {
   std::string name = "numerical matching";
   std::string actuator;    ///< port of s
@@ -28,8 +31,9 @@ struct NumericalMatching {
   double matching = 1e-6;  ///< bound of the residuals
 };
 
-/// Rest at q = 0, an equilibrium of the plant. @throws InvalidArgument where ρ M_rs + M_rr vanishes in the interval (with the
-/// place), V is not of the form above, the polynomials do not resolve the functions, or MatchedLoop refuses
+/// Rest at q = 0, an equilibrium of the plant. @throws InvalidArgument where ρ M_rs + M_rr vanishes
+/// in the interval (with the place), V is not of the form above, the polynomials do not resolve the
+/// functions, or MatchedLoop refuses
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& options);
 
 }  // namespace porthos::energy_shaping

@@ -10,14 +10,18 @@
 
 namespace porthos::energy_shaping {
 
-/// A mechanical plant from its formulas, for those that are no mechanism (a normal form after an input change, say):
+/// A mechanical plant from its formulas, for those that are no mechanism (a normal form after an
+/// input change, say):
 ///
 ///   H = ½ pᵀM(q)⁻¹p + V(q),   p' = -∂H/∂q - D q' + G(q) u
 ///
-/// F has  n, m (static constexpr int: coordinates, inputs),  coordinates (n names and units), inputs (m names),
-///   template <class S> void mass(std::span<const S> q, std::span<S> M) const;        n × n, row by row, constant where empty
+/// F has  n, m (static constexpr int: coordinates, inputs),  coordinates (n names and units),
+/// inputs (m names),
+///   template <class S> void mass(std::span<const S> q, std::span<S> M) const;
+///       n × n, row by row, constant where empty
 ///   template <class S> S potential(std::span<const S> q) const;
-///   template <class T> void input(std::span<const T> q, std::span<T> G) const;       n × m, row by row
+///   template <class T> void input(std::span<const T> q, std::span<T> G) const;
+///       n × m, row by row
 /// and name. Gradients are exact, by tangents. Ports "<input>.force" of size 1.
 template <class F>
 struct Plant {

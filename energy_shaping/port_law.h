@@ -14,8 +14,8 @@
 #include "phs/law.h"
 #include "phs/network.h"
 
-/// The laws of this room as controllers of a network, on the ports of the plant: continuous, or sampled with what the hold
-/// injects in the books.
+/// The laws of this room as controllers of a network, on the ports of the plant: continuous, or
+/// sampled with what the hold injects in the books.
 namespace porthos::energy_shaping {
 
 /// The law of one port.
@@ -24,10 +24,11 @@ struct PortLaw {
   phs::LawPtr law;   ///< as many numbers as the port has
 };
 
-/// One law over all inputs of a plant, shared by the controllers of its ports. An evaluator needs memory, a Law has none:
-/// evaluators are kept here, lent for the time of one evaluation, and remember the last one, so that several ports at the
-/// same state cost one evaluation. Safe for threads; no allocation once there is an evaluator for each of them.
-/// Source: Callable with  template <class T> auto evaluator() const, giving a movable f(T t, span<const T> x, span<T> u).
+/// One law over all inputs of a plant, shared by the controllers of its ports. An evaluator needs
+/// memory, a Law has none: evaluators are kept here, lent for the time of one evaluation, and
+/// remember the last one, so that several ports at the same state cost one evaluation. Safe for
+/// threads; no allocation once there is an evaluator for each of them. Source: Callable with
+/// template <class T> auto evaluator() const, giving a movable f(T t, span<const T> x, span<T> u).
 template <class Source>
 class SharedLaw {
  public:
@@ -91,7 +92,8 @@ class SharedLaw {
       pools_;
 };
 
-/// The laws of the ports that hold the inputs `actuated` (offsets in the plant's u), in the order of the ports.
+/// The laws of the ports that hold the inputs `actuated` (offsets in the plant's u), in the order
+/// of the ports.
 template <class Source>
 std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
                                const std::vector<int>& actuated) {
@@ -108,14 +110,14 @@ std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
   return laws;
 }
 
-/// Those of a closed loop; the laws keep it. limits: largest |u| of each actuated input, in the order of
-/// loop->actuated(); empty: none.
+/// Those of a closed loop; the laws keep it. limits: largest |u| of each actuated input, in the
+/// order of loop->actuated(); empty: none.
 /// @throws InvalidArgument for limits of the wrong number or sign
 std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop,
                                std::vector<double> limits = {});
 
-/// Puts laws on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over several ports
-/// `name`.<port> and `name`.<port>.hold.
+/// Puts laws on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled
+/// one; over several ports `name`.<port> and `name`.<port>.hold.
 /// @throws InvalidArgument as Network::control does; an encoder, as it belongs to one port
 phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,
                       const std::vector<PortLaw>& laws, const phs::Network::Control& how = {});

@@ -167,7 +167,8 @@ class ShapedSystem final : public LoopSystem<T> {
       const auto X = pose_of(p);
       const Vec3<T> d = X.r - Vec3<T>(p.spring.position);
       U = U + T(0.5 * p.spring.stiffness) * dot(d, d);
-      // tr(A (1 - R_dᵀR)) = Σ a_i (1 - d_i·r_i) = ½ Σ a_i |d_i - r_i|², columns d_i and r_i: no cancellation near R_d
+      // tr(A (1 - R_dᵀR)) = Σ a_i (1 - d_i·r_i) = ½ Σ a_i |d_i - r_i|², columns d_i and r_i: no
+      // cancellation near R_d
       const Mat3<T> D(p.spring.attitude);
       for (int i = 0; i < 3; ++i) {
         const Vec3<T> off = column(D, i) - column(X.R, i);
@@ -180,7 +181,8 @@ class ShapedSystem final : public LoopSystem<T> {
   }
   static Vec3<T> column(const Mat3<T>& m, int i) { return i == 0 ? m.x : i == 1 ? m.y : m.z; }
 
-  /// -∂U/∂q (without the compensation) per unit of v in tau_ and, as inputs of the joints' ports, in u_.
+  /// -∂U/∂q (without the compensation) per unit of v in tau_ and, as inputs of the joints' ports,
+  /// in u_.
   void forces(In x) {
     for (size_t j = 0; j < nv_; ++j) tau_[j] = T(p_.constant[j]);
     for (const auto& s : p_.joints) {
@@ -366,7 +368,8 @@ phs::Description describe(const mechanics::MechanicalModel& model, const Potenti
     else
       kept.push_back(i);
   }
-  // Offsets in `values` are the plant's: either all invariants stay or, momenta gone, none is declared.
+  // Offsets in `values` are the plant's: either all invariants stay or, momenta gone, none is
+  // declared.
   d.invariants = momenta_first && !p.zero_momentum ? kept : std::vector<phs::Invariant>{};
   return d;
 }

@@ -7,13 +7,14 @@
 
 namespace porthos::energy_shaping {
 
-/// The plant under a law, as a model for any integrator: continuously, or with the inputs held. Coordinates are kept whole
-/// (no wrapping), as laws need not be periodic. Its energy is the plant's; what the actuators do is booked as the power
-/// "actuators". Keeps references to the loop and the plant.
+/// The plant under a law, as a model for any integrator: continuously, or with the inputs held.
+/// Coordinates are kept whole (no wrapping), as laws need not be periodic. Its energy is the
+/// plant's; what the actuators do is booked as the power "actuators". Keeps references to the loop
+/// and the plant.
 class DrivenPlant : public phs::ModelFor<DrivenPlant> {
  public:
-  /// limits: largest |u| of each actuated input, in the order of loop.actuated(); empty: none. held: one number per input
-  /// of the plant, read at every evaluation; null: the law itself.
+  /// limits: largest |u| of each actuated input, in the order of loop.actuated(); empty: none.
+  /// held: one number per input of the plant, read at every evaluation; null: the law itself.
   DrivenPlant(const ClosedLoop& loop, const phs::Model& plant, std::vector<double> limits = {},
               std::shared_ptr<const std::vector<double>> held = nullptr);
   const phs::Description& description() const override { return description_; }

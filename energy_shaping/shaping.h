@@ -25,12 +25,16 @@ inline constexpr int max_coordinates = 8;  ///< of a shaped plant
 enum class Skew {
   zero,   ///< J2 = 0
   given,  ///< the design's own
-  solved,  ///< found from the kinetic matching equation; underactuation degree one, 2 or 3 coordinates
+  /// found from the kinetic matching equation; underactuation degree one, 2 or 3 coordinates
+  solved,
 };
 
-/// The target of interconnection and damping assignment (Ortega, Spong, Gomez-Estern, Blankenstein 2002):
-///   H_d = ½ pᵀM_d(q)⁻¹p + V_d(q),  q' = M⁻¹M_d ∂H_d/∂p,  p' = -M_d M⁻¹ ∂H_d/∂q + (J2 - G Kv Gᵀ) ∂H_d/∂p.
-/// Immutable, shared by threads. k: the gains, one number per lane where T has lanes. Matrices row by row.
+/// The target of interconnection and damping assignment (Ortega, Spong, Gomez-Estern, Blankenstein
+/// 2002):
+///   H_d = ½ pᵀM_d(q)⁻¹p + V_d(q),  q' = M⁻¹M_d ∂H_d/∂p,
+///   p' = -M_d M⁻¹ ∂H_d/∂q + (J2 - G Kv Gᵀ) ∂H_d/∂p.
+/// Immutable, shared by threads. k: the gains, one number per lane where T has lanes. Matrices row
+/// by row.
 class Shaping {
  public:
   virtual ~Shaping() = default;
@@ -69,12 +73,15 @@ concept HasDamping = requires(const D& d, std::span<const double> x, std::span<d
 
 /// A Shaping from a plain class with formulas. D has
 ///   static constexpr int n;  std::string name;  std::vector<Gain> gains() const;
-///   template <class S, class T> void mass(std::span<const S> q, std::span<const T> k, std::span<S> Md) const;
+///   template <class S, class T> void mass(std::span<const S> q, std::span<const T> k, std::span<S>
+///       Md) const;
 ///   template <class S, class T> S potential(std::span<const S> q, std::span<const T> k) const;
 /// and may have
-///   template <class T> void skew(std::span<const T> q, std::span<const T> p, std::span<const T> k, std::span<T> J2) const;
+///   template <class T> void skew(std::span<const T> q, std::span<const T> p, std::span<const T> k,
+///       std::span<T> J2) const;
 ///   static constexpr bool solve_skew = true;      instead of skew
-///   template <class T> void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv) const;
+///   template <class T> void damping(std::span<const T> q, std::span<const T> k, std::span<T> Kv)
+///       const;
 ///                                                 default: the gain named "kv" times the identity
 /// S is T or a tangent of T: derivatives are exact, in every scalar.
 template <class D>

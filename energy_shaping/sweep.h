@@ -26,9 +26,11 @@ struct SweepOptions {
   int threads = 0;  ///< 0: as many as the machine has
 };
 
-/// Closed-loop runs of a loop with other gains, by Runge-Kutta's method of order 4, eight runs in SIMD lanes at a time. The
-/// energy H_d of each run is that of its own gains. Results in the order of `gains`, the same for any number of threads.
-/// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names) or rows of the wrong size
+/// Closed-loop runs of a loop with other gains, by Runge-Kutta's method of order 4, eight runs in
+/// SIMD lanes at a time. The energy H_d of each run is that of its own gains. Results in the order
+/// of `gains`, the same for any number of threads.
+/// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names) or rows of the wrong
+///   size
 std::vector<SweepResult> sweep(const ClosedLoop& loop,
                                const std::vector<std::vector<double>>& gains,
                                const SweepOptions& options);
@@ -41,9 +43,10 @@ std::vector<double> logarithmic(double low, double high, int count);
 /// The run that settles first among those with peak <= limit, or -1.
 int fastest(const std::vector<SweepResult>& results, double limit);
 
-/// Joint springs and dampers of a bandwidth and damping ratio at the rest point: k = M_jj ω², d = 2 ζ M_jj ω, with M_jj the
-/// mass the joint feels there while the others stand still (with a floating base that follows: less the base's part).
-/// Joints of one freedom that are not in `skip`. @param bandwidth [rad/s]
+/// Joint springs and dampers of a bandwidth and damping ratio at the rest point: k = M_jj ω², d = 2
+/// ζ M_jj ω, with M_jj the mass the joint feels there while the others stand still (with a floating
+/// base that follows: less the base's part). Joints of one freedom that are not in `skip`. @param
+/// bandwidth [rad/s]
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip = {});

@@ -6,11 +6,13 @@
 
 namespace porthos::energy_shaping {
 
-/// Swing-up of a pendulum by its energy (Åström, Furuta 2000): u = -k q' (E - E_d) + b q', E = ½ I q'² - mgl cos q with q = 0
-/// hanging. Along it d/dt ½ (E - E_d)² = -k q'² (E - E_d)². The viscous friction b is cancelled, dry friction is not.
+/// Swing-up of a pendulum by its energy (Åström, Furuta 2000): u = -k q' (E - E_d) + b q', E = ½ I
+/// q'² - mgl cos q with q = 0 hanging. Along it d/dt ½ (E - E_d)² = -k q'² (E - E_d)². The viscous
+/// friction b is cancelled, dry friction is not.
 ///
-/// At exact rest at the bottom u = 0 for ever: every law of the energy alone is stuck there. `stuck` says so, and with a
-/// `kick` the law pushes by that much as long as |q| and |q'| are below `still`.
+/// At exact rest at the bottom u = 0 for ever: every law of the energy alone is stuck there.
+/// `stuck` says so, and with a `kick` the law pushes by that much as long as |q| and |q'| are below
+/// `still`.
 struct EnergySwingUp {
   double inertia = 1;       ///< I [kg m²]
   double mgl = 1;           ///< [N m]
@@ -43,9 +45,10 @@ struct EnergySwingUp {
   }
 };
 
-/// A store of energy that pays for what a controller does beyond passivity (after Duindam, Stramigioli 2004; Franken et al. 2011,
-/// with T itself as the state, so that nothing is divided by √T). What is asked for is granted as far as the tank has it
-/// above `least`; what is dissipated elsewhere fills it up to `most`. Plant plus tank are passive: (H + T)' <= port power.
+/// A store of energy that pays for what a controller does beyond passivity (after Duindam,
+/// Stramigioli 2004; Franken et al. 2011, with T itself as the state, so that nothing is divided by
+/// √T). What is asked for is granted as far as the tank has it above `least`; what is dissipated
+/// elsewhere fills it up to `most`. Plant plus tank are passive: (H + T)' <= port power.
 class EnergyTank {
  public:
   /// @throws InvalidArgument unless 0 <= least < most and least <= level <= most
@@ -65,8 +68,9 @@ class EnergyTank {
     const double s = (level_ - least_) / smooth_;
     return s <= 0 ? 0 : s >= 1 ? 1 : s * s * (3 - 2 * s);
   }
-  /// Books a step: `dissipated` >= 0 may be stored, `drawn` was used (negative: given back) [J]. Returns the energy that did
-  /// not fit and is lost as heat. @throws InvalidArgument if more is drawn than there is above `least`
+  /// Books a step: `dissipated` >= 0 may be stored, `drawn` was used (negative: given back) [J].
+  /// Returns the energy that did not fit and is lost as heat. @throws InvalidArgument if more is
+  /// drawn than there is above `least`
   double step(double dissipated, double drawn) {
     if (!(dissipated >= 0))
       throw InvalidArgument("an energy tank is filled by what is dissipated, not by " +

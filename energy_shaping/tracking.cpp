@@ -82,7 +82,8 @@ class PdPlus::Evaluator {
 
   void operator()(T t, In x, std::span<T> u) {
     compare(t, x);
-    // b(v) = C(q, v) v + ∂V/∂q is quadratic in v; C(q, q') q_d' is its polar form, with Christoffel's symbols.
+    // b(v) = C(q, v) v + ∂V/∂q is quadratic in v; C(q, q') q_d' is its polar form, with
+    // Christoffel's symbols.
     const In q = x.first(n_);
     for (size_t i = 0; i < n_; ++i) sum_[i] = T(0.5) * (rate_[i] + v_[i]);
     mechanics::rnea<T>(m_, w_, q, sum_, a_, {}, both_);

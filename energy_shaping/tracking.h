@@ -8,7 +8,8 @@
 
 namespace porthos::energy_shaping {
 
-/// Where the joints are to be: q_d(t) with two derivatives, each of size() numbers. Immutable, shared by threads.
+/// Where the joints are to be: q_d(t) with two derivatives, each of size() numbers. Immutable,
+/// shared by threads.
 class Trajectory {
  public:
   virtual ~Trajectory() = default;
@@ -31,8 +32,8 @@ class TrajectoryFor : public Trajectory {
 #undef PORTHOS_AT
 };
 
-/// From one set of coordinates to another in the time T: a polynomial of degree 7 with zero rates, accelerations and jerks
-/// at both ends.
+/// From one set of coordinates to another in the time T: a polynomial of degree 7 with zero rates,
+/// accelerations and jerks at both ends.
 std::shared_ptr<const Trajectory> rest_to_rest(std::vector<double> from, std::vector<double> to,
                                                double duration);
 /// q_i = centre_i + amplitude_i sin(2π frequency_i t).
@@ -41,12 +42,13 @@ std::shared_ptr<const Trajectory> sines(std::vector<double> centre, std::vector<
 
 /// Tracking of a fully actuated arm (PD+, Paden, Panja 1988):
 ///   τ = M(q) q_d'' + C(q, q') q_d' + D q' + ∂V/∂q - Kp e - Kd e',   e = q - q_d
-/// with C of Christoffel's symbols, so that M' - 2C is skew and H_e = ½ e'ᵀM e' + ½ eᵀKp e falls exactly by e'ᵀKd e'.
-/// H_e depends on time through q_d: asymptotic stability is Matrosov's theorem, not LaSalle's. Not a ClosedLoop, whose H_d is
-/// a function of the state alone.
+/// with C of Christoffel's symbols, so that M' - 2C is skew and H_e = ½ e'ᵀM e' + ½ eᵀKp e falls
+/// exactly by e'ᵀKd e'. H_e depends on time through q_d: asymptotic stability is Matrosov's
+/// theorem, not LaSalle's. Not a ClosedLoop, whose H_d is a function of the state alone.
 class PdPlus {
  public:
-  /// @throws InvalidArgument for joints of several freedoms, a trajectory of other joints, gains of the wrong number or sign
+  /// @throws InvalidArgument for joints of several freedoms, a trajectory of other joints, gains of
+  ///   the wrong number or sign
   PdPlus(std::shared_ptr<const mechanics::MechanicalModel> plant,
          std::shared_ptr<const Trajectory> trajectory, std::vector<double> kp,
          std::vector<double> kd);
@@ -54,7 +56,8 @@ class PdPlus {
   ~PdPlus();
   const mechanics::MechanicalModel& plant() const { return *parts_->plant; }
 
-  /// u = τ at time t and the plant's state x = (q, p): nv numbers, followed by zeros for body ports. Three RNEA.
+  /// u = τ at time t and the plant's state x = (q, p): nv numbers, followed by zeros for body
+  /// ports. Three RNEA.
   void law(double t, std::span<const double> x, std::span<double> u);
   /// The law as controllers of the joints' ports, for a network with the plant (port_law.h).
   std::vector<PortLaw> port_laws() const;

@@ -12,35 +12,42 @@ namespace porthos::energy_shaping {
 /// Which actuators a floating base has in place of a whole wrench.
 struct WheelBaseOptions {
   std::string base_port = "base.wrench";
-  std::vector<std::string>
-      wheels;  ///< their ports, "wheel_x.torque": axisymmetric wheels on the base, three axes or more
+  /// their ports, "wheel_x.torque": axisymmetric wheels on the base, three axes or more
+  std::vector<std::string> wheels;
   std::vector<double> limits = {};  ///< largest |torque| of each wheel [N m]; empty: none
   int samples = 500;                ///< random states of the checks
   double tolerance = 1e-10;
 };
 
-/// Pose of a floating base, SE(3), by thrusters and reaction wheels: a potential shaping that asks for a wrench at the base
-/// (pose springs with the trace potential, damping; joints of an arm may take part) with its force made by the
-/// thrusters, base port's linear part, and its moment n by the wheels, A τ = -n with A their axes, least |τ|.
+/// Pose of a floating base, SE(3), by thrusters and reaction wheels: a potential shaping that asks
+/// for a wrench at the base (pose springs with the trace potential, damping; joints of an arm may
+/// take part) with its force made by the thrusters, base port's linear part, and its moment n by
+/// the wheels, A τ = -n with A their axes, least |τ|.
 ///
-/// A wheel's momentum is p_w = I_w (θ' + aᵀω), and p_w' = τ_w. With the wheels' part taken out of the energy,
+/// A wheel's momentum is p_w = I_w (θ' + aᵀω), and p_w' = τ_w. With the wheels' part taken out of
+/// the energy,
 ///   H_d = H - Σ p_w²/(2 I_w) + U (- V),    H_d' = -(damping of the shaped loop),
-/// whatever spin the wheels have and at any total momentum: spin enters the base's motion as a gyroscopic term, which has
-/// no power. So the base comes to rest where H_d is least and the wheels keep what they took up. Without thrusters a
-/// shaping without force (an attitude alone) is held the same way.
-/// Not a ClosedLoop: the wheels' angles turn on at rest, and H_d is no function of them.
+/// whatever spin the wheels have and at any total momentum: spin enters the base's motion as a
+/// gyroscopic term, which has no power. So the base comes to rest where H_d is least and the wheels
+/// keep what they took up. Without thrusters a shaping without force (an attitude alone) is held
+/// the same way. Not a ClosedLoop: the wheels' angles turn on at rest, and H_d is no function of
+/// them.
 class WheelBase {
  public:
-  /// shaped: made for the plant with the base port among its actuators and no spring or damping at the wheels.
-  /// @throws InvalidArgument for ports that are none of a wheel's, axes that do not span all directions, a wheel that is not
-  ///   axisymmetric, or a balance of H_d that does not hold, with the number
+  /// shaped: made for the plant with the base port among its actuators and no spring or damping at
+  /// the wheels.
+  /// @throws InvalidArgument for ports that are none of a wheel's, axes that do not span all
+  ///   directions, a wheel that is not axisymmetric, or a balance of H_d that does not hold, with
+  ///   the number
   WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptions options);
 
   const PotentialLoop& shaped() const { return *shaped_; }
   const Certificate& certificate() const { return certificate_; }
-  /// u of the plant at its state x: force, no moment, wheels, joints. Makes an evaluator each time; port_laws() keep theirs.
+  /// u of the plant at its state x: force, no moment, wheels, joints. Makes an evaluator each time;
+  /// port_laws() keep theirs.
   void law(std::span<const double> x, std::span<double> u) const;
-  /// As controllers of a network (port_law.h): the base's port, the wheels' and those of the shaped joints.
+  /// As controllers of a network (port_law.h): the base's port, the wheels' and those of the shaped
+  /// joints.
   std::vector<PortLaw> port_laws() const;
   /// H_d [J].
   double hamiltonian(std::span<const double> x) const;

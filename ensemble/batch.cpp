@@ -12,7 +12,8 @@
 
 #include "ensemble/lane_team.h"
 
-// The thread sanitizer does not see what comes before what inside Debian's oneTBB: under it the tasks have threads of their own.
+// The thread sanitizer does not see what comes before what inside Debian's oneTBB: under it the
+// tasks have threads of their own.
 #ifdef __has_feature
 #if __has_feature(thread_sanitizer)
 #define PORTHOS_THREAD_SANITIZER

@@ -11,11 +11,13 @@
 #include "phs/state.h"
 #include "phs/system.h"
 
-/// Many runs of one model by one method: over SIMD lanes and threads, with the bits each run has alone.
+/// Many runs of one model by one method: over SIMD lanes and threads, with the bits each run has
+/// alone.
 namespace porthos::ensemble {
 
-/// One run of a batch. Made when a lane is free for it and gone when it has ended, so that a batch of any length needs
-/// the memory of as many runs as are at work. One thread calls its functions; those of other runs are called meanwhile.
+/// One run of a batch. Made when a lane is free for it and gone when it has ended, so that a batch
+/// of any length needs the memory of as many runs as are at work. One thread calls its functions;
+/// those of other runs are called meanwhile.
 class BatchRun {
  public:
   virtual ~BatchRun() = default;
@@ -48,12 +50,14 @@ struct BatchOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set: runs at work are dropped without end()
 };
 
-/// Works through all runs of a source. A lane whose run has ended, early or not, takes the next one at once. Which runs
-/// share lanes and threads changes no bit of any of them. Memory: that of the runs at work.
-/// Methods without lanes and models with sampled controllers (on one thread) go one state at a time, as does a run from the
-/// step on whose implicit equations need Newton's iteration.
-/// @throws InvalidArgument as make_integrator, and for a run whose start or parameters have another size than the model's;
-///   what a run's functions throw goes through after the other threads have stopped
+/// Works through all runs of a source. A lane whose run has ended, early or not, takes the next one
+/// at once. Which runs share lanes and threads changes no bit of any of them. Memory: that of the
+/// runs at work. Methods without lanes and models with sampled controllers (on one thread) go one
+/// state at a time, as does a run from the step on whose implicit equations need Newton's
+/// iteration.
+/// @throws InvalidArgument as make_integrator, and for a run whose start or parameters have another
+///   size than the model's; what a run's functions throw goes through after the other threads have
+///   stopped
 void simulate_batch(const phs::Model& model, const std::string& method, double step,
                     const Source& source, const BatchOptions& options = {});
 
@@ -70,8 +74,9 @@ std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::stri
 
 /// work(0) … work(count - 1), each once, over threads (0: as many as the machine has).
 void in_parallel(int threads, int count, const std::function<void(int)>& work);
-/// member(stopped) once in each of some threads (0: as many as the machine has), until all have returned. stopped() is true
-/// once `stop` is set or another member has thrown; what was thrown first goes through.
+/// member(stopped) once in each of some threads (0: as many as the machine has), until all have
+/// returned. stopped() is true once `stop` is set or another member has thrown; what was thrown
+/// first goes through.
 void in_team(int threads, const std::atomic<bool>* stop,
              const std::function<void(const std::function<bool()>& stopped)>& member);
 /// What `threads` = 0 stands for.

@@ -18,10 +18,11 @@ struct Distribution {
   int draws() const { return kind == Kind::rotation ? 3 : 1; }
   /// Numbers it gives.
   int size() const { return kind == Kind::rotation ? 4 : 1; }
-  /// The value at u, draws() numbers in (0, 1). For a single number: the u-quantile. Writes size() numbers.
-  /// Attitudes: Shoemake 1992 (Graphics Gems III), w >= 0.
+  /// The value at u, draws() numbers in (0, 1). For a single number: the u-quantile. Writes size()
+  /// numbers. Attitudes: Shoemake 1992 (Graphics Gems III), w >= 0.
   void at(const double* u, double* value) const;
-  /// Why these numbers make no distribution: "low is 2 and high 1, expected low < high". Empty: they do.
+  /// Why these numbers make no distribution: "low is 2 and high 1, expected low < high". Empty:
+  /// they do.
   std::string trouble() const;
 };
 

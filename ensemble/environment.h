@@ -30,8 +30,8 @@ struct EnvironmentOptions {
   /// State numbers that are observed; empty: all of them.
   std::vector<int> observed = {};
   bool outputs = false;  ///< whether y of the ports that are driven is observed after them
-  /// Where an episode begins: changes x (nx numbers, `start` of the environment at first), with random numbers of the
-  /// episode's own.
+  /// Where an episode begins: changes x (nx numbers, `start` of the environment at first), with
+  /// random numbers of the episode's own.
   std::function<void(Stream& random, std::span<double> x)> begin = {};
   /// Whether an episode has ended at x, by reaching or leaving something. Called by any thread.
   std::function<bool(std::span<const double> x)> ended = {};
@@ -39,19 +39,20 @@ struct EnvironmentOptions {
 
 /// Environments for learning and planning: reset, act, observe, over a batch.
 ///
-/// An action is a row of port inputs u, held over `substeps` steps; rewards are the caller's, from observations and actions.
-/// A step depends on an environment's state and its action alone: on no thread, lane, neighbour or earlier step, so that
-/// planners may put states back. Random numbers belong to (seed, environment, episode): the same seed and actions give the
-/// same bits. An environment whose episode ends — reached, cut off, or the method failed — begins the next in the same
-/// step; its last observation is in final_observations().
+/// An action is a row of port inputs u, held over `substeps` steps; rewards are the caller's, from
+/// observations and actions. A step depends on an environment's state and its action alone: on no
+/// thread, lane, neighbour or earlier step, so that planners may put states back. Random numbers
+/// belong to (seed, environment, episode): the same seed and actions give the same bits. An
+/// environment whose episode ends — reached, cut off, or the method failed — begins the next in the
+/// same step; its last observation is in final_observations().
 ///
-/// All arrays are contiguous, a row per environment: count × action_size() and so on. They stay valid, and are written
-/// by reset() and step(). Use from one thread.
+/// All arrays are contiguous, a row per environment: count × action_size() and so on. They stay
+/// valid, and are written by reset() and step(). Use from one thread.
 class Environment {
  public:
   /// @param start  state numbers an episode begins from, nx
-  /// @throws InvalidArgument for unknown ports or state numbers, sizes that do not fit, a model with sampled controllers, and as
-  ///   integrators::make_integrator
+  /// @throws InvalidArgument for unknown ports or state numbers, sizes that do not fit, a model
+  ///   with sampled controllers, and as integrators::make_integrator
   Environment(std::shared_ptr<const phs::Model> model, std::vector<double> start,
               EnvironmentOptions options);
   ~Environment();
@@ -65,13 +66,16 @@ class Environment {
 
   /// Begins the first episode of a seed in every environment; without one, the next episode.
   void reset(std::optional<std::uint64_t> seed = {});
-  /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number that is not finite
+  /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number
+  ///   that is not finite
   void step(std::span<const double> actions);
 
   std::span<const double> observations() const { return observations_; }
-  /// Of the environments whose episode ended in the last step, what was observed at its end; else as observations().
+  /// Of the environments whose episode ended in the last step, what was observed at its end; else
+  /// as observations().
   std::span<const double> final_observations() const { return final_; }
-  /// 1 where an episode ended in the last step: by `ended` or a failure; by its length; by a failure.
+  /// 1 where an episode ended in the last step: by `ended` or a failure; by its length; by a
+  /// failure.
   std::span<const std::uint8_t> terminated() const { return terminated_; }
   std::span<const std::uint8_t> truncated() const { return truncated_; }
   std::span<const std::uint8_t> failed() const { return failed_; }

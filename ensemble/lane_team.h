@@ -25,7 +25,8 @@ class LaneTeam {
   /// Puts the next run into a lane. @return whether there was one
   bool fill(int lane, const Source& next);
   void check(const BatchRun& run) const;
-  /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from the start).
+  /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from
+  /// the start).
   void alone(BatchRun& run, phs::State state, std::span<const double> memory);
   void arrived(int lane);
 

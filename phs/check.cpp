@@ -99,8 +99,8 @@ class Checker {
     }
   }
 
-  /// What roundings can make of a gradient: a hundred times what one rounding of each number of the state makes of it, so that
-  /// a state where the masses are ill conditioned accuses nobody.
+  /// What roundings can make of a gradient: a hundred times what one rounding of each number of the
+  /// state makes of it, so that a state where the masses are ill conditioned accuses nobody.
   double rounding_of_gradient(Vec x, const Vec& e) {
     for (size_t i = 0; i < x.size(); ++i) x[i] *= 1 + (i % 2 ? 1 : -1) * 0x1p-52;
     Vec moved(x.size());
@@ -150,8 +150,8 @@ class Checker {
     note("field", x, relative(norm(sub(dx, with_input)), terms + of_effort(sources, e)));
     balance(x, e, dx, y, u, norm(e) * norm(Re));
   }
-  /// The size of a rate where an effort stands beside it. What has none carries no energy (an orbit that drives the rest)
-  /// and may be of any size: it is no scale for what has.
+  /// The size of a rate where an effort stands beside it. What has none carries no energy (an orbit
+  /// that drives the rest) and may be of any size: it is no scale for what has.
   static double of_effort(Vec rate, const Vec& e) {
     for (size_t i = 0; i < e.size(); ++i)
       if (e[i] == 0) rate[i] = 0;
@@ -183,7 +183,8 @@ class Checker {
     note("power balance", x, relative(left, scale));
   }
 
-  /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss a weak one.
+  /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss
+  /// a weak one.
   double dissipation_defect(const Vec& x) {
     const size_t n = x.size();
     Vec R(n * n);

@@ -2,7 +2,8 @@
 #include <string>
 #include <vector>
 
-/// What a port-Hamiltonian system says of itself: the meaning of its state numbers, its ports and its invariants.
+/// What a port-Hamiltonian system says of itself: the meaning of its state numbers, its ports and
+/// its invariants.
 namespace porthos::phs {
 
 /// linear: any real number. angle: 2π-periodic, kept in (-π, π] plus a turn count (State::turns).
@@ -33,8 +34,9 @@ struct Port {
   bool required = false;  ///< means nothing unless it is joined to something
 };
 
-/// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if passive) takes away.
-/// observed: no part of this balance, integrated along for the books of another system.
+/// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if
+/// passive) takes away. observed: no part of this balance, integrated along for the books of
+/// another system.
 enum class PowerKind { supplied, dissipated, observed };
 struct PowerAccount {
   std::string name;  ///< "elbow.damping", "motor.supply", ...
@@ -42,7 +44,8 @@ struct PowerAccount {
   bool control = false;  ///< a controller's: it may be asked whether it is passive
 };
 
-/// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other function.
+/// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other
+/// function.
 struct Invariant {
   std::string name;  ///< "angular_momentum", "quaternion_norm.base", ...
   int size, at;      ///< number of components, offset in the vector of all invariants

@@ -119,8 +119,9 @@ Dirac compose(const Dirac& a, const Dirac& b, const std::vector<std::pair<int, i
   outer.block(a.ports(), na, b.ports(), nb) = columns(b.F(), left_b);
   outer.block(a.ports(), left + na, b.ports(), nb) = columns(b.E(), left_b);
 
-  // Combinations of rows in which the shared (f, e) cancel. Where junctions close a loop they are too many, but the
-  // space they span in the ports left has exactly that many dimensions: an orthonormal basis of it.
+  // Combinations of rows in which the shared (f, e) cancel. Where junctions close a loop they are
+  // too many, but the space they span in the ports left has exactly that many dimensions: an
+  // orthonormal basis of it.
   Real kept = outer;
   if (!shared.empty()) {
     Svd eliminate(M, Eigen::ComputeFullU);

@@ -50,12 +50,14 @@ class Dirac {
   Matrix F_, E_;
 };
 
-/// How far two structures on as many ports are from being the same set: |F_a E_bᵀ + E_a F_bᵀ| over the sizes, as
+/// How far two structures on as many ports are from being the same set: |F_a E_bᵀ + E_a F_bᵀ| over
+/// the sizes, as
 /// (f, e) = (E_bᵀλ, F_bᵀλ) runs through D_b.
 double distance(const Dirac& a, const Dirac& b);
 
-/// Joins port i of `a` to port j of `b` for each (i, j) of `shared`: e_i = e_j, f_i = -f_j. The ports left, those of
-/// `a` first, again form a Dirac structure (Cervera, van der Schaft, Baños 2007).
+/// Joins port i of `a` to port j of `b` for each (i, j) of `shared`: e_i = e_j, f_i = -f_j. The
+/// ports left, those of `a` first, again form a Dirac structure (Cervera, van der Schaft, Baños
+/// 2007).
 Dirac compose(const Dirac& a, const Dirac& b, const std::vector<std::pair<int, int>>& shared);
 
 }  // namespace porthos::phs

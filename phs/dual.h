@@ -1,7 +1,7 @@
 #pragma once
 
-/// Forward-mode derivative along one direction: v + d ε with ε² = 0. Used by the checkers (gradient of H, derivative
-/// of an invariant along the field) and by exact Jacobians of a step.
+/// Forward-mode derivative along one direction: v + d ε with ε² = 0. Used by the checkers (gradient
+/// of H, derivative of an invariant along the field) and by exact Jacobians of a step.
 namespace porthos::phs {
 
 struct Dual {

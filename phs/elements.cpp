@@ -129,7 +129,8 @@ struct Motor {
   }
 };
 
-/// x = φ: φ' = -R i + V - k n ω; the flow port "shaft" takes ω and answers -k n i. Rotor friction is the network's.
+/// x = φ: φ' = -R i + V - k n ω; the flow port "shaft" takes ω and answers -k n i. Rotor friction
+/// is the network's.
 struct Drive {
   DcMotor m;
 

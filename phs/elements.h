@@ -7,19 +7,24 @@
 #include "phs/function.h"
 #include "phs/system.h"
 
-/// Elements that close or join the ports of a Network: resistive laws, potentials, sources, and small systems with a
-/// state of their own. Quantities are SI; "rate" and "force" stand for whatever the port carries.
+/// Elements that close or join the ports of a Network: resistive laws, potentials, sources, and
+/// small systems with a state of their own. Quantities are SI; "rate" and "force" stand for
+/// whatever the port carries.
 namespace porthos::phs {
 
-// --- resistive laws: force = law(rate), with rate · law(rate) >= 0 --------------------------------------------------
+// --- resistive laws: force = law(rate), with rate · law(rate) >= 0
+// --------------------------------------------------
 
 /// force = damping · rate. @throws InvalidArgument if damping < 0
 FunctionPtr viscous(double damping);
 
-/// Dry friction with the Stribeck effect, made smooth: the force rises to its breakaway value within about
-/// `smoothing` of rest and cannot hold a load at rest. Passive by construction, as force and rate have one sign.
-///   force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)²)) tanh(rate/smoothing) + viscous · rate
-/// Source: after Armstrong-Helouvry, Dupont, Canudas de Wit 1994, survey, model of section 2.1, with tanh for the sign.
+/// Dry friction with the Stribeck effect, made smooth: the force rises to its breakaway value
+/// within about `smoothing` of rest and cannot hold a load at rest. Passive by construction, as
+/// force and rate have one sign.
+///   force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)²)) tanh(rate/smoothing)
+///           + viscous · rate
+/// Source: after Armstrong-Helouvry, Dupont, Canudas de Wit 1994, survey, model of section 2.1,
+/// with tanh for the sign.
 struct Friction {
   double coulomb = 0;    ///< [N | N m]
   double breakaway = 0;  ///< >= coulomb
@@ -30,18 +35,23 @@ struct Friction {
 /// @throws InvalidArgument naming the number that is out of range
 FunctionPtr friction(const Friction& f);
 
-// --- potentials of one coordinate -----------------------------------------------------------------------------------
+// --- potentials of one coordinate
+// -----------------------------------------------------------------------------------
 
-/// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U would have no minimum
+/// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U
+/// would have no minimum
 Potential spring(double k, double rest = 0, double k3 = 0);
-/// A force measured at some elongations: a natural cubic spline between them (force and its slope continuous), linear outside.
+/// A force measured at some elongations: a natural cubic spline between them (force and its slope
+/// continuous), linear outside.
 /// @throws InvalidArgument unless there are two points or more with rising z, all finite
 Potential tabulated_spring(const std::vector<double>& z, const std::vector<double>& force);
-/// U = ⅓ k d³, d the depth beyond a limit: U'' is continuous, and nothing is felt between the limits.
+/// U = ⅓ k d³, d the depth beyond a limit: U'' is continuous, and nothing is felt between the
+/// limits.
 /// @throws InvalidArgument unless lower < upper and k > 0
 Potential soft_limits(double lower, double upper, double k);
 
-// --- sources: v(t) --------------------------------------------------------------------------------------------------
+// --- sources: v(t)
+// --------------------------------------------------------------------------------------------------
 
 FunctionPtr constant(double value);
 /// amplitude · sin(2π frequency t + phase)
@@ -50,7 +60,8 @@ FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0);
 /// @throws InvalidArgument as tabulated_spring()
 FunctionPtr profile(const std::vector<double>& t, const std::vector<double>& value);
 
-/// A value held until it is set again: the zero-order hold of a sampled controller. One per run: set between steps only.
+/// A value held until it is set again: the zero-order hold of a sampled controller. One per run:
+/// set between steps only.
 class Held {
  public:
   Held();
@@ -62,9 +73,11 @@ class Held {
   std::shared_ptr<double> value_;
 };
 
-// --- systems with a state -------------------------------------------------------------------------------------------
+// --- systems with a state
+// -------------------------------------------------------------------------------------------
 
-/// Units of what a port carries: of the rate that flows, of the effort against it, and of their integrals.
+/// Units of what a port carries: of the rate that flows, of the effort against it, and of their
+/// integrals.
 struct Domain {
   const char *flow, *effort, *displacement, *momentum;
 };
@@ -72,9 +85,11 @@ inline constexpr Domain translation{"m/s", "N", "m", "N s"};
 inline constexpr Domain rotation{"rad/s", "N m", "rad", "N m s"};
 inline constexpr Domain electricity{"A", "V", "C", "V s"};
 
-/// State: elongation z, z' = rate. Port "ends" (flow in): rate -> force U'(z). A capacitor in the electrical domain.
+/// State: elongation z, z' = rate. Port "ends" (flow in): rate -> force U'(z). A capacitor in the
+/// electrical domain.
 std::shared_ptr<const Model> spring_element(const Potential& potential, const Domain& d = rotation);
-/// State: momentum p, p' = force. Port "body" (effort in): force -> rate p/m. An inductor in the electrical domain.
+/// State: momentum p, p' = force. Port "body" (effort in): force -> rate p/m. An inductor in the
+/// electrical domain.
 /// @throws InvalidArgument unless mass > 0
 std::shared_ptr<const Model> inertia_element(double mass, const Domain& d = rotation);
 
@@ -87,12 +102,14 @@ struct DcMotor {
   double rotor_inertia = 0;  ///< [kg m²] on the rotor's side; see the two models
   double friction = 0;       ///< viscous [N m s/rad] on the rotor's side, >= 0
 };
-/// With its rotor. States: flux L i, momentum of the rotor seen at the shaft. Ports "supply" (effort in: V -> A) and
-/// "shaft" (effort in: N m -> rad/s). Joins a joint through a spring, or stands alone.
+/// With its rotor. States: flux L i, momentum of the rotor seen at the shaft. Ports "supply"
+/// (effort in: V -> A) and "shaft" (effort in: N m -> rad/s). Joins a joint through a spring, or
+/// stands alone.
 std::shared_ptr<const Model> dc_motor(const DcMotor& m);
-/// The drive of a rigid gear: no rotor of its own (give gear² · rotor_inertia to the joint as its rotor inertia; dc_drive
-/// ignores the number). State: flux. Ports "supply" and "shaft" (flow in: rad/s -> the torque against it, - gear k i),
-/// for Network::feedback with a joint. Rotor friction is the joint's damping: gear² · friction.
+/// The drive of a rigid gear: no rotor of its own (give gear² · rotor_inertia to the joint as its
+/// rotor inertia; dc_drive ignores the number). State: flux. Ports "supply" and "shaft" (flow in:
+/// rad/s -> the torque against it, - gear k i), for Network::feedback with a joint. Rotor friction
+/// is the joint's damping: gear² · friction.
 std::shared_ptr<const Model> dc_drive(const DcMotor& m);
 
 }  // namespace porthos::phs

@@ -10,7 +10,8 @@
 
 namespace porthos::phs {
 
-/// Whether a storage is an energy of motion, whose zero is rest: "kinetic", "links.kinetic", "shaped kinetic".
+/// Whether a storage is an energy of motion, whose zero is rest: "kinetic", "links.kinetic",
+/// "shaped kinetic".
 inline bool is_kinetic(std::string_view storage) {
   constexpr std::string_view kinetic = "kinetic";
   if (!storage.ends_with(kinetic)) return false;
@@ -18,11 +19,13 @@ inline bool is_kinetic(std::string_view storage) {
   return storage.empty() || storage.back() == '.' || storage.back() == ' ';
 }
 
-/// What the energy error of a run is relative to: the largest kinetic energy plus the range every other stored energy has
-/// covered. It sees neither the zero of a potential nor the origin of the world.
+/// What the energy error of a run is relative to: the largest kinetic energy plus the range every
+/// other stored energy has covered. It sees neither the zero of a potential nor the origin of the
+/// world.
 ///
-/// In a system without a storage called kinetic nobody knows which zero means something: there every energy counts by its
-/// largest size. Ranges below 1e-14 of the energies themselves are below what doubles tell apart, and count as that much.
+/// In a system without a storage called kinetic nobody knows which zero means something: there
+/// every energy counts by its largest size. Ranges below 1e-14 of the energies themselves are below
+/// what doubles tell apart, and count as that much.
 class EnergyScale {
  public:
   explicit EnergyScale(const Description& d) : low_(d.storages.size()), high_(d.storages.size()) {
@@ -55,7 +58,8 @@ class EnergyScale {
   }
   bool has_kinetic() const { return some_kinetic_; }
   double kinetic_J() const { return kinetic_J_; }  ///< the largest
-  /// Σ of the largest sizes of the energies, zeros of potentials and all: their rounding is relative to it.
+  /// Σ of the largest sizes of the energies, zeros of potentials and all: their rounding is
+  /// relative to it.
   double size(std::span<const double> stored = {}) const {
     double sum = 0;
     for (std::size_t k = 0; k < low_.size(); ++k) sum += largest(k, stored);

@@ -6,7 +6,8 @@
 
 namespace porthos {
 
-/// A user's mistake: the text names what was wrong, its value and what was expected (and file:line for files).
+/// A user's mistake: the text names what was wrong, its value and what was expected (and file:line
+/// for files).
 struct InvalidArgument : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };

@@ -10,8 +10,8 @@
 /// Systems around other systems.
 namespace porthos::phs {
 
-/// The solver of an inner system, for a system whose state begins with the inner's: the rest is left as it is, and what
-/// the outer system adds to the field is not in J.
+/// The solver of an inner system, for a system whose state begins with the inner's: the rest is
+/// left as it is, and what the outer system adds to the field is not in J.
 class InnerResolvent final : public Resolvent {
  public:
   InnerResolvent(std::unique_ptr<Resolvent> inner, size_t n) : inner_(std::move(inner)), n_(n) {}
@@ -25,11 +25,12 @@ class InnerResolvent final : public Resolvent {
   size_t n_;
 };
 
-/// Forwards every member of System to an inner system: a wrapper overrides what it changes, and drops nothing.
+/// Forwards every member of System to an inner system: a wrapper overrides what it changes, and
+/// drops nothing.
 ///
-/// The state may be longer than the inner's, which it begins with: the base passes that part on and gives zeros for the
-/// rest. It does likewise with the books, and takes the declared invariants by name. A wrapper that changes the field
-/// changes rate(), efforts() and resolvent() too.
+/// The state may be longer than the inner's, which it begins with: the base passes that part on and
+/// gives zeros for the rest. It does likewise with the books, and takes the declared invariants by
+/// name. A wrapper that changes the field changes rate(), efforts() and resolvent() too.
 template <class T>
 class Forwarding : public System<T>, public Tunable<T> {
  public:
@@ -154,8 +155,8 @@ class Forwarding : public System<T>, public Tunable<T> {
   std::vector<Kept> kept_;  ///< invariants, those of the inner that are declared here too
 };
 
-/// A system with inputs u(t, x) of its own making at all its ports, none of which stays open. Books: the plant's, then the
-/// power of the inputs. The state is the plant's.
+/// A system with inputs u(t, x) of its own making at all its ports, none of which stays open.
+/// Books: the plant's, then the power of the inputs. The state is the plant's.
 template <class T>
 class Driven : public Forwarding<T> {
  public:

@@ -17,7 +17,8 @@ class Function {
 };
 using FunctionPtr = std::shared_ptr<const Function>;
 
-/// A generic callable as a Function, e.g. function([](auto v) { return 0.2 * v; }): it must take any scalar.
+/// A generic callable as a Function, e.g. function([](auto v) { return 0.2 * v; }): it must take
+/// any scalar.
 template <class F>
 FunctionPtr function(F f) {
   class Callable final : public Function {

@@ -8,7 +8,8 @@
 
 namespace porthos::phs {
 
-/// LU of complex matrices of one size, one per lane, with one order of rows for all. Allocates when made only.
+/// LU of complex matrices of one size, one per lane, with one order of rows for all. Allocates when
+/// made only.
 class LaneLu {
  public:
   explicit LaneLu(size_t n) : n_(n), lu_(n * n), row_(n), r_(n) {}

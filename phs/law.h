@@ -10,8 +10,9 @@
 /// Laws of controllers, continuous or sampled.
 namespace porthos::phs {
 
-/// u = κ(t, x, y): x the state of the system the controller acts on, its angles with all their turns, y the output of the
-/// port (then those of sensors), u the input there. Immutable, shared by threads.
+/// u = κ(t, x, y): x the state of the system the controller acts on, its angles with all their
+/// turns, y the output of the port (then those of sensors), u the input there. Immutable, shared by
+/// threads.
 class Law {
  public:
   virtual ~Law() = default;
@@ -23,7 +24,8 @@ class Law {
 };
 using LawPtr = std::shared_ptr<const Law>;
 
-/// A generic callable as a Law: law([](auto t, auto x, auto y, auto u) { u[0] = -2.0 * x[0] - 0.3 * y[0]; }).
+/// A generic callable as a Law: law([](auto t, auto x, auto y, auto u) { u[0] = -2.0 * x[0] - 0.3 *
+/// y[0]; }).
 template <class F>
 LawPtr law(F f) {
   class Callable final : public Law {
@@ -43,8 +45,9 @@ LawPtr law(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
-/// The output of a sampled controller between its instants, a zero-order hold. It belongs to one run at a time: the
-/// integrator of that run renews it (integrators/sampler.h), every evaluator of the model reads it.
+/// The output of a sampled controller between its instants, a zero-order hold. It belongs to one
+/// run at a time: the integrator of that run renews it (integrators/sampler.h), every evaluator of
+/// the model reads it.
 struct Hold {
   std::string name;
   double period;              ///< [s]

@@ -5,16 +5,17 @@
 
 #include "phs/matrix.h"
 
-/// Small dense linear algebra for set-up and checks, not for kernels (phs/dense.h). By Eigen, compiled here once.
-/// Matrices are n × n, row by row.
+/// Small dense linear algebra for set-up and checks, not for kernels (phs/dense.h). By Eigen,
+/// compiled here once. Matrices are n × n, row by row.
 namespace porthos::phs {
 
 /// Eigenvalues of the symmetric part of A, rising; NaN where A is not finite.
 std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double> A);
 /// Eigenvalues of A by rising real part; NaN where A is not finite.
 std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A);
-/// Eigenvalues of A, those that are zero counted apart. Null spaces are split off one after the other, so that a Jordan block
-/// of zeros (a direction without stiffness and its momentum) does not smear over slow modes, as it does in eigenvalues().
+/// Eigenvalues of A, those that are zero counted apart. Null spaces are split off one after the
+/// other, so that a Jordan block of zeros (a direction without stiffness and its momentum) does not
+/// smear over slow modes, as it does in eigenvalues().
 struct Spectrum {
   int zeros = 0;                           ///< the algebraic multiplicity of 0
   std::vector<std::complex<double>> rest;  ///< as of eigenvalues()

@@ -16,10 +16,12 @@
 ///
 ///   H' = yᵀu - [z; u]ᵀ W [z; u].
 ///
-/// The sign of N: (E x'; -y) = ([J G; -Gᵀ N] - W) (z; u), one skew matrix and one that dissipates (Mehrmann, Morandin 2019).
+/// The sign of N: (E x'; -y) = ([J G; -Gᵀ N] - W) (z; u), one skew matrix and one that dissipates
+/// (Mehrmann, Morandin 2019).
 namespace porthos::phs {
 
-/// J (n × n) and G (n × m) must be given; an empty E or Q is the identity, another empty matrix is zero.
+/// J (n × n) and G (n × m) must be given; an empty E or Q is the identity, another empty matrix is
+/// zero.
 struct LinearMatrices {
   Matrix E = {}, J = {}, R = {}, Q = {}, G = {}, P = {}, S = {}, N = {};
 };
@@ -31,8 +33,8 @@ struct AvailableStorage {
   std::string remark;  ///< how the bound was found
 };
 
-/// Immutable. The constructor refuses what is not port-Hamiltonian and names matrix, entry and size of the violation;
-/// violations up to 1e-12 of the largest entry pass as rounding.
+/// Immutable. The constructor refuses what is not port-Hamiltonian and names matrix, entry and size
+/// of the violation; violations up to 1e-12 of the largest entry pass as rounding.
 class LinearSystem {
  public:
   explicit LinearSystem(LinearMatrices matrices, std::string name = "linear system");
@@ -54,10 +56,12 @@ class LinearSystem {
   double dissipation() const;
   /// The same asked of T alone, which knows nothing of W.
   PositiveReality positive_real() const { return positive_reality(state_space()); }
-  /// Exact where the Riccati equation of `smallest_storage` has its solution; otherwise H bounds it, as H >= 0.
+  /// Exact where the Riccati equation of `smallest_storage` has its solution; otherwise H bounds
+  /// it, as H >= 0.
   AvailableStorage available_storage(std::span<const double> x) const;
 
-  /// The system for the integrators: e = EᵀQx, J and R become E⁻¹JE⁻ᵀ and E⁻¹RE⁻ᵀ, G becomes E⁻¹G. Refuses a singular
+  /// The system for the integrators: e = EᵀQx, J and R become E⁻¹JE⁻ᵀ and E⁻¹RE⁻ᵀ, G becomes E⁻¹G.
+  /// Refuses a singular
   /// E and feedthrough (P, S, N), which the contract y = Gᵀe has no place for.
   std::unique_ptr<Model> to_model() const;
 

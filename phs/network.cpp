@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "phs/linear_algebra.h"
 #include "phs/detail/network_plan.h"
+#include "phs/linear_algebra.h"
 
 namespace porthos::phs {
 namespace {

@@ -1,4 +1,5 @@
-// What a composition keeps: the members' invariants no joined port touches, and the linear Casimirs.
+// What a composition keeps: the members' invariants no joined port touches, and the linear
+// Casimirs.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -62,7 +63,8 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
   return ok;
 }
 
-/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources and controllers push on.
+/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources
+/// and controllers push on.
 MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
   const auto f = model.instantiate<double>();
   const int n = p.nx();

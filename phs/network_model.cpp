@@ -77,7 +77,8 @@ class NetworkSystem final : public System<T> {
     flows(t, x, e, {});
     add_inputs(x, dx);
   }
-  /// What an output sees of e must not depend on the inputs, so a first e without regard to them gives the inputs.
+  /// What an output sees of e must not depend on the inputs, so a first e without regard to them
+  /// gives the inputs.
   void efforts(T t, In x, In dx, Out e) override {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->efforts(t, state(i, x), state(i, dx), state(i, e));

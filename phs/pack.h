@@ -3,9 +3,10 @@
 #include <cstdint>
 #include <type_traits>
 
-/// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one number.
-/// Each lane performs exactly the IEEE operations the scalar kernel performs, so lane k equals the scalar run bit
-/// for bit. Comparisons give a mask; kernels use select(mask, a, b) and never branch on a Pack.
+/// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one
+/// number. Each lane performs exactly the IEEE operations the scalar kernel performs, so lane k
+/// equals the scalar run bit for bit. Comparisons give a mask; kernels use select(mask, a, b) and
+/// never branch on a Pack.
 namespace porthos::phs {
 
 #if defined(__AVX512F__)
@@ -42,7 +43,8 @@ struct NativeVector<8> {
 };
 
 #if defined(__AVX512F__)
-/// Square roots by built-in: <immintrin.h> costs half a second of every compilation. 4: round as the machine is set.
+/// Square roots by built-in: <immintrin.h> costs half a second of every compilation. 4: round as
+/// the machine is set.
 inline NativeVector<8>::type sqrt512(NativeVector<8>::type x) {
 #if defined(__clang__)
   return __builtin_ia32_sqrtpd512(x, 4);

@@ -16,11 +16,13 @@ struct PassivityReport {
   bool passive() const { return violation <= quadrature + rounding; }
 };
 
-/// Times that do not decrease, the powers u·y and the energies H there. The power is taken as smooth between different
-/// times; give a time twice where it jumps, with the power before and after.
+/// Times that do not decrease, the powers u·y and the energies H there. The power is taken as
+/// smooth between different times; give a time twice where it jumps, with the power before and
+/// after.
 ///
-/// Each interval is integrated by the mean of the parabolas through its ends and the next sample on either side, which
-/// is exact for cubics on equal intervals; their half difference, summed over all intervals, is the error stated.
+/// Each interval is integrated by the mean of the parabolas through its ends and the next sample on
+/// either side, which is exact for cubics on equal intervals; their half difference, summed over
+/// all intervals, is the error stated.
 PassivityReport passivity(std::span<const double> times, std::span<const double> powers,
                           std::span<const double> energies);
 

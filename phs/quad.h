@@ -1,7 +1,8 @@
 #pragma once
 
-/// The 113-bit float of reference solutions, with libquadmath's names for its functions: GCC's and Clang's __float128, or, where
-/// long double has these 113 bits already (aarch64), a type of its own around it, so that the list of scalars has both.
+/// The 113-bit float of reference solutions, with libquadmath's names for its functions: GCC's and
+/// Clang's __float128, or, where long double has these 113 bits already (aarch64), a type of its
+/// own around it, so that the list of scalars has both.
 #if defined(__SIZEOF_FLOAT128__)
 
 namespace porthos::phs {

@@ -5,11 +5,12 @@
 
 namespace porthos::phs {
 
-/// The solves of an implicit method's Newton iteration: (I - z J)⁻¹ r for four complex numbers z at once, one per lane,
-/// with J = Df(x) or what the system thinks stiff of it. J decides how fast the iteration contracts, never its limit.
+/// The solves of an implicit method's Newton iteration: (I - z J)⁻¹ r for four complex numbers z at
+/// once, one per lane, with J = Df(x) or what the system thinks stiff of it. J decides how fast the
+/// iteration contracts, never its limit.
 ///
-/// A system that knows a cheap elimination offers it (System::resolvent); others are served by a dense or a Krylov
-/// solver of the integrators. Neither function allocates.
+/// A system that knows a cheap elimination offers it (System::resolvent); others are served by a
+/// dense or a Krylov solver of the integrators. Neither function allocates.
 class Resolvent {
  public:
   virtual ~Resolvent() = default;

@@ -12,7 +12,8 @@
 ///   double         one state
 ///   Pack4, Pack8   SIMD lanes: eight Gauss stages, or an ensemble
 ///   Dual           derivatives
-///   long double    64-bit significand: measures energy from value + low word without adding noise of its own
+///   long double    64-bit significand: measures energy from value + low word without adding noise
+///                  of its own
 ///   Quad           113-bit significand: reference solutions
 ///
 /// Kernels use + - * /, the functions below and select(mask, a, b); they never branch on a T.
@@ -37,12 +38,14 @@ template <class T>
 inline constexpr bool is_real =
     std::is_same_v<T, double> || std::is_same_v<T, long double> || std::is_same_v<T, Quad>;
 
-// --- select: the only conditional of a kernel -------------------------------------------------------------------
+// --- select: the only conditional of a kernel
+// -------------------------------------------------------------------
 template <class T>
 requires(!is_pack<T>) T select(bool mask, T a, T b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
 
-// --- elementary functions, one name for every scalar ------------------------------------------------------------
+// --- elementary functions, one name for every scalar
+// ------------------------------------------------------------
 inline double sqrt(double x) { return std::sqrt(x); }
 inline long double sqrt(long double x) { return std::sqrt(x); }
 inline Quad sqrt(Quad x) { return sqrtq(x); }

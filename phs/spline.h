@@ -5,12 +5,13 @@
 
 namespace porthos::phs {
 
-/// Natural cubic spline through (x_i, y_i): value and slope are continuous, the curvature too, and is 0 at both ends.
-/// Outside it goes on as a straight line (`linear`) or stays at the end value.
+/// Natural cubic spline through (x_i, y_i): value and slope are continuous, the curvature too, and
+/// is 0 at both ends. Outside it goes on as a straight line (`linear`) or stays at the end value.
 class Spline {
  public:
   enum class Outside { linear, held };
-  /// @throws InvalidArgument unless x rises, both are finite and of one length >= 2; `what` names the pair
+  /// @throws InvalidArgument unless x rises, both are finite and of one length >= 2; `what` names
+  ///   the pair
   Spline(std::vector<double> x, const std::vector<double>& y, Outside outside, const char* what);
 
   template <class T>

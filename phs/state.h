@@ -24,8 +24,9 @@ void compensated_add(T& x, T& lo, std::type_identity_t<T> d) {
   two_sum(s, e + lo, x, lo);
 }
 
-/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an integer clock:
-/// t = origin + (step - origin_step)·h, never a running sum while h stays. T: double, or the scalars of step maps.
+/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an
+/// integer clock: t = origin + (step - origin_step)·h, never a running sum while h stays. T:
+/// double, or the scalars of step maps.
 template <class T>
 struct BasicState {
   std::vector<T> x;                  ///< value, size nx
@@ -43,7 +44,8 @@ struct BasicState {
   }
   /// The time [s] when every step since origin_step had size h.
   T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
-  /// How long it is from time(h) to an instant [s]: to the last bit where the last step was off the grid.
+  /// How long it is from time(h) to an instant [s]: to the last bit where the last step was off the
+  /// grid.
   T until(double instant, T h) const {
     return origin_step == step ? T((instant - origin) - origin_lo) : T(instant) - time(h);
   }
@@ -65,8 +67,8 @@ inline constexpr double two_pi_hi = 6.283185307179586476925286766559005768394;
 inline constexpr double two_pi_lo = 2.449293598294706355e-16;  ///< 2π - two_pi_hi
 inline constexpr double pi_hi = 3.141592653589793238462643383279502884197;
 
-/// Brings every angle block back into [-π, π] with a two-word 2π. Returns true if any turn count changed.
-/// Angles beyond 1e15, inf and NaN are left alone: those are the integrator's to report.
+/// Brings every angle block back into [-π, π] with a two-word 2π. Returns true if any turn count
+/// changed. Angles beyond 1e15, inf and NaN are left alone: those are the integrator's to report.
 inline bool wrap_angles(const Description& d, State& s) {
   bool changed = false;
   size_t a = 0;

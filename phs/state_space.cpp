@@ -21,7 +21,8 @@ constexpr double infinity = 1e6;    // frequencies from there on, in units of |A
 constexpr const char* singular_pencil =
     "transfer function: the pencil sE - A is singular for every s, so that u does not determine x";
 
-/// Solves M X = B with rows and columns of M scaled to size 1, or nothing where M is singular to rounding.
+/// Solves M X = B with rows and columns of M scaled to size 1, or nothing where M is singular to
+/// rounding.
 std::optional<Real> solve(Real M, Real B) {
   const auto inverse = [](double size) { return size > 0 ? 1 / size : 1.0; };
   const Eigen::VectorXd r = M.cwiseAbs().rowwise().maxCoeff().unaryExpr(inverse);
@@ -60,8 +61,8 @@ double natural_frequency(const StateSpace& g) {
   return frequency > 0 ? frequency : 1;
 }
 
-/// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E, or nothing where
-/// the pencil is singular to rounding at three shifts, so that every s is one.
+/// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E,
+/// or nothing where the pencil is singular to rounding at three shifts, so that every s is one.
 std::optional<std::vector<ComplexNumber>> roots(const Real& E, const Real& A, double frequency) {
   for (const double part : {0.7310585786300049, 1.6180339887498949, -0.4142135623730951}) {
     const double shift = part * frequency;
@@ -77,8 +78,9 @@ std::optional<std::vector<ComplexNumber>> roots(const Real& E, const Real& A, do
   return {};
 }
 
-/// ω >= 0 where an eigenvalue of T + T* may equal γ on the line s = σ + iω, among others: s runs through the
-/// eigenvalues of the pencil whose kernel is (x, w, u), (sE - A) x = B u, (-sEᵀ - Aᵀ) w = Cᵀu, Cx + Bᵀw + (D + Dᵀ - γ)u = 0.
+/// ω >= 0 where an eigenvalue of T + T* may equal γ on the line s = σ + iω, among others: s runs
+/// through the eigenvalues of the pencil whose kernel is (x, w, u), (sE - A) x = B u, (-sEᵀ - Aᵀ) w
+/// = Cᵀu, Cx + Bᵀw + (D + Dᵀ - γ)u = 0.
 std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   const auto n = g.A.rows, m = g.D.rows;
   const Real E = view(g.E), A = view(g.A) - sigma * E, B = view(g.B), C = view(g.C), D = view(g.D);
@@ -95,7 +97,8 @@ std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   return omega;
 }
 
-/// One point inside each gap of the frequencies, one beyond them, and 0. Frequencies closer than rounding are one.
+/// One point inside each gap of the frequencies, one beyond them, and 0. Frequencies closer than
+/// rounding are one.
 std::vector<double> between(std::vector<double> omega) {
   std::erase_if(omega, [](double w) { return !std::isfinite(w); });
   std::sort(omega.begin(), omega.end());
@@ -189,7 +192,8 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
   Real Z(2 * n, 2 * n);
   Z << F, P, -Q, -F.transpose();
 
-  // Newton's iteration for the sign of Z: eigenvalues go to ±1 as their real parts say. Scaled by |det Z| at first.
+  // Newton's iteration for the sign of Z: eigenvalues go to ±1 as their real parts say. Scaled by
+  // |det Z| at first.
   const Real identity = Real::Identity(2 * n, 2 * n);
   double change = INFINITY;
   for (int i = 0; i < 60 && change > factored; ++i) {

@@ -18,10 +18,12 @@
 /// with J = -Jᵀ and R = Rᵀ >= 0, so the balance holds by structure.
 namespace porthos::phs {
 
-/// One system evaluated in the scalar T: an immutable model seen through a workspace of its own. Use one object per
-/// thread; `clone` gives another. One virtual call per whole evaluation, static inside. No evaluation allocates.
+/// One system evaluated in the scalar T: an immutable model seen through a workspace of its own.
+/// Use one object per thread; `clone` gives another. One virtual call per whole evaluation, static
+/// inside. No evaluation allocates.
 ///
-/// Sizes: x, e, dx have nx numbers, u and y have nu, invariants have description().invariant_count().
+/// Sizes: x, e, dx have nx numbers, u and y have nu, invariants have
+/// description().invariant_count().
 /// An empty u means u = 0.
 template <class T>
 class System {
@@ -36,8 +38,8 @@ class System {
   virtual void gradient(std::span<const T> x, std::span<T> e) = 0;
   /// dx = (J - R) e + G u at time t, plus the system's own sources.
   virtual void field(T t, std::span<const T> x, std::span<const T> u, std::span<T> dx) = 0;
-  /// The same for any efforts e instead of ∂H/∂x(x), as discrete gradients put them in. A resistive law that is not
-  /// linear is taken at these efforts.
+  /// The same for any efforts e instead of ∂H/∂x(x), as discrete gradients put them in. A resistive
+  /// law that is not linear is taken at these efforts.
   virtual void rate(T t, std::span<const T> x, std::span<const T> e, std::span<T> dx) = 0;
   /// e = ∂H/∂x(x) where dx = field(t, x, {}) is at hand: read off it if J allows, else gradient().
   virtual void efforts(T t, std::span<const T> x, std::span<const T> dx, std::span<T> e) {
@@ -59,20 +61,23 @@ class System {
   }
   /// The declared invariants, one after another.
   virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
-  /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no input.
+  /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no
+  /// input.
   virtual void flow(int k, T t, T h, std::span<T> x) {
     (void)t, (void)h, (void)x;
     throw InvalidArgument("system '" + description().name + "' has no partial flow " +
                           std::to_string(k));
   }
-  /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by integrators after a wrap.
+  /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by
+  /// integrators after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
-  /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes that of this one.
+  /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes
+  /// that of this one.
   virtual void sample(std::size_t i, T t, std::span<const T> x, std::span<double> memory) {
     (void)i, (void)t, (void)x, (void)memory;
   }
-  /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has none. It belongs to this
-  /// object, whose turn angles it reads, and must not outlive it.
+  /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has
+  /// none. It belongs to this object, whose turn angles it reads, and must not outlive it.
   virtual std::unique_ptr<Resolvent> resolvent() { return nullptr; }
 };
 

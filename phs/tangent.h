@@ -3,9 +3,9 @@
 
 namespace porthos::phs {
 
-/// v + d ε with ε² = 0 over any scalar T: the derivative along one direction, in lanes, in 113 bits, of duals again. Dual
-/// is the one over double that systems are instantiated in; Tangent serves code that needs a gradient inside an
-/// evaluation in T.
+/// v + d ε with ε² = 0 over any scalar T: the derivative along one direction, in lanes, in 113
+/// bits, of duals again. Dual is the one over double that systems are instantiated in; Tangent
+/// serves code that needs a gradient inside an evaluation in T.
 template <class T>
 struct Tangent {
   T v, d;
@@ -48,7 +48,8 @@ void sincos(Tangent<T> x, Tangent<T>& s, Tangent<T>& c) {
   s = {sv, cv * x.d}, c = {cv, -(sv * x.d)};
 }
 
-/// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y cancels).
+/// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y
+/// cancels).
 template <class T>
 T log1p(T y) {
   const T one(1.0), w = one + y, d = w - one;

@@ -70,8 +70,8 @@ class TimeScaleFor : public TimeScaleModel {
 ///
 ///   template <class T> T value(std::span<const T> x) const;
 ///
-/// and may have  template <class T> void gradient(std::span<const T> x, std::span<T> g) const;  without it duals give the
-/// gradient, one evaluation a coordinate, in double and lanes only.
+/// and may have  template <class T> void gradient(std::span<const T> x, std::span<T> g) const;
+/// without it duals give the gradient, one evaluation a coordinate, in double and lanes only.
 template <class S>
 class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
  public:
@@ -118,11 +118,12 @@ class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
 
 /// How fast the coordinates that have a momentum move, in units of a rate:
 ///
-///   sigma = 1 / sqrt(1 + w²/rate²),   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
+///   sigma = 1 / sqrt(1 + w²/rate²),
+///   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
 ///
-/// Between 0 and 1, even in p (time-reversible), O(n). Its gradient -sigma³/rate² D²H·(0, W q') is one gradient of H in
-/// duals, along the direction (0, W q'). Linear coordinates count only where a length is given, and what has no momentum (a
-/// motor's current) does not.
+/// Between 0 and 1, even in p (time-reversible), O(n). Its gradient -sigma³/rate² D²H·(0, W q') is
+/// one gradient of H in duals, along the direction (0, W q'). Linear coordinates count only where a
+/// length is given, and what has no momentum (a motor's current) does not.
 class RateTimeScale : public TimeScaleFor<RateTimeScale> {
  public:
   /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this.

@@ -6,8 +6,8 @@
 namespace porthos::phs {
 namespace {
 
-/// That of the original system for steps of sigma(x) dtau: the slope of sigma, which is no stiff part, is left out, and t
-/// and p_t are left as they are.
+/// That of the original system for steps of sigma(x) dtau: the slope of sigma, which is no stiff
+/// part, is left out, and t and p_t are left as they are.
 class TransformedResolvent final : public Resolvent {
  public:
   TransformedResolvent(std::unique_ptr<Resolvent> base, const TimeTransformedModel& m,

@@ -3,9 +3,10 @@
 
 /// sin and cos, branch-free and identical for double and every lane of a Pack.
 ///
-/// Reduction: x = k π/2 + r with π/2 in three 33-bit pieces, so that every k·piece is exact for |k| < 2²⁰.
-/// Polynomials on |r| <= π/4: the minimax coefficients of Sun's fdlibm 5.3 (k_sin.c, k_cos.c), which keep the
-/// result within 1 ulp. Beyond 1e5 rad (never reached by a wrapped angle) the C library is asked, lane by lane.
+/// Reduction: x = k π/2 + r with π/2 in three 33-bit pieces, so that every k·piece is exact for |k|
+/// < 2²⁰. Polynomials on |r| <= π/4: the minimax coefficients of Sun's fdlibm 5.3 (k_sin.c,
+/// k_cos.c), which keep the result within 1 ulp. Beyond 1e5 rad (never reached by a wrapped angle)
+/// the C library is asked, lane by lane.
 namespace porthos::phs {
 
 inline constexpr double trig_fast_limit = 1e5;

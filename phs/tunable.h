@@ -6,10 +6,12 @@
 
 #include "phs/system.h"
 
-/// Numbers of a system that differ from run to run of the same model: gains, masses, inputs held for a while.
+/// Numbers of a system that differ from run to run of the same model: gains, masses, inputs held
+/// for a while.
 namespace porthos::phs {
 
-/// What an evaluator (System<T>) derives from besides if it has such numbers. In lanes, each lane may have its own.
+/// What an evaluator (System<T>) derives from besides if it has such numbers. In lanes, each lane
+/// may have its own.
 template <class T>
 class Tunable {
  public:
@@ -25,7 +27,8 @@ std::span<T> parameters_of(System<T>& s) {
   return tunable ? tunable->parameters() : std::span<T>();
 }
 
-/// A model with its parameters at given values: the model of one run. Refers to the model, which must outlive it.
+/// A model with its parameters at given values: the model of one run. Refers to the model, which
+/// must outlive it.
 class TunedModel : public ModelFor<TunedModel> {
  public:
   /// @throws InvalidArgument if the model has another number of parameters

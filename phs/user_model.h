@@ -12,16 +12,25 @@
 ///
 /// and may have any of these (x, e, out sized as in System):
 ///
-///   template <class T> void gradient   (std::span<const T> x, std::span<T> e) const;              default: duals (double only)
-///   template <class T> void structure  (std::span<const T> x, std::span<const T> e, std::span<T> Je) const;   default: canonical
-///   template <class T> void dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) const;   default: zero
-///   template <class T> void input      (std::span<const T> x, std::span<const T> u, std::span<T> Gu) const;   default: no ports
-///   template <class T> void drive      (T t, std::span<const T> x, std::span<T> dx) const;        default: none; adds to the field
-///   template <class T> void invariants (std::span<const T> x, std::span<T> values) const;         default: none declared
-///   template <class T> void flow       (int k, T t, T h, std::span<T> x) const;                   default: none; exact flow of part k
-///   template <class T> void stored     (std::span<const T> x, std::span<T> values) const;         default: one storage, H
-///   template <class T> void powers     (T t, std::span<const T> x, std::span<const T> e, std::span<T> values) const;
-///                                                          default: "dissipation" eᵀRe and "drive", where there are such
+///   template <class T> void gradient   (std::span<const T> x, std::span<T> e) const;
+///       default: duals (double only)
+///   template <class T> void structure  (std::span<const T> x, std::span<const T> e, std::span<T>
+///       Je) const;   default: canonical
+///   template <class T> void dissipation(std::span<const T> x, std::span<const T> e, std::span<T>
+///       Re) const;   default: zero
+///   template <class T> void input      (std::span<const T> x, std::span<const T> u, std::span<T>
+///       Gu) const;   default: no ports
+///   template <class T> void drive      (T t, std::span<const T> x, std::span<T> dx) const;
+///       default: none; adds to the field
+///   template <class T> void invariants (std::span<const T> x, std::span<T> values) const;
+///       default: none declared
+///   template <class T> void flow       (int k, T t, T h, std::span<T> x) const;
+///       default: none; exact flow of part k
+///   template <class T> void stored     (std::span<const T> x, std::span<T> values) const;
+///       default: one storage, H
+///   template <class T> void powers     (T t, std::span<const T> x, std::span<const T> e,
+///       std::span<T> values) const;
+///       default: "dissipation" eᵀRe and "drive", where there are such
 ///
 /// y = Gᵀe is derived from `input`, so ports are collocated by construction.
 namespace porthos::phs {

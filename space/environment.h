@@ -29,17 +29,20 @@ struct Planet {
   std::optional<MagneticDipole> magnetic;
   std::optional<double> rotation_rate;  ///< [rad/s] about the axis; what needs it refuses without
 };
-/// J_2 … J_6 of the Earth, from the normalised C_n0 of EGM96 (Lemoine et al. 1998, NASA/TP-1998-206861).
+/// J_2 … J_6 of the Earth, from the normalised C_n0 of EGM96 (Lemoine et al. 1998,
+/// NASA/TP-1998-206861).
 Zonals earth_zonals();
 
-/// Positions by date, relative to the planet's centre, inertial axes [m]; t [s] from the start of the run.
+/// Positions by date, relative to the planet's centre, inertial axes [m]; t [s] from the start of
+/// the run.
 class Ephemeris {
  public:
   virtual ~Ephemeris() = default;
   virtual Vec3d position(double t) const = 0;
 };
 
-/// A perturbing body on a fixed ellipse about the planet (for the Sun: the planet's orbit seen from the planet).
+/// A perturbing body on a fixed ellipse about the planet (for the Sun: the planet's orbit seen from
+/// the planet).
 struct ThirdBody {
   std::string name;
   double mu = 0;             ///< [m³/s²]
@@ -51,10 +54,12 @@ struct ThirdBody {
 PointState<double> from_elements(double mu, double semi_major_axis, double eccentricity,
                                  double inclination, double node, double argument,
                                  double true_anomaly);
-/// Sun and Moon on mean ellipses in the equatorial axes of J2000, from their mean longitudes at the start [rad]: for the size
-/// and period of the perturbation, not for an ephemeris (that is dated_body). Against ERFA, 2026 to 2030 (ephemeris_test):
-/// the Sun is off by 0.4 degrees at most; the Moon, with its perigee and node of the date, by 3 degrees at the start, what
-/// evection and variation make; with those of J2000, the defaults, which turn once in 8.85 and 18.6 years, by 15.
+/// Sun and Moon on mean ellipses in the equatorial axes of J2000, from their mean longitudes at the
+/// start [rad]: for the size and period of the perturbation, not for an ephemeris (that is
+/// dated_body). Against ERFA, 2026 to 2030 (ephemeris_test): the Sun is off by 0.4 degrees at most;
+/// the Moon, with its perigee and node of the date, by 3 degrees at the start, what evection and
+/// variation make; with those of J2000, the defaults, which turn once in 8.85 and 18.6 years, by
+/// 15.
 ThirdBody mean_sun(double mean_longitude_at_start);
 ThirdBody mean_moon(double mean_longitude_at_start, double longitude_of_perigee = 1.4547886,
                     double longitude_of_node = 2.1824391);
@@ -79,7 +84,8 @@ struct Atmosphere {
   double area_coefficient = 0;  ///< C_D A of the spacecraft as a sphere [m²]; 0: its plates alone
 };
 
-/// Pressure of sunlight on a sphere; needs the third body "sun". Shadow: a cylinder behind the planet.
+/// Pressure of sunlight on a sphere; needs the third body "sun". Shadow: a cylinder behind the
+/// planet.
 struct SolarPressure {
   double area_coefficient = 0;  ///< C_R A [m²] of a sphere; 0: plates alone
   double at_1_au = 4.56e-6;     ///< [N/m²]
@@ -92,7 +98,8 @@ struct Environment {
   std::optional<SolarPressure> solar_pressure;
   std::vector<Plate> plates;
 
-  /// @throws InvalidArgument with one sentence: a parameter out of range, drag without a rotating planet, sunlight without a sun
+  /// @throws InvalidArgument with one sentence: a parameter out of range, drag without a rotating
+  ///   planet, sunlight without a sun
   void validate() const;
 };
 
@@ -104,7 +111,8 @@ struct Elements {
 };
 Elements elements_of(double mu, const PointState<double>& s);
 
-/// @throws InvalidArgument for a pericentre below the planet's surface, or an orbit that is not bound where one is asked
+/// @throws InvalidArgument for a pericentre below the planet's surface, or an orbit that is not
+///   bound where one is asked
 void check_orbit(const Planet& planet, const PointState<double>& start, bool bound);
 
 }  // namespace porthos::space

@@ -17,8 +17,9 @@ struct PointState {
 
 namespace kepler_detail {
 
-/// The universal functions G_1, G_2, G_3 of (β, s): G_n = sⁿ c_n(βs²) with Stumpff's c_n; G_0 = 1 - β G_2.
-/// Series where βs² is small (the closed forms of G_2, G_3 cancel there), half arguments beyond.
+/// The universal functions G_1, G_2, G_3 of (β, s): G_n = sⁿ c_n(βs²) with Stumpff's c_n; G_0 = 1 -
+/// β G_2. Series where βs² is small (the closed forms of G_2, G_3 cancel there), half arguments
+/// beyond.
 template <class T>
 void universal_functions(T beta, T s, T& G1, T& G2, T& G3) {
   const T x = beta * s * s;
@@ -52,14 +53,16 @@ void universal_functions(T beta, T s, T& G1, T& G2, T& G3) {
 
 }  // namespace kepler_detail
 
-/// The state after the time dt, of any size and sign: ellipse, parabola, hyperbola by one formula. T: double, long double
-/// or Quad. The error is a few roundings of T, times how much the motion amplifies a rounding of the start (of a large
-/// dt: the phase error of a period known to rounding).
+/// The state after the time dt, of any size and sign: ellipse, parabola, hyperbola by one formula.
+/// T: double, long double or Quad. The error is a few roundings of T, times how much the motion
+/// amplifies a rounding of the start (of a large dt: the phase error of a period known to
+/// rounding).
 ///
-/// The universal Kepler equation is solved by Laguerre's iteration inside a bracket, to stagnation; Newton's or
-/// Laguerre's alone may leave the root at high eccentricity. Position and velocity are moved by their increments
-/// (f - 1, g, f', g' - 1), so that a short step costs no digits.
-/// Source: Stumpff 1947; Conway 1986 (Celest. Mech. 39); Wisdom, Hernandez 2015 (MNRAS 453), equations 15 to 27.
+/// The universal Kepler equation is solved by Laguerre's iteration inside a bracket, to stagnation;
+/// Newton's or Laguerre's alone may leave the root at high eccentricity. Position and velocity are
+/// moved by their increments (f - 1, g, f', g' - 1), so that a short step costs no digits. Source:
+/// Stumpff 1947; Conway 1986 (Celest. Mech. 39); Wisdom, Hernandez 2015 (MNRAS 453), equations 15
+/// to 27.
 /// @throws InvalidArgument if no root is found: the start is at the centre, or not finite
 template <class T>
 PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {

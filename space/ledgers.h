@@ -7,17 +7,21 @@
 
 #include "space/orbit.h"
 
-/// The books of a spacecraft in orbit. Energy stands in three places, each with a ledger of its own; none is a total.
+/// The books of a spacecraft in orbit. Energy stands in three places, each with a ledger of its
+/// own; none is a total.
 ///
 ///   orbital    E = m (v²/2 - μ/r)            defect = E - E(0) - Σ works on the orbit
-///   internal   H of the mechanism            defect = H - H(0) - Σ its own works - work of the gradient   (the run's ledger)
-///   coupling   V of the gravity gradient     defect = V - V(0) + its work on the orbit + its work on the internal motion
+///   internal   H of the mechanism            defect = H - H(0) - Σ its own works
+///                                            - work of the gradient   (the run's ledger)
+///   coupling   V of the gravity gradient     defect = V - V(0) + its work on the orbit
+///                                            + its work on the internal motion
 /// and where the planet is no point
 ///   harmonics  V of the zonal harmonics      defect = V - V(0) + its work on the orbit
 ///
-/// A kick changes momenta at fixed positions, so its work on either side is known to rounding and the first two defects
-/// show the errors of the Kepler flow and of the internal integrator alone. The others show the error of the splitting.
-/// The angular momentum about the centre of mass has a ledger too: L - L(0) - Σ torque impulses.
+/// A kick changes momenta at fixed positions, so its work on either side is known to rounding and
+/// the first two defects show the errors of the Kepler flow and of the internal integrator alone.
+/// The others show the error of the splitting. The angular momentum about the centre of mass has a
+/// ledger too: L - L(0) - Σ torque impulses.
 namespace porthos::space {
 
 /// A sum of double length that checkpoints can hold.
@@ -72,8 +76,8 @@ class SpaceLedgers {
   /// At the end of a step.
   void look(const Reading& r);
   SpaceReport report() const;
-  /// What stands in the books now: energy and defect of the orbital ledger, the coupling, the harmonics [J], and the size
-  /// of what is left of the angular momentum [kg m²/s].
+  /// What stands in the books now: energy and defect of the orbital ledger, the coupling, the
+  /// harmonics [J], and the size of what is left of the angular momentum [kg m²/s].
   static constexpr size_t reading_size = 7;
   std::array<double, reading_size> now() const;
 

@@ -14,9 +14,10 @@ using mechanics::Vec3;
 /// Offsets of the free base's blocks in q and in p: position, then attitude.
 inline constexpr int base_position = 0, base_attitude = 3;
 
-/// Poses relative to the common centre of mass, in the axes of the first body (the base), and what wrenches on the links
-/// give to the joints. The forces must sum to zero, which they do to rounding in a frame that falls with the centre of
-/// mass; the rest is not let into the translation: the linear momenta of all trees keep their sum of zero exactly.
+/// Poses relative to the common centre of mass, in the axes of the first body (the base), and what
+/// wrenches on the links give to the joints. The forces must sum to zero, which they do to rounding
+/// in a frame that falls with the centre of mass; the rest is not let into the translation: the
+/// linear momenta of all trees keep their sum of zero exactly.
 template <class T>
 class LinkForces {
  public:
@@ -25,7 +26,8 @@ class LinkForces {
     mechanics::Vec3d c;         ///< in the node's frame
     mechanics::Sym3<double> I;  ///< about c, node's axes
   };
-  /// @throws InvalidArgument unless every tree of the mechanism is free, the base first, without uniform gravity
+  /// @throws InvalidArgument unless every tree of the mechanism is free, the base first, without
+  ///   uniform gravity
   explicit LinkForces(const Mechanism& m);
 
   /// At coordinates q: poses; all wrenches zero.

@@ -66,7 +66,8 @@ std::optional<double> OrbitMotion::drift_above_surface(OrbitPoint& p, OrbitReal 
       return {};  // at the centre
     }
   };
-  // Below the surface, or beyond a pericentre: where an orbit with one below has passed the surface before.
+  // Below the surface, or beyond a pericentre: where an orbit with one below has passed the surface
+  // before.
   const bool sank = sinks(p);
   const auto beyond = [&](const std::optional<OrbitPoint>& a) {
     return !a || mechanics::norm(a->r) < radius || (sank && !sinks(*a));

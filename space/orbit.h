@@ -6,14 +6,15 @@
 
 #include "space/environment.h"
 
-/// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by everything else.
+/// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by everything
+/// else.
 namespace porthos::space {
 
 struct SplitScheme;
 class Surfaces;
 
-/// The scalar orbits are moved in: a 64-bit significand, stored as value + low word. One rounding of a 7000 km position
-/// is then 4e-13 m, where a double's is 9e-10 m.
+/// The scalar orbits are moved in: a 64-bit significand, stored as value + low word. One rounding
+/// of a 7000 km position is then 4e-13 m, where a double's is 9e-10 m.
 using OrbitReal = long double;
 using OrbitPoint = PointState<OrbitReal>;
 
@@ -38,15 +39,17 @@ class OrbitMotion {
   /// The Kepler flow over dt, exactly.
   void drift(OrbitPoint& p, OrbitReal dt) const { p = kepler_flow(mu_, p, dt); }
 
-  /// drift(), unless the way leads below the planet's surface: then p stays, and the time until there is returned [s]. The
-  /// whole way is looked at, so that a fall through the planet between two steps is seen. |dt|: less than half a revolution.
+  /// drift(), unless the way leads below the planet's surface: then p stays, and the time until
+  /// there is returned [s]. The whole way is looked at, so that a fall through the planet between
+  /// two steps is seen. |dt|: less than half a revolution.
   std::optional<double> drift_above_surface(OrbitPoint& p, OrbitReal dt) const;
 
-  /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`: acceleration of the
-  /// centre of mass by the gravity gradient. Drag, which depends on the velocity, is taken at the mean of both ends
-  /// (implicit midpoint). works: written; their sum is the change of m v²/2 to rounding, whatever the step.
-  /// surfaces: plates at their attitude, whose forces are added; null: none
-  /// correction: c h³ of a corrected splitting, by which the kick of the harmonics a is added to as (a·∂)a
+  /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`:
+  /// acceleration of the centre of mass by the gravity gradient. Drag, which depends on the
+  /// velocity, is taken at the mean of both ends (implicit midpoint). works: written; their sum is
+  /// the change of m v²/2 to rounding, whatever the step. surfaces: plates at their attitude, whose
+  /// forces are added; null: none correction: c h³ of a corrected splitting, by which the kick of
+  /// the harmonics a is added to as (a·∂)a
   void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
             OrbitWorks& works, Surfaces* surfaces = nullptr, OrbitReal correction = 0) const;
 
@@ -69,7 +72,8 @@ class OrbitMotion {
   bool zonal_, perturbed_;
 };
 
-/// An orbit alone, with its books: E(t) - E(0) = Σ works to rounding, and the zonal potential of the scheme's order.
+/// An orbit alone, with its books: E(t) - E(0) = Σ works to rounding, and the zonal potential of
+/// the scheme's order.
 class OrbitPropagator {
  public:
   OrbitPropagator(Environment environment, double mass, const PointState<double>& start, double h,
@@ -82,7 +86,8 @@ class OrbitPropagator {
   double work(OrbitSource s) const { return sum_[size_t(s)] + low_[size_t(s)]; }
   /// E - E(0) - Σ works [J]: rounding alone.
   double energy_defect() const;
-  /// V_zonal - V_zonal(0) + work of the zonals [J]: the splitting's error, bounded where it is symplectic.
+  /// V_zonal - V_zonal(0) + work of the zonals [J]: the splitting's error, bounded where it is
+  /// symplectic.
   double zonal_defect() const;
 
  private:

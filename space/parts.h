@@ -14,7 +14,8 @@ using mechanics::Pose;
 using mechanics::Vec3;
 using mechanics::Vec3d;
 
-/// When something is on: from the first instant to the second, from the third to the fourth, and so on.
+/// When something is on: from the first instant to the second, from the third to the fourth, and so
+/// on.
 class Schedule {
  public:
   /// Always on.
@@ -25,8 +26,9 @@ class Schedule {
   /// @throws InvalidArgument unless 0 < width < period and 1 <= count <= 1e6
   static Schedule pulses(double start, double period, double width, long count);
 
-  /// 1 inside, 0 outside, and ½ at the instants of switching: a method whose stages fall on both ends of its steps, with
-  /// equal weights, then gives an interval of whole steps its whole impulse. At an instant: within rounding of t.
+  /// 1 inside, 0 outside, and ½ at the instants of switching: a method whose stages fall on both
+  /// ends of its steps, with equal weights, then gives an interval of whole steps its whole
+  /// impulse. At an instant: within rounding of t.
   double at(double t) const;
   /// Seconds on from 0 to t.
   double on_time(double t) const;
@@ -49,10 +51,11 @@ struct Thruster {
   double specific_impulse = 0;  ///< [s]; 0: not given. The mass of the links stays what it is.
 };
 
-/// A magnetic torquer: a rod on the free base with a dipole m d along a fixed direction d; torque m d × B.
-/// Its dipole is a signal, or what unloads wheels: m = (k/|B|²) d·(h × B), h the momentum the wheels hold in the base's
-/// axes, within a limit by L tanh(m/L). Three rods at right angles give the torque -k h⊥, h⊥ the part of h across B.
-/// Source: Stickler, Alfriend 1976, J. Spacecraft 13(5), the cross-product law.
+/// A magnetic torquer: a rod on the free base with a dipole m d along a fixed direction d; torque m
+/// d × B. Its dipole is a signal, or what unloads wheels: m = (k/|B|²) d·(h × B), h the momentum
+/// the wheels hold in the base's axes, within a limit by L tanh(m/L). Three rods at right angles
+/// give the torque -k h⊥, h⊥ the part of h across B. Source: Stickler, Alfriend 1976, J. Spacecraft
+/// 13(5), the cross-product law.
 struct Torquer {
   std::string name;
   Vec3d direction{1, 0, 0};         ///< in the base's axes; unit
@@ -62,15 +65,18 @@ struct Torquer {
   std::vector<std::string> wheels;  ///< joints that turn on the base
 };
 
-/// A soft latch: springs and dampers in six freedoms between a frame on a link and one on another body.
+/// A soft latch: springs and dampers in six freedoms between a frame on a link and one on another
+/// body.
 ///
-/// With A, B the frames' axes in the world (columns a_i, b_i) and d from the origin of A to that of B,
+/// With A, B the frames' axes in the world (columns a_i, b_i) and d from the origin of A to that of
+/// B,
 ///   U = ¼ (dᵀA K Aᵀd + dᵀB K Bᵀd) + ½ Σ g_i |a_i - b_i|²,   g = ½ tr(Q) - Q_i,
-/// K the stiffnesses along the axes, Q those about them: for small turns θ it is ½ dᵀKd + ½ θᵀQθ. It is the same whichever
-/// body is called A, and smooth for turns short of π. Force and moment are its exact gradients: one wrench on B and the
-/// opposite on A, so that momenta are kept to rounding. The damper acts at the point midway between the origins, on the
-/// twist of B relative to A there. At rest both frames coincide.
-/// Source: the energy of turning is -tr(G R) of Fasse, Broenink 1997 (IEEE T. Robotics 13), as springs between the axes' tips.
+/// K the stiffnesses along the axes, Q those about them: for small turns θ it is ½ dᵀKd + ½ θᵀQθ.
+/// It is the same whichever body is called A, and smooth for turns short of π. Force and moment are
+/// its exact gradients: one wrench on B and the opposite on A, so that momenta are kept to
+/// rounding. The damper acts at the point midway between the origins, on the twist of B relative to
+/// A there. At rest both frames coincide. Source: the energy of turning is -tr(G R) of Fasse,
+/// Broenink 1997 (IEEE T. Robotics 13), as springs between the axes' tips.
 struct SoftLatch {
   std::string name, link, body;
   Pose on_link{Mat3<double>::identity(), {0, 0, 0}}, on_body{Mat3<double>::identity(), {0, 0, 0}};
@@ -86,22 +92,25 @@ struct Parts {
   bool any() const { return !thrusters.empty() || !torquers.empty() || !latches.empty(); }
 };
 
-/// Of a wheel on the base: its joint's coordinate, whose momentum p it holds, and its axis in the base.
+/// Of a wheel on the base: its joint's coordinate, whose momentum p it holds, and its axis in the
+/// base.
 struct WheelAxis {
   int q;
   Vec3d axis;
 };
 
-/// A mechanism with such parts: a port-Hamiltonian system with the mechanism's state and joint ports (then a body port
-/// "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per place). Each latch is a storage "<name>" and a loss
-/// "<name>.damping", each thruster and torquer a source of its name. Besides, the impulse each source gives is integrated
-/// along as observed powers "<name>.impulse.x" … [N s] (thrusters) and "<name>.angular_impulse.x" … [N m s, about the world's
-/// origin], in world axes: the momenta less these are kept.
-/// Cost over the mechanism: one placing of the bodies, and two passes for body ports.
+/// A mechanism with such parts: a port-Hamiltonian system with the mechanism's state and joint
+/// ports (then a body port "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per place).
+/// Each latch is a storage "<name>" and a loss "<name>.damping", each thruster and torquer a source
+/// of its name. Besides, the impulse each source gives is integrated along as observed powers
+/// "<name>.impulse.x" … [N s] (thrusters) and "<name>.angular_impulse.x" … [N m s, about the
+/// world's origin], in world axes: the momenta less these are kept. Cost over the mechanism: one
+/// placing of the bodies, and two passes for body ports.
 class PartsModel : public phs::ModelFor<PartsModel> {
  public:
-  /// @throws InvalidArgument naming the part: unknown links, a latch between a body and itself, numbers out of range,
-  ///   torquers without a free base or a field, wheels that do not turn on the base
+  /// @throws InvalidArgument naming the part: unknown links, a latch between a body and itself,
+  ///   numbers out of range, torquers without a free base or a field, wheels that do not turn on
+  ///   the base
   PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechanical, Parts parts);
 
   const phs::Description& description() const override { return description_; }
@@ -131,15 +140,18 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   phs::Description description_;
 };
 
-/// The accounts of thrusters and torquers in a system's books, in the order above: works, then impulses.
+/// The accounts of thrusters and torquers in a system's books, in the order above: works, then
+/// impulses.
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
 
-/// Torque of a rod on the base, in its axes [N m]: B the field there in the same axes [T], x the state, nq its positions.
+/// Torque of a rod on the base, in its axes [N m]: B the field there in the same axes [T], x the
+/// state, nq its positions.
 template <class T>
 Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
                   std::span<const T> x, size_t nq, const Vec3<T>& B);
 
-/// Axes and momenta of wheels on the free base. @throws InvalidArgument beginning with `who` for a joint that does not turn on it
+/// Axes and momenta of wheels on the free base. @throws InvalidArgument beginning with `who` for a
+/// joint that does not turn on it
 std::vector<WheelAxis> wheel_axes(const mechanics::Mechanism& m, const std::string& who,
                                   const std::vector<std::string>& joints);
 

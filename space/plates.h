@@ -5,24 +5,29 @@
 #include "space/environment.h"
 #include "space/link_forces.h"
 
-/// Drag and sunlight on flat plates of a spacecraft's links: forces and torques that depend on the attitude.
+/// Drag and sunlight on flat plates of a spacecraft's links: forces and torques that depend on the
+/// attitude.
 namespace porthos::space {
 
-/// What a kick asks of a surface: positions stand still, so its forces depend on the orbit's velocity and the Sun alone.
+/// What a kick asks of a surface: positions stand still, so its forces depend on the orbit's
+/// velocity and the Sun alone.
 class Surfaces {
  public:
   virtual ~Surfaces() = default;
-  /// The whole force in a stream of density ρ [kg/m³] that passes at `through` = v - wind [m/s], inertial axes [N].
+  /// The whole force in a stream of density ρ [kg/m³] that passes at `through` = v - wind [m/s],
+  /// inertial axes [N].
   virtual Vec3d drag(const Vec3d& through, double density) = 0;
-  /// The whole force of light of a pressure [N/m²] from the unit direction `to_sun`, inertial axes [N].
+  /// The whole force of light of a pressure [N/m²] from the unit direction `to_sun`, inertial axes
+  /// [N].
   virtual Vec3d light(const Vec3d& to_sun, double pressure) = 0;
 };
 
 /// On each plate with outward normal n, area A, at its centre of pressure:
-///   drag       -½ ρ C_D A (n·v/|v|)⁺ |v| v,      v: of the centre of mass through the air (a link's own motion is 1e-5 of it)
+///   drag       -½ ρ C_D A (n·v/|v|)⁺ |v| v,      v: of the centre of mass through the air
+///              (a link's own motion is 1e-5 of it)
 ///   sunlight   -P A (n·s)⁺ [(1 - ρ_s) s + 2 (ρ_s n·s + ρ_d/3) n],      s: towards the Sun
-/// Plates do not shade each other. As the frame falls with the centre of mass, each link feels in return its share of the
-/// whole force, -m_i F/m: what is left are torques and joint forces.
+/// Plates do not shade each other. As the frame falls with the centre of mass, each link feels in
+/// return its share of the whole force, -m_i F/m: what is left are torques and joint forces.
 /// Source: Wertz 1978, section 17.2, equations 17-52 and 17-57.
 class PlateForces final : public Surfaces {
  public:

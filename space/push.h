@@ -8,25 +8,25 @@
 
 namespace porthos::space {
 
-/// Field of the planet's dipole at r and t, inertial axes [T]: B0 (a/r)³ (k - 3 (k·u) u), k its north, B0 the size at the
-/// equator and a the planet's radius. A tilted one turns with the planet.
+/// Field of the planet's dipole at r and t, inertial axes [T]: B0 (a/r)³ (k - 3 (k·u) u), k its
+/// north, B0 the size at the equator and a the planet's radius. A tilted one turns with the planet.
 /// @throws InvalidArgument for a planet without a dipole
 Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t);
 
-/// Thrusters and torquers of a spacecraft in orbit: kicks at fixed positions. A thrust moves the centre of mass; on the
-/// internal motion, whose linear momentum stays zero, acts what is left of it there: the thrust on its link and -m_i/m of it
-/// on each link's centre.
+/// Thrusters and torquers of a spacecraft in orbit: kicks at fixed positions. A thrust moves the
+/// centre of mass; on the internal motion, whose linear momentum stays zero, acts what is left of
+/// it there: the thrust on its link and -m_i/m of it on each link's centre.
 class OrbitPush {
  public:
   /// @throws InvalidArgument as PartsModel; for torquers about a planet without a field
   OrbitPush(const mechanics::Mechanism& m, const Parts& parts, const Planet& planet);
 
-  /// At the state x = (q, p, ...) with the centre of mass at R; the thrusters are as they are at `when`, the middle of a
-  /// step, whatever the instant t of the kick.
+  /// At the state x = (q, p, ...) with the centre of mass at R; the thrusters are as they are at
+  /// `when`, the middle of a step, whatever the instant t of the kick.
   void evaluate(std::span<const double> x, const Vec3d& R, double t, double when);
   size_t count() const { return pushes_.size(); }
-  /// Joint forces of one part, size nv; of the base the torque about the centre of mass, and the force that keeps the sum
-  /// over all that floats zero.
+  /// Joint forces of one part, size nv; of the base the torque about the centre of mass, and the
+  /// force that keeps the sum over all that floats zero.
   std::span<const double> joint_forces(size_t k) const { return pushes_[k].force; }
   /// Force on the centre of mass and torque about it, inertial axes [N, N m].
   const Vec3d& force(size_t k) const { return pushes_[k].on_centre; }

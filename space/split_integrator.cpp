@@ -134,7 +134,8 @@ void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
     for (size_t i = 0; i < nq_; ++i) extra_[i] += sign * weight / (2 * step) * slope_[i];
   }
   gradient_.evaluate(mu, q_, R);
-  // The lift of a body momentum has no part along the quaternion; the momenta of all trees sum to zero.
+  // The lift of a body momentum has no part along the quaternion; the momenta of all trees sum to
+  // zero.
   double others[3] = {0, 0, 0};
   for (const size_t root : roots_) {
     const size_t a = root + base_attitude;

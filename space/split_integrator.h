@@ -13,18 +13,22 @@ struct SplitOptions {
   integrators::Options options = {};   ///< of that method
 };
 
-/// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the centre of mass drifts by
-/// the exact Kepler flow while the internal motion is stepped by a method of the catalogue; in between, kicks by all that
-/// couples them or perturbs the orbit, at fixed positions. The step is set by the internal motion, not by the orbit.
-/// A corrected scheme takes away what the uncorrected one adds to the energy it keeps, c h² Fᵀ M⁻¹ F with F = -∂V/∂q: half a step's
-/// kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first term by a central difference; on the
-/// orbit that of the harmonics. The reaction of the internal correction on the orbit, 1e-13 of the one there is, is left out.
+/// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the
+/// centre of mass drifts by the exact Kepler flow while the internal motion is stepped by a method
+/// of the catalogue; in between, kicks by all that couples them or perturbs the orbit, at fixed
+/// positions. The step is set by the internal motion, not by the orbit. A corrected scheme takes
+/// away what the uncorrected one adds to the energy it keeps, c h² Fᵀ M⁻¹ F with F = -∂V/∂q: half a
+/// step's kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first
+/// term by a central difference; on the orbit that of the harmonics. The reaction of the internal
+/// correction on the orbit, 1e-13 of the one there is, is left out.
 ///
-/// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the centre of mass; its work
-/// on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and booked (ledgers.h).
+/// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the
+/// centre of mass; its work on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and
+/// booked (ledgers.h).
 class SplitIntegrator final : public integrators::Integrator {
  public:
-  /// The model must outlive it. @throws InvalidArgument for an unknown splitting or method, or a splitting that steps
+  /// The model must outlive it. @throws InvalidArgument for an unknown splitting or method, or a
+  /// splitting that steps
   ///   backwards for a damped internal motion
   SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& options = {});
 

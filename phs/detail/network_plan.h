@@ -43,8 +43,8 @@ struct Network::Plan {
     LawPtr law;
     HoldPtr hold = nullptr;         ///< null: continuous
     std::vector<int> sensors = {};  ///< rows of the outputs it sees besides its port's
-    std::vector<int> encoder =
-        {};  ///< per component the coordinate whose differences are its mean flow; empty: the flow itself
+    /// per component the coordinate whose differences are its mean flow; empty: the flow itself
+    std::vector<int> encoder = {};
   };
   struct Spring {
     std::string name;

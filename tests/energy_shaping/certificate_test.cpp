@@ -114,7 +114,8 @@ TEST(Certify, BasinOfTheAcrobotAgainstRuns) {
     EXPECT_TRUE(run.finished);
     keeps("H_d left, relative", (run.H.back() - rest) / (run.H.front() - rest), 1e-2);
   }
-  // The control of 3.13: with these gains the run from 0.5 rad leaves. It must lie outside the basin found.
+  // The control of 3.13: with these gains the run from 0.5 rad leaves. It must lie outside the
+  // basin found.
   Acrobot d{.ku = 400, .kv = 5};
   d.a3 = 2 / (1 - std::sqrt(d.c1 / d.c2));
   const auto stiff = acrobot(d);
@@ -125,7 +126,8 @@ TEST(Certify, BasinOfTheAcrobotAgainstRuns) {
   EXPECT_EQ(c.item("run, continuous").finding, Finding::fails);
 }
 
-// A slow controller destroys what the continuous one has: the certificate shows the energy the hold puts in.
+// A slow controller destroys what the continuous one has: the certificate shows the energy the hold
+// puts in.
 TEST(Certify, SampledUse) {
   const auto loop = cart_pole({});
   auto o = options_of(*loop, {0.5, 0, 0, 0}, 10);

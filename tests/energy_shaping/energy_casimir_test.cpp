@@ -1,4 +1,5 @@
-// Energy and Casimirs: what a dynamic controller shapes, the dissipation obstacle, and laws paid from a tank.
+// Energy and Casimirs: what a dynamic controller shapes, the dissipation obstacle, and laws paid
+// from a tank.
 #include "energy_shaping/interconnection.h"
 
 #include "phs/check.h"
@@ -56,7 +57,8 @@ TEST(EnergyCasimir, ASpringForAControllerHoldsALoad) {
   EXPECT_EQ(loop.certificate().item("damped directions").value, 1);
   keeps("the tie: off from the angle",
         std::fabs(std::fabs(loop.ties()(0, 0)) - 1) + std::fabs(loop.ties()(0, 1)), 1e-12);
-  // Started on the leaf it ends at x*, H_d falls all the way; started off the leaf it ends elsewhere.
+  // Started on the leaf it ends at x*, H_d falls all the way; started off the leaf it ends
+  // elsewhere.
   const auto end_of = [&](Vec x0, double& rise) {
     const auto method = integrators::make_integrator("gonzalez", *loop.loop(), 0.01);
     phs::State s(loop.loop()->description(), std::move(x0));

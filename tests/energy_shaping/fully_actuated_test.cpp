@@ -1,4 +1,5 @@
-// Potential shaping and damping injection, in joints, in the world, on SO(3), with a floating base; tracking.
+// Potential shaping and damping injection, in joints, in the world, on SO(3), with a floating base;
+// tracking.
 #include <random>
 
 #include "energy_shaping/derivatives.h"
@@ -27,7 +28,8 @@ PotentialShaping joint_springs(const test::ModelPtr& m, double k, double d, Vec 
   return s;
 }
 
-/// The greatest relative difference between the plant under the law and the target; p scaled by `momentum`.
+/// The greatest relative difference between the plant under the law and the target; p scaled by
+/// `momentum`.
 double law_against_target(const ClosedLoop& loop, double momentum = 1) {
   const auto target = loop.loop<double>();
   const auto plant = loop.plant().instantiate<double>();
@@ -70,7 +72,8 @@ TEST(FullyActuated, RegulationInJointSpace) {
   keeps("H_d balance [J]", std::fabs(run.injected), 1e-5);
 }
 
-// The law as met in textbooks: the gradient with the wrong sign, and the plant's damping subtracted once more.
+// The law as met in textbooks: the gradient with the wrong sign, and the plant's damping subtracted
+// once more.
 TEST(Negative, TextbookLawMakesASaddle) {
   const auto model = test::arm(1, 0.5, 0);
   const double k = 3, kd = 2, d = 0.5;

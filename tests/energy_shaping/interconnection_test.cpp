@@ -1,4 +1,5 @@
-// Control by interconnection with Casimirs, the dissipation obstacle, tanks, swing-up; and the program of the docs page.
+// Control by interconnection with Casimirs, the dissipation obstacle, tanks, swing-up; and the
+// program of the docs page.
 #include <random>
 
 #include "energy_shaping/certify.h"
@@ -11,8 +12,9 @@ namespace {
 
 using test::breaks, test::keeps, test::refusal, test::Vec;
 
-// A dynamic controller as a port-Hamiltonian system, a spring whose elongation is the controller's state. The Casimir
-// elongation - angle is found, and with it H + H_c is a function of the plant's state alone.
+// A dynamic controller as a port-Hamiltonian system, a spring whose elongation is the controller's
+// state. The Casimir elongation - angle is found, and with it H + H_c is a function of the plant's
+// state alone.
 TEST(Interconnection, CasimirShapesTheEnergy) {
   const auto arm = test::arm(1, 0.1, 0);
   phs::Network n("arm with a spring for a controller");
@@ -38,8 +40,8 @@ TEST(Interconnection, CasimirShapesTheEnergy) {
   keeps("angle after 20 s", std::fabs(s.x[0]), 1e-3);
 }
 
-// The dissipation obstacle: a coordinate with damping on it has no Casimir with the controller. A leaky spring (a resistor
-// in series) lets its elongation slip, and none is found.
+// The dissipation obstacle: a coordinate with damping on it has no Casimir with the controller. A
+// leaky spring (a resistor in series) lets its elongation slip, and none is found.
 TEST(Interconnection, DissipationObstacle) {
   const auto casimirs = [](bool resistive) {
     phs::Network n(
@@ -51,7 +53,8 @@ TEST(Interconnection, DissipationObstacle) {
     if (resistive) n.resist("R", "winding.body", phs::viscous(0.5));
     return n.build()->casimirs().size();
   };
-  // Charges of both capacitors move together, damped or not: R grad C = 0. The flux has no Casimir either way.
+  // Charges of both capacitors move together, damped or not: R grad C = 0. The flux has no Casimir
+  // either way.
   EXPECT_EQ(casimirs(false), 1u);
   EXPECT_EQ(casimirs(true), 1u);
   phs::Network n(
@@ -88,7 +91,8 @@ TEST(Interconnection, TankKeepsItsBoundsAndItsBooks) {
   EXPECT_NE(refusal([] { EnergyTank(3, 0.5, 2); }), "");
 }
 
-// Stiffening a loaded spring costs ½ k' φ² θ'. Paid from the tank the sum never rises; for nothing, energy comes from nowhere.
+// Stiffening a loaded spring costs ½ k' φ² θ'. Paid from the tank the sum never rises; for nothing,
+// energy comes from nowhere.
 TEST(Interconnection, StiffnessChangePaidByTheTank) {
   const auto gain = [](bool pay) {
     EnergyTank tank(0.2, 0, 1, 0.01);
@@ -127,7 +131,8 @@ TEST(ReferenceRuns, EnergySwingUp) {  // numbers of the DFKI torque-limited pend
   without.kick = 0;
   EXPECT_NE(refusal([&] { without.check_start(0, 0); }).find("stuck"), std::string::npos);
   law.check_start(0, 0);
-  // As published: dt = 10 ms held, Runge-Kutta; here until |q - π| < 0.1 and |q'| < 1, where a regulator would take over.
+  // As published: dt = 10 ms held, Runge-Kutta; here until |q - π| < 0.1 and |q'| < 1, where a
+  // regulator would take over.
   const auto up = [&](const EnergySwingUp& u_law) {
     double q = 0, v = 0;
     for (int i = 0; i < 2000; ++i) {

@@ -1,4 +1,5 @@
-// The machine itself: axioms, matching on plants it was not written for, and everything it must refuse.
+// The machine itself: axioms, matching on plants it was not written for, and everything it must
+// refuse.
 #include <random>
 
 #include "energy_shaping/plant.h"
@@ -109,7 +110,8 @@ TEST(Matching, FrictionOfThePlant) {
   const auto model = std::make_shared<mechanics::MechanicalModel>(acrobot_of_bodies(0.05));
   Acrobot d = Acrobot::of(*model, 9.8);
   d.ku = 200, d.kv = 2;
-  // An unactuated joint with friction: sym(D M⁻¹M_d) is indefinite here, which must be found and refused.
+  // An unactuated joint with friction: sym(D M⁻¹M_d) is indefinite here, which must be found and
+  // refused.
   const auto why = refusal([&] { (void)acrobot(d, model, {}, "elbow.torque"); });
   EXPECT_NE(why.find("damping >= 0 fails"), std::string::npos) << why;
   std::printf("  %s\n", why.c_str());
@@ -172,7 +174,8 @@ TEST(Matching, RefusesWithTheReason) {
   }
 }
 
-// A heavy first link: the published design does not apply, and says so (numbers of the DFKI acrobot, design C.1).
+// A heavy first link: the published design does not apply, and says so (numbers of the DFKI
+// acrobot, design C.1).
 TEST(Matching, AcrobotThatIsNotApplicable) {
   const double m2 = 0.62557, l1 = 0.2, I1 = 0.031887, I2 = 0.050870;
   const auto why = refusal([&] {
@@ -190,8 +193,8 @@ TEST(Negative, AcrobotWithLowStiffnessIsRefused) {
   }
 }
 
-// The same design as a run that settles, but stiffer: H_d falls all the time, and still the state leaves. The rest point
-// is a local minimum of a V_d that is not bounded below.
+// The same design as a run that settles, but stiffer: H_d falls all the time, and still the state
+// leaves. The rest point is a local minimum of a V_d that is not bounded below.
 TEST(Negative, AcrobotLeavesItsBasin) {
   Acrobot d{.ku = 400, .kv = 5};
   d.a3 = 2 / (1 - std::sqrt(d.c1 / d.c2));
@@ -289,7 +292,8 @@ TEST(Matching, J2CanBeSolvedFor) {
          spoilt.certificate().item("matching, kinetic energy").value, 1e-4);
 }
 
-// With a discrete gradient H_d never rises by more than rounding, step for step; Runge-Kutta at that step does worse.
+// With a discrete gradient H_d never rises by more than rounding, step for step; Runge-Kutta at
+// that step does worse.
 TEST(Monotone, DiscreteGradientSteps) {
   struct Case {
     std::string name;

@@ -1,4 +1,5 @@
-// Postures in the null space of a task: leakage by the inverse that is used, the tank's bounds, the energy of the loop.
+// Postures in the null space of a task: leakage by the inverse that is used, the tank's bounds, the
+// energy of the loop.
 #include "energy_shaping/null_space.h"
 
 #include <random>
@@ -35,7 +36,8 @@ PotentialShaping hold_hand(const test::ModelPtr& m, const std::string& link, con
   return s;
 }
 
-/// Task acceleration by a posture's force projected by another inverse, Moore and Penrose's, over that not projected.
+/// Task acceleration by a posture's force projected by another inverse, Moore and Penrose's, over
+/// that not projected.
 double leak_of_moore_penrose(const NullSpaceLoop& loop, const Vec& q, const Vec& tau) {
   const auto& m = loop.task().mechanical().mechanism();
   const size_t n = q.size(), r = loop.rows().size();
@@ -163,7 +165,8 @@ TEST(NullSpace, ThePostureSettlesAndTheHandStays) {
   keeps("rise of H_d in a step [J]", o.rise, 1e-12);
   keeps("tank, below its lower bound [J]", loop.posture().least - o.low, 0);
   keeps("tank, above its upper bound [J]", o.high - loop.posture().most, 0);
-  // A tank that starts full spills, one that starts empty and is not filled lets the posture pull at the hand.
+  // A tank that starts full spills, one that starts empty and is not filled lets the posture pull
+  // at the hand.
   const auto full = run(NullSpaceLoop(m, task, elsewhere(8, 1)), "gonzalez", 10);
   keeps("full tank: above its upper bound [J]", full.high - 8, 0);
   keeps("full tank: rise of H_d in a step [J]", full.rise, 1e-12);

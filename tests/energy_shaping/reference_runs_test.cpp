@@ -6,8 +6,8 @@ namespace {
 
 using test::agrees, test::keeps, test::law_at, test::run_loop, test::Vec;
 
-// Reference states were made by a Runge-Kutta method of order 4 with h = 2.5 to 10 ms and printed to 6 to 10 digits: both
-// limit the agreement.
+// Reference states were made by a Runge-Kutta method of order 4 with h = 2.5 to 10 ms and printed
+// to 6 to 10 digits: both limit the agreement.
 TEST(ReferenceRuns, InertiaWheelPendulum) {
   const InertiaWheelPendulum d;
   const auto loop = inertia_wheel_pendulum(d);
@@ -29,7 +29,8 @@ TEST(ReferenceRuns, InertiaWheelPendulum) {
   }
 }
 
-// The published law: u = γ1 sin q1 + kp (q2 + γ2 q1) + kv k3 (p2 + k4 p1), γ1 = 30, γ2 = 4.5, kp = 3.75.
+// The published law: u = γ1 sin q1 + kp (q2 + γ2 q1) + kv k3 (p2 + k4 p1), γ1 = 30, γ2 = 4.5, kp =
+// 3.75.
 TEST(ReferenceRuns, InertiaWheelLawAsPublished) {
   const auto loop = inertia_wheel_pendulum({});
   for (const Vec& x : {Vec{0.3, -1, 0.2, 0.5}, Vec{-2, 4, 1, -3}}) {
@@ -67,7 +68,8 @@ TEST(ReferenceRuns, CartPole) {
 TEST(ReferenceRuns, AcrobotSettles) {
   const auto first = acrobot({.a2 = 1, .a3 = 4, .ku = 200, .kv = 2}, nullptr,
                              MatchingOptions{.region = {{-0.5, -1}, {0.5, 1}, 5}});
-  // Below 0.02 for good "after about 10 s", one digit; the same time to a step by another method at another step.
+  // Below 0.02 for good "after about 10 s", one digit; the same time to a step by another method at
+  // another step.
   const auto settling = [&](const char* method, double h) {
     const auto integrator = integrators::make_integrator(method, *first, h);
     phs::State s(first->description(), {0.1, 0, 0, 0});
@@ -83,7 +85,8 @@ TEST(ReferenceRuns, AcrobotSettles) {
   keeps("settling by two methods [s]", std::fabs(gauss - rk4), 0.0101);
   agrees("settling [s]", gauss, 10, 0.5);
 
-  // As published: M_d⁻¹ = [[5.9058, -0.9997], [-0.9997, 0.3385]], start with the shoulder at 0.5 rad.
+  // As published: M_d⁻¹ = [[5.9058, -0.9997], [-0.9997, 0.3385]], start with the shoulder at 0.5
+  // rad.
   Acrobot d{.ku = 200, .kv = 5};
   d.a3 = 2 / (1 - std::sqrt(d.c1 / d.c2));
   const auto loop = acrobot(d);

@@ -52,7 +52,8 @@ inline ModelPtr ets_vii_model(bool wheels) {
       std::make_shared<mechanics::Mechanism>(urdf.mechanism));
 }
 
-/// Greatest change of the total momentum over the states of a run, relative to what the bodies carry at most.
+/// Greatest change of the total momentum over the states of a run, relative to what the bodies
+/// carry at most.
 inline double momentum_change(const mechanics::MechanicalModel& model, const std::vector<Vec>& x) {
   const auto& m = model.mechanism();
   const size_t nq = size_t(m.nq());

@@ -1,5 +1,5 @@
-// The laws of the room as controllers of a network, continuous and sampled: against the room's own loops, and what the hold
-// injects in the books.
+// The laws of the room as controllers of a network, continuous and sampled: against the room's own
+// loops, and what the hold injects in the books.
 #include <functional>
 #include <random>
 
@@ -76,7 +76,8 @@ TEST(SampledUse, AcrobotAtARate) {
     injected[i++] = run.work.at("law.hold");
   }
   keeps("books against H, relative to what went through", defect, 1e-12);
-  // injected = a T + b T² + ...: its ratio from period to half the period tends to 2, the difference halves.
+  // injected = a T + b T² + ...: its ratio from period to half the period tends to 2, the
+  // difference halves.
   double off[3];
   for (int k = 0; k < 3; ++k) off[k] = injected[k] / injected[k + 1] - 2;
   std::printf("  injected in proportion to the period: ratios off from 2 by %.3f, %.3f, %.3f\n",
@@ -158,8 +159,8 @@ struct Link {  // hangs at q = 0
   }
 };
 
-// The energy that was shaped still falls to (nearly) nothing at a rate, for laws over several ports and for elastic joints;
-// the injected part of the books halves with the period.
+// The energy that was shaped still falls to (nearly) nothing at a rate, for laws over several ports
+// and for elastic joints; the injected part of the books halves with the period.
 TEST(SampledUse, SeveralPortsAndElasticJoints) {
   const auto arm = test::arm(4, 0.1);
   const ElasticJoints<Link> joint{.arm = {}, .stiffness = {100}, .motor = {0.1}};

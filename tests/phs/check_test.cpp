@@ -1,4 +1,5 @@
-// phs::check finds each broken axiom by name and shows the state; user systems say at compile time what they lack.
+// phs::check finds each broken axiom by name and shows the state; user systems say at compile time
+// what they lack.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -133,7 +134,8 @@ struct NotANumber : Pendulum {
     e[0] = log(-x[0] * x[0]), e[1] = T(2.0) * x[1];
   }
 };
-/// Two masses on a line, joined by a spring; the declared total momentum is kept, the first mass's own is not.
+/// Two masses on a line, joined by a spring; the declared total momentum is kept, the first mass's
+/// own is not.
 struct TwoMasses {
   const char* declared;
   phs::Description description() const {
@@ -154,7 +156,8 @@ struct TwoMasses {
   }
 };
 
-/// Exactly the expected axioms are violated, each with a state; the text shows worst value, limit and state.
+/// Exactly the expected axioms are violated, each with a state; the text shows worst value, limit
+/// and state.
 template <class S>
 void expect_violated(const S& system, const Names& expected) {
   const UserModel<S> model{system};
@@ -182,7 +185,8 @@ TEST(Check, NamesTheBrokenAxiom) {
   expect_violated(TwoMasses{"first"}, {"invariant first"});
 }
 
-// --- traits ---------------------------------------------------------------------------------------------------------
+// --- traits
+// ---------------------------------------------------------------------------------------------------------
 
 /// p²/(2(1+q²)) + q²/2: canonical, and not separable whatever it says.
 struct VariableMass {
@@ -309,7 +313,8 @@ TEST(Check, Options) {
   EXPECT_NE(axiom(check(broken), "gradient").state, axiom(check(broken, other), "gradient").state);
 }
 
-// --- gradient by duals --------------------------------------------------------------------------------------------
+// --- gradient by duals
+// --------------------------------------------------------------------------------------------
 
 struct AnalyticPendulum : Pendulum {
   template <class T>
@@ -381,9 +386,11 @@ TEST(UserModel, CloneEvaluatesTheSame) {
   EXPECT_EQ(&f->description(), &g->description());
 }
 
-// --- what the compiler says -----------------------------------------------------------------------------------------
+// --- what the compiler says
+// -----------------------------------------------------------------------------------------
 
-/// The first line with "error" that `compiler` prints for a user's class with these members; "" if it compiles.
+/// The first line with "error" that `compiler` prints for a user's class with these members; "" if
+/// it compiles.
 std::string first_error(const std::string& compiler, const std::string& members) {
   std::string name = testing::TempDir() + "/porthos_compile_fail_XXXXXX";
   if (!mkdtemp(name.data())) throw std::runtime_error("no temporary directory " + name);

@@ -79,7 +79,8 @@ TEST(Dirac, ResidualMeasuresDistanceFromTheSet) {
   breaks("one effort moved by 1", d.residual(f, e), 0.1);
 }
 
-// --- composition --------------------------------------------------------------------------------------------------
+// --- composition
+// --------------------------------------------------------------------------------------------------
 
 TEST(DiracComposition, OfTransformersAndGyrators) {
   const auto joined = [](const Dirac& a, const Dirac& b) { return compose(a, b, {{1, 0}}); };
@@ -131,7 +132,8 @@ TEST(DiracComposition, KeepsWhatItsPartsKeep) {
   std::normal_distribution<double> number;
   const auto A = random_skew(rng, 3), B = random_skew(rng, 3);
   const auto both = compose(Dirac::feedback(A), Dirac::feedback(B), {{2, 0}});
-  // The shared flow s into a is free; A(2,:)(f0, f1, s) = B(0,:)(-s, g1, g2), without s as both are skew, gives g2.
+  // The shared flow s into a is free; A(2,:)(f0, f1, s) = B(0,:)(-s, g1, g2), without s as both are
+  // skew, gives g2.
   const double f0 = number(rng), f1 = number(rng), g1 = number(rng), s = number(rng);
   const double g2 = (A(2, 0) * f0 + A(2, 1) * f1 - B(0, 1) * g1) / B(0, 2);
   const Vec f{f0, f1, g1, g2};

@@ -1,4 +1,5 @@
-// A wrapper drops nothing: every member of System that the base is asked for reaches the system inside.
+// A wrapper drops nothing: every member of System that the base is asked for reaches the system
+// inside.
 #include "phs/forwarding.h"
 
 #include <gtest/gtest.h>
@@ -168,7 +169,8 @@ std::vector<double> call_all(phs::System<double>& s) {
   return all;
 }
 
-/// The members that phs/system.h declares virtual in System, but those that a wrapper answers itself.
+/// The members that phs/system.h declares virtual in System, but those that a wrapper answers
+/// itself.
 std::set<std::string> virtuals_of_system() {
   std::ifstream file(std::string(PORTHOS_SOURCE_DIR) + "/phs/system.h");
   std::stringstream text;

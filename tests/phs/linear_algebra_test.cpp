@@ -9,7 +9,8 @@
 namespace porthos::phs::linear_algebra_test {
 namespace {
 
-/// Eigenvalues: a slow mode, a fast damped oscillation, and zeros of two free directions with their momenta. Seen in turned axes.
+/// Eigenvalues: a slow mode, a fast damped oscillation, and zeros of two free directions with their
+/// momenta. Seen in turned axes.
 std::vector<double> with_slow_mode(double slow) {
   using Eigen::MatrixXd;
   MatrixXd A = MatrixXd::Zero(7, 7);

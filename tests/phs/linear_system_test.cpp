@@ -1,4 +1,5 @@
-// Linear port-Hamiltonian descriptor systems: known transfer functions, the sign of N, what is refused, the model.
+// Linear port-Hamiltonian descriptor systems: known transfer functions, the sign of N, what is
+// refused, the model.
 #include "phs/linear_system.h"
 
 #include "phs/check.h"
@@ -18,7 +19,8 @@ double difference(const BasicMatrix<T>& a, const BasicMatrix<T>& b) {
   return worst;
 }
 
-// --- transfer functions -------------------------------------------------------------------------------------------
+// --- transfer functions
+// -------------------------------------------------------------------------------------------
 
 TEST(LinearBenchmarks, MassSpringDamperChain) {
   const auto system = test::mass_spring_damper_chain();
@@ -87,10 +89,11 @@ TEST(LinearSystem, ScalesFarApartAreNotSingular) {  // a microhenry and a picofa
   keeps("RCL at a gigahertz", std::abs(line.transfer(s)(0, 0) / expected - 1.0), 1e-14);
 }
 
-// --- the sign of N ------------------------------------------------------------------------------------------------
+// --- the sign of N
+// ------------------------------------------------------------------------------------------------
 
-/// Eliminates the last two, algebraic, states of (E x'; -y) = (J - R, G; -Gᵀ, 0) (z; u). What is left is
-/// M11 - M12 M22⁻¹ M21, its skew part (J G; -Gᵀ N), its symmetric one -W.
+/// Eliminates the last two, algebraic, states of (E x'; -y) = (J - R, G; -Gᵀ, 0) (z; u). What is
+/// left is M11 - M12 M22⁻¹ M21, its skew part (J G; -Gᵀ N), its symmetric one -W.
 LinearMatrices eliminated(const LinearMatrices& full) {
   const int n = full.J.rows - 2, m = full.G.cols, kept = n + m;
   const auto at = [&](int i) { return i < n ? i : i + 2; };  // in (z; u)
@@ -180,7 +183,8 @@ TEST(LinearSystem, PowerBalance) {
   breaks("with -P in W", wrong, 1e-2);
 }
 
-// --- refusals -----------------------------------------------------------------------------------------------------
+// --- refusals
+// -----------------------------------------------------------------------------------------------------
 
 TEST(LinearSystem, NamesWhatIsNotPortHamiltonian) {
   const LinearMatrices good{.E = {{2, 0}, {0, 1}},
@@ -226,7 +230,8 @@ TEST(LinearSystem, NamesWhatIsNotPortHamiltonian) {
   EXPECT_EQ(refusal([] { Matrix{{1, 2}, {3}}; }), "matrix row has 1 entries, expected 2");
 }
 
-// --- the model ----------------------------------------------------------------------------------------------------
+// --- the model
+// ----------------------------------------------------------------------------------------------------
 
 TEST(LinearSystem, ModelIsTheSystem) {
   std::mt19937_64 rng(5);

@@ -1,4 +1,5 @@
-// Compositions are port-Hamiltonian again: axioms, Casimirs and books by number, against systems written by hand.
+// Compositions are port-Hamiltonian again: axioms, Casimirs and books by number, against systems
+// written by hand.
 #include "phs/network.h"
 
 #include <gtest/gtest.h>
@@ -111,7 +112,8 @@ TEST(Network, FiftyRandomSystemsComposedArePortHamiltonian) {
   EXPECT_LE(balance, 1e-13);
 }
 
-// Negative control: one entry of K put in the wrong way round is found, by the builder and, past it, by the books.
+// Negative control: one entry of K put in the wrong way round is found, by the builder and, past
+// it, by the books.
 TEST(Network, ACouplingThatMakesPowerIsRefused) {
   Network n = two_masses();
   n.add("c", phs::inertia_element(1, phs::translation))
@@ -127,7 +129,8 @@ TEST(Network, ACouplingThatMakesPowerIsRefused) {
 }
 
 TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
-  // A motor with its rotor drives, through a gear and an elastic shaft, two loads that turn together with one spring each.
+  // A motor with its rotor drives, through a gear and an elastic shaft, two loads that turn
+  // together with one spring each.
   Network n("drive train");
   n.add("motor", phs::dc_motor({.inductance = 1e-3,
                                 .resistance = 0.5,
@@ -180,7 +183,8 @@ struct Particle {
   }
 };
 
-// What couples a member to itself changes its J: a magnetic field is no canonical system, and splittings refuse it.
+// What couples a member to itself changes its J: a magnetic field is no canonical system, and
+// splittings refuse it.
 TEST(Network, ASelfCouplingEndsTheClaimsOfItsMember) {
   const auto particle = std::make_shared<phs::UserModel<Particle>>(Particle{});
   const auto traits = [&](const std::function<void(Network&)>& join) {

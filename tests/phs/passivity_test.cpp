@@ -22,8 +22,8 @@ struct Data {
   PassivityReport report() const { return passivity(t, power, H); }
 };
 
-/// A spring of 1 N/m whose end moves as sin t: u·y = sin t cos t, H = ½ sin² t. `gain` scales the power, which a true
-/// spring has at 1.
+/// A spring of 1 N/m whose end moves as sin t: u·y = sin t cos t, H = ½ sin² t. `gain` scales the
+/// power, which a true spring has at 1.
 Data spring(int n, double gain = 1, bool uneven = false) {
   Data d;
   for (int i = 0; i <= n; ++i) {
@@ -52,7 +52,8 @@ TEST(Passivity, QuadratureErrorStatedIsNoLessThanTheTrueOne) {
     const double t = 0.25 * i;
     cubic.t.push_back(t), cubic.power.push_back(t * t * (t - 2)), cubic.H.push_back(0);
   }
-  // The first and the last interval have one parabola each, with errors that are equal and cancel on a cubic.
+  // The first and the last interval have one parabola each, with errors that are equal and cancel
+  // on a cubic.
   const double T = 2.75, exact = T * T * T * (T / 4 - 2.0 / 3);
   keeps("cubic power, equal intervals", std::fabs(cubic.report().supplied - exact), 1e-13);
 }
@@ -60,7 +61,8 @@ TEST(Passivity, QuadratureErrorStatedIsNoLessThanTheTrueOne) {
 TEST(Passivity, FindsEnergyFromNowhere) {
   EXPECT_TRUE(spring(400).report().passive());
   EXPECT_TRUE(spring(400, -1).report().violation > 0.5) << "the power with the wrong sign";
-  // Power understated by 1 %: H gains 0.01·½ more than supplied in the quarter period from any zero of sin.
+  // Power understated by 1 %: H gains 0.01·½ more than supplied in the quarter period from any zero
+  // of sin.
   const auto r = spring(400, 0.99).report();
   keeps("1 % from nowhere, violation against 0.005", std::fabs(r.violation - 0.005), 1e-5);
   EXPECT_FALSE(r.passive());
@@ -91,11 +93,13 @@ TEST(Passivity, AJumpIsATimeGivenTwice) {
   breaks("the same without: quadrature error stated", smooth.report().quadrature, 0.1);
 }
 
-/// A DC motor on an oscillator, by Gauss 8; its output is the current, or by mistake the flux: Gᵀx in place of GᵀQx.
+/// A DC motor on an oscillator, by Gauss 8; its output is the current, or by mistake the flux: Gᵀx
+/// in place of GᵀQx.
 Data motor_run(bool flux_for_current) {
   const test::DcMotor motor;
   const auto system = motor.system();
-  // The voltage is the first state of an oscillator of 20 rad/s, in feedback with the motor and loaded by its current.
+  // The voltage is the first state of an oscillator of 20 rad/s, in feedback with the motor and
+  // loaded by its current.
   const LinearSystem whole(
       {.J = {{0, -motor.k, 1, 0}, {motor.k, 0, 0, 0}, {-1, 0, 0, -20}, {0, 0, 20, 0}},
        .R = {{motor.Ra, 0, 0, 0}, {0, motor.b, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}},

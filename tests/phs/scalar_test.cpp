@@ -1,4 +1,5 @@
-// The scalars: a lane of a Pack is a double bit for bit, a Dual carries the exact derivative, a Quad 113 bits.
+// The scalars: a lane of a Pack is a double bit for bit, a Dual carries the exact derivative, a
+// Quad 113 bits.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -18,13 +19,15 @@ namespace {
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The same bits; any NaN equals any other where `any_nan` (which of two NaNs an addition returns is not IEEE's business).
+/// The same bits; any NaN equals any other where `any_nan` (which of two NaNs an addition returns
+/// is not IEEE's business).
 bool same(double a, double b, bool any_nan = false) {
   if (any_nan && std::isnan(a) && std::isnan(b)) return true;
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// Numbers of every kind: zeros of both signs, denormals, infinities, NaNs of both signs, ordinary ones of any size.
+/// Numbers of every kind: zeros of both signs, denormals, infinities, NaNs of both signs, ordinary
+/// ones of any size.
 class Numbers {
  public:
   explicit Numbers(std::uint64_t seed) : rng_(seed) {}
@@ -144,9 +147,11 @@ TEST(Scalar, AbsMinMaxOfDouble) {
   EXPECT_TRUE(any(true) && !any(false));
 }
 
-// --- Dual ---------------------------------------------------------------------------------------------------------
+// --- Dual
+// ---------------------------------------------------------------------------------------------------------
 
-/// Every operation of a scalar, each as a function of one number; smooth for x in (0.2, 1.8), x != 1.
+/// Every operation of a scalar, each as a function of one number; smooth for x in (0.2, 1.8), x !=
+/// 1.
 template <class T>
 std::array<T, 18> functions(T x) {
   const T one(1.0), two(2.0), y = x * x + one;
@@ -225,7 +230,8 @@ TEST(Dual, ConstantsHaveNoDerivative) {
   EXPECT_EQ(to_double(a), 1);
 }
 
-// --- Quad ---------------------------------------------------------------------------------------------------------
+// --- Quad
+// ---------------------------------------------------------------------------------------------------------
 
 Quad quad(const char* digits) { return strtoflt128(digits, nullptr); }
 double relative(Quad a, Quad b) { return double(fabsq(a - b) / fabsq(b)); }

@@ -1,4 +1,5 @@
-// Positive realness and available storage judged from (E, A, B, C, D) alone, against the structure and closed forms.
+// Positive realness and available storage judged from (E, A, B, C, D) alone, against the structure
+// and closed forms.
 #include "phs/state_space.h"
 
 #include "tests/support/bounds.h"
@@ -21,7 +22,8 @@ StateSpace rational(std::vector<double> b, std::vector<double> a, double d) {
   return g;
 }
 
-// --- positive realness --------------------------------------------------------------------------------------------
+// --- positive realness
+// --------------------------------------------------------------------------------------------
 
 TEST(PositiveReality, OfEveryPortHamiltonianSystem) {
   std::mt19937_64 rng(7);
@@ -124,7 +126,8 @@ TEST(PositiveReality, RefusesWhatOnlyTheAxisWouldPass) {
   EXPECT_FALSE(positive_reality(rational({1, 0}, {0, 0}, 0)).holds()) << "1/s²";
 }
 
-// --- available storage --------------------------------------------------------------------------------------------
+// --- available storage
+// --------------------------------------------------------------------------------------------
 
 TEST(AvailableStorage, OfOneStateIsTheFormula) {
   // x' = -r x + u, y = x + s u: X² - 2(1 + 2rs) X + 1 = 0, the smaller root.
@@ -139,7 +142,8 @@ TEST(AvailableStorage, OfOneStateIsTheFormula) {
   }
 }
 
-/// Energy that u = gain·D⁻¹(BᵀX - C)x/2, the best law at gain 1, draws from x at the one port until t = 60.
+/// Energy that u = gain·D⁻¹(BᵀX - C)x/2, the best law at gain 1, draws from x at the one port until
+/// t = 60.
 double drawn(const StateSpace& g, const Matrix& X, std::vector<double> x, double gain) {
   const size_t n = x.size();
   std::vector<double> k(n), dx(n), mid(n);

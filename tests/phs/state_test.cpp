@@ -41,7 +41,8 @@ TEST(TwoSum, IsExact) {
   EXPECT_TRUE(s == 0 && e == 0);
 }
 
-/// n additions of seeded increments to x: what the compensated pair and a plain sum have lost at the end.
+/// n additions of seeded increments to x: what the compensated pair and a plain sum have lost at
+/// the end.
 struct Lost {
   double pair, plain, increments;  ///< increments: the sum of |d|
   bool normalised = true;          ///< |lo| <= ulp(x)/2 throughout
@@ -67,7 +68,8 @@ TEST(CompensatedAdd, KeepsWhatIsFarBelowAnUlp) {
   std::mt19937_64 rng(2);
   std::uniform_real_distribution<double> tiny(-1e-17, 1e-17);
   const auto l = accumulate(1.0, 1000000, [&](int) { return tiny(rng); });
-  // d + lo is rounded to ulp(1e-17 … 1e-16)/2 < 2^-107 = 6e-33, a million times, at random: 6e-33 · 1e3 · 0.6.
+  // d + lo is rounded to ulp(1e-17 … 1e-16)/2 < 2^-107 = 6e-33, a million times, at random: 6e-33 ·
+  // 1e3 · 0.6.
   std::printf(
       "  1e6 additions of 1e-17 to 1: pair off by %.1e  bound 1e-28   plain sum off by %.1e\n",
       l.pair, l.plain);
@@ -89,7 +91,8 @@ TEST(CompensatedAdd, LosesLessThanTheIncrementsOwnRounding) {
   std::mt19937_64 rng(4);
   std::uniform_real_distribution<double> step(-1e-3, 1.1e-3);
   const auto l = accumulate(1.0, 1000000, [&](int) { return step(rng); });
-  // Each addition rounds d + lo, half an ulp of d or less: at random, 1e3 · 2^-53 · 1e-3 · 0.3; at worst, sum |d| · 2^-53.
+  // Each addition rounds d + lo, half an ulp of d or less: at random, 1e3 · 2^-53 · 1e-3 · 0.3; at
+  // worst, sum |d| · 2^-53.
   std::printf(
       "  1e6 additions of 1e-3 to 1: pair off by %.1e  bounds 5e-16 (random), %.1e (worst)   plain "
       "sum off by %.1e\n",
@@ -100,7 +103,8 @@ TEST(CompensatedAdd, LosesLessThanTheIncrementsOwnRounding) {
   EXPECT_TRUE(l.normalised);
 }
 
-// --- wraps ------------------------------------------------------------------------------------------------------
+// --- wraps
+// ------------------------------------------------------------------------------------------------------
 
 Description two_angles_and_a_length() {
   Description d;
@@ -145,8 +149,8 @@ TEST(WrapAngles, ChangesNoAngle) {
       wraps, (long long)s.turns[0], (long long)s.turns[1], double(worst), total);
   EXPECT_GT(wraps, 100000);
   EXPECT_LE(double(worst), 1e-31);
-  // The additions round d + lo to an ulp of d, here 1e-16, and with it the low word each of the 1e5 wraps leaves: an
-  // angle of 7e5 may be off by 1e5 · 1e-16.
+  // The additions round d + lo to an ulp of d, here 1e-16, and with it the low word each of the 1e5
+  // wraps leaves: an angle of 7e5 may be off by 1e5 · 1e-16.
   EXPECT_LE(total, 2e-17);
   EXPECT_EQ(s.x[1], 100) << "a length is not wrapped";
   EXPECT_EQ(s.x[3], 100) << "nor a momentum";
@@ -196,7 +200,8 @@ TEST(WrapAngles, EndsOfTheRange) {
   EXPECT_FALSE(wrap_angles(d, plus)) << "+pi stays";
   EXPECT_EQ(plus, at(pi_hi));
 
-  // The double -pi_hi is 1.2e-16 above -pi: it is in (-pi, pi] already, and one turn on it would be past +pi.
+  // The double -pi_hi is 1.2e-16 above -pi: it is in (-pi, pi] already, and one turn on it would be
+  // past +pi.
   State minus = at(-pi_hi);
   const Quad before = value(minus, 0, 0);
   wrap_angles(d, minus);

@@ -1,4 +1,5 @@
-// phs::sincos against libquadmath in 113 bits: within 1 ulp everywhere, unbiased, the same in every lane.
+// phs::sincos against libquadmath in 113 bits: within 1 ulp everywhere, unbiased, the same in every
+// lane.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,12 +70,14 @@ std::vector<double> around(int k) {
   return v;
 }
 
-/// A bias that is a smooth function of the angle alone perturbs the energy function, not its conservation. Ours has two
-/// parts: the polynomials (designed to 2^-58 = 0.03 ulp; mean 3e-3 of the size, none signed), and the r³·tail/6 that
-/// cos_kernel drops, of one sign in the quadrant about pi (at most 0.02 ulp; mean 1.3e-3).
+/// A bias that is a smooth function of the angle alone perturbs the energy function, not its
+/// conservation. Ours has two parts: the polynomials (designed to 2^-58 = 0.03 ulp; mean 3e-3 of
+/// the size, none signed), and the r³·tail/6 that cos_kernel drops, of one sign in the quadrant
+/// about pi (at most 0.02 ulp; mean 1.3e-3).
 constexpr double known_bias = 2e-3;
 
-/// Mean and deviation of an error over n points; the mean of an unbiased error has the deviation sigma/sqrt(n).
+/// Mean and deviation of an error over n points; the mean of an unbiased error has the deviation
+/// sigma/sqrt(n).
 struct Bias {
   double sum = 0, sum2 = 0, n = 0;
   void note(double e) { sum += e, sum2 += e * e, ++n; }
@@ -90,7 +93,8 @@ struct Bias {
   }
 };
 
-/// The kernels' polynomials in 113 bits after an exact reduction: what is left is their approximation error.
+/// The kernels' polynomials in 113 bits after an exact reduction: what is left is their
+/// approximation error.
 void sincos_unrounded(double x, Quad& s, Quad& c) {
   const double k = std::nearbyint(x * trig::two_over_pi);
   const Quad r = Quad(x) - Quad(k) * (pi() / 2), sr = trig::sin_kernel<Quad>(r, 0),

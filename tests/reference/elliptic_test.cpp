@@ -1,5 +1,5 @@
-// Closed forms by GSL's elliptic functions, in need of no file: the pendulum and the free asymmetric body.
-// GSL is GPL-3 and stands in the tests alone.
+// Closed forms by GSL's elliptic functions, in need of no file: the pendulum and the free
+// asymmetric body. GSL is GPL-3 and stands in the tests alone.
 #include <gtest/gtest.h>
 
 #ifdef PORTHOS_HAVE_GSL
@@ -40,7 +40,8 @@ TEST(ClosedForm, Pendulum) {
   EXPECT_LE(worst, 1e-13);
 }
 
-// Euler's equations with I1 < I2 < I3 and L² > 2E I2: ω = (a cn, -b sn, c dn) of τ (Landau, Lifshitz, Mechanics, § 37).
+// Euler's equations with I1 < I2 < I3 and L² > 2E I2: ω = (a cn, -b sn, c dn) of τ (Landau,
+// Lifshitz, Mechanics, § 37).
 TEST(ClosedForm, FreeAsymmetricBody) {
   const double I1 = 1, I2 = 2, I3 = 3;
   mechanics::BodySpec body;

@@ -1,5 +1,6 @@
-// A planar free-floating base with prescribed cyclic joint motion and zero momentum: its rotation is a holonomy of the
-// mechanical connection. The base's kinematics, made a (non-autonomous) system of the contract, run with gauss16.
+// A planar free-floating base with prescribed cyclic joint motion and zero momentum: its rotation
+// is a holonomy of the mechanical connection. The base's kinematics, made a (non-autonomous) system
+// of the contract, run with gauss16.
 #include <cmath>
 
 #include "integrators/integrator.h"

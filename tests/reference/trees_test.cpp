@@ -1,5 +1,6 @@
-// Every reference case that needs only trees and uniform gravity, by gauss16: to max(1e-12, 1e-14 kappa), which is what
-// its README says a double can hold (kappa: the case's own amplification of a perturbation).
+// Every reference case that needs only trees and uniform gravity, by gauss16: to max(1e-12, 1e-14
+// kappa), which is what its README says a double can hold (kappa: the case's own amplification of a
+// perturbation).
 #include <cmath>
 
 #include "integrators/integrator.h"
@@ -32,9 +33,9 @@ struct Verdict {
   }
 };
 
-/// The cases give the amplification of a perturbation of the *initial* state, a lower bound. Rounding perturbs every
-/// step: where the motion lingers near an unstable state the amplification from there counts. Largest growth of a
-/// 1e-10 perturbation put in at 16 times up to t.
+/// The cases give the amplification of a perturbation of the *initial* state, a lower bound.
+/// Rounding perturbs every step: where the motion lingers near an unstable state the amplification
+/// from there counts. Largest growth of a 1e-10 perturbation put in at 16 times up to t.
 double amplification(const MechanicalModel& model, const phs::State& start, double h, double t) {
   const auto method = make_integrator("gauss16", model, h);
   const auto size = [](const Vec& x) {
@@ -72,7 +73,8 @@ Vec unwrapped(const phs::State& s, const phs::Description& d, size_t count) {
   return q;
 }
 
-// --- pendula: absolute angles and closed forms ------------------------------------------------------------------------
+// --- pendula: absolute angles and closed forms
+// ------------------------------------------------------------------------
 
 void planar(const std::string& name, double h) {
   const json file = test::read_json(test::data_file("reference/" + name + ".json"));
@@ -132,14 +134,16 @@ TEST(Reference, IftommA01) {
     advance(*method, s, t);
     const double error = std::max(std::fabs(s.x[0] - number(o["theta"])),
                                   std::fabs(model.rates(s.x)[0] - number(o["theta_dot"])));
-    // An integrable oscillator: a relative error of 1e-16 in the energy becomes a phase error growing with t.
+    // An integrable oscillator: a relative error of 1e-16 in the energy becomes a phase error
+    // growing with t.
     const double bound = std::max(1e-12, 1e-14 * t);
     std::printf("  a01 t = %-6g error %.1e   bound %.1e\n", t, error, bound);
     EXPECT_LE(error, bound);
   }
 }
 
-// --- tops -------------------------------------------------------------------------------------------------------------
+// --- tops
+// -------------------------------------------------------------------------------------------------------------
 
 /// A body whose state row is quaternion and body rate, on the given joint.
 void top(const std::string& name, const std::string& joint, const mechanics::MassProperties& mass,
@@ -183,7 +187,8 @@ TEST(Reference, LagrangeTop) {
       1.0 / 64);
 }
 
-// --- trees ------------------------------------------------------------------------------------------------------------
+// --- trees
+// ------------------------------------------------------------------------------------------------------------
 
 void tree(const std::string& name, double h) {
   const json file = test::read_json(test::data_file("reference/" + name + ".json"));

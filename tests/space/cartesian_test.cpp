@@ -5,8 +5,8 @@
 #include "tests/places.h"
 #include "tests/space/support.h"
 
-// The control: what the split is for. The same spacecraft in plain Cartesian coordinates, its base 7000 km from the
-// planet's centre and gravity on every link, by the same method at the same step.
+// The control: what the split is for. The same spacecraft in plain Cartesian coordinates, its base
+// 7000 km from the planet's centre and gravity on every link, by the same method at the same step.
 namespace porthos::space::cartesian_test {
 namespace {
 
@@ -126,8 +126,9 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
     split_error = std::max(split_error, std::fabs(double((gauge.energy(split) - H0 - work) / H0)));
   }
 
-  // The same steps, with the state kept between them as a Cartesian code keeps it: doubles for the base's inertial place
-  // and attitude and for the momenta of the motion as a whole, which goes at 7.6 km/s.
+  // The same steps, with the state kept between them as a Cartesian code keeps it: doubles for the
+  // base's inertial place and attitude and for the momenta of the motion as a whole, which goes at
+  // 7.6 km/s.
   const auto& tree = craft.mechanism();
   const size_t nq = size_t(tree.nq()), n = craft.internal_size();
   phs::State plain(craft.description(), start);
@@ -166,8 +167,9 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
   breaks("Cartesian state between the steps", plain_error, 1e-10);
   std::printf("  digits lost: %.1f\n", std::log10(plain_error / split_error));
 
-  // And gauss16 on the Cartesian field does not converge at this step at all: a stage whose attitude is off by 1e-3 rad
-  // belongs to a body whose momentum, 2e7 kg m/s beside its centre, turns it at 1 rad/s.
+  // And gauss16 on the Cartesian field does not converge at this step at all: a stage whose
+  // attitude is off by 1e-3 rad belongs to a body whose momentum, 2e7 kg m/s beside its centre,
+  // turns it at 1 rad/s.
   store();
   const CartesianModel cartesian(*arm.model, env.planet.mu);
   phs::State state(cartesian.description(), stored);
@@ -189,7 +191,8 @@ TEST(Cartesian, LosesThemInTheSceneOfTheYear) {
   const double mass = craft.orbit().mass();
   const auto& powers = craft.description().powers;
   test::Gauge gauge(craft);
-  // What a Cartesian code keeps from step to step: inertial place and velocity of the base, in doubles.
+  // What a Cartesian code keeps from step to step: inertial place and velocity of the base, in
+  // doubles.
   const auto through_cartesian = [&](phs::State& s) {
     std::vector<double> q(s.x.begin(), s.x.begin() + long(nq));
     auto v = a.mechanical->rates(std::span(s.x).first(2 * nq));

@@ -14,8 +14,9 @@ constexpr double day = 86400;
 
 TEST(Ephemeris, ShadowsOfTheCanonOfEclipses) {
   if (!has_ephemerides()) GTEST_SKIP() << "built without ERFA";
-  // Instant (TD) and distance of the shadow's axis from the Earth's centre in equatorial radii at greatest eclipse.
-  // Source: Espenak, Meeus 2006, Five Millennium Canon of Solar Eclipses, NASA/TP-2006-214141.
+  // Instant (TD) and distance of the shadow's axis from the Earth's centre in equatorial radii at
+  // greatest eclipse. Source: Espenak, Meeus 2006, Five Millennium Canon of Solar Eclipses,
+  // NASA/TP-2006-214141.
   struct Eclipse {
     const char* day;
     double hour, minute, second, gamma;
@@ -70,7 +71,8 @@ TEST(Ephemeris, PolynomialsAreTheSeries) {
   }
 }
 
-// At the start of a run, the mean ellipses against ERFA at six dates. The control is the longitude taken as if it were true.
+// At the start of a run, the mean ellipses against ERFA at six dates. The control is the longitude
+// taken as if it were true.
 TEST(Ephemeris, MeanEllipsesStartWhereTheyShould) {
   if (!has_ephemerides()) GTEST_SKIP() << "built without ERFA";
   const double degree = 3.14159265358979 / 180;
@@ -78,7 +80,8 @@ TEST(Ephemeris, MeanEllipsesStartWhereTheyShould) {
   for (const char* date : {"2026-01-01T00:00:00", "2026-11-05T12:00:00", "2027-07-20T00:00:00",
                            "2028-04-01T06:00:00", "2029-02-14T00:00:00", "2030-10-10T18:00:00"}) {
     const JulianDate d = date_of(date);
-    // Mean longitudes, perigee and node of the date. Source: Meeus 1998, 25.2, 47.1, 47.7 and chapter 22.
+    // Mean longitudes, perigee and node of the date. Source: Meeus 1998, 25.2, 47.1, 47.7 and
+    // chapter 22.
     const double T = ((d.day - 2451545.0) + d.fraction) / 36525;
     const double precession = 1.3970 * T;  // from the equinox of date to that of J2000
     const double L_sun = 280.46646 + 36000.76983 * T - precession,
@@ -141,7 +144,8 @@ TEST(Ephemeris, DatesAreRefusedInOneSentence) {
 }
 
 TEST(Ephemeris, ThirdBodiesCancelNothing) {
-  // Battin's form against the difference it stands for, in 113 bits, and that difference in doubles.
+  // Battin's form against the difference it stands for, in 113 bits, and that difference in
+  // doubles.
   const Vec3d r{6.1e6, -2.2e6, 2.7e6}, s{-2.5e10, 1.32e11, 5.7e10};
   const double mu = 1.327e20;
   using Q = phs::Quad;

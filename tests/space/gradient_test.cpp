@@ -79,7 +79,8 @@ TEST(GravityGradient, ForcesAreTheSlopeOfThePotential) {
 }
 
 TEST(GravityGradient, AgainstEveryMassPointOfTheLinks) {
-  // Each link as six points of its mass and inertia: gravity on them, less that on the centre of mass.
+  // Each link as six points of its mass and inertia: gravity on them, less that on the centre of
+  // mass.
   for (const double distance : {1e4, 1e5}) {
     Case c(distance);
     const auto& m = c.model->mechanism();
@@ -92,7 +93,8 @@ TEST(GravityGradient, AgainstEveryMassPointOfTheLinks) {
     for (size_t i = 0; i < pose.size(); ++i) {
       const auto& I = m.nodes()[i].inertia;
       const Vec3d com = (1 / I.m) * I.mc;
-      // Second moments J = ½ tr I 1 - I about the centre, by its Cholesky factor L: points at ±√3 L e_k, mass m/6
+      // Second moments J = ½ tr I 1 - I about the centre, by its Cholesky factor L: points at ±√3 L
+      // e_k, mass m/6
       mechanics::Sym3<double> J = I.I;
       const double c2 = dot(com, com);
       const auto about = [&](double v, double a, double b, bool diagonal) {

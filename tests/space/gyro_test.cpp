@@ -1,5 +1,5 @@
-// Wheels at speed: a balanced one is a cyclic coordinate, so that the slow motion sets the step. Closed forms of a dual-spin
-// satellite and of a pair of control-moment gyros.
+// Wheels at speed: a balanced one is a cyclic coordinate, so that the slow motion sets the step.
+// Closed forms of a dual-spin satellite and of a pair of control-moment gyros.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -79,7 +79,8 @@ TEST(Neighbours, OneThatIsFarAwayIsRefused) {
 }
 
 TEST(Split, CorrectedKicksTakeTheTermInEpsilonSquaredAway) {
-  // A body that librates in the gradient, where the coupling is as large as the rest. Both step forwards alone.
+  // A body that librates in the gradient, where the coupling is as large as the rest. Both step
+  // forwards alone.
   const auto body = test::rigid_body(1000, {2000, 12250, 11000});
   Environment env;
   const double a = 6878e3, n = std::sqrt(env.planet.mu / a) / a;

@@ -6,14 +6,16 @@
 #include "tests/run/killed.h"
 #include "tests/run/scenes.h"
 
-// Capture, locking and release in orbit: scenes whose mechanism changes about a centre of mass that does not notice.
+// Capture, locking and release in orbit: scenes whose mechanism changes about a centre of mass that
+// does not notice.
 namespace porthos::scene::orbit_events_test {
 namespace {
 
 using test::says;
 namespace fs = std::filesystem;
 
-/// A line of a table, as in tests/support/bounds.h, whose refusal() is another than that of scenes.h.
+/// A line of a table, as in tests/support/bounds.h, whose refusal() is another than that of
+/// scenes.h.
 void keeps(const std::string& what, double measured, double bound) {
   std::printf("  %-58s %.1e   bound %.1e\n", what.c_str(), measured, bound);
   EXPECT_LE(measured, bound) << what;
@@ -62,7 +64,8 @@ TEST(OrbitEvents, CaptureLockAndReleaseAboutOneCentre) {
   for (const char* name : {"orbital", "internal", "coupling"})
     EXPECT_TRUE(j["ledgers"].contains(name)) << name;
 
-  // The orbit does not notice: the last state before an event and the first after it share its bits.
+  // The orbit does not notice: the last state before an event and the first after it share its
+  // bits.
   for (const int k : {1, 2, 3}) {
     const auto end = read_checkpoint(folder / "out" / ("phase_" + std::to_string(k)) / "end").state;
     const size_t n = end.x.size() - 6;
@@ -87,13 +90,15 @@ TEST(OrbitEvents, CaptureLockAndReleaseAboutOneCentre) {
   double plastic = 0;
   for (const auto& e : j["events"]) plastic += e["dissipated_J"].get<double>();
   EXPECT_NEAR(r.dissipated_J, dissipated + plastic, 1e-12);
-  // The potential of the gradient is that of positions, which an event leaves: it ends where it would.
+  // The potential of the gradient is that of positions, which an event leaves: it ends where it
+  // would.
   EXPECT_LT(std::fabs(r.space->coupling.defect), 1e-2 * r.space->coupling.scale);
 }
 
 TEST(OrbitExample, DampersTakeTheSawtoothOfTheKicks) {
-  // What the coupling ledger of the year loses, docs/space.md: between kicks the momenta lag behind the smooth motion, and
-  // the dampers take of that 2 c h² Fᵀ M⁻¹ D M⁻¹ F, c the number of the splitting's error in h² ε².
+  // What the coupling ledger of the year loses, docs/space.md: between kicks the momenta lag behind
+  // the smooth motion, and the dampers take of that 2 c h² Fᵀ M⁻¹ D M⁻¹ F, c the number of the
+  // splitting's error in h² ε².
   test::TemporaryFolder folder;
   Scene s = read_scene(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii_orbit/scene.toml");
   s.duration = 60000, s.record_every = 6000, s.extrema = Extrema::none;
@@ -158,8 +163,9 @@ TEST(OrbitEvents, TheMonitorWatchesTheInternalLedger) {
   EXPECT_NE(r.outcome, integrators::Outcome::ok);
 }
 
-// What the monitor projects is the internal motion, which keeps its angular momentum between the kicks: the energy of its
-// books is met and the ledger of the angular momentum does not notice. (Strang's splitting with gauss4 at 0.5 s.)
+// What the monitor projects is the internal motion, which keeps its angular momentum between the
+// kicks: the energy of its books is met and the ledger of the angular momentum does not notice.
+// (Strang's splitting with gauss4 at 0.5 s.)
 TEST(OrbitEvents, TheMonitorProjectsTheInternalMotion) {
   test::TemporaryFolder folder;
   const Edits rough{{"method = \"gauss12\"", "method = \"gauss4\""}, {"step = 0.1", "step = 0.5"}};
@@ -176,7 +182,8 @@ TEST(OrbitEvents, TheMonitorProjectsTheInternalMotion) {
   keeps("angular momentum less impulses", with.space->angular_defect, 1e-16);
   keeps("orbital ledger", with.space->orbital.relative(), 1e-15);
   EXPECT_GT(without.energy.max_rel_error, 1e-11);
-  // Control: with the invariants of the whole, where there is none, the angular momentum goes with the energy.
+  // Control: with the invariants of the whole, where there is none, the angular momentum goes with
+  // the energy.
   const auto defect = [&](const phs::Model* kept) {
     integrators::MonitorOptions o{.project = true, .keeps = kept};
     integrators::EnergyMonitor method(make_integrator(s, *a.model, s.step), *a.model, s.step, o);
@@ -189,8 +196,8 @@ TEST(OrbitEvents, TheMonitorProjectsTheInternalMotion) {
   EXPECT_GT(whole, 100 * internal);
 }
 
-// A step that is taken again takes its kicks out of the three ledgers first. Without a monitor this method does not get
-// through the stiff arm at this step.
+// A step that is taken again takes its kicks out of the three ledgers first. Without a monitor this
+// method does not get through the stiff arm at this step.
 TEST(OrbitEvents, TheMonitorRepeatsSteps) {
   test::TemporaryFolder folder;
   const Edits rough{{"method = \"gauss12\"", "method = \"rk4\""}, {"step = 0.1", "step = 0.2"}};

@@ -67,7 +67,8 @@ TEST(Kepler, AllEccentricitiesThereAndBack) {
   EXPECT_THROW(kepler_flow(1.0, PointState<double>{{0, 0, 0}, {1, 0, 0}}, 1.0), InvalidArgument);
 }
 
-/// Error of energy and angular momentum after 1e5 orbits of e = 0.9 in 16 steps each, and of the phase.
+/// Error of energy and angular momentum after 1e5 orbits of e = 0.9 in 16 steps each, and of the
+/// phase.
 template <class T, bool low_words>
 void long_ellipse(double& worst_energy, double& worst_momentum, double& phase) {
   const double e = 0.9, two_pi = 6.283185307179586;
@@ -93,7 +94,8 @@ void long_ellipse(double& worst_energy, double& worst_momentum, double& phase) {
     worst_momentum = std::max(worst_momentum,
                               std::fabs(double(mechanics::norm(cross(p.r, p.v)) / h0 - 1)) / root);
   }
-  // Against one step in Quad from the same start to the same time, as a time: distance over speed at the end.
+  // Against one step in Quad from the same start to the same time, as a time: distance over speed
+  // at the end.
   PointState<phs::Quad> q0{Vec3<phs::Quad>(s0.r), Vec3<phs::Quad>(s0.v)};
   const auto exact =
       kepler_flow(phs::Quad(1.0), q0, phs::Quad(double(h)) * phs::Quad(double(steps) * orbits));
@@ -151,7 +153,8 @@ TEST(Gravity, ThirdBodyWithoutCancellation) {
 }
 
 TEST(Orbit, NodeOfAnOblatePlanetDrifts) {
-  // The analytic rate is of first order in J2: at a J2 a hundred times smaller it must fit a hundred times better.
+  // The analytic rate is of first order in J2: at a J2 a hundred times smaller it must fit a
+  // hundred times better.
   const double inclination = 0.6, a = 7e6;
   double miss[2];
   for (const int small : {0, 1}) {
@@ -159,7 +162,8 @@ TEST(Orbit, NodeOfAnOblatePlanetDrifts) {
     env.planet.J[0] = small ? 1.0826e-5 : 1.0826e-3;
     const auto start = from_elements(env.planet.mu, a, 0.01, inclination, 0.4, 0.3, 0.0);
     OrbitPropagator orbit(env, 1000, start, 60, "aba864");
-    // mean of the node over whole orbits at both ends of a day's run, the mean of the semi-major axis for the rate
+    // mean of the node over whole orbits at both ends of a day's run, the mean of the semi-major
+    // axis for the rate
     const double n = std::sqrt(env.planet.mu / (a * a * a));
     const int per_orbit = int(6.283185307179586 / n / 60), orbits = 150;
     double node[2] = {0, 0}, mean_a = 0, mean_e = 0, mean_i = 0;
@@ -229,7 +233,8 @@ TEST(Orbit, ZonalLedgerShowsTheOrderOfTheSplitting) {
   keeps("aba864 at 240 s", defect("aba864", 240), 2e-12);
 }
 
-// The corrected kick takes the term in ε² h² away, which the harmonics make and lobatto8 alone keeps.
+// The corrected kick takes the term in ε² h² away, which the harmonics make and lobatto8 alone
+// keeps.
 TEST(Orbit, ACorrectedSplittingIsOfOrderFourUnderHarmonics) {
   Environment env;
   env.planet.J[0] = earth_zonals()[0];

@@ -73,7 +73,8 @@ TEST(Thruster, GivesItsImpulseFromSwitchToSwitchByAnyMethod) {
   const auto body = rigid_body(20, {2, 3, 4});
   const PartsModel model(
       body, Parts{.thrusters = {thruster({0, 0, 0}, {0, 1, 0}, 3, Schedule({0.5, 2, 2.5, 3}))}});
-  // rk4 has stages on both ends of its steps: half on there, it gets the impulse and not quite the work.
+  // rk4 has stages on both ends of its steps: half on there, it gets the impulse and not quite the
+  // work.
   for (const char* method : {"gauss16", "gauss8", "gauss2", "rk4"}) {
     const double books = method == std::string("rk4") ? 2e-4 : 2e-14;
     const Motion r = run(model, turning(*body, {0, 0, 0}), method, 0.1, 40);
@@ -96,7 +97,8 @@ TEST(Thruster, GivesItsImpulseFromSwitchToSwitchByAnyMethod) {
 }
 
 TEST(Thruster, OnATurningBodyFollowsTheBody) {
-  // The force turns with the body: P = F/w (sin wt, 1 - cos wt). With an arm about z it spins the body up: L = r F t.
+  // The force turns with the body: P = F/w (sin wt, 1 - cos wt). With an arm about z it spins the
+  // body up: L = r F t.
   const auto body = rigid_body(20, {2, 2, 4});
   const double w = 0.7, F = 3, T = 5;
   const PartsModel through(body, Parts{.thrusters = {thruster({0, 0, 0.4}, {1, 0, 0}, F, {})}});
@@ -296,7 +298,8 @@ TEST(Torquer, SwingsABodyLikeACompassNeedle) {
 }
 
 TEST(Parts, MomentaLessImpulsesAreKept) {
-  // A tumbling body under a jet off its centre and a rod in a field: L - L(0) is the impulses, to rounding.
+  // A tumbling body under a jet off its centre and a rod in a field: L - L(0) is the impulses, to
+  // rounding.
   const auto body = rigid_body(10, {1, 2, 2.5});
   Torquer rod;
   rod.name = "rod", rod.direction = {0.6, 0.8, 0}, rod.dipole = phs::sine(3, 0.2);

@@ -1,4 +1,5 @@
-// Thrust in orbit: kicks on the centre of mass and on the internal motion, against the plain mechanism in free space.
+// Thrust in orbit: kicks on the centre of mass and on the internal motion, against the plain
+// mechanism in free space.
 #include "space/push.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +16,8 @@ using namespace space;
 using Vec = std::vector<double>;
 
 TEST(OrbitPush, OnAnArmFarFromThePlanetIsThatOfFreeSpace) {
-  // A planet of almost no mass: attitude and joints go as in free space, to the order of the splitting.
+  // A planet of almost no mass: attitude and joints go as in free space, to the order of the
+  // splitting.
   const auto arm = small_arm();
   Thruster jet;
   jet.name = "jet", jet.link = "lower", jet.position = {0.3, -0.2, 1.0};
@@ -36,7 +38,8 @@ TEST(OrbitPush, OnAnArmFarFromThePlanetIsThatOfFreeSpace) {
   Environment env;
   env.planet.mu = 1e-6, env.planet.radius = 1;
   const Spacecraft craft(arm, arm, env, parts);
-  // The thrust is no small perturbation here: of order 2 for lobatto4, whose order 4 holds in what is linear in it.
+  // The thrust is no small perturbation here: of order 2 for lobatto4, whose order 4 holds in what
+  // is linear in it.
   for (const auto& [scheme, order] : {std::pair{"lobatto4", 2}, {"aba864", 4}}) {
     double before = 0;
     for (const double h : {0.1, 0.05, 0.025}) {

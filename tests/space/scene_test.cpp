@@ -76,8 +76,9 @@ TEST(OrbitScene, RefusesInOneSentenceEach) {
                    "steps backwards"));
 }
 
-// Sampled controllers read at whole steps and hold through the kicks and drifts of the split. About a planet so light that
-// nothing pulls, the motion is that in free space; the continuous controller's is the control.
+// Sampled controllers read at whole steps and hold through the kicks and drifts of the split. About
+// a planet so light that nothing pulls, the motion is that in free space; the continuous
+// controller's is the control.
 TEST(OrbitScene, SampledControllersHoldThroughTheSplit) {
   const Folder f;
   const auto arm = [&](const std::string& rate) {
@@ -131,8 +132,8 @@ TEST(OrbitScene, SampledControllersHoldThroughTheSplit) {
   EXPECT_TRUE(part.final_state == whole.final_state);
 }
 
-// A way that leads below the surface ends there, with the results until then. Without the check a fall bounces at the
-// centre or goes round it, and passes.
+// A way that leads below the surface ends there, with the results until then. Without the check a
+// fall bounces at the centre or goes round it, and passes.
 TEST(OrbitScene, EndsAtTheSurface) {
   struct Case {
     const char* what;
@@ -169,7 +170,8 @@ TEST(OrbitScene, EndsAtTheSurface) {
   }
 }
 
-// By closed forms: a straight fall from rest, and steps so long that the way through the planet lies inside one.
+// By closed forms: a straight fall from rest, and steps so long that the way through the planet
+// lies inside one.
 TEST(OrbitMotion, FindsTheSurfaceBetweenItsEnds) {
   space::Environment env;
   const double mu = env.planet.mu, R = env.planet.radius, r0 = 8e6;
@@ -185,7 +187,8 @@ TEST(OrbitMotion, FindsTheSurfaceBetweenItsEnds) {
   }
   space::OrbitPoint p{{r0, 0, 0}, {0, 0, 0}};
   EXPECT_FALSE(motion.drift_above_surface(p, fall - 1));
-  // A pericentre 100 km below, passed between two states 400 km above; and one above, which is no trouble.
+  // A pericentre 100 km below, passed between two states 400 km above; and one above, which is no
+  // trouble.
   for (const double q : {R - 100e3, R + 100e3}) {
     const double a = 0.5 * (q + 4 * R);
     const auto at = space::from_elements(mu, a, 1 - q / a, 0.3, 0, 0, 0);
@@ -198,7 +201,8 @@ TEST(OrbitMotion, FindsTheSurfaceBetweenItsEnds) {
   }
 }
 
-// What a scene gets that names no splitting: 8 h of a body that librates under the gravity gradient, steps of 10 s.
+// What a scene gets that names no splitting: 8 h of a body that librates under the gravity
+// gradient, steps of 10 s.
 TEST(OrbitScene, TheDefaultSplittingIsGoodAtTenSeconds) {
   const Folder f;
   test::write_bytes(

@@ -102,14 +102,16 @@ TEST(Split, GravityGradientPitchOfTheReference) {
 }
 
 TEST(Split, LibrationPeriodsOfTheCylinder) {
-  // The long axis near the vertical, in the orbit of the check case: pitch in the plane of the orbit, roll across it.
+  // The long axis near the vertical, in the orbit of the check case: pitch in the plane of the
+  // orbit, roll across it.
   const double a = 6758662.024, mu = 398600441500000.0, n = std::sqrt(mu / a) / a;
   const auto body = test::rigid_body(1000, {500, 12250, 12250});
   Environment env;
   env.planet.mu = mu;
   const double sigma = 11750.0 / 12250, known[] = {3257.94, 2821.46};
-  // Roll: the body is symmetric about its long axis, so its rate about that stays, and yaw' = -n roll + constant adds
-  // (1 - sigma) n² to the textbook's 4 sigma n², which holds yaw still: half a percent of the period.
+  // Roll: the body is symmetric about its long axis, so its rate about that stays, and yaw' = -n
+  // roll + constant adds (1 - sigma) n² to the textbook's 4 sigma n², which holds yaw still: half a
+  // percent of the period.
   const double analytic[] = {std::sqrt(3 * sigma), std::sqrt(1 + 3 * sigma)};
   for (const int roll : {0, 1}) {
     const double half = 0.5 * 0.01, h = 20;

@@ -4,9 +4,10 @@
 #include "space/split_scheme.h"
 #include "tests/support/bounds.h"
 
-// Would Encke's method gain anything? Where forces on the orbit are strong and steps large, what does the split of Kepler
-// flow and kicks lose to rounding, and what to the step? A step is symmetric (drag included: its kick is an implicit
-// midpoint), so there and back again is the identity, and what is left of it is rounding.
+// Would Encke's method gain anything? Where forces on the orbit are strong and steps large, what
+// does the split of Kepler flow and kicks lose to rounding, and what to the step? A step is
+// symmetric (drag included: its kick is an implicit midpoint), so there and back again is the
+// identity, and what is left of it is rounding.
 namespace porthos::space::strong_forces_test {
 namespace {
 

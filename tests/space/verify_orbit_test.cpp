@@ -1,4 +1,5 @@
-// porthos verify, info and compare of spacecraft in orbit: axioms at the orbit's own size, forces that act in the split only.
+// porthos verify, info and compare of spacecraft in orbit: axioms at the orbit's own size, forces
+// that act in the split only.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -56,7 +57,8 @@ TEST(VerifyOrbit, HoldsWithTheDefaultLimits) {
                            "axiom: field", "axiom: power balance", "symmetry"})
     EXPECT_TRUE(find(r, name)) << name;
   EXPECT_EQ(r.verdict(), Verdict::pass);
-  // An axiom that is compared with the size of the orbit could not fail: rounding stands where it should.
+  // An axiom that is compared with the size of the orbit could not fail: rounding stands where it
+  // should.
   std::printf("  power balance %.1e, field %.1e (1e-11)\n", find(r, "axiom: power balance")->value,
               find(r, "axiom: field")->value);
   EXPECT_GT(find(r, "axiom: power balance")->value, 1e-20);

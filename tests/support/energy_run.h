@@ -56,7 +56,8 @@ inline EnergyRun energy_run(const std::string& name, const phs::Model& model,
   return run;
 }
 
-/// What rounding does at least: half an ulp of H a step, as a random walk. Where the kinetic energy is larger than
+/// What rounding does at least: half an ulp of H a step, as a random walk. Where the kinetic energy
+/// is larger than
 /// |H|, or the mechanism large, more.
 inline double random_walk(std::int64_t steps) { return 0x1p-53 * std::sqrt(double(steps)); }
 

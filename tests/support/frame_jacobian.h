@@ -7,8 +7,9 @@
 /// Jacobians by differentiating poses, without the library's own.
 namespace porthos::test {
 
-/// J of a frame at `in_node` of a moving body: its twist [angular; linear] in its own axes is J v. 6 × nv, column-major.
-/// Column k: duals through the pose along q' of the unit rate k; Rᵀ R' = [ω ×], Rᵀ r' = the velocity.
+/// J of a frame at `in_node` of a moving body: its twist [angular; linear] in its own axes is J v.
+/// 6 × nv, column-major. Column k: duals through the pose along q' of the unit rate k; Rᵀ R' = [ω
+/// ×], Rᵀ r' = the velocity.
 inline std::vector<double> frame_jacobian(const mechanics::Mechanism& m,
                                           const std::vector<double>& q, int node,
                                           const mechanics::Pose& in_node) {

@@ -34,7 +34,8 @@ struct Kepler {
   }
 };
 
-/// sigma = |q|^power: 1 turns a Kepler ellipse into a harmonic oscillation, 3/2 gives equal angles about the centre.
+/// sigma = |q|^power: 1 turns a Kepler ellipse into a harmonic oscillation, 3/2 gives equal angles
+/// about the centre.
 template <int twice_power>
 struct PowerOfRadius {
   template <class T>

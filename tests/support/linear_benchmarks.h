@@ -6,8 +6,9 @@
 /// Linear port-Hamiltonian systems with known transfer functions, and random ones.
 namespace porthos::test {
 
-/// `masses` in a row, springs k between neighbours and from the last to a wall, a damper c at each; forces on the first
-/// two. x = (q1, p1, q2, p2, ...). Gugercin, Polyuga, Beattie, van der Schaft, Automatica 48, 2012.
+/// `masses` in a row, springs k between neighbours and from the last to a wall, a damper c at each;
+/// forces on the first two. x = (q1, p1, q2, p2, ...). Gugercin, Polyuga, Beattie, van der Schaft,
+/// Automatica 48, 2012.
 inline phs::LinearSystem mass_spring_damper_chain(int masses = 50, double m = 4, double k = 4,
                                                   double c = 1) {
   const int n = 2 * masses;
@@ -22,8 +23,9 @@ inline phs::LinearSystem mass_spring_damper_chain(int masses = 50, double m = 4,
   return phs::LinearSystem(s, "mass-spring-damper chain");
 }
 
-/// Capacitors to ground and coils with resistors in turn, fed by a current at the first capacitor; the last coil ends
-/// in the load. x = (charge, flux, charge, flux, ...). Polyuga, van der Schaft, Automatica 46, 2010.
+/// Capacitors to ground and coils with resistors in turn, fed by a current at the first capacitor;
+/// the last coil ends in the load. x = (charge, flux, charge, flux, ...). Polyuga, van der Schaft,
+/// Automatica 46, 2010.
 inline phs::LinearSystem rcl_ladder(int cells = 50, double R = 0.2, double load = 0.4, double C = 1,
                                     double L = 1) {
   const int n = 2 * cells;
@@ -54,7 +56,8 @@ struct DcMotor {
   }
 };
 
-/// Every matrix full but Q, which is diagonal: random J, N, W = LLᵀ of the given rank (0: full), EᵀQ > 0.
+/// Every matrix full but Q, which is diagonal: random J, N, W = LLᵀ of the given rank (0: full),
+/// EᵀQ > 0.
 inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m, int rank = 0) {
   std::normal_distribution<double> number;
   const auto random = [&](int rows, int cols) {

@@ -5,14 +5,16 @@
 
 #include "phs/scalar.h"
 
-/// Order conditions of compositions by direct computation. Flows of generic vector fields multiply like exponentials in
-/// the free associative algebra over their letters; a power series in h is cut where the weight of its words exceeds
-/// the order. No condition can be missed, as the words are independent.
+/// Order conditions of compositions by direct computation. Flows of generic vector fields multiply
+/// like exponentials in the free associative algebra over their letters; a power series in h is cut
+/// where the weight of its words exceeds the order. No condition can be missed, as the words are
+/// independent.
 namespace porthos::test {
 
 using phs::Quad;
 
-/// A series: the coefficient of every word up to a weight. A word is a string of letters, each of which says its weight.
+/// A series: the coefficient of every word up to a weight. A word is a string of letters, each of
+/// which says its weight.
 class WordSeries {
  public:
   using Letters = std::map<char, int>;  ///< letter and its weight: the power of h it carries
@@ -38,7 +40,8 @@ class WordSeries {
     c_ = std::move(product);
   }
 
-  /// Largest coefficient of the difference from exp(Σ of the letters of weight 1), over the words of that weight.
+  /// Largest coefficient of the difference from exp(Σ of the letters of weight 1), over the words
+  /// of that weight.
   Quad defect(int weight) const {
     Quad worst = 0;
     for (const auto& [word, c] : c_) {
@@ -72,7 +75,8 @@ class WordSeries {
   std::map<std::string, Quad> c_;
 };
 
-/// Ψ(γ_1 h) … Ψ(γ_s h) of a generic symmetric Ψ(h) = exp(h Y1 + h³ Y3 + h⁵ Y5 + …), up to h^heaviest.
+/// Ψ(γ_1 h) … Ψ(γ_s h) of a generic symmetric Ψ(h) = exp(h Y1 + h³ Y3 + h⁵ Y5 + …), up to
+/// h^heaviest.
 inline WordSeries symmetric_composition(const std::vector<Quad>& gamma, int heaviest) {
   WordSeries::Letters letters;
   for (int k = 1; k <= heaviest; k += 2) letters[char('0' + k)] = k;
@@ -86,7 +90,8 @@ inline WordSeries symmetric_composition(const std::vector<Quad>& gamma, int heav
   return product;
 }
 
-/// The flows of `parts` generic vector fields in the order given, up to h^heaviest: (part, coefficient).
+/// The flows of `parts` generic vector fields in the order given, up to h^heaviest: (part,
+/// coefficient).
 inline WordSeries splitting(const std::vector<std::pair<int, Quad>>& flows, int parts,
                             int heaviest) {
   WordSeries::Letters letters;

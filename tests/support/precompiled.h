@@ -1,5 +1,6 @@
 #pragma once
-// What most tests include, compiled once for all of them (CMakeLists.txt). Every test includes what it uses all the same.
+// What most tests include, compiled once for all of them (CMakeLists.txt). Every test includes what
+// it uses all the same.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

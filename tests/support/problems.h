@@ -6,7 +6,8 @@
 #include "phs/user_model.h"
 #include "tests/support/kepler.h"
 
-/// Plain Hamiltonian systems with a literature of their own. All are canonical, lossless and separable.
+/// Plain Hamiltonian systems with a literature of their own. All are canonical, lossless and
+/// separable.
 namespace porthos::test {
 
 inline phs::Description separable_description(const std::string& name, int freedoms) {
@@ -71,9 +72,10 @@ struct GravitatingBodies {
   }
 };
 
-/// Fermi, Pasta, Ulam 1955 with alternating stiff linear and soft cubic springs, in the coordinates of Hairer, Lubich,
-/// Wanner 2006, I.5.1: q = (centres, lengths) of `m` stiff springs.
-///   H = ½|p|² + ω²/2 Σ q_{m+i}² + ¼ [(q_1 - q_{m+1})⁴ + Σ (q_{i+1} - q_{m+i+1} - q_i - q_{m+i})⁴ + (q_m + q_{2m})⁴]
+/// Fermi, Pasta, Ulam 1955 with alternating stiff linear and soft cubic springs, in the coordinates
+/// of Hairer, Lubich, Wanner 2006, I.5.1: q = (centres, lengths) of `m` stiff springs.
+///   H = ½|p|² + ω²/2 Σ q_{m+i}² + ¼ [(q_1 - q_{m+1})⁴ + Σ (q_{i+1} - q_{m+i+1} - q_i - q_{m+i})⁴ +
+///   (q_m + q_{2m})⁴]
 struct FermiPastaUlam {
   static constexpr size_t m = 3;
   double omega = 50;

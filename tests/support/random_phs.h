@@ -7,7 +7,8 @@
 
 namespace porthos::test {
 
-/// A random nonlinear port-Hamiltonian system: H = ½ xᵀQx + ¼ Σ q_i x_i⁴, constant J, R of rank one, one port of each kind.
+/// A random nonlinear port-Hamiltonian system: H = ½ xᵀQx + ¼ Σ q_i x_i⁴, constant J, R of rank
+/// one, one port of each kind.
 struct RandomSystem {
   int n, ports;
   std::vector<double> L, q, J, r, G;

@@ -19,8 +19,8 @@ class RandomTree {
     return {uniform(-size, size), uniform(-size, size), uniform(-size, size)};
   }
 
-  /// Rotor inertias of the joints of one freedom: up to this. No random number is drawn for them, so that the same seed
-  /// gives the same tree without rotors.
+  /// Rotor inertias of the joints of one freedom: up to this. No random number is drawn for them,
+  /// so that the same seed gives the same tree without rotors.
   double rotor = 0;
   /// Frames without rotation: exactly orthonormal in every scalar.
   bool aligned = false;

@@ -38,8 +38,8 @@ inline Robot ets_vii(double rate = 1) {
                     {0.3, -0.6, 1.1, -0.4, 0.9, 0.2}, v);
 }
 
-/// The fast chaotic case of the peers' table: a 7-joint arm on a 150 kg free base, rates about 1 rad/s at the start and
-/// tens of rad/s in the wrist later.
+/// The fast chaotic case of the peers' table: a 7-joint arm on a 150 kg free base, rates about 1
+/// rad/s at the start and tens of rad/s in the wrist later.
 inline const char* const fast_case_file = "reference/pinocchio/urdf/sat_panda.urdf";
 inline Robot fast_case() {
   mechanics::UrdfOptions o;

@@ -43,8 +43,8 @@ struct Rotor {
   }
 };
 
-/// A free rigid body, x = its momentum m in body axes: J(m) e = m × e, H = Σ m_k²/(2 I_k) in three parts, each of which
-/// turns m about one axis (McLachlan 1993; Reich 1994).
+/// A free rigid body, x = its momentum m in body axes: J(m) e = m × e, H = Σ m_k²/(2 I_k) in three
+/// parts, each of which turns m about one axis (McLachlan 1993; Reich 1994).
 struct FreeBody {
   static constexpr double inertia[] = {1, 2, 3};
   phs::Description description() const {

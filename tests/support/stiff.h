@@ -4,9 +4,10 @@
 /// Stiff problems.
 namespace porthos::test {
 
-/// n links of 1 kg and 0.5 m on joints about x and y in turn, hanging; springs of k·m g l and dampers of `damping` times
-/// what is critical for one link alone. It starts with deflections and rates that the springs' energy keeps alike.
-/// With a free base of 20 kg and 0.2 rad/s, without gravity.
+/// n links of 1 kg and 0.5 m on joints about x and y in turn, hanging; springs of k·m g l and
+/// dampers of `damping` times what is critical for one link alone. It starts with deflections and
+/// rates that the springs' energy keeps alike. With a free base of 20 kg and 0.2 rad/s, without
+/// gravity.
 inline Robot stiff_chain(int n, double k, double damping, double amplitude = 0.2,
                          bool floating = false) {
   const double l = 0.5, g = 9.81, K = k * g * l, I = 0.03 + 0.25 * 0.25;
@@ -40,7 +41,8 @@ inline Robot stiff_chain(int n, double k, double damping, double amplitude = 0.2
   return robot;
 }
 
-/// Masses 1 on a line between walls, springs with the energy ½ linear d² + ¼ quartic d⁴. No solver of its own.
+/// Masses 1 on a line between walls, springs with the energy ½ linear d² + ¼ quartic d⁴. No solver
+/// of its own.
 struct QuarticChain {
   int masses;
   double linear = 1, quartic = 1e3, damping = 0;

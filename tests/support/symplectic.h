@@ -24,8 +24,8 @@ inline double symplectic_defect(const std::vector<double>& Psi, size_t n) {
   return worst;
 }
 
-/// The Jacobian of two steps of a method, exact to rounding: a dual number carries one column through the very code
-/// that steps a run, iteration included.
+/// The Jacobian of two steps of a method, exact to rounding: a dual number carries one column
+/// through the very code that steps a run, iteration included.
 inline std::vector<double> jacobian_of_steps(const std::string& method, const phs::Model& model,
                                              const std::vector<double>& x0, double h) {
   const size_t n = x0.size();

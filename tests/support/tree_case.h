@@ -47,7 +47,8 @@ inline std::shared_ptr<const mechanics::Mechanism> tree_mechanism(const nlohmann
   return std::make_shared<mechanics::Mechanism>(b.build());
 }
 
-/// A planar chain of links hanging along -y, absolute angles (generator "chain"); "ddp" is its one-link case.
+/// A planar chain of links hanging along -y, absolute angles (generator "chain"); "ddp" is its
+/// one-link case.
 inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vector<double>& m,
                                                                 const std::vector<double>& L,
                                                                 const std::vector<double>& c,
@@ -68,7 +69,8 @@ inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vecto
   return std::make_shared<mechanics::Mechanism>(b.build());
 }
 
-/// q and v of a tree case's flat "positions then velocities" row: base origin velocity and angular velocity inertial.
+/// q and v of a tree case's flat "positions then velocities" row: base origin velocity and angular
+/// velocity inertial.
 inline void split_row(const mechanics::Mechanism& m, const std::vector<double>& row,
                       std::vector<double>& q, std::vector<double>& v) {
   const size_t nq = size_t(m.nq());
@@ -113,7 +115,8 @@ class RowError {
   std::vector<double> scale_;
 };
 
-/// What a converged double-precision run may differ by where the amplification of a perturbation is kappa.
+/// What a converged double-precision run may differ by where the amplification of a perturbation is
+/// kappa.
 inline double double_bound(double kappa) { return std::max(1e-12, 1e-14 * kappa); }
 
 }  // namespace porthos::test
