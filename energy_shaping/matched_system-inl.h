@@ -100,8 +100,7 @@ class MatchedSystem final : public LoopSystem<T> {
     }
   }
 
-  // --- for the checks (double, Dual)
-  // -------------------------------------------------------------------------------
+  // --- for the checks (double, Dual) -------------------------------------------------------------
   /// What the law has to make up for: ∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p in f_[n…]; the sizes of
   /// its terms in s_.
   void forces(In x) {

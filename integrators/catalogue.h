@@ -56,11 +56,12 @@ inline Entry double_entry(Declaration d, Maker<double> make) {
   return {std::move(d), std::move(make), nullptr, nullptr, nullptr};
 }
 
-/// Every method, family by family. A family is a file pair with one function `Entries <family>_entries()`, named once in
-/// catalogue.cpp.
+/// Every method, family by family. A family is a file pair with one function `Entries
+/// <family>_entries()`, named once in catalogue.cpp.
 using Entries = std::vector<Entry>;
 const Entries& entries();
-/// Adds the family of an adapter. @throws InvalidArgument once the catalogue has been used: it never changes then
+/// Adds the family of an adapter. @throws InvalidArgument once the catalogue has been used: it
+/// never changes then
 void add_entries(Entries (*family)());
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);

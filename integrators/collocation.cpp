@@ -146,10 +146,11 @@ class Collocation final : public BasicIntegrator<T> {
     field_.field(t_, step_.ch[c], step_.Y[c], F_[c], std::min(V, step_.s - c * V));
   }
 
-  /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solution for that one's distance from it:
-  /// in stiff directions f turns the rounding of Y into much, and the solve turns it back, so that L is good to the
-  /// rounding of Y in every direction. (The update from the stages instead of f, Hairer, Wanner 1996, IV.8, does no more
-  /// in stiff directions and loses in the others.)
+  /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solution for that
+  /// one's distance from it: in stiff directions f turns the rounding of Y into much, and the solve
+  /// turns it back, so that L is good to the rounding of Y in every direction. (The update from the
+  /// stages instead of f, Hairer, Wanner 1996, IV.8, does no more in stiff directions and loses in
+  /// the others.)
   void improve() {
     cost_.evaluations += step_.s;
     ++cost_.sweeps;
@@ -184,8 +185,8 @@ class Collocation final : public BasicIntegrator<T> {
     }
   }
 
-  /// One sweep; distance: the largest distance of a stage value from the start of the step, relative
-  /// to its size.
+  /// One sweep; distance: the largest distance of a stage value from the start of the step,
+  /// relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
     improve();
     const auto moves = step_.sweep(state.x, state.lo, 1, [&](size_t k, double x) { size_[k] = x; });
@@ -199,8 +200,9 @@ class Collocation final : public BasicIntegrator<T> {
     return p;
   }
 
-  /// What Newton's move comes to by rounding alone: that of stage values off by a few units in their last places, this way
-  /// and that. A spring as stiff as a shaft makes much of the rounding of two angles; no sweep gets below it.
+  /// What Newton's move comes to by rounding alone: that of stage values off by a few units in
+  /// their last places, this way and that. A spring as stiff as a shaft makes much of the rounding
+  /// of two angles; no sweep gets below it.
   double noise_of_newton(const State& state) {
     const int s = step_.s;
     const auto field = [&] {

@@ -38,7 +38,8 @@ Quad root(double start, F f) {
   return x;
 }
 
-/// Nodes on [-1, 1], ascending and symmetric, with weights of sum 2 — and the square of the discrete norm of P_{s-1}.
+/// Nodes on [-1, 1], ascending and symmetric, with weights of sum 2 — and the square of the
+/// discrete norm of P_{s-1}.
 struct Quadrature {
   std::vector<Quad> x, w;
   Quad last_norm;
@@ -55,7 +56,8 @@ Quadrature gauss_quadrature(int s) {
   return q;
 }
 
-/// The ends and the zeros of P'_{s-1}; exact to one degree less than Gauss, which shows in the norm of P_{s-1}.
+/// The ends and the zeros of P'_{s-1}; exact to one degree less than Gauss, which shows in the norm
+/// of P_{s-1}.
 Quadrature lobatto_quadrature(int s) {
   const int n = s - 1;
   Quadrature q{std::vector<Quad>(size_t(s), Quad(0)), {}, Quad(2) / n};
@@ -105,7 +107,8 @@ CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Q
   return t;
 }
 
-/// Of a pair with a + b = 1, rounds the larger and sets the other to 1 - it: exact by Sterbenz' lemma.
+/// Of a pair with a + b = 1, rounds the larger and sets the other to 1 - it: exact by Sterbenz'
+/// lemma.
 template <class T>
 void round_pair(Quad exact, bool first, T& a, T& b) {
   if (first)

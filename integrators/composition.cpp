@@ -32,7 +32,8 @@ class Composition final : public BasicIntegrator<T> {
   Outcome advance(T t, T h, State& s) override {
     std::copy(s.x.begin(), s.x.end(), x_.begin());
     std::copy(s.lo.begin(), s.lo.end(), lo_.begin());
-    // The middle step closes the sum, so that the clock and the base agree on h to its last rounding.
+    // The middle step closes the sum, so that the clock and the base agree on h to its last
+    // rounding.
     const size_t stages = gamma_.size(), middle = stages / 2;
     T outer(0.0), taken(0.0);
     works_.restart();

@@ -34,8 +34,9 @@ std::vector<T> CompositionTable::gammas() const {
 template std::vector<double> CompositionTable::gammas<double>() const;
 template std::vector<Quad> CompositionTable::gammas<Quad>() const;
 
-// Published to 15 … 32 digits; refined here by Newton's method on the order conditions, the smallest correction where they
-// leave freedom. The corrections stay below 2e-15, but for Yoshida's order 8 (1e-12).
+// Published to 15 … 32 digits; refined here by Newton's method on the order conditions, the
+// smallest correction where they leave freedom. The corrections stay below 2e-15, but for Yoshida's
+// order 8 (1e-12).
 const std::vector<CompositionTable>& symmetric_compositions() {
   static const std::vector<CompositionTable> all{
       {"suzuki4",

@@ -6,8 +6,8 @@
 
 namespace porthos::integrators {
 
-/// What both step controls share: the state they left behind, by which they know whether a state continues a run, and the
-/// instants at which a step must end.
+/// What both step controls share: the state they left behind, by which they know whether a state
+/// continues a run, and the instants at which a step must end.
 class Controlled : public Integrator {
  public:
   std::string remark() const override { return inner_->remark(); }
@@ -107,8 +107,8 @@ class Controlled : public Integrator {
     const auto next = std::lower_bound(instants.begin(), instants.end(), t - near);
     return next == instants.begin() ? sampled : std::fmax(*(next - 1), sampled);
   }
-  /// The plain method up to an instant, where the clock then stands to the bit. The rates of the control may jump there:
-  /// it begins anew.
+  /// The plain method up to an instant, where the clock then stands to the bit. The rates of the
+  /// control may jump there: it begins anew.
   Outcome step_to(double instant, State& s) {
     const Outcome o = step_off_the_grid(s, s.until(instant, h_));
     if (o != Outcome::ok) return o;

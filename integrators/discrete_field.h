@@ -7,8 +7,9 @@
 
 namespace porthos::integrators {
 
-/// f̄(x0, δ) = (J - R)(m) ∇̄H(x0, x0 + δ) and what drives the system, at m = x0 + δ/2 (System::rate): with x1 = x0 + h f̄ the step of a
-/// discrete gradient method (see discrete_gradient.h).
+/// f̄(x0, δ) = (J - R)(m) ∇̄H(x0, x0 + δ) and what drives the system, at m = x0 + δ/2
+/// (System::rate): with x1 = x0 + h f̄ the step of a discrete gradient method (see
+/// discrete_gradient.h).
 template <class T>
 class DiscreteField {
  public:
@@ -83,15 +84,17 @@ class DiscreteField {
     find_symmetries(delta);
     for (const auto& z : symmetries_) remove(z, v);
     const T remainder = remainder_of_H(delta, resolved);
-    // Where ε = |v|/|δ| is small, as in a spin that hardly nutates, the remainder falls like ε² (H has a critical point
-    // on the invariants' level there) and its rounding u would come back as u/ε: let the correction fade at ε = κ.
+    // Where ε = |v|/|δ| is small, as in a spin that hardly nutates, the remainder falls like ε² (H
+    // has a critical point on the invariants' level there) and its rounding u would come back as
+    // u/ε: let the correction fade at ε = κ.
     const T length2 = dot(v, v), kappa2 = T(256 * unit_roundoff<T>) * dot(delta, delta);
     if (!(length2 > T(0.0))) return;
     const T factor = remainder / (length2 + kappa2 * (kappa2 / length2));
     for (size_t k = 0; k < n_; ++k) gradient_[k] += factor * v[k];
   }
 
-  /// J∇C at the middle for every invariant C, orthogonal to each other. H does not change along them, and C(x1) - C(x0) =
+  /// J∇C at the middle for every invariant C, orthogonal to each other. H does not change along
+  /// them, and C(x1) - C(x0) =
   /// ∇C(m)·δ = -h ∇̄H·J∇C(m) vanishes with the part of ∇̄H along them.
   void find_symmetries(std::span<const T> delta) {
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + T(0.5) * delta[k]);
@@ -116,8 +119,8 @@ class DiscreteField {
     const T along = dot(z, v) / length2;
     for (size_t k = 0; k < v.size(); ++k) v[k] -= along * z[k];
   }
-  /// H(x1) - H(x0) - ∇H(m)·δ as an integral, unless the difference itself says that H is not smooth: a kink between two
-  /// nodes shows in nothing else.
+  /// H(x1) - H(x0) - ∇H(m)·δ as an integral, unless the difference itself says that H is not
+  /// smooth: a kink between two nodes shows in nothing else.
   T remainder_of_H(std::span<const T> delta, bool resolved) {
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + delta[k]);
     const T H1 = system_.hamiltonian(middle_);
@@ -132,7 +135,8 @@ class DiscreteField {
     return resolved && !(magnitude(difference - integral) > rounding) ? integral : difference;
   }
 
-  /// One coordinate after another from x0 to x1; both_ways: the mean over the order and its reverse.
+  /// One coordinate after another from x0 to x1; both_ways: the mean over the order and its
+  /// reverse.
   void coordinate_slopes(std::span<const T> delta, double scale, bool both_ways) {
     std::fill(part_.begin(), part_.end(), T(0.0));
     std::fill(offset_.begin(), offset_.end(), T(0.0));

@@ -13,8 +13,8 @@ namespace {
 using Rule = DiscreteGradientRule;
 using phs::Dual;
 
-/// f̄ as a function of the middle m, δ = 2 (m - x0). Newton's matrix for δ = h f̄ is then I - (h/2) ∂f̄/∂m: where f̄ is the
-/// field at m, that of the midpoint rule.
+/// f̄ as a function of the middle m, δ = 2 (m - x0). Newton's matrix for δ = h f̄ is then I - (h/2)
+/// ∂f̄/∂m: where f̄ is the field at m, that of the midpoint rule.
 class MiddleField final : public DualField {
  public:
   MiddleField(Rule rule, const phs::Model& model, std::shared_ptr<const InvariantGradients> kept)
@@ -117,7 +117,8 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     double newton_step() const { return phs::to_double(h); }
   };
 
-  /// δ = h f(x0); for Newton, which does as well from there and goes further in stiff directions, 0.
+  /// δ = h f(x0); for Newton, which does as well from there and goes further in stiff directions,
+  /// 0.
   void guess(T t, T h, const State& s, bool predicted) {
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
     std::fill(delta_.begin(), delta_.end(), T(0.0));

@@ -11,8 +11,8 @@
 /// Watches the balance of a run while it runs.
 namespace porthos::integrators {
 
-/// What happens where a step is not what it should be. stop and a repetition that does not help go back to the last good
-/// state and end the run with Outcome::failed.
+/// What happens where a step is not what it should be. stop and a repetition that does not help go
+/// back to the last good state and end the run with Outcome::failed.
 enum class OnViolation { warn, stop, repeat };
 const char* to_string(OnViolation a);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
@@ -23,15 +23,17 @@ struct MonitorOptions {
   double step_limit = 0;  ///< of what one step adds to the defect, relative; 0: not watched
   OnViolation action = OnViolation::warn;
   int most_halvings = 10;  ///< of a step that is repeated: up to 2^most_halvings parts
-  /// 0: the largest kinetic energy plus the range of each other stored energy so far (phs/energy_scale.h), or the energy
-  /// turned over where that is more
+  /// 0: the largest kinetic energy plus the range of each other stored energy so far
+  /// (phs/energy_scale.h), or the energy turned over where that is more
   double scale_J = 0;
-  /// Whether a state is one to go on from, else why not ("the elbow is beyond its stop"). x: its value, angles wrapped.
+  /// Whether a state is one to go on from, else why not ("the elbow is beyond its stop"). x: its
+  /// value, angles wrapped.
   std::function<std::string(double t, std::span<const double> x)> watch = {};
-  bool project =
-      false;  ///< after each step, move the state to the energy the books predict, see EnergyProjection
-  /// Whose invariants a projection keeps, null: the model's own. Its state is the first numbers of the model's; it must
-  /// outlive the monitor. In orbit the internal motion keeps angular momentum between the kicks, the whole does not.
+  /// after each step, move the state to the energy the books predict, see EnergyProjection
+  bool project = false;
+  /// Whose invariants a projection keeps, null: the model's own. Its state is the first numbers of
+  /// the model's; it must outlive the monitor. In orbit the internal motion keeps angular momentum
+  /// between the kicks, the whole does not.
   const phs::Model* keeps = nullptr;
 };
 
@@ -45,17 +47,20 @@ struct MonitorReport {
   double moved_J = 0;             ///< Σ |energy| the projections moved
 };
 
-/// A method under watch. The defect is H - H(start) - supplied + dissipated, by the method's own books, in double: limits
-/// below 1e-14 would watch its rounding, and what is below the rounding of the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to project).
+/// A method under watch. The defect is H - H(start) - supplied + dissipated, by the method's own
+/// books, in double: limits below 1e-14 would watch its rounding, and what is below the rounding of
+/// the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to
+/// project).
 ///
-/// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that does not converge or is not
-/// finite likewise (of a step whose size varies and is not known, the longest). With `project` the energy error stays at
-/// rounding whatever the method does, so the defect shown before it is the measure of the method: it is in the report.
+/// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that
+/// does not converge or is not finite likewise (of a step whose size varies and is not known, the
+/// longest). With `project` the energy error stays at rounding whatever the method does, so the
+/// defect shown before it is the measure of the method: it is in the report.
 class EnergyMonitor : public Integrator {
  public:
   /// The model must outlive it. options: those the inner method was made with.
-  /// @throws InvalidArgument for limits that are negative, below 1e-14 or not finite; for `repeat` without a step limit;
-  ///   for nothing to do at all
+  /// @throws InvalidArgument for limits that are negative, below 1e-14 or not finite; for `repeat`
+  ///   without a step limit; for nothing to do at all
   EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model& model, double h,
                 MonitorOptions monitor, const Options& options = {});
 

@@ -6,13 +6,14 @@
 
 namespace porthos::integrators {
 
-/// Moves a state to a given energy and leaves every linear and quadratic invariant of the system where it is: linear and
-/// angular momentum, norms, Casimirs.
+/// Moves a state to a given energy and leaves every linear and quadratic invariant of the system
+/// where it is: linear and angular momentum, norms, Casimirs.
 ///
-/// Only momenta move, along d = v minus its part in the span of the invariants' slopes, v = ∂H/∂p: the motion that carries
-/// the invariants stays, the rest is made slower or faster. (Scaling all velocities, which is simpler, changes linear and
-/// angular momentum by the same factor.) In a system without momenta the whole state moves, along ∇H likewise.
-/// Source: projection onto an invariant manifold, Hairer, Lubich, Wanner 2006, IV.4.
+/// Only momenta move, along d = v minus its part in the span of the invariants' slopes, v = ∂H/∂p:
+/// the motion that carries the invariants stays, the rest is made slower or faster. (Scaling all
+/// velocities, which is simpler, changes linear and angular momentum by the same factor.) In a
+/// system without momenta the whole state moves, along ∇H likewise. Source: projection onto an
+/// invariant manifold, Hairer, Lubich, Wanner 2006, IV.4.
 class EnergyProjection {
  public:
   /// The models must outlive it.
@@ -20,9 +21,9 @@ class EnergyProjection {
   EnergyProjection(const phs::Model& model, const phs::Model& keeps);
   explicit EnergyProjection(const phs::Model& model) : EnergyProjection(model, model) {}
 
-  /// H(state) = target [J], to the rounding of H. False, and the state as it was, if the energy is out of reach: no motion
-  /// is left to take it from. Allocates nothing.
-  /// system: of the same model, at the state's turns
+  /// H(state) = target [J], to the rounding of H. False, and the state as it was, if the energy is
+  /// out of reach: no motion is left to take it from. Allocates nothing. system: of the same model,
+  /// at the state's turns
   bool operator()(phs::System<double>& system, phs::State& state, double target);
 
  private:

@@ -171,7 +171,8 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
     Point root = b;  // the end of the step where g is 0 there
     if (b.g != 0) {
       const double first = guess(e, a, b, after);
-      // The dense output is less accurate than a step: its signs are checked, and the bracket is widened where they are wrong.
+      // The dense output is less accurate than a step: its signs are checked, and the bracket is
+      // widened where they are wrong.
       size_t left = i - 1, right = i;
       const auto exact = [&](Point p) {
         return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};

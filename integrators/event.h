@@ -10,20 +10,22 @@ namespace porthos::integrators {
 
 enum class Crossing { rising, falling, both };
 
-/// g at time t and state x. x is the value of the state (without its low word); its angles are continuous over a step, not
-/// wrapped: let g be 2π-periodic in them (sin, cos) if the event shall come round with every turn.
+/// g at time t and state x. x is the value of the state (without its low word); its angles are
+/// continuous over a step, not wrapped: let g be 2π-periodic in them (sin, cos) if the event shall
+/// come round with every turn.
 struct Event {
   std::function<double(double t, std::span<const double> x)> g;
   Crossing direction = Crossing::both;
 };
 
 struct EventOptions {
-  /// Points inside a step where the dense output is looked at, besides its ends: two crossings between neighbours are not
-  /// seen. Methods without dense output are looked at at the ends alone.
+  /// Points inside a step where the dense output is looked at, besides its ends: two crossings
+  /// between neighbours are not seen. Methods without dense output are looked at at the ends alone.
   int samples = 4;
   int most_trials = 60;  ///< re-steps of one search; 4 to 6 are usual
-  /// Whole steps stay multiples of h from time 0: the step after an event ends where the one it cut short would have. What
-  /// happens at whole steps (sampled controllers, switching thrusters) then happens when it would without the event.
+  /// Whole steps stay multiples of h from time 0: the step after an event ends where the one it cut
+  /// short would have. What happens at whole steps (sampled controllers, switching thrusters) then
+  /// happens when it would without the event.
   bool to_grid = false;
   /// x has its angles with all turns since the start: g may ask how far a joint has turned.
   bool all_turns = false;
@@ -39,24 +41,28 @@ struct EventResult {
 
 /// Steps a run and stops it at events.
 ///
-/// An event state is a step: the method is run again from the last accepted state with the step length at which g vanishes,
-/// found by a bracketed secant from a start value of the dense output. It has the method's order and its structure, and
-/// the run goes on from it; the interpolated state is looked at but never continued.
-/// At rounding, g(event) is as near to 0 as neighbouring step lengths allow.
+/// An event state is a step: the method is run again from the last accepted state with the step
+/// length at which g vanishes, found by a bracketed secant from a start value of the dense output.
+/// It has the method's order and its structure, and the run goes on from it; the interpolated state
+/// is looked at but never continued. At rounding, g(event) is as near to 0 as neighbouring step
+/// lengths allow.
 ///
-/// A state handed back after an event may have been changed by the caller (a bounce); its g counts as 0 there, with the
-/// sign it has at the next sample.
+/// A state handed back after an event may have been changed by the caller (a bounce); its g counts
+/// as 0 there, with the sign it has at the next sample.
 class EventStepper {
  public:
-  /// make: gives the integrator, called twice (the run's and one for trials). The model is the one it steps.
-  /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1; for sampled controllers without to_grid
+  /// make: gives the integrator, called twice (the run's and one for trials). The model is the one
+  /// it steps.
+  /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1; for sampled
+  ///   controllers without to_grid
   EventStepper(const phs::Model& model, const std::function<std::unique_ptr<Integrator>()>& make,
                std::vector<Event> events, const EventOptions& options = {});
 
   /// One step, shortened to the earliest event in it, and to the time `end`, which lies ahead.
   [[nodiscard]] EventResult step(phs::State& state);
   [[nodiscard]] EventResult step(phs::State& state, double end);
-  /// Steps to the next event or to the time `end`, whichever is first; ends exactly there. Both lie ahead.
+  /// Steps to the next event or to the time `end`, whichever is first; ends exactly there. Both lie
+  /// ahead.
   [[nodiscard]] EventResult run_to(phs::State& state, double end);
 
   Integrator& method() { return *method_; }

@@ -7,9 +7,9 @@
 
 namespace porthos::integrators {
 
-/// How far inside a step from t by h its ends are taken where a force may jump at them (a thruster that switches): beyond the
-/// rounding of both times, far below what a force that does not jump can feel. Evaluated at t + hair and t + h - hair, a
-/// step sees the limits from its inside.
+/// How far inside a step from t by h its ends are taken where a force may jump at them (a thruster
+/// that switches): beyond the rounding of both times, far below what a force that does not jump can
+/// feel. Evaluated at t + hair and t + h - hair, a step sees the limits from its inside.
 template <class T>
 T hair(const T& t, const T& h) {
   const double from = phs::to_double(t), size = phs::to_double(h);

@@ -15,7 +15,8 @@
 /// Time integrators. They know the system contract of phs/ and nothing of mechanics.
 namespace porthos::integrators {
 
-/// What a method says of a property. The test suite checks every `holds` and, with a negative control, every `fails`.
+/// What a method says of a property. The test suite checks every `holds` and, with a negative
+/// control, every `fails`.
 enum class Claim { holds, fails, unknown };
 const char* to_string(Claim c);
 
@@ -57,8 +58,9 @@ struct Cost {
   std::int64_t factorisations = 0;  ///< of a Newton matrix
 };
 
-/// How an implicit method solves its equations. automatic: fixed point while it contracts, else Newton by the cheapest
-/// solver that converges: the system's own O(n) elimination, else dense up to 100 state numbers, else Krylov.
+/// How an implicit method solves its equations. automatic: fixed point while it contracts, else
+/// Newton by the cheapest solver that converges: the system's own O(n) elimination, else dense up
+/// to 100 state numbers, else Krylov.
 enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
 const char* to_string(Solver s);
 
@@ -70,16 +72,18 @@ struct Options {
   bool books = true;   ///< keep the works of each step; off: works() is empty
   bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
-  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this, relative. What is left is
-  /// biased, so the energy drifts slowly: for errors far above rounding it halves the work, below it is a control.
+  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this,
+  /// relative. What is left is biased, so the energy drifts slowly: for errors far above rounding
+  /// it halves the work, below it is a control.
   double iteration_tolerance = 0;
-  /// Rising times at which the system jumps [s], ends of steps: what a method carries along from step to step (a library's
-  /// history, the variable of a step control) begins anew there.
+  /// Rising times at which the system jumps [s], ends of steps: what a method carries along from
+  /// step to step (a library's history, the variable of a step control) begins anew there.
   std::vector<double> instants = {};
 };
 
-/// A method at work on one system with one step size. One object per thread. step() allocates nothing.
-/// T = double for runs; Dual gives the exact Jacobian of a step, Quad a 113-bit run of the same method.
+/// A method at work on one system with one step size. One object per thread. step() allocates
+/// nothing. T = double for runs; Dual gives the exact Jacobian of a step, Quad a 113-bit run of the
+/// same method.
 template <class T>
 class BasicIntegrator {
  public:
@@ -88,30 +92,34 @@ class BasicIntegrator {
   const Declaration& declaration() const { return declaration_; }
   T step_size() const { return h_; }
 
-  /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the method goes on from it as
-  /// if it were new.
+  /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the
+  /// method goes on from it as if it were new.
   [[nodiscard]] virtual Outcome step(State& state);
-  /// One step of another size (to land on an event, or on the end of a run); the clock's origin moves to its end. Sampled
-  /// controllers hold through the step after it; whole steps from there would miss their instants and throw
-  /// InvalidArgument, unless the clock is put back to whole steps (EventOptions::to_grid).
+  /// One step of another size (to land on an event, or on the end of a run); the clock's origin
+  /// moves to its end. Sampled controllers hold through the step after it; whole steps from there
+  /// would miss their instants and throw InvalidArgument, unless the clock is put back to whole
+  /// steps (EventOptions::to_grid).
   [[nodiscard]] virtual Outcome step_by(State& state, T h);
   /// The time of a state that step() has brought here [s].
   virtual T time(const State& state) const { return state.time(h_); }
 
-  /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless `ok`.
+  /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless
+  /// `ok`.
   [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
   /// advance() with turns and books.
   [[nodiscard]] Outcome advance_with_books(T t, T h, State& state);
   /// Tells the systems at work the turn counts of the state.
   virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
 
-  /// Dense output inside the step just taken: x at the fraction theta in [0, 1] of it, given the state after it; angles
-  /// on the branch of that state. False where the method has none. Never continue a run from it: step_by instead.
+  /// Dense output inside the step just taken: x at the fraction theta in [0, 1] of it, given the
+  /// state after it; angles on the branch of that state. False where the method has none. Never
+  /// continue a run from it: step_by instead.
   virtual bool interpolate(const State& after, T theta, std::span<T> x) const {
     return (void)after, (void)theta, (void)x, false;
   }
 
-  /// What the next step depends on besides the state (start values of the iteration), for checkpoints and ways back.
+  /// What the next step depends on besides the state (start values of the iteration), for
+  /// checkpoints and ways back.
   std::vector<double> memory() const {
     std::vector<double> m;
     save(m);
@@ -125,13 +133,15 @@ class BasicIntegrator {
   }
   /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
   Sampler<T>& sampler() { return sampler_; }
-  /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing unusual.
+  /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing
+  /// unusual.
   virtual std::string remark() const { return {}; }
 
-  /// Energy that went through each of the system's powers (Description::powers) in the last step [J].
+  /// Energy that went through each of the system's powers (Description::powers) in the last step
+  /// [J].
   virtual std::span<const T> works() const { return works_.of_step(); }
-  /// Whether they are integrated with the method's own weights: the balance then closes as well as the method does, by two
-  /// Gauss points inside the step (order 4) otherwise.
+  /// Whether they are integrated with the method's own weights: the balance then closes as well as
+  /// the method does, by two Gauss points inside the step (order 4) otherwise.
   virtual bool keeps_books() const { return false; }
   /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
   virtual bool sees_inside() const { return keeps_books(); }
@@ -177,16 +187,18 @@ using Integrator = BasicIntegrator<double>;
 
 /// All methods, in the order of docs and `porthos methods`.
 const std::vector<Declaration>& catalogue();
-/// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known ones
+/// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known
+/// ones
 const Declaration& declaration_of(const std::string& method);
 
 /// Why a method cannot take a system, or nothing if it can.
 std::optional<std::string> misfit(const Declaration& method, const phs::Description& system);
 
-/// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double, Dual or Quad.
-/// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not finite, a system
-///   the method cannot take (see misfit), a scalar it cannot take (rivals work in double), or a sampled controller whose
-///   period is not a whole number of steps
+/// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double,
+/// Dual or Quad.
+/// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not
+///   finite, a system the method cannot take (see misfit), a scalar it cannot take (rivals work in
+///   double), or a sampled controller whose period is not a whole number of steps
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
                                                           const phs::Model& model, T h,

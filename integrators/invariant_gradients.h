@@ -7,8 +7,9 @@
 
 namespace porthos::integrators {
 
-/// ∇C = a + A x of the linear and quadratic invariants C a model declares, component by component: the constants a and
-/// A taken from the model once, by dual numbers, for methods that ask for ∇C at every sweep.
+/// ∇C = a + A x of the linear and quadratic invariants C a model declares, component by component:
+/// the constants a and A taken from the model once, by dual numbers, for methods that ask for ∇C at
+/// every sweep.
 class InvariantGradients {
  public:
   explicit InvariantGradients(const phs::Model& model);

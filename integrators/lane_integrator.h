@@ -12,11 +12,13 @@
 
 namespace porthos::integrators {
 
-/// Runs of one method side by side, each with a state of its own in a SIMD lane and the bits it has alone.
+/// Runs of one method side by side, each with a state of its own in a SIMD lane and the bits it has
+/// alone.
 ///
-/// Lanes keep no step: each begins its next when its own iteration is done, so none waits for another. What lanes do not do
-/// — Newton's iteration, or saying why a step failed — they hand over: a stuck lane stands before the step in question,
-/// and the Integrator of the same method goes on from state() and memory() with the same bits.
+/// Lanes keep no step: each begins its next when its own iteration is done, so none waits for
+/// another. What lanes do not do — Newton's iteration, or saying why a step failed — they hand
+/// over: a stuck lane stands before the step in question, and the Integrator of the same method
+/// goes on from state() and memory() with the same bits.
 class LaneIntegrator {
  public:
   static constexpr int width = stage_lanes;
@@ -28,18 +30,20 @@ class LaneIntegrator {
   LaneIntegrator(const LaneIntegrator&) = delete;
   LaneIntegrator& operator=(const LaneIntegrator&) = delete;
 
-  /// The system all lanes are evaluated with, for parameters that differ from lane to lane (phs/tunable.h). Set them
-  /// before load().
+  /// The system all lanes are evaluated with, for parameters that differ from lane to lane
+  /// (phs/tunable.h). Set them before load().
   phs::System<Lanes>& system() { return *system_; }
 
-  /// Puts a run into a lane, to stop when `until` steps are counted. Nothing is known of steps before.
+  /// Puts a run into a lane, to stop when `until` steps are counted. Nothing is known of steps
+  /// before.
   void load(int lane, const phs::State& start, std::int64_t until);
   /// Sends a lane that has arrived on to a later step.
   void go_on(int lane, std::int64_t until);
   /// Takes the run out of a lane.
   void clear(int lane);
 
-  /// Works until lanes have arrived or are stuck; they stay as they are until told otherwise. @return which; 0 if none runs
+  /// Works until lanes have arrived or are stuck; they stay as they are until told otherwise.
+  /// @return which; 0 if none runs
   Set run();
   bool stuck(int lane) const { return run_[size_t(lane)].phase == Phase::stuck; }
 
@@ -55,8 +59,8 @@ class LaneIntegrator {
   virtual void forget(Set lanes) = 0;
   /// Begins the next step of some lanes. @return those that cannot go on side by side
   virtual Set begin(Set lanes) = 0;
-  /// As much work as lanes do together without asking, and which of their steps ended with it. Those
-  /// that are done are in the states.
+  /// As much work as lanes do together without asking, and which of their steps ended with it.
+  /// Those that are done are in the states.
   virtual Ended round(Set lanes) = 0;
 
   double h_;
@@ -91,8 +95,9 @@ class LaneIntegrator {
   std::vector<Lanes> turn_angles_;
 };
 
-/// The lanes of a method on a system, or null where it has none: `method` works without them, or the system's controllers
-/// are sampled. The model must outlive it. @throws InvalidArgument as make_integrator
+/// The lanes of a method on a system, or null where it has none: `method` works without them, or
+/// the system's controllers are sampled. The model must outlive it. @throws InvalidArgument as
+/// make_integrator
 std::unique_ptr<LaneIntegrator> make_lane_integrator(const std::string& method,
                                                      const phs::Model& model, double h,
                                                      const Options& options = {});

@@ -10,12 +10,13 @@
 
 namespace porthos::integrators {
 
-/// The gradient of H along the segment x + lo + a + τ d, τ in [0, 1]: its value in the middle and the excess of its mean
-/// over that value, ∫ (∇H - ∇H(middle)) dτ, in which nothing cancels as d → 0.
+/// The gradient of H along the segment x + lo + a + τ d, τ in [0, 1]: its value in the middle and
+/// the excess of its mean over that value, ∫ (∇H - ∇H(middle)) dτ, in which nothing cancels as d →
+/// 0.
 ///
-/// Gauss with 7 points on 1, 3, 9 … most_panels equal panels (odd, so that the middle is a node). Where the parts P_5 and P_6 of
-/// g(τ) = ∇H · d on a panel lie below u^(5/14) and u^(6/14) of the terms of g, geometric decay puts the first part the
-/// rule errs on, P_14, below their rounding u.
+/// Gauss with 7 points on 1, 3, 9 … most_panels equal panels (odd, so that the middle is a node).
+/// Where the parts P_5 and P_6 of g(τ) = ∇H · d on a panel lie below u^(5/14) and u^(6/14) of the
+/// terms of g, geometric decay puts the first part the rule errs on, P_14, below their rounding u.
 template <class T>
 class MeanGradient {
   static constexpr int nodes = 7, W = 8;
@@ -45,9 +46,9 @@ class MeanGradient {
     std::copy(x.begin(), x.end(), x_.begin()), std::copy(lo.begin(), lo.end(), lo_.begin());
   }
 
-  /// scale: the size of what changes of H are made of in this step; smaller parts than its rounding are none.
-  /// panels: to begin with; left as needed, for the next sweep of the same step.
-  /// Returns whether the panels resolve H.
+  /// scale: the size of what changes of H are made of in this step; smaller parts than its rounding
+  /// are none. panels: to begin with; left as needed, for the next sweep of the same step. Returns
+  /// whether the panels resolve H.
   bool along(std::span<const T> a, std::span<const T> d, double scale, int& panels) {
     for (;; panels *= 3) {
       if (sum(a, d, scale, panels)) return true;

@@ -49,8 +49,9 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
       krylov_ = make_krylov_resolvent(*field_, d_.size(), own_.get());
   }
 
-  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Many zero eigenvalues, of methods with fewer degrees
-  // than nodes, have no well-defined eigenvectors: A = U C on its range, and C U has the others, with vectors
+  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Many zero eigenvalues, of
+  // methods with fewer degrees than nodes, have no well-defined eigenvectors: A = U C on its range,
+  // and C U has the others, with vectors
   // v = U z, w = yᵀ C / λ from its own z and y.
   using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   const auto s = Eigen::Index(s_);

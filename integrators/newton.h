@@ -12,20 +12,21 @@ namespace porthos::integrators {
 
 /// r ← (I - h A ⊗ J)⁻¹ r for a method's s × s matrix A, J ≈ Df frozen at one point.
 ///
-/// A is diagonalised once, so the s·nx equations fall apart into complex ones of size nx, one for each conjugate pair
-/// and one for each real eigenvalue, solved side by side as lanes (Hairer, Wanner 1996, IV.8). J has no say in the
-/// limit of the iteration, which is that of the residual it is given.
+/// A is diagonalised once, so the s·nx equations fall apart into complex ones of size nx, one for
+/// each conjugate pair and one for each real eigenvalue, solved side by side as lanes (Hairer,
+/// Wanner 1996, IV.8). J has no say in the limit of the iteration, which is that of the residual it
+/// is given.
 class SimplifiedNewton {
  public:
-  /// A row-major. field: whose Jacobian the dense and the Krylov solver take; of the model itself if null. It must outlive
-  /// this.
-  /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the system does not offer
-  ///   the solver asked for
+  /// A row-major. field: whose Jacobian the dense and the Krylov solver take; of the model itself
+  /// if null. It must outlive this.
+  /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the
+  ///   system does not offer the solver asked for
   SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver,
                    DualField* field = nullptr);
 
-  /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the system has no
-  /// resolvent and its field cannot be evaluated in duals.
+  /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the
+  /// system has no resolvent and its field cannot be evaluated in duals.
   const std::vector<Solver>& solvers() const { return solvers_; }
   /// Whether `solver` stands factored for steps of size h.
   bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }
@@ -67,13 +68,14 @@ class SimplifiedNewton {
   std::vector<std::int64_t> turns_;
 };
 
-/// What a solve may be off by, of a residual it was given: it works in double, and (I - h A ⊗ J)⁻¹ r is the difference of
-/// two numbers of the size of r. Where Newton wanders to where r is enormous, the move may come out as nothing at all; that
-/// is no convergence, so this counts as a move.
+/// What a solve may be off by, of a residual it was given: it works in double, and (I - h A ⊗ J)⁻¹
+/// r is the difference of two numbers of the size of r. Where Newton wanders to where r is
+/// enormous, the move may come out as nothing at all; that is no convergence, so this counts as a
+/// move.
 inline double solver_noise(double residual) { return 0x1p-53 * residual; }
 
-/// The parts of a number that Newton's linear solve takes one after another: a derivative obeys the equations linearised, with
-/// the same matrix.
+/// The parts of a number that Newton's linear solve takes one after another: a derivative obeys the
+/// equations linearised, with the same matrix.
 template <class T>
 inline constexpr int newton_parts = std::is_same_v<T, phs::Dual> ? 2 : 1;
 template <class T>
@@ -91,8 +93,9 @@ void set_part(T& x, int part, double value) {
     (void)part, x = T(value);
 }
 
-/// Which solver a step begins with. Fixed point until three steps running are slow or one fails; then Newton, with a
-/// trial of the fixed point every 32 steps, and ever more rarely as the trials fail. It depends on counts of sweeps only.
+/// Which solver a step begins with. Fixed point until three steps running are slow or one fails;
+/// then Newton, with a trial of the fixed point every 32 steps, and ever more rarely as the trials
+/// fail. It depends on counts of sweeps only.
 class SolverChoice {
  public:
   static constexpr int slow_sweeps = 30;   ///< at 0.3 a sweep: Newton is cheaper

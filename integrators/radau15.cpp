@@ -14,8 +14,8 @@ namespace {
 
 using phs::Quad;
 
-/// Stage data stand component by component in chunks of V lanes, as in the Gauss methods. Stage 0 is the start of the step:
-/// its row of a is 0, so it is one lane like the others.
+/// Stage data stand component by component in chunks of V lanes, as in the Gauss methods. Stage 0
+/// is the start of the step: its row of a is 0, so it is one lane like the others.
 template <class T>
 class Radau15 final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
@@ -31,8 +31,9 @@ class Radau15 final : public BasicIntegrator<T> {
   using Coefficients =
       std::array<std::array<Lanes, chunks>, s>;  ///< by stage summed over, then row
 
-  /// Bound of the last coefficient of a step: an eighth-order quantity, whose square and more is the error. Rein and Spiegel's
-  /// 1e-9, and for 113 bits the power 7/16 of round-off with the same margin.
+  /// Bound of the last coefficient of a step: an eighth-order quantity, whose square and more is
+  /// the error. Rein and Spiegel's 1e-9, and for 113 bits the power 7/16 of round-off with the same
+  /// margin.
   static constexpr double bound = std::is_same_v<T, Quad> ? 1e-17 : 1e-9;
   static constexpr double smallest_factor = 0.25, largest_factor = 4;
   static constexpr std::int64_t most_steps = 1'000'000;  ///< inside one advance()
@@ -170,7 +171,8 @@ class Radau15 final : public BasicIntegrator<T> {
     for (int c = 0; c < chunks; ++c) field_.field(t_, ch_[c], Y_[c], F_[c]);
   }
 
-  /// One sweep; distance: the largest distance of a stage from the start of the step, relative to its size.
+  /// One sweep; distance: the largest distance of a stage from the start of the step, relative to
+  /// its size.
   Sweep sweep_once(double& distance) {
     evaluate();
     Sweep p;
@@ -210,9 +212,9 @@ class Radau15 final : public BasicIntegrator<T> {
     phs::compensated_add(x_[k], lo_[k], sum);
   }
 
-  /// What the step size may be multiplied by. The last coefficient of component k, times dt, is held against the way the
-  /// component may go in the step; ways far below the longest of its half (q or p) and below a thousandth of the
-  /// component itself are noise.
+  /// What the step size may be multiplied by. The last coefficient of component k, times dt, is
+  /// held against the way the component may go in the step; ways far below the longest of its half
+  /// (q or p) and below a thousandth of the component itself are noise.
   double factor_after(double dt) {
     double worst = 0;
     for (size_t from = 0; from < n_; from += half_) {

@@ -5,7 +5,8 @@
 
 namespace porthos::integrators {
 
-/// Collocation with eight stages at the left Radau nodes on [0, 1], c_0 = 0, order 15. All in 113 bits, rounded once.
+/// Collocation with eight stages at the left Radau nodes on [0, 1], c_0 = 0, order 15. All in 113
+/// bits, rounded once.
 template <class T>
 struct RadauTable {
   static constexpr int s = 8;

@@ -126,7 +126,8 @@ class Krylov final : public DualResolvent {
   }
 
  private:
-  /// w = (I - z J) d, by one product for the real and one for the imaginary part of every lane in use.
+  /// w = (I - z J) d, by one product for the real and one for the imaginary part of every lane in
+  /// use.
   void apply(const C* d, C* w) {
     std::copy_n(d, n_, w);
     for (int lane = 0; lane < 4; ++lane) {

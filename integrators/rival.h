@@ -6,15 +6,18 @@
 
 namespace porthos::integrators {
 
-/// What the methods of other libraries share. They work to Options::rtol and atol; a "step" of length h is as many inner
-/// steps as the library likes, stopped exactly at its end, and h may be negative. Their histories know nothing of a wrap
-/// and of low words: angles are not wrapped, low words become zero.
+/// What the methods of other libraries share. They work to Options::rtol and atol; a "step" of
+/// length h is as many inner steps as the library likes, stopped exactly at its end, and h may be
+/// negative. Their histories know nothing of a wrap and of low words: angles are not wrapped, low
+/// words become zero.
 ///
-/// A trial inside a step that is infinite or NaN makes the library try a shorter inner step, not the run fail.
-/// Cost::evaluations counts every evaluation of the field, each Dual column of a Jacobian as one.
+/// A trial inside a step that is infinite or NaN makes the library try a shorter inner step, not
+/// the run fail. Cost::evaluations counts every evaluation of the field, each Dual column of a
+/// Jacobian as one.
 class Rival : public Integrator {
  public:
-  /// Goes on with the library's own history if the state is the one it left; otherwise starts anew from it.
+  /// Goes on with the library's own history if the state is the one it left; otherwise starts anew
+  /// from it.
   Outcome advance(double t, double h, phs::State& s) final;
   void tell_turns(const phs::State& s) override;
   /// The library's own words about the last step, where it had any.
@@ -30,10 +33,12 @@ class Rival : public Integrator {
   /// Integrates to exactly `end` and leaves the state in y_. False: the library gave up.
   virtual bool go_to(double end) = 0;
 
-  /// dy = f(t, y), for callbacks from C: no exception passes, it is thrown again by advance(). False: there was one, or
-  /// dy is not finite. The library may then try a shorter inner step unless that is hopeless().
+  /// dy = f(t, y), for callbacks from C: no exception passes, it is thrown again by advance().
+  /// False: there was one, or dy is not finite. The library may then try a shorter inner step
+  /// unless that is hopeless().
   bool field(double t, const double* y, double* dy) noexcept;
-  /// An exception, or so many evaluations that were not finite that the library is creeping up to a singularity.
+  /// An exception, or so many evaluations that were not finite that the library is creeping up to a
+  /// singularity.
   bool hopeless() const { return error_ || not_finite_ > most_not_finite; }
   /// The last evaluation was not finite, and another try is not hopeless.
   bool stopped_by_field() const { return !last_finite_ && !hopeless(); }
@@ -72,8 +77,9 @@ class Rival : public Integrator {
   std::vector<phs::Dual> dual_x_, dual_f_;
 };
 
-/// The entry of a rival, from its class; `extra` goes on to the constructor. It claims no structure, its accuracy follows the
-/// tolerance, not h, and its history does not go into a checkpoint.
+/// The entry of a rival, from its class; `extra` goes on to the constructor. It claims no
+/// structure, its accuracy follows the tolerance, not h, and its history does not go into a
+/// checkpoint.
 template <class Method, class... Extra>
 Entry rival_entry(std::string name, std::string title, std::string source, Extra... extra) {
   return double_entry({.name = std::move(name),

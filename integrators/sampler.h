@@ -11,9 +11,9 @@
 
 namespace porthos::integrators {
 
-/// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of constant step h, or by the
-/// clock.
-/// A new sampler takes the model's holds back to their start: one run at a time.
+/// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of
+/// constant step h, or by the clock. A new sampler takes the model's holds back to their start: one
+/// run at a time.
 template <class T>
 class Sampler {
  public:
@@ -53,7 +53,8 @@ class Sampler {
   }
 
   /// Before the step that begins at this state.
-  /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would be missed
+  /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would
+  ///   be missed
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
     before_.clear(), save(before_);
     if (s.origin_step != 0 && !by_clock_) {

@@ -112,8 +112,9 @@ class Splitting final : public BasicIntegrator<T> {
     system_->field(clock_[0], s.x, {}, y_);
     ++cost_.evaluations;
   }
-  /// The last kick of a step and the first of the next share their force, unless an angle was wrapped in between. It is
-  /// recognised by q itself, so that a restart, which evaluates it anew, gives the same bits.
+  /// The last kick of a step and the first of the next share their force, unless an angle was
+  /// wrapped in between. It is recognised by q itself, so that a restart, which evaluates it anew,
+  /// gives the same bits.
   bool force_is_of(const State& s) const {
     if (!have_force_ || !(autonomous_ || same(t_of_force_, clock_[0]))) return false;
     for (size_t i = 0; i < n_ / 2; ++i)

@@ -8,8 +8,9 @@
 
 namespace porthos::integrators {
 
-/// A system evaluated at up to V points at once: as lanes where T is double, one after another otherwise, with the same
-/// bits. `used` says how many points count; lanes beyond must hold a point too and come back as the last one's value.
+/// A system evaluated at up to V points at once: as lanes where T is double, one after another
+/// otherwise, with the same bits. `used` says how many points count; lanes beyond must hold a point
+/// too and come back as the last one's value.
 template <class T, int V>
 class StageField {
  public:

@@ -29,12 +29,13 @@ struct Sweep {
   }
 };
 
-/// Sweeps go on to stagnation. A tolerance would stop on one side of the solution and bias the energy.
+/// Sweeps go on to stagnation. A tolerance would stop on one side of the solution and bias the
+/// energy.
 ///
-/// They go on while some component still moves less than ever before; one sweep of grace, then they stop. With
-/// many components one or another sets a record in its noise for long, so four sweeps without a record of the largest
-/// move end it too. None of this counts above `settled`: there a contraction that oscillates needs patience, and a
-/// pause is no solution.
+/// They go on while some component still moves less than ever before; one sweep of grace, then they
+/// stop. With many components one or another sets a record in its noise for long, so four sweeps
+/// without a record of the largest move end it too. None of this counts above `settled`: there a
+/// contraction that oscillates needs patience, and a pause is no solution.
 class Stagnation {
  public:
   enum class Verdict {
@@ -44,7 +45,8 @@ class Stagnation {
     diverges,   ///< no progress far from a solution
     not_finite
   };
-  /// settled: relative move below which only noise is left; tolerance: see Options::iteration_tolerance
+  /// settled: relative move below which only noise is left; tolerance: see
+  /// Options::iteration_tolerance
   explicit Stagnation(double settled, double tolerance = 0)
       : settled_(settled), tolerance_(tolerance) {}
   template <class T>
@@ -59,9 +61,10 @@ class Stagnation {
     noise_ = 0, noise_known_ = false;
   }
 
-  /// Whether the moves, small already, have all but stopped shrinking above `settled`: slow contraction, or rounding that
-  /// the equations magnify, as a stiff spring does that of a difference of angles. Asked for once between restarts; who
-  /// can tell then says how large moves by noise are.
+  /// Whether the moves, small already, have all but stopped shrinking above `settled`: slow
+  /// contraction, or rounding that the equations magnify, as a stiff spring does that of a
+  /// difference of angles. Asked for once between restarts; who can tell then says how large moves
+  /// by noise are.
   bool wants_noise() const {
     return !noise_known_ && last_ > settled_ && last_ < small * settled_ && ratio_ > 0.3;
   }

@@ -19,7 +19,7 @@ const Declaration& controllable(const std::string& method) {
   return d;
 }
 
-// --- time transformation ----------------------------------------------------------------------------------------
+// --- time transformation -------------------------------------------------------------------------
 
 class TimeTransformed final : public Controlled {
  public:
@@ -167,7 +167,7 @@ class TimeTransformed final : public Controlled {
   std::vector<double> fresh_;
 };
 
-// --- reversible controller ----------------------------------------------------------------------------------------
+// --- reversible controller -----------------------------------------------------------------------
 
 class Reversible final : public Controlled {
  public:
@@ -198,7 +198,8 @@ class Reversible final : public Controlled {
     return o;
   }
 
-  /// A step of a given h is one of another eps = h rho_{n+1/2}, so rho goes on as if it had been chosen.
+  /// A step of a given h is one of another eps = h rho_{n+1/2}, so rho goes on as if it had been
+  /// chosen.
   Outcome advance(double, double h, State& s) override {
     begin_if_new(s);
     const double half = rho_ / (1 - 0.5 * h * G_);

@@ -9,10 +9,13 @@
 namespace porthos::integrators {
 
 /// The loop of an implicit step, by its parts:
-///   guess(predicted)   puts the unknowns to their first values, with or without a prediction from the step before
-///   sweep(distance)    one sweep; distance: how far the unknowns are from the start of the step, in the units of Sweep
+///   guess(predicted)   puts the unknowns to their first values, with or without a prediction from
+///                      the step before
+///   sweep(distance)    one sweep; distance: how far the unknowns are from the start of the step,
+///                      in the units of Sweep
 ///   between()          called before each further sweep
-///   noise()            the largest move that may be rounding only, in the units of Sweep; 0 if not known
+///   noise()            the largest move that may be rounding only, in the units of Sweep; 0 if not
+///                      known
 ///   finish()           brings what the sweeps see up to what the last of them moved
 template <class Guess, class SweepOnce, class Between, class Noise, class Finish>
 struct Iteration {
@@ -25,8 +28,8 @@ struct Iteration {
 template <class G, class S, class B, class N, class F>  // which Clang 14 does not deduce by itself
 Iteration(G, S, B, N, F)->Iteration<G, S, B, N, F>;
 
-/// An iteration between its sweeps: the one state machine of all implicit methods, of one state or of
-/// a lane.
+/// An iteration between its sweeps: the one state machine of all implicit methods, of one state or
+/// of a lane.
 class Iterating {
  public:
   /// What the last sweep calls for.
@@ -131,8 +134,9 @@ struct SolverMemory {
   void dropped_prediction() { distrust = 16; }
 };
 
-/// Solves steps by the fixed point while it contracts, else by Newton (see Solver). Of the equations it asks guess, sweep
-/// and finish as above — a sweep by Newton where newton() says so — and
+/// Solves steps by the fixed point while it contracts, else by Newton (see Solver). Of the
+/// equations it asks guess, sweep and finish as above — a sweep by Newton where newton() says so —
+/// and
 ///   freeze(newton, solver)   freezes J where the unknowns are now
 ///   newton_step()            the step size J is frozen for
 ///   noise()                  of moves by Newton, as above, where it is offered
@@ -182,8 +186,8 @@ class StepSolver {
   }
 
  private:
-  /// When a Newton iteration takes a new J. always: an iteration that contracts badly gets one at every sweep, and more
-  /// patience — far from linear, Newton's method wanders before it converges.
+  /// When a Newton iteration takes a new J. always: an iteration that contracts badly gets one at
+  /// every sweep, and more patience — far from linear, Newton's method wanders before it converges.
   enum class Refresh { some, always };
   static constexpr int some_refreshes = 8;
 
@@ -241,7 +245,8 @@ Outcome StepSolver::solve(Equations& e, bool have_prediction, Cost& cost) {
   return o;
 }
 
-/// With the J of an earlier step if it still serves, else with its own, in the end with a new one at every sweep.
+/// With the J of an earlier step if it still serves, else with its own, in the end with a new one
+/// at every sweep.
 template <class Equations>
 Outcome StepSolver::by_newton(Equations& e, bool predicted, Solver solver) {
   Outcome o = iterate_by(e, predicted, solver, most_sweeps_);

@@ -45,7 +45,8 @@ class StormerVerlet {
     return 0;
   }
 
-  /// x0 = (q, p½), x1 = (q', p½): fixed-point sweeps on p½, q' and the multipliers together, to stagnation.
+  /// x0 = (q, p½), x1 = (q', p½): fixed-point sweeps on p½, q' and the multipliers together, to
+  /// stagnation.
   Ended round(LaneSet lanes, const StepStart<T>& s) {
     const auto now = mask_of_some<T>(lanes);
     const T half_h = T(0.5) * s.h;
@@ -72,8 +73,8 @@ class StormerVerlet {
     for (auto& r : rotations_) {
       T excess(-1.0);
       for (size_t k = 0; k < 4; ++k) excess += x1_[r.q + k] * x1_[r.q + k];
-      // ∂|ξ'|²/∂λ = -h² κ to leading order. The move of λ is carried into p½ and q' at once: left to the next sweeps
-      // it would arrive two sweeps late and the iteration would oscillate.
+      // ∂|ξ'|²/∂λ = -h² κ to leading order. The move of λ is carried into p½ and q' at once: left
+      // to the next sweeps it would arrive two sweeps late and the iteration would oscillate.
       const T d = excess / (s.h * s.h * r.kappa);
       r.lambda = select(now, r.lambda + d, r.lambda);
       for (size_t k = 0; k < 4; ++k) {
@@ -139,8 +140,9 @@ class StormerVerlet {
     (verdict == not_finite ? e.not_finite : solved ? e.done : e.not_converged) |= lane_bit(lane);
   }
 
-  /// The second kick: f1 at (q', p½), with the multiplier that makes ξ'·π' = 0. It starts from the p½ that enters the
-  /// state, ½h f0 away: the one of the last sweep differs along ξ by the rounding of λ, which has a factor 1/(hκ).
+  /// The second kick: f1 at (q', p½), with the multiplier that makes ξ'·π' = 0. It starts from the
+  /// p½ that enters the state, ½h f0 away: the one of the last sweep differs along ξ by the
+  /// rounding of λ, which has a factor 1/(hκ).
   void finish() {
     for (const auto& r : rotations_) {
       T along(0.0), norm2(0.0);
@@ -167,8 +169,9 @@ class StormerVerlet {
     }
   }
 
-  /// κ from the field at the zero configuration, so that it belongs to the system and not to a state: ξ' = ½ ξ∘ω with
-  /// ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a quarter of the mean inverse inertia.
+  /// κ from the field at the zero configuration, so that it belongs to the system and not to a
+  /// state: ξ' = ½ ξ∘ω with ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a
+  /// quarter of the mean inverse inertia.
   void scale_rotations() {
     std::vector<T>&x = x0_, &f = f0_;
     for (const auto& r : rotations_) x[r.q] = T(1.0);

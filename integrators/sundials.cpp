@@ -62,13 +62,15 @@ class Sundials : public Rival {
       throw std::runtime_error("method '" + declaration_.name + "': SUNDIALS' " + what + " failed");
   }
 
-  /// The solver's counters since it was last started: Newton or fixed-point iterations, factorisations.
+  /// The solver's counters since it was last started: Newton or fixed-point iterations,
+  /// factorisations.
   struct Counts {
     long iterations = 0, factorisations = 0;
   };
   virtual bool restart(double t) = 0;
   virtual bool integrate(double end) = 0;
-  /// Below it the clock stands still while the state moves on: SUNDIALS would follow a singularity to overflow.
+  /// Below it the clock stands still while the state moves on: SUNDIALS would follow a singularity
+  /// to overflow.
   static double least_inner_step(double end) {
     return std::numeric_limits<double>::epsilon() * std::fabs(end);
   }
@@ -77,8 +79,8 @@ class Sundials : public Rival {
   SUNContext context() const { return context_.get(); }
   /// A view of y_.
   N_Vector vector() const { return vector_.get(); }
-  /// For the implicit methods: a matrix with its LU solver, and the exact Jacobian where the system takes duals. False: it
-  /// does not, SUNDIALS takes differences.
+  /// For the implicit methods: a matrix with its LU solver, and the exact Jacobian where the system
+  /// takes duals. False: it does not, SUNDIALS takes differences.
   bool use_newton(const phs::Model& model) {
     const auto n = sunindextype(n_);
     matrix_.reset(SUNDenseMatrix(n, n, context()));
@@ -191,7 +193,8 @@ class Arkode final : public Sundials {
                                 implicit ? right_hand_side : nullptr, t, vector(), context()));
     void* const a = solver_.get();
     require(a ? 0 : -1, "allocation");
-    // Used only to step back by a rounding to the end; the default interpolant costs an evaluation every inner step.
+    // Used only to step back by a rounding to the end; the default interpolant costs an evaluation
+    // every inner step.
     require(ARKStepSetInterpolantType(a, ARK_INTERP_LAGRANGE), "choice of an interpolant");
     require(ARKStepSetOrder(a, order_), "choice of an order");
     require(ARKStepSStolerances(a, options_.rtol, options_.atol), "setting of tolerances");
@@ -203,7 +206,8 @@ class Arkode final : public Sundials {
     if (exact_) require(ARKStepSetJacFn(a, dense_jacobian), "setting of the Jacobian");
   }
 
-  /// A new solver: ARKStepReInit keeps the sign of the last inner step and then refuses to turn back (6.4.1).
+  /// A new solver: ARKStepReInit keeps the sign of the last inner step and then refuses to turn
+  /// back (6.4.1).
   bool restart(double t) override {
     make_solver(t);
     reached_ = t, good_ = y_;
@@ -225,8 +229,8 @@ class Arkode final : public Sundials {
     remark_ = "ARKODE: the limit of inner steps was reached";
     return false;
   }
-  /// ARKODE's explicit steps give up at the first stage that is not finite. Starts anew from the last good state, for half
-  /// the way to that stage.
+  /// ARKODE's explicit steps give up at the first stage that is not finite. Starts anew from the
+  /// last good state, for half the way to that stage.
   bool shorten(double end) {
     const double step = 0.5 * (refused_at_ - reached_);
     if (kind_ != Kind::explicit_pair || !stopped_by_field() || reached_ + step == reached_)
@@ -263,7 +267,8 @@ class Arkode final : public Sundials {
   OwnedSolver<ARKStepFree> solver_;
 };
 
-/// F(t, y, y') = y' - f(t, y): the form that constrained systems will need, tried here on unconstrained ones.
+/// F(t, y, y') = y' - f(t, y): the form that constrained systems will need, tried here on
+/// unconstrained ones.
 class Ida final : public Sundials {
  public:
   Ida(const Declaration& d, const phs::Model& model, double h, const Options& o)

@@ -7,9 +7,10 @@
 
 namespace porthos::integrators {
 
-/// The books of one step: ∫ power dt [J] of each of a system's powers, by the weights of the method where it keeps them
-/// itself (Kotyczka, Lefevre 2019), else by two Gauss points on the cubic between both ends of the step: inside it, so that a
-/// thruster that switches at its ends is seen as it is.
+/// The books of one step: ∫ power dt [J] of each of a system's powers, by the weights of the method
+/// where it keeps them itself (Kotyczka, Lefevre 2019), else by two Gauss points on the cubic
+/// between both ends of the step: inside it, so that a thruster that switches at its ends is seen
+/// as it is.
 template <class T>
 class Works {
  public:

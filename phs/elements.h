@@ -12,8 +12,7 @@
 /// whatever the port carries.
 namespace porthos::phs {
 
-// --- resistive laws: force = law(rate), with rate · law(rate) >= 0
-// --------------------------------------------------
+// --- resistive laws: force = law(rate), with rate · law(rate) >= 0 -------------------------------
 
 /// force = damping · rate. @throws InvalidArgument if damping < 0
 FunctionPtr viscous(double damping);
@@ -35,8 +34,7 @@ struct Friction {
 /// @throws InvalidArgument naming the number that is out of range
 FunctionPtr friction(const Friction& f);
 
-// --- potentials of one coordinate
-// -----------------------------------------------------------------------------------
+// --- potentials of one coordinate ----------------------------------------------------------------
 
 /// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U
 /// would have no minimum
@@ -50,8 +48,7 @@ Potential tabulated_spring(const std::vector<double>& z, const std::vector<doubl
 /// @throws InvalidArgument unless lower < upper and k > 0
 Potential soft_limits(double lower, double upper, double k);
 
-// --- sources: v(t)
-// --------------------------------------------------------------------------------------------------
+// --- sources: v(t) -------------------------------------------------------------------------------
 
 FunctionPtr constant(double value);
 /// amplitude · sin(2π frequency t + phase)
@@ -73,8 +70,7 @@ class Held {
   std::shared_ptr<double> value_;
 };
 
-// --- systems with a state
-// -------------------------------------------------------------------------------------------
+// --- systems with a state ------------------------------------------------------------------------
 
 /// Units of what a port carries: of the rate that flows, of the effort against it, and of their
 /// integrals.

@@ -39,8 +39,7 @@ class Network {
   /// The member the others are elements of: its blocks, books and invariants keep their names.
   Network& main(const std::string& name);
 
-  // --- junctions: each port takes part in one of them
-  // --------------------------------------------------------------
+  // --- junctions: each port takes part in one of them --------------------------------------------
   /// The flow of `effort_in` drives `flow_in`, whose effort acts back: u_a = -y_b, u_b = y_a.
   Network& feedback(const std::string& effort_in, const std::string& flow_in);
   /// A gear, a lever: u_b = ratio y_a, u_a = -ratio y_b.
@@ -59,8 +58,7 @@ class Network {
   /// u = K y over the ports one after another. @throws InvalidArgument if K is not skew
   Network& couple(const std::vector<std::string>& ports, const Matrix& K);
 
-  // --- what acts on a port besides its junction: any number of them
-  // --------------------------------------------------
+  // --- what acts on a port besides its junction: any number of them ------------------------------
   /// u -= law(y) of a port of size 1, or of one component of a larger one.
   Network& resist(const std::string& name, const std::string& port, FunctionPtr law,
                   int component = 0);

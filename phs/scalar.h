@@ -38,14 +38,12 @@ template <class T>
 inline constexpr bool is_real =
     std::is_same_v<T, double> || std::is_same_v<T, long double> || std::is_same_v<T, Quad>;
 
-// --- select: the only conditional of a kernel
-// -------------------------------------------------------------------
+// --- select: the only conditional of a kernel ----------------------------------------------------
 template <class T>
 requires(!is_pack<T>) T select(bool mask, T a, T b) { return mask ? a : b; }
 inline bool any(bool mask) { return mask; }
 
-// --- elementary functions, one name for every scalar
-// ------------------------------------------------------------
+// --- elementary functions, one name for every scalar ---------------------------------------------
 inline double sqrt(double x) { return std::sqrt(x); }
 inline long double sqrt(long double x) { return std::sqrt(x); }
 inline Quad sqrt(Quad x) { return sqrtq(x); }

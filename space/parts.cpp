@@ -269,8 +269,7 @@ class PartsSystem final : public phs::Forwarding<T> {
     }
   }
 
-  // --- sources
-  // ------------------------------------------------------------------------------------
+  // --- sources -----------------------------------------------------------------------------------
   Vec3<T> force(const Thruster& th, const T& t) const {
     const T on = lane_by_lane(t, [&](double at) { return th.thrust * th.schedule.at(at); });
     return on * Vec3<T>(th.direction);

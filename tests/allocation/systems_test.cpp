@@ -32,7 +32,8 @@ void expect_none(const std::string& what, Integrator& method, phs::State s, int 
   EXPECT_EQ(made, 0) << what << ", in " << steps << " steps";
 }
 
-/// The double pendulum in a network: friction, a source, and a controller at the elbow, sampled or not.
+/// The double pendulum in a network: friction, a source, and a controller at the elbow, sampled or
+/// not.
 std::shared_ptr<const phs::NetworkModel> controlled(double period) {
   const auto robot = swinging_pendulum(0.05);
   phs::Network n("controlled");
@@ -99,8 +100,8 @@ TEST(Allocation, NoneInAStepUnderAMonitor) {
       }
 }
 
-// The loop of every run: books, looks between records, an event that is waited for, a monitor. Control: a record allocates
-// where its sink does.
+// The loop of every run: books, looks between records, an event that is waited for, a monitor.
+// Control: a record allocates where its sink does.
 TEST(Allocation, NoneInAWatchedStep) {
   const auto robot = swinging_pendulum(0.05);
   const std::vector<double> x{2.0, -0.4, 1.1, 0.5};

@@ -123,7 +123,8 @@ TEST(Batch, BooksAndRecordsAreThoseOfARunAlone) {
 }
 
 TEST(Batch, LanesHandOverWhatNeedsNewton) {
-  // Stiff: the fixed point does not converge, lanes are stuck at their first step or where it gets slow.
+  // Stiff: the fixed point does not converge, lanes are stuck at their first step or where it gets
+  // slow.
   const auto robot = test::stiff_chain(3, 3000, 0.0);
   std::vector<std::vector<double>> starts;
   for (int i = 0; i < 6; ++i) {

@@ -1,5 +1,5 @@
-// Cases that lanes cannot take: events, monitors, step control, a shorter last step. Each is the run of its scene, and the
-// files are the same bytes however they were run.
+// Cases that lanes cannot take: events, monitors, step control, a shorter last step. Each is the
+// run of its scene, and the files are the same bytes however they were run.
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -268,7 +268,8 @@ TEST_F(CaseEvents, AutoChoosesOnceForAllParts) {
                    "was chosen for another ensemble: the scene file has changed"));
 }
 
-// Other numbers than the file's are those of every case, in lanes and alone, and of the ensemble's identity.
+// Other numbers than the file's are those of every case, in lanes and alone, and of the ensemble's
+// identity.
 TEST_F(CaseEvents, NumbersOfTheCommandLine) {
   for (const std::string& more : {std::string(), stop}) {
     auto s = scene::read_scene(put(arms(more + vary)));

@@ -1,4 +1,5 @@
-// porthos ensemble as a user meets it: the same bytes however it was run, refusals, a killed process, ranks of MPI.
+// porthos ensemble as a user meets it: the same bytes however it was run, refusals, a killed
+// process, ranks of MPI.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -203,7 +204,8 @@ TEST_F(EnsembleCommand, ParametersOfTheModelAndCasesItRefuses) {
   EXPECT_NEAR(energy[3] - energy[0], 1 * 9.81 * -1.3 * std::cos(1.0), 1e-12);
 }
 
-// What a sampled controller holds belongs to its case: any number of threads, and a case alone has the same bits.
+// What a sampled controller holds belongs to its case: any number of threads, and a case alone has
+// the same bits.
 TEST_F(EnsembleCommand, SampledControllersOfEachCase) {
   const std::string servo = R"([[element]]
 type = "controller"

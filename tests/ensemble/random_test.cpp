@@ -61,13 +61,15 @@ TEST(NormalQuantile, IsTheInverseOfErfc) {
     if (p > 0.9) continue;  // 1 - p has lost its digits there
     worst = std::max(worst, std::fabs(normal_quantile(p) - z) / std::max(1.0, std::fabs(z)));
   }
-  // erfc and p's last bit leave a few ulp: dz = dp / density, |z| / z² of p's relative error in the tail
+  // erfc and p's last bit leave a few ulp: dz = dp / density, |z| / z² of p's relative error in the
+  // tail
   keeps("|Φ⁻¹(Φ(z)) - z|", worst, 4e-15);
   EXPECT_EQ(normal_quantile(0.5), 0);
   EXPECT_EQ(normal_quantile(0.25), -normal_quantile(0.75));
 }
 
-/// Points of one coordinate in each of 2^k equal intervals, at most and at least, of a stretch of 2^k.
+/// Points of one coordinate in each of 2^k equal intervals, at most and at least, of a stretch of
+/// 2^k.
 bool one_in_each(const Sobol& s, int d, int k, std::uint64_t from) {
   std::set<int> seen;
   for (std::uint64_t i = 0; i < 1u << k; ++i) seen.insert(int(s(from + i, d) * (1 << k)));
@@ -83,8 +85,9 @@ TEST(SobolPoints, OneInEachInterval) {
   EXPECT_FALSE(one_in_each(s, 2, 6, 5)) << "control: a stretch that begins elsewhere";
 }
 
-/// Sobol's property A: the first bits of the first d direction numbers in d dimensions are independent, so that any 2^d
-/// points in a row from a multiple of that have one in each of the 2^d parts the cube is cut into by halves.
+/// Sobol's property A: the first bits of the first d direction numbers in d dimensions are
+/// independent, so that any 2^d points in a row from a multiple of that have one in each of the 2^d
+/// parts the cube is cut into by halves.
 bool property_a(const Sobol& s, int dimensions) {
   std::vector<std::uint64_t> rows;
   for (int i = 0; i < dimensions; ++i) {
@@ -104,7 +107,8 @@ bool property_a(const Sobol& s, int dimensions) {
 }
 
 TEST(SobolPoints, PropertyAOfTheTable) {
-  // A wrong digit in the table of direction numbers breaks it with probability one half, in every dimension from there on.
+  // A wrong digit in the table of direction numbers breaks it with probability one half, in every
+  // dimension from there on.
   const Sobol s(Sobol::most_dimensions, 1);
   for (int n = 1; n <= Sobol::most_dimensions; ++n) EXPECT_TRUE(property_a(s, n)) << n;
 }
@@ -127,7 +131,8 @@ TEST(SobolPoints, AverageFasterThanRandomOnes) {
     }
     sobol += (a - 1) * (a - 1) / 8, random += (b - 1) * (b - 1) / 8;
   }
-  // A shift moves the mean of each coordinate's n points by less than 1/n, uniformly: the slopes are 1/2.
+  // A shift moves the mean of each coordinate's n points by less than 1/n, uniformly: the slopes
+  // are 1/2.
   const double expected = std::sqrt(double(dimensions) / 12) * 0.5 / n;
   keeps("Sobol: rms error of a mean of 4096", std::sqrt(sobol), 2 * expected);
   breaks("random points", std::sqrt(random), 20 * expected);

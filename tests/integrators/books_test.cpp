@@ -1,4 +1,5 @@
-// The books of a run: works through ports and losses against references, and the defect of the balance by method.
+// The books of a run: works through ports and losses against references, and the defect of the
+// balance by method.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -188,8 +189,8 @@ TEST(Books, SeriesElasticArmOfTheReference) {
   EXPECT_LT(worst_defect, 1e-12);
 }
 
-// The elongation of a spring is the angle between its ends: a Casimir the builder finds and the run keeps. A source at
-// a motor does not touch it.
+// The elongation of a spring is the angle between its ends: a Casimir the builder finds and the run
+// keeps. A source at a motor does not touch it.
 TEST(Books, ElongationsAreCasimirsOfTheArm) {
   Network n("arm with a spring");
   n.add("pendulum", std::make_shared<mechanics::MechanicalModel>(

@@ -1,5 +1,6 @@
-// Brouwer's law: with nothing but unbiased rounding left, errors grow like the square root of the number of steps. An
-// ensemble of starts tells that law from a drift; each ingredient taken away must show.
+// Brouwer's law: with nothing but unbiased rounding left, errors grow like the square root of the
+// number of steps. An ensemble of starts tells that law from a drift; each ingredient taken away
+// must show.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,8 +35,8 @@ Starts ets_vii_starts(int count, double rate = 0.1) {
 }
 
 /// A free-floating tree of 30 bodies with revolute joints, rates of up to 0.15 rad/s. Its motion is
-/// chaotic: from 0.3 rad/s one joint in 24 runs whirls up to 15 rad/s, at other roundings another, and
-/// the error of the method at that step (4e-12) is above all rounding.
+/// chaotic: from 0.3 rad/s one joint in 24 runs whirls up to 15 rad/s, at other roundings another,
+/// and the error of the method at that step (4e-12) is above all rounding.
 Starts tree_starts(int count) {
   Starts all;
   test::RandomTree random(30);
@@ -62,8 +63,9 @@ struct Increments {
       }
     }
   }
-  /// Weighted least-squares slope of log rms against log of the distance from 10³ steps on; a level's weight is its number
-  /// of increments, at most 512, as neighbouring levels share their noise.
+  /// Weighted least-squares slope of log rms against log of the distance from 10³ steps on; a
+  /// level's weight is its number of increments, at most 512, as neighbouring levels share their
+  /// noise.
   struct Slope {
     double value, error;  ///< and its standard error, the increments taken as independent
   };
@@ -205,8 +207,9 @@ Law law_of(const char* title, const Starts& starts, const Make& make, std::int64
   return law_from(title, starts, record);
 }
 
-/// Bounds of the law. A mean counts as significant beyond 3.5 standard errors (one in 2000 by chance); the runs are so many
-/// that the exponent has a standard error of a third of its bound and less.
+/// Bounds of the law. A mean counts as significant beyond 3.5 standard errors (one in 2000 by
+/// chance); the runs are so many that the exponent has a standard error of a third of its bound and
+/// less.
 void expect_brouwer(const Law& law, double exponent_bound) {
   EXPECT_LE(law.energy_coefficient, 3e-17);
   EXPECT_LE(law.momentum_coefficient, 4e-17);
@@ -231,7 +234,8 @@ TEST(Brouwer, TreeOf30Bodies) {
       long_run() ? 0.05 : 0.12);
 }
 
-// The control: made-up errors of the size of the ETS-VII runs, a random walk and one with a drift that makes its exponent 0.6.
+// The control: made-up errors of the size of the ETS-VII runs, a random walk and one with a drift
+// that makes its exponent 0.6.
 TEST(Brouwer, AnExponentOfSixTenthsIsSeen) {
   const auto exponent_of = [](double drift) {
     test::RandomTree random(3);

@@ -27,8 +27,9 @@ test::Problem step_for(const Declaration& d, test::Problem p) {
   return p;
 }
 
-/// Judges one property of every method of ours: `measure` gives its defect on a problem. What holds must stay within
-/// `bound` on every fitting problem; what fails must go beyond `visible` on one of them, else the test sees nothing.
+/// Judges one property of every method of ours: `measure` gives its defect on a problem. What holds
+/// must stay within `bound` on every fitting problem; what fails must go beyond `visible` on one of
+/// them, else the test sees nothing.
 void judge(const char* property, Claim Declaration::*claim, double bound, double visible,
            const std::function<double(const Declaration&, const test::Problem&)>& measure) {
   std::printf("  %s: holds <= %.0e, fails > %.0e\n", property, bound, visible);
@@ -66,7 +67,8 @@ double norm(const Vec& a) {
   return std::sqrt(sum);
 }
 
-/// |Ψuᵀ J Ψv - uᵀ J v| over |Ψu| |Ψv|, the largest over pairs of tangents; images[i] = Ψ tangents[i].
+/// |Ψuᵀ J Ψv - uᵀ J v| over |Ψu| |Ψv|, the largest over pairs of tangents; images[i] = Ψ
+/// tangents[i].
 double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec>& images) {
   double worst = 0;
   for (size_t i = 0; i < images.size(); ++i)
@@ -78,8 +80,8 @@ double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec
   return worst;
 }
 
-/// The exact Jacobian Ψ of two steps, applied to tangents: a dual number carries a tangent through the very code that
-/// steps a run, iteration included.
+/// The exact Jacobian Ψ of two steps, applied to tangents: a dual number carries a tangent through
+/// the very code that steps a run, iteration included.
 double symplectic_defect(const Declaration& d, const test::Problem& p) {
   const auto basis = test::tangents(p);
   std::vector<Vec> images, moved;
@@ -103,7 +105,8 @@ TEST(Claims, Symplectic) {
         [](const auto& d, const auto& p) { return symplectic_defect(d, p); });
 }
 
-// Velocity Verlet on M(q) q'' = f, with its explicit "forces" that depend on the velocity, is not symplectic.
+// Velocity Verlet on M(q) q'' = f, with its explicit "forces" that depend on the velocity, is not
+// symplectic.
 TEST(Claims, VelocityVerletWithVariableMassIsNotSymplectic) {
   const auto problem = test::double_pendulum();
   const auto& model = dynamic_cast<const mechanics::MechanicalModel&>(*problem.model);
@@ -147,7 +150,8 @@ TEST(Claims, Symmetric) {
         });
 }
 
-/// The largest change of a quadratic invariant in 300 steps, at the given step and at four times that if it converges.
+/// The largest change of a quadratic invariant in 300 steps, at the given step and at four times
+/// that if it converges.
 double invariant_defect(const Declaration& d, const test::Problem& p) {
   test::Gauge gauge(*p.model);
   const auto start = gauge.invariants(p.start);
@@ -178,7 +182,8 @@ TEST(Claims, QuadraticInvariants) {
         invariant_defect);
 }
 
-/// The largest relative change of H within 100 steps, at the coarsest of a few step sizes that still converges.
+/// The largest relative change of H within 100 steps, at the coarsest of a few step sizes that
+/// still converges.
 double energy_defect(const Declaration& d, const test::Problem& p) {
   test::Gauge gauge(*p.model);
   const auto H0 = gauge.energy(p.start);
@@ -245,7 +250,8 @@ TEST(Gauss, StageLanesEqualScalarStages) {
   }
 }
 
-// A method restarted from (state, memory) continues with the same bits; without the low words it does not.
+// A method restarted from (state, memory) continues with the same bits; without the low words it
+// does not.
 TEST(Claims, RestartIsContinuation) {
   for (const auto& d : catalogue()) {
     if (!d.resumable) continue;

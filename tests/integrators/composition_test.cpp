@@ -1,4 +1,5 @@
-// Compositions: the order conditions of every table by code, the orders in 113 bits, and what the base keeps.
+// Compositions: the order conditions of every table by code, the orders in 113 bits, and what the
+// base keeps.
 #include <gtest/gtest.h>
 
 #include "integrators/composition.h"
@@ -11,7 +12,8 @@ namespace {
 
 using phs::Quad;
 
-/// The sum of magnitudes behind a word of that weight, S^w / w! with S = Σ|γ|: rounding of γ enters by this factor.
+/// The sum of magnitudes behind a word of that weight, S^w / w! with S = Σ|γ|: rounding of γ enters
+/// by this factor.
 double magnitude_of(const std::vector<Quad>& gamma, int weight) {
   Quad S = 0, power = 1;
   for (const Quad g : gamma) S += phs::abs(g);

@@ -12,8 +12,8 @@ namespace {
 using Vec = std::vector<double>;
 const char* const discrete_gradients[] = {"gonzalez", "mean_value", "itoh_abe", "itoh_abe2"};
 
-// As δ → 0 the correction of the midpoint gradient goes to zero with δ², as a line integral; the textbook's difference
-// of two energies leaves u|H| / |δ|.
+// As δ → 0 the correction of the midpoint gradient goes to zero with δ², as a line integral; the
+// textbook's difference of two energies leaves u|H| / |δ|.
 TEST(Gonzalez, CorrectionVanishesWithTheStep) {
   const auto r = test::swinging_pendulum();
   auto system = r.model->instantiate<double>();
@@ -53,7 +53,8 @@ TEST(DiscreteGradients, RestAtAnEquilibrium) {
   }
 }
 
-/// A point in the plane with a mass that depends on the radius, H = ½|p|²/(1 + |q|²) + |q|⁴/4: non-separable, q × p kept.
+/// A point in the plane with a mass that depends on the radius, H = ½|p|²/(1 + |q|²) + |q|⁴/4:
+/// non-separable, q × p kept.
 struct Central {
   bool declares;
   phs::Description description() const {
@@ -107,7 +108,8 @@ TEST(Gonzalez, KeepsDeclaredQuadraticInvariants) {
   EXPECT_LE(std::max(energy[0], energy[1]), 2e-14);
 }
 
-// A free body from tumbling to a steady spin, where all of δ is a symmetry and nothing is left to correct.
+// A free body from tumbling to a steady spin, where all of δ is a symmetry and nothing is left to
+// correct.
 TEST(Gonzalez, FreeBody) {
   mechanics::BodySpec body;
   body.name = "body", body.parent = "world", body.joint.name = "base", body.joint.type = "free";
@@ -134,7 +136,8 @@ TEST(Gonzalez, FreeBody) {
   }
 }
 
-/// Euler's equations of a body whose energy is not quadratic: J(m) e = m × e, friction R = r |m|² 1 that depends on m.
+/// Euler's equations of a body whose energy is not quadratic: J(m) e = m × e, friction R = r |m|² 1
+/// that depends on m.
 struct Spin {
   double friction = 0;
   phs::Description description() const {
@@ -283,8 +286,8 @@ double stiff_energy(const phs::Model& model, const phs::State& start, const char
   return how = method->remark() + text, worst;
 }
 
-// Joint springs far stiffer than the step resolves, h ω up to thousands: what the midpoint rule solves by Newton, the
-// discrete gradients solve too, and keep H.
+// Joint springs far stiffer than the step resolves, h ω up to thousands: what the midpoint rule
+// solves by Newton, the discrete gradients solve too, and keep H.
 TEST(DiscreteGradients, StiffJoints) {
   for (const double k : {1e3, 1e4, 1e5, 1e6}) {
     const auto r = test::stiff_chain(8, k, 0);
@@ -303,8 +306,8 @@ TEST(DiscreteGradients, StiffJoints) {
   }
 }
 
-// Stiffness without a solver of its own, and far from linear: dense up to 100 numbers, then Krylov. mean_value goes on
-// where gonzalez finds no solution.
+// Stiffness without a solver of its own, and far from linear: dense up to 100 numbers, then Krylov.
+// mean_value goes on where gonzalez finds no solution.
 TEST(DiscreteGradients, StiffQuarticSprings) {
   const auto check = [](const char* name, int masses, double h) {
     const phs::UserModel model(test::QuarticChain{masses});
@@ -351,8 +354,8 @@ TEST(DiscreteGradients, RestartUnderNewton) {
   EXPECT_GT(differ, 0) << "the control must differ, else the test sees nothing";
 }
 
-// At these steps Newton wanders to where the residual is 1e25 and more and its solve returns nothing, by cancellation
-// or overflow. Taken for convergence, that put H at 1e210.
+// At these steps Newton wanders to where the residual is 1e25 and more and its solve returns
+// nothing, by cancellation or overflow. Taken for convergence, that put H at 1e210.
 TEST(DiscreteGradients, NoMoveIsNoConvergenceWhereTheResidualIsHuge) {
   const phs::UserModel model(test::QuarticChain{8});
   phs::State s(model.description(), Vec(16, 0.0));

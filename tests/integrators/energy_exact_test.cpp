@@ -15,8 +15,9 @@ double energy_error(const test::Robot& r, const std::string& method, double h, i
       .energy;
 }
 
-// What a step adds is the rounding of sums of h ∇̄H·f whose terms reach the size of H: a random walk of u per step. HBVM
-// declares no exact energy, as it loses it at coarser steps, but where the motion is resolved it keeps it.
+// What a step adds is the rounding of sums of h ∇̄H·f whose terms reach the size of H: a random
+// walk of u per step. HBVM declares no exact energy, as it loses it at coarser steps, but where the
+// motion is resolved it keeps it.
 TEST(EnergyExact, AtStepsThatResolveTheMotion) {
   const auto swing = test::swinging_pendulum();
   const auto floating = test::ets_vii(8);
@@ -37,8 +38,8 @@ TEST(EnergyExact, AtStepsThatResolveTheMotion) {
   for (const char* name : {"midpoint", "gauss4", "stormer_verlet", "rk4"}) check(name, false);
 }
 
-// Chaotic swings with a step of a tenth of the fastest period. One panel of 16 points no longer integrates ∇H there, so
-// HBVM loses what the panels of the discrete gradients keep.
+// Chaotic swings with a step of a tenth of the fastest period. One panel of 16 points no longer
+// integrates ∇H there, so HBVM loses what the panels of the discrete gradients keep.
 TEST(EnergyExact, AtLargeSteps) {
   const auto r = test::swinging_pendulum();
   const double h = 0.05;
@@ -48,7 +49,8 @@ TEST(EnergyExact, AtLargeSteps) {
   test::breaks("gauss8", energy_error(r, "gauss8", h, 400), 1e-4);
 }
 
-// No bias: u√N after N steps, where a bias of u a step would be 4e-12. The control stops its sweeps at a tolerance.
+// No bias: u√N after N steps, where a bias of u a step would be 4e-12. The control stops its sweeps
+// at a tolerance.
 TEST(EnergyExact, GrowsLikeTheSquareRootOfTime) {
   const auto r = test::swinging_pendulum();
   const int n = 40000;

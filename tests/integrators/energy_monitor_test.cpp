@@ -1,4 +1,5 @@
-// The energy monitor: warn, stop, repeat, roll back; the projection that keeps momenta, and the scaling that does not.
+// The energy monitor: warn, stop, repeat, roll back; the projection that keeps momenta, and the
+// scaling that does not.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -165,7 +166,8 @@ TEST(EnergyProjection, MovesTheEnergyAndKeepsMomenta) {
   auto projected = robot.start, scaled = robot.start;
   integrators::EnergyProjection project(*robot.model);
   ASSERT_TRUE(project(*f, projected, target));
-  // The textbook's repair: all velocities, so all momenta, by one factor (no potential here: H = T).
+  // The textbook's repair: all velocities, so all momenta, by one factor (no potential here: H =
+  // T).
   const double factor = std::sqrt(target / H);
   for (const auto& b : robot.model->description().blocks)
     for (int n = 0; n < b.size; ++n) scaled.x[size_t(b.momentum + n)] *= factor;
@@ -261,7 +263,8 @@ TEST(EnergyMonitor, ARefusedStepLeavesTheMemoryOfTheMethod) {
   EXPECT_TRUE(same(c, start));
   EXPECT_EQ(inner_memory(*stops, before.size()), before) << "what goes into the checkpoint";
 
-  // The step in 2, 4, 8 ... parts from the same memory; from the one the refused step left it is another.
+  // The step in 2, 4, 8 ... parts from the same memory; from the one the refused step left it is
+  // another.
   double best = INFINITY, moved = 0;
   for (int parts = 2; parts <= 1024; parts *= 2) {
     plain->restore(before);

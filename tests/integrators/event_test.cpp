@@ -1,4 +1,5 @@
-// Events are steps: their times against closed forms, their energy against runs that continue from an interpolated state.
+// Events are steps: their times against closed forms, their energy against runs that continue from
+// an interpolated state.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,7 +60,8 @@ TEST(Event, PendulumPassesItsLowestPointWhenTheEllipticIntegralSays) {
   }
 }
 
-// The event has the order of the method; the zero of the dense output, s + 1 near the end of a step, does not.
+// The event has the order of the method; the zero of the dense output, s + 1 near the end of a
+// step, does not.
 TEST(Event, HasTheOrderOfTheMethod) {
   const double exact = double(0.75L * pendulum_period());
   for (const auto& [name, order, h] : {std::tuple{"gauss4", 4, 0.1},
@@ -79,7 +81,8 @@ TEST(Event, HasTheOrderOfTheMethod) {
   }
 }
 
-// Stopping a run at 1000 events must not cost energy. Controls: the run goes on from the dense output, and from the chord.
+// Stopping a run at 1000 events must not cost energy. Controls: the run goes on from the dense
+// output, and from the chord.
 TEST(Event, EnergyAfterAThousandEvents) {
   test::Gauge gauge(pendulum);
   const auto measure = [&](const phs::State& s) { return gauge.energy(s); };
@@ -210,7 +213,8 @@ TEST(Event, AThousandBounces) {
   }
 }
 
-// Several crossings in one step are told apart by the samples; without samples the ends alone are seen.
+// Several crossings in one step are told apart by the samples; without samples the ends alone are
+// seen.
 TEST(Event, SeveralCrossingsInAStep) {
   const auto count = [](int samples, double h) {
     auto run = stepper("gauss16", h, {{[](double, X x) { return std::sin(4 * x[0]); }}},
@@ -267,10 +271,11 @@ TEST(Event, RunToEndsExactlyAndRefusesNonsense) {
   EXPECT_THROW(stepper("gauss8", 0.3, {}, {.samples = -1}), InvalidArgument);
 }
 
-// --- dense output ---------------------------------------------------------------------------------------------------
+// --- dense output --------------------------------------------------------------------------------
 
-// Exact at the end; inside, the collocation polynomial has order s + 1 at least over one step (HLW 2006, II.1.2 says s + 1
-// for the local error, so s over a run); measured on steps of a nonlinear system against short steps of gauss16.
+// Exact at the end; inside, the collocation polynomial has order s + 1 at least over one step (HLW
+// 2006, II.1.2 says s + 1 for the local error, so s over a run); measured on steps of a nonlinear
+// system against short steps of gauss16.
 TEST(DenseOutput, OfGaussHasUniformOrderS) {
   const phs::State start(pendulum.description(), {1.2, 0.7});
   for (int s = 1; s <= 5; ++s) {

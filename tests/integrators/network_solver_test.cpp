@@ -1,5 +1,6 @@
-// A network keeps the solvers of its members: (I - z J)⁻¹ of arm and elements together, by Woodbury. Against the Jacobian by
-// duals, against the dense solver, against 113 bits; the control is the same solver without the coupling.
+// A network keeps the solvers of its members: (I - z J)⁻¹ of arm and elements together, by
+// Woodbury. Against the Jacobian by duals, against the dense solver, against 113 bits; the control
+// is the same solver without the coupling.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -215,7 +216,8 @@ TEST(NetworkSolver, FindsWhatTheDenseSolverFindsAndNotWithoutTheCoupling) {
   }
 }
 
-// A free base and body ports: the columns of G turn with the state, J is not exact, the iteration still contracts.
+// A free base and body ports: the columns of G turn with the state, J is not exact, the iteration
+// still contracts.
 TEST(NetworkSolver, ServesAFloatingArm) {
   const auto robot = test::stiff_chain(6, 1e5, 0, 0.2, true);
   Network n("floating");

@@ -53,8 +53,8 @@ double quad_error(const std::string& method, const test::Problem& p, double T, i
   return test::distance(s.x, exact);
 }
 
-// The very step of a run, in 113 bits: orders up to 16 show their slope long before round-off. Variable mass where the
-// method can take it. A linear problem would hide order defects.
+// The very step of a run, in 113 bits: orders up to 16 show their slope long before round-off.
+// Variable mass where the method can take it. A linear problem would hide order defects.
 TEST(Order, OfEveryMethodIn113Bits) {
   const double T = 0.5;
   const auto all = test::problems();
@@ -108,7 +108,8 @@ struct Charge {
   }
 };
 
-/// Across a magnetic field: a network whose J is not canonical; damped and pushed along one axis where asked.
+/// Across a magnetic field: a network whose J is not canonical; damped and pushed along one axis
+/// where asked.
 test::Problem charge_in_a_field(bool driven) {
   phs::Network n(driven ? "driven charge" : "charge in a field");
   n.add("charge", std::make_shared<phs::UserModel<Charge>>(Charge{}));
@@ -123,7 +124,8 @@ test::Problem charge_in_a_field(bool driven) {
           0.1};
 }
 
-// A network that is not canonical, and one that is driven and damped too: the order is that of the method all the same.
+// A network that is not canonical, and one that is driven and damped too: the order is that of the
+// method all the same.
 TEST(Order, OnDrivenDampedAndComposedSystems) {
   const double T = 1;
   for (const bool driven : {false, true}) {
@@ -152,7 +154,8 @@ TEST(Order, OnDrivenDampedAndComposedSystems) {
   }
 }
 
-/// Canonical, lossless and driven in time: methods for such systems alone see the force at the times of their stages.
+/// Canonical, lossless and driven in time: methods for such systems alone see the force at the
+/// times of their stages.
 test::Problem driven_pendulum() {
   const auto free = test::double_pendulum();
   phs::Network n("driven double pendulum");
@@ -194,8 +197,8 @@ TEST(Order, DoubleIsTheSameMethod) {
   }
 }
 
-// A free-floating arm in fast motion: quaternion, wrapped angles, six joints. The order is the least-squares slope over
-// the errors between 2e-7 (2e-4 up to order 2) and round-off.
+// A free-floating arm in fast motion: quaternion, wrapped angles, six joints. The order is the
+// least-squares slope over the errors between 2e-7 (2e-4 up to order 2) and round-off.
 TEST(Order, OnAFloatingArm) {
   for (const auto& d : catalogue()) {
     if (d.rival || d.order == 0 || d.order > 8 || misfit(d, robot().model->description())) continue;

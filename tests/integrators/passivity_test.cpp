@@ -48,7 +48,8 @@ struct QuarticOscillator {
   }
 };
 
-/// Mass, friction and port depend on the place: H = ½ p²/(1 + q²) + q²/2 + q⁴/4, r = 0.05 q², G = 1 + 0.3 q.
+/// Mass, friction and port depend on the place: H = ½ p²/(1 + q²) + q²/2 + q⁴/4, r = 0.05 q², G = 1
+/// + 0.3 q.
 struct Mud : QuarticOscillator {
   phs::Description description() const {
     auto d = QuarticOscillator::description();
@@ -98,8 +99,9 @@ struct Balance {
   double lost = 0, supplied = 0;  ///< in all [J]
 };
 
-/// H1 - H0 + h ēᵀR(m)ē - h ȳu of every step, with q1 - q0 = h ∂̄_pH: loss r(m) (q1 - q0)²/h and supply u G(m) (q1 - q0)
-/// are read off the trajectory and ask nothing of the method. u is its value at the middle of the step.
+/// H1 - H0 + h ēᵀR(m)ē - h ȳu of every step, with q1 - q0 = h ∂̄_pH: loss r(m) (q1 - q0)²/h and
+/// supply u G(m) (q1 - q0) are read off the trajectory and ask nothing of the method. u is its
+/// value at the middle of the step.
 template <class S>
 Balance balance(const Make& make, int steps) {
   const double h = S::h;
@@ -124,8 +126,9 @@ Balance balance(const Make& make, int steps) {
   return b;
 }
 
-// Every method whose step asks for the dissipation and the drive once can be held against that balance. Those of higher
-// order have sums over stages in its place; they fail because already H is not exact without friction and port.
+// Every method whose step asks for the dissipation and the drive once can be held against that
+// balance. Those of higher order have sums over stages in its place; they fail because already H is
+// not exact without friction and port.
 TEST(Passivity, EveryClaim) {
   int holding = 0;
   for (const auto& d : catalogue()) {
@@ -150,7 +153,8 @@ TEST(Passivity, EveryClaim) {
   EXPECT_GE(holding, 4);
 }
 
-// R and G at the middle. HBVM averages R ∇H over the step, which is something else where R depends on the state.
+// R and G at the middle. HBVM averages R ∇H over the step, which is something else where R depends
+// on the state.
 TEST(Passivity, MassFrictionAndPortThatDependOnTheState) {
   const int steps = 1000;
   for (const char* name : {"gonzalez", "mean_value", "itoh_abe", "itoh_abe2"}) {

@@ -4,8 +4,8 @@
 #include "tests/support/henon_heiles.h"
 #include "tests/support/robots.h"
 
-/// The problems every method of the catalogue is judged on. None is linear but the oscillator, which is there for its
-/// invariants: a linear problem hides order defects.
+/// The problems every method of the catalogue is judged on. None is linear but the oscillator,
+/// which is there for its invariants: a linear problem hides order defects.
 namespace porthos::test {
 
 struct Problem {
@@ -74,7 +74,8 @@ inline bool fits(const integrators::Declaration& d, const Problem& p) {
   return !integrators::misfit(d, p.model->description());
 }
 
-/// A basis of the directions a state can move in: where x holds a quaternion block, those that keep |ξ| = 1 and ξ·π = 0.
+/// A basis of the directions a state can move in: where x holds a quaternion block, those that keep
+/// |ξ| = 1 and ξ·π = 0.
 inline std::vector<std::vector<double>> tangents(const Problem& p) {
   const auto& d = p.model->description();
   const auto& x = p.start.x;

@@ -1,4 +1,5 @@
-// Gauss-Radau: the formula in 113 bits, what it does not keep at coarse steps, and what its accuracy gives instead.
+// Gauss-Radau: the formula in 113 bits, what it does not keep at coarse steps, and what its
+// accuracy gives instead.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -80,7 +81,8 @@ TEST(Radau, OneStepHasOrderFifteen) {
   EXPECT_NEAR(order, 15, 0.8);
 }
 
-// At coarse steps the formula is neither symplectic nor symmetric and loses a quadratic invariant; Gauss beside it does not.
+// At coarse steps the formula is neither symplectic nor symmetric and loses a quadratic invariant;
+// Gauss beside it does not.
 TEST(Radau, KeepsNoStructure) {
   const double h = 1.5;
   const auto defects = [&](auto&& make) {
@@ -120,8 +122,9 @@ TEST(Radau, KeepsNoStructure) {
   }
 }
 
-// Steps of its own choice, to round-off, from e = 0 to e = 0.99. At the pericentre H is the difference of numbers (1 + e)/(1 - e)
-// times its size, so one rounding of the state moves it by as many units.
+// Steps of its own choice, to round-off, from e = 0 to e = 0.99. At the pericentre H is the
+// difference of numbers (1 + e)/(1 - e) times its size, so one rounding of the state moves it by as
+// many units.
 TEST(Radau, EnergyOfEccentricOrbits) {
   test::Gauge gauge(kepler);
   for (const double e : {0.0, 0.5, 0.9, 0.99}) {
@@ -142,8 +145,8 @@ TEST(Radau, EnergyOfEccentricOrbits) {
   }
 }
 
-// Round-off may walk, not march: 2e5 steps of the method times half a unit would be 2e-11, its root 5e-14. With weights rounded to
-// one double the energy marches to 1.5e-13 here.
+// Round-off may walk, not march: 2e5 steps of the method times half a unit would be 2e-11, its root
+// 5e-14. With weights rounded to one double the energy marches to 1.5e-13 here.
 TEST(Radau, EnergyDoesNotDrift) {
   test::Gauge gauge(kepler);
   phs::State s(kepler.description(), test::kepler_start(0));

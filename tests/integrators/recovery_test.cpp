@@ -1,4 +1,5 @@
-// A step that fails leaves nothing behind: the next one gives the bits of a method that has not failed.
+// A step that fails leaves nothing behind: the next one gives the bits of a method that has not
+// failed.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -14,7 +15,8 @@ std::unique_ptr<Integrator> fresh(const Declaration& d, const test::Problem& p) 
   return make_integrator(d.name, *p.model, p.h);
 }
 
-/// Takes a step that must fail, of a size far too long or from a state that is no number. False if the method takes it.
+/// Takes a step that must fail, of a size far too long or from a state that is no number. False if
+/// the method takes it.
 bool fails(Integrator& method, const phs::State& at, double h) {
   phs::State s = at;
   if (std::isnan(h)) s.x.back() = NAN;
@@ -49,8 +51,8 @@ TEST(Recovery, EveryMethodGoesOnAfterAFailedStep) {
   EXPECT_GT(failures, 200);
 }
 
-// In the middle of a run too: as a method that starts there, or, where the memory is part of the motion (Tao's copy), as one
-// that never tried.
+// In the middle of a run too: as a method that starts there, or, where the memory is part of the
+// motion (Tao's copy), as one that never tried.
 TEST(Recovery, EveryMethodGoesOnInTheMiddleOfARun) {
   const auto p = test::floating_arm();
   for (const auto& d : catalogue()) {

@@ -1,5 +1,5 @@
-// The methods of other libraries: that they converge, stop where they are told, count what they evaluate, and answer
-// trouble by a status.
+// The methods of other libraries: that they converge, stop where they are told, count what they
+// evaluate, and answer trouble by a status.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -81,8 +81,9 @@ TEST(Rivals, ConvergeAsTheToleranceShrinks) {
   }
 }
 
-// A multistep method that keeps its history from step to step works less than one that starts anew at each, and a state that it
-// did not leave itself makes it start anew: with the bits of a new object.
+// A multistep method that keeps its history from step to step works less than one that starts anew
+// at each, and a state that it did not leave itself makes it start anew: with the bits of a new
+// object.
 TEST(Rivals, GoOnFromTheirOwnStatesOnly) {
   const int steps = 16;
   const double h = duration / steps;
@@ -156,7 +157,8 @@ struct Pendulum : test::DrivenPendulum {
   }
 };
 
-// The clock of a driven system, from t = 3 on; evaluations as the system counts them, the Jacobian's in duals included.
+// The clock of a driven system, from t = 3 on; evaluations as the system counts them, the
+// Jacobian's in duals included.
 TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
   std::int64_t count = 0, duals = 0;
   const phs::UserModel<Pendulum> model({Trouble::none, &count, &duals});
@@ -191,7 +193,8 @@ TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
   }
 }
 
-/// A mass dragged through syrup by a periodic force, q' = p, p' = c (sin 3t - p) - q³: stiff, and driven so.
+/// A mass dragged through syrup by a periodic force, q' = p, p' = c (sin 3t - p) - q³: stiff, and
+/// driven so.
 struct Syrup {
   static constexpr double c = 1e5;
   phs::Description description() const {
@@ -219,8 +222,9 @@ struct Syrup {
   }
 };
 
-// With the right Jacobian an implicit method does not see the stiffness; an explicit one does, and so does an implicit
-// one whose Jacobian is wrong; gsl_bsimp takes ∂f/∂t too, and 2699 evaluations without it.
+// With the right Jacobian an implicit method does not see the stiffness; an explicit one does, and
+// so does an implicit one whose Jacobian is wrong; gsl_bsimp takes ∂f/∂t too, and 2699 evaluations
+// without it.
 TEST(Rivals, ImplicitOnesHaveTheRightJacobian) {
   const phs::UserModel<Syrup> model(Syrup{});
   for (const auto& name : rivals()) {
@@ -271,7 +275,8 @@ TEST(Rivals, TroubleIsAStatusWithoutAWord) {
   }
 }
 
-/// A mass between two walls, H = p²/2 + k / (1 - q²), which is no number beyond a wall. It counts the trials there.
+/// A mass between two walls, H = p²/2 + k / (1 - q²), which is no number beyond a wall. It counts
+/// the trials there.
 struct Walls {
   static constexpr double k = 0.05;
   std::int64_t* beyond;
@@ -296,7 +301,8 @@ struct Walls {
   }
 };
 
-// A trial that is not a number is taken back by a shorter inner step; the run goes on, as accurate as ever.
+// A trial that is not a number is taken back by a shorter inner step; the run goes on, as accurate
+// as ever.
 TEST(Rivals, TrialsBeyondTheDomainAreTakenBack) {
   std::int64_t beyond = 0;
   const phs::UserModel<Walls> model(Walls{&beyond});

@@ -1,4 +1,5 @@
-// Sampled controllers: a zero-order hold against its closed form, the energy it injects, passive sampling, restart.
+// Sampled controllers: a zero-order hold against its closed form, the energy it injects, passive
+// sampling, restart.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -108,8 +109,9 @@ TEST(Sampled, TheHoldInjectsInProportionToItsPeriod) {
   EXPECT_NEAR(fine / finest, 2, 0.1);
 }
 
-// Σ held · mean flow · period is the energy that went in, whatever happens between the instants; with the flow at the
-// instants a damper, passive as a law, gives energy that the sampled numbers do not tell.
+// Σ held · mean flow · period is the energy that went in, whatever happens between the instants;
+// with the flow at the instants a damper, passive as a law, gives energy that the sampled numbers
+// do not tell.
 TEST(Sampled, MeanFlowsCountTheEnergyExactly) {
   const double T = 0.25;
   for (const bool mean : {true, false}) {
@@ -156,7 +158,8 @@ TEST(Sampled, ContinuesBitForBitBetweenInstants) {
   EXPECT_EQ(ends[0].lo, ends[1].lo);
 }
 
-// A continuous controller is a spring and a damper where its law says so; its axioms are those of any system.
+// A continuous controller is a spring and a damper where its law says so; its axioms are those of
+// any system.
 TEST(Sampled, AContinuousControllerIsWhatItsLawSays) {
   const auto robot = swinging_pendulum();
   Network a("controlled"), b("sprung");

@@ -1,4 +1,5 @@
-// Splittings: order conditions by code for two and three parts, orders in 113 bits, and what they keep.
+// Splittings: order conditions by code for two and three parts, orders in 113 bits, and what they
+// keep.
 #include "integrators/splitting.h"
 
 #include <gtest/gtest.h>
@@ -116,7 +117,8 @@ TEST(Splitting, OrderIn113Bits) {
   }
 }
 
-// H = T(p) + V(q): semi-implicit Euler is the symplectic Euler method there; for M(q) it is not, see Claims.Symplectic.
+// H = T(p) + V(q): semi-implicit Euler is the symplectic Euler method there; for M(q) it is not,
+// see Claims.Symplectic.
 TEST(Splitting, Symplectic) {
   const auto& c = henon_heiles();
   for (const auto& d : catalogue()) {
@@ -157,8 +159,8 @@ TEST(Splitting, Symmetric) {
   }
 }
 
-// Every flow of a part keeps what commutes with all parts; other quadratic invariants, such as the energy of a free
-// body, are lost, where the midpoint rule keeps them.
+// Every flow of a part keeps what commutes with all parts; other quadratic invariants, such as the
+// energy of a free body, are lost, where the midpoint rule keeps them.
 TEST(Splitting, KeepsTheInvariantsOfItsPartsOnly) {
   struct Errors {
     double L, m2, H;
@@ -216,7 +218,8 @@ TEST(Splitting, ExplicitStormerVerletIsTheGeneralisedOne) {
   EXPECT_GT(implicit_one->cost().evaluations, 4000);
 }
 
-// The force kept from step to step is part of no checkpoint, and an angle wrapped between the steps renews it.
+// The force kept from step to step is part of no checkpoint, and an angle wrapped between the steps
+// renews it.
 TEST(Splitting, RestartIsContinuation) {
   for (const Case* c : {&rotor(false), &rotor(true), &free_body(), &kepler()})
     for (const auto& d : catalogue()) {

@@ -1,4 +1,5 @@
-// Controlled methods as integrators: clock, reversal, restart, landing, dense output, damped systems, refusals.
+// Controlled methods as integrators: clock, reversal, restart, landing, dense output, damped
+// systems, refusals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,8 +24,8 @@ ControlOptions by_radius() {
 }
 phs::State kepler_state(double e) { return {kepler.description(), test::kepler_start(e)}; }
 
-// The clock is the sum of the steps taken to 106 bits, so time() is that sum rounded: against 113 bits, and against a plain sum
-// as the control.
+// The clock is the sum of the steps taken to 106 bits, so time() is that sum rounded: against 113
+// bits, and against a plain sum as the control.
 TEST(StepControl, ClockIsTheSumOfItsSteps) {
   for (const StepControl kind : both) {
     phs::State s = kepler_state(0.9);
@@ -177,7 +178,8 @@ TEST(StepControl, DenseOutputIsInPhysicalTime) {
   }
 }
 
-// What is lost to damping and gained from a drive is paid out of p_t: the solution is that of the plain method.
+// What is lost to damping and gained from a drive is paid out of p_t: the solution is that of the
+// plain method.
 TEST(StepControl, TimeTransformedSolvesDampedAndDrivenSystems) {
   const phs::State start(driven.description(), {1.0, 0.3});
   const double end = 20;

@@ -1,4 +1,5 @@
-// Steps of varying size that keep what constant steps keep; a controller that looks at errors as the negative control.
+// Steps of varying size that keep what constant steps keep; a controller that looks at errors as
+// the negative control.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -27,8 +28,8 @@ ControlOptions power_of_radius() {
 
 phs::State kepler_state(double e) { return {kepler.description(), test::kepler_start(e)}; }
 
-/// Relative energy errors at the steps of an orbit, taken at the start and after every further `orbits`: the mean over an orbit
-/// does not see the oscillation.
+/// Relative energy errors at the steps of an orbit, taken at the start and after every further
+/// `orbits`: the mean over an orbit does not see the oscillation.
 struct Drift {
   double first = 0, last = 0, band = 0;  ///< means over the first and the last tenth; largest error
   std::int64_t steps = 0;
@@ -91,7 +92,7 @@ class ErrorController {
   double exponent_, tolerance_, h_, t_ = 0;
 };
 
-// --- the transformed system ---------------------------------------------------------------------------------------
+// --- the transformed system ----------------------------------------------------------------------
 
 TEST(TimeTransform, IsAPortHamiltonianSystem) {
   const auto robot = test::ets_vii(5);
@@ -132,7 +133,8 @@ TEST(TimeTransform, LanesEqualScalarsBitForBit) {
   }
 }
 
-// In the coordinates (q, t, p, p_t) the steps are symplectic. The Jacobian comes from duals, so sigma needs a gradient in duals.
+// In the coordinates (q, t, p, p_t) the steps are symplectic. The Jacobian comes from duals, so
+// sigma needs a gradient in duals.
 TEST(TimeTransform, StepsAreSymplectic) {
   const auto control = power_of_radius<2>();
   const phs::TimeTransformedModel model(kepler, *control.scale);
@@ -166,9 +168,10 @@ TEST(TimeTransform, StepsAreSymplectic) {
   }
 }
 
-// --- energy over long times ---------------------------------------------------------------------------------------
+// --- energy over long times ----------------------------------------------------------------------
 
-// At round-off: K walks by about u a step, and H - H0 = K/sigma is ten times that at the pericentre, where sigma = 0.1, over
+// At round-off: K walks by about u a step, and H - H0 = K/sigma is ten times that at the
+// pericentre, where sigma = 0.1, over
 // |H0| = 1/2. sqrt(240 000) 1.1e-16 * 20 = 1.1e-12.
 TEST(StepControl, TimeTransformedGauss16KeepsTheEnergyOfAnEccentricOrbit) {
   const auto method = make_time_transformed("gauss16", kepler, period / 24, power_of_radius<2>());

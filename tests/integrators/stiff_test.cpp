@@ -1,4 +1,5 @@
-// Stiff systems: where the fixed point fails Newton goes on, at O(n) a sweep, and its solution is as good.
+// Stiff systems: where the fixed point fails Newton goes on, at O(n) a sweep, and its solution is
+// as good.
 #include <gtest/gtest.h>
 
 #include "integrators/gauss.h"
@@ -46,7 +47,8 @@ std::vector<Quad> exact(const phs::State& s) {
   return x;
 }
 
-// Joint springs of k·m g l up to a million, h ω up to thousands: against the dense solver and against 113 bits.
+// Joint springs of k·m g l up to a million, h ω up to thousands: against the dense solver and
+// against 113 bits.
 TEST(Stiff, JointSpringsConvergeInFewSweepsAndToTheSameSolution) {
   const double h = 0.05;
   for (const double k : {1e3, 1e4, 1e5, 1e6})
@@ -94,7 +96,8 @@ TEST(Stiff, AgreesWithTheFixedPointAtResolvedSteps) {
   }
 }
 
-// A free-floating stiff arm for long: momentum stays at rounding, the energy of the resolved motion too.
+// A free-floating stiff arm for long: momentum stays at rounding, the energy of the resolved motion
+// too.
 TEST(Stiff, KeepsMomentumAndEnergy) {
   const auto robot = stiff_chain(6, 1e5, 0, 0.2, true);
   test::Gauge gauge(*robot.model);
@@ -116,7 +119,8 @@ TEST(Stiff, KeepsMomentumAndEnergy) {
   EXPECT_LE(linear, 2e-14);
 }
 
-// The exact Jacobian of stiff steps, by duals that go through the same Newton iteration, is symplectic.
+// The exact Jacobian of stiff steps, by duals that go through the same Newton iteration, is
+// symplectic.
 TEST(Stiff, NewtonStepsAreSymplectic) {
   const auto robot = stiff_chain(3, 1e4, 0);
   const size_t n = robot.start.x.size(), half = n / 2;
@@ -157,7 +161,8 @@ TEST(Stiff, ChoiceIsAutomaticAndReported) {
   EXPECT_EQ(m->remark(), "Newton, articulated, in 50 of 50 steps");
 }
 
-// Long steps need Newton, short ones of the same run do not: the fixed point comes back, and Newton again.
+// Long steps need Newton, short ones of the same run do not: the fixed point comes back, and Newton
+// again.
 TEST(Stiff, TheFixedPointComesBack) {
   const auto robot = stiff_chain(5, 1e4, 0);
   phs::State s = robot.start;
@@ -189,8 +194,9 @@ bool goes(const test::Robot& robot, const char* name, double h, int steps, Solve
   return ok;
 }
 
-// Passive chains have no springs; what is stiff there is the tension of the links above the free end. The exact Jacobian
-// sees it. In wild motion it changes too much within a long step: there Newton reaches hardly further.
+// Passive chains have no springs; what is stiff there is the tension of the links above the free
+// end. The exact Jacobian sees it. In wild motion it changes too much within a long step: there
+// Newton reaches hardly further.
 TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
   const auto hanging = stiff_chain(100, 0, 0, 0.01);
   std::string fixed, chosen;
@@ -263,7 +269,8 @@ TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   const phs::UserModel model(test::QuarticChain{.masses = 4});
   EXPECT_THROW(method("gauss8", model, 0.1, Solver::newton_articulated), InvalidArgument);
 
-  // Without a gradient in duals there is no Jacobian: the fixed point alone, and its failure is a status.
+  // Without a gradient in duals there is no Jacobian: the fixed point alone, and its failure is a
+  // status.
   const phs::UserModel bare(Bare{});
   phs::State s(bare.description(), {1, 0});
   EXPECT_EQ(run(*method("gauss8", bare, 0.001, Solver::automatic), s, 10), Outcome::ok);
@@ -271,7 +278,8 @@ TEST(Stiff, SystemsWithoutASolverOfTheirOwn) {
   EXPECT_THROW(method("gauss8", bare, 0.1, Solver::newton_dense), InvalidArgument);
 }
 
-// Each is of order n, an articulated-body recursion; so that a step is, their number must not grow with n.
+// Each is of order n, an articulated-body recursion; so that a step is, their number must not grow
+// with n.
 TEST(Stiff, SweepsAndFactorisationsDoNotGrowWithTheBodies) {
   for (const int n : {10, 30, 100, 300}) {
     const auto robot = stiff_chain(n, 1e5, 0);
@@ -301,8 +309,9 @@ TEST(Stiff, AnImpossibleStepIsAStatus) {
 }
 
 // Restart in the middle of Newton: the frozen Jacobian and the state of the choice come back.
-// Sweeps that stand still above what usually is rounding end there if, and only if, moves of this size are measured to be
-// rounding. Slow contraction above the noise goes on, and standing still above it diverges.
+// Sweeps that stand still above what usually is rounding end there if, and only if, moves of this
+// size are measured to be rounding. Slow contraction above the noise goes on, and standing still
+// above it diverges.
 TEST(Stiff, OnlyMeasuredNoiseEndsSweepsAboveTheUsual) {
   using enum Stagnation::Verdict;
   const auto last = [](double noise, double ratio) {

@@ -1,4 +1,5 @@
-// Tao's method: symplectic and symmetric in the doubled phase space, and what that leaves of the original one.
+// Tao's method: symplectic and symmetric in the doubled phase space, and what that leaves of the
+// original one.
 #include "integrators/tao.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,8 @@ const mechanics::MechanicalModel& pendulum() {
 }
 const std::vector<double> pendulum_start{0.7, -0.4, 1.1, 0.5};
 
-/// ‖ΨᵀΩΨ - Ω‖∞ of one step on (z, d) with Ω = dq∧dp + dx∧dy = 2 dz_q∧dz_p + ½ dd_q∧dd_p; without_d: of z alone.
+/// ‖ΨᵀΩΨ - Ω‖∞ of one step on (z, d) with Ω = dq∧dp + dx∧dy = 2 dz_q∧dz_p + ½ dd_q∧dd_p; without_d:
+/// of z alone.
 double defect_of_doubled_map(const CompositionTable* composition, bool without_d) {
   TaoMap<Dual> map(pendulum(), composition, 20);
   auto system = pendulum().instantiate<Dual>();
@@ -60,7 +62,8 @@ TEST(Tao, SymplecticInTheDoubledPhaseSpaceOnly) {
   }
 }
 
-// Back with the copy that came along; Claims.Symmetric turns round without it and must see the difference.
+// Back with the copy that came along; Claims.Symmetric turns round without it and must see the
+// difference.
 TEST(Tao, SymmetricWithItsCopy) {
   const auto robot = test::ets_vii(5);
   for (const char* name : {"tao2", "tao4"}) {

@@ -185,8 +185,7 @@ TEST(Check, NamesTheBrokenAxiom) {
   expect_violated(TwoMasses{"first"}, {"invariant first"});
 }
 
-// --- traits
-// ---------------------------------------------------------------------------------------------------------
+// --- traits --------------------------------------------------------------------------------------
 
 /// p²/(2(1+q²)) + q²/2: canonical, and not separable whatever it says.
 struct VariableMass {
@@ -313,8 +312,7 @@ TEST(Check, Options) {
   EXPECT_NE(axiom(check(broken), "gradient").state, axiom(check(broken, other), "gradient").state);
 }
 
-// --- gradient by duals
-// --------------------------------------------------------------------------------------------
+// --- gradient by duals ---------------------------------------------------------------------------
 
 struct AnalyticPendulum : Pendulum {
   template <class T>
@@ -386,8 +384,7 @@ TEST(UserModel, CloneEvaluatesTheSame) {
   EXPECT_EQ(&f->description(), &g->description());
 }
 
-// --- what the compiler says
-// -----------------------------------------------------------------------------------------
+// --- what the compiler says ----------------------------------------------------------------------
 
 /// The first line with "error" that `compiler` prints for a user's class with these members; "" if
 /// it compiles.

@@ -79,8 +79,7 @@ TEST(Dirac, ResidualMeasuresDistanceFromTheSet) {
   breaks("one effort moved by 1", d.residual(f, e), 0.1);
 }
 
-// --- composition
-// --------------------------------------------------------------------------------------------------
+// --- composition ---------------------------------------------------------------------------------
 
 TEST(DiracComposition, OfTransformersAndGyrators) {
   const auto joined = [](const Dirac& a, const Dirac& b) { return compose(a, b, {{1, 0}}); };

@@ -19,8 +19,7 @@ double difference(const BasicMatrix<T>& a, const BasicMatrix<T>& b) {
   return worst;
 }
 
-// --- transfer functions
-// -------------------------------------------------------------------------------------------
+// --- transfer functions --------------------------------------------------------------------------
 
 TEST(LinearBenchmarks, MassSpringDamperChain) {
   const auto system = test::mass_spring_damper_chain();
@@ -89,8 +88,7 @@ TEST(LinearSystem, ScalesFarApartAreNotSingular) {  // a microhenry and a picofa
   keeps("RCL at a gigahertz", std::abs(line.transfer(s)(0, 0) / expected - 1.0), 1e-14);
 }
 
-// --- the sign of N
-// ------------------------------------------------------------------------------------------------
+// --- the sign of N -------------------------------------------------------------------------------
 
 /// Eliminates the last two, algebraic, states of (E x'; -y) = (J - R, G; -Gᵀ, 0) (z; u). What is
 /// left is M11 - M12 M22⁻¹ M21, its skew part (J G; -Gᵀ N), its symmetric one -W.
@@ -183,8 +181,7 @@ TEST(LinearSystem, PowerBalance) {
   breaks("with -P in W", wrong, 1e-2);
 }
 
-// --- refusals
-// -----------------------------------------------------------------------------------------------------
+// --- refusals ------------------------------------------------------------------------------------
 
 TEST(LinearSystem, NamesWhatIsNotPortHamiltonian) {
   const LinearMatrices good{.E = {{2, 0}, {0, 1}},
@@ -230,8 +227,7 @@ TEST(LinearSystem, NamesWhatIsNotPortHamiltonian) {
   EXPECT_EQ(refusal([] { Matrix{{1, 2}, {3}}; }), "matrix row has 1 entries, expected 2");
 }
 
-// --- the model
-// ----------------------------------------------------------------------------------------------------
+// --- the model -----------------------------------------------------------------------------------
 
 TEST(LinearSystem, ModelIsTheSystem) {
   std::mt19937_64 rng(5);

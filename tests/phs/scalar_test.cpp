@@ -147,8 +147,7 @@ TEST(Scalar, AbsMinMaxOfDouble) {
   EXPECT_TRUE(any(true) && !any(false));
 }
 
-// --- Dual
-// ---------------------------------------------------------------------------------------------------------
+// --- Dual ----------------------------------------------------------------------------------------
 
 /// Every operation of a scalar, each as a function of one number; smooth for x in (0.2, 1.8), x !=
 /// 1.
@@ -230,8 +229,7 @@ TEST(Dual, ConstantsHaveNoDerivative) {
   EXPECT_EQ(to_double(a), 1);
 }
 
-// --- Quad
-// ---------------------------------------------------------------------------------------------------------
+// --- Quad ----------------------------------------------------------------------------------------
 
 Quad quad(const char* digits) { return strtoflt128(digits, nullptr); }
 double relative(Quad a, Quad b) { return double(fabsq(a - b) / fabsq(b)); }

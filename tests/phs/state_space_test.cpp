@@ -22,8 +22,7 @@ StateSpace rational(std::vector<double> b, std::vector<double> a, double d) {
   return g;
 }
 
-// --- positive realness
-// --------------------------------------------------------------------------------------------
+// --- positive realness ---------------------------------------------------------------------------
 
 TEST(PositiveReality, OfEveryPortHamiltonianSystem) {
   std::mt19937_64 rng(7);
@@ -126,8 +125,7 @@ TEST(PositiveReality, RefusesWhatOnlyTheAxisWouldPass) {
   EXPECT_FALSE(positive_reality(rational({1, 0}, {0, 0}, 0)).holds()) << "1/s²";
 }
 
-// --- available storage
-// --------------------------------------------------------------------------------------------
+// --- available storage ---------------------------------------------------------------------------
 
 TEST(AvailableStorage, OfOneStateIsTheFormula) {
   // x' = -r x + u, y = x + s u: X² - 2(1 + 2rs) X + 1 = 0, the smaller root.

@@ -103,8 +103,7 @@ TEST(CompensatedAdd, LosesLessThanTheIncrementsOwnRounding) {
   EXPECT_TRUE(l.normalised);
 }
 
-// --- wraps
-// ------------------------------------------------------------------------------------------------------
+// --- wraps ---------------------------------------------------------------------------------------
 
 Description two_angles_and_a_length() {
   Description d;

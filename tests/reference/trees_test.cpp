@@ -73,8 +73,7 @@ Vec unwrapped(const phs::State& s, const phs::Description& d, size_t count) {
   return q;
 }
 
-// --- pendula: absolute angles and closed forms
-// ------------------------------------------------------------------------
+// --- pendula: absolute angles and closed forms ---------------------------------------------------
 
 void planar(const std::string& name, double h) {
   const json file = test::read_json(test::data_file("reference/" + name + ".json"));
@@ -142,8 +141,7 @@ TEST(Reference, IftommA01) {
   }
 }
 
-// --- tops
-// -------------------------------------------------------------------------------------------------------------
+// --- tops ----------------------------------------------------------------------------------------
 
 /// A body whose state row is quaternion and body rate, on the given joint.
 void top(const std::string& name, const std::string& joint, const mechanics::MassProperties& mass,
@@ -187,8 +185,7 @@ TEST(Reference, LagrangeTop) {
       1.0 / 64);
 }
 
-// --- trees
-// ------------------------------------------------------------------------------------------------------------
+// --- trees ---------------------------------------------------------------------------------------
 
 void tree(const std::string& name, double h) {
   const json file = test::read_json(test::data_file("reference/" + name + ".json"));
