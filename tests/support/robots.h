@@ -30,8 +30,7 @@ inline Robot ets_vii(double rate = 1) {
   mechanics::UrdfOptions o;
   o.base = mechanics::UrdfOptions::Base::free;
   o.accept_unphysical_inertia = true;
-  const auto urdf =
-      mechanics::read_urdf(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/ets_vii.urdf", o);
+  const auto urdf = mechanics::read_urdf(PORTHOS_SOURCE_DIR "/examples/ets_vii/ets_vii.urdf", o);
   std::vector<double> v{0.05, -0.07, 0.1, 0.08, -0.06, 0.1};
   for (auto& x : v) x *= rate;
   return make_robot(std::make_shared<mechanics::Mechanism>(urdf.mechanism),
