@@ -123,7 +123,8 @@ def api(docs, source):
     doxygen.mkdir(parents=True, exist_ok=True)
     settings = {
         "PROJECT_NAME": "Porthos", "OUTPUT_DIRECTORY": doxygen, "GENERATE_XML": "YES", "GENERATE_HTML": "NO", "GENERATE_LATEX": "NO",
-        "INPUT": " ".join(str(ROOT / r) for r in rooms()), "FILE_PATTERNS": "*.h", "EXCLUDE_PATTERNS": "*-inl.h */joints/*",
+        "INPUT": " ".join(str(ROOT / r) for r in rooms()), "RECURSIVE": "YES", "FILE_PATTERNS": "*.h",
+        "EXCLUDE_PATTERNS": "*-inl.h */joints/* */detail/*",
         "STRIP_FROM_PATH": ROOT, "QUIET": "YES", "WARN_IF_UNDOCUMENTED": "NO", "WARNINGS": "NO", "WARN_IF_DOC_ERROR": "NO", "WARN_IF_INCOMPLETE_DOC": "NO", "WARN_LOGFILE": "/dev/null", "XML_PROGRAMLISTING": "NO",
         "MACRO_EXPANSION": "YES", "EXPAND_ONLY_PREDEF": "YES", "PREDEFINED": "PORTHOS_INLINE=inline __extension__=", "SEARCH_INCLUDES": "NO", "JAVADOC_AUTOBRIEF": "YES", "MARKDOWN_SUPPORT": "YES",
     }
@@ -133,7 +134,7 @@ def api(docs, source):
     folder.mkdir()
     table = {m[1]: m[2] for m in re.finditer(r"^\| `(\w+)/` \| [^|]+ \| ([^|]+) \|", (ROOT / "docs/architecture.md").read_text(), re.M)}
     for room in rooms():
-        headers = sorted(h.relative_to(ROOT).as_posix() for h in (ROOT / room).glob("*.h") if not h.name.endswith("-inl.h"))
+        headers = sorted(h.relative_to(ROOT).as_posix() for h in (ROOT / room).rglob("*.h") if not h.name.endswith("-inl.h") and h.parent.name not in ("joints", "detail"))
         text = [f"# `{room}`", "", table.get(room, "").strip(), "", "Headers: " + ", ".join(f"`{h}`" for h in headers) + ".", "",
                 "```{doxygennamespace} porthos::" + room, ":members:", ":content-only:", "```", ""]
         (folder / f"{room}.md").write_text("\n".join(text))
