@@ -76,20 +76,11 @@ class Collocation final : public BasicIntegrator<T> {
     return true;
   }
 
-  void save(std::vector<double>& m) const override {
-    m.insert(m.end(), {have_before_ ? 1.0 : 0.0, phs::to_double(h_before_)});
-    step_.save(0, m);
-    solver_.save(m);
-  }
-  void restore(std::span<const double> m) override {
-    const size_t s = size_t(step_.s), own = 2 + n_ * s;
-    require_size("memory of a collocation method", m.size(), own + solver_.memory_size());
-    have_before_ = m[0] != 0;
-    h_before_ = T(m[1]);
-    for (size_t k = 0; k < n_; ++k)
-      for (int i = 0; i < W; ++i)
-        Step::set_stage(step_.L_before, k, i, T(m[2 + k * s + size_t(step_.row(i))]));
-    solver_.restore(m.subspan(own));
+  void carry(Archive& a) override {
+    a(have_before_);
+    a(h_before_);
+    step_.carry(a, 0);
+    solver_.carry(a);
   }
 
   std::string remark() const override { return solver_.remark(cost_.steps); }

@@ -170,9 +170,19 @@ class CollocationStages {
   }
 
   /// L of a lane's last step, for memory().
-  void save(int lane, std::vector<double>& m) const {
+  void carry(Archive& a, int lane) {
     for (size_t k = 0; k < n_; ++k)
-      for (int i = 0; i < s; ++i) m.push_back(in_lane(at(L_before, k, i), lane));
+      for (int i = 0; i < s; ++i) {
+        if constexpr (per_lane) {
+          carry_lane(a, L_before[size_t(i)][k], lane);
+        } else {
+          T x = at(L_before, k, i);
+          a(x);
+          if (!a.loads()) continue;
+          set_stage(L_before, k, i, x);
+          for (int spare = s; i == s - 1 && spare < W; ++spare) set_stage(L_before, k, spare, x);
+        }
+      }
   }
   static void set_stage(Stages& a, size_t k, int i, const T& x) {
     a[size_t(i / V)][k].set(i % V, x);

@@ -54,8 +54,7 @@ class Composition final : public BasicIntegrator<T> {
   }
 
   void tell_turns(const State& s) override { base_->tell_turns(s); }
-  void save(std::vector<double>& m) const override { base_->save(m); }
-  void restore(std::span<const double> m) override { base_->restore(m); }
+  void carry(Archive& a) override { base_->carry(a); }
   std::string remark() const override { return base_->remark(); }
   bool keeps_books() const override { return base_->keeps_books(); }
   Cost cost() const override {

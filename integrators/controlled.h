@@ -67,17 +67,10 @@ class Controlled : public Integrator {
     last_ = s, have_last_ = true;
     if (options_.wrap) phs::wrap_angles(system_->description(), last_);
   }
-  void save_state(std::vector<double>& m) const {
-    m.push_back(have_last_ ? 1.0 : 0.0);
-    m.insert(m.end(), last_.x.begin(), last_.x.end());
-    m.insert(m.end(), last_.lo.begin(), last_.lo.end());
-  }
-  /// Takes what save_state wrote off the front.
-  void restore_state(std::span<const double>& m) {
-    have_last_ = m[0] != 0;
-    std::copy_n(m.begin() + 1, n_, last_.x.begin());
-    std::copy_n(m.begin() + 1 + long(n_), n_, last_.lo.begin());
-    m = m.subspan(1 + 2 * n_);
+  void carry_state(Archive& a) {
+    a(have_last_);
+    a(last_.x);
+    a(last_.lo);
   }
 
   virtual Outcome chosen_step(State& s) = 0;

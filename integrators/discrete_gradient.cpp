@@ -27,7 +27,7 @@ class MiddleField final : public DualField {
         delta_(start_.size()) {}
 
   void start_at(std::span<const double> x0) { std::copy(x0.begin(), x0.end(), start_.begin()); }
-  const std::vector<double>& start() const { return start_; }
+  void carry(Archive& a) { a(start_); }
 
   void tell_turns(const std::vector<std::int64_t>& turns) override {
     keeper_.synchronise(turns, *system_);
@@ -91,15 +91,9 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     return Outcome::ok;
   }
 
-  void save(std::vector<double>& m) const override {
-    if (middle_) m.insert(m.end(), middle_->start().begin(), middle_->start().end());
-    solver_.save(m);
-  }
-  void restore(std::span<const double> m) override {
-    const size_t own = middle_ ? n_ : 0;
-    require_size("memory of a discrete gradient method", m.size(), own + solver_.memory_size());
-    if (middle_) middle_->start_at(m.first(own));
-    solver_.restore(m.subspan(own));
+  void carry(Archive& a) override {
+    if (middle_) middle_->carry(a);
+    solver_.carry(a);
   }
   std::string remark() const override { return solver_.remark(cost_.steps); }
   bool keeps_books() const override { return true; }

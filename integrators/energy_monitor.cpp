@@ -239,34 +239,21 @@ std::string EnergyMonitor::text() const {
   return text;
 }
 
-void EnergyMonitor::save(std::vector<double>& m) const {
-  const auto b = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
-  m.insert(m.end(), b.begin(), b.end());
-  for (const double v :
-       {double(report_.violations), double(report_.repeated), report_.first_s, report_.worst,
-        double(report_.projected), double(report_.out_of_reach), report_.moved_J})
-    m.push_back(v);
-  scale_.save(m);
-  inner_->save(m);
-}
-
-void EnergyMonitor::restore(std::span<const double> m) {
-  std::array<double, sizeof(Books) / sizeof(double)> b;
-  constexpr size_t counted = 7;
-  const size_t scale = phs::EnergyScale::memory_size(system_->description());
-  if (m.size() < b.size() + counted + scale)
-    require_size("memory of an energy monitor", m.size(), b.size() + counted + scale);
-  std::copy_n(m.begin(), b.size(), b.begin());
-  books_ = std::bit_cast<Books>(b);
-  m = m.subspan(b.size());
+void EnergyMonitor::carry(Archive& a) {
+  auto books = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
+  a(std::span<double>(books));
+  books_ = std::bit_cast<Books>(books);
   auto& r = report_;
-  const auto count = [](double x) { return whole<std::int64_t>(x, 0, 0x1p53); };
-  r.violations = count(m[0]), r.repeated = count(m[1]), r.first_s = m[2];
-  r.worst = m[3], r.projected = count(m[4]), r.out_of_reach = count(m[5]);
-  r.moved_J = m[6];
-  if (r.violations > 0) r.last = "before this run was continued";
-  scale_.restore(m.subspan(counted));
-  inner_->restore(m.subspan(counted + scale));
+  a(r.violations, 0);
+  a(r.repeated, 0);
+  a(r.first_s);
+  a(r.worst);
+  a(r.projected, 0);
+  a(r.out_of_reach, 0);
+  a(r.moved_J);
+  if (a.loads() && r.violations > 0) r.last = "before this run was continued";
+  scale_.carry(a);
+  inner_->carry(a);
 }
 
 }  // namespace porthos::integrators

@@ -76,8 +76,7 @@ class EnergyMonitor : public Integrator {
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     return whole_ && inner_->interpolate(after, theta, x);
   }
-  void save(std::vector<double>& memory) const override;
-  void restore(std::span<const double> memory) override;
+  void carry(Archive& archive) override;
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> works() const override { return works_sum_; }
   bool keeps_books() const override { return inner_->keeps_books(); }

@@ -9,6 +9,7 @@
 #include "integrators/sampler.h"
 #include "integrators/turns.h"
 #include "integrators/works.h"
+#include "phs/archive.h"
 #include "phs/state.h"
 #include "phs/system.h"
 
@@ -126,11 +127,11 @@ class BasicIntegrator {
     return m;
   }
   /// Appends it to m; allocates nothing where m has room.
-  virtual void save(std::vector<double>& m) const { (void)m; }
+  void save(std::vector<double>& m) const { save_carried(*this, m); }
   /// Puts memory() back. @throws InvalidArgument if the size does not fit.
-  virtual void restore(std::span<const double> memory) {
-    require_size("integrator memory", memory.size(), 0);
-  }
+  void restore(std::span<const double> memory) { load_carried(*this, memory, "integrator memory"); }
+  /// The numbers of memory().
+  virtual void carry(Archive& archive) { (void)archive; }
   /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
   Sampler<T>& sampler() { return sampler_; }
   /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing

@@ -70,12 +70,13 @@ class LaneCollocation {
     });
     step_.guess(at.x, at.lo, lanes, 0);
   }
-  void save(int lane, std::vector<double>& m) const {
-    const Lane& l = lane_[size_t(lane)];
-    m.push_back(l.have_before);
-    m.push_back(l.have_before ? h_ : 0.0);
-    step_.save(lane, m);
-    solver_.save(l.memory, m);
+  void carry(Archive& a, int lane) {
+    Lane& l = lane_[size_t(lane)];
+    double h = l.have_before ? h_ : 0.0;
+    a(l.have_before);
+    a(h);
+    step_.carry(a, lane);
+    solver_.carry(a, l.memory);
   }
 
  private:

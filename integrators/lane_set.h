@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "integrators/stagnation.h"
+#include "phs/archive.h"
 #include "phs/scalar.h"
 
 /// How a method that is written once over the scalar T tells its lanes apart. A Pack has a lane for
@@ -70,6 +71,19 @@ double in_lane(const T& x, int lane) {
     return x[lane];
   else
     return (void)lane, phs::to_double(x);
+}
+
+/// One lane of a number to or from an archive.
+template <class T>
+void carry_lane(Archive& a, T& x, int lane) {
+  if constexpr (phs::is_pack<T>) {
+    double y = x[lane];
+    a(y);
+    x.set(lane, y);
+  } else {
+    (void)lane;
+    a(x);
+  }
 }
 
 }  // namespace porthos::integrators

@@ -127,20 +127,18 @@ std::int64_t SimplifiedNewton::evaluations() const {
   return (dense_ ? dense_->evaluations() : 0) + (krylov_ ? krylov_->evaluations() : 0);
 }
 
-void SimplifiedNewton::save(std::vector<double>& m) const {
-  m.push_back(double(frozen_)), m.push_back(t_), m.push_back(h_);
-  m.insert(m.end(), x_.begin(), x_.end());
-  for (auto turn : turns_) m.push_back(double(turn));
-}
-void SimplifiedNewton::restore(std::span<const double> m) {
-  const auto solver = Solver(whole(m[0]));
-  std::vector<std::int64_t> turns;
-  for (double turn : m.subspan(3 + x_.size()))
-    turns.push_back(whole<std::int64_t>(turn, -0x1p53, 0x1p53));
-  if (std::find(solvers_.begin(), solvers_.end(), solver) == solvers_.end())
+void SimplifiedNewton::carry(Archive& a) {
+  int solver = int(frozen_);
+  a(solver);
+  a(t_);
+  a(h_);
+  a(x_);
+  a(turns_);
+  if (!a.loads()) return;
+  if (std::find(solvers_.begin(), solvers_.end(), Solver(solver)) == solvers_.end())
     forget();
   else
-    freeze(solver, m[1], m[2], m.subspan(3, x_.size()), turns);
+    freeze(Solver(solver), t_, h_, std::vector(x_), std::vector(turns_));
 }
 
 }  // namespace porthos::integrators

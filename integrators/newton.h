@@ -41,9 +41,7 @@ class SimplifiedNewton {
   std::int64_t factorisations() const { return factorisations_; }
 
   /// Where J was frozen; a factorisation is made again from it.
-  size_t memory_size() const { return 3 + x_.size() + turns_.size(); }
-  void save(std::vector<double>& memory) const;
-  void restore(std::span<const double> memory);
+  void carry(Archive& a);
 
  private:
   phs::Resolvent& resolvent() { return *of(frozen_); }
@@ -123,15 +121,13 @@ class SolverChoice {
     rung_ = int(rung), wait_ = std::max(wait_ - 1, 0), ++newton_steps_;
   }
 
-  static constexpr size_t memory_size = 6;
-  void save(std::vector<double>& m) const {
-    for (double x : {double(newton_), double(rung_), double(slow_), double(wait_),
-                     double(interval_), double(newton_steps_)})
-      m.push_back(x);
-  }
-  void restore(std::span<const double> m) {
-    newton_ = m[0] != 0, rung_ = whole(m[1]), slow_ = whole(m[2]), wait_ = whole(m[3]);
-    interval_ = whole(m[4], 1, 4096), newton_steps_ = whole<std::int64_t>(m[5], 0, 0x1p53);
+  void carry(Archive& a) {
+    a(newton_);
+    a(rung_);
+    a(slow_);
+    a(wait_);
+    a(interval_, 1, 4096);
+    a(newton_steps_, 0, 0x1p53);
   }
 
  private:

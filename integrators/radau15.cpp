@@ -99,16 +99,16 @@ class Radau15 final : public BasicIntegrator<T> {
 
   bool sees_inside() const override { return true; }
 
-  void save(std::vector<double>& m) const override {
-    m.insert(m.end(), {have_before_ ? 1.0 : 0.0, next_, phs::to_double(h_before_)});
+  void carry(Archive& a) override {
+    a(have_before_);
+    a(next_);
+    a(h_before_);
     for (size_t k = 0; k < n_; ++k)
-      for (int i = 0; i < s; ++i) m.push_back(phs::to_double(at(before_, k, i)));
-  }
-  void restore(std::span<const double> m) override {
-    require_size("memory of the Radau method", m.size(), 3 + n_ * size_t(s));
-    have_before_ = m[0] != 0, next_ = m[1], h_before_ = Real(m[2]);
-    for (size_t k = 0; k < n_; ++k)
-      for (int i = 0; i < s; ++i) before_[i / V][k].set(i % V, T(m[3 + k * size_t(s) + size_t(i)]));
+      for (int i = 0; i < s; ++i) {
+        T x = at(before_, k, i);
+        a(x);
+        before_[i / V][k].set(i % V, x);
+      }
   }
 
  private:

@@ -34,8 +34,7 @@ class RungeKutta4 {
   T move(size_t k) const { return sum_[k]; }
 
   void forget(LaneSet, const StepStart<T>&) {}
-  void save(int, std::vector<double>&) const {}
-  void restore(std::span<const double> m) { require_size("integrator memory", m.size(), 0); }
+  void carry(Archive&, int) {}
 
  private:
   Workplace<T> work_;

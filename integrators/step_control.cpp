@@ -117,19 +117,12 @@ class TimeTransformed final : public Controlled {
     return true;
   }
 
-  void save(std::vector<double>& m) const override {
-    save_state(m);
-    m.push_back(energy_), m.push_back(energy_lo_);
-    inner_->save(m), plain_->save(m);
-  }
-  void restore(std::span<const double> m) override {
-    const size_t of_plain = plain_->memory().size();
-    require_size("memory of a time-transformed method", m.size(),
-                 1 + 2 * n_ + 2 + fresh_.size() + of_plain);
-    restore_state(m);
-    energy_ = m[0], energy_lo_ = m[1];
-    inner_->restore(m.subspan(2, fresh_.size()));
-    plain_->restore(m.subspan(2 + fresh_.size()));
+  void carry(Archive& a) override {
+    carry_state(a);
+    a(energy_);
+    a(energy_lo_);
+    inner_->carry(a);
+    plain_->carry(a);
   }
 
  private:
@@ -219,17 +212,11 @@ class Reversible final : public Controlled {
     return inner_->interpolate(after, theta, x);
   }
 
-  void save(std::vector<double>& m) const override {
-    save_state(m);
-    m.push_back(rho_), m.push_back(G_);
-    inner_->save(m);
-  }
-  void restore(std::span<const double> m) override {
-    require_size("memory of a reversibly controlled method", m.size(),
-                 1 + 2 * n_ + 2 + inner_->memory().size());
-    restore_state(m);
-    rho_ = m[0], G_ = m[1];
-    inner_->restore(m.subspan(2));
+  void carry(Archive& a) override {
+    carry_state(a);
+    a(rho_);
+    a(G_);
+    inner_->carry(a);
   }
 
  private:

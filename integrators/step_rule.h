@@ -16,8 +16,7 @@
 ///                             a step failed, the lane remembers what it did before the step
 ///   T move(k)                 what a step that is done adds to number k of its state
 ///   void forget(lanes, at)    nothing of earlier steps counts; the field is finite in these lanes
-///   void save(lane, memory), void restore(memory)
-///                             as BasicIntegrator has them; only one state is restored
+///   void carry(archive, lane) what a lane remembers; of one state it is loaded, too
 /// It does not branch on a T: select(mask_of<T>(lanes), a, b) tells lanes apart.
 namespace porthos::integrators {
 
@@ -61,8 +60,7 @@ class OneState final : public BasicIntegrator<T> {
     return Outcome::ok;
   }
 
-  void save(std::vector<double>& m) const override { rule_.save(0, m); }
-  void restore(std::span<const double> m) override { rule_.restore(m); }
+  void carry(Archive& a) override { rule_.carry(a, 0); }
   bool keeps_books() const override { return Rule<T>::keeps_books; }
 
  private:
@@ -81,7 +79,8 @@ class StatePerLane final : public LaneIntegrator {
 
   std::vector<double> memory(int lane) const override {
     std::vector<double> m;
-    rule_.save(lane, m);
+    Archive a(m);
+    const_cast<Rule&>(rule_).carry(a, lane);
     return m;
   }
 

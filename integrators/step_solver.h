@@ -165,24 +165,14 @@ class StepSolver {
            " steps";
   }
 
-  size_t memory_size() const {
-    return 1 + (newton_ ? 1 + SolverChoice::memory_size + newton_->memory_size() : 0);
-  }
-  void save(std::vector<double>& m) const { save(memory_, m); }
+  void carry(Archive& a) { carry(a, memory_); }
   /// With what a lane remembers instead.
-  void save(const SolverMemory& memory, std::vector<double>& m) const {
-    m.push_back(memory.distrust);
+  void carry(Archive& a, SolverMemory& memory) {
+    a(memory.distrust);
     if (!newton_) return;
-    m.push_back(memory.fresh_sweeps);
-    memory.choice.save(m);
-    newton_->save(m);
-  }
-  void restore(std::span<const double> m) {
-    memory_.distrust = whole(m[0]);
-    if (!newton_) return;
-    memory_.fresh_sweeps = whole(m[1]);
-    memory_.choice.restore(m.subspan(2));
-    newton_->restore(m.subspan(2 + SolverChoice::memory_size));
+    a(memory.fresh_sweeps);
+    memory.choice.carry(a);
+    newton_->carry(a);
   }
 
  private:

@@ -103,12 +103,8 @@ class StormerVerlet {
     for (auto& r : rotations_) r.lambda = select(now, T(0.0), r.lambda);
     stand(lanes, s);
   }
-  void save(int lane, std::vector<double>& m) const {
-    for (const auto& r : rotations_) m.push_back(in_lane(r.lambda, lane));
-  }
-  void restore(std::span<const double> m) {
-    require_size("memory of Stormer-Verlet", m.size(), rotations_.size());
-    for (size_t i = 0; i < rotations_.size(); ++i) rotations_[i].lambda = T(m[i]);
+  void carry(Archive& a, int lane) {
+    for (auto& r : rotations_) carry_lane(a, r.lambda, lane);
   }
 
  private:

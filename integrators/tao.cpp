@@ -136,13 +136,7 @@ class Tao final : public BasicIntegrator<T> {
     return Outcome::not_finite;
   }
 
-  void save(std::vector<double>& m) const override {
-    for (const T& d : d_) m.push_back(phs::to_double(d));
-  }
-  void restore(std::span<const double> m) override {
-    require_size("memory of Tao's method", m.size(), n_);
-    for (size_t i = 0; i < n_; ++i) d_[i] = T(m[i]);
-  }
+  void carry(Archive& a) override { a(d_); }
 
  private:
   TaoMap<T> map_;

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "phs/archive.h"
 #include "phs/description.h"
 #include "phs/error.h"
 
@@ -66,21 +67,11 @@ class EnergyScale {
     return sum;
   }
 
-  static std::size_t memory_size(const Description& d) { return 2 * d.storages.size() + 2; }
-  /// Appends what restore() takes. Allocates nothing where there is room.
-  void save(std::vector<double>& m) const {
-    m.insert(m.end(), low_.begin(), low_.end());
-    m.insert(m.end(), high_.begin(), high_.end());
-    m.push_back(kinetic_J_);
-    m.push_back(seen_);
-  }
-  /// The first memory_size() numbers. @throws InvalidArgument if there are fewer
-  void restore(std::span<const double> m) {
-    const std::size_t n = low_.size();
-    if (m.size() < 2 * n + 2) require_size("memory of an energy scale", m.size(), 2 * n + 2);
-    std::copy_n(m.begin(), n, low_.begin());
-    std::copy_n(m.begin() + std::ptrdiff_t(n), n, high_.begin());
-    kinetic_J_ = m[2 * n], seen_ = m[2 * n + 1] != 0;
+  void carry(Archive& a) {
+    a(low_);
+    a(high_);
+    a(kinetic_J_);
+    a(seen_);
   }
 
  private:

@@ -116,18 +116,11 @@ std::array<double, SpaceLedgers::reading_size> SpaceLedgers::now() const {
           d.zonal.last,   d.zonal.defect,   d.L_last};
 }
 
-void SpaceLedgers::save(std::vector<double>& memory) const {
-  const auto m = std::bit_cast<std::array<double, memory_size - 1>>(data_);
-  memory.insert(memory.end(), m.begin(), m.end());
-  memory.push_back(next_order_);
-}
-
-void SpaceLedgers::restore(std::span<const double> memory) {
-  require_size("memory of the space ledgers", memory.size(), memory_size);
-  std::array<double, memory_size - 1> m;
-  std::copy_n(memory.begin(), m.size(), m.begin());
-  data_ = std::bit_cast<Data>(m);
-  next_order_ = memory.back();
+void SpaceLedgers::carry(Archive& a) {
+  auto numbers = std::bit_cast<std::array<double, sizeof(Data) / sizeof(double)>>(data_);
+  a(std::span<double>(numbers));
+  data_ = std::bit_cast<Data>(numbers);
+  a(next_order_);
 }
 
 }  // namespace porthos::space

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "phs/archive.h"
 #include "space/orbit.h"
 
 /// The books of a spacecraft in orbit. Energy stands in three places, each with a ledger of its
@@ -81,9 +82,7 @@ class SpaceLedgers {
   static constexpr size_t reading_size = 7;
   std::array<double, reading_size> now() const;
 
-  static constexpr size_t memory_size = 1 + 8 + 2 * (orbit_sources + 4) + 15 + 5 + 1;
-  void save(std::vector<double>& memory) const;
-  void restore(std::span<const double> memory);
+  void carry(Archive& archive);
 
  private:
   struct Balance {
@@ -99,7 +98,6 @@ class SpaceLedgers {
     double L_largest = 0, L_worst = 0, L_last = 0;
     double turned_over = 0, plates = 0;  ///< by the gradient; of the plates on the internal motion
   };
-  static_assert(sizeof(Data) == (memory_size - 1) * sizeof(double));
   Data data_;
   double next_order_ = 0;
 };

@@ -270,16 +270,9 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   return Outcome::ok;
 }
 
-void SplitIntegrator::save(std::vector<double>& m) const {
-  ledgers_.save(m);
-  inner_->save(m);
-}
-
-void SplitIntegrator::restore(std::span<const double> m) {
-  if (m.size() < SpaceLedgers::memory_size)
-    require_size("memory of the orbit's split", m.size(), SpaceLedgers::memory_size);
-  ledgers_.restore(m.first(SpaceLedgers::memory_size));
-  inner_->restore(m.subspan(SpaceLedgers::memory_size));
+void SplitIntegrator::carry(Archive& a) {
+  ledgers_.carry(a);
+  inner_->carry(a);
 }
 
 integrators::Cost SplitIntegrator::cost() const {

@@ -33,8 +33,7 @@ class SplitIntegrator final : public integrators::Integrator {
   SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& options = {});
 
   integrators::Outcome advance(double t, double h, State& state) override;
-  void save(std::vector<double>& memory) const override;
-  void restore(std::span<const double> memory) override;
+  void carry(Archive& archive) override;
   std::string remark() const override { return inner_->remark(); }
   bool keeps_books() const override { return true; }
   integrators::Cost cost() const override;

@@ -104,33 +104,31 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.defect_J = energy_.change();
 }
 
+/// What is of a fixed size.
+void Ledger::carry(Archive& a) {
+  auto totals = std::bit_cast<Numbers>(totals_);
+  a(std::span<double>(totals));
+  totals_ = std::bit_cast<Totals>(totals);
+  for (auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_}) a(*part);
+  a(turned_over_);
+  scale_.carry(a);
+}
+
 std::vector<double> Ledger::memory() const {
-  const auto totals = std::bit_cast<Numbers>(totals_);
-  std::vector<double> m(totals.begin(), totals.end());
-  for (const auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_})
-    m.insert(m.end(), part->begin(), part->end());
-  m.push_back(turned_over_);
-  scale_.save(m);
+  std::vector<double> m;
+  save_carried(*this, m);
   const auto rest = energy_.memory();
   m.insert(m.end(), rest.begin(), rest.end());
   return m;
 }
 
 void Ledger::restore(std::span<const double> m) {
-  Numbers totals;
-  const size_t scale = phs::EnergyScale::memory_size(*description_);
-  const size_t own = totals.size() + 3 * sum_.size() + 2 * stored_.size() + 1 + scale;
+  Archive count;
+  carry(count);
+  const size_t own = count.size();
   if (m.size() < own) require_size("memory of the ledger", m.size(), own);
-  const auto take = [&](auto& to) {
-    std::copy_n(m.begin(), to.size(), to.begin());
-    m = m.subspan(to.size());
-  };
-  take(totals);
-  totals_ = std::bit_cast<Totals>(totals);
-  for (auto* part : {&sum_, &low_, &peak_, &stored_first_, &stored_}) take(*part);
-  turned_over_ = m[0];
-  scale_.restore(m.subspan(1));
-  energy_.restore(m.subspan(1 + scale));
+  load_carried(*this, m.first(own), "memory of the ledger");
+  energy_.restore(m.subspan(own));
 }
 
 }  // namespace porthos::scene

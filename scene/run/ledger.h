@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "phs/archive.h"
 #include "phs/energy_scale.h"
 #include "phs/state.h"
 #include "scene/run/measure.h"
@@ -44,6 +45,7 @@ class Ledger {
 
   std::vector<double> memory() const;
   void restore(std::span<const double> memory);
+  void carry(Archive& archive);
 
  private:
   struct Totals {
