@@ -211,7 +211,8 @@ int ensemble_command(const Arguments& a) {
   scene::EnsembleOptions options;
   options.out = a.out.value_or("results/" + name_of(a.scene));
   if (a.part) options.part = scene::part_of(*a.part);
-  options.resume = a.resume, options.join = a.join;
+  options.resume = a.resume;
+  options.join = a.join;
   if (a.join && (a.part || a.resume))
     throw InvalidArgument("--join runs nothing: expected neither --part nor --resume with it");
   if (a.threads < 0)
@@ -264,7 +265,10 @@ int info_command(const Arguments& a) {
 }
 
 int actuators_command(const Arguments& a) {
-  if (a.plots) return write_actuator_plots(*a.plots), exit_ok;
+  if (a.plots) {
+    write_actuator_plots(*a.plots);
+    return exit_ok;
+  }
   print(a.markdown ? actuators_markdown() : actuators_text());
   return exit_ok;
 }

@@ -34,13 +34,17 @@ class ShapedPotential {
     return system_->hamiltonian(x_);
   }
   void gradient(std::span<const double> q, Vec& g, Vec& K) {
-    g.resize(n_), K.resize(n_ * n_);
+    g.resize(n_);
+    K.resize(n_ * n_);
     for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
     for (size_t j = 0; j < n_; ++j) {
       xd_[j].d = 1;
       dual_->gradient(xd_, ed_);
       xd_[j].d = 0;
-      for (size_t i = 0; i < n_; ++i) g[i] = ed_[i].v, K[i * n_ + j] = ed_[i].d;
+      for (size_t i = 0; i < n_; ++i) {
+        g[i] = ed_[i].v;
+        K[i * n_ + j] = ed_[i].d;
+      }
     }
   }
   /// Newton's method from q; false where it does not converge or leaves the region by more than it
@@ -54,7 +58,8 @@ class ShapedPotential {
       for (size_t a = 0; a < n_; ++a) {
         const double width = r.upper[a] - r.lower[a];
         if (!(std::fabs(step[a]) < width)) return false;
-        q[a] -= step[a], size = std::max(size, std::fabs(step[a]) / width);
+        q[a] -= step[a];
+        size = std::max(size, std::fabs(step[a]) / width);
         if (q[a] < r.lower[a] - width || q[a] > r.upper[a] + width) return false;
       }
       if (size < 1e-12) return true;
@@ -129,7 +134,10 @@ void rate_of_energy(const ClosedLoop& loop, const Region& region, Certificate& c
       power += e[k] * (dx[k] + Re[k]);
       size += std::fabs(e[k] * dx[k]) + std::fabs(e[k] * Re[k]);
     }
-    if (!(std::fabs(power) / size <= worst)) worst = std::fabs(power) / size, worst_at = x;
+    if (!(std::fabs(power) / size <= worst)) {
+      worst = std::fabs(power) / size;
+      worst_at = x;
+    }
   }
   const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
   const double bound = std::max(1e-9, matched ? matched->options().matching : 0.0);
@@ -145,7 +153,10 @@ void linearised(const ClosedLoop& loop, Certificate& c) {
   for (const auto& l : s.rest) {
     rightmost = std::max(rightmost, l.real());
     least_damping = std::min(least_damping, -l.real() / std::abs(l));
-    if (l.imag() >= 0) parts.push_back(l.real()), parts.push_back(l.imag());
+    if (l.imag() >= 0) {
+      parts.push_back(l.real());
+      parts.push_back(l.imag());
+    }
   }
   // The bound is the rounding of eigenvalues: what is slower and stable cannot be told from what is
   // not.
@@ -174,7 +185,10 @@ void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& 
     law->law(0.0, x, u);
     ++inside_basin;
     for (const int a : loop.actuated())
-      if (std::fabs(u[size_t(a)]) > peak) peak = std::fabs(u[size_t(a)]), at = x;
+      if (std::fabs(u[size_t(a)]) > peak) {
+        peak = std::fabs(u[size_t(a)]);
+        at = x;
+      }
   }
   c.report("input on the basin", peak,
            fmt::format("largest |u| on H_d = c, {} states sampled", inside_basin), {}, at);
@@ -236,8 +250,11 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
   for (const auto& plant : o.plants)
     for (const auto& start : o.starts) {
       RunOptions run = o.run;
-      run.plant = plant.get(), run.period = o.periods.back(), run.record = run.duration / 10;
-      good += settled(simulate(loop, start, run)), ++all;
+      run.plant = plant.get();
+      run.period = o.periods.back();
+      run.record = run.duration / 10;
+      good += settled(simulate(loop, start, run));
+      ++all;
     }
   c.report("settles with other parameters", double(good) / double(all),
            fmt::format("{} of {} runs on {} plants", good, all, o.plants.size()));
@@ -326,7 +343,8 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
     bool edge = false;
     for (size_t a = 0; a < n; ++a) edge = edge || index(node, a) == 0 || index(node, a) == N;
     if (edge || std::find(others.begin(), others.end(), node) != others.end()) {
-      level = l, summit = top;
+      level = l;
+      summit = top;
       break;
     }
     for (size_t a = 0; a < n; ++a)
@@ -337,7 +355,9 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
         }
   }
   Basin b;
-  b.level = level, b.at = point(summit), b.method = fmt::format("flood on a grid of {}^{}", N, n);
+  b.level = level;
+  b.at = point(summit);
+  b.method = fmt::format("flood on a grid of {}^{}", N, n);
   const double bottom = V(std::span(loop.rest()).first(n));
   bool edge = false;
   for (size_t a = 0; a < n; ++a) edge = edge || index(summit, a) == 0 || index(summit, a) == N;
@@ -347,12 +367,17 @@ Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
     for (size_t a = 0; a < n; ++a)
       if (index(summit, a) > 0 && index(summit, a) < N)
         slack += std::fabs(at(summit + stride[a]) - 2 * at(summit) + at(summit - stride[a])) / 8;
-    b.level -= slack, b.method += ", left through the region's boundary";
+    b.level -= slack;
+    b.method += ", left through the region's boundary";
   } else if (V.refine(q, region)) {
     bool near = true;
     for (size_t a = 0; a < n; ++a)
       near = near && std::fabs(q[a] - b.at[a]) < 4 * (region.upper[a] - region.lower[a]) / N;
-    if (near) b.level = std::min(level, V(q)), b.at = q, b.method += ", pass by Newton's method";
+    if (near) {
+      b.level = std::min(level, V(q));
+      b.at = q;
+      b.method += ", pass by Newton's method";
+    }
   }
   b.depth = b.level - bottom;
   return b;

@@ -178,7 +178,10 @@ LoopPtr motor_side(const ElasticJoints<F>& j, const ElasticGains<F>& gain,
     rest.push_back(design.theta(a));
     ports.push_back(design.form.inputs[a] + ".force");
   }
-  for (const double q : rest) o.region.lower.push_back(q - 2), o.region.upper.push_back(q + 2);
+  for (const double q : rest) {
+    o.region.lower.push_back(q - 2);
+    o.region.upper.push_back(q + 2);
+  }
   return std::make_shared<MatchedLoop>(elastic_plant(j, damping), shaping(design), ports, rest, o);
 }
 
@@ -212,7 +215,10 @@ class ElasticStructurePreserving {
   /// (η-q)ᵀK(η-q) + ½ |η - q_d|²_Ke.
   PlantPtr target() const {
     std::array<double, 2 * N> damping{};
-    for (size_t a = 0; a < N; ++a) damping[a] = g_.link_damping[a], damping[N + a] = g_.damping[a];
+    for (size_t a = 0; a < N; ++a) {
+      damping[a] = g_.link_damping[a];
+      damping[N + a] = g_.damping[a];
+    }
     ElasticForm<F> form{.j = j_, .weight = 0, .spring = g_.stiffness, .rest = g_.rest};
     form.name += ", structure preserved";
     return plant(form, damping);
@@ -226,7 +232,8 @@ class ElasticStructurePreserving {
     motion(x, n, dn, ddn);
     for (size_t a = 0; a < N; ++a) {
       const T K(j_.stiffness[a]), B(j_.motor[a]);
-      z[a] = x[a], z[2 * N + a] = x[2 * N + a];
+      z[a] = x[a];
+      z[2 * N + a] = x[2 * N + a];
       z[N + a] = x[N + a] - n[a] / K;
       z[3 * N + a] = x[3 * N + a] - B * dn[a] / K;
     }
@@ -275,7 +282,10 @@ class ElasticStructurePreserving {
     }
     template <class T>
     void structure(std::span<const T>, std::span<const T> e, std::span<T> Je) const {
-      for (size_t i = 0; i < 2 * N; ++i) Je[i] = e[2 * N + i], Je[2 * N + i] = -e[i];
+      for (size_t i = 0; i < 2 * N; ++i) {
+        Je[i] = e[2 * N + i];
+        Je[2 * N + i] = -e[i];
+      }
     }
     template <class T>
     void drive(T, std::span<const T> x, std::span<T> dx) const {
@@ -319,7 +329,10 @@ class ElasticStructurePreserving {
     using DD = phs::Tangent<D>;
     std::array<T, N> q, v, a, jerk, zero, tau;
     std::array<T, N * N> M, L;
-    for (size_t i = 0; i < N; ++i) q[i] = x[i], zero[i] = T(0.0);
+    for (size_t i = 0; i < N; ++i) {
+      q[i] = x[i];
+      zero[i] = T(0.0);
+    }
     j_.arm.mass(std::span<const T>(q), std::span<T>(M));
     phs::dense::cholesky(N, M.data(), L.data());
     phs::dense::solve(N, L.data(), x.data() + 2 * N, v.data());
@@ -328,7 +341,11 @@ class ElasticStructurePreserving {
     phs::dense::solve(N, L.data(), tau.data(), a.data());
     // d/dt of M a + ... = K (θ - q)
     std::array<D, N> qd, vd, ad, td;
-    for (size_t i = 0; i < N; ++i) qd[i] = D(q[i], v[i]), vd[i] = D(v[i], a[i]), ad[i] = D(a[i]);
+    for (size_t i = 0; i < N; ++i) {
+      qd[i] = D(q[i], v[i]);
+      vd[i] = D(v[i], a[i]);
+      ad[i] = D(a[i]);
+    }
     inverse_dynamics(qd, vd, ad, td);
     for (size_t i = 0; i < N; ++i)
       tau[i] = T(j_.stiffness[i]) * (x[3 * N + i] / T(j_.motor[i]) - v[i]) - td[i].d;
@@ -342,7 +359,9 @@ class ElasticStructurePreserving {
       const DD g = j_.arm.potential(std::span<const G>(s)).d;
       s[i].d = DD(0.0);
       const T d(g_.link_damping[i]);
-      n[i] = g.v.v - d * v[i], dn[i] = g.v.d - d * a[i], ddn[i] = g.d.d - d * jerk[i];
+      n[i] = g.v.v - d * v[i];
+      dn[i] = g.v.d - d * a[i];
+      ddn[i] = g.d.d - d * jerk[i];
     }
   }
 

@@ -15,7 +15,8 @@ class TankedModel final : public phs::ModelFor<TankedModel> {
       : plant(std::move(of)), law(std::move(kappa)), tank(options) {
     description_ = plant->description();
     const auto rows = port_offsets(description_, {port});
-    at = size_t(rows[0]), size = rows.size();
+    at = size_t(rows[0]);
+    size = rows.size();
     const auto refuse = [&](const std::string& why) {
       throw InvalidArgument("tank of '" + description_.name + "': " + why);
     };
@@ -36,7 +37,8 @@ class TankedModel final : public phs::ModelFor<TankedModel> {
     d.storages.push_back("tank");
     d.powers.push_back({"port damping", phs::PowerKind::dissipated});
     d.powers.push_back({"valve", phs::PowerKind::dissipated});
-    d.flows.clear(), d.invariants.clear();
+    d.flows.clear();
+    d.invariants.clear();
     d.traits.canonical = d.traits.separable = d.traits.lossless = d.traits.autonomous = false;
   }
   const phs::Description& description() const override { return description_; }
@@ -93,7 +95,8 @@ class TankedSystem final : public phs::Forwarding<T> {
   }
   void rate(T t, In x, In e, Out dx) override {
     plant_.rate(t, x.first(n_), e.first(n_), dx.first(n_));
-    couple(t, x), exchange(e, dx);
+    couple(t, x);
+    exchange(e, dx);
     damp(x, e);
     for (size_t i = 0; i < n_; ++i) dx[i] = dx[i] - w_[i];
     dx[n_] = dx[n_] - valve_ * e[n_];
@@ -101,21 +104,25 @@ class TankedSystem final : public phs::Forwarding<T> {
   /// That of t = 0 where the law depends on time; skew at any t.
   void apply_structure(In x, In e, Out Je) override {
     plant_.apply_structure(x.first(n_), e.first(n_), Je.first(n_));
-    couple(T(0.0), x), exchange(e, Je);
+    couple(T(0.0), x);
+    exchange(e, Je);
   }
   void apply_dissipation(In x, In e, Out Re) override {
     plant_.apply_dissipation(x.first(n_), e.first(n_), Re.first(n_));
-    couple(T(0.0), x), damp(x, e);
+    couple(T(0.0), x);
+    damp(x, e);
     for (size_t i = 0; i < n_; ++i) Re[i] = Re[i] + w_[i];
     Re[n_] = valve_ * e[n_];
   }
   void powers(T t, In x, In e, Out values) override {
     const size_t own = this->inner_powers();
     phs::Forwarding<T>::powers(t, x, e, values);
-    couple(t, x), damp(x, e);
+    couple(t, x);
+    damp(x, e);
     T lost(0.0);
     for (size_t i = 0; i < n_; ++i) lost = lost + e[i] * w_[i];
-    values[own] = lost, values[own + 1] = valve_ * e[n_] * e[n_];
+    values[own] = lost;
+    values[own + 1] = valve_ * e[n_] * e[n_];
   }
   /// The law may be stiffer than the plant.
   std::unique_ptr<phs::Resolvent> resolvent() override { return nullptr; }

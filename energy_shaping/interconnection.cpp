@@ -80,7 +80,10 @@ void Interconnection::check(const InterconnectionOptions& o) {
   plant->apply_dissipation(o.rest, e, Re);
   const double stiffest = largest(hessian(*plant_, o.rest));  // ∂H one unit of state away
   double lost = 0, size = stiffest * stiffest, resistance = 1e-300;
-  for (size_t i = 0; i < n; ++i) lost += e[i] * Re[i], size = std::max(size, e[i] * e[i]);
+  for (size_t i = 0; i < n; ++i) {
+    lost += e[i] * Re[i];
+    size = std::max(size, e[i] * e[i]);
+  }
   std::string names;
   for (size_t i = 0; i < n; ++i) {
     unit[i] = 1;
@@ -102,7 +105,8 @@ void Interconnection::check(const InterconnectionOptions& o) {
                       damped);
 
   // ξ* that holds x*: Gauss and Newton.
-  rest_ = o.rest, rest_.resize(N, 0.0);
+  rest_ = o.rest;
+  rest_.resize(N, 0.0);
   std::vector<double> f(N), g(N);
   for (int round = 0; round < 50; ++round) {
     loop->field(0.0, rest_, {}, f);
@@ -115,7 +119,8 @@ void Interconnection::check(const InterconnectionOptions& o) {
     for (size_t k = 0; k < nc; ++k) rest_[n + k] -= step.a[k];
     if (largest(step.a) < 1e-15) break;
   }
-  loop->field(0.0, rest_, {}, f), loop->gradient(rest_, g);
+  loop->field(0.0, rest_, {}, f);
+  loop->gradient(rest_, g);
   const auto H = hessian(*loop_, rest_);
   const double scale = std::max({largest(g), largest(H), 1e-300});
   certificate_.at_most(
@@ -159,8 +164,10 @@ void Interconnection::check(const InterconnectionOptions& o) {
   Matrix leaf{int(N), int(n)}, slope{int(N), 1}, curvature{int(N), int(N)};
   std::copy(F_.a.begin(), F_.a.end(), leaf.a.begin() + long(n * n));
   for (int i = 0; i < int(n); ++i) leaf(i, i) = 1;
-  slope.a = g, curvature.a = H;
-  slope = transpose(leaf) * slope, curvature = transpose(leaf) * curvature * leaf;
+  slope.a = g;
+  curvature.a = H;
+  slope = transpose(leaf) * slope;
+  curvature = transpose(leaf) * curvature * leaf;
   certificate_.at_most("gradient of H_d", largest(slope.a) / scale, o.tolerance,
                        "at the rest point, on its leaf, relative", rest_);
   const auto values = phs::symmetric_eigenvalues(n, curvature.a);

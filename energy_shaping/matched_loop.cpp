@@ -60,7 +60,9 @@ phs::Description describe(const phs::Description& plant, const Shaping& s,
   d.name = s.name() + " of " + plant.name;
   d.traits.canonical = d.traits.separable = d.traits.lossless = false;
   for (auto& b : d.blocks) b.kind = phs::BlockKind::linear;  // V_d need not be periodic
-  d.invariants.clear(), d.flows.clear(), d.ports.clear();
+  d.invariants.clear();
+  d.flows.clear();
+  d.ports.clear();
   d.nu = int(actuated.size());
   for (const auto& p : plant.ports) {
     const auto at = std::find(actuated.begin(), actuated.end(), p.at);

@@ -22,10 +22,21 @@ class MatchedSystem final : public LoopSystem<T> {
     for (const auto& g : shaping_.gains()) k_.push_back(T(g.value));
     for (auto* v : {&Md_, &L_, &Minv_, &A_, &J2_, &DA_}) v->resize(n_ * n_, T(0.0));
     for (auto* v : {&w_, &dV_, &r_, &s_}) v->resize(n_);
-    dMd_.resize(n_ * n_ * n_), G_.resize(n_ * m_), Kv_.resize(m_ * m_);
+    dMd_.resize(n_ * n_ * n_);
+    G_.resize(n_ * m_);
+    Kv_.resize(m_ * m_);
     for (auto* v : {&x_, &e_, &ed_, &f_}) v->resize(2 * n_);
-    u_.resize(nu_), a_.resize(m_), b_.resize(m_), GG_.resize(m_ * m_), LG_.resize(m_ * m_);
-    if (kind_ == Skew::solved) Q_.resize(n_ * n_), B_.resize(n_ * n_), v_.resize(n_), g_.resize(n_);
+    u_.resize(nu_);
+    a_.resize(m_);
+    b_.resize(m_);
+    GG_.resize(m_ * m_);
+    LG_.resize(m_ * m_);
+    if (kind_ == Skew::solved) {
+      Q_.resize(n_ * n_);
+      B_.resize(n_ * n_);
+      v_.resize(n_);
+      g_.resize(n_);
+    }
   }
 
   const phs::Description& description() const override { return loop_.description(); }
@@ -45,12 +56,17 @@ class MatchedSystem final : public LoopSystem<T> {
   }
   void stored(In x, Out values) override {
     const T H = hamiltonian(x), V = shaping_.potential(x.first(n_), k_, {});
-    values[0] = H - V, values[1] = V;
+    values[0] = H - V;
+    values[1] = V;
   }
-  void gradient(In x, Out e) override { target_mass(x), target_gradient(x, e); }
+  void gradient(In x, Out e) override {
+    target_mass(x);
+    target_gradient(x, e);
+  }
 
   void field(T, In x, In u, Out dx) override {
-    target_mass(x), target_gradient(x, ed_);
+    target_mass(x);
+    target_gradient(x, ed_);
     structure(x, true);
     structure_times(ed_, dx);
     subtract_damping(ed_, dx);
@@ -59,16 +75,19 @@ class MatchedSystem final : public LoopSystem<T> {
     for (size_t i = 0; i < n_; ++i) dx[n_ + i] = dx[n_ + i] + r_[i];
   }
   void rate(T, In x, In e, Out dx) override {
-    target_mass(x), structure(x, true);
+    target_mass(x);
+    structure(x, true);
     structure_times(e, dx);
     subtract_damping(e, dx);
   }
   void apply_structure(In x, In e, Out Je) override {
-    target_mass(x), structure(x, true);
+    target_mass(x);
+    structure(x, true);
     structure_times(e, Je);
   }
   void apply_dissipation(In x, In e, Out Re) override {
-    target_mass(x), structure(x, false);
+    target_mass(x);
+    structure(x, false);
     for (auto& y : Re) y = T(0.0);
     subtract_damping(e, Re);
     for (size_t i = 0; i < n_; ++i) Re[n_ + i] = -Re[n_ + i];
@@ -105,7 +124,8 @@ class MatchedSystem final : public LoopSystem<T> {
   /// its terms in s_.
   void forces(In x) {
     plant_->gradient(x, e_);
-    target_mass(x), target_gradient(x, ed_);
+    target_mass(x);
+    target_gradient(x, ed_);
     structure(x, true);
     phs::dense::multiply_transposed(n_, n_, A_.data(), ed_.data(), f_.data() + n_);
     phs::dense::multiply(n_, n_, J2_.data(), w_.data(), r_.data());
@@ -122,7 +142,10 @@ class MatchedSystem final : public LoopSystem<T> {
     for (size_t i = 0; i < n_; ++i)
       for (size_t j = 0; j < m_; ++j) f[i] = f[i] - G_[i * m_ + j] * a_[j];
   }
-  void evaluate(In x) { target_mass(x), structure(x, true); }
+  void evaluate(In x) {
+    target_mass(x);
+    structure(x, true);
+  }
   In target_mass_matrix() const { return Md_; }
   In inverse_mass() const { return Minv_; }
   In kv() const { return Kv_; }
@@ -174,7 +197,10 @@ class MatchedSystem final : public LoopSystem<T> {
     shaping_.damping(x.first(n_), k_, Kv_);
     if (!friction_) return;
     for (size_t j = 0; j < n_; ++j) {  // D A e_j, by the plant's own R
-      for (size_t i = 0; i < n_; ++i) x_[i] = T(0.0), x_[n_ + i] = A_[i * n_ + j];
+      for (size_t i = 0; i < n_; ++i) {
+        x_[i] = T(0.0);
+        x_[n_ + i] = A_[i * n_ + j];
+      }
       plant_->apply_dissipation(x, x_, f_);
       for (size_t i = 0; i < n_; ++i) DA_[i * n_ + j] = f_[n_ + i];
     }
@@ -223,7 +249,8 @@ class MatchedSystem final : public LoopSystem<T> {
   void solve_skew(In x) {
     const size_t n = n_;
     if (n == 2) {
-      v_[0] = -G_[1], v_[1] = G_[0];
+      v_[0] = -G_[1];
+      v_[1] = G_[0];
     } else {  // 3 × 2
       v_[0] = G_[2] * G_[5] - G_[4] * G_[3];
       v_[1] = G_[4] * G_[1] - G_[0] * G_[5];
@@ -257,7 +284,10 @@ class MatchedSystem final : public LoopSystem<T> {
       x_[n + a] = i == j ? Md_[a * n + i] : Md_[a * n + i] + Md_[a * n + j];
     }
     plant_->gradient(x_, f_);
-    for (size_t a = 0; a < n; ++a) g_[a] = f_[a], x_[n + a] = T(0.0);
+    for (size_t a = 0; a < n; ++a) {
+      g_[a] = f_[a];
+      x_[n + a] = T(0.0);
+    }
     plant_->gradient(x_, f_);
     // (A v)ᵀ = vᵀM_d M⁻¹
     phs::dense::multiply(n, n, A_.data(), v_.data(), r_.data());

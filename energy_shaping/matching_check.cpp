@@ -32,7 +32,10 @@ class Coordinates {
     static constexpr size_t primes[max_coordinates] = {2, 3, 5, 7, 11, 13, 17, 19};
     const double base = double(primes[axis]);
     double f = 1, x = 0;
-    for (; i > 0; i /= primes[axis]) f /= base, x += f * double(i % primes[axis]);
+    for (; i > 0; i /= primes[axis]) {
+      f /= base;
+      x += f * double(i % primes[axis]);
+    }
     return x;
   }
   const Region& r_;
@@ -45,11 +48,17 @@ struct Worst {
   Vec at;
   void more(double x, const Vec& where) {
     if (std::isnan(value)) return;
-    if (at.empty() || std::isnan(x) || x > value) value = x, at = where;
+    if (at.empty() || std::isnan(x) || x > value) {
+      value = x;
+      at = where;
+    }
   }
   void less(double x, const Vec& where) {
     if (std::isnan(value)) return;
-    if (at.empty() || std::isnan(x) || x < value) value = x, at = where;
+    if (at.empty() || std::isnan(x) || x < value) {
+      value = x;
+      at = where;
+    }
   }
 };
 
@@ -79,7 +88,8 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
   Vec still(s.force().begin(), s.force().end());
   const double still_size = norm(s.force_sizes()), moving_size = norm(size);
   for (size_t i = 0; i < n; ++i) moving[i] -= still[i];
-  s.off_input(still), s.off_input(moving);
+  s.off_input(still);
+  s.off_input(moving);
   const auto relative = [](double r, double scale) { return r == 0 ? 0 : r / scale; };
   return {relative(norm(moving), moving_size), relative(norm(still), still_size)};
 }
@@ -148,7 +158,8 @@ void MatchedLoop::check() {
     quadratic.more(std::fabs(H - V - T) / (std::fabs(H) + std::fabs(V) + std::fabs(T)), x);
 
     const auto residual = residual_at(s, x);
-    kinetic.more(residual.kinetic, x), potential.more(residual.potential, q);
+    kinetic.more(residual.kinetic, x);
+    potential.more(residual.potential, q);
     s.evaluate(x);
     const auto J2 = s.skew_matrix();
     double odd = 0;
@@ -188,7 +199,10 @@ void MatchedLoop::check() {
     qd[j].d = 1;
     (void)shaping_->potential(qd, k, dV);
     qd[j].d = 0;
-    for (size_t i = 0; i < n; ++i) hessian_V[i * n + j] = dV[i].d, slope[i] = dV[i].v;
+    for (size_t i = 0; i < n; ++i) {
+      hessian_V[i * n + j] = dV[i].d;
+      slope[i] = dV[i].v;
+    }
   }
   const auto curvature = phs::symmetric_eigenvalues(n, hessian_V);
   c.at_most("rest point", norm(phs::linear_solve(n, hessian_V, slope)), 1e-8,

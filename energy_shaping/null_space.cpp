@@ -99,7 +99,8 @@ class NullSpaceSystem final : public LoopSystem<T> {
   T hamiltonian(In x) override { return task_->hamiltonian(plant(x)) + spring(x) + x[2 * n_]; }
   void stored(In x, Out values) override {
     task_->stored(plant(x), values);
-    values[2] = spring(x), values[3] = x[2 * n_];
+    values[2] = spring(x);
+    values[3] = x[2 * n_];
   }
   void gradient(In x, Out e) override {
     task_->gradient(plant(x), e.first(2 * n_));
@@ -300,7 +301,8 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   if (actuated_.size() != n)
     refuse_posture(
         name, fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
-  rest_ = q, rest_.resize(2 * n, 0.0);
+  rest_ = q;
+  rest_.resize(2 * n, 0.0);
   rest_.push_back(std::max(p.level, p.least + margin * (p.most - p.least)));
 
   description_ = task_->description();
@@ -324,16 +326,24 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
     const auto free = task_acceleration(place, tau);
     const auto left = task_acceleration(place, projected(place, tau));
     double a = 0, b = 0;
-    for (size_t k = 0; k < free.size(); ++k) a = std::hypot(a, left[k]), b = std::hypot(b, free[k]);
-    if (a / b > leak) leak = a / b, at.assign(place.begin(), place.end());
+    for (size_t k = 0; k < free.size(); ++k) {
+      a = std::hypot(a, left[k]);
+      b = std::hypot(b, free[k]);
+    }
+    if (a / b > leak) {
+      leak = a / b;
+      at.assign(place.begin(), place.end());
+    }
   }
   certificate_.at_most("leakage into the task", leak, 1e-9,
                        "task acceleration by the posture, projected over not, 200 coordinates", at);
   for (size_t k = 0; k < n; ++k) tau[k] = p.stiffness[k] * (q[k] - p.rest[k]);
   const auto left = projected(q, tau);
   double pull = 0, scale = 1e-300;
-  for (size_t k = 0; k < n; ++k)
-    pull = std::max(pull, std::fabs(left[k])), scale = std::max(scale, std::fabs(tau[k]));
+  for (size_t k = 0; k < n; ++k) {
+    pull = std::max(pull, std::fabs(left[k]));
+    scale = std::max(scale, std::fabs(tau[k]));
+  }
   certificate_.at_most("posture at rest", pull / scale, 1e-9,
                        "force left in the null space over the posture's");
   const auto system = make_loop<double>();
@@ -346,7 +356,10 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   const auto modes = phs::eigenvalues(rest_.size(), field_jacobian(*this, rest_));
   size_t decaying = 0;
   std::vector<double> real;
-  for (const auto& z : modes) real.push_back(z.real()), decaying += z.real() < -1e-9;
+  for (const auto& z : modes) {
+    real.push_back(z.real());
+    decaying += z.real() < -1e-9;
+  }
   certificate_.at_least("decaying modes", double(decaying), double(2 * n),
                         "of the linearised loop; one mode, the tank's level, stays", {});
   certificate_.report("modes", real.back(), "real parts", real);

@@ -22,7 +22,8 @@ struct Chebyshev {
     S a(0.0), b(0.0);
     for (size_t k = c.size(); k-- > 1;) {
       const S next = two_y * a - b + S(c[k]);
-      b = a, a = next;
+      b = a;
+      a = next;
     }
     return y * a - b + S(c[0]);
   }
@@ -69,7 +70,9 @@ struct FourierDesign {
   std::vector<Gain> gains() const { return {{"ku", ku}, {"kv", kv}}; }
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
-    Md[3 * r] = rr(q[r]), Md[1] = Md[2] = rs(q[r]), Md[3 * s] = ss(q[r]);
+    Md[3 * r] = rr(q[r]);
+    Md[1] = Md[2] = rs(q[r]);
+    Md[3 * s] = ss(q[r]);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> k) const {
@@ -92,7 +95,8 @@ class Probe {
     phs::Dual I[4];  // M⁻¹
     for (size_t j = 0; j < 2; ++j) {
       std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
-      x[r_] = {at, 1}, x[2 + j] = 1.0;
+      x[r_] = {at, 1};
+      x[2 + j] = 1.0;
       system_->gradient(x, e);
       for (size_t i = 0; i < 2; ++i) I[2 * i + j] = e[2 + i];
     }
@@ -103,7 +107,8 @@ class Probe {
   /// ∂V/∂r
   double slope(double r, double s) {
     std::array<phs::Dual, 4> x{phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0), phs::Dual(0.0)}, e;
-    x[r_] = r, x[s_] = s;
+    x[r_] = r;
+    x[s_] = s;
     system_->gradient(x, e);
     return e[r_].v;
   }
@@ -222,8 +227,11 @@ LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
 
   MatchingOptions options;
   options.matching = o.matching;
-  options.region.lower.assign(2, -o.other), options.region.upper.assign(2, o.other);
-  options.region.lower[r] = -w, options.region.upper[r] = w, options.region.rate = o.rate;
+  options.region.lower.assign(2, -o.other);
+  options.region.upper.assign(2, o.other);
+  options.region.lower[r] = -w;
+  options.region.upper[r] = w;
+  options.region.rate = o.rate;
   return std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
                                        std::vector<std::string>{o.actuator},
                                        std::vector<double>{0, 0}, options);

@@ -32,7 +32,10 @@ struct Plant {
 
   phs::Description description() const {
     phs::Description d;
-    d.name = form.name, d.nx = int(2 * n), d.nu = int(m), d.traits.canonical = true;
+    d.name = form.name;
+    d.nx = int(2 * n);
+    d.nu = int(m);
+    d.traits.canonical = true;
     for (const double c : damping) d.traits.lossless = d.traits.lossless && c == 0;
     for (int i = 0; i < F::n; ++i) {
       const auto& c = form.coordinates[size_t(i)];
@@ -76,7 +79,10 @@ struct Plant {
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    for (size_t i = 0; i < n; ++i) Re[i] = T(0.0), Re[n + i] = T(damping[i]) * e[n + i];
+    for (size_t i = 0; i < n; ++i) {
+      Re[i] = T(0.0);
+      Re[n + i] = T(damping[i]) * e[n + i];
+    }
   }
   template <class T>
   void input(std::span<const T> x, std::span<const T> u, std::span<T> Gu) const {

@@ -42,7 +42,9 @@ class SharedLaw {
     if (!e->remembers(t, x)) {
       e->valid = false;  // should the law throw
       e->f(t, x, std::span<T>(e->u));
-      e->t = t, e->x.assign(x.begin(), x.end()), e->valid = true;
+      e->t = t;
+      e->x.assign(x.begin(), x.end());
+      e->valid = true;
     }
     for (size_t k = 0; k < u.size(); ++k) u[k] = e->u[at + k];
     give_back(std::move(e));

@@ -42,8 +42,12 @@ class ShapedSystem final : public LoopSystem<T> {
         tau_(nv_),
         y_(nu_),
         u_(nu_) {
-    if (p_.zero_momentum)
-      M_.resize(nv_ * nv_), A_.resize(6 * nv_), Tb_.resize(7 * 6), q_dot_.resize(nq_);
+    if (p_.zero_momentum) {
+      M_.resize(nv_ * nv_);
+      A_.resize(6 * nv_);
+      Tb_.resize(7 * 6);
+      q_dot_.resize(nq_);
+    }
   }
   const phs::Description& description() const override { return loop_.description(); }
   std::unique_ptr<phs::System<T>> clone() const override {
@@ -55,7 +59,8 @@ class ShapedSystem final : public LoopSystem<T> {
     const T total = hamiltonian(x);
     halt(x);
     const T potential = plant_->hamiltonian(still_) + shaped(x);
-    values[0] = total - potential, values[1] = potential;
+    values[0] = total - potential;
+    values[1] = potential;
   }
   void gradient(In x, Out e) override {
     plant_->gradient(x, e);
@@ -88,7 +93,8 @@ class ShapedSystem final : public LoopSystem<T> {
     for (size_t i = 0; i < 7; ++i) {
       T s(0.0);
       for (size_t a = 0; a < 6; ++a) s = s + Tb_[i * 6 + a] * base_rate(e, a);
-      Je[bq + i] = s, Je[nq_ + bq + i] = T(0.0);
+      Je[bq + i] = s;
+      Je[nq_ + bq + i] = T(0.0);
     }
     for (size_t a = 0; a < 6; ++a) {
       T g(0.0);
@@ -100,7 +106,10 @@ class ShapedSystem final : public LoopSystem<T> {
   }
   void apply_dissipation(In x, In e, Out Re) override {
     damp(x, e);
-    for (size_t i = 0; i < nq_; ++i) Re[i] = T(0.0), Re[nq_ + i] = lift_[nq_ + i];
+    for (size_t i = 0; i < nq_; ++i) {
+      Re[i] = T(0.0);
+      Re[nq_ + i] = lift_[nq_ + i];
+    }
   }
   void apply_input(In x, In u, Out Gu) override { plant_->apply_input(x, u, Gu); }
   void output(In x, In e, Out y) override { plant_->output(x, e, y); }
@@ -146,7 +155,10 @@ class ShapedSystem final : public LoopSystem<T> {
 
  private:
   void halt(In x) {
-    for (size_t i = 0; i < nq_; ++i) still_[i] = x[i], still_[nq_ + i] = T(0.0);
+    for (size_t i = 0; i < nq_; ++i) {
+      still_[i] = x[i];
+      still_[nq_ + i] = T(0.0);
+    }
   }
   mechanics::Transform<T> pose_of(const Parts::Pose& p) const {
     return mechanics::body_pose<T>(m_, p.frame, poses_);
@@ -271,7 +283,8 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
   const auto& m = model.mechanism();
   const auto& d = model.description();
   Parts p;
-  p.damping.assign(size_t(m.nv()), 0.0), p.constant = p.damping;
+  p.damping.assign(size_t(m.nv()), 0.0);
+  p.constant = p.damping;
   p.actuated.assign(size_t(m.nv()), s.actuators.empty());
   const auto joint_offsets = [&](const std::string& port) {
     const auto at = port_offsets(d, {port});
@@ -334,7 +347,8 @@ Parts look_up(const mechanics::MechanicalModel& model, const PotentialShaping& s
   }
   if (roots != 1 || base != 6 || m.has_gravity())
     refuse_shaping(s.name, "zero_momentum needs one free base and no gravity");
-  p.base_q = size_t(root.q), p.base_v = size_t(root.v);
+  p.base_q = size_t(root.q);
+  p.base_v = size_t(root.v);
   for (size_t a = 0; a < 6; ++a) p.actuated[p.base_v + a] = false;
   return p;
 }
@@ -413,7 +427,8 @@ void PotentialLoop::check(const PotentialShaping& shaping) {
     for (size_t j = 0; j < tau.size(); ++j) {
       scale = std::max(scale, std::fabs(tau[j]));
       if (parts_.actuated[j] || std::fabs(tau[j]) <= worst) continue;
-      worst = std::fabs(tau[j]), at.assign(x.begin(), x.begin() + long(nq));
+      worst = std::fabs(tau[j]);
+      at.assign(x.begin(), x.begin() + long(nq));
     }
   }
   if (!parts_.zero_momentum)

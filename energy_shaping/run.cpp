@@ -66,7 +66,9 @@ DrivenPlant::DrivenPlant(const ClosedLoop& loop, const phs::Model& plant,
   for (auto& b : description_.blocks)
     if (b.kind == phs::BlockKind::angle) b.kind = phs::BlockKind::linear;
   description_.name += " under its law";
-  description_.nu = 0, description_.ports.clear(), description_.flows.clear();
+  description_.nu = 0;
+  description_.ports.clear();
+  description_.flows.clear();
   description_.invariants.clear();
   description_.traits.canonical = description_.traits.separable = false;
   description_.traits.lossless = false;
@@ -120,7 +122,9 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     }
   };
   const auto record = [&] {
-    run.t.push_back(double(s.step) * o.step), run.H.push_back(H), run.x.push_back(s.x);
+    run.t.push_back(double(s.step) * o.step);
+    run.H.push_back(H);
+    run.x.push_back(s.x);
     run.u.emplace_back();
     const auto& applied = hold > 0 ? *held : u;
     for (const int a : at) run.u.back().push_back(applied[size_t(a)]);
@@ -136,16 +140,19 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
     const auto outcome = integrator->step(s);
     const double next = law->hamiltonian(s.x);
     if (outcome != integrators::Outcome::ok || !std::isfinite(next)) {
-      run.finished = false, run.outcome = integrators::to_string(outcome);
+      run.finished = false;
+      run.outcome = integrators::to_string(outcome);
       break;
     }
-    run.rise = std::max(run.rise, next - H), H = next;
+    run.rise = std::max(run.rise, next - H);
+    H = next;
     const double P = damping();
     if (k % 2 == 0) {
       middle = P;
       if (k + 1 == steps) run.dissipated += 0.5 * o.step * (before + P);
     } else {
-      run.dissipated += o.step / 3 * (before + 4 * middle + P), before = P;
+      run.dissipated += o.step / 3 * (before + 4 * middle + P);
+      before = P;
     }
   }
   run.injected = H - run.H.front() + run.dissipated;

@@ -35,7 +35,10 @@ class Runs {
     for (size_t l = 0; l < 8; ++l)  // a lane without a run repeats the last
       for (size_t i = 0; i < k.size(); ++i)
         k[i].set(int(l), gains[first + std::min(l, lanes - 1)][i]);
-    for (size_t i = 0; i < n_; ++i) y_[i] = Pack8(loop_.rest()[i]), x_[i] = Pack8(o_.start[i]);
+    for (size_t i = 0; i < n_; ++i) {
+      y_[i] = Pack8(loop_.rest()[i]);
+      x_[i] = Pack8(o_.start[i]);
+    }
     const Pack8 rest = system_->hamiltonian(y_);
     const Pack8 first_energy = system_->hamiltonian(x_) - rest;
     Pack8 peak(0.0), settling(0.0), travel(0.0), energy = first_energy;
@@ -55,7 +58,8 @@ class Runs {
       r.gains = gains[first + l];
       r.left = energy[lane] / first_energy[lane];
       r.finite = std::isfinite(r.left);
-      r.peak = peak[lane], r.travel = travel[lane];
+      r.peak = peak[lane];
+      r.travel = travel[lane];
       r.settling =
           r.finite && settling[lane] < o_.duration - 0.5 * o_.step ? settling[lane] : HUGE_VAL;
     }
@@ -117,7 +121,10 @@ std::vector<std::vector<double>> grid_of(const std::vector<std::vector<double>>&
   for (const auto& list : values) {
     std::vector<std::vector<double>> longer;
     for (const auto& row : rows)
-      for (const double v : list) longer.push_back(row), longer.back().push_back(v);
+      for (const double v : list) {
+        longer.push_back(row);
+        longer.back().push_back(v);
+      }
     rows = std::move(longer);
   }
   return rows;

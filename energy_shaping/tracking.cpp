@@ -26,7 +26,9 @@ class RestToRest final : public TrajectoryFor<RestToRest> {
     const T ddp = T(420.0) * s * s * r * r * (T(1.0) - T(2.0) * s) / T(T_ * T_);
     for (size_t i = 0; i < from_.size(); ++i) {
       const T way = T(to_[i] - from_[i]);
-      q[i] = T(from_[i]) + way * p, v[i] = way * dp, a[i] = way * ddp;
+      q[i] = T(from_[i]) + way * p;
+      v[i] = way * dp;
+      a[i] = way * ddp;
     }
   }
 
@@ -49,7 +51,8 @@ class Sines final : public TrajectoryFor<Sines> {
       const double w = 2 * std::acos(-1.0) * f_[i];
       const T s = phs::sin(T(w) * t), c = phs::cos(T(w) * t);
       q[i] = T(c_[i]) + T(a_[i]) * s;
-      v[i] = T(a_[i] * w) * c, a[i] = T(-a_[i] * w * w) * s;
+      v[i] = T(a_[i] * w) * c;
+      a[i] = T(-a_[i] * w * w) * s;
     }
   }
 
@@ -124,7 +127,10 @@ class PdPlus::Evaluator {
     p_->trajectory->at(t, std::span<T>(q_), std::span<T>(v_), std::span<T>(a_));
     mechanics::rates_from_momenta<T>(m_, w_, x.first(n_), x.subspan(n_));
     rate_ = w_.rate;
-    for (size_t i = 0; i < n_; ++i) e_[i] = x[i] - q_[i], de_[i] = rate_[i] - v_[i];
+    for (size_t i = 0; i < n_; ++i) {
+      e_[i] = x[i] - q_[i];
+      de_[i] = rate_[i] - v_[i];
+    }
   }
 
   std::shared_ptr<const Parts> p_;

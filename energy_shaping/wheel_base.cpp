@@ -45,7 +45,8 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
                                     options.base_port, base.size()));
   if (shaped_->parts().zero_momentum)
     refuse_wheels(name, "the shaping is one of zero momentum, expected the base actuated");
-  parts_.shaped = shaped_, parts_.base = size_t(base[0]);
+  parts_.shaped = shaped_;
+  parts_.base = size_t(base[0]);
   for (const int b : base)
     if (std::find(shaped_->actuated().begin(), shaped_->actuated().end(), b) ==
         shaped_->actuated().end())
@@ -62,7 +63,8 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
     for (const auto& s : shaped_->parts().joints)
       if (s.v == size_t(at[0]))
         refuse_wheels(name, "the shaping has a spring at the wheel '" + port + "', expected none");
-    parts_.inputs.push_back(size_t(at[0])), parts_.momenta.push_back(size_t(m.nq() + c->q));
+    parts_.inputs.push_back(size_t(at[0]));
+    parts_.momenta.push_back(size_t(m.nq() + c->q));
   }
   if (!options.limits.empty()) require_size("limits", options.limits.size(), options.wheels.size());
   parts_.limits = options.limits;
@@ -126,10 +128,19 @@ void WheelBase::check(const WheelBaseOptions& options) {
       off = std::max(off, std::fabs(dx[parts.momenta[w]] - u[parts.inputs[w]]) / moment);
       e[parts.momenta[w]] -= x[parts.momenta[w]] / parts.inertia[w];
     }
-    for (size_t k = 0; k < nx; ++k) power += e[k] * dx[k], size += std::fabs(e[k] * dx[k]);
-    if (off > wheel) wheel = off, at_wheel = x;
+    for (size_t k = 0; k < nx; ++k) {
+      power += e[k] * dx[k];
+      size += std::fabs(e[k] * dx[k]);
+    }
+    if (off > wheel) {
+      wheel = off;
+      at_wheel = x;
+    }
     const double defect = std::fabs(power + dissipation(x)) / size;
-    if (defect > balance) balance = defect, at_balance = x;
+    if (defect > balance) {
+      balance = defect;
+      at_balance = x;
+    }
   }
   const std::string over = fmt::format("relative, {} random states", options.samples);
   certificate_.at_most("wheels axisymmetric", wheel, options.tolerance, "|p_w' - τ_w|, " + over,
@@ -151,7 +162,8 @@ double WheelBase::hamiltonian(std::span<const double> x) const {
 double WheelBase::dissipation(std::span<const double> x) const {
   const auto loop = shaped_->loop<double>();
   std::vector<double> e(x.size()), Re(x.size());
-  loop->gradient(x, e), loop->apply_dissipation(x, e, Re);
+  loop->gradient(x, e);
+  loop->apply_dissipation(x, e, Re);
   double P = 0;
   for (size_t i = 0; i < e.size(); ++i) P += e[i] * Re[i];
   return P;

@@ -35,7 +35,10 @@ class BatchRun {
   /// Energy through each of the model's powers in a step [J], after every step.
   virtual void booked(std::span<const double> works) { (void)works; }
   /// After every `every` and every `look` steps and after the last. @return whether to go on
-  virtual bool see(const phs::State& state) { return (void)state, true; }
+  virtual bool see(const phs::State& state) {
+    (void)state;
+    return true;
+  }
   /// Once, at the end: the last good state, and `ok` unless a step from there failed.
   virtual void end(const phs::State& last, integrators::Outcome outcome) = 0;
 };

@@ -24,8 +24,10 @@ void Distribution::at(const double* u, double* value) const {
       const double r1 = std::sqrt(1 - u[0]), r2 = std::sqrt(u[0]);
       const double t1 = 2 * std::numbers::pi * u[1], t2 = 2 * std::numbers::pi * u[2];
       const double w = r2 * std::cos(t2), sign = w < 0 ? -1 : 1;
-      value[0] = sign * w, value[1] = sign * r1 * std::sin(t1);
-      value[2] = sign * r1 * std::cos(t1), value[3] = sign * r2 * std::sin(t2);
+      value[0] = sign * w;
+      value[1] = sign * r1 * std::sin(t1);
+      value[2] = sign * r1 * std::cos(t1);
+      value[3] = sign * r2 * std::sin(t2);
       return;
     }
   }

@@ -35,7 +35,8 @@ std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::st
 class Environment::Turn final : public BatchRun {
  public:
   Turn(Environment& e, size_t at) : e_(e), at_(at) {
-    start = e.states_[at], steps = e.o_.substeps;
+    start = e.states_[at];
+    steps = e.o_.substeps;
     parameters.assign(size_t(e.model().description().nu), 0.0);
     for (size_t i = 0; i < e.driven_.size(); ++i)
       parameters[size_t(e.driven_[i])] = e.actions_[at * e.driven_.size() + i];
@@ -70,11 +71,13 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
       throw InvalidArgument(std::string("environment: ") + what + " is " + std::to_string(n) +
                             ", expected 1 or more");
   };
-  at_least_one("count", o_.count), at_least_one("substeps", o_.substeps);
+  at_least_one("count", o_.count);
+  at_least_one("substeps", o_.substeps);
   if (!(o_.step > 0))
     throw InvalidArgument("environment: step is " + std::to_string(o_.step) +
                           " s, expected more than 0 s");
-  driven_ = offsets_of(d, o_.ports), observed_ = o_.observed;
+  driven_ = offsets_of(d, o_.ports);
+  observed_ = o_.observed;
   for (const int i : observed_)
     if (i < 0 || i >= d.nx)
       throw InvalidArgument("environment: there is no state number " + std::to_string(i) +
@@ -82,16 +85,23 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
   if (observed_.empty())
     for (int i = 0; i < d.nx; ++i) observed_.push_back(i);
   plant_ = this->model().instantiate<double>();
-  e_.resize(size_t(d.nx)), y_.resize(size_t(d.nu));
+  e_.resize(size_t(d.nx));
+  y_.resize(size_t(d.nu));
   const int teams = std::min(threads_of(o_.threads), o_.count);
   for (int i = 0; i < teams; ++i)
     teams_.push_back(std::make_unique<LaneTeam>(model_, o_.method, o_.step,
                                                 integrators::Options{.books = false}));
   const auto n = size_t(o_.count);
-  states_.resize(n), actions_.resize(n * driven_.size()), energies_.resize(n);
-  observations_.resize(n * size_t(observation_size())), final_ = observations_;
-  terminated_.resize(n), truncated_.resize(n), failed_.resize(n);
-  lengths_.resize(n), episodes_.assign(n, -1);
+  states_.resize(n);
+  actions_.resize(n * driven_.size());
+  energies_.resize(n);
+  observations_.resize(n * size_t(observation_size()));
+  final_ = observations_;
+  terminated_.resize(n);
+  truncated_.resize(n);
+  failed_.resize(n);
+  lengths_.resize(n);
+  episodes_.assign(n, -1);
   reset(o_.seed);
 }
 Environment::~Environment() = default;
@@ -99,7 +109,8 @@ Environment::~Environment() = default;
 void Environment::begin(int environment) {
   const auto i = size_t(environment);
   std::vector<double> x = start_;
-  ++episodes_[i], lengths_[i] = 0;
+  ++episodes_[i];
+  lengths_[i] = 0;
   if (o_.begin) {
     Stream random(seed_, i, std::uint64_t(episodes_[i]));
     o_.begin(random, x);
@@ -122,7 +133,10 @@ void Environment::observe(int environment, std::span<double> to) {
 }
 
 void Environment::reset(std::optional<std::uint64_t> seed) {
-  if (seed) seed_ = *seed, std::fill(episodes_.begin(), episodes_.end(), -1);
+  if (seed) {
+    seed_ = *seed;
+    std::fill(episodes_.begin(), episodes_.end(), -1);
+  }
   const auto width = size_t(observation_size());
   for (int i = 0; i < o_.count; ++i) {
     begin(i);
@@ -153,7 +167,10 @@ void Environment::step(std::span<const double> actions) {
     truncated_[k] = !terminated_[k] && o_.longest > 0 && lengths_[k] >= o_.longest;
     observe(i, row);
     std::copy(row.begin(), row.end(), final_.begin() + long(k * width));
-    if (terminated_[k] || truncated_[k]) begin(i), observe(i, row);
+    if (terminated_[k] || truncated_[k]) {
+      begin(i);
+      observe(i, row);
+    }
   }
 }
 

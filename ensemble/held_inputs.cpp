@@ -30,7 +30,9 @@ class HeldInputs::Evaluator final : public phs::Driven<T> {
 HeldInputs::HeldInputs(std::shared_ptr<const phs::Model> plant)
     : plant_(std::move(plant)), description_(plant_->description()) {
   description_.name += " with held inputs";
-  description_.nu = 0, description_.ports.clear(), description_.flows.clear();
+  description_.nu = 0;
+  description_.ports.clear();
+  description_.flows.clear();
   description_.invariants.clear();
   description_.traits.separable = false;
   description_.powers.push_back({"inputs", phs::PowerKind::supplied});

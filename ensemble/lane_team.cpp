@@ -80,7 +80,10 @@ void LaneTeam::work(const Source& next, const std::function<bool()>& stopped) {
       if (!run_[size_t(l)] && !fill(l, next)) lanes_->clear(l);
     }
   }
-  for (int l = 0; l < lanes_->width; ++l) lanes_->clear(l), run_[size_t(l)].reset();
+  for (int l = 0; l < lanes_->width; ++l) {
+    lanes_->clear(l);
+    run_[size_t(l)].reset();
+  }
 }
 
 bool LaneTeam::fill(int lane, const Source& next) {

@@ -17,7 +17,8 @@ template <class T>
 struct Legendre {
   T p[most_stages + 2];
   Legendre(int n, T x) {
-    p[0] = T(1.0), p[1] = x;
+    p[0] = T(1.0);
+    p[1] = x;
     for (int k = 1; k < n; ++k)
       p[k + 1] = (T(2.0 * k + 1) * x * p[k] - T(double(k)) * p[k - 1]) / T(k + 1.0);
   }
@@ -50,7 +51,8 @@ Quadrature gauss_quadrature(int s) {
   for (int i = 0; i < s / 2; ++i) {
     const Quad z = root(std::cos(M_PI * (i + 0.75) / (s + 0.5)),
                         [s](Quad x) { return Legendre<Quad>(s, x)[s] / slope(s, x); });
-    q.x[size_t(s - 1 - i)] = z, q.x[size_t(i)] = -z;
+    q.x[size_t(s - 1 - i)] = z;
+    q.x[size_t(i)] = -z;
   }
   for (const Quad x : q.x) q.w.push_back(2 / ((1 - x * x) * slope(s, x) * slope(s, x)));
   return q;
@@ -61,13 +63,15 @@ Quadrature gauss_quadrature(int s) {
 Quadrature lobatto_quadrature(int s) {
   const int n = s - 1;
   Quadrature q{std::vector<Quad>(size_t(s), Quad(0)), {}, Quad(2) / n};
-  q.x.front() = -1, q.x.back() = 1;
+  q.x.front() = -1;
+  q.x.back() = 1;
   for (int i = 1; i < s / 2; ++i) {
     const Quad z = root(std::cos(M_PI * i / n), [n](Quad x) {
       const Quad d = slope(n, x);
       return d * (1 - x * x) / (2 * x * d - n * (n + 1) * Legendre<Quad>(n, x)[n]);
     });
-    q.x[size_t(n - i)] = z, q.x[size_t(i)] = -z;
+    q.x[size_t(n - i)] = z;
+    q.x[size_t(i)] = -z;
   }
   for (const Quad x : q.x) {
     const Quad p = Legendre<Quad>(n, x)[n];
@@ -93,7 +97,8 @@ CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Q
   t.s = s;
   std::vector<Quad> coefficients;
   for (int j = 0; j < s; ++j) {
-    t.c.push_back(T((x[size_t(j)] + 1) / 2)), t.b.push_back(T(w[size_t(j)] / 2));
+    t.c.push_back(T((x[size_t(j)] + 1) / 2));
+    t.b.push_back(T(w[size_t(j)] / 2));
     const Legendre<Quad> p(s, x[size_t(j)]);
     for (int k = 0; k < r; ++k)
       coefficients.push_back(k < s - 1 ? (2 * k + 1) * p[k] : 2 * p[k] / last_norm);
@@ -111,10 +116,13 @@ CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Q
 /// lemma.
 template <class T>
 void round_pair(Quad exact, bool first, T& a, T& b) {
-  if (first)
-    a = T(exact), b = T(1.0) - a;
-  else
-    b = T(1 - exact), a = T(1.0) - b;
+  if (first) {
+    a = T(exact);
+    b = T(1.0) - a;
+  } else {
+    b = T(1 - exact);
+    a = T(1.0) - b;
+  }
 }
 
 template <class T>
@@ -188,7 +196,8 @@ CollocationTable<T> lobatto_table(int s) {
   require_stages("Lobatto", s, 2, most_gauss<T>);
   std::vector<Quad> mu;
   auto t = expansion<T>(lobatto_quadrature(s), s, mu);
-  t.mu.resize(mu.size()), t.mu_p.resize(mu.size());
+  t.mu.resize(mu.size());
+  t.mu_p.resize(mu.size());
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j) {
       const Quad a = mu[size_t(i * s + j)];

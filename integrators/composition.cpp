@@ -62,7 +62,10 @@ class Composition final : public BasicIntegrator<T> {
     c.steps = cost_.steps;
     return c;
   }
-  void set_cost(const Cost& c) override { cost_ = c, base_->set_cost(c); }
+  void set_cost(const Cost& c) override {
+    cost_ = c;
+    base_->set_cost(c);
+  }
 
  private:
   std::vector<Real> gamma_;

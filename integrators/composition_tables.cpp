@@ -25,7 +25,8 @@ std::vector<T> CompositionTable::gammas() const {
   Quad sum = 0;
   for (const char* digits : outer) {
     const Quad x = to_unit<T>(phs::strtoflt128(digits, nullptr));
-    sum += x, g.push_back(T(x));
+    sum += x;
+    g.push_back(T(x));
   }
   g.push_back(T(centre == Centre::one ? 1 - 2 * sum : Quad(0.5) - sum));
   for (size_t i = size_t(stages()) / 2; i-- > 0;) g.push_back(g[i]);

@@ -40,7 +40,9 @@ class Controlled : public Integrator {
     for (const Integrator* part : {inner_.get(), plain_.get()})
       if (part) {
         const Cost p = part->cost();
-        c.evaluations += p.evaluations, c.sweeps += p.sweeps, c.factorisations += p.factorisations;
+        c.evaluations += p.evaluations;
+        c.sweeps += p.sweeps;
+        c.factorisations += p.factorisations;
       }
     return c;
   }
@@ -56,7 +58,8 @@ class Controlled : public Integrator {
       : Integrator(std::move(d), model, h, o),
         scale_(control.scale ? control.scale : by_rates(model, h, control)) {
     sampler_.go_by_the_clock();
-    last_.x.resize(n_), last_.lo.resize(n_);
+    last_.x.resize(n_);
+    last_.lo.resize(n_);
     last_.turns.resize(
         size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),
                              [](const auto& b) { return b.kind == phs::BlockKind::angle; })));
@@ -64,7 +67,8 @@ class Controlled : public Integrator {
   bool continues(const State& s) const { return have_last_ && s.x == last_.x && s.lo == last_.lo; }
   /// The state after a step, as the caller will hand it back: wrapped.
   void leave(const State& s) {
-    last_ = s, have_last_ = true;
+    last_ = s;
+    have_last_ = true;
     if (options_.wrap) phs::wrap_angles(system_->description(), last_);
   }
   void carry_state(Archive& a) {

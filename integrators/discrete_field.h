@@ -41,7 +41,8 @@ class DiscreteField {
     std::copy(x.begin(), x.end(), x_.begin()), std::copy(lo.begin(), lo.end(), lo_.begin());
     mean_.start_at(x, lo);
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + lo_[k];
-    system_.gradient(middle_, gradient_), ++evaluations_;
+    system_.gradient(middle_, gradient_);
+    ++evaluations_;
     if (rule_ == Rule::gonzalez) H0_ = system_.hamiltonian(middle_);
     std::fill(panels_.begin(), panels_.end(), 1);
   }
@@ -144,7 +145,8 @@ class DiscreteField {
     const auto slope = [&](size_t i, int& panels) {
       part_[i] = delta[i];
       mean_.along(offset_, part_, scale, panels);
-      part_[i] = T(0.0), offset_[i] = delta[i];
+      part_[i] = T(0.0);
+      offset_[i] = delta[i];
       return weight * (mean_.middle(i) + mean_.excess(i));
     };
     for (size_t i = 0; i < n_; ++i) gradient_[i] = slope(i, panels_[i]);

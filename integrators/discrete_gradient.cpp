@@ -33,8 +33,10 @@ class MiddleField final : public DualField {
     keeper_.synchronise(turns, *system_);
   }
   int operator()(double t, std::span<const Dual> m, std::span<Dual> f) override {
-    for (size_t k = 0; k < start_.size(); ++k)
-      x0_[k] = Dual(start_[k]), delta_[k] = Dual(2.0) * (m[k] - x0_[k]);
+    for (size_t k = 0; k < start_.size(); ++k) {
+      x0_[k] = Dual(start_[k]);
+      delta_[k] = Dual(2.0) * (m[k] - x0_[k]);
+    }
     field_.start_at(x0_,
                     lo_);  // every product alike: a run that goes on from a checkpoint is the same
     field_(Dual(t), delta_, f);
@@ -78,7 +80,10 @@ class DiscreteGradient final : public BasicIntegrator<T> {
         std::make_unique<SimplifiedNewton>(model, std::span(&half, 1), o.solver, middle_.get()));
   }
 
-  void tell_turns(const State& s) override { Base::tell_turns(s), field_.tell_turns(s.turns); }
+  void tell_turns(const State& s) override {
+    Base::tell_turns(s);
+    field_.tell_turns(s.turns);
+  }
 
   Outcome advance(T t, T h, State& s) override {
     field_.start_at(s.x, s.lo);
@@ -118,7 +123,8 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     std::fill(delta_.begin(), delta_.end(), T(0.0));
     if (!predicted || solver_.newton()) return;
     for (size_t k = 0; k < n_; ++k) next_[k] = s.x[k] + s.lo[k];
-    system_->field(t, next_, {}, delta_), ++cost_.evaluations;
+    system_->field(t, next_, {}, delta_);
+    ++cost_.evaluations;
     for (T& d : delta_) d *= h;
   }
 
@@ -147,7 +153,10 @@ class DiscreteGradient final : public BasicIntegrator<T> {
       if (!(move < HUGE_VAL)) p.finite = false;
       if (move > 0) {
         p.changed = true;
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+        if (move < smallest_[k]) {
+          smallest_[k] = move;
+          p.improved = true;
+        }
       }
       const double size = std::max({magnitude(s.x[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);
@@ -158,8 +167,10 @@ class DiscreteGradient final : public BasicIntegrator<T> {
   }
   /// next = δ + (I - (h/2) ∂f̄/∂m)⁻¹ (h f̄ - δ)
   void correct(SimplifiedNewton& newton) {
-    for (size_t k = 0; k < n_; ++k)
-      next_[k] -= delta_[k], noise_[k] = solver_noise(magnitude(next_[k]));
+    for (size_t k = 0; k < n_; ++k) {
+      next_[k] -= delta_[k];
+      noise_[k] = solver_noise(magnitude(next_[k]));
+    }
     for (int part = 0; part < newton_parts<T>; ++part) {
       for (size_t k = 0; k < n_; ++k) residual_[k] = part_of(next_[k], part);
       newton.solve(residual_);

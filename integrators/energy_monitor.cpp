@@ -51,7 +51,8 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
       works_sum_(model.description().powers.size()),
       x_(n_),
       stored_(model.description().storages.size()) {
-  require_limit("limit", monitor_.limit), require_limit("step_limit", monitor_.step_limit);
+  require_limit("limit", monitor_.limit);
+  require_limit("step_limit", monitor_.step_limit);
   const bool repeats = monitor_.action == OnViolation::repeat;
   if (repeats && monitor_.step_limit == 0)
     throw InvalidArgument("the monitor repeats steps without a step_limit, expected both");
@@ -80,7 +81,8 @@ double EnergyMonitor::energy(const State& s) {
 
 void EnergyMonitor::begin(const State& s) {
   books_ = {};
-  books_.began = 1, books_.H0 = energy(s);
+  books_.began = 1;
+  books_.H0 = energy(s);
   scale_.see(stored_);
 }
 
@@ -133,25 +135,33 @@ void EnergyMonitor::note(const std::string& why, double defect) {
 void EnergyMonitor::keep(const State& s) {
   if (books_.began == 0) begin(s);
   before_ = s;
-  memory_before_.clear(), inner_->save(memory_before_);
+  memory_before_.clear();
+  inner_->save(memory_before_);
 }
 
-void EnergyMonitor::go_back(State& s) { s = before_, inner_->restore(memory_before_); }
+void EnergyMonitor::go_back(State& s) {
+  s = before_;
+  inner_->restore(memory_before_);
+}
 
 Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
   report_.last = why;
-  go_back(s), inner_->sampler().take_back();
+  go_back(s);
+  inner_->sampler().take_back();
   return o == Outcome::ok ? Outcome::failed : o;
 }
 
 Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
-  books_ = after, whole_ = whole;
+  books_ = after;
+  whole_ = whole;
   scale_.see(stored_);
   if (!project_) return Outcome::ok;
   const double off = std::fabs(after.defect);
   if (off <= std::max(1e-16 * scale_J_, 0.1 * rounding_)) return Outcome::ok;
   if ((*project_)(*system_, s, (books_.H0 + books_.income) + books_.income_lo)) {
-    ++report_.projected, report_.moved_J += off, whole_ = false;
+    ++report_.projected;
+    report_.moved_J += off;
+    whole_ = false;
     books_.defect = 0;
   } else {
     ++report_.out_of_reach;

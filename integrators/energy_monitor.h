@@ -71,7 +71,8 @@ class EnergyMonitor : public Integrator {
   }
   double time(const State& state) const override { return inner_->time(state); }
   void tell_turns(const State& state) override {
-    Integrator::tell_turns(state), inner_->tell_turns(state);
+    Integrator::tell_turns(state);
+    inner_->tell_turns(state);
   }
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     return whole_ && inner_->interpolate(after, theta, x);

@@ -76,20 +76,26 @@ bool EnergyProjection::operator()(phs::System<double>& system, phs::State& state
   for (int i = 0; i < most; ++i) {
     if (!(slope > 0)) return false;  // the least energy along d is passed
     lambda -= error / slope;
-    trial_.x = state.x, trial_.lo = state.lo;
+    trial_.x = state.x;
+    trial_.lo = state.lo;
     for (size_t k = 0; k < d_.size(); ++k)
       phs::compensated_add(trial_.x[moving_[k]], trial_.lo[moving_[k]], lambda * d_[k]);
     error = energy(system, trial_) - target;
     if (!std::isfinite(error)) return false;
     const bool better = std::fabs(error) < best;
-    if (better) best = std::fabs(error), found_.swap(trial_.x), found_lo_.swap(trial_.lo);
+    if (better) {
+      best = std::fabs(error);
+      found_.swap(trial_.x);
+      found_lo_.swap(trial_.lo);
+    }
     if (best <= 0.5 * rounding || (!better && i > 2)) break;
     system.gradient(x_, e_);
     slope = 0;
     for (size_t k = 0; k < d_.size(); ++k) slope += e_[moving_[k]] * d_[k];
   }
   if (!(best <= std::max(rounding, 1e-3 * std::fabs(goal)))) return false;
-  state.x = found_, state.lo = found_lo_;
+  state.x = found_;
+  state.lo = found_lo_;
   return true;
 }
 

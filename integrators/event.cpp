@@ -72,14 +72,18 @@ bool EventStepper::between(const phs::State& s) const {
 
 void EventStepper::go_back(phs::State& state) {
   state = before_;
-  method_->restore(memory_), method_->sampler().restore(held_);
+  method_->restore(memory_);
+  method_->sampler().restore(held_);
 }
 
 /// Takes the step and keeps what it started from.
 Outcome EventStepper::begin(phs::State& state) {
-  before_ = state, t_ = method_->time(state);
-  memory_.clear(), method_->save(memory_);
-  held_.clear(), method_->sampler().save(held_);
+  before_ = state;
+  t_ = method_->time(state);
+  memory_.clear();
+  method_->save(memory_);
+  held_.clear();
+  method_->sampler().save(held_);
   if (!between(state)) return method_->step(state);
   // What is left of the step that an event cut short, which is step number state.step.
   const double n = double(state.step), h = method_->step_size(), whole = n * h;
@@ -87,7 +91,8 @@ Outcome EventStepper::begin(phs::State& state) {
   const Outcome o = method_->step_by(state, left);
   if (o != Outcome::ok) return o;
   state.step = before_.step;
-  state.origin = state.origin_lo = 0, state.origin_step = 0;
+  state.origin = state.origin_lo = 0;
+  state.origin_step = 0;
   return o;
 }
 
@@ -98,7 +103,8 @@ Outcome EventStepper::odd_step(phs::State& state, double h) {
 }
 
 EventResult EventStepper::finish(phs::State& state) {
-  trials_ = 0, tried_outcome_ = Outcome::ok;
+  trials_ = 0;
+  tried_outcome_ = Outcome::ok;
   Root root;
   bool failed = false;
   for (size_t k = 0; k < events_.size() && !failed; ++k) failed = !search(int(k), state, root);
@@ -106,17 +112,22 @@ EventResult EventStepper::finish(phs::State& state) {
   EventResult r{.outcome = tried_outcome_, .event = root.event, .rising = root.rising};
   if (failed) {
     go_back(state);
-    r.event = -1, r.trials = trials_;
+    r.event = -1;
+    r.trials = trials_;
     return r;
   }
-  if (root.event < 0) return r.trials = trials_, r;
+  if (root.event < 0) {
+    r.trials = trials_;
+    return r;
+  }
   left_event_ = root.event;
   r.g = root.point.g;
   if (root.point.at < 1) {
     go_back(state);  // by the method itself, so that its books are of this step
     r.outcome = odd_step(state, root.point.at * h_);
   }
-  return r.trials = trials_, r;
+  r.trials = trials_;
+  return r;
 }
 
 /// Puts the angles of x_ on the branch of the start of the step, or of the start of all.
@@ -144,10 +155,15 @@ double EventStepper::sampled(const Event& e, double at, const phs::State& after)
 /// g after a step of at·h from the last accepted state.
 double EventStepper::tried(const Event& e, double at) {
   if (at <= 0) return g_of(e, t_, before_);
-  tried_ = before_, ++trials_;
-  trial_->restore(memory_), trial_->sampler().restore(held_);
+  tried_ = before_;
+  ++trials_;
+  trial_->restore(memory_);
+  trial_->sampler().restore(held_);
   const Outcome o = trial_->step_by(tried_, at * h_);
-  if (o != Outcome::ok) return tried_outcome_ = o, NAN;
+  if (o != Outcome::ok) {
+    tried_outcome_ = o;
+    return NAN;
+  }
   return g_of(e, trial_->time(tried_), tried_);
 }
 
@@ -198,10 +214,14 @@ double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& a
   for (int i = 0; i < 12; ++i) {
     const Point p{at, sampled(e, at, after)};
     if (!(std::fabs(p.g) > 0)) break;  // 0, or no dense output
-    if (sign(p.g) == sign(b.g))
-      b = p, a.g *= 0.5;  // Illinois
-    else
-      a = p, b.g *= 0.5;
+    if (sign(p.g) == sign(b.g)) {
+      b = p;
+      a.g *= 0.5;
+    }  // Illinois
+    else {
+      a = p;
+      b.g *= 0.5;
+    }
     const double next = secant(a, b);
     if (std::fabs(next - at) < 1e-9) return next;
     at = next;
@@ -224,16 +244,18 @@ EventStepper::Point EventStepper::refine(const Event& e, Point a, Point b, doubl
       a = p;
     else
       b = p;
-    if (std::fabs(p.g) < std::fabs(best.g))
-      best = p, without_progress = 0;
-    else
+    if (std::fabs(p.g) < std::fabs(best.g)) {
+      best = p;
+      without_progress = 0;
+    } else
       ++without_progress;
     if (p.g == 0) break;
     // Two trials without progress so near to 0 are the noise of g.
     if (without_progress >= 2 && std::fabs(best.g) < 1e-9 * size) break;
     const double next = p.g == last.g || i % 8 == 7 ? 0.5 * (a.at + b.at) : secant(p, last);
     if (std::fabs(next - at) < 0x1p-53) break;
-    last = p, at = next;
+    last = p;
+    at = next;
   }
   return best;
 }

@@ -12,7 +12,10 @@ Outcome BasicIntegrator<T>::advance_with_books(T t, T h, State& s) {
   const bool aside = works_.any() && !keeps_books();
   if (aside) works_.before(*system_, t, h, s.x, s.lo);
   const Outcome o = advance(t, h, s);
-  if (aside && o == Outcome::ok) works_.after(*system_, t, h, s.x, s.lo), cost_.evaluations += 3;
+  if (aside && o == Outcome::ok) {
+    works_.after(*system_, t, h, s.x, s.lo);
+    cost_.evaluations += 3;
+  }
   return o;
 }
 
@@ -21,7 +24,8 @@ Outcome BasicIntegrator<T>::step(State& s) {
   if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   const Outcome o = advance_with_books(s.time(h_), h_, s);
   if (o != Outcome::ok) return taken_back_unless_ok(o);
-  ++s.step, ++cost_.steps;
+  ++s.step;
+  ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
   return o;
@@ -37,7 +41,8 @@ template <class T>
 Outcome BasicIntegrator<T>::step_off_the_grid(State& s, T h) {
   const Outcome o = advance_with_books(s.time(h_), h, s);
   if (o != Outcome::ok) return o;
-  s.step_off_the_grid(phs::to_double(h_), phs::to_double(h)), ++cost_.steps;
+  s.step_off_the_grid(phs::to_double(h_), phs::to_double(h));
+  ++cost_.steps;
   if constexpr (std::is_same_v<T, double>)
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
   return o;

@@ -116,7 +116,10 @@ class BasicIntegrator {
   /// state after it; angles on the branch of that state. False where the method has none. Never
   /// continue a run from it: step_by instead.
   virtual bool interpolate(const State& after, T theta, std::span<T> x) const {
-    return (void)after, (void)theta, (void)x, false;
+    (void)after;
+    (void)theta;
+    (void)x;
+    return false;
   }
 
   /// What the next step depends on besides the state (start values of the iteration), for

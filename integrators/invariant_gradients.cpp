@@ -42,7 +42,10 @@ double largest(const Vec& v) {
 std::vector<size_t> active(Probe& probe, const phs::Description& d) {
   std::vector<size_t> all(size_t(d.nx)), found;
   Vec x(all.size());
-  for (size_t k = 0; k < all.size(); ++k) all[k] = k, x[k] = std::sin(double(k + 1));
+  for (size_t k = 0; k < all.size(); ++k) {
+    all[k] = k;
+    x[k] = std::sin(double(k + 1));
+  }
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::rotation)
       for (size_t k = 0; k < 4; ++k) x[size_t(b.at) + k] = 0.5;
@@ -83,8 +86,10 @@ InvariantGradients::InvariantGradients(const phs::Model& model) {
 
   for (const auto& c : d.invariants)
     for (int i = c.at; i < c.at + c.size; ++i)
-      if (c.degree == 1 || c.degree == 2)
-        a_.push_back(std::move(a[size_t(i)])), A_.push_back(std::move(A[size_t(i)]));
+      if (c.degree == 1 || c.degree == 2) {
+        a_.push_back(std::move(a[size_t(i)]));
+        A_.push_back(std::move(A[size_t(i)]));
+      }
 }
 
 }  // namespace porthos::integrators

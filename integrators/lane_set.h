@@ -33,8 +33,10 @@ template <class T>
 auto mask_of_some(LaneSet lanes) {
   if constexpr (phs::is_pack<T>)
     return mask_of<T>(lanes);
-  else
-    return (void)lanes, true;
+  else {
+    (void)lanes;
+    return true;
+  }
 }
 /// The lanes of a mask.
 inline LaneSet lanes_of(bool mask) { return mask ? 1u : 0u; }
@@ -69,8 +71,10 @@ template <class T>
 double in_lane(const T& x, int lane) {
   if constexpr (phs::is_pack<T>)
     return x[lane];
-  else
-    return (void)lane, phs::to_double(x);
+  else {
+    (void)lane;
+    return phs::to_double(x);
+  }
 }
 
 /// One lane of a number to or from an archive.

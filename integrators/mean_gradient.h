@@ -36,7 +36,8 @@ class MeanGradient {
         excess_(n_) {
     const auto table = gauss_table<Real>(nodes);
     for (size_t i = 0; i < nodes; ++i) {
-      c_[i] = table.c[i], b_[i] = T(table.b[i]);
+      c_[i] = table.c[i];
+      b_[i] = T(table.b[i]);
       p5_[i] = T(table.b[i] * table.legendre[i * nodes + 5]);
       p6_[i] = T(table.b[i] * table.legendre[i * nodes + 6]);
     }
@@ -96,7 +97,10 @@ class MeanGradient {
       excess_[k] += mean / T(double(panels));
     }
     T fifth(0.0), sixth(0.0);
-    for (size_t i = 0; i < nodes; ++i) fifth += p5_[i] * g[i], sixth += p6_[i] * g[i];
+    for (size_t i = 0; i < nodes; ++i) {
+      fifth += p5_[i] * g[i];
+      sixth += p6_[i] * g[i];
+    }
     const double unit = std::max(terms, scale), odd = magnitude(fifth), even = magnitude(sixth);
     // Not finite: no more panels would help, and the iteration will notice.
     if (!(odd + even < HUGE_VAL)) return true;

@@ -35,7 +35,10 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     throw InvalidArgument("solver '" + std::string(to_string(solver)) + "' is not offered by '" +
                           model.description().name + "'");
   if (solvers_.back() != Solver::newton_articulated) {
-    if (!field_) own_field_ = field_in_duals(model), field_ = own_field_.get();
+    if (!field_) {
+      own_field_ = field_in_duals(model);
+      field_ = own_field_.get();
+    }
     try {  // a system without a gradient in duals says so here, not in the middle of a run
       std::vector<phs::Dual> x(d_.size()), f(d_.size());
       (*field_)(0, x, f);
@@ -77,7 +80,8 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     if (lane == 4)
       throw InvalidArgument("Newton iteration: the method's matrix has more than four pairs");
     const auto set = [lane](Complex4& c, const std::complex<long double>& x) {
-      c.re.set(lane, double(x.real())), c.im.set(lane, double(x.imag()));
+      c.re.set(lane, double(x.real()));
+      c.im.set(lane, double(x.imag()));
     };
     set(lambda_, l);
     for (Eigen::Index i = 0; i < s; ++i) {
@@ -87,7 +91,8 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     ++lane;
   }
   for (; lane < 4; ++lane) {  // to spare: they solve with a right-hand side of zero
-    lambda_.re.set(lane, lambda_.re[0]), lambda_.im.set(lane, lambda_.im[0]);
+    lambda_.re.set(lane, lambda_.re[0]);
+    lambda_.im.set(lane, lambda_.im[0]);
   }
 }
 
@@ -99,12 +104,15 @@ phs::Resolvent* SimplifiedNewton::of(Solver s) {
 
 void SimplifiedNewton::freeze(Solver solver, double t, double h, std::span<const double> x,
                               const std::vector<std::int64_t>& turns) {
-  frozen_ = solver, t_ = t, h_ = h;
+  frozen_ = solver;
+  t_ = t;
+  h_ = h;
   std::copy(x.begin(), x.end(), x_.begin());
   std::copy(turns.begin(), turns.end(), turns_.begin());
   keeper_.synchronise(turns_, *system_);
   if (dense_ || krylov_) field_->tell_turns(turns_);
-  resolvent().factor(t, x_, h * lambda_), ++factorisations_;
+  resolvent().factor(t, x_, h * lambda_);
+  ++factorisations_;
 }
 
 void SimplifiedNewton::solve(std::span<double> r) {

@@ -80,15 +80,19 @@ template <class T>
 double part_of(const T& x, int part) {
   if constexpr (std::is_same_v<T, phs::Dual>)
     return part == 0 ? x.v : x.d;
-  else
-    return (void)part, phs::to_double(x);
+  else {
+    (void)part;
+    return phs::to_double(x);
+  }
 }
 template <class T>
 void set_part(T& x, int part, double value) {
   if constexpr (std::is_same_v<T, phs::Dual>)
     (part == 0 ? x.v : x.d) = value;
-  else
-    (void)part, x = T(value);
+  else {
+    (void)part;
+    x = T(value);
+  }
 }
 
 /// Which solver a step begins with. Fixed point until three steps running are slow or one fails;
@@ -106,19 +110,32 @@ class SolverChoice {
 
   void fixed_point_was(bool converged, int sweeps) {
     if (newton_) {  // a trial
-      if (converged) newton_ = false, slow_ = 0;
-      interval_ = std::min(2 * interval_, 4096), wait_ = interval_, rung_ = 0;
+      if (converged) {
+        newton_ = false;
+        slow_ = 0;
+      }
+      interval_ = std::min(2 * interval_, 4096);
+      wait_ = interval_;
+      rung_ = 0;
       return;
     }
     slow_ = converged && sweeps < slow_sweeps ? std::min(slow_, 0) : slow_ + 1;
-    if (!converged || slow_ == 3) newton_ = true, wait_ = interval_, rung_ = 0;
+    if (!converged || slow_ == 3) {
+      newton_ = true;
+      wait_ = interval_;
+      rung_ = 0;
+    }
   }
   /// No Newton converged, the fixed point may have: it is not tried again for a while.
   void newton_failed() {
-    newton_ = false, slow_ = -interval_, interval_ = std::min(2 * interval_, 4096);
+    newton_ = false;
+    slow_ = -interval_;
+    interval_ = std::min(2 * interval_, 4096);
   }
   void newton_converged(size_t rung) {
-    rung_ = int(rung), wait_ = std::max(wait_ - 1, 0), ++newton_steps_;
+    rung_ = int(rung);
+    wait_ = std::max(wait_ - 1, 0);
+    ++newton_steps_;
   }
 
   void carry(Archive& a) {

@@ -50,13 +50,15 @@ class Radau15 final : public BasicIntegrator<T> {
         lo_(n_),
         smallest_(n_) {
     for (int c = 0; c < chunks; ++c) {
-      Y_[c].resize(n_), F_[c].resize(n_);
+      Y_[c].resize(n_);
+      F_[c].resize(n_);
       before_[c].assign(n_, Lanes(T(0.0)));
     }
   }
 
   void tell_turns(const State& state) override {
-    Base::tell_turns(state), field_.tell_turns(state.turns);
+    Base::tell_turns(state);
+    field_.tell_turns(state.turns);
   }
 
   Outcome advance(T t, T h, State& state) override {
@@ -65,7 +67,8 @@ class Radau15 final : public BasicIntegrator<T> {
     Real done = 0;
     // The first stage is the start; the last is before the end.
     if (jumps_at(options_.instants, phs::to_double(t))) t += hair(t, h);
-    x_ = state.x, lo_ = state.lo;
+    x_ = state.x;
+    lo_ = state.lo;
     for (std::int64_t taken = 0; taken < most_steps; ++taken) {
       const double left = std::fabs(double(whole - done));
       const double asked = adaptive_ && next_ > 0 ? next_ : size;
@@ -78,18 +81,23 @@ class Radau15 final : public BasicIntegrator<T> {
       const double factor = o == Outcome::ok ? factor_after(double(dt)) : 0;
       if (o != Outcome::ok || (adaptive_ && factor < smallest_factor)) {
         if (o != Outcome::ok) have_before_ = false;
-        if (!adaptive_ || step < 1e-12 * size)
-          return next_ = 0, have_before_ = false, o == Outcome::ok ? Outcome::failed : o;
+        if (!adaptive_ || step < 1e-12 * size) {
+          next_ = 0;
+          have_before_ = false;
+          return o == Outcome::ok ? Outcome::failed : o;
+        }
         next_ = step * std::max(factor, 0.1);
         continue;
       }
       for (size_t k = 0; k < n_; ++k) add_increment(k);
       std::swap(F_, before_);
-      have_before_ = true, h_before_ = dt;
+      have_before_ = true;
+      h_before_ = dt;
       const double grown = step * std::min(factor, largest_factor);
       next_ = step < asked ? std::max(asked, std::min(grown, largest_factor * asked)) : grown;
       if (last) {
-        state.x = x_, state.lo = lo_;
+        state.x = x_;
+        state.lo = lo_;
         return Outcome::ok;
       }
       done = done + dt;
@@ -167,7 +175,8 @@ class Radau15 final : public BasicIntegrator<T> {
   }
 
   void evaluate() {
-    cost_.evaluations += s, ++cost_.sweeps;
+    cost_.evaluations += s;
+    ++cost_.sweeps;
     for (int c = 0; c < chunks; ++c) field_.field(t_, ch_[c], Y_[c], F_[c]);
   }
 
@@ -193,7 +202,10 @@ class Radau15 final : public BasicIntegrator<T> {
       if (!(move < HUGE_VAL)) p.finite = false;
       if (move > 0) {
         p.changed = true;
-        if (move < smallest_[k]) smallest_[k] = move, p.improved = true;
+        if (move < smallest_[k]) {
+          smallest_[k] = move;
+          p.improved = true;
+        }
       }
       const double size = std::max({magnitude(x_[k]), away, 1e-4 * largest, 1e-300});
       p.change = std::max(p.change, move / size);

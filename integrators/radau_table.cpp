@@ -14,7 +14,8 @@ Quad radau_polynomial(Quad x) {
   Quad p0 = 1, p1 = x;
   for (int k = 1; k < s; ++k) {
     const Quad p2 = ((2 * k + 1) * x * p1 - k * p0) / (k + 1);
-    p0 = p1, p1 = p2;
+    p0 = p1;
+    p1 = p2;
   }
   return p0 + p1;
 }
@@ -55,7 +56,8 @@ RadauTable<T> make() {
   };
   RadauTable<T> t;
   for (int j = 0; j < s; ++j) {
-    t.c[size_t(j)] = T(c[size_t(j)]), t.b[size_t(j)] = T(integral(j, 1));
+    t.c[size_t(j)] = T(c[size_t(j)]);
+    t.b[size_t(j)] = T(integral(j, 1));
     t.b_lo[size_t(j)] = double(integral(j, 1) - Quad(t.b[size_t(j)]));
     for (int i = 0; i < s; ++i) t.a[size_t(i)][size_t(j)] = T(integral(j, c[size_t(i)]));
     std::array<Quad, s> p{1};  // product of (theta - c_m)/(c_j - c_m), by powers of theta

@@ -18,7 +18,8 @@ class FieldInDuals final : public DualField {
     keeper_.synchronise(turns, *system_);
   }
   int operator()(double t, std::span<const Dual> x, std::span<Dual> f) override {
-    return system_->field(Dual(t), x, {}, f), 1;
+    system_->field(Dual(t), x, {}, f);
+    return 1;
   }
 
  private:
@@ -81,7 +82,8 @@ class Krylov final : public DualResolvent {
   std::int64_t evaluations() const override { return jacobian_.evaluations; }
 
   void factor(double t, std::span<const double> x, const C& z) override {
-    jacobian_.freeze(t, x), z_ = z;
+    jacobian_.freeze(t, x);
+    z_ = z;
     if (about_) about_->factor(t, x, z);
   }
 
@@ -108,7 +110,8 @@ class Krylov final : public DualResolvent {
       scale(w, w, length);
       for (size_t k = 0; k < m; ++k) turn(k, h_[m][k], h_[m][k + 1]);
       make_turn(m, h_[m][m], length);
-      g_[m + 1] = -(s_[m] * g_[m]), g_[m] = c_[m].conj() * g_[m];
+      g_[m + 1] = -(s_[m] * g_[m]);
+      g_[m] = c_[m].conj() * g_[m];
       ++m;
     }
     C y[most];
@@ -171,12 +174,14 @@ class Krylov final : public DualResolvent {
   /// The Givens rotation that takes (a, b), b >= 0, to (√(|a|² + b²), 0); a becomes that.
   void make_turn(size_t k, C& a, Pack4 b) {
     const C length{sqrt(a.norm2() + b * b), Pack4(0.0)};
-    c_[k] = quotient(a, length), s_[k] = quotient({b, Pack4(0.0)}, length);
+    c_[k] = quotient(a, length);
+    s_[k] = quotient({b, Pack4(0.0)}, length);
     a = length;
   }
   void turn(size_t k, C& a, C& b) const {
     const C t = c_[k].conj() * a + s_[k] * b;
-    b = c_[k] * b - s_[k] * a, a = t;
+    b = c_[k] * b - s_[k] * a;
+    a = t;
   }
 
   JacobianProduct jacobian_;

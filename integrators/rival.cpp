@@ -9,7 +9,10 @@
 namespace porthos::integrators {
 namespace {
 
-Options without_wrap(Options o) { return o.wrap = false, o; }
+Options without_wrap(Options o) {
+  o.wrap = false;
+  return o;
+}
 
 constexpr double round_off = std::numeric_limits<double>::epsilon();
 
@@ -48,7 +51,10 @@ Outcome Rival::advance(double t, double h, phs::State& s) {
   from_ = t + hair(t, h);
   to_ = t + h - hair(t, h);
   if (h < 0) std::swap(from_, to_);
-  running_ = false, not_finite_ = 0, last_finite_ = true, remark_.clear();
+  running_ = false;
+  not_finite_ = 0;
+  last_finite_ = true;
+  remark_.clear();
 
   bool ok = goes_on || start(t, h);
   ok = ok && go_to(t + h);
@@ -58,7 +64,10 @@ Outcome Rival::advance(double t, double h, phs::State& s) {
 
   s.x = y_;
   std::fill(s.lo.begin(), s.lo.end(), 0.0);
-  left_ = s, left_at_ = t + h, backwards_ = h < 0, running_ = true;
+  left_ = s;
+  left_at_ = t + h;
+  backwards_ = h < 0;
+  running_ = true;
   return Outcome::ok;
 }
 
@@ -93,7 +102,8 @@ bool Rival::field(double t, const double* y, double* dy) noexcept {
 
 bool Rival::use_duals(const phs::Model& model) {
   dual_system_ = model.instantiate<phs::Dual>();
-  dual_x_.assign(n_, phs::Dual(0.0)), dual_f_.resize(n_);
+  dual_x_.assign(n_, phs::Dual(0.0));
+  dual_f_.resize(n_);
   try {
     dual_system_->field(0.0, dual_x_, {}, dual_f_);
   } catch (const InvalidArgument&) {  // a user's system whose gradient is not written out

@@ -56,7 +56,8 @@ class Sampler {
   /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would
   ///   be missed
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
-    before_.clear(), save(before_);
+    before_.clear();
+    save(before_);
     if (s.origin_step != 0 && !by_clock_) {
       if (s.origin_step == s.step) return;  // after an odd step, between two instants
       refuse("a step off the grid");

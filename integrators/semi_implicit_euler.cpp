@@ -19,7 +19,10 @@ class SemiImplicitEuler final : public BasicIntegrator<T> {
     const size_t nq = n_ / 2;
     system_->field(t, s.x, {}, rate_);
     for (size_t i = 0; i < nq; ++i) x_[i] = s.x[i];
-    for (size_t i = nq; i < n_; ++i) move_[i] = h * rate_[i], x_[i] = s.x[i] + move_[i];
+    for (size_t i = nq; i < n_; ++i) {
+      move_[i] = h * rate_[i];
+      x_[i] = s.x[i] + move_[i];
+    }
     system_->field(t, x_, {}, rate_);
     for (size_t i = 0; i < nq; ++i) move_[i] = h * rate_[i];
     cost_.evaluations += 2;

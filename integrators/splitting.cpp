@@ -56,7 +56,10 @@ class Splitting final : public BasicIntegrator<T> {
   }
 
   void tell_turns(const State& s) override {
-    if (s.turns != turns_of_force_) turns_of_force_ = s.turns, have_force_ = false;
+    if (s.turns != turns_of_force_) {
+      turns_of_force_ = s.turns;
+      have_force_ = false;
+    }
     Base::tell_turns(s);
   }
 
@@ -98,7 +101,8 @@ class Splitting final : public BasicIntegrator<T> {
       evaluate(s);
       std::copy(s.x.begin(), s.x.begin() + long(n_ / 2), q_of_force_.begin());
       std::copy(y_.begin() + long(n_ / 2), y_.end(), force_.begin());
-      have_force_ = true, t_of_force_ = clock_[0];
+      have_force_ = true;
+      t_of_force_ = clock_[0];
     }
     for (size_t i = 0, p = n_ / 2; p < n_; ++i, ++p)
       phs::compensated_add(s.x[p], s.lo[p], dt * force_[i]);

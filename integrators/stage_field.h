@@ -52,9 +52,13 @@ class StageField {
           for (size_t a = 0; a < powers_.size(); ++a) take(a, i, powers_[a][i]);
         return;
       }
-    rate_.resize(point_.size()), power_.resize(one_.description().powers.size());
+    rate_.resize(point_.size());
+    power_.resize(one_.description().powers.size());
     for (int i = 0; i < used; ++i) {
-      for (size_t k = 0; k < point_.size(); ++k) point_[k] = Y[k][i], rate_[k] = F[k][i];
+      for (size_t k = 0; k < point_.size(); ++k) {
+        point_[k] = Y[k][i];
+        rate_[k] = F[k][i];
+      }
       one_.efforts(t + dt[i], point_, rate_, value_);
       one_.powers(t + dt[i], point_, value_, power_);
       for (size_t a = 0; a < power_.size(); ++a) take(a, i, power_[a]);

@@ -25,7 +25,10 @@ struct Sweep {
 
   /// Moves below this much cannot be told from none.
   void blur(double noise) {
-    if (noise > change) change = noise, changed = changed || noise > 1e-12;
+    if (noise > change) {
+      change = noise;
+      changed = changed || noise > 1e-12;
+    }
   }
 };
 
@@ -57,8 +60,13 @@ class Stagnation {
   /// patience: sweeps without a record, far from a solution, before they diverge
   void restart(int patience = 10) {
     patience_ = patience;
-    smallest_ = HUGE_VAL, since_record_ = 0, grace_ = 1, ratio_ = 0, last_ = HUGE_VAL;
-    noise_ = 0, noise_known_ = false;
+    smallest_ = HUGE_VAL;
+    since_record_ = 0;
+    grace_ = 1;
+    ratio_ = 0;
+    last_ = HUGE_VAL;
+    noise_ = 0;
+    noise_known_ = false;
   }
 
   /// Whether the moves, small already, have all but stopped shrinking above `settled`: slow
@@ -68,12 +76,16 @@ class Stagnation {
   bool wants_noise() const {
     return !noise_known_ && last_ > settled_ && last_ < small * settled_ && ratio_ > 0.3;
   }
-  void set_noise(double noise) { noise_ = std::min(noise, small * settled_), noise_known_ = true; }
+  void set_noise(double noise) {
+    noise_ = std::min(noise, small * settled_);
+    noise_known_ = true;
+  }
 
   Verdict after(const Sweep& s) {
     if (!s.finite) return Verdict::not_finite;
     if (!s.changed) return Verdict::exact;
-    ratio_ = s.change / last_, last_ = s.change;
+    ratio_ = s.change / last_;
+    last_ = s.change;
     if (s.change <= tolerance_) return Verdict::stagnated;
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
     smallest_ = std::min(smallest_, s.change);

@@ -55,18 +55,25 @@ class TimeTransformed final : public Controlled {
     by_ = inner_.get();
     for (size_t i = 0; i < n_; ++i) {
       const size_t k = transformed_.position(i);
-      s.x[i] = ext_.x[k], s.lo[i] = ext_.lo[k];
+      s.x[i] = ext_.x[k];
+      s.lo[i] = ext_.lo[k];
     }
     const size_t t = transformed_.time_at();
     if (autonomous_)
       s.step_off_the_grid(h_, ext_.x[t] + ext_.lo[t]);  // t began at 0
-    else
-      s.origin = ext_.x[t], s.origin_lo = ext_.lo[t], s.origin_step = ++s.step;
-    energy_ = ext_.x[transformed_.energy_at()], energy_lo_ = ext_.lo[transformed_.energy_at()];
+    else {
+      s.origin = ext_.x[t];
+      s.origin_lo = ext_.lo[t];
+      s.origin_step = ++s.step;
+    }
+    energy_ = ext_.x[transformed_.energy_at()];
+    energy_lo_ = ext_.lo[transformed_.energy_at()];
     if (books_aside()) works_.after(*system_, t_before, s.time(h_) - t_before, s.x, s.lo);
     ++cost_.steps;
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
-    last_ = s, have_last_ = true, last_was_plain_ = false;
+    last_ = s;
+    have_last_ = true;
+    last_was_plain_ = false;
     return o;
   }
 
@@ -84,7 +91,9 @@ class TimeTransformed final : public Controlled {
     return o;
   }
   void tell_turns(const State& s) override {
-    Controlled::tell_turns(s), plain_->tell_turns(s), inner_->tell_turns(s);
+    Controlled::tell_turns(s);
+    plain_->tell_turns(s);
+    inner_->tell_turns(s);
   }
 
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
@@ -95,7 +104,8 @@ class TimeTransformed final : public Controlled {
     end = ext_;
     for (size_t i = 0; i < n_; ++i) {
       const size_t k = transformed_.position(i);
-      end.x[k] = after.x[i], end.lo[k] = after.lo[i];
+      end.x[k] = after.x[i];
+      end.lo[k] = after.lo[i];
     }
     const size_t t = transformed_.time_at();
     const double aim = began_ + theta * (end.x[t] - began_);
@@ -105,10 +115,15 @@ class TimeTransformed final : public Controlled {
       if (!inner_->interpolate(end, tau, z)) return false;
       const double f = z[t] - aim;
       if (f == 0 || std::fabs(f) <= 0x1p-50 * std::fabs(end.x[t] - began_)) break;
-      if ((f > 0) == (fb > 0))
-        b = tau, fb = f, fa *= 0.5;
-      else
-        a = tau, fa = f, fb *= 0.5;
+      if ((f > 0) == (fb > 0)) {
+        b = tau;
+        fb = f;
+        fa *= 0.5;
+      } else {
+        a = tau;
+        fa = f;
+        fb *= 0.5;
+      }
       const double next = (a * fb - b * fa) / (fb - fa);
       if (next == tau || !(next > a && next < b)) break;
       tau = next;
@@ -131,13 +146,15 @@ class TimeTransformed final : public Controlled {
     for (size_t i = 0; i < n_; ++i) exact_x_[i] = (long double)s.x[i] + s.lo[i];
     exact_turns_.synchronise(s, *exact_);
     const long double H = exact_->hamiltonian(exact_x_);
-    energy_ = -double(H), energy_lo_ = double(-H - (long double)energy_);
+    energy_ = -double(H);
+    energy_lo_ = double(-H - (long double)energy_);
     inner_->restore(fresh_);
   }
   void load(const State& s) {
     for (size_t i = 0; i < n_; ++i) {
       const size_t k = transformed_.position(i);
-      ext_.x[k] = s.x[i], ext_.lo[k] = s.lo[i];
+      ext_.x[k] = s.x[i];
+      ext_.lo[k] = s.lo[i];
     }
     const size_t t = transformed_.time_at(), e = transformed_.energy_at();
     ext_.x[t] = ext_.lo[t] = 0;
@@ -145,7 +162,8 @@ class TimeTransformed final : public Controlled {
       phs::two_sum(s.origin, s.origin_lo + double(s.step - s.origin_step) * h_, ext_.x[t],
                    ext_.lo[t]);
     began_ = ext_.x[t];
-    ext_.x[e] = energy_, ext_.lo[e] = energy_lo_;
+    ext_.x[e] = energy_;
+    ext_.lo[e] = energy_lo_;
   }
 
   phs::TimeTransformedModel transformed_;
@@ -187,7 +205,8 @@ class Reversible final : public Controlled {
     s.step_off_the_grid(h_, h);
     ++cost_.steps;
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
-    last_ = s, have_last_ = true;
+    last_ = s;
+    have_last_ = true;
     return o;
   }
 
@@ -201,7 +220,8 @@ class Reversible final : public Controlled {
     return o;
   }
   void tell_turns(const State& s) override {
-    Controlled::tell_turns(s), inner_->tell_turns(s);
+    Controlled::tell_turns(s);
+    inner_->tell_turns(s);
     if (s.turns == told_) return;
     told_ = s.turns;
     for (size_t i = 0; i < told_.size(); ++i) turn_angles_[i] = double(told_[i]) * phs::two_pi_hi;

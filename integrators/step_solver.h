@@ -260,10 +260,14 @@ Outcome StepSolver::by_newton(Equations& e, bool predicted, Solver solver) {
 template <class Equations>
 Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int most_sweeps,
                                Refresh refresh) {
-  solver_ = solver, fresh_ = false;
+  solver_ = solver;
+  fresh_ = false;
   const bool newton = solver != Solver::fixed_point;
   int refreshed = 0;
-  const auto freeze = [&] { e.freeze(*newton_, solver), fresh_ = true; };
+  const auto freeze = [&] {
+    e.freeze(*newton_, solver);
+    fresh_ = true;
+  };
   const auto guess = [&](bool with) {
     e.guess(with);
     // What was frozen at a prediction goes with it.
@@ -272,7 +276,10 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
   const auto sweep = [&](double& distance) { return e.sweep(distance); };
   const auto between = [&] {
     if (!newton || iteration_.settled() || !(iteration_.stagnation().ratio() > 0.3)) return;
-    if (refresh == Refresh::always || refreshed < some_refreshes) freeze(), ++refreshed;
+    if (refresh == Refresh::always || refreshed < some_refreshes) {
+      freeze();
+      ++refreshed;
+    }
   };
   const auto noise = [&]() -> double {
     if constexpr (requires { e.noise(); })

@@ -210,7 +210,8 @@ class Arkode final : public Sundials {
   /// back (6.4.1).
   bool restart(double t) override {
     make_solver(t);
-    reached_ = t, good_ = y_;
+    reached_ = t;
+    good_ = y_;
     return true;
   }
   bool integrate(double end) override {
@@ -223,7 +224,8 @@ class Arkode final : public Sundials {
         if (remark_.empty()) remark_ = "ARKODE: " + name_of(flag);  // not every failure is told
         return false;
       }
-      reached_ = now, good_ = y_;
+      reached_ = now;
+      good_ = y_;
       if (flag == ARK_TSTOP_RETURN) return true;
     }
     remark_ = "ARKODE: the limit of inner steps was reached";

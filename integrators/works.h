@@ -18,8 +18,12 @@ class Works {
   explicit Works(const phs::Description& d, bool on = true)
       : power_(on ? d.powers.size() : 0), of_step_(power_.size()) {
     if (!any()) return;
-    e_.resize(size_t(d.nx)), x0_.resize(e_.size()), f0_.resize(e_.size());
-    x1_.resize(e_.size()), f1_.resize(e_.size()), between_.resize(e_.size());
+    e_.resize(size_t(d.nx));
+    x0_.resize(e_.size());
+    f0_.resize(e_.size());
+    x1_.resize(e_.size());
+    f1_.resize(e_.size());
+    between_.resize(e_.size());
   }
   bool any() const { return !of_step_.empty(); }
   std::span<const T> of_step() const { return of_step_; }

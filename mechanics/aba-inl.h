@@ -22,7 +22,8 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
       if (n.parent >= 0) V = w.X[i].to_child(w.V[size_t(n.parent)]);
       passes::add_joint_twist<Joint>(n, v.data(), V);
       passes::add_velocity_product<Joint>(n, V, v.data(), a);
-      w.V[i] = V, w.a[i] = a;
+      w.V[i] = V;
+      w.a[i] = a;
       w.b[i] = cross(V, passes::rigid<T>(n) * V);
       if (!loads.wrench.empty()) w.b[i] -= loads.wrench[i];
     });

@@ -121,8 +121,12 @@ RigidInertia<double> inertia_in(const MassProperties& m, const Pose& pose) {
   const E mass = m.mass;
   Sym3<E> I = rotated(R, Sym3<E>(m.inertia));
   const E d = dot(c, c);
-  I.xx += mass * (d - c.x * c.x), I.yy += mass * (d - c.y * c.y), I.zz += mass * (d - c.z * c.z);
-  I.xy -= mass * c.x * c.y, I.xz -= mass * c.x * c.z, I.yz -= mass * c.y * c.z;
+  I.xx += mass * (d - c.x * c.x);
+  I.yy += mass * (d - c.y * c.y);
+  I.zz += mass * (d - c.z * c.z);
+  I.xy -= mass * c.x * c.y;
+  I.xz -= mass * c.x * c.z;
+  I.yz -= mass * c.y * c.z;
   return {m.mass, Vec3d(mass * c), Sym3<double>(I)};
 }
 
@@ -182,7 +186,9 @@ int primitive_index(std::string_view name) {
 Mat3<double> rotation_from_rpy(double roll, double pitch, double yaw) {
   using E = long double;
   E sr, cr, sp, cp, sy, cy;
-  sincos(E(roll), sr, cr), sincos(E(pitch), sp, cp), sincos(E(yaw), sy, cy);
+  sincos(E(roll), sr, cr);
+  sincos(E(pitch), sp, cp);
+  sincos(E(yaw), sy, cy);
   // A right angle written with 15 or more digits is meant to be exact.
   for (E* t : {&sr, &cr, &sp, &cp, &sy, &cy})
     if (std::fabs(double(*t)) < 1e-14) *t = 0;
@@ -320,9 +326,13 @@ class Assembly {
     const Mat3<double> Z = oriented ? frame_with_z(axis) : Mat3<double>::identity();
 
     Node n;
-    n.type = type, n.parent = node_, n.q = r_.nq, n.v = r_.nv;
+    n.type = type;
+    n.parent = node_;
+    n.q = r_.nq;
+    n.v = r_.nv;
     n.placement = here_ * Pose{Z, {0, 0, 0}};
-    n.pitch = body_->joint.pitch, n.rotor_inertia = body_->joint.rotor_inertia;
+    n.pitch = body_->joint.pitch;
+    n.rotor_inertia = body_->joint.rotor_inertia;
     n.inertia = {0, {0, 0, 0}, {0, 0, 0, 0, 0, 0}};
     if (!std::isfinite(n.pitch)) refuse_joint(*body_, "its pitch is not finite");
     const std::string joint = body_->joint.name.empty() ? body_->name : body_->joint.name;
@@ -348,9 +358,11 @@ class Assembly {
         if (!coordinate_names_.insert(jc.name).second)
           refuse_joint(*body_, "its coordinate '" + jc.name + "' has the name of another joint's");
         r_.coordinates.push_back(jc);
-        q += c.size, v += nv;
+        q += c.size;
+        v += nv;
       }
-      r_.nq += decltype(J)::nq, r_.nv += decltype(J)::nv;
+      r_.nq += decltype(J)::nq;
+      r_.nv += decltype(J)::nv;
     });
     node_ = int(r_.nodes.size());
     here_ = inverse(Pose{Z, {0, 0, 0}});
@@ -457,17 +469,22 @@ Mechanism MechanismBuilder::build() const {
 
   Mechanism m;
   m.name_ = name_;
-  m.nodes_ = std::move(parts.nodes), m.coordinates_ = std::move(parts.coordinates);
-  m.bodies_ = std::move(parts.bodies), m.properties_ = std::move(parts.properties);
+  m.nodes_ = std::move(parts.nodes);
+  m.coordinates_ = std::move(parts.coordinates);
+  m.bodies_ = std::move(parts.bodies);
+  m.properties_ = std::move(parts.properties);
   m.remarks_ = std::move(parts.remarks);
   m.gravity_ = gravity_;
-  m.nq_ = parts.nq, m.nv_ = parts.nv, m.angles_ = parts.angles;
+  m.nq_ = parts.nq;
+  m.nv_ = parts.nv;
+  m.angles_ = parts.angles;
   for (const auto& n : m.nodes_) m.total_mass_ += n.inertia.m;
   for (size_t i = m.nodes_.size(); i-- > 0;) {
     Node& n = m.nodes_[i];
     if (n.parent < 0) continue;
     Node& parent = m.nodes_[size_t(n.parent)];
-    n.last_child = parent.leaf, parent.leaf = false;
+    n.last_child = parent.leaf;
+    parent.leaf = false;
   }
   if (m.nodes_.empty())
     throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");

@@ -36,7 +36,9 @@ template <class T>
   std::span<ArticulatedInertia<T>> C(w.A);
   const auto load = [&](size_t i) { return RigidInertia<T>{C[i].M.xx, C[i].H.x, C[i].I}; };
   const auto store = [&](size_t i, const RigidInertia<T>& r) {
-    C[i].M.xx = r.m, C[i].H.x = r.mc, C[i].I = r.I;
+    C[i].M.xx = r.m;
+    C[i].H.x = r.mc;
+    C[i].I = r.I;
   };
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
@@ -66,7 +68,8 @@ template <class T>
             unroll<decltype(K)::nv>([&](auto l) {
               const T e = decltype(K)::template project<l>(a, F);
               const size_t row = size_t(a.v + l);
-              M[row + nv * column] = e, M[column + nv * row] = e;
+              M[row + nv * column] = e;
+              M[column + nv * row] = e;
             });
           });
         }

@@ -45,7 +45,10 @@ void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const B
     T* col = J.data() + 6 * c;
     const Vec3<T> a = X.R * Vec3<T>{col[0], col[1], col[2]},
                   l = X.R * Vec3<T>{col[3], col[4], col[5]};
-    for (int r = 0; r < 3; ++r) col[r] = a[r], col[3 + r] = l[r];
+    for (int r = 0; r < 3; ++r) {
+      col[r] = a[r];
+      col[3 + r] = l[r];
+    }
   }
 }
 

@@ -131,7 +131,10 @@ class MechanicalSystem : public phs::System<T> {
   MechanicalSystem(const Mechanism& m, const std::vector<BodyFrame>& ports,
                    const phs::Description& d)
       : m_(m), ports_(ports), d_(d), w_(m), nq_(size_t(m.nq())), scratch_(size_t(m.nq())) {
-    if (!ports.empty()) wrench_.resize(m.nodes().size()), force_.resize(size_t(m.nv()));
+    if (!ports.empty()) {
+      wrench_.resize(m.nodes().size());
+      force_.resize(size_t(m.nv()));
+    }
   }
 
   const phs::Description& description() const override { return d_; }
@@ -161,7 +164,10 @@ class MechanicalSystem : public phs::System<T> {
   void field(T, In x, In u, Out dx) override {
     Loads<T> loads;
     if (!u.empty()) loads.tau = u.first(size_t(m_.nv()));
-    if (!u.empty() && !ports_.empty()) collect_wrenches(u), loads.wrench = wrench_;
+    if (!u.empty() && !ports_.empty()) {
+      collect_wrenches(u);
+      loads.wrench = wrench_;
+    }
     hamiltonian_field(m_, w_, q(x), p(x), loads, dx.first(nq_), dx.subspan(nq_));
     for (const auto& j : m_.joint_properties()) {
       T& p_dot = dx[nq_ + slot(j)];
@@ -177,7 +183,10 @@ class MechanicalSystem : public phs::System<T> {
     }
   }
   void efforts(T, In, In dx, Out e) override {
-    for (size_t i = 0; i < nq_; ++i) e[i] = -dx[nq_ + i], e[nq_ + i] = dx[i];
+    for (size_t i = 0; i < nq_; ++i) {
+      e[i] = -dx[nq_ + i];
+      e[nq_ + i] = dx[i];
+    }
     for (const auto& j : m_.joint_properties())
       e[slot(j)] = e[slot(j)] - T(j.damping) * dx[slot(j)];
   }
@@ -186,7 +195,9 @@ class MechanicalSystem : public phs::System<T> {
     values[k] = kinetic_energy(m_, w_, q(x), p(x));
     if (d_.storages[0] == base_storage) {
       const T base = base_kinetic_energy(m_, w_);
-      values[k + 1] = values[k] - base, values[k] = base, ++k;
+      values[k + 1] = values[k] - base;
+      values[k] = base;
+      ++k;
     }
     if (m_.has_gravity()) values[++k] = potential_energy(m_, w_, q(x));
     for (const auto& j : m_.joint_properties())
@@ -201,7 +212,10 @@ class MechanicalSystem : public phs::System<T> {
       if (j.damping != 0) values[k++] = T(j.damping) * e[nq_ + slot(j)] * e[nq_ + slot(j)];
   }
   void apply_structure(In, In e, Out Je) override {
-    for (size_t i = 0; i < nq_; ++i) Je[i] = e[nq_ + i], Je[nq_ + i] = -e[i];
+    for (size_t i = 0; i < nq_; ++i) {
+      Je[i] = e[nq_ + i];
+      Je[nq_ + i] = -e[i];
+    }
   }
   void apply_dissipation(In, In e, Out Re) override {
     for (auto& r : Re) r = T(0.0);

@@ -57,9 +57,14 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
         sum.linear += P_world;
         sum.angular += R * L + cross(Vec3<T>(n.placement.r), P_world);
       } else {
-        if (!computed) rates_from_momenta(m, w, q, p), subtree_momenta(m, w), computed = true;
+        if (!computed) {
+          rates_from_momenta(m, w, q, p);
+          subtree_momenta(m, w);
+          computed = true;
+        }
         const Force<T> h = w.X[i].to_parent(w.b[i]);
-        sum.linear += h.f, sum.angular += h.n;
+        sum.linear += h.f;
+        sum.angular += h.n;
       }
     });
   }
@@ -115,7 +120,8 @@ Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       sum += mc;
     } else {
       auto& above = w.g[size_t(nodes[i].parent)];
-      above.n += mc, above.f.x = above.f.x + mass;
+      above.n += mc;
+      above.f.x = above.f.x + mass;
     }
   }
   return (T(1.0) / T(m.total_mass())) * sum;
@@ -170,7 +176,9 @@ MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span
     const Vec3d c = (1 / I.m) * I.mc;
     const Vec3d speed = pose[i].R * (w.V[i].v + cross(w.V[i].w, c));
     bodies.push_back({I.m, (pose[i].r - from) + pose[i].R * c, speed});
-    all.mass += I.m, all.c += I.m * bodies.back().c, all.v += I.m * speed;
+    all.mass += I.m;
+    all.c += I.m * bodies.back().c;
+    all.v += I.m * speed;
     s.linear += I.m * norm(speed);
     s.angular += norm(w.V[i].w) * std::sqrt(I.I.xx * I.I.xx + I.I.yy * I.I.yy + I.I.zz * I.I.zz);
   }

@@ -89,7 +89,9 @@ template <class J, class T>
       if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
     const T D_inverse = T(1.0) / D;
     const T u = f[j] - J::template project<k>(n, b);
-    w.U[j] = U, w.D_inverse[j] = D_inverse, w.u[j] = u;
+    w.U[j] = U;
+    w.D_inverse[j] = D_inverse;
+    w.u[j] = u;
     b += (D_inverse * u) * U;
     if constexpr (J::nv == 6)
       A.template subtract_below<k>(U, D_inverse);

@@ -86,12 +86,15 @@ Quaternion<Real> quaternion(const Mat3<Real>& R) {
   const auto R_at = [&](int i, int j) { return column(R, j)[i]; };
   if (k == 0) {
     q[0] = 1 + d[0];
-    q[1] = R_at(2, 1) - R_at(1, 2), q[2] = R_at(0, 2) - R_at(2, 0), q[3] = R_at(1, 0) - R_at(0, 1);
+    q[1] = R_at(2, 1) - R_at(1, 2);
+    q[2] = R_at(0, 2) - R_at(2, 0);
+    q[3] = R_at(1, 0) - R_at(0, 1);
   } else {
     const int i = k - 1, j = (i + 1) % 3, l = (i + 2) % 3;
     q[0] = R_at(l, j) - R_at(j, l);
     q[1 + i] = 1 + 2 * d[k] - d[0];
-    q[1 + j] = R_at(j, i) + R_at(i, j), q[1 + l] = R_at(l, i) + R_at(i, l);
+    q[1 + j] = R_at(j, i) + R_at(i, j);
+    q[1 + l] = R_at(l, i) + R_at(i, l);
   }
   const Real size = phs::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (Real& x : q) x /= size;
@@ -114,10 +117,14 @@ RigidInertia<Real> inertia_of(const MassProperties& given) {
   const Vec3<Real> c{Real(given.com.x), Real(given.com.y), Real(given.com.z)};
   const Real cc = dot(c, c);
   RigidInertia<Real> r;
-  r.m = m, r.mc = m * c;
-  r.I.xx = J[0][0] + m * (cc - c.x * c.x), r.I.yy = J[1][1] + m * (cc - c.y * c.y);
-  r.I.zz = J[2][2] + m * (cc - c.z * c.z), r.I.xy = J[0][1] - m * c.x * c.y;
-  r.I.xz = J[0][2] - m * c.x * c.z, r.I.yz = J[1][2] - m * c.y * c.z;
+  r.m = m;
+  r.mc = m * c;
+  r.I.xx = J[0][0] + m * (cc - c.x * c.x);
+  r.I.yy = J[1][1] + m * (cc - c.y * c.y);
+  r.I.zz = J[2][2] + m * (cc - c.z * c.z);
+  r.I.xy = J[0][1] - m * c.x * c.y;
+  r.I.xz = J[0][2] - m * c.x * c.z;
+  r.I.yz = J[1][2] - m * c.y * c.z;
   return r;
 }
 
@@ -130,8 +137,10 @@ phs::State positions(const Moving& before, const Instant& from, const Mechanical
   const auto& a = before.model->description();
   const auto& b = to.description();
   phs::State s(b, std::vector<double>(size_t(b.nx)));
-  s.step = before.state.step, s.origin = before.state.origin;
-  s.origin_lo = before.state.origin_lo, s.origin_step = before.state.origin_step;
+  s.step = before.state.step;
+  s.origin = before.state.origin;
+  s.origin_lo = before.state.origin_lo;
+  s.origin_step = before.state.origin_step;
   size_t turn = 0;
   std::map<std::string, size_t> used, turned;  // numbers and turns taken from a locked joint
   for (const auto& c : to.mechanism().coordinates()) {
@@ -236,7 +245,8 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   for (const auto& n : from.m.nodes()) mass += n.inertia.m;
   const Real T = kinetic_energy<Real>(from.m, from.w, from.q, from.p);
   r.scale.linear = std::max(r.scale.linear, std::sqrt(2 * mass * double(T)));
-  r.linear_jump = size(b.linear - a.linear), r.angular_jump = size(b.angular - a.angular);
+  r.linear_jump = size(b.linear - a.linear);
+  r.angular_jump = size(b.angular - a.angular);
 }
 
 Impact change(Moving& moving, MechanismBuilder next) {
@@ -247,7 +257,9 @@ Impact change(Moving& moving, MechanismBuilder next) {
   Impact r = impact(from, next.bodies(), *model, s);
   phs::wrap_angles(model->description(), s);
   measure(r, from, *model, s);
-  moving.parts = std::move(next), moving.model = std::move(model), moving.state = std::move(s);
+  moving.parts = std::move(next);
+  moving.model = std::move(model);
+  moving.state = std::move(s);
   return r;
 }
 
@@ -308,8 +320,10 @@ Moving::Moving(MechanismBuilder given) : parts(std::move(given)) {
 
 void Moving::set(std::span<const double> q, std::span<const double> v) {
   phs::State s(model->description(), model->state(q, v));
-  s.step = state.step, s.origin = state.origin;
-  s.origin_lo = state.origin_lo, s.origin_step = state.origin_step;
+  s.step = state.step;
+  s.origin = state.origin;
+  s.origin_lo = state.origin_lo;
+  s.origin_step = state.origin_step;
   phs::wrap_angles(model->description(), s);
   state = std::move(s);
 }
@@ -356,7 +370,8 @@ Impact release(Moving& moving, const std::string& name) {
   body.parent = "world";
   body.placement = {Mat3<double>::identity(), {0, 0, 0}};
   body.joint = {};
-  body.joint.name = name, body.joint.type = "free";
+  body.joint.name = name;
+  body.joint.type = "free";
   Impact r = change(moving, std::move(next));
   // The joint that held the body is no more, so a lock of it cannot be undone.
   std::erase_if(moving.locked, [&](const auto& lock) { return lock.second.free.name == name; });
@@ -417,7 +432,8 @@ Impact unlock(Moving& moving, const std::string& joint) {
   }
   MechanismBuilder next = moving.parts;
   BodySpec& body = body_of(next, kept->second.free.name, "unlock");
-  body.joint = kept->second.free.joint, body.placement = kept->second.free.placement;
+  body.joint = kept->second.free.joint;
+  body.placement = kept->second.free.placement;
   Impact r = change(moving, std::move(next));
   moving.locked.erase(joint);
   return r;

@@ -43,10 +43,16 @@ struct JointJacobian {
     Dual dq[J::nq], dp[J::nq], dv[J::nv], load[J::nv];
     Motion<Dual> dV;
     Force<Dual> dh;
-    for (int k = 0; k < J::nq; ++k) dq[k] = q[k], dp[k] = p[k];
+    for (int k = 0; k < J::nq; ++k) {
+      dq[k] = q[k];
+      dp[k] = p[k];
+    }
     for (int k = 0; k < J::nv; ++k) dv[k] = v[k];
     unroll<J::nv>([&](auto k) { load[k] = J::template project<k>(n, g); });
-    for (int k = 0; k < 6; ++k) dV[k] = V[k], dh[k] = h[k];
+    for (int k = 0; k < 6; ++k) {
+      dV[k] = V[k];
+      dh[k] = h[k];
+    }
 
     const auto along = [&](Dual& x, auto entry) {
       x.d = 1;
@@ -58,8 +64,10 @@ struct JointJacobian {
         const Force<Dual> gyroscopic = cross(dV, dh);
         unroll<J::nv>([&](auto k) { p_dot[k] = load[k] - J::template project<k>(n, gyroscopic); });
       }
-      for (int i = 0; i < J::nq; ++i)
-        entry(rate[i]) = q_dot[i].d, entry(rate[J::nq + i]) = p_dot[i].d;
+      for (int i = 0; i < J::nq; ++i) {
+        entry(rate[i]) = q_dot[i].d;
+        entry(rate[J::nq + i]) = p_dot[i].d;
+      }
       x.d = 0;
     };
     for (int k = 0; k < J::nq; ++k) {
@@ -76,9 +84,12 @@ struct JointJacobian {
     }
     for (int k = 0; k < J::nq; ++k) {
       Dual mu[J::nv];
-      dp[k].d = 1, J::momentum(dq, dp, mu), dp[k].d = 0;
+      dp[k].d = 1;
+      J::momentum(dq, dp, mu);
+      dp[k].d = 0;
       for (int i = 0; i < J::nv; ++i) mu_p[i][k] = mu[i].d;
-      dq[k].d = 1, J::momentum(dq, dp, mu);
+      dq[k].d = 1;
+      J::momentum(dq, dp, mu);
       for (int i = 0; i < J::nv; ++i) mu_q[i][k] = mu[i].d;
       const auto X = passes::place<J>(n, dq, Dual(turn));
       dq[k].d = 0;
@@ -140,16 +151,23 @@ class TreeResolvent final : public phs::Resolvent {
         if constexpr (decltype(J)::nv > 1) {
           General& j = general_[i];
           const size_t n = size_t(j.size = 2 * decltype(J)::nq + decltype(J)::nv);
-          j.N.resize(n * n), j.Lambda.resize(n * rows), j.W.resize(n * cols), j.K.resize(n * rows);
-          j.B.resize(n * cols), j.H.resize(n * rows), j.u.resize(n);
+          j.N.resize(n * n);
+          j.Lambda.resize(n * rows);
+          j.W.resize(n * cols);
+          j.K.resize(n * rows);
+          j.B.resize(n * cols);
+          j.H.resize(n * rows);
+          j.u.resize(n);
         }
       });
     for (size_t i = 0; i < bodies_.size(); ++i)
       hinge_[i].rotor_inertia = m.nodes()[i].rotor_inertia;
     for (size_t i = 0; i < bodies_.size(); ++i)
       for (const auto& p : m.joint_properties())
-        if (p.q == m.nodes()[i].q && !general_[i].size)
-          hinge_[i].stiffness = p.stiffness, hinge_[i].damping = p.damping;
+        if (p.q == m.nodes()[i].q && !general_[i].size) {
+          hinge_[i].stiffness = p.stiffness;
+          hinge_[i].damping = p.damping;
+        }
   }
 
   bool exact() const override { return true; }
@@ -224,7 +242,8 @@ class TreeResolvent final : public phs::Resolvent {
     for (size_t i = nodes.size(); i-- > 0;)
       if (nodes[i].parent >= 0) {
         Body& parent = bodies_[size_t(nodes[i].parent)];
-        parent.h += bodies_[i].h, parent.g += bodies_[i].g;
+        parent.h += bodies_[i].h;
+        parent.g += bodies_[i].g;
       }
   }
   Motion<double> carried(size_t i) const {
@@ -255,7 +274,8 @@ class TreeResolvent final : public phs::Resolvent {
     visit_joint(n.type, [&](auto J) {
       if constexpr (decltype(J)::nv == 1) decltype(J)::template add<0>(n, 1.0, S);
     });
-    j.S = b.E.to_parent(S), j.VxS = cross(b.V, j.S);
+    j.S = b.E.to_parent(S);
+    j.VxS = cross(b.V, j.S);
     j.beta = shift_of_s(i, j.S);
     const auto eta = shift_of_f(i, j.S);
 
@@ -270,7 +290,8 @@ class TreeResolvent final : public phs::Resolvent {
         sum += ell[a] * b.P[a][k];
         if (a < 6) momentum += j.S[int(a)] * b.P[a][k];
       }
-      j.sigma[k] = sum, j.SP[k] = momentum;
+      j.sigma[k] = sum;
+      j.SP[k] = momentum;
     }
     for (size_t a = 0; a < rows; ++a) {
       C along(0.0), shifted(eta[a]);
@@ -278,7 +299,8 @@ class TreeResolvent final : public phs::Resolvent {
         if (k < 6) along += j.S[int(k)] * b.P[a][k];
         shifted += j.beta[k] * b.P[a][k];
       }
-      j.chi[a] = shifted, j.kappa[a] = along + z_ * shifted;
+      j.chi[a] = shifted;
+      j.kappa[a] = along + z_ * shifted;
     }
     C sigma_S(0.0);
     j.sigma_beta = C(0.0);
@@ -314,7 +336,8 @@ class TreeResolvent final : public phs::Resolvent {
     const C v = j.e - j.D_inverse * sum, q = r_q + z_ * v;
     for (int k = 0; k < cols; ++k)
       s[size_t(k)] += (k < 6 ? j.S[k] * v : C(0.0)) + j.beta[size_t(k)] * q;
-    r_q = q, r_p = j.Sc + j.rotor_inertia * v;
+    r_q = q;
+    r_p = j.Sc + j.rotor_inertia * v;
     for (size_t k = 0; k < cols; ++k) r_p += j.SP[k] * s[k];
   }
 
@@ -423,7 +446,10 @@ class TreeResolvent final : public phs::Resolvent {
       for (size_t k = 0; k < cols; ++k) j.u[r] -= j.W[r * cols + k] * s[k];
     for (size_t k = 0; k < cols; ++k)
       for (size_t r = 0; r < size; ++r) s[k] += j.B[k * size + r] * j.u[r];
-    for (size_t k = 0; k < nq; ++k) r_q[k] = j.u[k], r_p[k] = j.u[nq + k];
+    for (size_t k = 0; k < nq; ++k) {
+      r_q[k] = j.u[k];
+      r_p[k] = j.u[nq + k];
+    }
   }
   size_t coordinates(size_t i) const {
     size_t nq = 0;

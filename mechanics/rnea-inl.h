@@ -27,7 +27,8 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
       }
       if (!vdot.empty()) passes::add_joint_twist<Joint>(n, vdot.data(), a);
       const auto I = passes::rigid<T>(n);
-      w.V[i] = V, w.a[i] = a;
+      w.V[i] = V;
+      w.a[i] = a;
       w.b[i] = I * a + cross(V, I * V);
       if (!wrench.empty()) w.b[i] -= wrench[i];
     });

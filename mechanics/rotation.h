@@ -11,7 +11,12 @@ struct Quaternion {
   Vec3<T> v;
 
   static Quaternion load(const T* a) { return {a[0], {a[1], a[2], a[3]}}; }
-  void store(T* a) const { a[0] = w, a[1] = v.x, a[2] = v.y, a[3] = v.z; }
+  void store(T* a) const {
+    a[0] = w;
+    a[1] = v.x;
+    a[2] = v.y;
+    a[3] = v.z;
+  }
   T norm2() const { return w * w + dot(v, v); }
   Quaternion conj() const { return {w, -v}; }
 };

@@ -63,10 +63,16 @@ class Assembler {
   /// Where a locked joint holds its link. The joint is asked itself, as the joint of a body alone.
   Pose held(const Joint& j, std::set<std::string>& coordinates) const {
     BodySpec b;
-    b.name = "body", b.parent = "world", b.placement = j.placement;
-    b.joint.name = j.spec.name, b.joint.type = j.spec.type, b.joint.axis = j.spec.axis;
-    b.joint.second_axis = j.spec.second_axis, b.joint.pitch = j.spec.pitch;
-    b.mass.mass = 1, b.mass.inertia = {1, 0, 0, 1, 0, 1};
+    b.name = "body";
+    b.parent = "world";
+    b.placement = j.placement;
+    b.joint.name = j.spec.name;
+    b.joint.type = j.spec.type;
+    b.joint.axis = j.spec.axis;
+    b.joint.second_axis = j.spec.second_axis;
+    b.joint.pitch = j.spec.pitch;
+    b.mass.mass = 1;
+    b.mass.inertia = {1, 0, 0, 1, 0, 1};
     b.where = log_.at(j.line);
     const Mechanism m = MechanismBuilder().add(b).build();
     std::vector<double> q = m.neutral();
@@ -256,7 +262,9 @@ class Assembler {
     b.mass = masses_[i];
     b.where = log_.at(m_.links[i].line);
     if (const Joint* j = carrier_[i]) {
-      b.parent = j->parent, b.joint = j->spec, b.placement = j->placement;
+      b.parent = j->parent;
+      b.joint = j->spec;
+      b.placement = j->placement;
     } else {
       b.parent = "world";
       b.joint.type = free_base_ ? "free" : "fixed";

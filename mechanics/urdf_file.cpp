@@ -314,9 +314,10 @@ class FileReader {
     if (lower && upper && *lower > *upper)  // what Bullet writes for "none"
       note(*l, "its lower limit " + number(*lower) + " is above the upper one, " + number(*upper) +
                    ": taken as no limit");
-    else if (freedoms(spec.type) == 1)
-      spec.lower = lower, spec.upper = upper;
-    else if (lower || upper)
+    else if (freedoms(spec.type) == 1) {
+      spec.lower = lower;
+      spec.upper = upper;
+    } else if (lower || upper)
       log_.count(line, "<limit> lower or upper of a " + spec.type + " joint", "ignored");
   }
 

@@ -8,8 +8,9 @@
 
 namespace porthos {
 
-/// What must survive a restart, as a list of doubles. One function `carry(Archive&)` of a class names
-/// its numbers once and serves to count, to save and to load them, so order and size cannot differ.
+/// What must survive a restart, as a list of doubles. One function `carry(Archive&)` of a class
+/// names its numbers once and serves to count, to save and to load them, so order and size cannot
+/// differ.
 class Archive {
  public:
   /// Counts the numbers.

@@ -73,9 +73,11 @@ class Checker {
     const size_t n = x.size();
     Vec Ja(n), Jb(n), Ra(n), Rb(n), e(n), Je(n), Re(n), Gu(n), dx(n), y(u.size());
 
-    f_->apply_structure(x, a, Ja), f_->apply_structure(x, b, Jb);
+    f_->apply_structure(x, a, Ja);
+    f_->apply_structure(x, b, Jb);
     note("J skew", x, relative(dot(a, Jb) + dot(b, Ja), norm(a) * norm(Jb) + norm(b) * norm(Ja)));
-    f_->apply_dissipation(x, a, Ra), f_->apply_dissipation(x, b, Rb);
+    f_->apply_dissipation(x, a, Ra);
+    f_->apply_dissipation(x, b, Rb);
     note("R symmetric", x,
          relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
     note("R >= 0", x, dissipation_defect(x));
@@ -87,8 +89,10 @@ class Checker {
           "gradient", x,
           relative(norm(sub(e, g)), norm(e) + norm(g) + rounding_of_gradient(x, e) / o_.tolerance));
 
-    f_->apply_structure(x, e, Je), f_->apply_dissipation(x, e, Re), f_->apply_input(x, u, Gu),
-        f_->output(x, e, y);
+    f_->apply_structure(x, e, Je);
+    f_->apply_dissipation(x, e, Re);
+    f_->apply_input(x, u, Gu);
+    f_->output(x, e, y);
     storages(x);
     invariants(x);
     if (!refusal_.empty()) return;
@@ -124,7 +128,8 @@ class Checker {
     std::vector<Dual> here(n), there(n);
     for (size_t i = 0; i < half; ++i) {
       here[i] = there[i] = Dual(x[i], along[i]);
-      here[half + i] = Dual(x[half + i]), there[half + i] = Dual(y[half + i]);
+      here[half + i] = Dual(x[half + i]);
+      there[half + i] = Dual(y[half + i]);
     }
     const double a = dual_->hamiltonian(here).d, b = dual_->hamiltonian(there).d;
     f_->gradient(x, e);
@@ -163,7 +168,10 @@ class Checker {
     Vec stored(d_.storages.size());
     f_->stored(x, stored);
     double sum = 0, size = 0;
-    for (const double s : stored) sum += s, size += std::fabs(s);
+    for (const double s : stored) {
+      sum += s;
+      size += std::fabs(s);
+    }
     const double H = f_->hamiltonian(x);
     note("storages", x, relative(sum - H, size + std::fabs(H)));
   }
@@ -177,7 +185,8 @@ class Checker {
     for (size_t i = 0; i < powers.size(); ++i) {
       if (d_.powers[i].kind == PowerKind::observed) continue;
       const bool in = d_.powers[i].kind == PowerKind::supplied;
-      left -= in ? powers[i] : -powers[i], scale += std::fabs(powers[i]);
+      left -= in ? powers[i] : -powers[i];
+      scale += std::fabs(powers[i]);
       if (!in) note("passive " + d_.powers[i].name, x, relative(std::min(0.0, powers[i]), scale));
     }
     note("power balance", x, relative(left, scale));
@@ -217,7 +226,8 @@ class Checker {
     const auto m = static_cast<size_t>(d_.invariant_count());
     if (m == 0) return;
     Vec e(x.size()), Je(x.size());
-    f_->gradient(x, e), f_->apply_structure(x, e, Je);
+    f_->gradient(x, e);
+    f_->apply_structure(x, e, Je);
     Vec taking_part = x;  // an orbit that drives the rest does not
     for (size_t i = 0; i < x.size(); ++i)
       if (e[i] == 0 && Je[i] == 0) taking_part[i] = 0;
@@ -242,7 +252,10 @@ class Checker {
     auto it = find(axiom);
     if (it == report_.axioms.end())
       it = report_.axioms.insert(report_.axioms.end(), {axiom, -1, o_.tolerance, {}});
-    if (violation > it->worst) it->worst = violation, it->state = x;
+    if (violation > it->worst) {
+      it->worst = violation;
+      it->state = x;
+    }
   }
 
   const Description& d_;

@@ -68,7 +68,8 @@ Dirac::Dirac(Matrix F, Matrix E) : F_(std::move(F)), E_(std::move(E)) {
 }
 
 double Dirac::residual(std::span<const double> f, std::span<const double> e) const {
-  require_size("f", f.size(), size_t(ports())), require_size("e", e.size(), size_t(ports()));
+  require_size("f", f.size(), size_t(ports()));
+  require_size("e", e.size(), size_t(ports()));
   const Eigen::Map<const Eigen::VectorXd> flow(f.data(), ports()), effort(e.data(), ports());
   return (view(F_) * flow + view(E_) * effort).norm() / beside(view(F_), view(E_)).norm();
 }
@@ -80,7 +81,10 @@ Dirac Dirac::feedback(const Matrix& K) {
 Dirac Dirac::zero_junction(int n) {
   Matrix F(n, n), E(n, n);
   for (int i = 0; i < n; ++i) F(0, i) = 1;
-  for (int i = 1; i < n; ++i) E(i, 0) = 1, E(i, i) = -1;
+  for (int i = 1; i < n; ++i) {
+    E(i, 0) = 1;
+    E(i, i) = -1;
+  }
   return {F, E};
 }
 
@@ -102,7 +106,10 @@ double distance(const Dirac& a, const Dirac& b) {
 
 Dirac compose(const Dirac& a, const Dirac& b, const std::vector<std::pair<int, int>>& shared) {
   std::vector<int> in_a, in_b;
-  for (const auto& [i, j] : shared) in_a.push_back(i), in_b.push_back(j);
+  for (const auto& [i, j] : shared) {
+    in_a.push_back(i);
+    in_b.push_back(j);
+  }
   require_ports("the first structure", in_a, a.ports());
   require_ports("the second structure", in_b, b.ports());
   const auto left_a = others(a.ports(), in_a), left_b = others(b.ports(), in_b);

@@ -40,7 +40,8 @@ struct SpringElement : Store {
 
   Description description() const {
     Description s;
-    s.name = "spring", s.nx = s.nu = 1;
+    s.name = "spring";
+    s.nx = s.nu = 1;
     s.blocks = {{"elongation", BlockKind::linear, 0, 1, -1, d.displacement, ""}};
     s.ports = {{"ends", PortKind::flow_in, 1, 0, d.flow, d.effort, true}};
     return s;
@@ -62,7 +63,8 @@ struct InertiaElement : Store {
 
   Description description() const {
     Description s;
-    s.name = "inertia", s.nx = s.nu = 1;
+    s.name = "inertia";
+    s.nx = s.nu = 1;
     s.blocks = {{"momentum", BlockKind::linear, 0, 1, -1, d.momentum, ""}};
     s.ports = {{"body", PortKind::effort_in, 1, 0, d.effort, d.flow}};
     return s;
@@ -89,7 +91,8 @@ struct Motor {
 
   Description description() const {
     Description s;
-    s.name = "dc motor", s.nx = s.nu = 2;
+    s.name = "dc motor";
+    s.nx = s.nu = 2;
     s.blocks = {{"flux", BlockKind::linear, 0, 1, -1, "V s", ""},
                 {"momentum", BlockKind::linear, 1, 1, -1, "N m s", ""}};
     s.ports = {{"supply", PortKind::effort_in, 1, 0, "V", "A"},
@@ -105,27 +108,33 @@ struct Motor {
   }
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = x[0] / T(m.inductance), e[1] = x[1] / T(J);
+    e[0] = x[0] / T(m.inductance);
+    e[1] = x[1] / T(J);
   }
   template <class T>
   void structure(In<T>, In<T> e, Out<T> Je) const {
-    Je[0] = T(-k) * e[1], Je[1] = T(k) * e[0];
+    Je[0] = T(-k) * e[1];
+    Je[1] = T(k) * e[0];
   }
   template <class T>
   void dissipation(In<T>, In<T> e, Out<T> Re) const {
-    Re[0] = T(m.resistance) * e[0], Re[1] = T(b) * e[1];
+    Re[0] = T(m.resistance) * e[0];
+    Re[1] = T(b) * e[1];
   }
   template <class T>
   void input(In<T>, In<T> u, Out<T> Gu) const {
-    Gu[0] = u[0], Gu[1] = u[1];
+    Gu[0] = u[0];
+    Gu[1] = u[1];
   }
   template <class T>
   void stored(In<T> x, Out<T> values) const {
-    values[0] = T(0.5 / m.inductance) * x[0] * x[0], values[1] = T(0.5 / J) * x[1] * x[1];
+    values[0] = T(0.5 / m.inductance) * x[0] * x[0];
+    values[1] = T(0.5 / J) * x[1] * x[1];
   }
   template <class T>
   void powers(T, In<T>, In<T> e, Out<T> values) const {
-    values[0] = T(m.resistance) * e[0] * e[0], values[1] = T(b) * e[1] * e[1];
+    values[0] = T(m.resistance) * e[0] * e[0];
+    values[1] = T(b) * e[1] * e[1];
   }
 };
 
@@ -136,7 +145,9 @@ struct Drive {
 
   Description description() const {
     Description s;
-    s.name = "dc drive", s.nx = 1, s.nu = 2;
+    s.name = "dc drive";
+    s.nx = 1;
+    s.nu = 2;
     s.blocks = {{"flux", BlockKind::linear, 0, 1, -1, "V s", ""}};
     s.ports = {{"supply", PortKind::effort_in, 1, 0, "V", "A"},
                {"shaft", PortKind::flow_in, 1, 1, "rad/s", "N m", true}};

@@ -39,7 +39,8 @@ class EnergyScale {
     kinetic_J_ = std::max(kinetic_J_, kinetic_of(stored));
     for (std::size_t k = 0; k < low_.size(); ++k) {
       const double low = lowest(k, stored), high = highest(k, stored);
-      low_[k] = low, high_[k] = high;
+      low_[k] = low;
+      high_[k] = high;
     }
     seen_ = true;
   }

@@ -93,7 +93,9 @@ struct LinearModel {
   }
   Description description() const {
     Description d;
-    d.name = name, d.nx = J.rows, d.nu = G.cols;
+    d.name = name;
+    d.nx = J.rows;
+    d.nu = G.cols;
     const auto named = [](std::string letter, int i) { return letter += std::to_string(i); };
     for (int i = 0; i < J.rows; ++i)
       d.blocks.push_back({named("x", i), BlockKind::linear, i, 1, -1, "1", ""});
@@ -145,11 +147,18 @@ LinearSystem::LinearSystem(LinearMatrices matrices, std::string name)
     if (M->empty()) *M = Matrix(m, m);
 
   const Judge judge{name_};
-  judge.shape("E", m_.E, n, n), judge.shape("J", m_.J, n, n), judge.shape("R", m_.R, n, n);
-  judge.shape("Q", m_.Q, n, n), judge.shape("G", m_.G, n, m), judge.shape("P", m_.P, n, m);
-  judge.shape("S", m_.S, m, m), judge.shape("N", m_.N, m, m);
-  judge.skew("J", view(m_.J)), judge.skew("N", view(m_.N));
-  judge.symmetric("R", view(m_.R)), judge.symmetric("S", view(m_.S));
+  judge.shape("E", m_.E, n, n);
+  judge.shape("J", m_.J, n, n);
+  judge.shape("R", m_.R, n, n);
+  judge.shape("Q", m_.Q, n, n);
+  judge.shape("G", m_.G, n, m);
+  judge.shape("P", m_.P, n, m);
+  judge.shape("S", m_.S, m, m);
+  judge.shape("N", m_.N, m, m);
+  judge.skew("J", view(m_.J));
+  judge.skew("N", view(m_.N));
+  judge.symmetric("R", view(m_.R));
+  judge.symmetric("S", view(m_.S));
   const Real K = view(m_.E).transpose() * view(m_.Q);
   judge.symmetric("EᵀQ", K);
   judge.semidefinite("EᵀQ", K, [](Index i) { return entry("EᵀQ", i, i); });

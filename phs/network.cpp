@@ -173,7 +173,8 @@ void two_port(Plan& p, const std::string& where, const Found& a, const Found& b,
               bool units) {
   if (!std::isfinite(ratio)) refuse(p, where + ": the ratio is not finite");
   require_match(p, a, b, where, units);
-  claim(p, a, where), claim(p, b, where);
+  claim(p, a, where);
+  claim(p, b, where);
   for (int k = 0; k < a.port->size; ++k) {
     p.K.push_back({b.row + k, a.row + k, ratio});
     p.K.push_back({a.row + k, b.row + k, -ratio});
@@ -211,12 +212,14 @@ void solve_loop(Plan& p) {
   }
   const double least = p.F.empty() ? 0 : 1e-15 * B.cwiseAbs().maxCoeff();
   p.B = terms(B, least);
-  p.skew = terms((B - B.transpose()) / 2, least), p.sym = terms((B + B.transpose()) / 2, least);
+  p.skew = terms((B - B.transpose()) / 2, least);
+  p.sym = terms((B + B.transpose()) / 2, least);
 }
 
 void describe(Plan& p) {
   Description d;
-  d.name = p.name, d.nx = p.nx();
+  d.name = p.name;
+  d.nx = p.nx();
   const bool alone = p.members.size() == 1;
   d.storages.clear();
   d.traits = {};
@@ -231,9 +234,12 @@ void describe(Plan& p) {
   for (auto& m : p.members) {
     const Description& of = m.model->description();
     const std::string prefix = alone || m.main ? "" : m.name + ".";
-    m.angle = angles, m.stored = int(d.storages.size()), m.powers = int(d.powers.size());
+    m.angle = angles;
+    m.stored = int(d.storages.size());
+    m.powers = int(d.powers.size());
     for (Block b : of.blocks) {
-      b.name = prefix + b.name, b.at += m.x;
+      b.name = prefix + b.name;
+      b.at += m.x;
       if (b.momentum >= 0) b.momentum += m.x;
       if (b.kind == BlockKind::angle) p.turn_of[size_t(b.at)] = angles++;
       d.blocks.push_back(b);
@@ -274,7 +280,8 @@ void describe(Plan& p) {
             refuse(p, "port '" + m.name + "." + port.name +
                           "' has feedthrough and is left open, expected a junction or a source "
                           "behind an element with a state");
-      port.name = (alone || m.main ? "" : m.name + ".") + port.name, port.at = d.nu,
+      port.name = (alone || m.main ? "" : m.name + ".") + port.name;
+      port.at = d.nu;
       d.nu += port.size;
       for (int k = 0; k < port.size; ++k) p.open.push_back(row + k);
       d.ports.push_back(port);
@@ -324,7 +331,10 @@ Network& Network::add(const std::string& name, std::shared_ptr<const Model> memb
 
 Network& Network::main(const std::string& name) {
   for (auto& m : plan_->members)
-    if (m.name == name) return m.main = true, *this;
+    if (m.name == name) {
+      m.main = true;
+      return *this;
+    }
   refuse(*plan_, "has no member '" + name + "'");
 }
 
@@ -367,7 +377,10 @@ Network& Network::zero_junction(const std::string& name, const std::vector<End>&
 Network& Network::couple(const std::vector<std::string>& names, const Matrix& K) {
   std::string where = "the coupling of";
   std::vector<Found> ports;
-  for (const auto& n : names) ports.push_back(find(*plan_, n)), where += " '" + n + "'";
+  for (const auto& n : names) {
+    ports.push_back(find(*plan_, n));
+    where += " '" + n + "'";
+  }
   const auto rows = rows_of(ports);
   require_square(*plan_, K, rows.size(), where + ": K");
   double size = 0;

@@ -77,7 +77,8 @@ MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
     const auto x = random_state(p.description, 1, generator);
     for (int j = 0; j < n; ++j) {
       unit[size_t(j)] = 1;
-      f->apply_structure(x, unit, J), f->apply_dissipation(x, unit, R);
+      f->apply_structure(x, unit, J);
+      f->apply_dissipation(x, unit, R);
       unit[size_t(j)] = 0;
       for (int i = 0; i < n; ++i) all(i, at) = J[size_t(i)] - R[size_t(i)];
       ++at;

@@ -104,7 +104,8 @@ class NetworkSystem final : public System<T> {
     through_ports(x, e, p_.sym, T(-1.0), Re);
     if (p_.laws.empty()) return;
     // A law that is not linear: R(x) has its secant at the flow of x.
-    gradient(x, e_), outputs(x, e_);
+    gradient(x, e_);
+    outputs(x, e_);
     for (size_t k = 0; k < p_.laws.size(); ++k) v_[k] = secant(p_.laws[k], y_[row(p_.laws[k])]);
     outputs(x, e);
     std::fill(u_.begin(), u_.end(), T(0.0));
@@ -150,8 +151,10 @@ class NetworkSystem final : public System<T> {
         T sum(0.0);
         bool any = false;
         for (const auto& f : p_.F)
-          if (f.row >= m.u && f.row < m.u + m.nu)
-            any = true, sum = sum + u_[size_t(f.row)] * T(f.factor) * u_[size_t(f.col)];
+          if (f.row >= m.u && f.row < m.u + m.nu) {
+            any = true;
+            sum = sum + u_[size_t(f.row)] * T(f.factor) * u_[size_t(f.col)];
+          }
         if (any) values[k++] = sum;
       }
     for (const auto& s : p_.sources) values[k++] = (*s.v)(t)*y_[size_t(s.row)];
@@ -170,7 +173,8 @@ class NetworkSystem final : public System<T> {
     if constexpr (requires { to_double(T(0.0)); }) {  // lanes have no clock of their own
       const auto& c = p_.controls[sampled_[i]];
       const size_t n = size_t(c.size);
-      gradient(x, e_), outputs(x, e_);
+      gradient(x, e_);
+      outputs(x, e_);
       for (size_t k = 0; k < c.encoder.size(); ++k) {
         const double now = to_double(unwrapped(size_t(c.encoder[k]), x));
         double& last = memory[n + k];

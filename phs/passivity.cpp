@@ -25,7 +25,8 @@ std::optional<double> beyond_trapezoid(std::span<const double> t, std::span<cons
 
 PassivityReport passivity(std::span<const double> t, std::span<const double> p,
                           std::span<const double> H) {
-  require_size("powers", p.size(), t.size()), require_size("energies", H.size(), t.size());
+  require_size("powers", p.size(), t.size());
+  require_size("energies", H.size(), t.size());
   if (t.empty()) throw InvalidArgument("passivity: no data");
   PassivityReport r;
   double lowest = H[0], moved = 0, largest = std::fabs(H[0]);  // of H - ∫ u·y
@@ -50,9 +51,15 @@ PassivityReport passivity(std::span<const double> t, std::span<const double> p,
     }
     largest = std::max(largest, std::fabs(H[i + 1]));
     const double balance = H[i + 1] - r.supplied;
-    if (balance < lowest) lowest = balance, lowest_at = i + 1;
-    if (balance - lowest > r.violation)
-      r.violation = balance - lowest, r.from = lowest_at, r.to = i + 1;
+    if (balance < lowest) {
+      lowest = balance;
+      lowest_at = i + 1;
+    }
+    if (balance - lowest > r.violation) {
+      r.violation = balance - lowest;
+      r.from = lowest_at;
+      r.to = i + 1;
+    }
   }
   r.rounding = std::numeric_limits<double>::epsilon() * (double(t.size()) * moved + 4 * largest);
   return r;

@@ -29,7 +29,8 @@ Spline::Spline(std::vector<double> x, const std::vector<double>& y, Outside outs
     const double h0 = x[i] - x[i - 1], h1 = x[i + 1] - x[i];
     const double right = 6 * ((y[i + 1] - y[i]) / h1 - (y[i] - y[i - 1]) / h0);
     const double pivot = 2 * (h0 + h1) - h0 * upper[i - 1];
-    upper[i] = h1 / pivot, M[i] = (right - h0 * M[i - 1]) / pivot;
+    upper[i] = h1 / pivot;
+    M[i] = (right - h0 * M[i - 1]) / pivot;
   }
   for (size_t i = n - 1; i-- > 1;) M[i] -= upper[i] * M[i + 1];
 

@@ -26,7 +26,8 @@ constexpr const char* singular_pencil =
 std::optional<Real> solve(Real M, Real B) {
   const auto inverse = [](double size) { return size > 0 ? 1 / size : 1.0; };
   const Eigen::VectorXd r = M.cwiseAbs().rowwise().maxCoeff().unaryExpr(inverse);
-  M = r.asDiagonal() * M, B = r.asDiagonal() * B;
+  M = r.asDiagonal() * M;
+  B = r.asDiagonal() * B;
   const Eigen::VectorXd c = M.cwiseAbs().colwise().maxCoeff().transpose().unaryExpr(inverse);
   const Eigen::FullPivLU<Real> lu(M * c.asDiagonal());
   if (!lu.isInvertible()) return {};
@@ -85,10 +86,14 @@ std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   const auto n = g.A.rows, m = g.D.rows;
   const Real E = view(g.E), A = view(g.A) - sigma * E, B = view(g.B), C = view(g.C), D = view(g.D);
   Real K = Real::Zero(2 * n + m, 2 * n + m), L = K;
-  K.block(0, 0, n, n) = E, K.block(n, n, n, n) = -E.transpose();
-  L.block(0, 0, n, n) = A, L.block(0, 2 * n, n, m) = B;
-  L.block(n, n, n, n) = A.transpose(), L.block(n, 2 * n, n, m) = C.transpose();
-  L.block(2 * n, 0, m, n) = C, L.block(2 * n, n, m, n) = B.transpose();
+  K.block(0, 0, n, n) = E;
+  K.block(n, n, n, n) = -E.transpose();
+  L.block(0, 0, n, n) = A;
+  L.block(0, 2 * n, n, m) = B;
+  L.block(n, n, n, n) = A.transpose();
+  L.block(n, 2 * n, n, m) = C.transpose();
+  L.block(2 * n, 0, m, n) = C;
+  L.block(2 * n, n, m, n) = B.transpose();
   L.block(2 * n, 2 * n, m, m) = D + D.transpose() - gamma * Real::Identity(m, m);
   std::vector<double> omega;
   if (const auto found =
@@ -146,8 +151,11 @@ HermitianMinimum lowest_hermitian_part(const StateSpace& g, double sigma) {
     // Embedded, T + T* has the same eigenvalues, each twice.
     const Real hermitian = embedded(r->re + r->re.transpose(), r->im - r->im.transpose());
     const Eigen::SelfAdjointEigenSolver<Real> solver(hermitian, Eigen::EigenvaluesOnly);
-    if (solver.eigenvalues()(0) < low.value)
-      low.value = solver.eigenvalues()(0), low.omega = omega, low.size = r->size;
+    if (solver.eigenvalues()(0) < low.value) {
+      low.value = solver.eigenvalues()(0);
+      low.omega = omega;
+      low.size = r->size;
+    }
   };
   look(infinity * natural_frequency(g));
   std::vector<double> start;

@@ -43,7 +43,9 @@ class System {
   virtual void rate(T t, std::span<const T> x, std::span<const T> e, std::span<T> dx) = 0;
   /// e = ∂H/∂x(x) where dx = field(t, x, {}) is at hand: read off it if J allows, else gradient().
   virtual void efforts(T t, std::span<const T> x, std::span<const T> dx, std::span<T> e) {
-    (void)t, (void)dx, gradient(x, e);
+    (void)t;
+    (void)dx;
+    gradient(x, e);
   }
   /// Je = J(x) e, for any e.
   virtual void apply_structure(std::span<const T> x, std::span<const T> e, std::span<T> Je) = 0;
@@ -57,14 +59,19 @@ class System {
   virtual void stored(std::span<const T> x, std::span<T> values) { values[0] = hamiltonian(x); }
   /// Each of description().powers at the efforts e [W].
   virtual void powers(T t, std::span<const T> x, std::span<const T> e, std::span<T> values) {
-    (void)t, (void)x, (void)e, (void)values;
+    (void)t;
+    (void)x;
+    (void)e;
+    (void)values;
   }
   /// The declared invariants, one after another.
   virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
   /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no
   /// input.
   virtual void flow(int k, T t, T h, std::span<T> x) {
-    (void)t, (void)h, (void)x;
+    (void)t;
+    (void)h;
+    (void)x;
     throw InvalidArgument("system '" + description().name + "' has no partial flow " +
                           std::to_string(k));
   }
@@ -74,7 +81,10 @@ class System {
   /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes
   /// that of this one.
   virtual void sample(std::size_t i, T t, std::span<const T> x, std::span<double> memory) {
-    (void)i, (void)t, (void)x, (void)memory;
+    (void)i;
+    (void)t;
+    (void)x;
+    (void)memory;
   }
   /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has
   /// none. It belongs to this object, whose turn angles it reads, and must not outlive it.

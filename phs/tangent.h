@@ -45,7 +45,8 @@ template <class T>
 void sincos(Tangent<T> x, Tangent<T>& s, Tangent<T>& c) {
   T sv, cv;
   sincos(x.v, sv, cv);
-  s = {sv, cv * x.d}, c = {cv, -(sv * x.d)};
+  s = {sv, cv * x.d};
+  c = {cv, -(sv * x.d)};
 }
 
 /// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y

@@ -17,7 +17,8 @@ class RateEvaluator : public TimeScale<T> {
     if constexpr (has_gradient) {
       for (int lane = 0; lane < lanes<T>; ++lane)
         systems_.push_back(s.model().template instantiate<Dual>());
-      x_.resize(size_t(s.model().description().nx)), e_.resize(x_.size());
+      x_.resize(size_t(s.model().description().nx));
+      e_.resize(x_.size());
     }
     for (const auto& b : s.model().description().blocks) angles_ += b.kind == BlockKind::angle;
     turned_.resize(angles_);

@@ -14,15 +14,19 @@ template <class T>
 auto lane_of(const T& x, int lane) {
   if constexpr (is_pack<T>)
     return x[lane];
-  else
-    return (void)lane, x;
+  else {
+    (void)lane;
+    return x;
+  }
 }
 template <class T, class U>
 void set_lane(T& x, int lane, U value) {
   if constexpr (is_pack<T>)
     x.set(lane, value);
-  else
-    (void)lane, x = value;
+  else {
+    (void)lane;
+    x = value;
+  }
 }
 
 /// sigma in the scalar T. e = ∂H/∂x(x) is at hand wherever sigma is asked for.

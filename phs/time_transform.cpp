@@ -77,7 +77,8 @@ class TransformedSystem final : public System<T> {
   void gradient(In z, Out out) override {
     const T sigma = read_gradient(z);
     write(k_, out);
-    out[m_.time_at()] = T(0.0), out[m_.energy_at()] = sigma;
+    out[m_.time_at()] = T(0.0);
+    out[m_.energy_at()] = sigma;
   }
   void field(T, In z, In, Out dz) override {
     const T sigma = read_gradient(z);

@@ -64,7 +64,8 @@ void sincos_fast(T x, T& s, T& c) {
 
 inline void sincos(double x, double& s, double& c) {
   if (std::fabs(x) <= trig_fast_limit) return trig::sincos_fast(x, s, c);
-  s = std::sin(x), c = std::cos(x);  // also the way of inf and NaN
+  s = std::sin(x);
+  c = std::cos(x);  // also the way of inf and NaN
 }
 template <int W, bool n>
 void sincos(Pack<double, W, n> x, Pack<double, W, n>& s, Pack<double, W, n>& c) {
@@ -73,18 +74,21 @@ void sincos(Pack<double, W, n> x, Pack<double, W, n>& s, Pack<double, W, n>& c) 
     for (int i = 0; i < W; ++i) {
       double si, ci;
       sincos(x[i], si, ci);
-      s.set(i, si), c.set(i, ci);
+      s.set(i, si);
+      c.set(i, ci);
     }
   }
 }
 inline void sincos(long double x, long double& s, long double& c) {
-  s = std::sin(x), c = std::cos(x);
+  s = std::sin(x);
+  c = std::cos(x);
 }
 inline void sincos(Quad x, Quad& s, Quad& c) { sincosq(x, &s, &c); }
 inline void sincos(Dual x, Dual& s, Dual& c) {
   double sv, cv;
   sincos(x.v, sv, cv);
-  s = {sv, cv * x.d}, c = {cv, -sv * x.d};
+  s = {sv, cv * x.d};
+  c = {cv, -sv * x.d};
 }
 
 template <class T>

@@ -152,7 +152,10 @@ class UserModel : public ModelFor<UserModel<S>> {
         m_.system_.structure(x, e, Je);
       } else {
         const size_t n = e.size() / 2;
-        for (size_t i = 0; i < n; ++i) Je[i] = e[n + i], Je[n + i] = -e[i];
+        for (size_t i = 0; i < n; ++i) {
+          Je[i] = e[n + i];
+          Je[n + i] = -e[i];
+        }
       }
     }
     void apply_dissipation(In x, In e, Out Re) override {

@@ -49,7 +49,9 @@ py::array Rows::check(const char* name, py::handle h, const Shape& item) {
       throw InvalidArgument(fmt::format("{} has shape {}, expected {} or {}", name,
                                         text(a.shape(), size_t(a.ndim())), text(item),
                                         text_of_batch(item)));
-    known_ = true, batched_ = fits(true), first_ = name;
+    known_ = true;
+    batched_ = fits(true);
+    first_ = name;
     rows_ = batched_ ? a.shape(0) : 1;
   } else if (!fits(batched_) || (batched_ && a.shape(0) != rows_)) {
     Shape wanted = item;

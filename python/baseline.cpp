@@ -24,7 +24,10 @@ double loop(const Mechanism& m, const std::string& kernel, size_t calls, int rep
   const auto neutral = m.neutral();
   std::vector<T> q(calls * nq), p(calls * nq), v(calls * nv), a(calls * nq), b(calls * nq),
       M(kernel == "crba" ? calls * nv * nv : 0);
-  for (size_t i = 0; i < q.size(); ++i) q[i] = T(neutral[i % nq] + u(rng)), p[i] = T(u(rng));
+  for (size_t i = 0; i < q.size(); ++i) {
+    q[i] = T(neutral[i % nq] + u(rng));
+    p[i] = T(u(rng));
+  }
   for (auto& x : v) x = T(u(rng));
   double best = HUGE_VAL;
   for (int r = 0; r < repeats; ++r) {

@@ -215,11 +215,17 @@ py::tuple hamiltonian_field_of(const MechanismPtr& m, py::object q, py::object p
 
 template <class T>
 void put(const Vec3<T>& v, T* to) {
-  to[0] = v.x, to[1] = v.y, to[2] = v.z;
+  to[0] = v.x;
+  to[1] = v.y;
+  to[2] = v.z;
 }
 template <class T>
 void put(const Mat3<T>& R, T* to) {  // row by row
-  for (int i = 0; i < 3; ++i) to[3 * i] = R.x[i], to[3 * i + 1] = R.y[i], to[3 * i + 2] = R.z[i];
+  for (int i = 0; i < 3; ++i) {
+    to[3 * i] = R.x[i];
+    to[3 * i + 1] = R.y[i];
+    to[3 * i + 2] = R.z[i];
+  }
 }
 
 py::tuple forward_kinematics_of(const MechanismPtr& m, py::object q, py::object out) {
@@ -233,8 +239,10 @@ py::tuple forward_kinematics_of(const MechanismPtr& m, py::object q, py::object 
             [&]<class T>(Scratch& s, Workspace<T>& w, const auto& a, const auto& o) {
               auto& pose = s.pick<T>(s.pose, s.poses, n);
               forward_kinematics<T>(*m, w, a[0], std::span<Transform<T>>(pose.data(), n));
-              for (size_t b = 0; b < n; ++b)
-                put(pose[b].R, &o[0][9 * b]), put(pose[b].r, &o[1][3 * b]);
+              for (size_t b = 0; b < n; ++b) {
+                put(pose[b].R, &o[0][9 * b]);
+                put(pose[b].r, &o[1][3 * b]);
+              }
             });
   return py::make_tuple(R, x);
 }
@@ -253,7 +261,8 @@ py::tuple body_pose_of(const MechanismPtr& m, py::object q, const std::string& b
               const std::span<Transform<T>> all(pose.data(), n);
               forward_kinematics<T>(*m, w, a[0], all);
               const Transform<T> p = body_pose<T>(*m, frame, all);
-              put(p.R, &o[0][0]), put(p.r, &o[1][0]);
+              put(p.R, &o[0][0]);
+              put(p.r, &o[1][0]);
             });
   return py::make_tuple(R, x);
 }
@@ -367,7 +376,8 @@ R: (bodies, 3, 3) or (n, bodies, 3, 3), columns are the body's axes; r: (bodies,
         return simple(mech, "q", q, nq(mech), "p", p, nq(mech), out, Shape{6},
                       [&]<class T>(Scratch&, Workspace<T>& w, const auto& a, const auto& o) {
                         const Momentum<T> h = momentum<T>(*mech, w, a[0], a[1]);
-                        put(h.angular, &o[0][0]), put(h.linear, &o[0][3]);
+                        put(h.angular, &o[0][0]);
+                        put(h.linear, &o[0][3]);
                       });
       },
       arg("mechanism"), arg("q"), arg("p"), arg("out") = none,

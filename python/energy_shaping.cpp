@@ -54,17 +54,26 @@ py::dict run_of(const es::Run& r) {
     return as_array(std::move(a), {n, n ? py::ssize_t(rows[0].size()) : 0});
   };
   py::dict d;
-  d["t"] = as_array(r.t), d["H"] = as_array(r.H);
-  d["x"] = table(r.x), d["u"] = table(r.u);
-  d["peak"] = r.peak, d["rise"] = r.rise, d["dissipated"] = r.dissipated;
-  d["injected"] = r.injected, d["finished"] = r.finished, d["outcome"] = r.outcome;
+  d["t"] = as_array(r.t);
+  d["H"] = as_array(r.H);
+  d["x"] = table(r.x);
+  d["u"] = table(r.u);
+  d["peak"] = r.peak;
+  d["rise"] = r.rise;
+  d["dissipated"] = r.dissipated;
+  d["injected"] = r.injected;
+  d["finished"] = r.finished;
+  d["outcome"] = r.outcome;
   return d;
 }
 
 es::Region region_of(const std::vector<double>& lower, const std::vector<double>& upper,
                      double rate, int samples) {
   es::Region r;
-  r.lower = lower, r.upper = upper, r.rate = rate, r.samples = samples;
+  r.lower = lower;
+  r.upper = upper;
+  r.rate = rate;
+  r.samples = samples;
   return r;
 }
 
@@ -312,8 +321,11 @@ finished, outcome. period of the controller [s], a multiple of step; 0: continuo
          double step, double settled) {
         es::CertifyOptions o;
         o.region = region_of(lower, upper, rate, samples);
-        o.starts = std::move(starts), o.periods = std::move(periods), o.settled = settled;
-        o.run.duration = duration, o.run.step = step;
+        o.starts = std::move(starts);
+        o.periods = std::move(periods);
+        o.settled = settled;
+        o.run.duration = duration;
+        o.run.step = step;
         const py::gil_scoped_release released;
         return es::certify(loop, o);
       },

@@ -85,10 +85,18 @@ final_observations. Arrays are views, (count, ...), written by reset() and step(
                       std::int64_t longest, int threads, std::vector<std::string> ports,
                       std::vector<int> observed, bool outputs, py::object begin, py::object ended) {
             EnvironmentOptions o;
-            o.count = count, o.method = method, o.step = step, o.substeps = substeps;
-            o.seed = seed, o.longest = longest, o.threads = threads, o.outputs = outputs;
-            o.ports = std::move(ports), o.observed = std::move(observed);
-            o.begin = begin_of(begin), o.ended = ended_of(ended);
+            o.count = count;
+            o.method = method;
+            o.step = step;
+            o.substeps = substeps;
+            o.seed = seed;
+            o.longest = longest;
+            o.threads = threads;
+            o.outputs = outputs;
+            o.ports = std::move(ports);
+            o.observed = std::move(observed);
+            o.begin = begin_of(begin);
+            o.ended = ended_of(ended);
             auto x = numbers("start", start, size_t(model->description().nx));
             const py::gil_scoped_release released;
             return std::make_unique<Environment>(std::move(model), std::move(x), std::move(o));

@@ -37,7 +37,8 @@ py::tuple run(Method& m, State& s, std::int64_t steps, std::int64_t every) {
         "steps is {} and every is {}, expected steps >= 0 and every >= 1", steps, every));
   const size_t n = s.x.size();
   std::vector<double> t, x;
-  t.reserve(size_t(steps / every) + 1), x.reserve((size_t(steps / every) + 1) * n);
+  t.reserve(size_t(steps / every) + 1);
+  x.reserve((size_t(steps / every) + 1) * n);
   const auto record = [&] {
     t.push_back(m.integrator->time(s));
     x.insert(x.end(), s.x.begin(), s.x.end());
@@ -189,8 +190,13 @@ after every `every`-th step. Ctrl-C stops between steps; the state is then where
          double atol, int max_sweeps, Solver solver, bool lanes, double binding,
          double iteration_tolerance) {
         Options o;
-        o.rtol = rtol, o.atol = atol, o.max_sweeps = max_sweeps, o.solver = solver;
-        o.lanes = lanes, o.binding = binding, o.iteration_tolerance = iteration_tolerance;
+        o.rtol = rtol;
+        o.atol = atol;
+        o.max_sweeps = max_sweeps;
+        o.solver = solver;
+        o.lanes = lanes;
+        o.binding = binding;
+        o.iteration_tolerance = iteration_tolerance;
         auto made = make_integrator(name, *model, step, o);
         return std::make_unique<Method>(Method{std::move(model), std::move(made)});
       },

@@ -36,7 +36,10 @@ void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& wor
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (!advance || tell.is_none()) return;
     const double f = advance->fraction;
-    if (f != told) told = f, tell(f, advance->spent.load(), advance->left.load());
+    if (f != told) {
+      told = f;
+      tell(f, advance->spent.load(), advance->left.load());
+    }
   };
   for (;;) {
     {

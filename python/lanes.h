@@ -41,8 +41,14 @@ class Lanes {
     std::array<std::span<Pack>, O> out;
     size_t at = 0;
     for (size_t k = 0; k < I; ++k)
-      if (in_[k].data) in[k] = {packs_.data() + at, in_[k].n}, at += in_[k].n;
-    for (size_t k = 0; k < O; ++k) out[k] = {packs_.data() + at, out_[k].n}, at += out_[k].n;
+      if (in_[k].data) {
+        in[k] = {packs_.data() + at, in_[k].n};
+        at += in_[k].n;
+      }
+    for (size_t k = 0; k < O; ++k) {
+      out[k] = {packs_.data() + at, out_[k].n};
+      at += out_[k].n;
+    }
     size_t r = 0;
     for (; r + W <= rows; r += W) {
       load(r, W);

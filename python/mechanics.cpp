@@ -52,7 +52,11 @@ mechanics::Mat3<double> matrix3(const char* name, py::handle rows) {
     throw InvalidArgument(
         fmt::format("{} has shape ({}, {}), expected (3, 3)", name, a.rows, a.cols));
   mechanics::Mat3<double> m;
-  for (int i = 0; i < 3; ++i) m.x[i] = a(i, 0), m.y[i] = a(i, 1), m.z[i] = a(i, 2);
+  for (int i = 0; i < 3; ++i) {
+    m.x[i] = a(i, 0);
+    m.y[i] = a(i, 1);
+    m.z[i] = a(i, 2);
+  }
   return m;
 }
 
@@ -257,7 +261,8 @@ UrdfOptions options_of(const std::string& base, py::object gravity, bool massles
   o.gravity = vector3("gravity", gravity);
   if (massless) o.links_without_inertia = UrdfOptions::NoInertia::massless;
   o.rotor_inertia = rotor_inertia;
-  o.accept_unphysical_inertia = accept, o.use_damping = use_damping;
+  o.accept_unphysical_inertia = accept;
+  o.use_damping = use_damping;
   return o;
 }
 

@@ -139,7 +139,8 @@ void bind_linear(py::module_& m) {
       [](py::object J, py::object G, py::object R, py::object Q, py::object E,
          const std::string& name) {
         LinearMatrices a;
-        a.J = matrix("J", J), a.G = matrix("G", G);
+        a.J = matrix("J", J);
+        a.G = matrix("G", G);
         if (!R.is_none()) a.R = matrix("R", R);
         if (!Q.is_none()) a.Q = matrix("Q", Q);
         if (!E.is_none()) a.E = matrix("E", E);

@@ -31,7 +31,9 @@ template <class Options>
 void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
   o.stop = &stop;
   o.progress = [&](double fraction, double spent, double left) {
-    advance.spent = spent, advance.left = left, advance.fraction = fraction;
+    advance.spent = spent;
+    advance.left = left;
+    advance.fraction = fraction;
   };
 }
 
@@ -74,7 +76,10 @@ class Columns {
   py::array part(size_t first, size_t columns, const py::dtype& type, bool matrix) {
     const auto width = py::ssize_t(layout_.size() * sizeof(double));
     Shape shape{count_}, strides{width};
-    if (matrix) shape.push_back(py::ssize_t(columns)), strides.push_back(sizeof(double));
+    if (matrix) {
+      shape.push_back(py::ssize_t(columns));
+      strides.push_back(sizeof(double));
+    }
     return py::array(type, shape, strides, rows_.data() + first, rows_);
   }
   RecordLayout layout_;
@@ -161,10 +166,12 @@ void bind_reader(py::module_& m) {
             const Shape shape(d.shape.begin(), d.shape.end());
             if (d.kind == Hdf5Reader::Kind::integer) {
               py::array_t<std::int64_t> a(shape);
-              return f.read(name, a.mutable_data()), a;
+              f.read(name, a.mutable_data());
+              return a;
             }
             py::array_t<double> a(shape);
-            return f.read(name, a.mutable_data()), a;
+            f.read(name, a.mutable_data());
+            return a;
           },
           arg("name"), "A dataset as an array, or its text.")
       .def(

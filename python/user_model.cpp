@@ -27,7 +27,8 @@ using Plain = std::conditional_t<phs::is_pack<T>, double, T>;
 template <class T>
 py::object lane_array(std::span<const T> x, int lane) {
   if constexpr (!phs::is_pack<T>) {
-    return (void)lane, to_python(x);
+    (void)lane;
+    return to_python(x);
   } else {
     std::vector<double> v(x.size());
     for (size_t i = 0; i < v.size(); ++i) v[i] = x[i][lane];
@@ -38,7 +39,8 @@ py::object lane_array(std::span<const T> x, int lane) {
 template <class T>
 void put_lane(py::handle result, std::span<T> out, int lane, const std::string& who) {
   if constexpr (!phs::is_pack<T>) {
-    (void)lane, from_python<T>(result, out, who);
+    (void)lane;
+    from_python<T>(result, out, who);
   } else {
     std::vector<double> v(out.size());
     from_python<double>(result, std::span<double>(v), who);
@@ -48,9 +50,10 @@ void put_lane(py::handle result, std::span<T> out, int lane, const std::string& 
 
 template <class T>
 void put_lane(py::handle result, T& out, int lane, const std::string& who) {
-  if constexpr (!phs::is_pack<T>)
-    (void)lane, out = from_python<T>(result, who);
-  else
+  if constexpr (!phs::is_pack<T>) {
+    (void)lane;
+    out = from_python<T>(result, who);
+  } else
     out.set(lane, from_python<double>(result, who));
 }
 
@@ -66,9 +69,14 @@ class PythonSystem {
                               (std::string(needed) == "hamiltonian" ? "x" : "") + "), which " +
                               kind_of(object) + " does not have");
     description_ = object.attr("description")().cast<phs::Description>();
-    gradient_ = has("gradient"), structure_ = has("structure");
-    dissipation_ = has("dissipation"), input_ = has("input"), drive_ = has("drive");
-    invariants_ = has("invariants"), stored_ = has("stored"), powers_ = has("powers");
+    gradient_ = has("gradient");
+    structure_ = has("structure");
+    dissipation_ = has("dissipation");
+    input_ = has("input");
+    drive_ = has("drive");
+    invariants_ = has("invariants");
+    stored_ = has("stored");
+    powers_ = has("powers");
     flow_ = has("flow");
     auto& d = description_;
     if (!structure_ && d.nx % 2 != 0)
@@ -131,7 +139,10 @@ class PythonSystem {
   void structure(std::span<const T> x, std::span<const T> e, std::span<T> Je) const {
     if (structure_) return evaluate("structure", Je, x, e);
     const size_t n = e.size() / 2;
-    for (size_t i = 0; i < n; ++i) Je[i] = e[n + i], Je[n + i] = -e[i];
+    for (size_t i = 0; i < n; ++i) {
+      Je[i] = e[n + i];
+      Je[n + i] = -e[i];
+    }
   }
   template <class T>
   void dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) const {
@@ -169,9 +180,14 @@ class PythonSystem {
       for (size_t i = 0; i < w.size(); ++i) sum = sum + e[i] * w[i];
       return sum;
     };
-    if (dissipation_ && !description_.traits.lossless)
-      dissipation(x, e, std::span<T>(w)), values[k++] = along();
-    if (drive_) timed("drive", t, std::span<T>(w), x), values[k] = along();
+    if (dissipation_ && !description_.traits.lossless) {
+      dissipation(x, e, std::span<T>(w));
+      values[k++] = along();
+    }
+    if (drive_) {
+      timed("drive", t, std::span<T>(w), x);
+      values[k] = along();
+    }
   }
   template <class T>
   void flow(int k, T t, T h, std::span<T> x) const {

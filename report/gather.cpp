@@ -33,8 +33,10 @@ class Gathered {
     const fs::path checkpoint = folder_ / "checkpoint";
     comparison_ = json_file(folder_ / "compare.json");
     summary_ = json_file(folder_ / "summary.json");
-    if (summary_.is_object() && !readable(summary_))
-      summary_ = nullptr, miss("summary.json is no summary of Porthos, or damaged");
+    if (summary_.is_object() && !readable(summary_)) {
+      summary_ = nullptr;
+      miss("summary.json is no summary of Porthos, or damaged");
+    }
     const bool run = fs::exists(folder_ / "run.h5"), phases = fs::exists(folder_ / "phase_1"),
                begun = scene::has_checkpoint(checkpoint);
     if (!run && !phases && !begun && summary_.is_null() && comparison_.is_null() &&
@@ -164,7 +166,8 @@ class Gathered {
         if (!moving || k + 1 == count) return;
         moving->state = scene::read_checkpoint(folder / "end").state;
         const size_t own = size_t(moving->model->description().nx);  // in orbit the orbit follows
-        moving->state.x.resize(own), moving->state.lo.resize(own);
+        moving->state.x.resize(own);
+        moving->state.lo.resize(own);
         for (scene::Event e : scene_->events) {
           using Type = scene::Event::Type;
           const bool soft = e.type == Type::engage || e.type == Type::disengage;

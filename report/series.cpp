@@ -17,7 +17,8 @@ std::string base64(const void* bytes, size_t size) {
   for (size_t i = 0; i < size; i += 3) {
     const unsigned two = i + 1 < size ? b[i + 1] : 0u, three = i + 2 < size ? b[i + 2] : 0u;
     const unsigned word = unsigned(b[i]) << 16 | two << 8 | three;
-    text += digits[word >> 18], text += digits[word >> 12 & 63];
+    text += digits[word >> 18];
+    text += digits[word >> 12 & 63];
     text += i + 1 < size ? digits[word >> 6 & 63] : '=';
     text += i + 2 < size ? digits[word & 63] : '=';
   }
@@ -69,9 +70,18 @@ std::vector<float> Thinned::thin(const std::string& name, F f) const {
         continue;
       }
       if (i == begin_[k + 1]) ++k;
-      if (i == begin_[k] || std::isnan(low)) low = high = x, low_first = true;
-      if (x > high) high = x, low_first = true;
-      if (x < low) low = x, low_first = false;
+      if (i == begin_[k] || std::isnan(low)) {
+        low = high = x;
+        low_first = true;
+      }
+      if (x > high) {
+        high = x;
+        low_first = true;
+      }
+      if (x < low) {
+        low = x;
+        low_first = false;
+      }
       if (i + 1 == begin_[k + 1]) {
         out.push_back(float(low_first ? low : high));
         out.push_back(float(low_first ? high : low));

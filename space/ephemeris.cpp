@@ -100,7 +100,8 @@ Vec3d DatedEphemeris::position(double t) const {
   Vec3d b1{0, 0, 0}, b2 = b1;  // Clenshaw
   for (size_t k = terms; k-- > 1;) {
     const Vec3d b = c_[k] + 2 * x * b1 - b2;
-    b2 = b1, b1 = b;
+    b2 = b1;
+    b1 = b;
   }
   return c_[0] + x * b1 - b2;
 }

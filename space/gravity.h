@@ -28,7 +28,10 @@ T zonal_field(T mu, T a, const Vec3<T>& k, const Zonals& J, const Vec3<T>& r,
   for (int n = 2; n <= 6; ++n) {
     const T P_next = (T(2.0 * n - 1) * u * P - T(n - 1.0) * P_before) / T(double(n));
     const T D_next = D_before + T(2.0 * n - 1) * P;
-    P_before = P, P = P_next, D_before = D, D = D_next;
+    P_before = P;
+    P = P_next;
+    D_before = D;
+    D = D_next;
     scale = scale * ratio;
     const T c = scale * T(J[size_t(n - 2)]);
     V = V + c * P;

@@ -29,10 +29,12 @@ void universal_functions(T beta, T s, T& G1, T& G2, T& G3) {
       t2 = -t2 * x / T(double((2 * k + 1) * (2 * k + 2)));
       t3 = -t3 * x / T(double((2 * k + 2) * (2 * k + 3)));
       const T before2 = c2, before3 = c3;
-      c2 = c2 + t2, c3 = c3 + t3;
+      c2 = c2 + t2;
+      c3 = c3 + t3;
       if (c2 == before2 && c3 == before3) break;
     }
-    G2 = s * s * c2, G3 = s * s * s * c3;
+    G2 = s * s * c2;
+    G3 = s * s * s * c3;
     G1 = s - beta * G3;
     return;
   }
@@ -96,8 +98,10 @@ PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {
   T near = zero, far = direction * two_pi / phs::sqrt(phs::abs(beta));
   if (beta <= zero) {
     if (!(phs::abs(far) < phs::abs(time / r0))) far = time / r0;
-    for (int i = 0; i < 2000 && (time_at(far) - time) * direction < zero; ++i)
-      near = far, far = far * T(2.0);
+    for (int i = 0; i < 2000 && (time_at(far) - time) * direction < zero; ++i) {
+      near = far;
+      far = far * T(2.0);
+    }
   }
   T s = time / r0;
   if ((s - far) * direction > zero || beta <= zero) s = T(0.5) * (near + far);
@@ -117,9 +121,10 @@ PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {
     const T move = phs::abs(next - s);
     s = next;
     if (move == zero) break;
-    if (move < smallest)
-      smallest = move, stalled = 0;
-    else if (move < T(1e-6) * phs::abs(s) && ++stalled > 2)
+    if (move < smallest) {
+      smallest = move;
+      stalled = 0;
+    } else if (move < T(1e-6) * phs::abs(s) && ++stalled > 2)
       break;
   }
   time_at(s);

@@ -18,8 +18,10 @@ LongSum split(OrbitReal x) { return {double(x), double(x - OrbitReal(double(x)))
 void append(LedgerReport& to, const LedgerReport& next) {
   // Of the defect since the start no more is known than this bound.
   to.largest_defect = std::max(to.largest_defect, std::fabs(to.defect) + next.largest_defect);
-  to.change += next.change, to.defect += next.defect;
-  to.scale = std::max(to.scale, next.scale), to.turned_over += next.turned_over;
+  to.change += next.change;
+  to.defect += next.defect;
+  to.scale = std::max(to.scale, next.scale);
+  to.turned_over += next.turned_over;
   for (const auto& [name, joule] : next.works) {
     const auto known = std::find_if(to.works.begin(), to.works.end(),
                                     [&n = name](const auto& w) { return w.first == n; });
@@ -31,9 +33,11 @@ void append(LedgerReport& to, const LedgerReport& next) {
 }
 
 void append(SpaceReport& to, const SpaceReport& next) {
-  append(to.orbital, next.orbital), append(to.coupling, next.coupling);
+  append(to.orbital, next.orbital);
+  append(to.coupling, next.coupling);
   append(to.harmonics, next.harmonics);
-  to.gradient_work += next.gradient_work, to.plates_work += next.plates_work;
+  to.gradient_work += next.gradient_work;
+  to.plates_work += next.plates_work;
   to.angular_momentum = std::max(to.angular_momentum, next.angular_momentum);
   to.angular_impulse += next.angular_impulse;
   to.angular_defect = std::max(to.angular_defect, next.angular_defect);
@@ -43,8 +47,10 @@ void append(SpaceReport& to, const SpaceReport& next) {
 void LongSum::add(double x) { phs::compensated_add(value, low, x); }
 
 void SpaceLedgers::Balance::look(OrbitReal value, OrbitReal off) {
-  last = double(value), defect = double(off);
-  worst = std::max(worst, std::fabs(defect)), scale = std::max(scale, std::fabs(last));
+  last = double(value);
+  defect = double(off);
+  worst = std::max(worst, std::fabs(defect));
+  scale = std::max(scale, std::fabs(last));
 }
 
 LedgerReport SpaceLedgers::Balance::report(const char* name) const {
@@ -56,7 +62,9 @@ void SpaceLedgers::start(const Reading& r) {
   Data& d = data_;
   d.started = 1;
   d.orbital_0 = split(r.orbital);
-  d.orbital.first = double(r.orbital), d.gradient.first = r.gradient, d.zonal.first = r.zonal;
+  d.orbital.first = double(r.orbital);
+  d.gradient.first = r.gradient;
+  d.zonal.first = r.zonal;
   for (int k = 0; k < 3; ++k) d.L_0[k] = split(r.L[k]);
   look(r);
 }
@@ -102,7 +110,8 @@ SpaceReport SpaceLedgers::report() const {
   r.harmonics = d.zonal.report("harmonics");
   r.harmonics.works = {{"to_orbit", d.orbit[zonal].value}};
   r.coupling.turned_over = d.turned_over;
-  r.gradient_work = d.internal.value, r.plates_work = d.plates;
+  r.gradient_work = d.internal.value;
+  r.plates_work = d.plates;
   r.angular_momentum = d.L_largest;
   r.angular_impulse = std::hypot(d.impulse[0].value, d.impulse[1].value, d.impulse[2].value);
   r.angular_defect = d.L_largest > 0 ? d.L_worst / d.L_largest : d.L_worst;

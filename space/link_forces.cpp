@@ -72,8 +72,12 @@ template <class T>
 void LinkForces<T>::project() {
   const auto& nodes = m_.nodes();
   const auto put = [&](size_t at, const Vec3<T>& n, const Vec3<T>& f) {
-    force_[at] = n.x, force_[at + 1] = n.y, force_[at + 2] = n.z;
-    force_[at + 3] = f.x, force_[at + 4] = f.y, force_[at + 5] = f.z;
+    force_[at] = n.x;
+    force_[at + 1] = n.y;
+    force_[at + 2] = n.z;
+    force_[at + 3] = f.x;
+    force_[at + 4] = f.y;
+    force_[at + 5] = f.z;
   };
   Vec3<T> others{T(0.0), T(0.0), T(0.0)}, about = others;  // of all trees but the base's
   for (size_t i = nodes.size(); i-- > 0;) {

@@ -21,7 +21,10 @@ OrbitPoint load_point(std::span<const double> x, std::span<const double> lo) {
 
 void store_point(const OrbitPoint& p, std::span<double> x, std::span<double> lo) {
   const OrbitReal values[] = {p.r.x, p.r.y, p.r.z, p.v.x, p.v.y, p.v.z};
-  for (size_t i = 0; i < 6; ++i) x[i] = double(values[i]), lo[i] = double(values[i] - x[i]);
+  for (size_t i = 0; i < 6; ++i) {
+    x[i] = double(values[i]);
+    lo[i] = double(values[i] - x[i]);
+  }
 }
 
 const char* to_string(OrbitSource s) {
@@ -80,7 +83,10 @@ std::optional<double> OrbitMotion::drift_above_surface(OrbitPoint& p, OrbitReal 
                     e2 = 1 - beta * h2 / (mu_ * mu_);
     meets = h2 / (mu_ * (1 + std::sqrt(std::max(e2, OrbitReal(0))))) < radius;
   }
-  if (!meets) return p = *end, std::nullopt;
+  if (!meets) {
+    p = *end;
+    return std::nullopt;
+  }
   OrbitReal above = 0, below = dt;
   for (int i = 0; i < 64; ++i) {
     const OrbitReal middle = (above + below) / 2;
@@ -189,7 +195,8 @@ OrbitPropagator::OrbitPropagator(Environment environment, double mass,
     : motion_(std::move(environment), mass), scheme_(split_scheme(scheme)), h_(h) {
   check_orbit(motion_.environment().planet, start, false);
   store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x_, lo_);
-  energy_0_ = motion_.energy(point()), zonal_0_ = motion_.zonal_energy(point());
+  energy_0_ = motion_.energy(point());
+  zonal_0_ = motion_.zonal_energy(point());
 }
 
 void OrbitPropagator::step() {

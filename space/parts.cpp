@@ -102,21 +102,24 @@ class PartsSystem final : public phs::Forwarding<T> {
     place(x);
     clear_inputs();
     add_elastic();
-    add_losses(x, e_), add_sources(t, x);
+    add_losses(x, e_);
+    add_sources(t, x);
     add_to(x, dx);
   }
   void rate(T t, In x, In e, Out dx) override {
     inner_.rate(t, x, e, dx);
     place(x);
     clear_inputs();
-    add_losses(x, e), add_sources(t, x);
+    add_losses(x, e);
+    add_sources(t, x);
     add_to(x, dx);
   }
   void efforts(T t, In x, In dx, Out e) override {
     std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
     place(x);
     clear_inputs();
-    add_losses(x, e_), add_sources(t, x);
+    add_losses(x, e_);
+    add_sources(t, x);
     inner_.apply_input(x, u_, Gu_);
     for (size_t i = 0; i < 2 * nq_; ++i) Gu_[i] = dx[i] - Gu_[i];
     inner_.efforts(t, x, Gu_, e);
@@ -205,7 +208,8 @@ class PartsSystem final : public phs::Forwarding<T> {
   Ends ends(size_t k) const {
     const auto &a = placed_.a[k], &b = placed_.b[k];
     Ends e{world(a), world(b), {}, {}, {}};
-    e.A = e.on_link.R * Mat3<T>(a.axes), e.B = e.on_body.R * Mat3<T>(b.axes);
+    e.A = e.on_link.R * Mat3<T>(a.axes);
+    e.B = e.on_body.R * Mat3<T>(b.axes);
     e.d = e.on_body.r - e.on_link.r;
     return e;
   }
@@ -400,7 +404,8 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
   for (auto i : inner.invariants) {
     if (i.name == "linear_momentum" && !parts.thrusters.empty()) continue;
     if (i.name == "angular_momentum" && pushed) continue;
-    i.at = at, at += i.size;
+    i.at = at;
+    at += i.size;
     d.invariants.push_back(std::move(i));
   }
   return d;

@@ -21,7 +21,10 @@ PlateForces::PlateForces(const Mechanism& m, const std::vector<Plate>& plates)
 
 void PlateForces::place(std::span<const double> q) {
   on_.place(q);
-  for (auto& p : plates_) p.n = on_.axes(p.node) * p.normal, p.drag = p.light = {0, 0, 0};
+  for (auto& p : plates_) {
+    p.n = on_.axes(p.node) * p.normal;
+    p.drag = p.light = {0, 0, 0};
+  }
 }
 
 Vec3d PlateForces::drag(const Vec3d& through, double density) {

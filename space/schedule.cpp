@@ -32,7 +32,8 @@ Schedule Schedule::pulses(double start, double period, double width, long count)
   std::vector<double> list;
   for (long k = 0; k < count; ++k) {
     const double on = start + double(k) * period;
-    list.push_back(on), list.push_back(on + width);
+    list.push_back(on);
+    list.push_back(on + width);
   }
   return Schedule(std::move(list));
 }

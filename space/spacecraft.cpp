@@ -28,7 +28,8 @@ phs::Description describe(const phs::Description& internal, const Parts& parts, 
   int at = 0;
   for (auto i : internal.invariants) {
     if (i.name == "angular_momentum") continue;
-    i.at = at, at += i.size;
+    i.at = at;
+    at += i.size;
     d.invariants.push_back(std::move(i));
   }
   return d;
@@ -102,8 +103,10 @@ class SpacecraftSystem final : public phs::Forwarding<T> {
     zonal_field(T(env.planet.mu), T(env.planet.radius), Vec3<T>(env.planet.axis), env.planet.J, R,
                 zonal);
     const Vec3<T> a = k * R + zonal + T(1 / model_.orbit().mass()) * gradient_.reaction();
-    for (int i = 0; i < 3; ++i)
-      dx[n_ + size_t(i)] = x[n_ + 3 + size_t(i)], dx[n_ + 3 + size_t(i)] = a[i];
+    for (int i = 0; i < 3; ++i) {
+      dx[n_ + size_t(i)] = x[n_ + 3 + size_t(i)];
+      dx[n_ + 3 + size_t(i)] = a[i];
+    }
   }
 
   const Spacecraft& model_;
@@ -148,8 +151,10 @@ std::vector<double> Spacecraft::state(std::span<const double> internal,
     const size_t at = size_t(n.q);
     const auto xi = mechanics::Quaternion<double>::load(&x[at + base_attitude]);
     const Vec3d back = mechanics::rotation_matrix(xi).tmul((1 / m.total_mass()) * P);
-    for (int k = 0; k < 3; ++k)
-      v[size_t(n.v + 3 + k)] -= back[k], q[at + size_t(base_position + k)] -= c[k];
+    for (int k = 0; k < 3; ++k) {
+      v[size_t(n.v + 3 + k)] -= back[k];
+      q[at + size_t(base_position + k)] -= c[k];
+    }
     const double off = mechanics::norm(Vec3d{q[at], q[at + 1], q[at + 2]});
     if (!(off <= 1e-3 * mechanics::norm(centre.r)))
       throw InvalidArgument(

@@ -66,7 +66,8 @@ void SplitIntegrator::gather(const State& s) {
   inside_.turns = s.turns;
   for (size_t i = 0; i < turn_angles_.size(); ++i)
     turn_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
-  gradient_.set_turn_angles(turn_angles_), plates_.set_turn_angles(turn_angles_);
+  gradient_.set_turn_angles(turn_angles_);
+  plates_.set_turn_angles(turn_angles_);
   push_.set_turn_angles(turn_angles_);
   w_.turn_angle = turn_angles_;
 }
@@ -169,8 +170,10 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
 
   gradient_.momentum_rates(q_, change_);
   if (push_.count() > 0) {
-    for (size_t i = 0; i < nq_; ++i)
-      place_[i] = q_[i], place_[nq_ + i] = inside_.x[nq_ + i] + inside_.lo[nq_ + i];
+    for (size_t i = 0; i < nq_; ++i) {
+      place_[i] = q_[i];
+      place_[nq_ + i] = inside_.x[nq_ + i] + inside_.lo[nq_ + i];
+    }
     push_.evaluate(place_, Vec3d(p.r), t, middle);
     for (size_t k = 0; k < push_.count(); ++k)
       push_.momentum_rates(q_, push_.joint_forces(k), change_);
@@ -239,7 +242,8 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   const std::span<double> x(s.x), lo(s.lo);
   OrbitPoint p = load_point(x.subspan(n_internal_), lo.subspan(n_internal_));
   const SpaceLedgers before = ledgers_;
-  inner_before_.clear(), inner_->save(inner_before_);
+  inner_before_.clear();
+  inner_->save(inner_before_);
   works_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
@@ -250,16 +254,19 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     const double dt = scheme_.drift[i] * h;
     const Outcome o = inner_->advance_with_books(here, dt, inside_);
     if (o != Outcome::ok) {
-      ledgers_ = before, inner_->restore(inner_before_);
+      ledgers_ = before;
+      inner_->restore(inner_before_);
       return o;
     }
     auto count = inner_->cost();
-    ++count.steps, inner_->set_cost(count);  // advance() leaves that to its caller
+    ++count.steps;
+    inner_->set_cost(count);  // advance() leaves that to its caller
     const auto own = inner_->works();
     for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
     if (const auto after = model_.orbit().drift_above_surface(p, dt)) {
       trouble_ = fmt::format("below the surface at t = {:.10g} s", here + *after);
-      return ledgers_ = before, Outcome::failed;
+      ledgers_ = before;
+      return Outcome::failed;
     }
     here += dt;
   }
@@ -281,6 +288,9 @@ integrators::Cost SplitIntegrator::cost() const {
   return c;
 }
 
-void SplitIntegrator::set_cost(const integrators::Cost& c) { inner_->set_cost(c), cost_ = c; }
+void SplitIntegrator::set_cost(const integrators::Cost& c) {
+  inner_->set_cost(c);
+  cost_ = c;
+}
 
 }  // namespace porthos::space

@@ -74,8 +74,10 @@ const std::vector<SplitScheme>& split_schemes() {
     const double c[] = {1.0 / 72, (13 - 5 * s5) / 288, (3861 - 791 * std::sqrt(21.0)) / 64800};
     for (size_t i = 1; i <= 3; ++i) {
       SplitScheme s = list[i];
-      s.name += "c", s.title += ", corrected";
-      s.order = 4, s.corrector = c[i - 1];
+      s.name += "c";
+      s.title += ", corrected";
+      s.order = 4;
+      s.corrector = c[i - 1];
       s.source = "Laskar, Robutel 2001 (Celest. Mech. Dyn. Astron. 80), S-BABC_n";
       list.push_back(std::move(s));
     }

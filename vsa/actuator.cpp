@@ -71,11 +71,13 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
     l_.elastic = a.elastic;
     phs::Description& d = l_.description;
     const ElasticTraits& traits = a.elastic->traits();
-    d.name = "actuator " + traits.family, d.storages = {"spring"};
+    d.name = "actuator " + traits.family;
+    d.storages = {"spring"};
     d.blocks = {{"link", phs::BlockKind::linear, 0, 1, -1, "rad", ""},
                 {"theta", phs::BlockKind::linear, 1, 1, -1, "rad", ""}};
     d.ports = {{"link", phs::PortKind::flow_in, 1, 0, "rad/s", "N m", true}};
-    d.nx = 2, d.nu = 1;
+    d.nx = 2;
+    d.nu = 1;
     l_.axes[0].at = 1;
     if (!traits.sigma.empty()) {
       l_.axes[1].at = d.nx++;
@@ -85,7 +87,8 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
       Layout::Axis& axis = l_.axes[second];
       const Drive& drive = second ? a.sigma : a.theta;
       if (axis.at < 0) continue;
-      axis.kind = drive.kind, axis.p = drive.p;
+      axis.kind = drive.kind;
+      axis.p = drive.p;
       const std::string name = second ? "sigma" : "theta";
       const std::string unit = second ? traits.sigma_unit : "rad";
       const std::string effort = unit == "rad" ? "N m" : unit == "m" ? "N" : "J";
@@ -96,7 +99,8 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
         axis.per_inertia = 1 / axis.inertia;
         axis.damping = drive.gear * drive.gear * drive.viscous;
         auto& block = d.blocks[size_t(axis.at)];
-        block.momentum = axis.momentum, block.momentum_unit = effort + " s";
+        block.momentum = axis.momentum;
+        block.momentum_unit = effort + " s";
         axis.port = d.nu++;
         d.ports.push_back({name, phs::PortKind::effort_in, 1, axis.port, effort, rate});
         axis.stored = int(d.storages.size());
@@ -110,7 +114,9 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
         axis.port = d.nu++;
         d.ports.push_back({name, phs::PortKind::flow_in, 1, axis.port, rate, effort});
       } else if (drive.kind == Kind::servo) {
-        axis.servo = d.nx, d.nx += 2, axis.command = drive.command;
+        axis.servo = d.nx;
+        d.nx += 2;
+        axis.command = drive.command;
         d.blocks.push_back({name + ".rate", phs::BlockKind::linear, axis.servo, 1, -1, rate, ""});
         d.blocks.push_back({name + ".acceleration", phs::BlockKind::linear, axis.servo + 1, 1, -1,
                             rate + "^2", ""});
@@ -225,7 +231,8 @@ std::vector<double> actuator_start(const std::string& who, const Actuator& a, do
                                    double theta, double sigma) {
   a.elastic->require_inside(who, link, theta, sigma);
   std::vector<double> x(size_t(actuator_model(a)->description().nx), 0.0);
-  x[0] = link, x[1] = theta;
+  x[0] = link;
+  x[1] = theta;
   if (!a.elastic->traits().sigma.empty()) x[2] = sigma;
   return x;
 }
@@ -247,7 +254,8 @@ void attach(phs::Network& n, const std::string& name, const std::string& joint_p
   Actuator spring = a;
   spring.theta.inertia = 1;
   (void)actuator_model(spring);  // every other number is judged as without a body
-  spring.theta = {.kind = Kind::rate}, spring.damping = 0;
+  spring.theta = {.kind = Kind::rate};
+  spring.damping = 0;
   n.add(name, actuator_model(spring)).feedback(joint_port, name + ".link");
   n.transformer(rotor_port, name + ".theta", 1 / d.gear);
   if (d.viscous > 0) n.resist(name + ".theta.viscous", rotor_port, phs::viscous(d.viscous));

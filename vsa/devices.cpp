@@ -34,13 +34,15 @@ Quantity recall(const char* name, std::vector<double> values, const char* unit) 
 /// of a radian.
 void stops(Device& d, double deflection, double stiffness, Provenance of_deflection,
            const char* source) {
-  d.limits.deflection = deflection, d.limits.stop_stiffness = stiffness;
+  d.limits.deflection = deflection;
+  d.limits.stop_stiffness = stiffness;
   d.stops.push_back(of("deflection", deflection, "rad", of_deflection, source));
   d.stops.push_back(of("stop_stiffness", stiffness, "N m/rad^2", illustrative));
 }
 void range(Device& d, double lower, double upper, const char* unit, Provenance p,
            const char* source = "") {
-  d.limits.sigma_lower = lower, d.limits.sigma_upper = upper;
+  d.limits.sigma_lower = lower;
+  d.limits.sigma_upper = upper;
   d.stops.push_back(table("sigma", {lower, upper}, unit, p, source));
 }
 
@@ -60,7 +62,8 @@ Device qbmove() {
       "The limit is of each spring: |deflection| + |sigma| is at most 0.8 rad. The second spring "
       "of the device "
       "is recalled as a2 = 6.9602 1/rad, k2 = 0.0216 N m and not used.";
-  d.sigma = {0, 0.2, 0.4, 0.6}, d.deflection = 0.6;
+  d.sigma = {0, 0.2, 0.4, 0.6};
+  d.deflection = 0.6;
   return d;
 }
 
@@ -69,7 +72,8 @@ Device qbmove_maker() {
   d.parameters = {of("a", 9.0, "1/rad", recalled), of("k", 0.0019, "N m", recalled)};
   stops(d, 0.8, 2e3, illustrative, "that of qbmove Advanced");
   range(d, -0.8, 0.8, "rad", illustrative);
-  d.sigma = {0, 0.2, 0.4, 0.6}, d.deflection = 0.6;
+  d.sigma = {0, 0.2, 0.4, 0.6};
+  d.deflection = 0.6;
   return d;
 }
 
@@ -91,7 +95,8 @@ Device maccepa_vd() {
       "The source has other values too: C 0.16 and 0.17 m, drum 0.0075 and 0.01 m, damping 0.00235 "
       "N m s/rad. "
       "At sigma = 0 the stiffness is 0 at zero deflection.";
-  d.sigma = {0, 1, 2, 3}, d.deflection = 1.2;
+  d.sigma = {0, 1, 2, 3};
+  d.deflection = 1.2;
   return d;
 }
 
@@ -112,7 +117,9 @@ Device edinburgh() {
   d.remark =
       "theta and sigma are the angles of its two servos; no motor turns the equilibrium alone. The "
       "curves are at theta = 1 rad.";
-  d.sigma = {0.5, 1, 1.5, 2}, d.deflection = 1.1, d.theta = 1;
+  d.sigma = {0.5, 1, 1.5, 2};
+  d.deflection = 1.1;
+  d.theta = 1;
   return d;
 }
 
@@ -123,7 +130,8 @@ Device sea() {
   d.datasheet = {of("rotor inertia at the joint", 0.548, "kg m^2", published,
                     "mex-wholebodymodel: 5.48e-5 kg m^2 and a gear of 100"),
                  table("joint damping", {5, 10}, "N m s/rad", published, "mex-wholebodymodel")};
-  d.sigma = {0}, d.deflection = 0.3;
+  d.sigma = {0};
+  d.deflection = 0.3;
   return d;
 }
 
@@ -134,7 +142,8 @@ Device hardening() {
   d.parameters = {
       of("k", 50, "N m/rad", illustrative, "HEBI forum, forums.hebi.us: 30-70 at zero load"),
       of("k3", 4000, "N m/rad^3", illustrative, "rising to 300-1000 at full load")};
-  d.sigma = {0}, d.deflection = 0.2;
+  d.sigma = {0};
+  d.deflection = 0.2;
   return d;
 }
 
@@ -143,7 +152,8 @@ Device lever() {
   d.parameters = {table("k", {20, 60, 120}, "N m/rad", illustrative)};
   stops(d, 0.4, 2e4, illustrative, "");
   range(d, 0, 1, "1", illustrative);
-  d.sigma = {0, 0.3, 0.6, 1}, d.deflection = 0.45;
+  d.sigma = {0, 0.3, 0.6, 1};
+  d.deflection = 0.45;
   return d;
 }
 
@@ -155,7 +165,8 @@ Device quadratic() {
   range(d, 0, 1, "rad", illustrative);
   d.remark =
       "A tendon that is slack pulls no more: beyond |deflection| = sigma one spring is left.";
-  d.sigma = {0.2, 0.4, 0.6, 0.8}, d.deflection = 0.9;
+  d.sigma = {0.2, 0.4, 0.6, 0.8};
+  d.deflection = 0.9;
   return d;
 }
 
@@ -166,7 +177,8 @@ Device exponential() {
   d.parameters = {of("c", 0.2, "N m", illustrative), of("b", 4, "1/rad", illustrative)};
   stops(d, 0.6, 5e3, illustrative, "");
   range(d, 0, 0.8, "rad", illustrative);
-  d.sigma = {0, 0.3, 0.6}, d.deflection = 0.65;
+  d.sigma = {0, 0.3, 0.6};
+  d.deflection = 0.65;
   return d;
 }
 
@@ -177,7 +189,8 @@ Device awas() {
   range(d, 0.0137, 0.09, "m", derived, "30 to 1300 N m/rad by 2 ks sigma^2, from recalled numbers");
   d.datasheet = {recall("torque", {80}, "N m"), recall("stiffness", {30, 1300}, "N m/rad"),
                  recall("time to change stiffness", {3.5}, "s"), recall("mass", {1.8}, "kg")};
-  d.sigma = {0.0137, 0.03, 0.06, 0.09}, d.deflection = 0.2;
+  d.sigma = {0.0137, 0.03, 0.06, 0.09};
+  d.deflection = 0.2;
   return d;
 }
 
@@ -192,7 +205,8 @@ Device awas2() {
                        "abstract, Jafari et al. 2014 T-Mech 19"),
                  recall("time to change stiffness", {0.8}, "s"), recall("mass", {1.1}, "kg")};
   d.remark = "Generic geometry; the published one is not in reach.";
-  d.sigma = {0.02, 0.04, 0.06, 0.07}, d.deflection = 0.33;
+  d.sigma = {0.02, 0.04, 0.06, 0.07};
+  d.deflection = 0.33;
   return d;
 }
 
@@ -201,14 +215,16 @@ Device maccepa2() {
   std::vector<double> angle, length;
   for (int i = -32; i <= 32; ++i) {
     const double x = 0.05 * i;
-    angle.push_back(x), length.push_back(0.03 * (std::sqrt(1 + 2 * x * x) - 1));
+    angle.push_back(x);
+    length.push_back(0.03 * (std::sqrt(1 + 2 * x * x) - 1));
   }
   d.parameters = {of("kappa", 2000, "N/m", illustrative), of("drum", 0.015, "m", illustrative),
                   table("angle", angle, "rad", illustrative),
                   table("length", length, "m", illustrative,
                         "0.03 (sqrt(1 + 2 angle^2) - 1), no published profile")};
   range(d, 0, 3.141592653589793, "rad", illustrative);
-  d.sigma = {0, 1, 2, 3}, d.deflection = 1.2;
+  d.sigma = {0, 1, 2, 3};
+  d.deflection = 1.2;
   return d;
 }
 
@@ -216,7 +232,8 @@ std::pair<std::vector<double>, std::vector<double>> cam(double half, double rise
   std::pair<std::vector<double>, std::vector<double>> c;
   for (int i = -20; i <= 20; ++i) {
     const double u = 0.05 * i;
-    c.first.push_back(half * u), c.second.push_back(rise * std::pow(std::fabs(u), power));
+    c.first.push_back(half * u);
+    c.second.push_back(rise * std::pow(std::fabs(u), power));
   }
   return c;
 }
@@ -234,7 +251,8 @@ Device fsj() {
                  recall("energy", {5.3}, "J"), recall("time to change stiffness", {0.33}, "s"),
                  recall("mass", {1.4}, "kg")};
   d.remark = "Family and limits of the device, cams of ours: do not take its curves for the FSJ's.";
-  d.sigma = {0.05, 0.1, 0.15, 0.2}, d.deflection = 0.28;
+  d.sigma = {0.05, 0.1, 0.15, 0.2};
+  d.deflection = 0.28;
   return d;
 }
 
@@ -249,7 +267,8 @@ Device vs_joint() {
   d.datasheet = {recall("torque", {160}, "N m"), recall("stiffness", {0, 315}, "N m/rad"),
                  recall("energy", {16.8}, "J"), recall("mass", {1.4}, "kg")};
   d.remark = "Family and limits of the device, cam of ours.";
-  d.sigma = {0, 0.004, 0.008, 0.012}, d.deflection = 0.25;
+  d.sigma = {0, 0.004, 0.008, 0.012};
+  d.deflection = 0.25;
   return d;
 }
 
@@ -271,7 +290,8 @@ Device measured() {
                   table("torque", torque, "N m", derived, source),
                   table("sigma_effort", effort, "N m", derived, source)};
   range(d, 0, 0.4, "rad", derived, "the table's");
-  d.sigma = {0, 0.2, 0.4}, d.deflection = 0.48;
+  d.sigma = {0, 0.2, 0.4};
+  d.deflection = 0.48;
   return d;
 }
 

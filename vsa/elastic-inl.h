@@ -39,7 +39,8 @@ class ElasticOf final : public Elastic {
   ElasticOf(F family, ElasticTraits t) : Elastic(std::move(t)), f_(std::move(family)) {
     traits_.translation_invariant = by_deflection<F>;
     const Limits& l = traits_.limits;
-    stops_ = l.deflection<HUGE_VAL, sigma_stops_ = l.sigma_stop_stiffness> 0;
+    stops_ = l.deflection < HUGE_VAL;
+    sigma_stops_ = l.sigma_stop_stiffness > 0;
     const auto refuse = [&](const char* what, double value, const char* expected) {
       throw InvalidArgument(
           fmt::format("{}: {} is {}, expected {}", traits_.family, what, value, expected));

@@ -108,7 +108,9 @@ struct TwoSpringServoEnergy : TwoSpringServo {
   T energy(const T& q, const T& u1, const T& u2) const {
     using phs::sincos, phs::sqrt;
     T sq, cq, s1, c1, s2, c2;
-    sincos(q, sq, cq), sincos(u1, s1, c1), sincos(u2, s2, c2);
+    sincos(q, sq, cq);
+    sincos(u1, s1, c1);
+    sincos(u2, s2, c2);
     const T x1 = T(a) * cq - T(L) * s1 - T(h), y1 = T(a) * sq + T(L) * c1 - T(d);
     const T x2 = T(h) + T(L) * s2 - T(a) * cq, y2 = T(L) * c2 - T(a) * sq - T(d);
     const T e1 = sqrt(T(x1 * x1 + y1 * y1)) - T(s0), e2 = sqrt(T(x2 * x2 + y2 * y2)) - T(s0);
@@ -181,7 +183,10 @@ ElasticPtr cosh_springs(const Cosh& p, const Limits& l) {
   require((p.a2 == 0) == (p.k2 == 0), name, "k2", p.k2,
           "both numbers of the second spring or none");
   CoshEnergy e{p};
-  if (p.a2 == 0) e.a2 = p.a, e.k2 = p.k;
+  if (p.a2 == 0) {
+    e.a2 = p.a;
+    e.k2 = p.k;
+  }
   require(e.a2 > 0, name, "a2", e.a2, "more than 0 1/rad");
   require(e.k2 > 0, name, "k2", e.k2, "more than 0 N m");
   return make_elastic(e, {.family = name,

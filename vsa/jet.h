@@ -17,7 +17,8 @@ struct Jet {
   Jet(double value) : v(value) { d.fill(T(0.0)); }
   Jet(const T& value, int direction)  ///< the variable itself
       : v(value) {
-    d.fill(T(0.0)), d[size_t(direction)] = T(1.0);
+    d.fill(T(0.0));
+    d[size_t(direction)] = T(1.0);
   }
 
   friend Jet operator+(Jet a, const Jet& b) {
@@ -75,7 +76,8 @@ void sincos(const Jet<T, N>& a, Jet<T, N>& s, Jet<T, N>& c) {
   using phs::sincos;
   T sv, cv;
   sincos(a.v, sv, cv);
-  s = chain(a, sv, cv), c = chain(a, cv, -sv);
+  s = chain(a, sv, cv);
+  c = chain(a, cv, -sv);
 }
 /// By a mask of lanes; phs::select does it by a bool.
 template <class Mask, class T, int N>
@@ -101,8 +103,10 @@ template <class T>
 double lane(const T& x, int i) {
   if constexpr (phs::is_pack<T>)
     return x[i];
-  else
-    return (void)i, phs::to_double(x);
+  else {
+    (void)i;
+    return phs::to_double(x);
+  }
 }
 template <class T, int N>
 double lane(const Jet<T, N>& x, int i) {

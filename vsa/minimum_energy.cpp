@@ -39,9 +39,11 @@ std::array<Powers, unknowns> make_basis() {
                             double(k) * legendre[k - 1][i]) /
                            double(k + 1);
   for (size_t k = 0; k < unknowns; ++k)
-    for (size_t i = 0; i <= k; ++i)
-      basis[k][i] += legendre[k][i], basis[k][i + 2] -= 2 * legendre[k][i],
-          basis[k][i + 4] += legendre[k][i];
+    for (size_t i = 0; i <= k; ++i) {
+      basis[k][i] += legendre[k][i];
+      basis[k][i + 2] -= 2 * legendre[k][i];
+      basis[k][i + 4] += legendre[k][i];
+    }
   return basis;
 }
 
@@ -64,7 +66,8 @@ class Search {
       double sum = 0;
       for (size_t j = 1; j <= places / 2; ++j)
         sum += std::cos(2 * double(j) * angle) / (4 * double(j * j) - 1);
-      u_[i] = -std::cos(angle), weight_[i] = c.duration / places * (1 - 2 * sum);
+      u_[i] = -std::cos(angle);
+      weight_[i] = c.duration / places * (1 - 2 * sum);
       for (size_t k = 0; k < unknowns; ++k)
         for (int order = 0; order < 3; ++order)
           at_[i][k][size_t(order)] = scale(order) * evaluate(basis_[k], order, u_[i]);
@@ -155,7 +158,8 @@ class Search {
       const auto& b = at_[i][k];
       dt[k] = J_ * b[2] + d_ * b[1] + bend * b[0];
       const double x = of_torque * torque * dt[k], y = of_rate * s[1] * b[1];
-      slope[k] += x + y, terms[k] += std::fabs(x) + std::fabs(y);
+      slope[k] += x + y;
+      terms[k] += std::fabs(x) + std::fabs(y);
     }
     for (size_t k = 0; k < unknowns; ++k)
       for (size_t l = 0; l < unknowns; ++l) {
@@ -219,8 +223,11 @@ StiffnessPlan minimum_energy_change(const ElasticPtr& e, const Drive& drive,
         "expected 1e-8 or less: a smoother energy, or a shorter duration",
         plan.stationarity));
   const auto costs = search.costs(a);
-  plan.duration = c.duration, plan.powers = search.powers(a);
-  plan.friction = costs.friction, plan.winding = costs.winding, plan.peak_torque = costs.peak;
+  plan.duration = c.duration;
+  plan.powers = search.powers(a);
+  plan.friction = costs.friction;
+  plan.winding = costs.winding;
+  plan.peak_torque = costs.peak;
   plan.spring = e->energy(c.deflection, 0.0, c.to) - e->energy(c.deflection, 0.0, c.from);
   const Limits& l = e->traits().limits;
   for (size_t i = 0; i < places; ++i)

@@ -45,7 +45,9 @@ std::vector<RetuningPoint> constant_energy_path(const Elastic& e, double phi0, d
         const double from = std::clamp(near + (k - 1) * side, l.sigma_lower, l.sigma_upper);
         const double to = std::clamp(near + k * side, l.sigma_lower, l.sigma_upper);
         if (from == to || (excess(from) < 0) == (excess(to) < 0)) continue;
-        a = from, b = to, found = true;
+        a = from;
+        b = to;
+        found = true;
         break;
       }
     if (!found)
@@ -88,7 +90,10 @@ Resonance resonant_sigma(const Elastic& e, double inertia, double amplitude, dou
   for (int i = 0; i <= places; ++i) {
     const double s = lower + part * i;
     if (!allowed(s)) continue;
-    if (const double m = mean_square(s, true); m < least) least = m, best = s;
+    if (const double m = mean_square(s, true); m < least) {
+      least = m;
+      best = s;
+    }
   }
   if (std::isnan(best))
     throw InvalidArgument(

@@ -13,8 +13,10 @@ std::string add_rotor(mechanics::MechanismBuilder& b, const std::string& joint,
   for (const auto& carried : b.bodies()) {
     if ((carried.joint.name.empty() ? carried.name : carried.joint.name) != joint) continue;
     mechanics::BodySpec s;
-    s.name = s.joint.name = joint + "_rotor", s.parent = carried.parent;
-    s.joint.type = "continuous", s.placement = carried.placement;
+    s.name = s.joint.name = joint + "_rotor";
+    s.parent = carried.parent;
+    s.joint.type = "continuous";
+    s.placement = carried.placement;
     const auto axis = s.joint.axis = rotor.axis.value_or(carried.joint.axis);
     // J about the axis a, J_t across: J_t (1 - aaᵀ) + J aaᵀ
     const double size2 = dot(axis, axis);

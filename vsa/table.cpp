@@ -143,7 +143,10 @@ void check_curl(const Measurements& m, double tolerance) {
       const double sides[] = {along(lower, m.deflection, i), along(right, m.sigma, j),
                               -along(upper, m.deflection, i), -along(left, m.sigma, j)};
       double work = 0, size = 0;
-      for (const double x : sides) work += x, size += std::fabs(x);
+      for (const double x : sides) {
+        work += x;
+        size += std::fabs(x);
+      }
       if (!(std::fabs(work) <= tolerance * size))
         refuse_table(
             fmt::format("is of no energy: round the cell of deflections {} to {} rad and sigma {} "
@@ -178,8 +181,10 @@ TableEnergy surface(const Measurements& m) {
     }
     const Spline f(m.sigma, over_sigma, Spline::Outside::linear, family);
     e.sigma.clear();
-    for (const auto& p : f.pieces())
-      e.sigma.push_back(p.x), e.cubics.push_back({p.y, p.b, p.c, p.d});
+    for (const auto& p : f.pieces()) {
+      e.sigma.push_back(p.x);
+      e.cubics.push_back({p.y, p.b, p.c, p.d});
+    }
   };
   using P = Spline::Piece;
   for (size_t i = 0; i < e.phi.size(); ++i)
@@ -243,7 +248,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
         const auto found = std::find(names.begin(), names.end(), c);
         if (found == names.end())
           at(fmt::format("unknown column '{}', expected {}", c, fmt::join(names, ", ")));
-        meaning.push_back(int(found - names.begin())), there[size_t(meaning.back())] = true;
+        meaning.push_back(int(found - names.begin()));
+        there[size_t(meaning.back())] = true;
       }
       for (size_t k = 0; k < 3; ++k)
         if (!there[k])

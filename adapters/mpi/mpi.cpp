@@ -55,7 +55,10 @@ class Office {
     has_[size_t(rank)].erase(scene::integer(row[index_at]));
     store_.add(row);
     progress_.tell();
-    if (progress_.spent() - synced_ > 5) store_.sync(), synced_ = progress_.spent();
+    if (progress_.spent() - synced_ > 5) {
+      store_.sync();
+      synced_ = progress_.spent();
+    }
   }
   /// Cases for a rank that asks, or a word.
   std::vector<std::int64_t> cases_for(int rank) {
@@ -84,7 +87,8 @@ class Office {
                  r, std::chrono::seconds(given_up_after).count(), has_[r].size());
       for (const auto i : has_[r])
         if (!store_.has(i)) back_.push_back(i);
-      has_[r].clear(), gone_[r] = lost_ = true;
+      has_[r].clear();
+      gone_[r] = lost_ = true;
     }
   }
   bool lost() const { return lost_; }
@@ -104,9 +108,11 @@ class Office {
   std::int64_t next_of(int rank) {
     std::int64_t i = -1;
     if (!back_.empty()) {
-      i = back_.front(), back_.pop_front();
+      i = back_.front();
+      back_.pop_front();
     } else if (from_ >= 0) {
-      i = store_.missing(from_), from_ = i < 0 ? -1 : i + 1;
+      i = store_.missing(from_);
+      from_ = i < 0 ? -1 : i + 1;
     }
     if (i >= 0) has_[size_t(rank)].insert(i);
     return i;
@@ -189,7 +195,10 @@ EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const Ensembl
   auto looked = Clock::now();
   while (!(resting && (office.over() || trouble) && office.all_gone())) {
     if (!answer_one(office, layout)) std::this_thread::sleep_for(500us);
-    if (Clock::now() - looked > 1s) office.look_round(), looked = Clock::now();
+    if (Clock::now() - looked > 1s) {
+      office.look_round();
+      looked = Clock::now();
+    }
   }
   own.join();
   if (office.lost()) rank.lost_some();
@@ -199,7 +208,8 @@ EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const Ensembl
   const double wall = office.spent();
   const std::int64_t run = office.run();
   EnsembleReport r = scene::finish_ensemble(ensemble, store, o);
-  r.wall_s = wall, r.run_here = run;
+  r.wall_s = wall;
+  r.run_here = run;
   r.interrupted = store.part_done() < store.of_part() && !r.complete;
   return r;
 }
@@ -244,13 +254,19 @@ void follow(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions
   while (!ended && !trouble) try {
       ensemble.work(next, done, {.threads = o.threads, .lanes = o.lanes, .stop = o.stop});
       if (!ended) std::this_thread::sleep_for(50ms);
-      if (o.stop && o.stop->load()) mine.clear(), (void)next();  // hears that it may stop
+      if (o.stop && o.stop->load()) {
+        mine.clear();
+        (void)next();
+      }  // hears that it may stop
     } catch (...) {
       trouble = std::current_exception();
     }
   home = true;
   heart.join();
-  if (trouble) rank.lost_some(), std::rethrow_exception(trouble);
+  if (trouble) {
+    rank.lost_some();
+    std::rethrow_exception(trouble);
+  }
 }
 
 }  // namespace

@@ -15,16 +15,31 @@ struct Counted {
   double v = 0;
   Counted() = default;
   Counted(double x) : v(x) {}
-  friend Counted operator+(Counted a, Counted b) { return ++operations.add, a.v + b.v; }
-  friend Counted operator-(Counted a, Counted b) { return ++operations.add, a.v - b.v; }
-  friend Counted operator*(Counted a, Counted b) { return ++operations.mul, a.v * b.v; }
-  friend Counted operator/(Counted a, Counted b) { return ++operations.div, a.v / b.v; }
+  friend Counted operator+(Counted a, Counted b) {
+    ++operations.add;
+    return a.v + b.v;
+  }
+  friend Counted operator-(Counted a, Counted b) {
+    ++operations.add;
+    return a.v - b.v;
+  }
+  friend Counted operator*(Counted a, Counted b) {
+    ++operations.mul;
+    return a.v * b.v;
+  }
+  friend Counted operator/(Counted a, Counted b) {
+    ++operations.div;
+    return a.v / b.v;
+  }
   friend Counted operator-(Counted a) { return -a.v; }
   Counted& operator+=(Counted b) { return *this = *this + b; }
   Counted& operator-=(Counted b) { return *this = *this - b; }
   friend bool operator<(Counted a, Counted b) { return a.v < b.v; }
   friend bool operator==(Counted a, Counted b) { return a.v == b.v; }
-  friend Counted sqrt(Counted a) { return ++operations.sqrt, std::sqrt(a.v); }
+  friend Counted sqrt(Counted a) {
+    ++operations.sqrt;
+    return std::sqrt(a.v);
+  }
   friend void sincos(Counted x, Counted& s, Counted& c) { phs::trig::sincos_fast(x, s, c); }
 };
 

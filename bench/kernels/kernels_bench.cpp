@@ -48,7 +48,10 @@ struct Arguments {
           else
             to[k] = T(from[k]);
       };
-      put(q, q1), put(p, p1), put(v, v1), put(tau, tau1);
+      put(q, q1);
+      put(p, p1);
+      put(v, v1);
+      put(tau, tau1);
     }
   }
   std::vector<T> q, p, v, tau;
@@ -94,8 +97,10 @@ void kernel(benchmark::State& state, Model m, Kernel k) {
   state.counters["bodies"] = m->body_count();
   state.counters["freedoms"] = m->nv();
   state.counters["lanes"] = lanes;
-  state.counters["adds"] = double(n.add), state.counters["muls"] = double(n.mul);
-  state.counters["divs"] = double(n.div), state.counters["flops"] = total;
+  state.counters["adds"] = double(n.add);
+  state.counters["muls"] = double(n.mul);
+  state.counters["divs"] = double(n.div);
+  state.counters["flops"] = total;
   state.counters["flop_rate"] = Counter(total * lanes, rate);
   state.counters["states"] = Counter(lanes, rate);
   state.counters["workspace_bytes"] = double(bytes(run.w));
@@ -108,19 +113,25 @@ template <class T>
 void peak(benchmark::State& state) {
   constexpr int n = 6;
   T a[n], b[n], one(1.0), zero(0.0);
-  for (int i = 0; i < n; ++i) a[i] = T(1.0), b[i] = T(1.0);
+  for (int i = 0; i < n; ++i) {
+    a[i] = T(1.0);
+    b[i] = T(1.0);
+  }
   const auto unknown = [](T& x) {
     if constexpr (phs::is_pack<T>)
       asm volatile("" : "+x"(x.v));
     else
       asm volatile("" : "+x"(x));
   };
-  unknown(one), unknown(zero);
+  unknown(one);
+  unknown(zero);
   for (auto _ : state)
     for (int k = 0; k < 1000; ++k)
       for (int i = 0; i < n; ++i) {
-        a[i] = a[i] * one, b[i] = b[i] + zero;
-        unknown(a[i]), unknown(b[i]);
+        a[i] = a[i] * one;
+        b[i] = b[i] + zero;
+        unknown(a[i]);
+        unknown(b[i]);
       }
   state.counters["flop_rate"] =
       Counter(1000.0 * 2 * n * phs::lanes<T>, Counter::kIsIterationInvariantRate);
@@ -143,8 +154,10 @@ benchmark::internal::Benchmark* add(const std::string& name, const Model& m, Ker
 }
 
 void add_model(const std::string& name, const Model& m) {
-  add<double>("field/" + name, m, Kernel::field), add<double>("aba/" + name, m, Kernel::aba);
-  add<double>("rnea/" + name, m, Kernel::rnea), add<double>("crba/" + name, m, Kernel::crba);
+  add<double>("field/" + name, m, Kernel::field);
+  add<double>("aba/" + name, m, Kernel::aba);
+  add<double>("rnea/" + name, m, Kernel::rnea);
+  add<double>("crba/" + name, m, Kernel::crba);
   add<phs::Pack4>("field_4_lanes/" + name, m, Kernel::field);
   add<phs::Pack8>("field_8_lanes/" + name, m, Kernel::field);
   add<phs::Pack4>("aba_4_lanes/" + name, m, Kernel::aba);
@@ -178,7 +191,8 @@ int main(int argc, char** argv) {
   for (int n : {10, 100, 1000, 10000}) {
     const auto m = chain(n, false);
     const std::string name = "chain" + std::to_string(n);
-    add<double>("field/" + name, m, Kernel::field), add<double>("aba/" + name, m, Kernel::aba);
+    add<double>("field/" + name, m, Kernel::field);
+    add<double>("aba/" + name, m, Kernel::aba);
     add<double>("rnea/" + name, m, Kernel::rnea);
     add<phs::Pack4>("field_4_lanes/" + name, m, Kernel::field);
   }

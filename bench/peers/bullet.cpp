@@ -33,14 +33,19 @@ struct BulletRun {
     const BulletState& s = states[size_t(i)];
     body->clearForcesAndTorques();
     if (!body->hasFixedBase()) {
-      body->setBasePos(s.position), body->setWorldToBaseRot(s.world_to_base);
-      body->setBaseOmega(s.omega), body->setBaseVel(s.velocity);
-      body->addBaseForce(s.force), body->addBaseTorque(s.torque);
+      body->setBasePos(s.position);
+      body->setWorldToBaseRot(s.world_to_base);
+      body->setBaseOmega(s.omega);
+      body->setBaseVel(s.velocity);
+      body->addBaseForce(s.force);
+      body->addBaseTorque(s.torque);
     }
     for (int k = 0; k < body->getNumLinks(); ++k) {
       const auto n = size_t(k);
-      body->setJointPosMultiDof(k, &s.q[n]), body->setJointVelMultiDof(k, &s.v[n]);
-      body->addJointTorque(k, s.tau[n]), body->addLinkForce(k, weight[n]);
+      body->setJointPosMultiDof(k, &s.q[n]);
+      body->setJointVelMultiDof(k, &s.v[n]);
+      body->addJointTorque(k, s.tau[n]);
+      body->addLinkForce(k, weight[n]);
     }
     // A step of zero: the accelerations stay in `numbers` and the velocities as they are.
     body->computeAccelerationsArticulatedBodyAlgorithmMultiDof(0, numbers, vectors, matrices, false,
@@ -77,7 +82,10 @@ Subject bullet_subject(const Case& c) {
   // A free base moves against the frame of its joint, and so the world is that frame.
   Eigen::Vector3d g(m.gravity().x, m.gravity().y, m.gravity().z);
   Convention convention{.angular_first = true, .world_linear = true, .world_angular = true};
-  if (free) g = bodies[0].R.transpose() * g, convention.point = bodies[0].com;
+  if (free) {
+    g = bodies[0].R.transpose() * g;
+    convention.point = bodies[0].com;
+  }
 
   auto r = std::make_shared<BulletRun>();
   const int links = m.body_count() - first;
@@ -102,7 +110,8 @@ Subject bullet_subject(const Case& c) {
     r->weight.push_back(bullet(b.mass * g));
   }
   r->body->finalizeMultiDof();
-  r->body->setLinearDamping(0), r->body->setAngularDamping(0);
+  r->body->setLinearDamping(0);
+  r->body->setAngularDamping(0);
   for (size_t s = 0; s < c.q.size(); ++s) {
     BulletState x;
     Eigen::VectorXd v = convention.to_peer(m, c.q[s], c.v[s]);
@@ -111,11 +120,14 @@ Subject bullet_subject(const Case& c) {
       const Eigen::Quaterniond R(c.q[s][3], c.q[s][4], c.q[s][5], c.q[s][6]);
       x.position = bullet(Eigen::Vector3d(c.q[s][0], c.q[s][1], c.q[s][2]) + R * bodies[0].com);
       x.world_to_base = bullet((R * Eigen::Quaterniond(P[0])).conjugate());
-      x.omega = bullet(v.head<3>()), x.velocity = bullet(v.segment<3>(3));
-      x.torque = bullet(tau.head<3>()), x.force = bullet(tau.segment<3>(3) + bodies[0].mass * g);
+      x.omega = bullet(v.head<3>());
+      x.velocity = bullet(v.segment<3>(3));
+      x.torque = bullet(tau.head<3>());
+      x.force = bullet(tau.segment<3>(3) + bodies[0].mass * g);
     }
     x.q.assign(c.q[s].end() - links, c.q[s].end());
-    x.v.assign(v.end() - links, v.end()), x.tau.assign(tau.end() - links, tau.end());
+    x.v.assign(v.end() - links, v.end());
+    x.tau.assign(tau.end() - links, tau.end());
     r->states.push_back(x);
   }
 

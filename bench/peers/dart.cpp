@@ -24,12 +24,15 @@ struct DartRun {
 
   void aba(int i) {
     const auto s = size_t(i);
-    skeleton->setPositions(q[s]), skeleton->setVelocities(v[s]), skeleton->setForces(tau[s]);
+    skeleton->setPositions(q[s]);
+    skeleton->setVelocities(v[s]);
+    skeleton->setForces(tau[s]);
     skeleton->computeForwardDynamics();
   }
   void rnea(int i) {
     const auto s = size_t(i);
-    skeleton->setPositions(q[s]), skeleton->setVelocities(v[s]);
+    skeleton->setPositions(q[s]);
+    skeleton->setVelocities(v[s]);
     skeleton->setAccelerations(a[s]);
     skeleton->computeInverseDynamics();
   }
@@ -45,7 +48,8 @@ dyn::BodyNode* add(dyn::Skeleton& skeleton, dyn::BodyNode* parent, const PeerBod
                    const std::string& name) {
   typename Joint::Properties p;
   p.mName = "j" + name;
-  p.mT_ParentBodyToJoint.linear() = b.R, p.mT_ParentBodyToJoint.translation() = b.r;
+  p.mT_ParentBodyToJoint.linear() = b.R;
+  p.mT_ParentBodyToJoint.translation() = b.r;
   if constexpr (requires { p.mAxis; }) p.mAxis = Eigen::Vector3d::UnitZ();
   dyn::BodyNode::Properties q;
   q.mName = "b" + name;

@@ -23,7 +23,10 @@ struct MujocoRun {
     mj_kinematics(model.get(), data.get());
     mj_comPos(model.get(), data.get());
   }
-  void crba(int i) { place(i), mj_crb(model.get(), data.get()); }
+  void crba(int i) {
+    place(i);
+    mj_crb(model.get(), data.get());
+  }
   void rnea(int i) {
     place(i);
     Eigen::Map<Eigen::VectorXd>(data->qvel, model->nv) = v[size_t(i)];

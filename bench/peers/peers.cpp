@@ -47,7 +47,8 @@ void take_turns(std::vector<Timing>& all, int states, int rounds) {
     }
   for (size_t k = 0; k < all.size(); ++k) {
     std::sort(t[k].begin(), t[k].end());
-    all[k].best = t[k].front(), all[k].median = t[k][t[k].size() / 2];
+    all[k].best = t[k].front();
+    all[k].median = t[k][t[k].size() / 2];
   }
 }
 
@@ -82,8 +83,13 @@ void add_field(std::vector<Timing>& all, const Case& c, const std::string& name)
     }
     return y;
   };
-  r->q = packed(c.q), r->p = packed(momenta), r->v = packed(c.v), r->tau = packed(c.tau);
-  r->q_dot.resize(c.q[0].size()), r->p_dot.resize(c.q[0].size()), r->a.resize(size_t(model->nv()));
+  r->q = packed(c.q);
+  r->p = packed(momenta);
+  r->v = packed(c.v);
+  r->tau = packed(c.tau);
+  r->q_dot.resize(c.q[0].size());
+  r->p_dot.resize(c.q[0].size());
+  r->a.resize(size_t(model->nv()));
   const std::string suffix = lanes == 1 ? "" : fmt::format(", {} lanes", lanes);
   all.push_back({name, "field" + suffix,
                  [r, model](int i) {
@@ -183,7 +189,8 @@ nlohmann::json measure(const std::shared_ptr<const Mechanism>& model, const std:
     const std::string against = t.what == "rnea" || t.what == "crba" ? t.what : "aba";
     if (const Timing* peer = best_peer(against); peer && t.subject == subjects[0].name) {
       fmt::print("  {:.3f} of {}", t.best / peer->best, peer->subject);
-      row["ratio"] = t.best / peer->best, row["best_peer"] = peer->subject;
+      row["ratio"] = t.best / peer->best;
+      row["best_peer"] = peer->subject;
     }
     fmt::print("\n");
     out.push_back(row);

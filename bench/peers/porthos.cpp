@@ -35,9 +35,18 @@ Subject porthos_subject(const Case& c) {
   s.aba = [r](int i) { r->aba(i); };
   s.rnea = [r](int i) { r->rnea(i); };
   s.crba = [r](int i) { r->crba(i); };
-  s.acceleration = [r](int i) { return r->aba(i), r->out; };
-  s.torque = [r](int i) { return r->rnea(i), r->out; };
-  s.mass_matrix = [r](int i) { return r->crba(i), r->M; };
+  s.acceleration = [r](int i) {
+    r->aba(i);
+    return r->out;
+  };
+  s.torque = [r](int i) {
+    r->rnea(i);
+    return r->out;
+  };
+  s.mass_matrix = [r](int i) {
+    r->crba(i);
+    return r->M;
+  };
   return s;
 }
 

@@ -44,7 +44,8 @@ Subject rbdl_subject(const Case& c) {
             ? rbd::Joint(rbd::JointTypeRevoluteZ)
             : rbd::Joint(rbd::JointTypePrismatic, rbd::Math::Vector3d(0, 0, 1));
     rbd::Math::Matrix3d E, I;
-    E = b.R.transpose(), I = b.inertia_at_com;
+    E = b.R.transpose();
+    I = b.inertia_at_com;
     id.push_back(r->model.AddBody(parent < 0 ? 0 : id[size_t(parent)],
                                   rbd::Math::SpatialTransform(E, rbd::Math::Vector3d(b.r)), joint,
                                   rbd::Body(b.mass, rbd::Math::Vector3d(b.com), I),

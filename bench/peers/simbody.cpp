@@ -37,14 +37,16 @@ struct SimbodyRun {
   // multipliers.
   void aba(int i) {
     const auto s = size_t(i);
-    state.updQ() = q[s], state.updU() = u[s];
+    state.updQ() = q[s];
+    state.updU() = u[s];
     system.realize(state, SimTK::Stage::Dynamics);
     matter.calcAccelerationIgnoringConstraints(state, tau[s], gravity.getBodyForces(state), out,
                                                bodies);
   }
   void rnea(int i) {
     const auto s = size_t(i);
-    state.updQ() = q[s], state.updU() = u[s];
+    state.updQ() = q[s];
+    state.updU() = u[s];
     system.realize(state, SimTK::Stage::Velocity);
     matter.calcResidualForceIgnoringConstraints(state, {}, gravity.getBodyForces(state), a[s], out);
   }

@@ -33,9 +33,11 @@ PeerBody peer_body(const mechanics::Mechanism& m, int node) {
                              "rotors can be compared");
   const auto vec = [](const mechanics::Vec3d& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
   PeerBody b;
-  b.R.col(0) = vec(n.placement.R.x), b.R.col(1) = vec(n.placement.R.y),
+  b.R.col(0) = vec(n.placement.R.x);
+  b.R.col(1) = vec(n.placement.R.y);
   b.R.col(2) = vec(n.placement.R.z);
-  b.r = vec(n.placement.r), b.mass = n.inertia.m;
+  b.r = vec(n.placement.r);
+  b.mass = n.inertia.m;
   b.com = b.mass > 0 ? Eigen::Vector3d(vec(n.inertia.mc) / b.mass) : Eigen::Vector3d::Zero();
   const auto& I = n.inertia.I;
   b.inertia_at_com << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz;

@@ -17,7 +17,9 @@ struct AcrobotForm {
   template <class S>
   void mass(std::span<const S> q, std::span<S> M) const {
     const S c = S(c3) * phs::cos(q[1]);
-    M[0] = S(c1 + c2) + S(2.0) * c, M[1] = M[2] = S(c2) + c, M[3] = S(c2);
+    M[0] = S(c1 + c2) + S(2.0) * c;
+    M[1] = M[2] = S(c2) + c;
+    M[3] = S(c2);
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -25,7 +27,8 @@ struct AcrobotForm {
   }
   template <class T>
   void input(std::span<const T>, std::span<T> G) const {
-    G[0] = T(0.0), G[1] = T(1.0);
+    G[0] = T(0.0);
+    G[1] = T(1.0);
   }
 };
 
@@ -40,7 +43,9 @@ struct AcrobotDesign {
   template <class S, class T>
   void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
     const double k = 1 - std::sqrt(d.c1 / d.c2);
-    Md[0] = S(k * d.a2), Md[1] = Md[2] = S(d.a2), Md[3] = S(d.a3);
+    Md[0] = S(k * d.a2);
+    Md[1] = Md[2] = S(d.a2);
+    Md[3] = S(d.a3);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> gain) const {
@@ -72,17 +77,22 @@ Acrobot Acrobot::of(const phs::Model& model, double g) {
   const auto mass = [&](double q2, double M[3]) {
     const auto a = gradient(0, q2, 1, 0), b = gradient(0, q2, 0, 1);
     const double det = a[2] * b[3] - a[3] * b[2];
-    M[0] = b[3] / det, M[1] = -a[3] / det, M[2] = a[2] / det;
+    M[0] = b[3] / det;
+    M[1] = -a[3] / det;
+    M[2] = a[2] / det;
   };
   double M0[3], M1[3];
-  mass(0, M0), mass(std::acos(-1.0), M1);
+  mass(0, M0);
+  mass(std::acos(-1.0), M1);
   const double quarter = std::acos(0.0);
   const double both = -gradient(quarter, 0, 0, 0)[0], first = -gradient(quarter, quarter, 0, 0)[0];
   Acrobot d;
   d.g = g;
-  d.c2 = 0.5 * (M0[2] + M1[2]), d.c3 = 0.25 * (M0[0] - M1[0]);
+  d.c2 = 0.5 * (M0[2] + M1[2]);
+  d.c3 = 0.25 * (M0[0] - M1[0]);
   d.c1 = 0.5 * (M0[0] + M1[0]) - d.c2;
-  d.c4 = first / g, d.c5 = (both - first) / g;
+  d.c4 = first / g;
+  d.c5 = (both - first) / g;
   return d;
 }
 

@@ -15,7 +15,9 @@ struct BallAndBeamForm {
   std::array<const char*, 1> inputs{"beam"};
   template <class S>
   void mass(std::span<const S> q, std::span<S> M) const {
-    M[0] = S(1.0), M[1] = M[2] = S(0.0), M[3] = S(L * L) + q[0] * q[0];
+    M[0] = S(1.0);
+    M[1] = M[2] = S(0.0);
+    M[3] = S(L * L) + q[0] * q[0];
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -23,7 +25,8 @@ struct BallAndBeamForm {
   }
   template <class T>
   void input(std::span<const T>, std::span<T> G) const {
-    G[0] = T(0.0), G[1] = T(1.0);
+    G[0] = T(0.0);
+    G[1] = T(1.0);
   }
 };
 
@@ -36,7 +39,9 @@ struct BallAndBeamDesign {
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
     using phs::sqrt;
     const S s = S(d.L * d.L) + q[0] * q[0], root = sqrt(s);
-    Md[0] = S(sqrt2) * root, Md[1] = Md[2] = s, Md[3] = S(sqrt2) * s * root;
+    Md[0] = S(sqrt2) * root;
+    Md[1] = Md[2] = s;
+    Md[3] = S(sqrt2) * s * root;
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> k) const {
@@ -49,7 +54,9 @@ struct BallAndBeamDesign {
   void skew(std::span<const T> q, std::span<const T> p, std::span<const T>, std::span<T> J2) const {
     using phs::sqrt;
     const T j = q[0] * (p[0] - T(sqrt2) * p[1] / sqrt(T(d.L * d.L) + q[0] * q[0]));
-    J2[0] = J2[3] = T(0.0), J2[1] = j, J2[2] = -j;
+    J2[0] = J2[3] = T(0.0);
+    J2[1] = j;
+    J2[2] = -j;
   }
 };
 

@@ -13,7 +13,8 @@ struct CartPoleForm {
   std::array<const char*, 1> inputs{"cart"};
   template <class S>
   void mass(std::span<const S>, std::span<S> M) const {
-    M[0] = M[3] = S(1.0), M[1] = M[2] = S(0.0);
+    M[0] = M[3] = S(1.0);
+    M[1] = M[2] = S(0.0);
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -21,7 +22,8 @@ struct CartPoleForm {
   }
   template <class T>
   void input(std::span<const T> q, std::span<T> G) const {
-    G[0] = T(-b) * phs::cos(q[0]), G[1] = T(1.0);
+    G[0] = T(-b) * phs::cos(q[0]);
+    G[1] = T(1.0);
   }
 };
 
@@ -51,7 +53,9 @@ struct CartPoleDesign {
     const T j = b * k * s * c *
                 (b * k * p[1] * c * c + T(3.0) * k * p[0] * c + T(6.0) * m22 * p[0]) /
                 (T(6.0) * (k * c + T(4.0) * m22));
-    J2[0] = J2[3] = T(0.0), J2[1] = j, J2[2] = -j;
+    J2[0] = J2[3] = T(0.0);
+    J2[1] = j;
+    J2[2] = -j;
   }
 };
 

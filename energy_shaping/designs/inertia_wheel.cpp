@@ -14,7 +14,9 @@ struct InertiaWheelForm {
   std::array<const char*, 1> inputs{"wheel"};
   template <class S>
   void mass(std::span<const S>, std::span<S> M) const {
-    M[0] = S(I1), M[1] = M[2] = S(0.0), M[3] = S(I2);
+    M[0] = S(I1);
+    M[1] = M[2] = S(0.0);
+    M[3] = S(I2);
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -22,7 +24,8 @@ struct InertiaWheelForm {
   }
   template <class T>
   void input(std::span<const T>, std::span<T> G) const {
-    G[0] = T(-1.0), G[1] = T(1.0);
+    G[0] = T(-1.0);
+    G[1] = T(1.0);
   }
 };
 
@@ -33,7 +36,9 @@ struct InertiaWheelDesign {
   std::vector<Gain> gains() const { return {{"k1", d.k1}, {"kv", d.kv}}; }
   template <class S, class T>
   void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
-    Md[0] = S(d.a1), Md[1] = Md[2] = S(d.a2), Md[3] = S(d.a3);
+    Md[0] = S(d.a1);
+    Md[1] = Md[2] = S(d.a2);
+    Md[3] = S(d.a3);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> k) const {

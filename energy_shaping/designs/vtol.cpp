@@ -22,8 +22,10 @@ struct VtolForm {
   }
   template <class T>
   void input(std::span<const T> q, std::span<T> G) const {
-    G[0] = G[3] = T(1.0), G[1] = G[2] = T(0.0);
-    G[4] = phs::cos(q[2]) / T(epsilon), G[5] = phs::sin(q[2]) / T(epsilon);
+    G[0] = G[3] = T(1.0);
+    G[1] = G[2] = T(0.0);
+    G[4] = phs::cos(q[2]) / T(epsilon);
+    G[5] = phs::sin(q[2]) / T(epsilon);
   }
 };
 
@@ -36,8 +38,12 @@ struct VtolDesign {
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
     const S c = phs::cos(q[2]), s = phs::sin(q[2]), ke(d.k1 * d.epsilon), k1(d.k1), k3(d.k3);
-    Md[0] = ke * c * c + k3, Md[1] = Md[3] = ke * c * s, Md[2] = Md[6] = k1 * c;
-    Md[4] = k3 - ke * c * c, Md[5] = Md[7] = k1 * s, Md[8] = S(d.k2);
+    Md[0] = ke * c * c + k3;
+    Md[1] = Md[3] = ke * c * s;
+    Md[2] = Md[6] = k1 * c;
+    Md[4] = k3 - ke * c * c;
+    Md[5] = Md[7] = k1 * s;
+    Md[8] = S(d.k2);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> gain) const {

@@ -18,9 +18,14 @@ std::shared_ptr<const mechanics::MechanicalModel> two_links() {
   const auto link = [&](const char* name, const char* parent, const char* joint, double at,
                         double mass, double com, double inertia) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = parent, s.joint.name = joint, s.joint.type = "revolute";
-    s.joint.axis = {0, 1, 0}, s.placement.r = {0, 0, at};
-    s.mass.mass = mass, s.mass.com = {0, 0, com},
+    s.name = name;
+    s.parent = parent;
+    s.joint.name = joint;
+    s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0};
+    s.placement.r = {0, 0, at};
+    s.mass.mass = mass;
+    s.mass.com = {0, 0, com};
     s.mass.inertia = {inertia, 0, 0, inertia, 0, inertia};
     b.add(s);
   };
@@ -41,14 +46,21 @@ int main(int argc, char** argv) {
       sweep(*acrobot(design), grid_of({logarithmic(100, 800, 20), logarithmic(0.5, 20, 20)}),
             {.start = start, .duration = 20, .step = 0.01});
   const int best = fastest(results, limit);
-  if (best < 0) return std::puts("no gains keep the torque limit"), 1;
-  design.ku = results[size_t(best)].gains[0], design.kv = results[size_t(best)].gains[1];
+  if (best < 0) {
+    std::puts("no gains keep the torque limit");
+    return 1;
+  }
+  design.ku = results[size_t(best)].gains[0];
+  design.kv = results[size_t(best)].gains[1];
   std::printf("of %zu gains the fastest within %g N m: ku = %.0f, kv = %.2f, settles in %.2f s\n\n",
               results.size(), limit, design.ku, design.kv, results[size_t(best)].settling);
 
   const auto loop = acrobot(design, robot, {}, "elbow.torque");
   CertifyOptions o{.region = {{-1.5, -3}, {1.5, 3}, 5}, .starts = {start}};
-  o.periods = {0, 0.005}, o.run.duration = 20, o.run.step = 0.005, o.run.limits = {limit};
+  o.periods = {0, 0.005};
+  o.run.duration = 20;
+  o.run.step = 0.005;
+  o.run.limits = {limit};
   const Certificate certificate = certify(*loop, o);
 
   const Run run = simulate(*loop, start, o.run);

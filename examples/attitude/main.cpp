@@ -13,8 +13,11 @@ using namespace porthos::energy_shaping;
 int main(int argc, char** argv) {
   mechanics::MechanismBuilder b("satellite");
   mechanics::BodySpec body;
-  body.name = "base", body.parent = "world", body.joint.type = "free";
-  body.mass.mass = 120, body.mass.inertia = {30, 2, -1, 20, 1, 15};
+  body.name = "base";
+  body.parent = "world";
+  body.joint.type = "free";
+  body.mass.mass = 120;
+  body.mass.inertia = {30, 2, -1, 20, 1, 15};
   b.add(body);
   const auto satellite = std::make_shared<mechanics::MechanicalModel>(
       std::make_shared<mechanics::Mechanism>(b.build()));
@@ -35,9 +38,12 @@ int main(int argc, char** argv) {
   const std::vector<double> still(6, 0.0);
 
   CertifyOptions o{};
-  o.region.lower.assign(7, -1), o.region.upper.assign(7, 1);
+  o.region.lower.assign(7, -1);
+  o.region.upper.assign(7, 1);
   o.starts = {satellite->state(q, still), satellite->state(minus, still)};
-  o.periods = {0, 0.1}, o.run.duration = 120, o.run.step = 0.05;
+  o.periods = {0, 0.1};
+  o.run.duration = 120;
+  o.run.step = 0.05;
   const Certificate certificate = certify(loop, o);
 
   const Run run = simulate(loop, o.starts[0], o.run), other = simulate(loop, o.starts[1], o.run);

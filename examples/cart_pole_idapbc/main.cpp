@@ -11,7 +11,9 @@ int main(int argc, char** argv) {
   const auto loop = cart_pole({.a = 10, .b = 1, .k = 1, .m22 = 0.1, .P = 1, .kv = 3, .q2_rest = 1});
 
   CertifyOptions o{.region = loop->options().region, .starts = {{1.2, 0, 0, 0}}};
-  o.periods = {0, 0.005}, o.run.duration = 30, o.run.step = 0.0025;
+  o.periods = {0, 0.005};
+  o.run.duration = 30;
+  o.run.step = 0.0025;
   for (const double a : {8.0, 9.0, 11.0, 12.0}) o.plants.push_back(cart_pole_plant({.a = a}));
   const Certificate certificate = certify(*loop, o);
 

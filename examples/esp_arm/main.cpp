@@ -47,9 +47,12 @@ int main(int argc, char** argv) {
   double difference = 0;
   std::vector<double> mapped(4), u(1);
   for (int i = 0;; ++i) {
-    esp.to_target<double>(x.x, mapped), esp.law<double>(x.x, u);
+    esp.to_target<double>(x.x, mapped);
+    esp.law<double>(x.x, u);
     for (size_t k = 0; k < 4; ++k) difference = std::max(difference, std::fabs(mapped[k] - z.x[k]));
-    c.t.push_back(i * o.step), c.x.push_back(x.x), c.u.push_back(u);
+    c.t.push_back(i * o.step);
+    c.x.push_back(x.x);
+    c.u.push_back(u);
     c.H.push_back(energy->hamiltonian(mapped));
     if (i > 0) c.rise = std::max(c.rise, c.H[size_t(i)] - c.H[size_t(i) - 1]);
     if (i == 2000) break;

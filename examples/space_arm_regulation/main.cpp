@@ -13,7 +13,8 @@ using namespace porthos::energy_shaping;
 
 int main(int argc, char** argv) {
   mechanics::UrdfOptions options;
-  options.base = mechanics::UrdfOptions::Base::free, options.accept_unphysical_inertia = true;
+  options.base = mechanics::UrdfOptions::Base::free;
+  options.accept_unphysical_inertia = true;
   const auto urdf = mechanics::read_urdf(
       PORTHOS_SOURCE_DIR "/examples/space_arm_regulation/ets_vii_with_wheels.urdf", options);
   const auto mechanism = std::make_shared<mechanics::Mechanism>(urdf.mechanism);
@@ -30,19 +31,27 @@ int main(int argc, char** argv) {
   // k_x = a_y + a_z, ... The arm feels the attitude's spring too (the generalised Jacobian): its
   // own bandwidth of 0.5 rad/s holds it.
   shaping.poses = {{.link = "base", .attitude_stiffness = {3050, 9550, 50}}};
-  for (const auto& w : wheels)
-    shaping.damping.push_back({w, {0.008}}), shaping.actuators.push_back(w);
+  for (const auto& w : wheels) {
+    shaping.damping.push_back({w, {0.008}});
+    shaping.actuators.push_back(w);
+  }
   shaping.zero_momentum = true;
   const PotentialLoop loop(robot, shaping);
 
   // From: arm stretched, base 0.05 rad off, all at rest.
   auto q = mechanism->neutral();
-  q[3] = std::cos(0.025), q[4] = 0.6 * std::sin(0.025), q[5] = 0.8 * std::sin(0.025);
+  q[3] = std::cos(0.025);
+  q[4] = 0.6 * std::sin(0.025);
+  q[5] = 0.8 * std::sin(0.025);
   const auto start = robot->state(q, std::vector<double>(size_t(mechanism->nv()), 0.0));
   CertifyOptions o{.region = {}, .starts = {start}};
-  o.region.lower.assign(rest.size(), -1), o.region.upper.assign(rest.size(), 1),
-      o.region.samples = 200;
-  o.run.duration = 1500, o.run.step = 0.05, o.run.record = 1, o.periods = {0, 0.05};
+  o.region.lower.assign(rest.size(), -1);
+  o.region.upper.assign(rest.size(), 1);
+  o.region.samples = 200;
+  o.run.duration = 1500;
+  o.run.step = 0.05;
+  o.run.record = 1;
+  o.periods = {0, 0.05};
   Certificate certificate = certify(loop, o);
 
   const Run run = simulate(loop, start, o.run);
@@ -53,8 +62,10 @@ int main(int argc, char** argv) {
     const std::span<const double> s(x);
     const auto total = mechanics::momentum<double>(*mechanism, w, s.first(nq), s.subspan(nq));
     const auto scale = mechanics::momentum_scale(*mechanism, w, s.first(nq), robot->rates(s));
-    P = std::max(P, scale.linear), L = std::max(L, scale.angular);
-    linear = std::max(linear, norm(total.linear)), angular = std::max(angular, norm(total.angular));
+    P = std::max(P, scale.linear);
+    L = std::max(L, scale.angular);
+    linear = std::max(linear, norm(total.linear));
+    angular = std::max(angular, norm(total.angular));
   }
   certificate.at_most("total momentum", std::max(linear / P, angular / L), 1e-13,
                       "stays zero, relative to what the bodies carry at most");

@@ -24,7 +24,8 @@ struct Helical : PlainCoordinates<1> {
   }
   template <int k, class T>
   static void add(const Node& n, T rate, Motion<T>& v) {
-    v.w.z = v.w.z + rate, v.v.z = v.v.z + T(n.pitch) * rate;
+    v.w.z = v.w.z + rate;
+    v.v.z = v.v.z + T(n.pitch) * rate;
   }
   template <int k, template <class> class Inertia, class T>
   static Force<T> column(const Node& n, const Inertia<T>& A) {
@@ -32,7 +33,8 @@ struct Helical : PlainCoordinates<1> {
   }
   template <int k, class T>
   static void add_cross(const Node& n, const Motion<T>& V, T rate, Motion<T>& a) {
-    add_cross_unit<2>(V, rate, a), add_cross_unit<5>(V, T(n.pitch) * rate, a);
+    add_cross_unit<2>(V, rate, a);
+    add_cross_unit<5>(V, T(n.pitch) * rate, a);
   }
 };
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <string_view>
 
+#include "mechanics/inertia.h"
 #include "mechanics/rotation.h"
 #include "phs/description.h"
 

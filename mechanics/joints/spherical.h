@@ -21,7 +21,9 @@ struct Spherical : AxisJoint<0, 1, 2> {
   template <class T>
   static void momentum(const T* q, const T* p, T* mu) {
     const Vec3<T> m = body_momentum(Quaternion<T>::load(q), Quaternion<T>::load(p));
-    mu[0] = m.x, mu[1] = m.y, mu[2] = m.z;
+    mu[0] = m.x;
+    mu[1] = m.y;
+    mu[2] = m.z;
   }
   template <class T>
   static void lift(const T* q, const T* mu, T* p) {

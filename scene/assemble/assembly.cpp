@@ -169,8 +169,12 @@ std::shared_ptr<const phs::Model> with_parts(
 
 mechanics::BodySpec part_of(const FreeBody& b) {
   mechanics::BodySpec part;
-  part.name = b.name, part.parent = "world", part.where = b.where;
-  part.joint.type = "free", part.joint.name = b.name, part.mass = b.mass;
+  part.name = b.name;
+  part.parent = "world";
+  part.where = b.where;
+  part.joint.type = "free";
+  part.joint.name = b.name;
+  part.mass = b.mass;
   return part;
 }
 
@@ -238,7 +242,8 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
     a.splitting = scene.orbit->splitting;
   }
   auto start = start_of(scene, a);
-  a.initial = std::move(start.state), a.centre = start.centre;
+  a.initial = std::move(start.state);
+  a.centre = start.centre;
   return a;
 }
 }  // namespace

@@ -104,7 +104,9 @@ void settle_momentum(const Mechanism& m, phs::State& s) {
 WorldView::WorldView(const Assembly& a) : mechanism_(a.mechanism), centre_(a.centre) {
   if (!centre_) return;
   workspace_.emplace(*mechanism_);
-  q_.resize(size_t(mechanism_->nq())), p_.resize(q_.size()), v_.resize(size_t(mechanism_->nv()));
+  q_.resize(size_t(mechanism_->nq()));
+  p_.resize(q_.size());
+  v_.resize(size_t(mechanism_->nv()));
 }
 
 const phs::State& WorldView::operator()(double t, const phs::State& s) {

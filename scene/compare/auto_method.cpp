@@ -180,7 +180,8 @@ class Choosing {
 
   Scene put_in(const Candidate& c, const std::vector<Candidate>& tried) const {
     Scene s = scene_;
-    s.method = c.method.name, s.step = c.step;
+    s.method = c.method.name;
+    s.step = c.step;
     if (!s.record_every_given)
       s.record_every = std::max(1.0, std::round(s.duration / 1000 / s.step)) * s.step;
     s.choice = fmt::format(

@@ -54,7 +54,8 @@ class Comparing {
     while (!stopped() && time_once_more()) {
     }
     c_.interrupted = stopped();
-    c_.cpu_s = passed(), c_.wall_s = wall();
+    c_.cpu_s = passed();
+    c_.wall_s = wall();
     std::erase_if(c_.methods, [](const auto& m) { return m.short_sweeps && m.trials.empty(); });
     for (auto& m : c_.methods) sort(m);
     return std::move(c_);
@@ -190,7 +191,10 @@ class Comparing {
         continue;
       }
       const double cost = first ? -1 : l.spent_s() + l.predicted_s();
-      if (cost < least) least = cost, best = i;
+      if (cost < least) {
+        least = cost;
+        best = i;
+      }
     }
     tell((1 - timing_share) * double(done) / double(std::max<size_t>(1, ladders_.size())));
     if (best == ladders_.size()) return false;

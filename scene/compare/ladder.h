@@ -41,7 +41,10 @@ class Ladder {
   void finer(const Rung& r);
   std::int64_t below(std::int64_t n) const;
   std::int64_t above(std::int64_t n) const;
-  void seek(Phase phase, std::int64_t n) { phase_ = phase, n_ = n; }
+  void seek(Phase phase, std::int64_t n) {
+    phase_ = phase;
+    n_ = n;
+  }
 
   integrators::Declaration method_;
   bool tolerance_;  ///< rungs are tolerances

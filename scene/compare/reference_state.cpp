@@ -81,7 +81,9 @@ std::optional<ReferenceState> converge(const Assembly& a, const StateScale& scal
       const double error = std::max(distance(scale, *x, *before), unit);
       if (best && !(error < 0.5 * best->error)) break;  // rounding is all that is left
       best.emplace();
-      best->time = o.time, best->x = *x, best->error = error;
+      best->time = o.time;
+      best->x = *x;
+      best->error = error;
       best->made_by =
           fmt::format("{}, step {:.3g} s",
                       std::is_same_v<T, Quad> ? "Gauss collocation of 12 stages in 113 bits"

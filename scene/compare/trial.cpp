@@ -19,7 +19,10 @@ constexpr int most_repeats = 5;   // so often at most
 
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& s) {
   integrators::Options o;
-  if (s.rtol > 0) o.rtol = s.rtol, o.atol = 0.01 * s.rtol;
+  if (s.rtol > 0) {
+    o.rtol = s.rtol;
+    o.atol = 0.01 * s.rtol;
+  }
   o.iteration_tolerance = s.iteration_tolerance;
   return make_integrator(a, s.method, s.step, o);
 }
@@ -96,7 +99,8 @@ class Trying {
 
   void report() {
     RunReport& r = trial_.report;
-    r.step_s = integrator_->step_size(), r.steps = state_.step;
+    r.step_s = integrator_->step_size();
+    r.steps = state_.step;
     r.simulated_s = double(state_.step) * r.step_s;
     r.cost = integrator_->cost();
     r.cpu_s = cpu_;
@@ -127,7 +131,8 @@ double time_again(const Assembly& a, Trial& t) {
   while (state.step < t.report.steps && integrator->step(state) == Outcome::ok) {
   }
   const double cpu = thread_cpu_now() - start;
-  t.report.cpu_s = std::min(t.report.cpu_s, cpu), ++t.timed;
+  t.report.cpu_s = std::min(t.report.cpu_s, cpu);
+  ++t.timed;
   return cpu;
 }
 

@@ -114,15 +114,26 @@ class Plot {
       for (const Trial& t : m.trials) {
         if (!shown(t)) continue;
         const double e = std::max(c_.error_of(t), least_error);
-        fast = std::min(fast, t.report.cpu_s), slow = std::max(slow, t.report.cpu_s);
-        low = std::min(low, e), high = std::max(high, e);
+        fast = std::min(fast, t.report.cpu_s);
+        slow = std::max(slow, t.report.cpu_s);
+        low = std::min(low, e);
+        high = std::max(high, e);
       }
-    if (!(slow > 0)) fast = 0.01, slow = 1, low = 1e-16, high = 1;  // nothing came to an end
-    if (target_ > 1e-3 * low && target_ < 1e3 * high)
-      low = std::min(low, target_), high = std::max(high, target_);
+    if (!(slow > 0)) {
+      fast = 0.01;
+      slow = 1;
+      low = 1e-16;
+      high = 1;
+    }  // nothing came to an end
+    if (target_ > 1e-3 * low && target_ < 1e3 * high) {
+      low = std::min(low, target_);
+      high = std::max(high, target_);
+    }
     const auto decade = [](double x) { return std::log10(x); };
-    x1_ = decade(fast) - 0.12, x2_ = std::max(decade(slow) + 0.12, x1_ + 0.5);
-    y1_ = std::floor(decade(low) - 0.15), y2_ = std::max(std::ceil(decade(high) + 0.15), y1_ + 2);
+    x1_ = decade(fast) - 0.12;
+    x2_ = std::max(decade(slow) + 0.12, x1_ + 0.5);
+    y1_ = std::floor(decade(low) - 0.15);
+    y2_ = std::max(std::ceil(decade(high) + 0.15), y1_ + 2);
   }
 
   double x(double seconds) const {

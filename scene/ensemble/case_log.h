@@ -31,7 +31,10 @@ class CaseLog {
   template <class Seen>
   void each(Seen seen) const {
     std::vector<double> row(layout_.size());
-    for (Place p = begin_; p < end_; p += bytes()) read(p, row), seen(row, p);
+    for (Place p = begin_; p < end_; p += bytes()) {
+      read(p, row);
+      seen(row, p);
+    }
   }
   const std::filesystem::path& path() const { return path_; }
 

@@ -64,7 +64,8 @@ void CaseStore::take_in(int log) {
     if (i < 0 || i >= ensemble_.cases().cases)
       throw InvalidArgument(logs_[size_t(log)]->path().string() + " has a case out of range");
     if (has(i)) return;
-    place_[size_t(i)] = {log, at}, ++done_;
+    place_[size_t(i)] = {log, at};
+    ++done_;
     if (part_.has(i)) ++part_done_;
   });
 }
@@ -101,7 +102,8 @@ void CaseStore::require_complete() const {
 }
 
 void CaseStore::remove() {
-  logs_.clear(), own_ = nullptr;
+  logs_.clear();
+  own_ = nullptr;
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
 }
@@ -147,14 +149,18 @@ EnsembleReport run_ensemble(const Ensemble& ensemble, const EnsembleOptions& o) 
       [&](std::span<const double> row) {
         store.add(row);
         progress.tell();
-        if (progress.spent() - synced > 5) store.sync(), synced = progress.spent();
+        if (progress.spent() - synced > 5) {
+          store.sync();
+          synced = progress.spent();
+        }
       },
       {.threads = o.threads, .lanes = o.lanes, .stop = o.stop});
   store.sync();
   const double wall = progress.spent();
   const std::int64_t run = store.part_done() - before;
   EnsembleReport r = finish_ensemble(ensemble, store, o);
-  r.wall_s = wall, r.run_here = run;
+  r.wall_s = wall;
+  r.run_here = run;
   r.interrupted = store.part_done() < store.of_part() && !r.complete;
   return r;
 }

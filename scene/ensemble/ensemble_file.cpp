@@ -41,8 +41,10 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
   const std::int64_t cases = e.cases().cases;
   Hdf5File file(aside(path));
   const Scene& s = e.scene();
-  file.attribute("/", "title", s.title), file.attribute("/", "method", s.method);
-  file.attribute("/", "step_s", s.step), file.attribute("/", "duration_s", s.duration);
+  file.attribute("/", "title", s.title);
+  file.attribute("/", "method", s.method);
+  file.attribute("/", "step_s", s.step);
+  file.attribute("/", "duration_s", s.duration);
   file.attribute("/", "cases", double(cases));
   file.attribute("/", "sampling",
                  std::string(!e.cases().rows.empty() ? "table"
@@ -51,7 +53,8 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
   file.attribute("/", "seed", std::to_string(e.cases().seed));
   file.group("provenance");
   for (const auto& [name, value] : provenance(s)) file.attribute("provenance", name, value);
-  file.text("provenance/scene", s.text), file.text("provenance/model", s.urdf_text);
+  file.text("provenance/scene", s.text);
+  file.text("provenance/model", s.urdf_text);
   if (!e.cases().table_text.empty()) file.text("provenance/table", e.cases().table_text);
   file.group("final");
   if (l.events > 0) file.group("events");
@@ -67,7 +70,8 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
     };
     constexpr Kind real = Kind::real, integer = Kind::integer;
     add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
-    add("status", l.status, 1, integer, "1"), add("steps", l.steps, 1, integer, "1");
+    add("status", l.status, 1, integer, "1");
+    add("steps", l.steps, 1, integer, "1");
     add("passed", l.passed, 1, integer, "1");
     add("energy_error", l.energy, 1, real, "1");
     add("energy_error_rms", l.energy_rms, 1, real, "1");
@@ -92,7 +96,8 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
       for (size_t i = 0; i < n; ++i)
         store.read(at + std::int64_t(i), std::span(rows).subspan(i * l.size(), l.size()));
       for (Column& c : columns) {
-        reals.clear(), integers.clear();
+        reals.clear();
+        integers.clear();
         for (size_t i = 0; i < n; ++i)
           for (size_t k = 0; k < c.count; ++k) {
             const double v = rows[i * l.size() + c.first + k];
@@ -126,7 +131,8 @@ Spread spread_of(const std::vector<std::pair<double, std::int64_t>>& unsorted) {
 EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   EnsembleReport r;
   const CaseLayout& l = e.layout();
-  r.cases = e.cases().cases, r.done = store.done();
+  r.cases = e.cases().cases;
+  r.done = store.done();
   std::vector<std::pair<double, std::int64_t>> energy, linear, angular;
   std::vector<std::vector<std::pair<double, std::int64_t>>> times(l.events);
   std::vector<double> row(l.size());
@@ -139,7 +145,8 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
     if (status != 0) {
       ++r.failures[case_status(status)];
     } else {
-      energy.emplace_back(row[l.energy], i), linear.emplace_back(row[l.linear], i);
+      energy.emplace_back(row[l.energy], i);
+      linear.emplace_back(row[l.linear], i);
       angular.emplace_back(row[l.angular], i);
     }
     const auto verdict = integer(row[l.passed]);
@@ -149,7 +156,9 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
     else if (r.not_passed.size() < 10)
       r.not_passed.push_back(i);
   }
-  r.energy = spread_of(energy), r.linear = spread_of(linear), r.angular = spread_of(angular);
+  r.energy = spread_of(energy);
+  r.linear = spread_of(linear);
+  r.angular = spread_of(angular);
   const auto names = event_names(e.scene());
   for (size_t k = 0; k < l.events; ++k)
     r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
@@ -169,9 +178,12 @@ Json json_of(const Spread& s) {
 std::string ensemble_json(const Ensemble& e, const CaseStore& store, const EnsembleReport& r) {
   const CaseLayout& l = e.layout();
   Json j;
-  j["title"] = e.scene().title, j["method"] = e.scene().method;
-  j["step_s"] = e.scene().step, j["duration_s"] = e.scene().duration;
-  j["cases"] = r.cases, j["passed"] = r.passed;
+  j["title"] = e.scene().title;
+  j["method"] = e.scene().method;
+  j["step_s"] = e.scene().step;
+  j["duration_s"] = e.scene().duration;
+  j["cases"] = r.cases;
+  j["passed"] = r.passed;
   j["not_judged"] = r.not_judged;
   j["verdict"] = to_string(r.verdict());
   Json failures = Json::object();

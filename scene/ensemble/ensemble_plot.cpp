@@ -117,7 +117,10 @@ std::string ensemble_plot(const Ensemble& e, const CaseStore& store, const Ensem
            fmt::format("{} cases  ·  {}  ·  step {:g} s  ·  {:g} s each  ·  {} passed", r.cases,
                        e.scene().method, e.scene().step, e.scene().duration, r.passed));
   double top = first;
-  for (const Histogram& h : all) draw(svg, h, axis, top), top += tall(h);
+  for (const Histogram& h : all) {
+    draw(svg, h, axis, top);
+    top += tall(h);
+  }
   svg.text((left + right) / 2, height - gap + 46 - 10, "middle", 11.5, colour::soft,
            "largest relative error over a run");
   return svg.finish();

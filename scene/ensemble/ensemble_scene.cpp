@@ -133,7 +133,8 @@ class EnsembleReader {
     const char* name = t.has("uniform") ? "uniform" : t.has("normal") ? "normal" : "log_uniform";
     d.kind = t.has("uniform") ? Kind::uniform : t.has("normal") ? Kind::normal : Kind::log_uniform;
     const auto ab = t.numbers<2>(name, "");
-    d.a = ab[0], d.b = ab[1];
+    d.a = ab[0];
+    d.b = ab[1];
     if (const auto why = d.trouble(); !why.empty())
       t.fail(name, fmt::format("is no distribution: {}", why));
     return d;

@@ -74,9 +74,11 @@ Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
   const Owned space(H5Screate_simple(rank, shape, nullptr));
   const Owned create(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(create, false);
-  if (rows > 0)
-    H5Pset_chunk(create, rank, chunk), H5Pset_shuffle(create),
-        H5Pset_deflate(create, deflate_level);
+  if (rows > 0) {
+    H5Pset_chunk(create, rank, chunk);
+    H5Pset_shuffle(create);
+    H5Pset_deflate(create, deflate_level);
+  }
   const hid_t type = kind == Kind::real ? H5T_IEEE_F64LE : H5T_STD_I64LE;
   const Owned access(H5Pcreate(H5P_DATASET_ACCESS));
   H5Pset_chunk_cache(access, 1, 0, 1);  // whole chunks are written once: a cache would only grow

@@ -155,7 +155,8 @@ class Trajectory {
       if (map.v.count(c.name) || !map.p.count(c.name)) k.v = finder.find(map.v, "v", c, c.nv);
       if (k.v.empty()) k.p = finder.find(map.p, "p", c, c.nq);
       if (k.v.empty() && k.p.empty()) missing(c, "v");
-      by_rates_ |= !k.v.empty(), by_momenta_ |= !k.p.empty();
+      by_rates_ |= !k.v.empty();
+      by_momenta_ |= !k.p.empty();
       if (k.v.empty())
         k.v.assign(size_t(c.nv), Numbers(table.rows()));  // from the momenta, row by row
       const auto torque = finder.find(map.torque, "torque", c, c.nv);
@@ -164,7 +165,10 @@ class Trajectory {
             "{}: torques are given for '{}', which has {} freedoms, expected joints "
             "of one",
             map.path.empty() ? table.at(0) : map.where.at("torque." + c.name), c.name, c.nv));
-      if (!torque.empty()) k.torque = torque[0], torques_.push_back(c.name);
+      if (!torque.empty()) {
+        k.torque = torque[0];
+        torques_.push_back(c.name);
+      }
       columns_.push_back(std::move(k));
     }
     if (by_rates_ && by_momenta_)
@@ -387,8 +391,11 @@ RunReport judge_file(const JudgeOptions& o) {
     }
     log.flush();
   }
-  r.title = scene.title, r.method = scene.method, r.step_s = step;
-  r.simulated_s = t.back() - t[0], r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
+  r.title = scene.title;
+  r.method = scene.method;
+  r.step_s = step;
+  r.simulated_s = t.back() - t[0];
+  r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
   r.notes.push_back(
       fmt::format("{} was made elsewhere and judged as it is: {} rows", o.file, t.size()));

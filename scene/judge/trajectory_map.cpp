@@ -60,7 +60,8 @@ std::string without_columns(const std::string& text) {
 
 TrajectoryMap read_trajectory_map(const std::string& path) {
   TrajectoryMap m;
-  m.path = path, m.text = read_file(path);
+  m.path = path;
+  m.text = read_file(path);
   const File file{path};
   toml::table root;
   try {
@@ -77,8 +78,10 @@ TrajectoryMap read_trajectory_map(const std::string& path) {
                  "torque_between"});
   if (t.has("time")) m.time = t.text("time", "the name of a column");
   const toml::table& raw = *columns->as_table();
-  m.q = columns_of(file, raw, "q", m), m.v = columns_of(file, raw, "v", m);
-  m.p = columns_of(file, raw, "p", m), m.torque = columns_of(file, raw, "torque", m);
+  m.q = columns_of(file, raw, "q", m);
+  m.v = columns_of(file, raw, "v", m);
+  m.p = columns_of(file, raw, "p", m);
+  m.torque = columns_of(file, raw, "torque", m);
   if (t.has("linear_velocity_axes"))
     m.linear_in_body = t.choice("linear_velocity_axes", {"world", "body"}) == "body";
   if (t.has("angular_velocity_axes"))

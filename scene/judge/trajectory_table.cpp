@@ -59,7 +59,8 @@ void TrajectoryTable::read_csv(const std::string& text) {
   for (std::size_t from = 0; from < text.size();) {
     const auto to = std::min(text.find('\n', from), text.size());
     const std::string_view all = std::string_view(text).substr(from, to - from);
-    from = to + 1, ++line;
+    from = to + 1;
+    ++line;
     if (without_edges(all).empty() || without_edges(all).front() == '#') continue;
     const std::string where = fmt::format("{}:{}", path_.string(), line);
     if (order.empty()) {
@@ -83,7 +84,8 @@ void TrajectoryTable::read_csv(const std::string& text) {
         order[k]->no_number[rows_] = std::string(cells[k]);
       order[k]->values.push_back(x);
     }
-    lines_.push_back(line), ++rows_;
+    lines_.push_back(line);
+    ++rows_;
   }
 }
 

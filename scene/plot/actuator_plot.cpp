@@ -31,10 +31,14 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
               const std::vector<Curve>& curves, double mark) {
   double low = 0, high = 0;
   for (const auto& c : curves)
-    for (const double y : c.y) low = std::min(low, y), high = std::max(high, y);
+    for (const double y : c.y) {
+      low = std::min(low, y);
+      high = std::max(high, y);
+    }
   if (high == low) high = low + 1;
   const double room = 0.04 * (high - low);
-  low -= room, high += room;
+  low -= room;
+  high += room;
   const auto px = [&](double v) { return left + panel * (v - x.front()) / (x.back() - x.front()); };
   const auto py = [&](double v) { return bottom - (bottom - top) * (v - low) / (high - low); };
   svg.text(left, top - 12, "start", 12.5, colour::ink, title);
@@ -78,10 +82,13 @@ std::string datasheet_plot(const vsa::Device& d) {
       if (std::any_of(strains.begin(), strains.end(),
                       [&](double v) { return std::fabs(v) > d.limits.deflection; }))
         continue;
-      t.x.push_back(q), t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q);
-      c.x.push_back(q), c.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
+      t.x.push_back(q);
+      t.y.push_back(e->slopes(q, d.theta, sigmas[k]).q);
+      c.x.push_back(q);
+      c.y.push_back(e->stiffness(q, d.theta, sigmas[k]));
     }
-    torque.push_back(t), stiffness.push_back(c);
+    torque.push_back(t);
+    stiffness.push_back(c);
   }
   Svg svg(width, height);
   svg.text(64, 26, "start", 16, colour::ink, d.title, " font-weight=\"600\"");

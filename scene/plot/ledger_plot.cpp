@@ -24,7 +24,10 @@ const char* colour_of(size_t i) { return palette[i % std::size(palette)]; }
 
 struct Range {
   double low = 0, high = 0;
-  void take(double x) { low = std::min(low, x), high = std::max(high, x); }
+  void take(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
   void widen() {
     if (!(high > low)) high = low + 1;
     const double room = 0.04 * (high - low);
@@ -107,7 +110,10 @@ class LedgerPlot {
           line.value.empty() ? 0 : *std::min_element(line.value.begin(), line.value.end());
       const double from = std::min(0.0, least);
       auto sum = top.back();
-      for (size_t i = 0; i < sum.size(); ++i) sum[i] += line.value[i] - from, r.take(sum[i]);
+      for (size_t i = 0; i < sum.size(); ++i) {
+        sum[i] += line.value[i] - from;
+        r.take(sum[i]);
+      }
       top.push_back(std::move(sum));
       names.push_back(line.name + (from < 0 ? " (above its least)" : ""));
     }

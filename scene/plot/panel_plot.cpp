@@ -38,7 +38,10 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
   const auto& m = *assembly.mechanism;
   std::vector<std::vector<size_t>> at;
   TracePanel tips{"tip off its plane [m]", {}}, rates{"rates of the base [rad/s]", {}};
-  for (const auto& p : scene.panels) at.push_back(hinges(m, p)), tips.lines.push_back({p.name});
+  for (const auto& p : scene.panels) {
+    at.push_back(hinges(m, p));
+    tips.lines.push_back({p.name});
+  }
   int base = -1;
   for (const auto& c : m.coordinates())
     if (c.joint == mechanics::base_joint_name && c.kind == phs::BlockKind::rotation) base = c.v;
@@ -62,8 +65,10 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
       if (base < 0) continue;
       turns_of(layout, row, turns);
       const auto v = assembly.mechanical->rates(x.first(size_t(2 * m.nq())), turns);
-      for (size_t c = 0; c < 3; ++c)
-        rates.lines[c].t.push_back(t), rates.lines[c].value.push_back(v[size_t(base) + c]);
+      for (size_t c = 0; c < 3; ++c) {
+        rates.lines[c].t.push_back(t);
+        rates.lines[c].value.push_back(v[size_t(base) + c]);
+      }
     }
   std::vector<TracePanel> panels{tips};
   if (base >= 0) panels.push_back(rates);

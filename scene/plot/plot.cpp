@@ -54,8 +54,10 @@ class Canvas {
       for (const double v : {p.low, p.rms})
         if (v > 0) lowest = std::min(lowest, v);
     }
-    if (!(highest > 0) || !std::isfinite(highest))
-      highest = 1e-16, lowest = 1e-18;  // nothing but zeros
+    if (!(highest > 0) || !std::isfinite(highest)) {
+      highest = 1e-16;
+      lowest = 1e-18;
+    }  // nothing but zeros
     lowest = std::max(lowest, highest * 1e-5);
     if (labels_.limit && limit_fits(highest)) highest = std::max(highest, *labels_.limit);
     high_ = static_cast<int>(std::ceil(std::log10(highest) + 0.05));
@@ -158,7 +160,10 @@ class Canvas {
     const auto point = [&](std::string& path, double t, double v) {
       fmt::format_to(std::back_inserter(path), "{:.1f},{:.1f} ", x(t), y(v));
     };
-    for (const auto& p : points) point(upper, p.t, p.high), point(rms, p.t, p.rms);
+    for (const auto& p : points) {
+      point(upper, p.t, p.high);
+      point(rms, p.t, p.rms);
+    }
     for (auto p = points.rbegin(); p != points.rend(); ++p) point(lower, p->t, p->low);
     put(R"(<polygon points="{}{}" fill="{}" fill-opacity="0.45" stroke="{}" )"
         R"(stroke-width="0.8" stroke-linejoin="round"/>)",
@@ -247,14 +252,16 @@ Envelope::Envelope(double first, double last)
 void Envelope::add(double t, double error) {
   const double v = std::fabs(error);
   if (!std::isfinite(t) || !std::isfinite(v)) return;
-  sum_of_squares_ += v * v, ++count_;
+  sum_of_squares_ += v * v;
+  ++count_;
   if (logarithmic_ && t < first_) return;
   const double f = logarithmic_ ? std::log(t / first_) / std::log(last_ / first_) : t / last_;
   const int column = std::clamp(static_cast<int>(f * columns), 0, columns - 1);
   if (column != column_) points_.push_back({t, v, v, 0});
   column_ = column;
   EnvelopePoint& p = points_.back();
-  p.low = std::min(p.low, v), p.high = std::max(p.high, v);
+  p.low = std::min(p.low, v);
+  p.high = std::max(p.high, v);
   p.rms = std::sqrt(sum_of_squares_ / count_);
 }
 

@@ -42,7 +42,10 @@ std::string space_plot(const RunReport& r) {
   double low = HUGE_VAL, high = 0;
   for (const Row& row : rows)
     for (const double x : {row.stands, row.went, row.defect})
-      if (x > 0) low = std::min(low, x), high = std::max(high, x);
+      if (x > 0) {
+        low = std::min(low, x);
+        high = std::max(high, x);
+      }
   if (!(high > 0)) low = high = 1;
   const double first = std::floor(std::log10(low)) - 1, last = std::ceil(std::log10(high)) + 1;
   const auto x_of = [&](double joule) {

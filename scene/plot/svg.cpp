@@ -35,7 +35,10 @@ std::string power_of_ten(int exponent) {
 std::string scientific(double x) {
   int e = static_cast<int>(std::floor(std::log10(x)));
   double m = std::round(x / std::pow(10.0, e) * 100) / 100;
-  if (m >= 10) m /= 10, ++e;
+  if (m >= 10) {
+    m /= 10;
+    ++e;
+  }
   return m == 1 ? power_of_ten(e) : fmt::format("{:g}·{}", m, power_of_ten(e));
 }
 

@@ -32,7 +32,10 @@ class TracePlot {
               R"( font-weight="600")");
     svg_.text(left, 61, "start", 13, soft, fit_text(subtitle, 13, width - left - 20));
     top_ = first_top;
-    for (const auto& p : panels_) panel(p), top_ += height + gap;
+    for (const auto& p : panels_) {
+      panel(p);
+      top_ += height + gap;
+    }
     time_axis(top_ - gap);
     return svg_.finish();
   }
@@ -43,18 +46,26 @@ class TracePlot {
   double y(double v) const { return top_ + height * (high_ - v) / (high_ - low_); }
 
   void panel(const TracePanel& p) {
-    low_ = HUGE_VAL, high_ = -HUGE_VAL;
+    low_ = HUGE_VAL;
+    high_ = -HUGE_VAL;
     for (const auto& l : p.lines)
       for (const double v : l.value)
-        if (const double s = scaled(p, v); std::isfinite(s))
-          low_ = std::min(low_, s), high_ = std::max(high_, s);
-    if (!(high_ >= low_)) low_ = 0, high_ = 1;
+        if (const double s = scaled(p, v); std::isfinite(s)) {
+          low_ = std::min(low_, s);
+          high_ = std::max(high_, s);
+        }
+    if (!(high_ >= low_)) {
+      low_ = 0;
+      high_ = 1;
+    }
     if (p.logarithmic) {
-      low_ = std::max(std::floor(low_), std::ceil(high_) - 16), high_ = std::ceil(high_);
+      low_ = std::max(std::floor(low_), std::ceil(high_) - 16);
+      high_ = std::ceil(high_);
       if (high_ <= low_) high_ = low_ + 1;
     } else {
       const double room = high_ > low_ ? 0.05 * (high_ - low_) : std::max(1e-12, std::fabs(high_));
-      low_ -= room, high_ += room;
+      low_ -= room;
+      high_ += room;
     }
     const double step =
         p.logarithmic ? std::max(1.0, std::ceil((high_ - low_) / 5)) : round_step(high_ - low_, 4);

@@ -70,7 +70,8 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
   d.command = read_signal(t.table("command", {"constant", "sine", "profile"}), unit.c_str());
   if (d.kind == DriveKind::torque || d.kind == DriveKind::position) {
     t.require("inertia", "a number of kg m^2");
-    d.inertia = t.number("inertia", " of kg m^2"), d.gear = t.number_or("gear", "", 1);
+    d.inertia = t.number("inertia", " of kg m^2");
+    d.gear = t.number_or("gear", "", 1);
     d.viscous = t.not_negative_or("viscous", " of N m s/rad", 0);
     d.torque_limit = t.number_or("torque_limit", " of N m", HUGE_VAL);
     if (t.has("coulomb") != t.has("smoothing"))
@@ -82,8 +83,9 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
   }
   d.rate_limit = t.number_or("rate_limit", " of rad/s", HUGE_VAL);
   if (d.kind == DriveKind::position) {
-    t.require("kp", "a number of N m/rad"), t.require("kd", "a number of N m s/rad");
-    d.kp = t.not_negative_or("kp", " of N m/rad", 0),
+    t.require("kp", "a number of N m/rad");
+    t.require("kd", "a number of N m s/rad");
+    d.kp = t.not_negative_or("kp", " of N m/rad", 0);
     d.kd = t.not_negative_or("kd", " of N m s/rad", 0);
   }
   if (d.kind == DriveKind::servo) {
@@ -99,7 +101,8 @@ void read_limits(const Table& t, vsa::Limits& l) {
   l.sigma_stop_stiffness = t.number_or("sigma_stop_stiffness", "", l.sigma_stop_stiffness);
   if (!t.has("sigma")) return;
   const auto range = t.numbers<2>("sigma", " (lower and upper)");
-  l.sigma_lower = range[0], l.sigma_upper = range[1];
+  l.sigma_lower = range[0];
+  l.sigma_upper = range[1];
 }
 
 /// The parameters of a family: numbers, and arrays where it asks for one.
@@ -134,7 +137,8 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
   if (t.has("device")) {
     const auto& d = vsa::device(t.text("device", "the name of a device"));
     vsa::elastic_of(d);  // refuses one without a model
-    family = d.family, limits = d.limits;
+    family = d.family;
+    limits = d.limits;
     for (const auto& p : d.parameters) values[p.name] = p.value;
   } else if (t.has("table")) {
     family = "tabulated";
@@ -145,7 +149,8 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
-    limits.sigma_lower = m.sigma.front(), limits.sigma_upper = m.sigma.back();
+    limits.sigma_lower = m.sigma.front();
+    limits.sigma_upper = m.sigma.back();
   } else {
     family = t.text("family", "the name of a family");
     if (t.has("parameters")) values = read_parameters(t, family);
@@ -166,7 +171,8 @@ std::vector<JointActuator> read_actuators(const Table& scene, const std::string&
   const auto known = [&](const std::string&, const std::string&) { return keys; };
   scene.each_of("actuator", "joint", known, [&](const std::string& joint, const Table& t) {
     JointActuator j;
-    j.joint = joint, j.where = t.where();
+    j.joint = joint;
+    j.where = t.where();
     j.name = t.has("name") ? t.text("name", "text") : joint + ".actuator";
     at_line(j.where, [&] {
       vsa::Actuator& a = j.actuator;

@@ -49,7 +49,8 @@ void read_spring(const Table& t, Element& e) {
   if (table) {
     for (const char* key : {"stiffness", "rest", "cubic"})
       if (t.has(key)) t.fail(key, "is given with a table of forces, expected one of both");
-    t.require("elongation", "an array of rad or m"), t.require("force", "an array of N m or N");
+    t.require("elongation", "an array of rad or m");
+    t.require("force", "an array of N m or N");
     e.potential = phs::tabulated_spring(t.list("elongation", " of rad or m"),
                                         t.list("force", " of N m or N"));
   } else {
@@ -224,7 +225,8 @@ phs::FunctionPtr read_signal(const Table& t, const char* unit) {
                      s.number_or("phase", " of rad", 0));
   }
   const Table p = t.table("profile", {"times", "values"});
-  p.require("times", "an array of seconds"), p.require("values", "an array of numbers");
+  p.require("times", "an array of seconds");
+  p.require("values", "an array of numbers");
   return phs::profile(p.list("times", " of seconds"), p.list("values", unit));
 }
 
@@ -248,7 +250,8 @@ std::vector<Element> read_elements(const Table& scene) {
   std::vector<Element> list;
   scene.each_of("element", "type", element_keys, [&](const std::string& type, const Table& t) {
     Element e;
-    e.type = type, e.where = t.where();
+    e.type = type;
+    e.where = t.where();
     if (!is_part(type)) {
       t.require("joint", "the name of a joint");
       e.joint = t.text("joint", "the name of a joint");

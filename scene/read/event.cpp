@@ -37,7 +37,10 @@ double limit(const Table& t, const char* key, const char* unit) {
 void read_moment(const Table& t, Event& e) {
   for (const auto& [key, to] : {std::pair{"above", &e.above}, {"below", &e.below}})
     if (t.has(key)) *to = t.number(key, " of rad or m");
-  if (t.has("when")) t.choice("when", {"within_reach"}), e.within_reach = true;
+  if (t.has("when")) {
+    t.choice("when", {"within_reach"});
+    e.within_reach = true;
+  }
   const int given = t.has("at") + t.has("when") + t.has("above") + t.has("below");
   const bool may_wait = e.type == Type::lock || e.type == Type::capture || e.type == Type::engage;
   if (given != 1 && may_wait)
@@ -71,7 +74,8 @@ Event read_event(const std::string& type, const Table& t) {
   if (e.type != Type::capture && e.type != Type::engage) return e;
   if (e.type == Type::capture) {
     t.require("link", "the name of a link");
-    e.latch.body = e.name, e.latch.link = t.text("link", "the name of a link");
+    e.latch.body = e.name;
+    e.latch.link = t.text("link", "the name of a link");
     e.latch.on_body = t.vector_or_zero("on_body", " of metres");
     e.latch.on_link = t.vector_or_zero("on_link", " of metres");
   }
@@ -91,8 +95,12 @@ mechanics::MassProperties read_mass_properties(const Table& t) {
   m.com = t.vector_or_zero("com", " of metres");
   if (!t.has("inertia")) return m;
   const auto i = t.numbers<6>("inertia", " of kg m^2 (ixx, iyy, izz, ixy, ixz, iyz)");
-  m.inertia.xx = i[0], m.inertia.yy = i[1], m.inertia.zz = i[2];
-  m.inertia.xy = i[3], m.inertia.xz = i[4], m.inertia.yz = i[5];
+  m.inertia.xx = i[0];
+  m.inertia.yy = i[1];
+  m.inertia.zz = i[2];
+  m.inertia.xy = i[3];
+  m.inertia.xz = i[4];
+  m.inertia.yz = i[5];
   return m;
 }
 
@@ -126,7 +134,8 @@ std::vector<FreeBody> read_bodies(const Table& scene) {
   };
   scene.each_of("body", "name", known, [&](const std::string& name, const Table& t) {
     FreeBody b;
-    b.name = name, b.where = t.where();
+    b.name = name;
+    b.where = t.where();
     t.require("inertia", "6 numbers of kg m^2");
     b.mass = read_mass_properties(t);
     b.start = read_base_start(t);

@@ -67,7 +67,8 @@ space::PointState<double> start_of(const Table& t, const space::Planet& p) {
     if (vectors && t.has(key))
       t.fail(key, "is given with position and velocity, expected one of both");
   if (vectors) {
-    t.require("position", "3 numbers of metres"), t.require("velocity", "3 numbers of m/s");
+    t.require("position", "3 numbers of metres");
+    t.require("velocity", "3 numbers of m/s");
     return {t.vector_or_zero("position", " of metres"), t.vector_or_zero("velocity", " of m/s")};
   }
   if (t.has("altitude") == t.has("semi_major_axis"))
@@ -119,7 +120,8 @@ void plates(const Table& t, space::Environment& env) {
   };
   t.each_of("plates", "link", known, [&](const std::string& link, const Table& p) {
     space::Plate plate;
-    plate.link = link, plate.where = p.where();
+    plate.link = link;
+    plate.where = p.where();
     plate.area = required_positive(p, "area", " of m^2");
     p.require("normal", "3 numbers, the outward normal");
     plate.normal = p.vector_or_zero("normal", "");

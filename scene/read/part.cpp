@@ -87,8 +87,10 @@ mechanics::Pose frame(const Table& t, const char* place, const char* rpy) {
 }
 space::SoftLatch soft_latch(const Table& t) {
   space::SoftLatch x;
-  x.link = name_of_link(t, "link"), x.body = name_of_link(t, "body");
-  x.on_link = frame(t, "on_link", "on_link_rpy"), x.on_body = frame(t, "on_body", "on_body_rpy");
+  x.link = name_of_link(t, "link");
+  x.body = name_of_link(t, "body");
+  x.on_link = frame(t, "on_link", "on_link_rpy");
+  x.on_body = frame(t, "on_body", "on_body_rpy");
   x.stiffness = three(t, "stiffness", " of N/m");
   x.turning_stiffness = three(t, "turning_stiffness", " of N m/rad");
   x.damping = three(t, "damping", " of N s/m");
@@ -117,9 +119,18 @@ Names part_keys(std::string_view type) {
 void read_part(const Table& t, Element& e) {
   t.require("name", "the name of its row in the books");
   e.name = t.text("name", "text");
-  if (e.type == "thruster") e.thruster = thruster(t), e.thruster->name = e.name;
-  if (e.type == "torquer") e.torquer = torquer(t), e.torquer->name = e.name;
-  if (e.type == "soft_latch") e.latch = soft_latch(t), e.latch->name = e.name;
+  if (e.type == "thruster") {
+    e.thruster = thruster(t);
+    e.thruster->name = e.name;
+  }
+  if (e.type == "torquer") {
+    e.torquer = torquer(t);
+    e.torquer->name = e.name;
+  }
+  if (e.type == "soft_latch") {
+    e.latch = soft_latch(t);
+    e.latch->name = e.name;
+  }
 }
 
 std::vector<mechanics::Panel> read_panels(const Table& scene) {
@@ -132,7 +143,8 @@ std::vector<mechanics::Panel> read_panels(const Table& scene) {
   };
   scene.each_of("panel", "name", known, [&](const std::string& name, const Table& t) {
     mechanics::Panel p;
-    p.name = name, p.where = t.where();
+    p.name = name;
+    p.where = t.where();
     p.link = name_of_link(t, "link");
     const auto axis = [&](const char* key, Vec3d otherwise) {
       const Vec3d a = t.has(key) ? t.vector_or_zero(key, "") : otherwise;

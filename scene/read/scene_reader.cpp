@@ -382,11 +382,15 @@ class Reader {
     const auto limit = [&](const char* key, std::optional<double>& to) {
       if (t.has(key)) to = t.not_negative_or(key, "", 0);
     };
-    limit("energy", l.energy), limit("linear_momentum", l.linear_momentum);
-    limit("angular_momentum", l.angular_momentum), limit("quaternion_norm", l.quaternion_norm);
-    limit("balance", l.balance), limit("symmetry", l.symmetry);
+    limit("energy", l.energy);
+    limit("linear_momentum", l.linear_momentum);
+    limit("angular_momentum", l.angular_momentum);
+    limit("quaternion_norm", l.quaternion_norm);
+    limit("balance", l.balance);
+    limit("symmetry", l.symmetry);
     limit("step_halving", l.step_halving);
-    limit("orbital", l.orbital), limit("coupling", l.coupling);
+    limit("orbital", l.orbital);
+    limit("coupling", l.coupling);
     if (!l.any()) l = default_limits(s_.orbit.has_value());
   }
 

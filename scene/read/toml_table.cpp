@@ -74,7 +74,8 @@ void replace(toml::table& root, const std::string& key, const std::vector<double
       const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
       const auto [rest, error] = std::from_chars(first, last, n);
       if (error != std::errc() || rest != last) nowhere("expected a whole number in the brackets");
-      place = n, name.resize(open);
+      place = n;
+      name.resize(open);
     }
     toml::table* table = at->as_table();
     if (!table || name.empty()) nowhere("expected tables and keys with dots between them");

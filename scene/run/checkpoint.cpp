@@ -71,16 +71,28 @@ class ByteReader {
 std::string content_of(const Checkpoint& c) {
   std::string out;
   put(out, std::uint64_t(c.fingerprint.size()));
-  for (const auto& [name, value] : c.fingerprint) put(out, name), put(out, value);
+  for (const auto& [name, value] : c.fingerprint) {
+    put(out, name);
+    put(out, value);
+  }
   put(out, std::int64_t(c.outcome));
-  put(out, c.state.x), put(out, c.state.lo), put(out, c.state.turns), put(out, c.state.step);
-  put(out, c.state.origin), put(out, c.state.origin_lo), put(out, c.state.origin_step);
+  put(out, c.state.x);
+  put(out, c.state.lo);
+  put(out, c.state.turns);
+  put(out, c.state.step);
+  put(out, c.state.origin);
+  put(out, c.state.origin_lo);
+  put(out, c.state.origin_step);
   put(out, c.memory);
-  put(out, c.cost.steps), put(out, c.cost.evaluations), put(out, c.cost.sweeps);
+  put(out, c.cost.steps);
+  put(out, c.cost.evaluations);
+  put(out, c.cost.sweeps);
   put(out, c.cost.factorisations);
   put(out, c.statistics);
-  put(out, c.log.records), put(out, c.log.digest);
-  put(out, c.cpu_s), put(out, c.wall_s);
+  put(out, c.log.records);
+  put(out, c.log.digest);
+  put(out, c.cpu_s);
+  put(out, c.wall_s);
   return out;
 }
 
@@ -88,18 +100,30 @@ Checkpoint parse(std::string_view content) {
   Checkpoint c;
   ByteReader in(content);
   c.fingerprint.resize(in.count(16));
-  for (auto& [name, value] : c.fingerprint) in.get(name), in.get(value);
+  for (auto& [name, value] : c.fingerprint) {
+    in.get(name);
+    in.get(value);
+  }
   std::int64_t outcome = 0;
   in.get(outcome);
   c.outcome = static_cast<integrators::Outcome>(outcome);
-  in.get(c.state.x), in.get(c.state.lo), in.get(c.state.turns), in.get(c.state.step);
-  in.get(c.state.origin), in.get(c.state.origin_lo), in.get(c.state.origin_step);
+  in.get(c.state.x);
+  in.get(c.state.lo);
+  in.get(c.state.turns);
+  in.get(c.state.step);
+  in.get(c.state.origin);
+  in.get(c.state.origin_lo);
+  in.get(c.state.origin_step);
   in.get(c.memory);
-  in.get(c.cost.steps), in.get(c.cost.evaluations), in.get(c.cost.sweeps);
+  in.get(c.cost.steps);
+  in.get(c.cost.evaluations);
+  in.get(c.cost.sweeps);
   in.get(c.cost.factorisations);
   in.get(c.statistics);
-  in.get(c.log.records), in.get(c.log.digest);
-  in.get(c.cpu_s), in.get(c.wall_s);
+  in.get(c.log.records);
+  in.get(c.log.digest);
+  in.get(c.cpu_s);
+  in.get(c.wall_s);
   return c;
 }
 
@@ -129,7 +153,8 @@ Checkpoint read_checkpoint(const fs::path& folder) {
 
   std::uint64_t version = 0, length = 0;
   ByteReader head(std::string_view(bytes).substr(sizeof magic));
-  head.get(version), head.get(length);
+  head.get(version);
+  head.get(length);
   if (version != format_version)
     throw InvalidArgument(
         fmt::format("the checkpoint {} has format version {}, this program reads version {}",

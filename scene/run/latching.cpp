@@ -25,8 +25,10 @@ mechanics::Latch limits_of(const Scene& scene, const Event& e) {
   mechanics::Latch l = e.latch;
   if (e.type != Event::Type::engage) return l;
   const space::SoftLatch& soft = *find_latch(scene, e.name)->latch;
-  l.link = soft.link, l.body = soft.body;
-  l.on_link = soft.on_link.r, l.on_body = soft.on_body.r;
+  l.link = soft.link;
+  l.body = soft.body;
+  l.on_link = soft.on_link.r;
+  l.on_body = soft.on_body.r;
   return l;
 }
 

@@ -46,7 +46,8 @@ double Ledger::add(double t, const Measured& m, bool regular) {
   stored_ = m.stored_J;
   const double off = look(m);
   --totals_.looks;
-  totals_.t = t, totals_.stored_J = m.energy_change_J;
+  totals_.t = t;
+  totals_.stored_J = m.energy_change_J;
   energy_.add(off, regular);
   return off;
 }
@@ -83,7 +84,8 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.angular_momentum_error = relative(s.max_angular, std::max(size.angular, s.max_angular_scale));
   r.quaternion_norm_error = s.max_quaternion_norm;
 
-  r.records = energy_.count(), r.looks = std::int64_t(s.looks);
+  r.records = energy_.count();
+  r.looks = std::int64_t(s.looks);
   r.stored_J = s.stored_J;
   r.turned_over_J = turned_over_;
   for (size_t a = 0; a < sum_.size(); ++a) {

@@ -25,11 +25,13 @@ Meter::Meter(const Assembly& a)
     : model_(a.model), mechanical_(a.mechanical), system_(a.model->instantiate<Real>()) {
   if (mechanical_) workspace_.emplace(mechanical_->mechanism());
   const phs::Description& d = model_->description();
-  x_.resize(size_t(d.nx)), stored_.resize(d.storages.size());
+  x_.resize(size_t(d.nx));
+  stored_.resize(d.storages.size());
   linear_is_structure_ = linear_momentum_is_structure(a);
   invariants_.resize(size_t(d.invariant_count()));
   now_.stored_J.resize(stored_.size());
-  turns_.resize(a.initial.turns.size()), turn_angles_.resize(turns_.size());
+  turns_.resize(a.initial.turns.size());
+  turn_angles_.resize(turns_.size());
   for (const auto& i : d.invariants) {
     if (i.name == "linear_momentum") linear_at_ = i.at;
     if (i.name == "angular_momentum") angular_at_ = i.at;

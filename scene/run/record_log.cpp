@@ -50,7 +50,10 @@ RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
   };
   if (extrema != Extrema::none) watch(x(), turn());
   if (extrema == Extrema::all) watch(energy(), work());
-  if (extrema != Extrema::none) watch(work(), sweeps()), watch(ledger(), plain());
+  if (extrema != Extrema::none) {
+    watch(work(), sweeps());
+    watch(ledger(), plain());
+  }
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
@@ -61,8 +64,10 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
   for (size_t i = 0; i < l.turns; ++i) row[l.turn() + i] = std::bit_cast<double>(s.turns[i]);
   row[l.energy()] = energy_error;
-  for (size_t k = 0; k < 3; ++k)
-    row[l.linear() + k] = m.linear[k], row[l.angular() + k] = m.angular[k];
+  for (size_t k = 0; k < 3; ++k) {
+    row[l.linear() + k] = m.linear[k];
+    row[l.angular() + k] = m.angular[k];
+  }
   row[l.quaternion()] = m.quaternion_norm;
   std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
   std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
@@ -76,7 +81,8 @@ void turns_of(const RecordLayout& l, std::span<const double> row, std::span<std:
 
 Window::Window(const phs::Description& d, const RecordLayout& layout)
     : layout_(layout), turn_(layout.watched.size(), 0) {
-  low_.resize(turn_.size()), high_.resize(turn_.size());
+  low_.resize(turn_.size());
+  high_.resize(turn_.size());
   size_t turn = layout.turn();
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::angle) {
@@ -96,7 +102,8 @@ void Window::see(std::span<const double> row) {
   for (size_t k = 0; k < turn_.size(); ++k) {
     double value = row[layout_.watched[k]];
     if (turn_[k] > 0) value += double(integer(row[turn_[k]])) * phs::two_pi_hi;
-    low_[k] = std::fmin(low_[k], value), high_[k] = std::fmax(high_[k], value);
+    low_[k] = std::fmin(low_[k], value);
+    high_[k] = std::fmax(high_[k], value);
   }
 }
 

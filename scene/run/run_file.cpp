@@ -28,7 +28,10 @@ class RunFile {
 
   void declare(const Assembly& a, const RunReport& r) {
     const phs::Description& d = a.model->description();
-    if (!d.powers.empty()) file_.group("supplied"), file_.group("dissipated");
+    if (!d.powers.empty()) {
+      file_.group("supplied");
+      file_.group("dissipated");
+    }
     for (Column& c : columns_of(d, layout_)) add(std::move(c));
     for (Series& s : series_) {
       s.data.attribute("unit", s.column.unit);

@@ -44,7 +44,11 @@ double ErrorStatistics::growth_exponent() const {
     if (level.count < enough || !(level.sum_of_squares > 0)) continue;
     const double x = double(j) * std::log(2.0),
                  y = 0.5 * std::log(level.sum_of_squares / level.count);
-    n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+    n += 1;
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
   }
   if (n < double(fewest_levels)) return std::numeric_limits<double>::quiet_NaN();
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
@@ -72,7 +76,11 @@ std::vector<double> ErrorStatistics::memory() const {
 void ErrorStatistics::restore(std::span<const double> m) {
   if (m.size() < 6 || m.size() % 3 != 0) require_size("memory of the statistics", m.size(), 6);
   for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
-  count_ = m[0], regular_ = m[1], max_abs_ = m[2], sum_of_squares_ = m[3], start_ = m[4],
+  count_ = m[0];
+  regular_ = m[1];
+  max_abs_ = m[2];
+  sum_of_squares_ = m[3];
+  start_ = m[4];
   end_ = m[5];
   levels_.clear();
   for (size_t i = 6; i < m.size(); i += 3) levels_.push_back({m[i], m[i + 1], m[i + 2]});

@@ -87,9 +87,11 @@ Json impulses(const RunReport& r) {
   for (const ImpulseRow& row : r.impulses.rows) {
     Json& one = j[row.name];
     one["type"] = row.type;
-    if (row.type == "thruster")
-      one["impulse_Ns"] = row.impulse, one["on_s"] = row.on_s,
+    if (row.type == "thruster") {
+      one["impulse_Ns"] = row.impulse;
+      one["on_s"] = row.on_s;
       one["propellant_kg"] = row.propellant_kg;
+    }
     one["angular_impulse_Nms"] = row.angular;
   }
   return j;

@@ -37,7 +37,8 @@ void take_as_origin(phs::State& s, double h) {
   const double n = double(s.step - s.origin_step), p = n * h;
   double sum, rest;
   phs::two_sum(s.origin, p, sum, rest);
-  s.origin = sum, s.origin_lo += rest + std::fma(n, h, -p);
+  s.origin = sum;
+  s.origin_lo += rest + std::fma(n, h, -p);
   s.origin_step = s.step;
 }
 

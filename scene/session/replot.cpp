@@ -41,11 +41,13 @@ Json summary_of(const fs::path& folder) {
 RunReport report_of(const Json& s) {
   const auto number = [](const Json& j) { return j.is_number() ? j.get<double>() : 0.0; };
   RunReport r;
-  r.title = s.at("title"), r.method = s.at("method");
+  r.title = s.at("title");
+  r.method = s.at("method");
   if (s.contains("step_control"))
     r.step_control = integrators::step_control_of(s.at("step_control").get<std::string>());
-  r.step_s = number(s.at("step_s")), r.simulated_s = number(s.at("simulated_s"));
-  r.steps = std::int64_t(std::clamp(number(s.at("steps")), 0.0, 0x1p53)),
+  r.step_s = number(s.at("step_s"));
+  r.simulated_s = number(s.at("simulated_s"));
+  r.steps = std::int64_t(std::clamp(number(s.at("steps")), 0.0, 0x1p53));
   r.cpu_s = number(s.at("cpu_s"));
   r.energy.scale_J = number(s.at("energy").at("scale_J"));
   for (const auto& c : s.at("checks"))
@@ -107,8 +109,10 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary)
   const std::int64_t n = std::int64_t(t.size()), every = std::max<std::int64_t>(1, n / 750);
   LedgerSeries s;
   for (std::int64_t i = 0; i < n; ++i)
-    if (i % every == 0 || i + 1 == n)
-      s.t.push_back(t[size_t(i)]), s.defect.push_back(error[size_t(i)]);
+    if (i % every == 0 || i + 1 == n) {
+      s.t.push_back(t[size_t(i)]);
+      s.defect.push_back(error[size_t(i)]);
+    }
   const Json& books = summary.at("balance");
   s.stored = lines(file, "stored/", books.at("storages"), every);
   s.supplied = lines(file, "supplied/", books.at("ports"), every);
@@ -116,7 +120,8 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary)
   const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
   write_aside(svg, energy_picture(r, t, error));
   write_aside(ledger, ledger_plot(s, r.title, plot_subtitle(r)));
-  put_in_place(svg), put_in_place(ledger);
+  put_in_place(svg);
+  put_in_place(ledger);
   return {svg.string(), ledger.string()};
 }
 

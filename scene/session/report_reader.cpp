@@ -37,7 +37,8 @@ space::LedgerReport read_ledger(const Json& j, const char* name) {
 }
 space::SpaceReport read_space(const Json& j) {
   space::SpaceReport s;
-  s.orbital = read_ledger(j, "orbital"), s.coupling = read_ledger(j, "coupling");
+  s.orbital = read_ledger(j, "orbital");
+  s.coupling = read_ledger(j, "coupling");
   s.harmonics = read_ledger(j, "harmonics");
   const Json& L = j.at("angular_momentum");
   s.angular_momentum = number(L.at("largest_kg_m2_s"));
@@ -49,10 +50,13 @@ space::SpaceReport read_space(const Json& j) {
 
 RunReport report_of(const Json& j, const phs::State& end) {
   RunReport r;
-  r.steps = count(j.at("steps")), r.records = count(j.at("records")),
+  r.steps = count(j.at("steps"));
+  r.records = count(j.at("records"));
   r.simulated_s = number(j.at("simulated_s"));
-  r.cpu_s = number(j.at("cpu_s")), r.wall_s = number(j.at("wall_s"));
-  r.cost.evaluations = count(j.at("evaluations")), r.cost.steps = r.steps;
+  r.cpu_s = number(j.at("cpu_s"));
+  r.wall_s = number(j.at("wall_s"));
+  r.cost.evaluations = count(j.at("evaluations"));
+  r.cost.steps = r.steps;
   const double sweeps = number(j.at("sweeps_per_step")) * double(r.steps);
   if (std::abs(sweeps) < 1e18) r.cost.sweeps = std::llround(sweeps);
   const Json &e = j.at("energy"), &b = j.at("balance");
@@ -65,10 +69,13 @@ RunReport report_of(const Json& j, const phs::State& end) {
   r.linear_momentum_error = number(j.at("linear_momentum").at("max_rel_error"));
   r.angular_momentum_error = number(j.at("angular_momentum").at("max_rel_error"));
   r.quaternion_norm_error = number(j.at("quaternion_norm").at("max_error"));
-  r.stored_J = number(b.at("stored_J")), r.supplied_J = number(b.at("supplied_J"));
-  r.dissipated_J = number(b.at("dissipated_J")), r.defect_J = number(b.at("defect_J"));
+  r.stored_J = number(b.at("stored_J"));
+  r.supplied_J = number(b.at("supplied_J"));
+  r.dissipated_J = number(b.at("dissipated_J"));
+  r.defect_J = number(b.at("defect_J"));
   r.turned_over_J = number(b.at("turned_over_J"));
-  r.storages = named(b.at("storages")), r.ports = named(b.at("ports")),
+  r.storages = named(b.at("storages"));
+  r.ports = named(b.at("ports"));
   r.losses = named(b.at("losses"));
   for (const auto& c : j.at("checks"))
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
@@ -87,13 +94,15 @@ RunReport report_of(const Json& j, const phs::State& end) {
       row.angular = i.at("angular_impulse_Nms").get<std::array<double, 3>>();
       if (i.contains("impulse_Ns")) {
         row.impulse = i.at("impulse_Ns").get<std::array<double, 3>>();
-        row.on_s = i.at("on_s"), row.propellant_kg = i.at("propellant_kg");
+        row.on_s = i.at("on_s");
+        row.propellant_kg = i.at("propellant_kg");
       }
       r.impulses.rows.push_back(row);
     }
-    if (j.contains("momentum_less_impulses"))
-      r.impulses.linear_left = number(j.at("momentum_less_impulses").at("linear")),
+    if (j.contains("momentum_less_impulses")) {
+      r.impulses.linear_left = number(j.at("momentum_less_impulses").at("linear"));
       r.impulses.angular_left = number(j.at("momentum_less_impulses").at("angular"));
+    }
   }
   r.final_state = end;
   return r;

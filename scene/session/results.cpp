@@ -47,7 +47,8 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
     for (size_t i = 0; i < n; ++i, ++at) {
       if (at % every != 0 && at + 1 != r.records) continue;
       const double* row = rows.data() + i * layout.size();
-      s.t.push_back(row[layout.time()]), s.defect.push_back(row[layout.energy()]);
+      s.t.push_back(row[layout.time()]);
+      s.defect.push_back(row[layout.energy()]);
       for (size_t k = 0; k < s.stored.size(); ++k)
         s.stored[k].value.push_back(row[layout.stored() + k]);
       for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);

@@ -258,13 +258,15 @@ Accepted accept(const std::string& content, const std::string& urdf, Base base) 
     std::string refusal;
     for (const Allowance a : allowances) {
       mechanics::UrdfOptions options;
-      options.base = base, options.locked = lock;
+      options.base = base;
+      options.locked = lock;
       if (a.massless) options.links_without_inertia = mechanics::UrdfOptions::NoInertia::massless;
       options.accept_unphysical_inertia = a.unphysical;
       try {
         return {mechanics::parse_urdf(content, urdf, options), base, a, lock, light};
       } catch (const mechanics::MasslessPart& e) {
-        massless = e, refusal = e.what();
+        massless = e;
+        refusal = e.what();
       } catch (const InvalidArgument& e) {
         refusal = e.what();
       }

@@ -102,7 +102,8 @@ TEST(Allocation, NoneInAStepOfASplitting) {
       if (!d.needs.flows) continue;
       const auto method = make_integrator(d.name, *model, 0.05);
       phs::State s(model->description(), {0.8, 2.5, -0.6});
-      s.x.resize(size_t(model->description().nx)), s.lo.resize(s.x.size());
+      s.x.resize(size_t(model->description().nx));
+      s.lo.resize(s.x.size());
       ASSERT_EQ(method->step(s), Outcome::ok);
       const long before = allocations;
       bool ok = true;
@@ -137,10 +138,14 @@ TEST(Allocation, NoneInAnEvaluation) {
   std::vector<double> x = robot.start.x, e(x), u(12, 0.1), y(12);
   std::vector<double> values(size_t(robot.model->description().invariant_count()));
   const long before = allocations;
-  system->hamiltonian(x), system->gradient(x, e), system->field(0, x, u, e),
-      system->invariants(x, values);
-  system->output(x, e, y), system->apply_input(x, u, e), system->apply_structure(x, x, e),
-      system->apply_dissipation(x, x, e);
+  system->hamiltonian(x);
+  system->gradient(x, e);
+  system->field(0, x, u, e);
+  system->invariants(x, values);
+  system->output(x, e, y);
+  system->apply_input(x, u, e);
+  system->apply_structure(x, x, e);
+  system->apply_dissipation(x, x, e);
   EXPECT_EQ(allocations - before, 0);
 }
 
@@ -154,8 +159,10 @@ TEST(Allocation, NoneInAnEvaluationWithBodyPorts) {
   ASSERT_EQ(model.description().nu, 12 + 2 * 6);
   std::vector<double> x = robot.start.x, e(x), u(24, 0.1), y(24);
   const long before = allocations;
-  system->field(0, x, u, e), system->field(0, x, {}, e);
-  system->output(x, e, y), system->apply_input(x, u, e);
+  system->field(0, x, u, e);
+  system->field(0, x, {}, e);
+  system->output(x, e, y);
+  system->apply_input(x, u, e);
   EXPECT_EQ(allocations - before, 0);
 }
 

@@ -107,7 +107,10 @@ TEST(Allocation, NoneInAWatchedStep) {
   const std::vector<double> x{2.0, -0.4, 1.1, 0.5};
   const auto a = scene::assembly_of(robot.model, x);
   scene::Scene plain;
-  plain.method = "gauss8", plain.step = 0.02, plain.duration = 100, plain.record_every = 50;
+  plain.method = "gauss8";
+  plain.step = 0.02;
+  plain.duration = 100;
+  plain.record_every = 50;
   scene::Scene monitored = plain, controlled_steps = plain;
   monitored.monitor = integrators::MonitorOptions{.step_limit = 1};
   controlled_steps.step_control = integrators::StepControl::reversible;
@@ -154,17 +157,23 @@ TEST(Allocation, NoneInAStepOfAnActuatedJoint) {
 TEST(Allocation, NoneInAStepOfPartsAndInOrbit) {
   const auto arm = ets_vii(0.3);
   space::Thruster jet;
-  jet.name = "jet", jet.link = arm.model->mechanism().bodies().front().name, jet.thrust = 1;
+  jet.name = "jet";
+  jet.link = arm.model->mechanism().bodies().front().name;
+  jet.thrust = 1;
   const space::Parts parts{.thrusters = {jet}};
   const space::PartsModel pushed(arm.model, parts);
   const auto free = make_integrator("gauss8", pushed, 0.1);
   expect_none("parts", *free, phs::State(pushed.description(), arm.start.x));
 
   space::Environment env;
-  env.planet.J[0] = 1.08e-3, env.planet.rotation_rate = 7.29e-5;
+  env.planet.J[0] = 1.08e-3;
+  env.planet.rotation_rate = 7.29e-5;
   env.atmosphere = space::Atmosphere{1e-12, 400e3, 60e3, 10};
   space::Plate plate;
-  plate.link = jet.link, plate.area = 2, plate.normal = {1, 0, 0}, plate.drag = 2.2;
+  plate.link = jet.link;
+  plate.area = 2;
+  plate.normal = {1, 0, 0};
+  plate.drag = 2.2;
   env.plates = {plate};
   const space::Spacecraft craft(arm.model, arm.model, env, parts);
   const auto start = space::from_elements(env.planet.mu, 6928e3, 0.001, 0.6, 0.3, 0.2, 0);

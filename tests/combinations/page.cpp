@@ -20,7 +20,10 @@ Count count() {
   const auto& all = features();
   for (size_t i = 0; i < all.size(); ++i)
     for (size_t j = 0; j < i; ++j)
-      if (!alternatives(all[j], all[i])) ++c.pairs, c.refused += refusal_of(all[j], all[i]) > 0;
+      if (!alternatives(all[j], all[i])) {
+        ++c.pairs;
+        c.refused += refusal_of(all[j], all[i]) > 0;
+      }
   return c;
 }
 
@@ -54,7 +57,10 @@ std::string page(const std::vector<std::pair<int, std::string>>& quotes) {
       c.pairs, c.pairs - c.refused, c.refused, 100.0 * c.refused / c.pairs);
   const auto& all = features();
   std::string head = "| | feature |", line = "|---|---|";
-  for (size_t j = 1; j < all.size(); ++j) head += fmt::format(" {} |", j), line += "---|";
+  for (size_t j = 1; j < all.size(); ++j) {
+    head += fmt::format(" {} |", j);
+    line += "---|";
+  }
   text += head + "\n" + line + "\n";
   for (size_t i = 0; i < all.size(); ++i) text += row_of(i);
   text += "\n## Refused\n";

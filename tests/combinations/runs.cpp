@@ -36,7 +36,8 @@ scene::RunReport run(const fs::path& path, const fs::path& out, bool verify, boo
                      std::int64_t stop_at = -1) {
   const auto s = scene::read_scene(path.string());
   scene::RunOptions o = into(out, resume);
-  o.check_symmetry = verify, o.stop_at = stop_at;
+  o.check_symmetry = verify;
+  o.stop_at = stop_at;
   return scene::run(s, scene::assemble(s), o);
 }
 
@@ -45,7 +46,8 @@ Seen run_in_parts(const fs::path& path) {
   const fs::path folder = path.parent_path(), parts = folder / "out", whole = folder / "whole";
   // What auto chooses is a matter of times: two choices may differ, and are made again then.
   for (int attempt = 0; attempt < 8; ++attempt) {
-    fs::remove_all(whole), fs::remove_all(parts);
+    fs::remove_all(whole);
+    fs::remove_all(parts);
     const auto expected = run(path, whole, false);
     const auto stopped = run(path, parts, false, false, expected.steps / 2);
     if (!stopped.interrupted) return {"", "it was not stopped"};
@@ -66,7 +68,8 @@ Seen run_ensemble(const fs::path& path) {
                         "\n[ensemble]\ncases = 3\n[ensemble.vary]\n"
                         "'initial.joints.joint1.position' = { uniform = [0.28, 0.32] }\n");
   scene::EnsembleOptions o;
-  o.out = (path.parent_path() / "out").string(), o.threads = 1;
+  o.out = (path.parent_path() / "out").string();
+  o.threads = 1;
   const scene::Ensemble e(scene::with_method_kept(scene::read_scene(path.string()), o.out));
   const auto r = scene::run_ensemble(e, o);
   if (r.complete && r.verdict() == Verdict::pass) return {};
@@ -78,7 +81,8 @@ Seen run_ensemble(const fs::path& path) {
 Seen compare(const fs::path& path) {
   const auto s = scene::read_scene(path.string());
   scene::CompareOptions o;
-  o.methods = {"gauss8", "gauss12"}, o.budget_s = 0.2;
+  o.methods = {"gauss8", "gauss12"};
+  o.budget_s = 0.2;
   const auto c = scene::compare(s, scene::assemble(s), o);
   scene::make_folder(path.parent_path() / "out");
   write_comparison((path.parent_path() / "out").string(), s, c);
@@ -208,8 +212,10 @@ Seen run_pair(const Feature& a, const Feature& b, const Settings& more) {
 bool names_both(const std::string& sentence, const Feature& a, const Feature& b) {
   const auto stands_on = [&](const Feature& f) {
     std::vector<std::string> words;
-    for (const auto& [key, value] : f.needs)
-      words.push_back(key.substr(key.find('.') + 1)), words.push_back(key.substr(0, key.find('.')));
+    for (const auto& [key, value] : f.needs) {
+      words.push_back(key.substr(key.find('.') + 1));
+      words.push_back(key.substr(0, key.find('.')));
+    }
     return says_one_of(sentence, words);
   };
   const bool first = says_one_of(sentence, a.words), second = says_one_of(sentence, b.words);

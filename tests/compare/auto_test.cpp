@@ -14,7 +14,8 @@ namespace {
 Case left_to_auto(Case c, double target) {
   c.scene.method = scene::auto_method;
   c.scene.step = 0;
-  c.scene.record_every = 0, c.scene.record_every_given = false;
+  c.scene.record_every = 0;
+  c.scene.record_every_given = false;
   c.scene.target_energy_error = target;
   return c;
 }
@@ -55,7 +56,8 @@ TEST(Auto, AnotherMethodOrATwiceAsLongStepMissesTheTarget) {
   const std::string method = chosen.method;
   chosen.step *= 4;
   const auto long_steps = scene::run(chosen, c.assembly, into(folder / "long"));
-  chosen.step /= 4, chosen.method = "rk4";
+  chosen.step /= 4;
+  chosen.method = "rk4";
   const auto rk4 = scene::run(chosen, c.assembly, into(folder / "rk4"));
   std::printf("  target 1e-10: %s with steps four times as long %.1e, rk4 with the step %.1e\n",
               method.c_str(), long_steps.energy.max_rel_error, rk4.energy.max_rel_error);
@@ -93,7 +95,8 @@ TEST(Auto, ADampedSystemIsResolvedToo) {
               r.energy.max_rel_error);
   EXPECT_LE(r.energy.max_rel_error, 1e-9);
   scene::Scene halved = c.scene;
-  halved.method = r.method, halved.step = halved.record_every = r.step_s;
+  halved.method = r.method;
+  halved.step = halved.record_every = r.step_s;
   halved.verify = {.step_halving = 1e-3};
   const auto judged = scene::run(halved, c.assembly, into(folder / "halved"));
   EXPECT_EQ(judged.verdict(), scene::Verdict::pass);
@@ -102,7 +105,8 @@ TEST(Auto, ADampedSystemIsResolvedToo) {
 /// Steps end where events happen, thrusters switch and controllers sample.
 TEST(Auto, ItsStepGoesIntoEveryInstant) {
   scene::Scene s;
-  s.duration = 0.6, s.record_every = 0.6;
+  s.duration = 0.6;
+  s.record_every = 0.6;
   EXPECT_NEAR(scene::fitting_step(s, 0.07), 0.6 / 9, 1e-15);
   scene::Event event;
   event.at = 0.25;
@@ -155,7 +159,8 @@ TEST(Auto, AResumedRunKeepsTheChoiceAndGivesTheSameBits) {
   }
   EXPECT_GE(resumed, 1);
   scene::Scene same = c.scene;
-  same.method = parts.method, same.step = parts.step_s;
+  same.method = parts.method;
+  same.step = parts.step_s;
   const double every = 5;  // a thousandth of the run, in whole steps
   same.record_every = std::max(1.0, std::round(every / parts.step_s)) * parts.step_s;
   const auto whole = scene::run(same, c.assembly, into(folder / "whole"));

@@ -102,7 +102,8 @@ TEST(Compare, ShortSweepsKeepTheErrorForLessWork) {
         EXPECT_NEAR(t.setting.iteration_tolerance / e, 1, 0.5);
         EXPECT_LT(now, 30 * e);
         evaluations += double(t.report.cost.evaluations);
-        of_full += double(full.report.cost.evaluations), ++judged;
+        of_full += double(full.report.cost.evaluations);
+        ++judged;
       }
   }
   EXPECT_GE(judged, 4);
@@ -167,7 +168,8 @@ TEST(Compare, FailedTrialsAreRows) {
 TEST(Compare, TheBudgetIsKept) {
   TemporaryFolder folder;
   Case c = pendulum(folder);
-  c.scene.duration = 1e5, c.scene.step = 1e-3;  // far too much
+  c.scene.duration = 1e5;
+  c.scene.step = 1e-3;  // far too much
   double longest = 0;
   for (const double budget : {1.0, 8.0}) {
     const double start = scene::thread_cpu_now();
@@ -254,7 +256,8 @@ scene::Trial made_up(const std::string& method, double step, double rtol, double
                      double error) {
   scene::Trial t;
   t.setting = {method, step, rtol};
-  t.report.cpu_s = cpu, t.report.energy.max_rel_error = error;
+  t.report.cpu_s = cpu;
+  t.report.energy.max_rel_error = error;
   return t;
 }
 
@@ -286,8 +289,10 @@ TEST(Advice, ReadsStepsOffBetweenTrials) {
 
 TEST(Advice, SaysWhenARivalIsFasterOrDrifts) {
   Comparison c = power_laws(1);
-  for (auto& t : c.methods[1].trials)
-    t.report.energy.drift_is_significant = true, t.report.energy.growth_exponent = 1;
+  for (auto& t : c.methods[1].trials) {
+    t.report.energy.drift_is_significant = true;
+    t.report.energy.growth_exponent = 1;
+  }
   EXPECT_TRUE(says(scene::advise(c, 2e-4).sentence, "needs 0.12 x that and drifts"));
 }
 
@@ -317,7 +322,8 @@ TEST(Advice, AMethodThatKeepsAnyEnergyIsNotJudgedByIt) {
   Comparison c = power_laws(50);
   c.methods.push_back(c.methods[0]);
   auto& exact = c.methods.back();
-  exact.method.name = "exact", exact.method.energy_exact = integrators::Claim::holds;
+  exact.method.name = "exact";
+  exact.method.energy_exact = integrators::Claim::holds;
   exact.trials = {made_up("exact", 10, 0, 1e-3, 1e-16)};
   EXPECT_EQ(scene::advise(c, 2e-4).sentence, scene::advise(power_laws(50), 2e-4).sentence);
   EXPECT_TRUE(says(scene::comparison_table({}, c), "judge them by the trajectory): exact"));

@@ -13,7 +13,9 @@ using namespace porthos;
 struct Duffing {  // H = p²/2 - q²/2 + q⁴/4
   phs::Description description() const {
     phs::Description d;
-    d.name = "Duffing", d.nx = 2, d.traits.canonical = true;
+    d.name = "Duffing";
+    d.nx = 2;
+    d.traits.canonical = true;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -23,7 +25,8 @@ struct Duffing {  // H = p²/2 - q²/2 + q⁴/4
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] * x[0] * x[0] - x[0], e[1] = x[1];
+    e[0] = x[0] * x[0] * x[0] - x[0];
+    e[1] = x[1];
   }
 };
 
@@ -33,7 +36,8 @@ int main() {
     mechanics::BodySpec rod;  // hangs along -z, turns about y; inertia xx xy xz yy yz zz
     rod.name = name;
     rod.parent = rod.name == "upper" ? "world" : "upper";
-    rod.joint.type = "revolute", rod.joint.axis = {0, 1, 0};
+    rod.joint.type = "revolute";
+    rod.joint.axis = {0, 1, 0};
     rod.placement.r = {0, 0, rod.name == "upper" ? 0.0 : -1.0};
     rod.mass = {1, {0, 0, -0.5}, {0.0834, 0, 0, 0.0834, 0, 0.0002}};
     builder.add(rod);

@@ -15,7 +15,8 @@ CertifyOptions options_of(const MatchedLoop& loop, Vec start, double duration) {
   CertifyOptions o;
   o.region = loop.options().region;
   o.starts = {std::move(start)};
-  o.run.duration = duration, o.run.step = 0.01;
+  o.run.duration = duration;
+  o.run.step = 0.01;
   return o;
 }
 

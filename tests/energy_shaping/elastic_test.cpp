@@ -31,7 +31,9 @@ struct TwoLinks {
   template <class S>
   void mass(std::span<const S> q, std::span<S> M) const {
     const S c = S(0.5) * phs::cos(q[1]);
-    M[0] = S(2.0) + S(2.0) * c, M[1] = M[2] = S(0.5) + c, M[3] = S(0.5);
+    M[0] = S(2.0) + S(2.0) * c;
+    M[1] = M[2] = S(0.5) + c;
+    M[3] = S(0.5);
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -68,7 +70,8 @@ TEST(ReferenceRuns, ElasticStructurePreserving) {
     esp.to_target<double>(s.x, mapped);
     agrees("H_d", H->hamiltonian(mapped), value, t < 4 ? 2e-4 : 2e-2);
     if (t != 1) continue;
-    agrees("q(1)", s.x[0], 0.478776, 2e-6), agrees("theta(1)", s.x[1], 0.506557, 2e-6);
+    agrees("q(1)", s.x[0], 0.478776, 2e-6);
+    agrees("theta(1)", s.x[1], 0.506557, 2e-6);
     const double rates[] = {s.x[2], s.x[3] / 0.1};
     std::printf("  q' = %.6f, theta' = %.6f\n", rates[0], rates[1]);
     agrees("q'(1)", rates[0], -0.233437, 4e-6);

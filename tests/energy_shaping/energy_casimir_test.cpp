@@ -17,7 +17,9 @@ struct Leaking {
   phs::Domain domain;
   phs::Description description() const {
     phs::Description d;
-    d.name = "leaking store", d.nx = 1, d.nu = 1;
+    d.name = "leaking store";
+    d.nx = 1;
+    d.nu = 1;
     d.blocks = {{"x", phs::BlockKind::linear, 0, 1, -1, domain.displacement, ""}};
     d.ports = {{"ends", phs::PortKind::flow_in, 1, 0, domain.flow, domain.effort}};
     return d;
@@ -66,7 +68,8 @@ TEST(EnergyCasimir, ASpringForAControllerHoldsALoad) {
     for (int i = 0; i < 3000; ++i) {
       if (method->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
       const double now = loop.loop()->instantiate<double>()->hamiltonian(s.x);
-      rise = std::max(rise, now - before), before = now;
+      rise = std::max(rise, now - before);
+      before = now;
     }
     return std::fabs(s.x[0] - 0.4);
   };
@@ -137,9 +140,11 @@ TEST(EnergyCasimir, TankMemberPaysForALawThatIsNotPassive) {
       const double now = system->hamiltonian(s.x);
       for (size_t a = 0; a < powers.size(); ++a)
         booked += (powers[a].kind == phs::PowerKind::supplied ? 1 : -1) * method->works()[a];
-      o.rise = std::max(o.rise, now - before), before = now;
+      o.rise = std::max(o.rise, now - before);
+      before = now;
       o.defect = std::max(o.defect, std::fabs(now - first - booked));
-      o.low = std::min(o.low, s.x.back()), o.high = std::max(o.high, s.x.back());
+      o.low = std::min(o.low, s.x.back());
+      o.high = std::max(o.high, s.x.back());
     }
     o.arm = before - s.x.back();
     return o;

@@ -44,9 +44,10 @@ double law_against_target(const ClosedLoop& loop, double momentum = 1) {
     plant->field(0.0, x, u, a);
     target->field(0.0, x, {}, b);
     double size = 0, difference = 0;
-    for (size_t k = 0; k < nx; ++k)
-      size = std::max({size, std::fabs(a[k]), std::fabs(b[k])}),
+    for (size_t k = 0; k < nx; ++k) {
+      size = std::max({size, std::fabs(a[k]), std::fabs(b[k])});
       difference = std::max(difference, std::fabs(a[k] - b[k]));
+    }
     worst = std::max(worst, difference / size);
   }
   return worst;
@@ -99,7 +100,8 @@ TEST(FullyActuated, ConstantCompensationNeedsStiffness) {
   const auto model = test::arm(2);
   const auto with = [&](double k) {
     auto s = joint_springs(model, k, 5, {-1.57, 0.1});  // arm up
-    s.compensate = false, s.constant_compensation = true;
+    s.compensate = false;
+    s.constant_compensation = true;
     return s;
   };
   const PotentialLoop stiff(model, with(60));
@@ -186,7 +188,9 @@ TEST(Attitude, PoseWithThrusters) {
   const auto m = test::free_body();
   const PotentialLoop loop(m, attitude_spring({1, 1.5, 2}, 3, 4, 6));
   Vec x0 = turned(m, 2, {0.3, 1, 1});
-  x0[0] = 1, x0[1] = -2, x0[2] = 0.5;
+  x0[0] = 1;
+  x0[1] = -2;
+  x0[2] = 0.5;
   const auto run = simulate(loop, x0, {.duration = 40, .step = 0.02});
   keeps("H_d after 40 s, relative", run.H.back() / run.H.front(), 1e-5);
   keeps("rise of H_d in a step [J]", run.rise, 1e-12);
@@ -203,7 +207,8 @@ TEST(FloatingBase, JointRegulationKeepsMomentum) {
   const auto report = phs::check(loop, {.tolerance = 1e-9});
   EXPECT_TRUE(report.holds()) << report.text();
   Vec q = m->mechanism().neutral(), v(12, 0.0);
-  v[0] = 0.01, v[4] = 0.02;  // the base moves: its momentum is to stay
+  v[0] = 0.01;
+  v[4] = 0.02;  // the base moves: its momentum is to stay
   const auto run = simulate(loop, m->state(q, v), {.duration = 100, .step = 0.02, .record = 1});
   double off = 0;
   for (size_t i = 7; i < 13; ++i) off = std::max(off, std::fabs(run.x.back()[i] - rest[i]));
@@ -235,18 +240,23 @@ TEST(FloatingBase, AttitudeByWheelsAndArm) {
         for (int i = 0; i < 100; ++i) {
           auto x = phs::random_state(m->description(), 0.5, generator);
           for (size_t k = 0; k < 7; ++k) x[nq + k] = 0;
-          target->law(0.0, x, u), plant->field(0.0, x, u, a), target->field(0.0, x, {}, b);
+          target->law(0.0, x, u);
+          plant->field(0.0, x, u, a);
+          target->field(0.0, x, {}, b);
           double size = 0, difference = 0;
-          for (size_t k = 0; k < 2 * nq; ++k)
-            size = std::max(size, std::fabs(a[k])),
+          for (size_t k = 0; k < 2 * nq; ++k) {
+            size = std::max(size, std::fabs(a[k]));
             difference = std::max(difference, std::fabs(a[k] - b[k]));
+          }
           worst = std::max(worst, difference / size);
         }
         return worst;
       }(),
       1e-12);
   Vec q = m->mechanism().neutral();
-  q[3] = std::cos(0.025), q[4] = 0.6 * std::sin(0.025), q[5] = 0.8 * std::sin(0.025);
+  q[3] = std::cos(0.025);
+  q[4] = 0.6 * std::sin(0.025);
+  q[5] = 0.8 * std::sin(0.025);
   for (const auto& c : m->mechanism().coordinates())
     if (c.joint.rfind("joint_", 0) == 0) q[size_t(c.q)] = 0.3;
   const auto run = simulate(loop, m->state(q, Vec(size_t(m->mechanism().nv()), 0.0)),
@@ -266,9 +276,12 @@ TEST(FullyActuated, RefusesWithTheReason) {
   auto unknown = s, negative = s, unactuated = s, moved = s, thrust = attitude_spring({1, 1, 1}, 0);
   unknown.joints[0].port = "elbow.torque";
   negative.damping[0].damping = {-1};
-  unactuated.actuators = {"joint_1.torque"}, unactuated.damping.clear();
+  unactuated.actuators = {"joint_1.torque"};
+  unactuated.damping.clear();
   moved.rest = {0.1, 0};
-  thrust.damping.clear(), thrust.zero_momentum = true, thrust.rest = {1, 0};
+  thrust.damping.clear();
+  thrust.zero_momentum = true;
+  thrust.rest = {1, 0};
   const std::pair<std::string, std::string> cases[] = {
       {refusal([&] { PotentialLoop(a, unknown); }), "no port 'elbow.torque'"},
       {refusal([&] { PotentialLoop(a, negative); }), "damping of 'joint_0.torque' is -1"},

@@ -33,7 +33,8 @@ TEST(Interconnection, CasimirShapesTheEnergy) {
     ASSERT_EQ(method->step(s), integrators::Outcome::ok);
     casimir = std::max(casimir, std::fabs(s.x[2] + s.lo[2] - s.x[0] - s.lo[0] - first));
     const double now = H->hamiltonian(s.x);
-    rise = std::max(rise, now - before), before = now;
+    rise = std::max(rise, now - before);
+    before = now;
   }
   keeps("elongation - angle", casimir, 1e-14);
   keeps("rise of H + H_c [J]", rise, 1e-14);
@@ -78,8 +79,10 @@ TEST(Interconnection, TankKeepsItsBoundsAndItsBooks) {
     const double drawn =
         asked > 0 ? std::min(tank.gate() * asked, tank.available(dissipated)) : asked;
     lost += tank.step(dissipated, drawn);
-    in += dissipated, out += drawn;
-    low = std::min(low, tank.level()), high = std::max(high, tank.level());
+    in += dissipated;
+    out += drawn;
+    low = std::min(low, tank.level());
+    high = std::max(high, tank.level());
     worst = std::max(worst, std::fabs(1 + in - out - lost - tank.level()));
   }
   std::printf("  level between %.3f and %.3f J, %.1f J in, %.1f J out, %.1f J lost\n", low, high,
@@ -103,7 +106,8 @@ TEST(Interconnection, StiffnessChangePaidByTheTank) {
       // the kinetic and the elastic step by the implicit midpoint, exact for constant k
       const double c = 0.25 * h * h * k, b = 0.5 * h * d;
       const double v = (p * (1 - c - b) - h * k * q) / (1 + c + b), mid = 0.5 * (p + v);
-      q += h * mid, p = v;
+      q += h * mid;
+      p = v;
       const double heat = h * d * mid * mid;
       double change = wish - k;
       if (pay) {
@@ -148,7 +152,8 @@ TEST(ReferenceRuns, EnergySwingUp) {  // numbers of the DFKI torque-limited pend
         const double k1 = a(q, v), k2 = a(q + h / 2 * v, v + h / 2 * k1),
                      k3 = a(q + h / 2 * v + h * h / 4 * k1, v + h / 2 * k2),
                      k4 = a(q + h * v + h * h / 2 * k2, v + h * k3);
-        q += h * v + h * h / 6 * (k1 + k2 + k3), v += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+        q += h * v + h * h / 6 * (k1 + k2 + k3);
+        v += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
       }
     }
     return HUGE_VAL;
@@ -171,7 +176,9 @@ struct MyDesign {
   std::vector<Gain> gains() const { return {{"k", 0.1}, {"kv", 10}}; }
   template <class S, class T>
   void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
-    Md[0] = S(1.0), Md[1] = Md[2] = S(-1.5), Md[3] = S(6.0);
+    Md[0] = S(1.0);
+    Md[1] = Md[2] = S(-1.5);
+    Md[3] = S(6.0);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T> k) const {
@@ -185,7 +192,8 @@ TEST(Docs, ControllerInTwentyLines) {
   const MatchedLoop loop(inertia_wheel_plant({}), shaping(MyDesign{}), {"wheel.force"}, {0, 0},
                          {.region = region});
   CertifyOptions o{.region = region, .starts = {{3.14, 0, 0, 0}}, .periods = {0, 0.001}};
-  o.run.duration = 40, o.run.step = 0.001;
+  o.run.duration = 40;
+  o.run.step = 0.001;
   const auto c = certify(loop, o);
   std::printf("%s", c.text().c_str());
   EXPECT_TRUE(c.holds());

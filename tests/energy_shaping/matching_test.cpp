@@ -47,9 +47,10 @@ double law_against_target(const MatchedLoop& loop, const Vec& spread, unsigned s
     plant->field(0.0, x, u, a);
     target->field(0.0, x, {}, b);
     double size = 0, difference = 0;
-    for (size_t k = 0; k < nx; ++k)
-      size = std::max({size, std::fabs(a[k]), std::fabs(b[k])}),
+    for (size_t k = 0; k < nx; ++k) {
+      size = std::max({size, std::fabs(a[k]), std::fabs(b[k])});
       difference = std::max(difference, std::fabs(a[k] - b[k]));
+    }
     worst = std::max(worst, difference / size);
   }
   return worst;
@@ -70,10 +71,16 @@ mechanics::MechanicalModel acrobot_of_bodies(double damping = 0) {
   const auto link = [&](const char* name, const char* parent, double m, double I, double lc,
                         double at, const char* joint) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = parent, s.joint.name = joint, s.joint.type = "revolute";
-    s.joint.axis = {0, 1, 0}, s.joint.damping = damping;
+    s.name = name;
+    s.parent = parent;
+    s.joint.name = joint;
+    s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0};
+    s.joint.damping = damping;
     s.placement.r = {0, 0, at};
-    s.mass.mass = m, s.mass.com = {0, 0, lc}, s.mass.inertia = {I, 0, 0, I, 0, I};
+    s.mass.mass = m;
+    s.mass.com = {0, 0, lc};
+    s.mass.inertia = {I, 0, 0, I, 0, I};
     b.add(s);
   };
   link("upper", "world", 4, 0.3333, 0.5, 0, "shoulder");
@@ -85,10 +92,13 @@ TEST(Matching, AMechanismOfBodies) {
   const auto model = std::make_shared<mechanics::MechanicalModel>(acrobot_of_bodies());
   Acrobot d = Acrobot::of(*model, 9.8);
   const Acrobot published;
-  agrees("c1", d.c1, published.c1, 1e-12), agrees("c2", d.c2, published.c2, 1e-12);
-  agrees("c3", d.c3, published.c3, 1e-12), agrees("c4", d.c4, published.c4, 1e-12);
+  agrees("c1", d.c1, published.c1, 1e-12);
+  agrees("c2", d.c2, published.c2, 1e-12);
+  agrees("c3", d.c3, published.c3, 1e-12);
+  agrees("c4", d.c4, published.c4, 1e-12);
   agrees("c5", d.c5, published.c5, 1e-12);
-  d.ku = 200, d.kv = 2;
+  d.ku = 200;
+  d.kv = 2;
   const auto loop = acrobot(d, model, {}, "elbow.torque");
   keeps("bodies: kinetic residual", loop->certificate().item("matching, kinetic energy").value,
         1e-10);
@@ -109,7 +119,8 @@ TEST(Matching, AMechanismOfBodies) {
 TEST(Matching, FrictionOfThePlant) {
   const auto model = std::make_shared<mechanics::MechanicalModel>(acrobot_of_bodies(0.05));
   Acrobot d = Acrobot::of(*model, 9.8);
-  d.ku = 200, d.kv = 2;
+  d.ku = 200;
+  d.kv = 2;
   // An unactuated joint with friction: sym(D M⁻¹M_d) is indefinite here, which must be found and
   // refused.
   const auto why = refusal([&] { (void)acrobot(d, model, {}, "elbow.torque"); });
@@ -130,7 +141,9 @@ struct Bare {  // what a user writes: H_d of an inertia wheel with gains of his 
   std::vector<Gain> gains() const { return {{"kv", 10}}; }
   template <class S, class T>
   void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
-    Md[0] = S(1.0), Md[1] = Md[2] = S(a2), Md[3] = S(6.0);
+    Md[0] = S(1.0);
+    Md[1] = Md[2] = S(a2);
+    Md[3] = S(6.0);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T>) const {
@@ -209,7 +222,8 @@ TEST(Negative, AcrobotLeavesItsBasin) {
   }
   const auto& end = run.at(200);
   std::printf("  q(200 s) = (%.3f, %.3f), H_d = %.2f\n", end.x[0], end.x[1], end.H);
-  agrees("q1", end.x[0], -5.88, 2e-3), agrees("q2", end.x[1], 9.66, 2e-3);
+  agrees("q1", end.x[0], -5.88, 2e-3);
+  agrees("q2", end.x[1], 9.66, 2e-3);
   agrees("H_d", end.H, -139.5, 1e-3);
 }
 
@@ -223,7 +237,9 @@ struct BallWithSkew {
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
     using phs::sqrt;
     const S s = S(1.0) + q[0] * q[0], r = sqrt(s);
-    Md[0] = S(std::sqrt(2.0)) * r, Md[1] = Md[2] = s, Md[3] = S(std::sqrt(2.0)) * s * r;
+    Md[0] = S(std::sqrt(2.0)) * r;
+    Md[1] = Md[2] = s;
+    Md[3] = S(std::sqrt(2.0)) * s * r;
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T>) const {
@@ -235,7 +251,9 @@ struct BallWithSkew {
   void skew(std::span<const T> q, std::span<const T> p, std::span<const T>, std::span<T> J2) const {
     using phs::sqrt;
     const T j = T(sign) * q[0] * (p[0] - T(std::sqrt(2.0)) * p[1] / sqrt(T(1.0) + q[0] * q[0]));
-    J2[0] = J2[3] = T(0.0), J2[1] = j, J2[2] = -j;
+    J2[0] = J2[3] = T(0.0);
+    J2[1] = j;
+    J2[2] = -j;
   }
 };
 
@@ -259,7 +277,9 @@ struct CartPoleWithoutJ2 {
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
     const S c = phs::cos(q[0]);
-    Md[0] = S(1.0 / 3) * c * c * c, Md[1] = Md[2] = S(-0.5) * c * c, Md[3] = c + S(0.1);
+    Md[0] = S(1.0 / 3) * c * c * c;
+    Md[1] = Md[2] = S(-0.5) * c * c;
+    Md[3] = c + S(0.1);
   }
   template <class S, class T>
   S potential(std::span<const S> q, std::span<const T>) const {
@@ -274,7 +294,9 @@ struct Spoilt : CartPoleWithoutJ2 {
   template <class S, class T>
   void mass(std::span<const S> q, std::span<const T>, std::span<S> Md) const {
     const S c = phs::cos(q[0]);
-    Md[0] = S(0.34) * c * c * c, Md[1] = Md[2] = S(-0.5) * c * c, Md[3] = c + S(0.1);
+    Md[0] = S(0.34) * c * c * c;
+    Md[1] = Md[2] = S(-0.5) * c * c;
+    Md[3] = c + S(0.1);
   }
 };
 
@@ -318,7 +340,8 @@ TEST(Monotone, DiscreteGradientSteps) {
     for (int i = 0; i < 1000; ++i) {
       ASSERT_EQ(integrator->step(s), integrators::Outcome::ok) << c.name << " step " << i;
       const long double next = energy();
-      worst = std::max(worst, next - H), scale = std::max(scale, std::fabs(next));
+      worst = std::max(worst, next - H);
+      scale = std::max(scale, std::fabs(next));
       H = next;
     }
     keeps(c.name + ", greatest rise of H_d in a step, relative", double(worst / scale), 1e-14);
@@ -336,7 +359,8 @@ TEST(Monotone,
     for (int i = 0; i < 500; ++i) {
       if (integrator->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
       const double next = system->hamiltonian(s.x);
-      worst = std::max(worst, next - H), H = next;
+      worst = std::max(worst, next - H);
+      H = next;
     }
     return worst / std::fabs(first);
   };

@@ -124,11 +124,14 @@ TEST(NullSpace, ThePostureSettlesAndTheHandStays) {
   for (int i = 0; i < 50; ++i) {
     auto x = phs::random_state(loop.description(), 0.4, generator);
     x[14] = 0.1 + 1.9 * std::fabs(x[14]) / (1 + std::fabs(x[14]));
-    own->law(0.0, x, u), own->field(0.0, x, {}, f);
+    own->law(0.0, x, u);
+    own->field(0.0, x, {}, f);
     plant->field(0.0, std::span<const double>(x).first(14), u, g);
     double size = 0, most = 0;
-    for (size_t k = 0; k < 14; ++k)
-      size = std::max(size, std::fabs(g[k])), most = std::max(most, std::fabs(f[k] - g[k]));
+    for (size_t k = 0; k < 14; ++k) {
+      size = std::max(size, std::fabs(g[k]));
+      most = std::max(most, std::fabs(f[k] - g[k]));
+    }
     off = std::max(off, most / size);
   }
   keeps("plant under the law against the target", off, 1e-12);
@@ -152,7 +155,8 @@ TEST(NullSpace, ThePostureSettlesAndTheHandStays) {
       o.rise = std::max(o.rise, now - before);
       o.defect = std::max(o.defect, std::fabs(now - before + lost));
       before = now;
-      o.low = std::min(o.low, s.x[14]), o.high = std::max(o.high, s.x[14]);
+      o.low = std::min(o.low, s.x[14]);
+      o.high = std::max(o.high, s.x[14]);
     }
     for (size_t k = 0; k < 7; ++k) o.settled = std::max(o.settled, std::fabs(s.x[k] - l.rest()[k]));
     o.hand = hand_off(l, s.x);

@@ -16,9 +16,15 @@ test::ModelPtr two_links() {
   const auto link = [&](const char* name, const char* parent, const char* joint, double at,
                         double m, double com, double I) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = parent, s.joint.name = joint, s.joint.type = "revolute";
-    s.joint.axis = {0, 1, 0}, s.placement.r = {0, 0, at};
-    s.mass.mass = m, s.mass.com = {0, 0, com}, s.mass.inertia = {I, 0, 0, I, 0, I};
+    s.name = name;
+    s.parent = parent;
+    s.joint.name = joint;
+    s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0};
+    s.placement.r = {0, 0, at};
+    s.mass.mass = m;
+    s.mass.com = {0, 0, com};
+    s.mass.inertia = {I, 0, 0, I, 0, I};
     b.add(s);
   };
   link("upper", "world", "shoulder", 0, 2, 0.5, 0.1);
@@ -28,8 +34,14 @@ test::ModelPtr two_links() {
 }
 NumericalMatching pendubot() {
   NumericalMatching o;
-  o.name = "pendubot", o.actuator = "shoulder.torque", o.unactuated = 1;
-  o.ratio = -0.6, o.half_width = 0.8, o.ku = 300, o.kv = 0.5, o.determinant = 0.2;
+  o.name = "pendubot";
+  o.actuator = "shoulder.torque";
+  o.unactuated = 1;
+  o.ratio = -0.6;
+  o.half_width = 0.8;
+  o.ku = 300;
+  o.kv = 0.5;
+  o.determinant = 0.2;
   return o;
 }
 
@@ -40,7 +52,9 @@ TEST(NumericalMatching, Pendubot) {
   keeps("matching, kinetic energy", c.item("matching, kinetic energy").value, 1e-10);
   keeps("matching, potential energy", c.item("matching, potential energy").value, 1e-10);
   CertifyOptions o{.region = loop->options().region, .starts = {{0.1, -0.1, 0, 0}}};
-  o.run.duration = 30, o.run.step = 0.005, o.periods = {0, 0.005};
+  o.run.duration = 30;
+  o.run.step = 0.005;
+  o.periods = {0, 0.005};
   const auto full = certify(*loop, o);
   std::printf("%s", full.text().c_str());
   EXPECT_TRUE(full.holds());
@@ -51,18 +65,33 @@ TEST(NumericalMatching, CartAndPoleOfBodies) {
   mechanics::MechanismBuilder b("cart and pole");
   b.gravity({0, 0, -9.8});
   mechanics::BodySpec cart, pole;
-  cart.name = "cart", cart.parent = "world", cart.joint.name = "rail";
-  cart.joint.type = "prismatic", cart.joint.axis = {1, 0, 0};
-  cart.mass.mass = 1, cart.mass.inertia = {1, 0, 0, 1, 0, 1};
-  pole.name = "pole", pole.parent = "cart", pole.joint.name = "pivot";
-  pole.joint.type = "revolute", pole.joint.axis = {0, 1, 0};
-  pole.mass.mass = 1, pole.mass.com = {0, 0, 1}, pole.mass.inertia = {1e-9, 0, 0, 1e-9, 0, 1e-9};
+  cart.name = "cart";
+  cart.parent = "world";
+  cart.joint.name = "rail";
+  cart.joint.type = "prismatic";
+  cart.joint.axis = {1, 0, 0};
+  cart.mass.mass = 1;
+  cart.mass.inertia = {1, 0, 0, 1, 0, 1};
+  pole.name = "pole";
+  pole.parent = "cart";
+  pole.joint.name = "pivot";
+  pole.joint.type = "revolute";
+  pole.joint.axis = {0, 1, 0};
+  pole.mass.mass = 1;
+  pole.mass.com = {0, 0, 1};
+  pole.mass.inertia = {1e-9, 0, 0, 1e-9, 0, 1e-9};
   b.add(cart).add(pole);
   const auto model = std::make_shared<mechanics::MechanicalModel>(
       std::make_shared<mechanics::Mechanism>(b.build()));
   NumericalMatching o;
-  o.name = "cart and pole", o.actuator = "rail.force", o.unactuated = 1;
-  o.ratio = -2, o.half_width = 0.8, o.ku = 5, o.kv = 5, o.determinant = 2;
+  o.name = "cart and pole";
+  o.actuator = "rail.force";
+  o.unactuated = 1;
+  o.ratio = -2;
+  o.half_width = 0.8;
+  o.ku = 5;
+  o.kv = 5;
+  o.determinant = 2;
   const auto loop = numerical_matching(model, o);
   keeps("matching, kinetic energy", loop->certificate().item("matching, kinetic energy").value,
         1e-10);
@@ -78,7 +107,10 @@ TEST(NumericalMatching, CartAndPoleOfBodies) {
 TEST(NumericalMatching, RefusesWithTheReason) {
   const auto model = two_links();
   auto degenerate = pendubot(), coarse = pendubot(), wide = pendubot(), port = pendubot();
-  degenerate.ratio = -0.52, wide.half_width = 2, coarse.degree = 8, coarse.matching = 1e-9;
+  degenerate.ratio = -0.52;
+  wide.half_width = 2;
+  coarse.degree = 8;
+  coarse.matching = 1e-9;
   port.actuator = "elbow.torque";
   for (const auto& [o, expected] :
        {std::pair<NumericalMatching, const char*>{wide, "degenerates at r"},

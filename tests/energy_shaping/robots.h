@@ -15,8 +15,11 @@ using ModelPtr = std::shared_ptr<const mechanics::MechanicalModel>;
 inline ModelPtr free_body() {
   mechanics::MechanismBuilder b("satellite");
   mechanics::BodySpec s;
-  s.name = "base", s.parent = "world", s.joint.type = "free";
-  s.mass.mass = 12, s.mass.inertia = {3, 0.2, -0.1, 2, 0.1, 1.5};
+  s.name = "base";
+  s.parent = "world";
+  s.joint.type = "free";
+  s.mass.mass = 12;
+  s.mass.inertia = {3, 0.2, -0.1, 2, 0.1, 1.5};
   b.add(s);
   return std::make_shared<mechanics::MechanicalModel>(
       std::make_shared<mechanics::Mechanism>(b.build()));
@@ -28,12 +31,16 @@ inline ModelPtr arm(int n, double damping = 0, double g = 9.81) {
   b.gravity({0, 0, -g});
   for (int i = 0; i < n; ++i) {
     mechanics::BodySpec s;
-    s.name = "link_" + std::to_string(i), s.parent = i ? "link_" + std::to_string(i - 1) : "world";
-    s.joint.name = "joint_" + std::to_string(i), s.joint.type = "revolute";
+    s.name = "link_" + std::to_string(i);
+    s.parent = i ? "link_" + std::to_string(i - 1) : "world";
+    s.joint.name = "joint_" + std::to_string(i);
+    s.joint.type = "revolute";
     s.joint.axis = i % 2 ? mechanics::Vec3d{0, 0.8, 0.6} : mechanics::Vec3d{0, 1, 0};
     s.joint.damping = damping;
     s.placement.r = {i ? 0.4 : 0.0, 0, 0};
-    s.mass.mass = 2, s.mass.com = {0.2, 0.01, 0}, s.mass.inertia = {0.01, 0, 0, 0.04, 0, 0.04};
+    s.mass.mass = 2;
+    s.mass.com = {0.2, 0.01, 0};
+    s.mass.inertia = {0.01, 0, 0, 0.04, 0, 0.04};
     b.add(s);
   }
   return std::make_shared<mechanics::MechanicalModel>(
@@ -66,7 +73,8 @@ inline double momentum_change(const mechanics::MechanicalModel& model, const std
     if (k == 0) first = total;
     const Vec v = model.rates(s);
     const auto scale = mechanics::momentum_scale(m, w, s.first(nq), v);
-    P = std::max(P, scale.linear), L = std::max(L, scale.angular);
+    P = std::max(P, scale.linear);
+    L = std::max(L, scale.angular);
     linear = std::max(linear, norm(total.linear - first.linear));
     angular = std::max(angular, norm(total.angular - first.angular));
   }

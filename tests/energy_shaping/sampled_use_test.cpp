@@ -40,7 +40,8 @@ Booked run_booked(const phs::Model& model, const Vec& x0, double h, double durat
     if (method->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
     double change = system->hamiltonian(s.x) - H0;
     for (size_t a = 0; a < powers.size(); ++a) {
-      sums[a] += method->works()[a], run.turnover += std::fabs(method->works()[a]);
+      sums[a] += method->works()[a];
+      run.turnover += std::fabs(method->works()[a]);
       change -= powers[a].kind == phs::PowerKind::supplied ? sums[a] : -sums[a];
     }
     run.defect = std::max(run.defect, std::fabs(change));
@@ -65,9 +66,10 @@ TEST(SampledUse, AcrobotAtARate) {
     const auto own =
         simulate(*loop, start, {.duration = 4, .step = 0.00125, .period = period, .record = 4});
     double difference = 0, size = 0;
-    for (size_t k = 0; k < 4; ++k)
-      difference = std::max(difference, std::fabs(run.x[k] - own.x.back()[k])),
+    for (size_t k = 0; k < 4; ++k) {
+      difference = std::max(difference, std::fabs(run.x[k] - own.x.back()[k]));
       size = std::max(size, std::fabs(run.x[k]));
+    }
     keeps("state after 4 s against the room's own hold, relative", difference / size, 1e-10);
     ASSERT_TRUE(run.work.contains("law.hold"));
     std::printf("  period %.1f ms: law %.4f J, hold %.4f J\n", 1e3 * period, run.work.at("law"),
@@ -99,10 +101,13 @@ double off_field(const phs::Model& network, const phs::Model& plant,
   for (int i = 0; i < 50; ++i) {
     const auto x = phs::random_state(plant.description(), 0.5, generator);
     u(x, inputs);
-    a->field(0.3, x, {}, f), b->field(0.3, x, inputs, g);
+    a->field(0.3, x, {}, f);
+    b->field(0.3, x, inputs, g);
     double size = 0, off = 0;
-    for (size_t k = 0; k < f.size(); ++k)
-      size = std::max(size, std::fabs(g[k])), off = std::max(off, std::fabs(f[k] - g[k]));
+    for (size_t k = 0; k < f.size(); ++k) {
+      size = std::max(size, std::fabs(g[k]));
+      off = std::max(off, std::fabs(f[k] - g[k]));
+    }
     worst = std::max(worst, off / size);
   }
   return worst;

@@ -76,7 +76,8 @@ TEST(DesignHelp, BandwidthAndDampingRatio) {
   const auto one = test::arm(1, 0, 0);
   const PotentialLoop single(one, joint_regulation(*one, {0.0}, 3, 0.5));
   const auto e = phs::eigenvalues(2, field_jacobian(single, single.rest()));
-  agrees("|λ|", std::abs(e[0]), 3, 1e-12), agrees("damping ratio", -e[0].real() / 3, 0.5, 1e-12);
+  agrees("|λ|", std::abs(e[0]), 3, 1e-12);
+  agrees("damping ratio", -e[0].real() / 3, 0.5, 1e-12);
 }
 
 }  // namespace

@@ -13,13 +13,19 @@ using test::breaks, test::keeps, test::refusal, test::Vec;
 test::ModelPtr satellite(const std::vector<mechanics::Vec3d>& axes, double lopsided = 0) {
   mechanics::MechanismBuilder b("satellite");
   mechanics::BodySpec s;
-  s.name = "base", s.parent = "world", s.joint.type = "free";
-  s.mass.mass = 12, s.mass.inertia = {3, 0.2, -0.1, 2, 0.1, 1.5};
+  s.name = "base";
+  s.parent = "world";
+  s.joint.type = "free";
+  s.mass.mass = 12;
+  s.mass.inertia = {3, 0.2, -0.1, 2, 0.1, 1.5};
   b.add(s);
   for (size_t i = 0; i < axes.size(); ++i) {
     mechanics::BodySpec w;
-    w.name = "wheel_" + std::to_string(i), w.parent = "base";
-    w.joint.name = w.name, w.joint.type = "revolute", w.joint.axis = (1 / norm(axes[i])) * axes[i];
+    w.name = "wheel_" + std::to_string(i);
+    w.parent = "base";
+    w.joint.name = w.name;
+    w.joint.type = "revolute";
+    w.joint.axis = (1 / norm(axes[i])) * axes[i];
     w.placement.r = {0.1, 0.05 * double(i), -0.1};
     // J = b 1 + (a - b) aaᵀ
     const double along = 0.02, across = 0.011;
@@ -58,9 +64,15 @@ TEST(WheelBase, PoseByThrustersAndWheels) {
   EXPECT_TRUE(base.certificate().holds());
   // Half a turn nearly, off its place, with spinning wheels: a total momentum that is not 0.
   Vec q = m->mechanism().neutral(), v(10, 0.0);
-  q[0] = 1, q[1] = -2, q[2] = 0.5;
-  q[3] = std::cos(1.4), q[4] = std::sin(1.4) * 0.6, q[6] = std::sin(1.4) * 0.8;
-  v[6] = 40, v[7] = -20, v[8] = 30;
+  q[0] = 1;
+  q[1] = -2;
+  q[2] = 0.5;
+  q[3] = std::cos(1.4);
+  q[4] = std::sin(1.4) * 0.6;
+  q[6] = std::sin(1.4) * 0.8;
+  v[6] = 40;
+  v[7] = -20;
+  v[8] = 30;
   const auto run = [&](double period, double& off, double& rise, double& hold) {
     phs::Network n("satellite under its law");
     n.add("satellite", m).main("satellite");
@@ -71,11 +83,13 @@ TEST(WheelBase, PoseByThrustersAndWheels) {
     phs::State s(model->description(), m->state(q, v));
     double H = base.hamiltonian(s.x), lost = base.dissipation(s.x) * h / 3;
     const double start = H;
-    hold = 0, rise = -HUGE_VAL;
+    hold = 0;
+    rise = -HUGE_VAL;
     for (int i = 1; i <= 3000; ++i) {
       ASSERT_EQ(method->step(s), integrators::Outcome::ok);
       const double now = base.hamiltonian(s.x);
-      rise = std::max(rise, now - H), H = now;
+      rise = std::max(rise, now - H);
+      H = now;
       lost += base.dissipation(s.x) * h / 3 * (i == 3000 ? 1 : i % 2 ? 4 : 2);
       for (size_t a = 0; a < method->works().size(); ++a)
         if (model->description().powers[a].name.ends_with(".hold")) hold += method->works()[a];
@@ -100,7 +114,8 @@ TEST(WheelBase, RefusesWithTheReason) {
   const auto m = satellite(pyramid);
   const auto shaped = std::make_shared<const PotentialLoop>(m, pose(m));
   auto damped = pose(m);
-  damped.actuators.push_back("wheel_0.torque"), damped.damping.push_back({"wheel_0.torque", {1}});
+  damped.actuators.push_back("wheel_0.torque");
+  damped.damping.push_back({"wheel_0.torque", {1}});
   const auto lopsided = satellite(pyramid, 0.02);
   const std::pair<std::string, std::string> cases[] = {
       {refusal([&] { WheelBase(shaped, {.wheels = ports(2)}); }), "axes span fails"},

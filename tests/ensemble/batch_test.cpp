@@ -93,7 +93,10 @@ TEST(Batch, BooksAndRecordsAreThoseOfARunAlone) {
     void booked(std::span<const double> w) override {
       to_.works.insert(to_.works.end(), w.begin(), w.end());
     }
-    bool see(const phs::State& s) override { return to_.states.push_back(s), true; }
+    bool see(const phs::State& s) override {
+      to_.states.push_back(s);
+      return true;
+    }
     void end(const phs::State&, Outcome) override {}
 
    private:
@@ -108,7 +111,9 @@ TEST(Batch, BooksAndRecordsAreThoseOfARunAlone) {
           if (at == all.size()) return nullptr;
           auto run = std::make_unique<Watched>(all[at]);
           run->start = phs::State(model.description(), {0.3 * double(at), 1.0 + double(at)});
-          run->steps = 100 + std::int64_t(at), run->every = 7, run->books = true;
+          run->steps = 100 + std::int64_t(at);
+          run->every = 7;
+          run->books = true;
           ++at;
           return run;
         },
@@ -146,7 +151,8 @@ TEST(Batch, LanesHandOverWhatNeedsNewton) {
 struct Tuned {
   phs::Description description() const {
     phs::Description d;
-    d.name = "tuned", d.nx = 2;
+    d.name = "tuned";
+    d.nx = 2;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     d.traits = {.canonical = true};
     return d;
@@ -178,11 +184,21 @@ class TunedPendulums : public phs::ModelFor<TunedPendulums> {
              k_[1] * x[0] * x[0] * x[0] * x[0];
     }
     void gradient(In x, Out e) override {
-      e[0] = k_[0] * phs::sin(x[0]) - T(4.0) * k_[1] * x[0] * x[0] * x[0], e[1] = x[1];
+      e[0] = k_[0] * phs::sin(x[0]) - T(4.0) * k_[1] * x[0] * x[0] * x[0];
+      e[1] = x[1];
     }
-    void field(T t, In x, In, Out dx) override { gradient(x, e_), rate(t, x, e_, dx); }
-    void rate(T, In, In e, Out dx) override { dx[0] = e[1], dx[1] = -e[0]; }
-    void apply_structure(In, In e, Out Je) override { Je[0] = e[1], Je[1] = -e[0]; }
+    void field(T t, In x, In, Out dx) override {
+      gradient(x, e_);
+      rate(t, x, e_, dx);
+    }
+    void rate(T, In, In e, Out dx) override {
+      dx[0] = e[1];
+      dx[1] = -e[0];
+    }
+    void apply_structure(In, In e, Out Je) override {
+      Je[0] = e[1];
+      Je[1] = -e[0];
+    }
     void apply_dissipation(In, In, Out Re) override { Re[0] = Re[1] = T(0.0); }
     void apply_input(In, In, Out) override {}
     void output(In, In, Out) override {}
@@ -213,7 +229,8 @@ TEST(Batch, EachLaneHasItsParametersAndFailuresStayAlone) {
                    auto run = std::make_unique<Kept>(results[at]);
                    run->start = phs::State(model.description(), {0.5, 1.0});
                    // Case 2 and 7 run away to infinity in finite time.
-                   run->steps = 200, run->parameters = {1.0 + double(at), at % 5 == 2 ? 3.0 : 0.0};
+                   run->steps = 200;
+                   run->parameters = {1.0 + double(at), at % 5 == 2 ? 3.0 : 0.0};
                    ++at;
                    return run;
                  },

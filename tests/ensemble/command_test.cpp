@@ -72,7 +72,8 @@ class EnsembleCommand : public testing::Test {
   void SetUp() override {
     folder_ = fs::path(testing::TempDir()) / ("porthos_ensemble_" + std::to_string(getpid()));
     fs::create_directories(folder_);
-    write("arm.urdf", model), write("scene.toml", std::string(head) + sampled);
+    write("arm.urdf", model);
+    write("scene.toml", std::string(head) + sampled);
   }
   void TearDown() override { fs::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const {

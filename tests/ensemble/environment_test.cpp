@@ -18,7 +18,9 @@ using test::keeps, test::refusal;
 struct Mass {
   phs::Description description() const {
     phs::Description d;
-    d.name = "mass", d.nx = 2, d.nu = 1;
+    d.name = "mass";
+    d.nx = 2;
+    d.nu = 1;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     d.ports = {{"force", phs::PortKind::effort_in, 1, 0, "N", "m/s"}};
     d.traits = {.canonical = true};
@@ -30,19 +32,26 @@ struct Mass {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0], e[1] = x[1];
+    e[0] = x[0];
+    e[1] = x[1];
   }
   template <class T>
   void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
-    Gu[0] = T(0.0), Gu[1] = u[0];
+    Gu[0] = T(0.0);
+    Gu[1] = u[0];
   }
 };
 
 EnvironmentOptions of_masses() {
   EnvironmentOptions o;
-  o.count = 7, o.step = 0.05, o.substeps = 4, o.seed = 11, o.outputs = true;
+  o.count = 7;
+  o.step = 0.05;
+  o.substeps = 4;
+  o.seed = 11;
+  o.outputs = true;
   o.begin = [](Stream& random, std::span<double> x) {
-    x[0] = random.uniform(-1, 1), x[1] = random.normal();
+    x[0] = random.uniform(-1, 1);
+    x[1] = random.normal();
   };
   return o;
 }
@@ -94,7 +103,8 @@ TEST(Environment, SameSeedSameBitsOnAnyNumberOfThreads) {
   o.seed = 12;
   EXPECT_FALSE(play(o) == one) << "control: another seed";
   // An environment does not know how many others there are.
-  o.seed = 11, o.count = 3;
+  o.seed = 11;
+  o.count = 3;
   const auto few = play(o);
   for (size_t k = 0; k < 9; ++k) EXPECT_EQ(few[k], one[k]);
 }

@@ -22,7 +22,9 @@ TEST(HeldInputs, EffortsAreReadOffTheFieldAndClonesKnowTurnsAndInputs) {
   const auto copy = system->clone();
   std::vector<double> x(robot.start.x.begin(), robot.start.x.end()), dx(x.size()), e(x.size()),
       gradient(x.size()), of_clone(x.size());
-  system->field(0, x, {}, dx), system->efforts(0, x, dx, e), system->gradient(x, gradient);
+  system->field(0, x, {}, dx);
+  system->efforts(0, x, dx, e);
+  system->gradient(x, gradient);
   copy->field(0, x, {}, of_clone);
   EXPECT_EQ(of_clone, dx);
   double worst = 0, size = 0;

@@ -45,7 +45,10 @@ TEST(RandomStream, MomentsOfManyCases) {
     Stream s(1, std::uint64_t(i), 0);
     const double u = s.uniform(), z = s.normal();
     EXPECT_TRUE(u > 0 && u < 1);
-    mean += u / n, square += u * u / n, normal += z / n, normal2 += z * z / n;
+    mean += u / n;
+    square += u * u / n;
+    normal += z / n;
+    normal2 += z * z / n;
   }
   const double sigma = 1 / std::sqrt(double(n));  // four standard errors
   keeps("mean of uniform", std::fabs(mean - 0.5), 4 * sigma * std::sqrt(1.0 / 12));
@@ -129,7 +132,8 @@ TEST(SobolPoints, AverageFasterThanRandomOnes) {
       a += f([&](int d) { return s(i, d); }) / n;
       b += f([&](int d) { return Stream(seed, i, std::uint64_t(d)).uniform(); }) / n;
     }
-    sobol += (a - 1) * (a - 1) / 8, random += (b - 1) * (b - 1) / 8;
+    sobol += (a - 1) * (a - 1) / 8;
+    random += (b - 1) * (b - 1) / 8;
   }
   // A shift moves the mean of each coordinate's n points by less than 1/n, uniformly: the slopes
   // are 1/2.
@@ -160,7 +164,10 @@ TEST(Distributions, QuantilesAndRotations) {
     Distribution{Distribution::Kind::rotation}.at(v, q);
     worst = std::max(worst, std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1));
     EXPECT_GE(q[0], 0);
-    for (int k = 0; k < 4; ++k) mean[k] += q[k] / n, square[k] += q[k] * q[k] / n;
+    for (int k = 0; k < 4; ++k) {
+      mean[k] += q[k] / n;
+      square[k] += q[k] * q[k] / n;
+    }
   }
   keeps("| |ξ|² - 1 |", worst, 1e-15);
   for (int k = 0; k < 4; ++k)

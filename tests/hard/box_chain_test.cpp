@@ -17,8 +17,10 @@ std::shared_ptr<const mechanics::Mechanism> boxes(int n) {
   builder.gravity({0, 0, -9.81});
   for (int i = 0; i < n; ++i) {
     mechanics::BodySpec s;
-    s.name = "box" + std::to_string(i), s.parent = i ? "box" + std::to_string(i - 1) : "world";
-    s.joint.type = "revolute", s.joint.axis = {1, 0, 0};
+    s.name = "box" + std::to_string(i);
+    s.parent = i ? "box" + std::to_string(i - 1) : "world";
+    s.joint.type = "revolute";
+    s.joint.axis = {1, 0, 0};
     if (i) s.placement.r = {0, 0, -l};
     s.mass = {
         m,

@@ -22,7 +22,10 @@ struct Exchange {
 /// q_1 = 1, first stiff spring at I_1 = 1, the rest at zero.
 Exchange run(const char* name, double h) {
   std::vector<double> x(12, 0.0);
-  x[0] = 1, x[6] = 1, x[3] = 1 / system_.omega, x[9] = 1;
+  x[0] = 1;
+  x[6] = 1;
+  x[3] = 1 / system_.omega;
+  x[9] = 1;
   phs::State s(model.description(), x);
   const auto method = integrators::make_integrator(name, model, h);
   test::Gauge gauge(model);
@@ -34,7 +37,8 @@ Exchange run(const char* name, double h) {
     if (method->step(s) != integrators::Outcome::ok) return {.sum = HUGE_VAL, .energy = HUGE_VAL};
     e.end_sum = I(0) + I(1) + I(2);
     e.sum = std::max(e.sum, std::fabs(e.end_sum - I0));
-    e.least_first = std::min(e.least_first, I(0)), e.most_last = std::max(e.most_last, I(2));
+    e.least_first = std::min(e.least_first, I(0));
+    e.most_last = std::max(e.most_last, I(2));
     e.energy = std::max(e.energy, std::fabs(double((gauge.energy(s) - H0) / H0)));
   }
   return e;

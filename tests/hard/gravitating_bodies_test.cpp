@@ -36,8 +36,10 @@ struct OuterSolarSystem {
     }
     std::vector<double> x(36);
     for (size_t i = 0; i < 6; ++i)
-      for (size_t a = 0; a < 3; ++a)
-        x[3 * i + a] = q[i][a], x[18 + 3 * i + a] = m[i] * (v[i][a] - mean[a] / total);
+      for (size_t a = 0; a < 3; ++a) {
+        x[3 * i + a] = q[i][a];
+        x[18 + 3 * i + a] = m[i] * (v[i][a] - mean[a] / total);
+      }
     return x;
   }
 };
@@ -66,7 +68,12 @@ TEST(GravitatingBodies, OuterSolarSystem) {
 TEST(GravitatingBodies, PythagoreanNeedsMoreThanFixedSteps) {
   const phs::UserModel<test::GravitatingBodies> model{test::GravitatingBodies{1, {3, 4, 5}}};
   std::vector<double> x(18, 0.0);
-  x[0] = 1, x[1] = 3, x[3] = -2, x[4] = -1, x[6] = 1, x[7] = -1;
+  x[0] = 1;
+  x[1] = 3;
+  x[3] = -2;
+  x[4] = -1;
+  x[6] = 1;
+  x[7] = -1;
   const phs::State start(model.description(), x);
   const auto run = [&](const char* method, double t, int per_unit) {
     return test::energy_run(method, model, start, 1.0 / per_unit, std::int64_t(t * per_unit),

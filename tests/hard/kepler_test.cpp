@@ -42,7 +42,8 @@ TEST(Kepler, ClosedForm) {
     auto s = pericentre(0.6);
     // 0.4 is no double: the rest in the low word, or the orbit is another one (1e-16 in the energy,
     // 1e-12 along the orbit after 1000 periods).
-    s.x = {0.4, 0, 0, 2}, s.lo[0] = double(0.4L - (long double)0.4);
+    s.x = {0.4, 0, 0, 2};
+    s.lo[0] = double(0.4L - (long double)0.4);
     const auto method = integrators::make_integrator(name, model, h);
     double worst = 0;
     for (const auto& o : file["outputs"]) {

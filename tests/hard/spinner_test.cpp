@@ -11,9 +11,13 @@ namespace {
 TEST(Spinner, SlenderFastLONG) {
   mechanics::MechanismBuilder b("spinner");
   mechanics::BodySpec body;
-  body.name = "root", body.parent = "world", body.joint.type = "free";
+  body.name = "root";
+  body.parent = "world";
+  body.joint.type = "free";
   b.add(body);
-  body.name = "child", body.parent = "root", body.joint = {};  // fixed
+  body.name = "child";
+  body.parent = "root";
+  body.joint = {};  // fixed
   body.mass = {0.12, {0, 0, 0}, {1.7231e-4, 0, 0, 6.58e-6, 0, 1.7243e-4}};
   b.add(body);
   const mechanics::MechanicalModel model(std::make_shared<mechanics::Mechanism>(b.build()));

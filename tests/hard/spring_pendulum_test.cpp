@@ -27,7 +27,10 @@ TEST(SpringPendulum, FourthOrderResonanceOfTheMidpointRule) {
   double least = HUGE_VAL, most = 0, at = 0, gonzalez = 0, gauss = 0;
   for (int k = 50; k <= 89; ++k) {
     const double x = 0.02 * k, e = energy("midpoint", 0.35, x, 100) / (x * x);
-    if (e > most && e < HUGE_VAL) most = e, at = x;
+    if (e > most && e < HUGE_VAL) {
+      most = e;
+      at = x;
+    }
     least = std::min(least, e);
     if (k % 3 == 0) gonzalez = std::max(gonzalez, energy("gonzalez", 0.35, x, 100));
   }

@@ -17,8 +17,10 @@ mechanics::Mechanism chain(const std::vector<double>& m, double stiffness, doubl
   b.gravity({0, 0, -g});
   for (size_t i = 0; i < m.size(); ++i) {
     mechanics::BodySpec s;
-    s.name = "link" + std::to_string(i), s.parent = i ? "link" + std::to_string(i - 1) : "world";
-    s.joint.type = "revolute", s.joint.stiffness = stiffness;
+    s.name = "link" + std::to_string(i);
+    s.parent = i ? "link" + std::to_string(i - 1) : "world";
+    s.joint.type = "revolute";
+    s.joint.stiffness = stiffness;
     if (i % 2)
       s.joint.axis = {0, 1, 0};
     else
@@ -85,8 +87,10 @@ std::pair<double, double> round_trip(const mechanics::Mechanism& m, const Start&
   mechanics::aba<double>(m, w, at.q, at.v, {back, {}}, again);
   double d = 0, size = 0, e = 0, motion = 0;
   for (size_t i = 0; i < n; ++i) {
-    d = std::max(d, std::fabs(back[i] - tau[i])), size = std::max(size, std::fabs(tau[i]));
-    e = std::max(e, std::fabs(again[i] - a[i])), motion = std::max(motion, std::fabs(a[i]));
+    d = std::max(d, std::fabs(back[i] - tau[i]));
+    size = std::max(size, std::fabs(tau[i]));
+    e = std::max(e, std::fabs(again[i] - a[i]));
+    motion = std::max(motion, std::fabs(a[i]));
   }
   return {d / size, e / motion};
 }

@@ -11,7 +11,10 @@ std::shared_ptr<const mechanics::Mechanism> single(const std::string& joint,
                                                    const mechanics::MassProperties& mass,
                                                    const mechanics::Vec3d& gravity) {
   mechanics::BodySpec body;
-  body.name = "body", body.parent = "world", body.joint.type = joint, body.mass = mass;
+  body.name = "body";
+  body.parent = "world";
+  body.joint.type = joint;
+  body.mass = mass;
   return std::make_shared<mechanics::Mechanism>(
       mechanics::MechanismBuilder().gravity(gravity).add(body).build());
 }
@@ -65,7 +68,8 @@ TEST(Tops, DzhanibekovFlips) {
   double a = 1, b = std::sqrt(m1);  // K = π / 2 agm(1, √(1 - m))
   for (int i = 0; i < 8; ++i) {
     const double mean = (a + b) / 2;
-    b = std::sqrt(a * b), a = mean;
+    b = std::sqrt(a * b);
+    a = mean;
   }
   const double flip = M_PI / a / rate;
 
@@ -117,11 +121,16 @@ TEST(Tops, DzhanibekovFlips) {
 std::shared_ptr<const mechanics::Mechanism> platform_with_wheel(double Ip, double Iw, double k) {
   mechanics::MechanismBuilder b("platform and wheel");
   mechanics::BodySpec s;
-  s.name = "platform", s.parent = "world", s.joint.type = "free";
+  s.name = "platform";
+  s.parent = "world";
+  s.joint.type = "free";
   s.mass = {100, {0, 0, 0}, {0.8 * Ip, 0, 0, 0.6 * Ip, 0, Ip}};
   b.add(s);
   s = {};
-  s.name = "wheel", s.parent = "platform", s.joint.type = "revolute", s.joint.stiffness = k;
+  s.name = "wheel";
+  s.parent = "platform";
+  s.joint.type = "revolute";
+  s.joint.stiffness = k;
   s.mass = {5, {0, 0, 0}, {Iw / 2, 0, 0, Iw / 2, 0, Iw}};
   b.add(s);
   return std::make_shared<mechanics::Mechanism>(b.build());

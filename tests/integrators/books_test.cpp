@@ -77,9 +77,13 @@ mechanics::Mechanism pendulum_of_the_reference() {
   mechanics::MechanismBuilder b("pendulum");
   b.gravity({0, 0, -9.8125});
   mechanics::BodySpec rod;
-  rod.name = "rod", rod.parent = "world";
-  rod.joint.name = "hinge", rod.joint.type = "revolute", rod.joint.axis = {0, -1, 0};
-  rod.mass.mass = 1, rod.mass.com = {0, 0, -1};
+  rod.name = "rod";
+  rod.parent = "world";
+  rod.joint.name = "hinge";
+  rod.joint.type = "revolute";
+  rod.joint.axis = {0, -1, 0};
+  rod.mass.mass = 1;
+  rod.mass.com = {0, 0, -1};
   b.add(rod);
   return b.build();
 }
@@ -131,10 +135,14 @@ std::shared_ptr<const phs::NetworkModel> elastic_arm(bool driven) {
   const double mass[] = {2, 1}, inertia[] = {0.0625, 0.03125};
   for (int i = 0; i < 2; ++i) {
     mechanics::BodySpec link;
-    link.name = i ? "lower" : "upper", link.parent = i ? "upper" : "world";
-    link.joint.name = i ? "q2" : "q1", link.joint.type = "revolute", link.joint.axis = {0, -1, 0};
+    link.name = i ? "lower" : "upper";
+    link.parent = i ? "upper" : "world";
+    link.joint.name = i ? "q2" : "q1";
+    link.joint.type = "revolute";
+    link.joint.axis = {0, -1, 0};
     if (i) link.placement.r = {0, 0, -0.5};
-    link.mass.mass = mass[i], link.mass.com = {0, 0, -0.25};
+    link.mass.mass = mass[i];
+    link.mass.com = {0, 0, -0.25};
     link.mass.inertia = {inertia[i], 0, 0, inertia[i], 0, inertia[i]};
     b.add(link);
   }

@@ -56,10 +56,14 @@ struct Increments {
   std::vector<double> sum_of_squares, count;
   void add(const std::vector<double>& e) {
     for (size_t j = 0; (size_t(1) << j) < e.size(); ++j) {
-      if (j >= count.size()) sum_of_squares.push_back(0), count.push_back(0);
+      if (j >= count.size()) {
+        sum_of_squares.push_back(0);
+        count.push_back(0);
+      }
       for (size_t i = size_t(1) << j; i < e.size(); i += size_t(1) << j) {
         const double d = e[i] - e[i - (size_t(1) << j)];
-        sum_of_squares[j] += d * d, count[j] += 1;
+        sum_of_squares[j] += d * d;
+        count[j] += 1;
       }
     }
   }
@@ -75,7 +79,11 @@ struct Increments {
       if ((stride << j) < 1000) continue;
       const double w = std::min(count[j], 512.0), x = double(j),
                    y = 0.5 * std::log2(sum_of_squares[j] / count[j]);
-      n += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y;
+      n += w;
+      sx += w * x;
+      sy += w * y;
+      sxx += w * x * x;
+      sxy += w * x * y;
     }
     // log2 of the rms of w normal numbers has the variance 1 / (2 w ln² 2).
     return {(n * sxy - sx * sy) / (n * sxx - sx * sx),
@@ -115,8 +123,11 @@ class Watched : public ensemble::BatchRun {
  public:
   Watched(const test::Robot& robot, std::int64_t total, Record& into)
       : robot_(robot), gauge_(*robot.model), into_(into) {
-    start = robot.start, steps = total, every = stride;
-    H0_ = gauge_.energy(start), I0_ = gauge_.invariants(start);
+    start = robot.start;
+    steps = total;
+    every = stride;
+    H0_ = gauge_.energy(start);
+    I0_ = gauge_.invariants(start);
   }
   bool see(const phs::State& s) override {
     series_.push_back(double((gauge_.energy(s) - H0_) / H0_));
@@ -128,7 +139,8 @@ class Watched : public ensemble::BatchRun {
     for (const auto& inv : robot_.model->description().invariants)
       if (inv.name.starts_with("quaternion_norm"))
         m.norm.push_back(gauge_.error(inv.name, s, I0_) / 2);
-    ++mark_, next_ *= std::sqrt(10.0);
+    ++mark_;
+    next_ *= std::sqrt(10.0);
     return true;
   }
   void end(const phs::State& last, Outcome o) override {
@@ -168,7 +180,8 @@ Law law_from(const char* title, const Starts& starts, const Record& record) {
   law.mean_over_its_error =
       std::fabs(mean(end)) * std::sqrt(double(end.size())) / std::max(rms(end), 1e-300);
   const auto slope = record.increments.exponent(stride);
-  law.exponent = slope.value, law.exponent_error = slope.error;
+  law.exponent = slope.value;
+  law.exponent_error = slope.error;
   std::printf(
       "    growth exponent %.3f +- %.3f   |mean| is %.1f of its standard errors   rms %.2e\n",
       law.exponent, law.exponent_error, law.mean_over_its_error, law.final_rms);
@@ -266,7 +279,10 @@ Starts tumbling_starts(int count) {
   Starts all;
   test::RandomTree random(7);
   mechanics::BodySpec body;
-  body.name = "body", body.parent = "world", body.joint.name = "base", body.joint.type = "free";
+  body.name = "body";
+  body.parent = "world";
+  body.joint.name = "base";
+  body.joint.type = "free";
   body.mass = {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}};
   const auto m =
       std::make_shared<mechanics::Mechanism>(mechanics::MechanismBuilder("body").add(body).build());

@@ -95,7 +95,8 @@ double symplectic_defect(const Declaration& d, const test::Problem& p) {
     if (!ok) continue;  // difference quotients have no derivative to speak of
     Vec image;
     for (size_t i = 0; i < u.size(); ++i) image.push_back(s.x[i].d + s.lo[i].d);
-    images.push_back(image), moved.push_back(u);
+    images.push_back(image);
+    moved.push_back(u);
   }
   return symplectic_defect(moved, images);
 }
@@ -122,7 +123,10 @@ TEST(Claims, VelocityVerletWithVariableMassIsNotSymplectic) {
     system->field(0.0, x, {}, f);
     std::vector<phs::Dual> q(x.begin(), x.begin() + 2), v(f.begin(), f.begin() + 2);
     mechanics::aba<phs::Dual>(m, w, q, v, {}, a);
-    for (size_t i = 0; i < 2; ++i) v[i] += 0.5 * h * a[i], q[i] += h * v[i];
+    for (size_t i = 0; i < 2; ++i) {
+      v[i] += 0.5 * h * a[i];
+      q[i] += h * v[i];
+    }
     mechanics::aba<phs::Dual>(m, w, q, v, {}, a);
     for (size_t i = 0; i < 2; ++i) v[i] += 0.5 * h * a[i];
     mechanics::momenta_from_rates<phs::Dual>(m, w, q, v, p);
@@ -244,7 +248,8 @@ TEST(Gauss, StageLanesEqualScalarStages) {
     phs::State a = robot.start, b = robot.start;
     const auto lanes_method = make_integrator(name, *robot.model, 0.1),
                scalar_method = make_integrator(name, *robot.model, 0.1, scalar);
-    run(*lanes_method, a, 300), run(*scalar_method, b, 300);
+    run(*lanes_method, a, 300);
+    run(*scalar_method, b, 300);
     EXPECT_TRUE(a == b) << name;
     EXPECT_EQ(lanes_method->memory(), scalar_method->memory()) << name;
   }

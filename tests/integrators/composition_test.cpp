@@ -36,7 +36,8 @@ TEST(CompositionTables, MeetTheOrderConditions) {
                  next = double(test::symmetric_composition(gamma, t.order + 1).defect(t.order + 1));
     // Control: one coefficient wrong by 1e-12, its mirror image with it and the sum kept.
     auto wrong = gamma;
-    wrong.front() += Quad(1e-12), wrong.back() += Quad(1e-12);
+    wrong.front() += Quad(1e-12);
+    wrong.back() += Quad(1e-12);
     wrong[wrong.size() / 2] -= Quad(2e-12);
     const double control = relative_defect(wrong, t.order);
     std::printf(
@@ -62,8 +63,10 @@ void expect_exact_sum_and_palindrome(const CompositionTable& t) {
 
 TEST(CompositionTables, SumToOneExactly) {
   for (const auto* tables : {&symmetric_compositions(), &adjoint_compositions()})
-    for (const auto& t : *tables)
-      expect_exact_sum_and_palindrome<double>(t), expect_exact_sum_and_palindrome<Quad>(t);
+    for (const auto& t : *tables) {
+      expect_exact_sum_and_palindrome<double>(t);
+      expect_exact_sum_and_palindrome<Quad>(t);
+    }
   // Control: the same decimals, each rounded to the nearest double, do not all sum to 1.
   int inexact = 0;
   for (const auto& t : symmetric_compositions()) {

@@ -26,15 +26,21 @@ TEST(Gonzalez, CorrectionVanishesWithTheStep) {
       for (size_t k = 0; k < 4; ++k) d.push_back((s.x[k] - r.start.x[k]) + s.lo[k]);
     }
     double ours = 0, length = 0;
-    for (size_t k = 0; k < 4; ++k)
-      ours = std::max(ours, std::fabs(delta[0][k] - delta[1][k])),
+    for (size_t k = 0; k < 4; ++k) {
+      ours = std::max(ours, std::fabs(delta[0][k] - delta[1][k]));
       length = std::max(length, std::fabs(delta[1][k]));
+    }
     Vec m = r.start.x, x1 = m, e(4);
-    for (size_t k = 0; k < 4; ++k) m[k] += 0.5 * delta[1][k], x1[k] += delta[1][k];
+    for (size_t k = 0; k < 4; ++k) {
+      m[k] += 0.5 * delta[1][k];
+      x1[k] += delta[1][k];
+    }
     system->gradient(m, e);
     double remainder = system->hamiltonian(x1) - system->hamiltonian(r.start.x), norm = 0;
-    for (size_t k = 0; k < 4; ++k)
-      remainder -= e[k] * delta[1][k], norm += delta[1][k] * delta[1][k];
+    for (size_t k = 0; k < 4; ++k) {
+      remainder -= e[k] * delta[1][k];
+      norm += delta[1][k] * delta[1][k];
+    }
     const double textbook = h * std::fabs(remainder) / std::sqrt(norm);
     std::printf("  h = %.0e: |correction| / |delta| %.1e   textbook %.1e\n", h, ours / length,
                 textbook / length);
@@ -59,7 +65,9 @@ struct Central {
   bool declares;
   phs::Description description() const {
     phs::Description d;
-    d.name = "central", d.nx = 4, d.traits.canonical = true;
+    d.name = "central";
+    d.nx = 4;
+    d.traits.canonical = true;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
     if (declares) d.invariants = {{"angular_momentum", 1, 0, 2, "kg m^2/s"}};
     return d;
@@ -112,7 +120,10 @@ TEST(Gonzalez, KeepsDeclaredQuadraticInvariants) {
 // correct.
 TEST(Gonzalez, FreeBody) {
   mechanics::BodySpec body;
-  body.name = "body", body.parent = "world", body.joint.name = "base", body.joint.type = "free";
+  body.name = "body";
+  body.parent = "world";
+  body.joint.name = "base";
+  body.joint.type = "free";
   body.mass = {1, {0, 0, 0}, {1, 0, 0, 2, 0, 3}};
   const mechanics::MechanicalModel model(std::make_shared<mechanics::Mechanism>(
       mechanics::MechanismBuilder("body").add(body).build()));
@@ -142,7 +153,9 @@ struct Spin {
   double friction = 0;
   phs::Description description() const {
     phs::Description d;
-    d.name = "spin", d.nx = 3, d.traits.lossless = friction == 0;
+    d.name = "spin";
+    d.nx = 3;
+    d.traits.lossless = friction == 0;
     d.blocks = {{"m", phs::BlockKind::linear, 0, 3, -1, "kg m^2/s", ""}};
     return d;
   }
@@ -197,7 +210,9 @@ TEST(DiscreteGradients, StateDependentStructure) {
 struct Stop {
   phs::Description description() const {
     phs::Description d;
-    d.name = "stop", d.nx = 2, d.traits.canonical = true;
+    d.name = "stop";
+    d.nx = 2;
+    d.traits.canonical = true;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -223,7 +238,10 @@ TEST(Gonzalez, KeepsAnEnergyThatIsNotSmooth) {
 struct Driven {
   phs::Description description() const {
     phs::Description d;
-    d.name = "driven", d.nx = 2, d.traits.canonical = true, d.traits.autonomous = false;
+    d.name = "driven";
+    d.nx = 2;
+    d.traits.canonical = true;
+    d.traits.autonomous = false;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -283,7 +301,8 @@ double stiff_energy(const phs::Model& model, const phs::State& start, const char
   char text[40];
   std::snprintf(text, sizeof text, " (%.0f sweeps)",
                 double(method->cost().sweeps) / double(method->cost().steps));
-  return how = method->remark() + text, worst;
+  how = method->remark() + text;
+  return worst;
 }
 
 // Joint springs far stiffer than the step resolves, h ω up to thousands: what the midpoint rule
@@ -343,11 +362,13 @@ TEST(DiscreteGradients, RestartUnderNewton) {
       };
       phs::State through = robot.start, stopped = robot.start;
       const auto whole = make(), first = make(), second = make();
-      run(*whole, through, 60), run(*first, stopped, 23);
+      run(*whole, through, 60);
+      run(*first, stopped, 23);
       EXPECT_GT(first->cost().factorisations, 0);
       second->restore(first->memory());
       phs::State forgetful = stopped;
-      run(*second, stopped, 37), run(*make(), forgetful, 37);
+      run(*second, stopped, 37);
+      run(*make(), forgetful, 37);
       EXPECT_TRUE(through == stopped) << name << ", " << to_string(solver);
       differ += !(through == forgetful);
     }

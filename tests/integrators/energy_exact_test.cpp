@@ -97,9 +97,10 @@ TEST(Hbvm, WithAsManyNodesAsCoefficientsIsGauss) {
   const auto gauss = gauss_table<double>(4), same = hbvm_table<double>(4, 4),
              other = hbvm_table<double>(4, 3);
   double worst = 0, differs = 0;
-  for (size_t i = 0; i < 16; ++i)
-    worst = std::max(worst, std::fabs(gauss.mu[i] - same.mu[i])),
+  for (size_t i = 0; i < 16; ++i) {
+    worst = std::max(worst, std::fabs(gauss.mu[i] - same.mu[i]));
     differs = std::max(differs, std::fabs(gauss.mu[i] - other.mu[i]));
+  }
   test::keeps("tables of HBVM(4,4) and Gauss apart", worst, 2.3e-16);  // rounded on another side
   test::breaks("HBVM(4,3) and Gauss", differs, 1e-2);
 }

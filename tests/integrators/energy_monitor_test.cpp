@@ -55,7 +55,10 @@ TEST(EnergyMonitor, StopsAtTheLastGoodState) {
       watched(*robot.model, "rk4", 0.02, {.limit = 1e-6, .action = OnViolation::stop});
   auto s = robot.start, good = s;
   Outcome o = Outcome::ok;
-  for (int i = 0; i < 1000 && o == Outcome::ok; ++i) good = s, o = seen->step(s);
+  for (int i = 0; i < 1000 && o == Outcome::ok; ++i) {
+    good = s;
+    o = seen->step(s);
+  }
   EXPECT_EQ(o, Outcome::failed);
   EXPECT_EQ(s.x, good.x);
   EXPECT_EQ(s.step, good.step);
@@ -98,7 +101,8 @@ TEST(EnergyMonitor, RepeatsAStepInSmallerParts) {
 struct Breaking {
   static phs::Description description() {
     phs::Description d;
-    d.name = "breaking", d.nx = 2;
+    d.name = "breaking";
+    d.nx = 2;
     d.blocks = {{"angle", phs::BlockKind::linear, 0, 1, 1, "rad", "N m s"}};
     d.traits.canonical = d.traits.separable = true;
     return d;
@@ -124,7 +128,10 @@ TEST(EnergyMonitor, NanAndLimitsRollBack) {
     const auto seen = watched(model, "gauss4", 0.05, o);
     phs::State s(model.description(), {0, 2}), good = s;
     Outcome outcome = Outcome::ok;
-    for (int i = 0; i < 200 && outcome == Outcome::ok; ++i) good = s, outcome = seen->step(s);
+    for (int i = 0; i < 200 && outcome == Outcome::ok; ++i) {
+      good = s;
+      outcome = seen->step(s);
+    }
     std::printf("  %s at %.2f rad: %s\n", to_string(outcome), s.x[0], seen->text().c_str());
     EXPECT_EQ(outcome, nan ? Outcome::not_finite : Outcome::failed);
     EXPECT_EQ(s.x, good.x);
@@ -145,8 +152,10 @@ std::vector<double> momenta(phs::System<double>& f, const phs::State& s) {
 }
 double apart(const std::vector<double>& a, const std::vector<double>& b) {
   double d = 0, size = 0;
-  for (size_t i = 0; i < a.size(); ++i)
-    d = std::max(d, std::fabs(a[i] - b[i])), size = std::max(size, std::fabs(a[i]));
+  for (size_t i = 0; i < a.size(); ++i) {
+    d = std::max(d, std::fabs(a[i] - b[i]));
+    size = std::max(size, std::fabs(a[i]));
+  }
   return d / size;
 }
 
@@ -223,7 +232,8 @@ TEST(EnergyMonitor, ContinuesBitForBit) {
       }
       ASSERT_EQ(method->step(s), Outcome::ok);
     }
-    ends[interrupted] = s, repeated[interrupted] = method->report().repeated;
+    ends[interrupted] = s;
+    repeated[interrupted] = method->report().repeated;
   }
   EXPECT_EQ(ends[0].x, ends[1].x);
   EXPECT_EQ(ends[0].lo, ends[1].lo);
@@ -251,7 +261,8 @@ TEST(EnergyMonitor, ARefusedStepLeavesTheMemoryOfTheMethod) {
   std::vector<double> before, after;
   phs::State start;
   while (true) {
-    before = plain->memory(), start = a;
+    before = plain->memory();
+    start = a;
     o = stops->step(c);
     ASSERT_EQ(repeats->step(b), Outcome::ok);
     if (o != Outcome::ok || a.step > 500) break;

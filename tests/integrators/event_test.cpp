@@ -45,7 +45,8 @@ TEST(Event, PendulumPassesItsLowestPointWhenTheEllipticIntegralSays) {
       EXPECT_EQ(r.rising, s.x[1] > 0);
       EXPECT_TRUE(direction == Crossing::both || r.rising == (direction == Crossing::rising));
       worst = std::max(worst, std::fabs(run.time(s) - (first + k * next) * T));
-      g = std::max(g, std::fabs(r.g)), trials = std::max(trials, r.trials);
+      g = std::max(g, std::fabs(r.g));
+      trials = std::max(trials, r.trials);
     }
     std::printf(
         "  crossings of %s: times off by %.1e s of %.0f   bound 2e-13, |g| %.1e   bound 1e-15, %d "
@@ -171,7 +172,8 @@ TEST(Event, ApsidesOfAnOrbit) {
 struct Ball {  // H = p²/2 + log cosh(y) + y
   phs::Description description() const {
     phs::Description d;
-    d.name = "ball", d.nx = 2;
+    d.name = "ball";
+    d.nx = 2;
     d.blocks = {{"height", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     d.traits = {.canonical = true, .separable = true};
     return d;
@@ -182,7 +184,8 @@ struct Ball {  // H = p²/2 + log cosh(y) + y
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = T(1.0) + phs::tanh(x[0]), e[1] = x[1];
+    e[0] = T(1.0) + phs::tanh(x[0]);
+    e[1] = x[1];
   }
 };
 
@@ -199,7 +202,8 @@ TEST(Event, AThousandBounces) {
       const EventResult r = run.run_to(s, 1e9);
       ASSERT_EQ(r.event, 0);
       ASSERT_FALSE(r.rising) << "a bounce is no crossing";
-      s.x[1] = -s.x[1], s.lo[1] = -s.lo[1];
+      s.x[1] = -s.x[1];
+      s.lo[1] = -s.lo[1];
       worst = std::max(worst, std::fabs(double((gauge.energy(s) - H0) / H0)));
       if (k == 0) first = run.time(s);
       period = (run.time(s) - first) / std::max(1, k);
@@ -226,7 +230,8 @@ TEST(Event, SeveralCrossingsInAStep) {
       const EventResult r = run.run_to(s, 20);
       EXPECT_EQ(r.outcome, Outcome::ok);
       if (r.event < 0) break;
-      ++events, worst = std::max(worst, std::fabs(std::sin(4 * s.x[0])));
+      ++events;
+      worst = std::max(worst, std::fabs(std::sin(4 * s.x[0])));
     }
     EXPECT_EQ(run.time(s), 20);
     EXPECT_LE(worst, 1e-14);

@@ -142,8 +142,10 @@ class Uncoupled final : public phs::ModelFor<Uncoupled> {
 
 TEST(NetworkSolver, SolvesWithTheJacobianOfTheWhole) {
   Complex4 z;
-  for (int lane = 0; lane < 4; ++lane)
-    z.re.set(lane, lane == 3 ? 0.05 : 0.01 * (lane + 1)), z.im.set(lane, 0.03 * lane * (lane < 3));
+  for (int lane = 0; lane < 4; ++lane) {
+    z.re.set(lane, lane == 3 ? 0.05 : 0.01 * (lane + 1));
+    z.im.set(lane, 0.03 * lane * (lane < 3));
+  }
   for (const auto& e : networks) {
     const Case c(e);
     const auto system = c.model->instantiate<double>();
@@ -158,13 +160,17 @@ TEST(NetworkSolver, SolvesWithTheJacobianOfTheWhole) {
     for (auto& v : x) v += 1e-2 * between(random);
     std::vector<Complex4> r(x.size());
     for (auto& v : r)
-      for (int lane = 0; lane < 4; ++lane)
-        v.re.set(lane, between(random)), v.im.set(lane, between(random));
+      for (int lane = 0; lane < 4; ++lane) {
+        v.re.set(lane, between(random));
+        v.im.set(lane, between(random));
+      }
     auto d = r, apart = r;
-    right->factor(0, x, z), right->solve(d);
+    right->factor(0, x, z);
+    right->solve(d);
     const auto uncoupled = Uncoupled(c).instantiate<double>()->resolvent();
     const double found = defect(*c.model, x, z, d, r, turns);
-    uncoupled->factor(0, x, z), uncoupled->solve(apart);
+    uncoupled->factor(0, x, z);
+    uncoupled->solve(apart);
     const double control = defect(*c.model, x, z, apart, r, turns);
     std::printf("  %-30s residual %.1e (1e-9)   without the coupling %.1e\n", e.name, found,
                 control);

@@ -85,7 +85,9 @@ TEST(Order, OfEveryMethodIn113Bits) {
 struct Charge {
   static phs::Description description() {
     phs::Description d;
-    d.name = "charge", d.nx = 4, d.nu = 2;
+    d.name = "charge";
+    d.nx = 4;
+    d.nu = 2;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
     d.ports = {{"x", phs::PortKind::effort_in, 1, 0, "N", "m/s"},
                {"y", phs::PortKind::effort_in, 1, 1, "N", "m/s"}};
@@ -100,11 +102,16 @@ struct Charge {
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     const T k = T(1.0) + x[0] * x[0] + T(2.0) * x[1] * x[1];
-    e[0] = k * x[0], e[1] = T(2.0) * k * x[1], e[2] = x[2], e[3] = x[3];
+    e[0] = k * x[0];
+    e[1] = T(2.0) * k * x[1];
+    e[2] = x[2];
+    e[3] = x[3];
   }
   template <class T>
   void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
-    Gu[0] = Gu[1] = T(0.0), Gu[2] = u[0], Gu[3] = u[1];
+    Gu[0] = Gu[1] = T(0.0);
+    Gu[2] = u[0];
+    Gu[3] = u[1];
   }
 };
 
@@ -210,7 +217,11 @@ TEST(Order, OnAFloatingArm) {
       error = error_after(d.name, k);
       if (!(error < (d.order <= 2 ? 2e-4 : 2e-7)) || error < 1e-13) continue;
       const double x = -std::log2(double(k)), y = std::log2(error);
-      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+      n += 1;
+      sx += x;
+      sy += y;
+      sxx += x * x;
+      sxy += x * y;
     }
     if (d.order == 1) continue;  // its errors are too large here to tell
     const double order = (n * sxy - sx * sy) / (n * sxx - sx * sx);

@@ -23,7 +23,9 @@ struct QuarticOscillator {
   static constexpr double h = 0.05;
   phs::Description description() const {
     phs::Description d;
-    d.name = "quartic oscillator", d.nx = 2, d.nu = 1;
+    d.name = "quartic oscillator";
+    d.nx = 2;
+    d.nu = 1;
     d.traits = {.autonomous = false, .canonical = true, .separable = true, .lossless = false};
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     d.ports = {{"q.force", phs::PortKind::effort_in, 1, 0, "N", "m/s"}};
@@ -36,7 +38,8 @@ struct QuarticOscillator {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] * x[0] * x[0], e[1] = x[1];
+    e[0] = x[0] * x[0] * x[0];
+    e[1] = x[1];
   }
   template <class T>
   T friction(T) const {
@@ -53,7 +56,8 @@ struct QuarticOscillator {
 struct Mud : QuarticOscillator {
   phs::Description description() const {
     auto d = QuarticOscillator::description();
-    d.name = "mud", d.traits.separable = false;
+    d.name = "mud";
+    d.traits.separable = false;
     return d;
   }
   template <class T>
@@ -64,7 +68,8 @@ struct Mud : QuarticOscillator {
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     const T q2 = x[0] * x[0], v = x[1] / (T(1.0) + q2);
-    e[0] = x[0] * (T(1.0) + q2 - v * v), e[1] = v;
+    e[0] = x[0] * (T(1.0) + q2 - v * v);
+    e[1] = v;
   }
   template <class T>
   T friction(T q) const {
@@ -81,11 +86,13 @@ template <class S>
 struct Driven : S {
   template <class T>
   void dissipation(std::span<const T> x, std::span<const T> e, std::span<T> Re) const {
-    Re[0] = T(0.0), Re[1] = S::friction(x[0]) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = S::friction(x[0]) * e[1];
   }
   template <class T>
   void input(std::span<const T> x, std::span<const T> u, std::span<T> Gu) const {
-    Gu[0] = T(0.0), Gu[1] = S::lever(x[0]) * u[0];
+    Gu[0] = T(0.0);
+    Gu[1] = S::lever(x[0]) * u[0];
   }
   template <class T>
   void drive(T t, std::span<const T> x, std::span<T> dx) const {
@@ -114,14 +121,18 @@ Balance balance(const Make& make, int steps) {
   for (int i = 0; i < steps; ++i) {
     const auto before = x;
     const double u = std::sin(method->time(s) + 0.5 * h);
-    if (method->step(s) != Outcome::ok) return b.defect = HUGE_VAL, b;
+    if (method->step(s) != Outcome::ok) {
+      b.defect = HUGE_VAL;
+      return b;
+    }
     x = test::unwrapped(model.description(), s);
     const Quad dq = x[0] - before[0], m = (x[0] + before[0]) / 2;
     const Quad lost = system.friction(m) * dq * dq / Quad(h), in = Quad(u) * system.lever(m) * dq;
     const Quad defect = system.hamiltonian(std::span<const Quad>(x)) -
                         system.hamiltonian(std::span<const Quad>(before)) + lost - in;
     b.defect = std::max(b.defect, std::fabs(double(defect)));
-    b.lost += double(lost), b.supplied += double(in);
+    b.lost += double(lost);
+    b.supplied += double(in);
   }
   return b;
 }

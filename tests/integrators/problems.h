@@ -20,7 +20,8 @@ struct Oscillators {
   static constexpr double stiffness[2] = {1.0, 2.5};
   phs::Description description() const {
     phs::Description d;
-    d.name = "oscillators", d.nx = 4;
+    d.name = "oscillators";
+    d.nx = 4;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
     d.invariants = {{"energy_of_each", 2, 0, 2, "J"}};
     d.traits = {.canonical = true, .separable = true};
@@ -39,7 +40,10 @@ struct Oscillators {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    for (size_t i = 0; i < 2; ++i) e[i] = T(stiffness[i]) * x[i], e[2 + i] = x[2 + i];
+    for (size_t i = 0; i < 2; ++i) {
+      e[i] = T(stiffness[i]) * x[i];
+      e[2 + i] = x[2 + i];
+    }
   }
 };
 
@@ -95,11 +99,15 @@ inline std::vector<std::vector<double>> tangents(const Problem& p) {
     if (b.kind == phs::BlockKind::rotation) {
       for (int k = 0; k < 3; ++k) {
         auto& turn = fresh();
-        times_unit(&x[q], k, &turn[q]), times_unit(&x[m], k, &turn[m]);
+        times_unit(&x[q], k, &turn[q]);
+        times_unit(&x[m], k, &turn[m]);
         times_unit(&x[q], k, &fresh()[m]);
       }
     } else {
-      for (size_t i = 0; i < n; ++i) fresh()[q + i] = 1, fresh()[m + i] = 1;
+      for (size_t i = 0; i < n; ++i) {
+        fresh()[q + i] = 1;
+        fresh()[m + i] = 1;
+      }
     }
   }
   return basis;

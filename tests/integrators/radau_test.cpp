@@ -188,7 +188,8 @@ TEST(Radau, DampedDrivenAndBackwards) {
   const double there = test::distance(test::unwrapped(driven.description(), s),
                                       test::unwrapped(driven.description(), reference));
   const auto back = make_integrator("radau15", driven, -2.0);
-  s.origin = 20, s.step = 0;
+  s.origin = 20;
+  s.step = 0;
   for (int i = 0; i < 10; ++i) ASSERT_EQ(back->step(s), Outcome::ok);
   const double home = test::distance(test::unwrapped(driven.description(), s),
                                      test::unwrapped(driven.description(), start));

@@ -199,8 +199,10 @@ struct Syrup {
   static constexpr double c = 1e5;
   phs::Description description() const {
     phs::Description d;
-    d.name = "syrup", d.nx = 2;
-    d.traits.canonical = true, d.traits.autonomous = d.traits.lossless = false;
+    d.name = "syrup";
+    d.nx = 2;
+    d.traits.canonical = true;
+    d.traits.autonomous = d.traits.lossless = false;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -210,11 +212,13 @@ struct Syrup {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] * x[0] * x[0], e[1] = x[1];
+    e[0] = x[0] * x[0] * x[0];
+    e[1] = x[1];
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    Re[0] = T(0.0), Re[1] = T(c) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = T(c) * e[1];
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {
@@ -282,7 +286,9 @@ struct Walls {
   std::int64_t* beyond;
   phs::Description description() const {
     phs::Description d;
-    d.name = "walls", d.nx = 2, d.traits = {.canonical = true, .separable = true};
+    d.name = "walls";
+    d.nx = 2;
+    d.traits = {.canonical = true, .separable = true};
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -334,7 +340,9 @@ TEST(Rivals, TrialsBeyondTheDomainAreTakenBack) {
 struct BlowUp {
   phs::Description description() const {
     phs::Description d;
-    d.name = "blow-up", d.nx = 2, d.traits = {.canonical = true};
+    d.name = "blow-up";
+    d.nx = 2;
+    d.traits = {.canonical = true};
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -344,7 +352,8 @@ struct BlowUp {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[1] * x[1], e[1] = T(2.0) * x[0] * x[1];
+    e[0] = x[1] * x[1];
+    e[1] = T(2.0) * x[0] * x[1];
   }
 };
 
@@ -369,7 +378,9 @@ TEST(Rivals, DoNotFollowASolutionToInfinity) {
 struct DryFriction {
   phs::Description description() const {
     phs::Description d;
-    d.name = "dry friction", d.nx = 2, d.traits = {.canonical = true, .lossless = false};
+    d.name = "dry friction";
+    d.nx = 2;
+    d.traits = {.canonical = true, .lossless = false};
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -379,11 +390,13 @@ struct DryFriction {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0], e[1] = x[1];
+    e[0] = x[0];
+    e[1] = x[1];
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    Re[0] = T(0.0), Re[1] = phs::any(e[1] > T(0.0)) ? T(2.0) : T(-2.0);
+    Re[0] = T(0.0);
+    Re[1] = phs::any(e[1] > T(0.0)) ? T(2.0) : T(-2.0);
   }
 };
 

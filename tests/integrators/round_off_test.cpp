@@ -106,7 +106,8 @@ TEST(RoundOff, FastCaseTrajectoryAgainstCvodeAnd113Bits) {
   const auto method = make_integrator("gauss16", *robot.model, 0.02);
   for (int i = 0; i < 50; ++i) ASSERT_EQ(method->step(ours), Outcome::ok);
   Options o;
-  o.rtol = 1e-13, o.atol = 1e-13;
+  o.rtol = 1e-13;
+  o.atol = 1e-13;
   ASSERT_EQ(make_integrator("cvode_adams", *robot.model, 1.0, o)->step(rival), Outcome::ok);
   const auto reference = gauss_reference(*robot.model, {robot.start.x.begin(), robot.start.x.end()},
                                          phs::Quad(1) / 64, 64, 12);

@@ -31,7 +31,9 @@ struct Mass {
   static constexpr double m = 2;
   static phs::Description description() {
     phs::Description r;
-    r.name = "mass", r.nx = 2, r.nu = 1;
+    r.name = "mass";
+    r.nx = 2;
+    r.nu = 1;
     r.blocks = {{"position", phs::BlockKind::linear, 0, 1, 1, "m", "N s"}};
     r.ports = {{"force", phs::PortKind::effort_in, 1, 0, "N", "m/s"}};
     r.traits.canonical = r.traits.separable = true;
@@ -43,7 +45,8 @@ struct Mass {
   }
   template <class T>
   void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
-    Gu[0] = T(0.0), Gu[1] = u[0];
+    Gu[0] = T(0.0);
+    Gu[1] = u[0];
   }
 };
 
@@ -71,8 +74,10 @@ TEST(Sampled, AHoldAgainstItsClosedForm) {
     // κ y = -k q v - d v²: -k Δ(q²/2) and ∫ (v + a t)² dt
     const double wished =
         -k * (q1 * q1 - q * q) / 2 - d * (v * v * T + v * a * T * T + a * a * T * T * T / 3);
-    controller += wished, hold += u * (q1 - q) - wished;
-    q = q1, v = v1;
+    controller += wished;
+    hold += u * (q1 - q) - wished;
+    q = q1;
+    v = v1;
     for (int step = 0; step < 2; ++step) {
       ASSERT_EQ(method->step(s), Outcome::ok);
       for (int row = 0; row < 2; ++row) booked[row] += method->works()[size_t(row)];
@@ -124,7 +129,8 @@ TEST(Sampled, MeanFlowsCountTheEnergyExactly) {
       const double q = s.x[0] + s.lo[0], v = (s.x[1] + s.lo[1]) / Mass::m;
       for (int j = 0; j < 4; ++j) ASSERT_EQ(method->step(s), Outcome::ok);
       const double u = hold->memory[0], flow = mean ? (s.x[0] + s.lo[0] - q) / T : v;
-      sampled += T * u * flow, scale += std::fabs(T * u * flow);
+      sampled += T * u * flow;
+      scale += std::fabs(T * u * flow);
       const double H = s.x[1] * s.x[1] / (2 * Mass::m);
       most = std::max(most, std::fabs(sampled - (H - 1)));
     }
@@ -148,7 +154,8 @@ TEST(Sampled, ContinuesBitForBitBetweenInstants) {
         const auto memory = method->memory(), held = method->sampler().memory();
         model = sampled_mass(0.1, true);
         method = make_integrator("gauss8", *model, 0.02);
-        method->restore(memory), method->sampler().restore(held);
+        method->restore(memory);
+        method->sampler().restore(held);
       }
       ASSERT_EQ(method->step(s), Outcome::ok);
     }
@@ -231,7 +238,11 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
   const auto method = make_integrator("gauss4", *model, 0.1);
   phs::State s(model->description(), {0.3, 0});
   // An odd step holds, and so does the next; a whole one from there would not begin at an instant.
-  EXPECT_EQ(refusal([&] { (void)method->step_by(s, 0.01), (void)method->step(s); }), "(accepted)");
+  EXPECT_EQ(refusal([&] {
+              (void)method->step_by(s, 0.01);
+              (void)method->step(s);
+            }),
+            "(accepted)");
   EXPECT_NE(refusal([&] { (void)method->step(s); }).find("would miss its instants"),
             std::string::npos);
   // Steps of varying size end at the instants instead: tests/run/controlled_events_test.cpp.

@@ -41,8 +41,10 @@ TEST(SplittingTables, MeetTheOrderConditionsForAnyNumberOfParts) {
     if (gamma.size() == 2) continue;  // Strang has nothing to perturb
     auto wrong = gamma;
     const size_t s = wrong.size();
-    wrong.front() += Quad(1e-12), wrong.back() += Quad(1e-12);
-    wrong[s / 2] -= Quad(1e-12), wrong[s / 2 - 1] -= Quad(1e-12);
+    wrong.front() += Quad(1e-12);
+    wrong.back() += Quad(1e-12);
+    wrong[s / 2] -= Quad(1e-12);
+    wrong[s / 2 - 1] -= Quad(1e-12);
     EXPECT_GT(defect(wrong, 2, t.order), 1e-15) << t.name << ": the check must see 1e-12";
   }
 }
@@ -177,9 +179,10 @@ TEST(Splitting, KeepsTheInvariantsOfItsPartsOnly) {
       for (int i = 0; i < steps; ++i) EXPECT_EQ(m->step(s), Outcome::ok);
       if (c == &kepler())
         e.L = gauge.error("angular_momentum", s, start);
-      else
-        e.m2 = gauge.error("momentum_squared", s, start),
+      else {
+        e.m2 = gauge.error("momentum_squared", s, start);
         e.H = double(std::fabs((gauge.energy(s) - H0) / H0));
+      }
     }
     return e;
   };

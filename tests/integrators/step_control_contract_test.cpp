@@ -37,8 +37,10 @@ TEST(StepControl, ClockIsTheSumOfItsSteps) {
       const Quad before = Quad(s.origin) + s.origin_lo;
       ASSERT_EQ(method->step(s), Outcome::ok);
       const double taken = double(Quad(s.origin) + s.origin_lo - before);
-      exact += taken, plain += taken;
-      smallest = std::min(smallest, taken), largest = std::max(largest, taken);
+      exact += taken;
+      plain += taken;
+      smallest = std::min(smallest, taken);
+      largest = std::max(largest, taken);
     }
     const double t = method->time(s), ulp = std::nextafter(t, HUGE_VAL) - t;
     std::printf(
@@ -117,12 +119,15 @@ TEST(StepControl, RestartIsContinuation) {
     };
     phs::State through = robot.start, stopped = robot.start;
     const auto one = make(), first = make(), second = make();
-    steps(*one, through, 60), steps(*first, stopped, 60);
+    steps(*one, through, 60);
+    steps(*first, stopped, 60);
     ASSERT_EQ(one->step_by(through, 0.01), Outcome::ok);
     ASSERT_EQ(first->step_by(stopped, 0.01), Outcome::ok);
-    steps(*one, through, 17), steps(*first, stopped, 17);
+    steps(*one, through, 17);
+    steps(*first, stopped, 17);
     second->restore(first->memory());
-    steps(*one, through, 123), steps(*second, stopped, 123);
+    steps(*one, through, 123);
+    steps(*second, stopped, 123);
     EXPECT_TRUE(through == stopped) << to_string(kind);
     EXPECT_EQ(one->memory(), second->memory()) << to_string(kind);
 
@@ -244,7 +249,10 @@ TEST(StepControl, LostDensityIsAStatus) {
   const auto method = make_reversible("gauss4", kepler, 3.0, by_radius());
   Outcome o = Outcome::ok;
   phs::State before = s;
-  for (int i = 0; i < 100 && o == Outcome::ok; ++i) before = s, o = method->step(s);
+  for (int i = 0; i < 100 && o == Outcome::ok; ++i) {
+    before = s;
+    o = method->step(s);
+  }
   EXPECT_NE(o, Outcome::ok);
   EXPECT_TRUE(s == before);
 }

@@ -44,14 +44,24 @@ Drift energy_drift(phs::State s, double duration, Step&& step) {
   while (t < duration) {
     const double before = t;
     t = step(s);
-    if (!(t > before)) return d.band = HUGE_VAL, d;
+    if (!(t > before)) {
+      d.band = HUGE_VAL;
+      return d;
+    }
     const Real error = (gauge.energy(s) - H0) / fabsl(H0);
     d.band = std::max(d.band, double(fabsl(error)));
-    if (t < 0.1 * duration) sum_first += error, weight_first += 1;
-    if (t > 0.9 * duration) sum_last += error, weight_last += 1;
+    if (t < 0.1 * duration) {
+      sum_first += error;
+      weight_first += 1;
+    }
+    if (t > 0.9 * duration) {
+      sum_last += error;
+      weight_last += 1;
+    }
     ++d.steps;
   }
-  d.first = double(sum_first / weight_first), d.last = double(sum_last / weight_last);
+  d.first = double(sum_first / weight_first);
+  d.last = double(sum_last / weight_last);
   return d;
 }
 template <class Method>

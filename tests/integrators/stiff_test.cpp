@@ -143,7 +143,8 @@ TEST(Stiff, NewtonStepsAreSymplectic) {
       double sum = i + half == j ? -1.0 : j + half == i ? 1.0 : 0.0;
       for (size_t k = 0; k < half; ++k)
         sum += Psi[k * n + i] * Psi[(k + half) * n + j] - Psi[(k + half) * n + i] * Psi[k * n + j];
-      defect = std::max(defect, std::fabs(sum)), size = std::max(size, std::fabs(Psi[i * n + j]));
+      defect = std::max(defect, std::fabs(sum));
+      size = std::max(size, std::fabs(Psi[i * n + j]));
     }
   std::printf("  defect %.1e   bound 1e-12 (entries up to %.1g)\n", defect, size);
   EXPECT_LE(defect, 1e-12 * std::max(1.0, size * size));
@@ -156,7 +157,8 @@ TEST(Stiff, ChoiceIsAutomaticAndReported) {
   ASSERT_EQ(run(*m, s, 50), Outcome::ok);
   EXPECT_EQ(m->remark(), "");
   EXPECT_EQ(m->cost().factorisations, 0);
-  s = stiff.start, m = method("gauss16", *stiff.model, 0.01, Solver::automatic);
+  s = stiff.start;
+  m = method("gauss16", *stiff.model, 0.01, Solver::automatic);
   ASSERT_EQ(run(*m, s, 50), Outcome::ok);
   EXPECT_EQ(m->remark(), "Newton, articulated, in 50 of 50 steps");
 }
@@ -214,9 +216,11 @@ TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
   const auto m = std::make_shared<mechanics::Mechanism>(
       mechanics::read_urdf(test::data_file(file).string(), o).mechanism);
   std::vector<double> q(30), calm(30), v(30);
-  for (size_t i = 0; i < q.size(); ++i)
-    q[i] = 0.3 * std::sin(1.0 + double(i)), v[i] = 0.5 * std::cos(2.0 + double(i)),
+  for (size_t i = 0; i < q.size(); ++i) {
+    q[i] = 0.3 * std::sin(1.0 + double(i));
+    v[i] = 0.5 * std::cos(2.0 + double(i));
     calm[i] = 0.02 * std::sin(1.0 + double(i));
+  }
   calm[1] += M_PI / 2;  // straight down
   const auto wild = test::make_robot(m, q, v), still = test::make_robot(m, calm, {});
   for (const auto* robot : {&wild, &still})
@@ -233,7 +237,9 @@ TEST(Stiff, PassiveChainsAtStepsWhereTheFixedPointFails) {
 struct Bare {
   phs::Description description() const {
     phs::Description d;
-    d.name = "bare", d.nx = 2, d.traits.canonical = true;
+    d.name = "bare";
+    d.nx = 2;
+    d.traits.canonical = true;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     return d;
   }
@@ -335,7 +341,8 @@ TEST(Stiff, OnlyMeasuredNoiseEndsSweepsAboveTheUsual) {
   EXPECT_EQ(last(1.0, 1.0).first, stagnated);
   // Nothing is noise above 1e-6, whatever was measured.
   auto far = Stagnation::of<double>();
-  far.restart(), far.set_noise(1.0);
+  far.restart();
+  far.set_noise(1.0);
   for (int i = 0; i < 8; ++i) EXPECT_EQ(far.after({.changed = true, .change = 1e-4}), go_on);
 }
 

@@ -31,7 +31,10 @@ double defect_of_doubled_map(const CompositionTable* composition, bool without_d
     for (size_t i = 0; i < n; ++i) d[i] = 0.01 * double(i + 1);  // off the diagonal
     (j < n ? z[j] : d[j - n]).d = 1;
     map.advance(*system, 0.0, 0.1, z, lo, d);
-    for (size_t i = 0; i < n; ++i) at(i, j) = z[i].d + lo[i].d, at(n + i, j) = d[i].d;
+    for (size_t i = 0; i < n; ++i) {
+      at(i, j) = z[i].d + lo[i].d;
+      at(n + i, j) = d[i].d;
+    }
   }
   const auto omega = [&](size_t i, size_t j) {
     if (i / n != j / n) return 0.0;

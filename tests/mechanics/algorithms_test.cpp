@@ -24,7 +24,8 @@ constexpr const char* file_name = "reference/p_algorithms_tree7.json";
 /// The case lists its bodies as objects; tree_mechanism reads "body0.mass" and so on.
 json with_parameters(json file) {
   auto& p = file["generator"]["parameters"];
-  p["gravity"] = file["gravity"], p["nb"] = file["bodies"].size();
+  p["gravity"] = file["gravity"];
+  p["nb"] = file["bodies"].size();
   for (size_t i = 0; i < file["bodies"].size(); ++i)
     for (const auto& [key, value] : file["bodies"][i].items())
       p["body" + std::to_string(i) + "." + key] = value;
@@ -35,8 +36,10 @@ json with_parameters(json file) {
 double relative(const Vec& a, const Vec& b) {
   EXPECT_EQ(a.size(), b.size());
   double diff = 0, size = 0;
-  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    diff = std::max(diff, std::fabs(a[i] - b[i])), size = std::max(size, std::fabs(b[i]));
+  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    diff = std::max(diff, std::fabs(a[i] - b[i]));
+    size = std::max(size, std::fabs(b[i]));
+  }
   return diff / size;
 }
 /// Largest |a - b| / |b| of the entries that are not structural zeros.
@@ -67,7 +70,9 @@ class Tree7 : public testing::Test {
   void SetUp() override {
     file_ = with_parameters(test::read_json(test::data_file(file_name)));
     m_ = tree_mechanism(file_);
-    q_ = numbers(file_["q"]), v_ = numbers(file_["qd"]), tau_ = numbers(file_["tau"]);
+    q_ = numbers(file_["q"]);
+    v_ = numbers(file_["qd"]);
+    tau_ = numbers(file_["tau"]);
     out_ = file_["outputs"][0];
     ASSERT_EQ(m_->nv(), 7);
   }

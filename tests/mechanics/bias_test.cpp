@@ -18,20 +18,28 @@ test::Robot floating_arm() {
   const auto add = [&](const char* name, const char* parent, const char* joint, Vec3d axis,
                        double mass) {
     BodySpec s;
-    s.name = name, s.parent = parent, s.joint.type = joint, s.joint.axis = axis;
+    s.name = name;
+    s.parent = parent;
+    s.joint.type = joint;
+    s.joint.axis = axis;
     if (std::string(parent) != "world") s.placement.r = {0, 0, -0.5};
     const double i = 0.1 * mass;
     s.mass = {mass, {0.1, 0.05, -0.4}, {i, 0, 0, i, 0, i}};
     b.add(s);
   };
-  add("body", "world", "free", {0, 0, 1}, 20), add("upper", "body", "revolute", {0, 1, 0}, 3),
-      add("lower", "upper", "revolute", {1, 0, 0}, 2);
+  add("body", "world", "free", {0, 0, 1}, 20);
+  add("upper", "body", "revolute", {0, 1, 0}, 3);
+  add("lower", "upper", "revolute", {1, 0, 0}, 2);
   return test::make_robot(std::make_shared<Mechanism>(b.build()), {0.4, -0.7}, {1.5, -2.5});
 }
 
 struct Mean {
   double sum = 0, squares = 0, n = 0;
-  void add(double x) { sum += x, squares += x * x, n += 1; }
+  void add(double x) {
+    sum += x;
+    squares += x * x;
+    n += 1;
+  }
   double value() const { return sum / n; }
   double error() const { return std::sqrt(squares) / n; }
 };
@@ -52,11 +60,14 @@ TEST(Bias, OfTheFieldIsNone) {
   for (int step = 0; step < 200000; ++step) {
     ASSERT_EQ(method->step(s), integrators::Outcome::ok);
     std::copy(s.x.begin(), s.x.end(), x.begin());
-    in_double->field(0, s.x, {}, f), exact->field(0, x, {}, fe), exact->gradient(x, e);
+    in_double->field(0, s.x, {}, f);
+    exact->field(0, x, {}, fe);
+    exact->gradient(x, e);
     if (step == 0) H = double(exact->hamiltonian(x));
     E power = 0;
     for (size_t i = 0; i < n; ++i) power += e[i] * (f[i] - fe[i]);
-    field.add(double(power) / H), biased.add(double(power) / H + 2 * bound);
+    field.add(double(power) / H);
+    biased.add(double(power) / H + 2 * bound);
   }
   std::printf("  power of the rounding, relative to H, per s: %+.1e ± %.1e (bound %.0e)\n",
               field.value(), field.error(), bound);

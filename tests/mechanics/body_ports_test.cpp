@@ -100,7 +100,8 @@ TEST(BodyPorts, AreTheJacobianAndItsTranspose) {
       in_node_axes = std::min(in_node_axes, relative(Gu, expected));
 
       Vec driven(2 * nq), free(2 * nq), difference(2 * nq);
-      system->field(0, x, u, driven), system->field(0, x, {}, free);
+      system->field(0, x, u, driven);
+      system->field(0, x, {}, free);
       for (size_t i = 0; i < 2 * nq; ++i) difference[i] = driven[i] - free[i] - Gu[i];
       field = std::max(field, norm(difference) / (norm(free) + norm(Gu)));
       count += c.ports.size();
@@ -218,7 +219,8 @@ TEST(BodyPorts, OnTheBaseIsTheBaseJointsPort) {
   Vec by_joint(size_t(d.nu), 0.0), by_body = by_joint, a(x.size()), b(x.size()), y(by_joint.size());
   std::copy(w.begin(), w.end(), by_joint.begin() + d.ports.front().at);
   std::copy(w.begin(), w.end(), by_body.begin() + port.at);
-  system->apply_input(x, by_joint, a), system->apply_input(x, by_body, b);
+  system->apply_input(x, by_joint, a);
+  system->apply_input(x, by_body, b);
   EXPECT_EQ(a, b);
   EXPECT_NE(a, Vec(x.size(), 0.0));
   system->output(x, r.numbers(d.nx), y);
@@ -242,9 +244,13 @@ TEST(BodyPorts, LeaveTheUndrivenFieldAlone) {
 TEST(BodyPorts, OnALinkOfAFixedJoint) {
   MechanismBuilder builder("arm");
   BodySpec arm, tool;
-  arm.name = "arm", arm.parent = "world", arm.joint.type = "revolute";
+  arm.name = "arm";
+  arm.parent = "world";
+  arm.joint.type = "revolute";
   arm.mass = {2, {0.1, 0.2, 0.3}, {0.3, 0, 0, 0.4, 0, 0.5}};
-  tool.name = "tool", tool.parent = "arm", tool.joint.name = "mount";
+  tool.name = "tool";
+  tool.parent = "arm";
+  tool.joint.name = "mount";
   tool.placement = {{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}, {0.5, 0, 0}};  // turned by 90° about z
   const auto m = std::make_shared<Mechanism>(builder.add(arm).add(tool).build());
   const MechanicalModel model(m, {{"hand", "tool", {0, -0.25, 0}}});  // 0.75 m along the arm's x
@@ -260,8 +266,12 @@ TEST(BodyPorts, OnALinkOfAFixedJoint) {
 TEST(BodyPorts, RefusesByName) {
   MechanismBuilder builder("arm");
   BodySpec stand, arm;
-  stand.name = "stand", stand.parent = "world";
-  arm.name = "arm", arm.parent = "stand", arm.joint.type = "free", arm.joint.name = "base";
+  stand.name = "stand";
+  stand.parent = "world";
+  arm.name = "arm";
+  arm.parent = "stand";
+  arm.joint.type = "free";
+  arm.joint.name = "base";
   arm.mass = {2, {0.1, 0.2, 0.3}, {0.3, 0, 0, 0.4, 0, 0.5}};
   const auto m = std::make_shared<Mechanism>(builder.add(stand).add(arm).build());
   const auto refusal = [&](const std::vector<BodyPort>& ports) -> std::string {

@@ -43,7 +43,9 @@ TEST(Cost, PerBodyIsConstantFrom10To1000Bodies) {
   std::vector<double> field, forward, mass_matrix;
   for (int n : {10, 30, 100, 300, 1000}) {
     const Costs c = costs_of(n);
-    field.push_back(c.field), forward.push_back(c.forward), mass_matrix.push_back(c.mass_matrix);
+    field.push_back(c.field);
+    forward.push_back(c.forward);
+    mass_matrix.push_back(c.mass_matrix);
     std::printf("  %4d bodies: operations per body, field %.1f, ABA %.1f, mass matrix %.1f\n", n,
                 c.field, c.forward, c.mass_matrix);
     EXPECT_GT(c.field, 100) << "the counter counts";

@@ -21,8 +21,10 @@ using Vec = std::vector<double>;
 /// |a - b| over the larger of the two (2-norms).
 double relative(const Vec& a, const Vec& b) {
   double d = 0, s = 0;
-  for (size_t i = 0; i < a.size(); ++i)
-    d += (a[i] - b[i]) * (a[i] - b[i]), s += a[i] * a[i] + b[i] * b[i];
+  for (size_t i = 0; i < a.size(); ++i) {
+    d += (a[i] - b[i]) * (a[i] - b[i]);
+    s += a[i] * a[i] + b[i] * b[i];
+  }
   return std::sqrt(d / std::max(s / 2, 1e-300));
 }
 
@@ -152,7 +154,10 @@ double field_against_gradient(bool aligned, double& off_sphere) {
     Quad size = 0, diff = 0;
     for (size_t i = 0; i < n; ++i) {
       const Quad h = 1e-6, saved = x[i];
-      const auto H = [&](Quad step) { return x[i] = saved + step, system->hamiltonian(x); };
+      const auto H = [&](Quad step) {
+        x[i] = saved + step;
+        return system->hamiltonian(x);
+      };
       const auto slope = [&](Quad step) { return (H(step) - H(-step)) / (2 * step); };
       const Quad a = slope(h), b = slope(2 * h), c = slope(4 * h);
       x[i] = saved;
@@ -160,7 +165,8 @@ double field_against_gradient(bool aligned, double& off_sphere) {
                  g = (16 * ab - bc) / 15;  // error O(h⁶)
       const Quad expected = i < n / 2 ? -g : g;
       const Quad got = dx[i < n / 2 ? n / 2 + i : i - n / 2];
-      diff = std::max(diff, phs::abs(expected - got)), size = std::max(size, phs::abs(got));
+      diff = std::max(diff, phs::abs(expected - got));
+      size = std::max(size, phs::abs(got));
     }
     worst = std::max(worst, double(diff / size));
     const auto& rotation =

@@ -18,14 +18,21 @@ constexpr double EI = 120;
 
 Panel boom(int segments) {
   Panel p;
-  p.name = "boom", p.link = "hub", p.length = 4, p.width = 0.5, p.mass = 6;
-  p.bending_stiffness = EI, p.segments = segments;
+  p.name = "boom";
+  p.link = "hub";
+  p.length = 4;
+  p.width = 0.5;
+  p.mass = 6;
+  p.bending_stiffness = EI;
+  p.segments = segments;
   return p;
 }
 MechanismBuilder hub() {
   MechanismBuilder b("panel");
   BodySpec s;
-  s.name = "hub", s.parent = "world", s.mass.mass = 1;
+  s.name = "hub";
+  s.parent = "world";
+  s.mass.mass = 1;
   b.add(s);
   return b;
 }
@@ -50,11 +57,16 @@ Mechanism hinges_at_the_ends(int segments) {
   const double l = p.length / segments, m = p.mass / segments;
   for (int i = 0; i < segments; ++i) {
     BodySpec s;
-    s.name = "s" + std::to_string(i), s.parent = i ? "s" + std::to_string(i - 1) : "hub";
+    s.name = "s" + std::to_string(i);
+    s.parent = i ? "s" + std::to_string(i - 1) : "hub";
     s.placement.r = {i ? l : 0, 0, 0};
-    s.joint.type = "revolute", s.joint.axis = {0, 1, 0}, s.joint.stiffness = EI / l;
-    s.mass.mass = m, s.mass.com = {l / 2, 0, 0};
-    s.mass.inertia.xx = m * 0.25 / 12, s.mass.inertia.yy = m * l * l / 12;
+    s.joint.type = "revolute";
+    s.joint.axis = {0, 1, 0};
+    s.joint.stiffness = EI / l;
+    s.mass.mass = m;
+    s.mass.com = {l / 2, 0, 0};
+    s.mass.inertia.xx = m * 0.25 / 12;
+    s.mass.inertia.yy = m * l * l / 12;
     s.mass.inertia.zz = s.mass.inertia.xx + s.mass.inertia.yy;
     b.add(s);
   }
@@ -80,7 +92,8 @@ TEST(Panel, BendsAsTheClampedBeamToSecondOrder) {
         EXPECT_NEAR(order, 2, 0.05);
         EXPECT_NEAR(crude_order, 1, 0.15);
       }
-      before[size_t(k)] = error, crude_before[size_t(k)] = other;
+      before[size_t(k)] = error;
+      crude_before[size_t(k)] = other;
     }
     std::printf("\n");
   }

@@ -31,8 +31,10 @@ Mat3<double> matrix(const json& rows) {
 double relative(const Vec& a, const Vec& b) {
   EXPECT_EQ(a.size(), b.size());
   double diff = 0, size = 1e-3;
-  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    diff = std::max(diff, std::fabs(a[i] - b[i])), size = std::max(size, std::fabs(b[i]));
+  for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    diff = std::max(diff, std::fabs(a[i] - b[i]));
+    size = std::max(size, std::fabs(b[i]));
+  }
   return diff / size;
 }
 

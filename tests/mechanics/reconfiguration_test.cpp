@@ -21,7 +21,9 @@ using namespace mechanics;
 
 BodySpec free_body(const std::string& name, double mass, const Vec3d& com, double size) {
   BodySpec b;
-  b.name = name, b.parent = "world", b.joint.type = "free";
+  b.name = name;
+  b.parent = "world";
+  b.joint.type = "free";
   const double i = mass * size * size / 6;
   b.mass = {mass, com, {i, 0.05 * i, -0.03 * i, 1.1 * i, 0.02 * i, 0.9 * i}};
   return b;
@@ -55,7 +57,8 @@ void throw_about(Moving& m, Random& random) {
     double norm = 0;
     for (int k = 0; k < c.nq; ++k) {
       double& x = q[size_t(c.q + k)];
-      x = random(c.kind == phs::BlockKind::linear ? 3 : 1.5), norm += x * x;
+      x = random(c.kind == phs::BlockKind::linear ? 3 : 1.5);
+      norm += x * x;
     }
     if (c.kind == phs::BlockKind::rotation)
       for (int k = 0; k < 4; ++k) q[size_t(c.q + k)] /= std::sqrt(norm);
@@ -247,9 +250,10 @@ TEST(Reconfiguration, ARunGoesOn) {
   }
   const auto last = invariants(m);
   double worst = 0, scale = 0;
-  for (size_t i = 0; i < 6; ++i)
-    worst = std::max(worst, std::fabs(first[i] - last[i])),
+  for (size_t i = 0; i < 6; ++i) {
+    worst = std::max(worst, std::fabs(first[i] - last[i]));
     scale = std::max(scale, std::fabs(first[i]));
+  }
   std::printf("  momenta over 50 s, a capture and 50 s: %.1e (1e-14)\n", worst / scale);
   EXPECT_LT(worst, 1e-14 * scale);
 }
@@ -260,7 +264,8 @@ TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
   auto q = m.model->mechanism().neutral();
   std::vector<double> v(size_t(m.model->mechanism().nv()), 0.0);
   const auto& target = m.model->mechanism().coordinate("target.position");
-  q[size_t(target.q)] = 30, v[size_t(target.v)] = 0.5;
+  q[size_t(target.q)] = 30;
+  v[size_t(target.v)] = 0.5;
   m.set(q, v);
   const auto before = m.state;
   const auto refusal = [&](auto f) -> std::string {

@@ -19,7 +19,9 @@ double defect(const phs::Model& model, const std::vector<double>& x, const Compl
   std::vector<Complex4> left = d;
   std::vector<Dual> xd(x.begin(), x.end()), f(n);
   for (size_t k = 0; k < n; ++k) {
-    xd[k].d = 1, system->field(0.0, xd, {}, f), xd[k].d = 0;
+    xd[k].d = 1;
+    system->field(0.0, xd, {}, f);
+    xd[k].d = 0;
     for (size_t i = 0; i < n; ++i) left[i] -= (wrong * f[i].d) * (z * d[k]);
   }
   double worst = 0, size = 0;
@@ -36,15 +38,19 @@ double defect(const phs::Model& model, const std::vector<double>& x, const Compl
 /// z of four lanes, complex and real.
 Complex4 steps() {
   Complex4 z;
-  for (int lane = 0; lane < 4; ++lane)
-    z.re.set(lane, lane == 3 ? 0 : 0.02 * (lane + 1)), z.im.set(lane, 0.03 * lane * (lane < 3));
+  for (int lane = 0; lane < 4; ++lane) {
+    z.re.set(lane, lane == 3 ? 0 : 0.02 * (lane + 1));
+    z.im.set(lane, 0.03 * lane * (lane < 3));
+  }
   return z;
 }
 std::vector<Complex4> right_side(test::RandomTree& random, size_t n) {
   std::vector<Complex4> r(n);
   for (auto& y : r)
-    for (int lane = 0; lane < 4; ++lane)
-      y.re.set(lane, random.uniform(-1, 1)), y.im.set(lane, random.uniform(-1, 1));
+    for (int lane = 0; lane < 4; ++lane) {
+      y.re.set(lane, random.uniform(-1, 1));
+      y.im.set(lane, random.uniform(-1, 1));
+    }
   return r;
 }
 
@@ -71,7 +77,8 @@ TEST(Resolvent, SolvesWithTheExactJacobianOfAnyTree) {
       resolvent->solve(d);
       const double e = defect(model, x, z, d, r);
       EXPECT_LE(e, 1e-9) << "seed " << seed << ", " << mechanism->nodes().size() << " nodes";
-      worst = std::max(worst, e), control = std::min(control, defect(model, x, z, d, r, 1.01));
+      worst = std::max(worst, e);
+      control = std::min(control, defect(model, x, z, d, r, 1.01));
     }
     std::printf("  %s: worst residual %.1e   bound 1e-9;  J wrong by a hundredth: %.1e, at least\n",
                 gravity ? "gravity" : "no gravity", worst, control);
@@ -99,7 +106,8 @@ TEST(Resolvent, KnowsTheRotors) {
       resolvent->solve(d);
       return defect(model, x, z, d, r);
     };
-    worst = std::max(worst, error(model)), control = std::min(control, error(plain));
+    worst = std::max(worst, error(model));
+    control = std::min(control, error(plain));
   }
   std::printf("  worst residual %.1e   bound 1e-12;  without rotors: %.1e, at least\n", worst,
               control);

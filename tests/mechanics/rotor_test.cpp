@@ -99,7 +99,8 @@ TEST(Rotor, EveryAlgorithmAgreesWithTheDenseMassMatrix) {
 
       momenta_from_rates<double>(*m, w, q, v, p);
       rates_from_momenta<double>(*m, w, q, p);
-      note(worst.momenta, relative(w.mu, mu)), note(worst.rates, relative(w.rate, v));
+      note(worst.momenta, relative(w.mu, mu));
+      note(worst.rates, relative(w.rate, v));
       const double T = kinetic_energy<double>(*m, w, q, p);
       note(worst.energy, std::fabs(T / (0.5 * dot(v, mu)) - 1));
 
@@ -140,7 +141,9 @@ TEST(Rotor, AxiomsHold) {
 TEST(Rotor, OnAWheelItIsTheWheelsOwnInertia) {
   const auto wheel = [](double inertia, double rotor_inertia) {
     BodySpec b;
-    b.name = "wheel", b.parent = "world", b.joint.type = "revolute";
+    b.name = "wheel";
+    b.parent = "world";
+    b.joint.type = "revolute";
     b.joint.rotor_inertia = rotor_inertia;
     b.mass = {2, {0, 0, 0}, {1, 0, 0, 1, 0, inertia}};
     return MechanismBuilder("wheel").add(b).build();
@@ -198,11 +201,14 @@ TEST(Rotor, MomentumOfTheBodiesIsKept) {
     for (size_t i = 0; i < x.size(); ++i) along[i] = Dual(x[i], dx[i]);
     const auto change = [&](bool spin) {  // |d/dt| of the six components, relative
       Vec h, rate;
-      for (const Dual& c : momentum_of_bodies<Dual>(*m, along, spin))
-        h.push_back(c.v), rate.push_back(c.d);
+      for (const Dual& c : momentum_of_bodies<Dual>(*m, along, spin)) {
+        h.push_back(c.v);
+        rate.push_back(c.d);
+      }
       return std::sqrt(dot(rate, rate) / dot(h, h));
     };
-    kept = std::max(kept, change(false)), with_spin = std::min(with_spin, change(true));
+    kept = std::max(kept, change(false));
+    with_spin = std::min(with_spin, change(true));
   }
   std::printf(
       "  declared momentum = that of the bodies to %.1e  bound 1e-13;  its rate %.1e /s  bound "
@@ -222,7 +228,8 @@ TEST(Rotor, ARunKeepsEnergyAndMomentum) {
   phs::State s(model.description(), model.state(r.q(*m), r.numbers(m->nv(), 1)));
   const auto gauge = [&](double& H) {
     Vec values(size_t(model.description().invariant_count()));
-    H = system->hamiltonian(s.x), system->invariants(s.x, values);
+    H = system->hamiltonian(s.x);
+    system->invariants(s.x, values);
     return values;
   };
   double H0, H, turned = 0;
@@ -251,7 +258,10 @@ std::string message(F&& f) {
 }
 BodySpec body(const std::string& type, double rotor_inertia) {
   BodySpec b;
-  b.name = "arm", b.parent = "world", b.joint.type = type, b.joint.rotor_inertia = rotor_inertia;
+  b.name = "arm";
+  b.parent = "world";
+  b.joint.type = type;
+  b.joint.rotor_inertia = rotor_inertia;
   b.mass = {2, {0.1, 0.2, 0.3}, {0.3, 0, 0, 0.4, 0, 0.5}};
   return b;
 }

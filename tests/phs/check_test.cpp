@@ -43,11 +43,13 @@ struct Pendulum {
   }
   template <class T>
   void dissipation(In<T>, In<T> e, Out<T> Re) const {
-    Re[0] = T(0.0), Re[1] = T(0.1) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = T(0.1) * e[1];
   }
   template <class T>
   void input(In<T>, In<T> u, Out<T> Gu) const {
-    Gu[0] = T(0.0), Gu[1] = u[0];
+    Gu[0] = T(0.0);
+    Gu[1] = u[0];
   }
 };
 
@@ -93,7 +95,8 @@ TEST(Check, TheFieldIsWhatTheAxiomsSay) {
   EXPECT_DOUBLE_EQ(dx[1], -9.81 * std::sin(0.3) - 0.1 * 1.4 + 0.25);
   f->field(0, x, {}, dx);
   EXPECT_DOUBLE_EQ(dx[1], -9.81 * std::sin(0.3) - 0.1 * 1.4) << "an empty u is zero";
-  f->gradient(x, e), f->output(x, e, y);
+  f->gradient(x, e);
+  f->output(x, e, y);
   EXPECT_DOUBLE_EQ(y[0], 1.4) << "collocated: the rate of the hinge";
 }
 
@@ -101,25 +104,29 @@ TEST(Check, TheFieldIsWhatTheAxiomsSay) {
 struct SkewBroken : Pendulum {
   template <class T>
   void structure(In<T>, In<T> e, Out<T> Je) const {
-    Je[0] = e[1], Je[1] = T(-1.001) * e[0];
+    Je[0] = e[1];
+    Je[1] = T(-1.001) * e[0];
   }
 };
 struct ActiveFriction : Pendulum {
   template <class T>
   void dissipation(In<T>, In<T> e, Out<T> Re) const {
-    Re[0] = T(0.0), Re[1] = T(-0.1) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = T(-0.1) * e[1];
   }
 };
 struct LopsidedFriction : Pendulum {  // R = [1 0.5; 0 1]: positive, not symmetric
   template <class T>
   void dissipation(In<T>, In<T> e, Out<T> Re) const {
-    Re[0] = e[0] + T(0.5) * e[1], Re[1] = e[1];
+    Re[0] = e[0] + T(0.5) * e[1];
+    Re[1] = e[1];
   }
 };
 struct WrongGradient : Pendulum {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = T(9.81) * phs::cos(x[0]), e[1] = T(2.0) * x[1];
+    e[0] = T(9.81) * phs::cos(x[0]);
+    e[1] = T(2.0) * x[1];
   }
 };
 struct HiddenForce : Pendulum {
@@ -131,7 +138,8 @@ struct HiddenForce : Pendulum {
 struct NotANumber : Pendulum {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = log(-x[0] * x[0]), e[1] = T(2.0) * x[1];
+    e[0] = log(-x[0] * x[0]);
+    e[1] = T(2.0) * x[1];
   }
 };
 /// Two masses on a line, joined by a spring; the declared total momentum is kept, the first mass's
@@ -140,7 +148,9 @@ struct TwoMasses {
   const char* declared;
   phs::Description description() const {
     phs::Description d;
-    d.name = "two masses", d.nx = 4, d.traits.canonical = true;
+    d.name = "two masses";
+    d.nx = 4;
+    d.traits.canonical = true;
     d.blocks = {{"a", BlockKind::linear, 0, 1, 2, "m", "kg m/s"},
                 {"b", BlockKind::linear, 1, 1, 3, "m", "kg m/s"}};
     d.invariants = {{declared, 1, 0, 1, "kg m/s"}};
@@ -192,7 +202,8 @@ struct VariableMass {
   bool separable;
   phs::Description description() const {
     phs::Description d;
-    d.name = "variable mass", d.nx = 2;
+    d.name = "variable mass";
+    d.nx = 2;
     d.blocks = {{"q", BlockKind::linear, 0, 1, 1, "m", "kg m/s"}};
     d.traits = {.canonical = true, .separable = separable};
     return d;
@@ -207,7 +218,8 @@ struct Charge {
   double field;
   phs::Description description() const {
     phs::Description d;
-    d.name = "charge", d.nx = 4;
+    d.name = "charge";
+    d.nx = 4;
     d.blocks = {{"q", BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
     d.traits = {.canonical = true, .separable = true};
     return d;
@@ -218,8 +230,10 @@ struct Charge {
   }
   template <class T>
   void structure(In<T>, In<T> e, Out<T> Je) const {
-    Je[0] = e[2], Je[1] = e[3];
-    Je[2] = T(field) * e[3] - e[0], Je[3] = -T(field) * e[2] - e[1];
+    Je[0] = e[2];
+    Je[1] = e[3];
+    Je[2] = T(field) * e[3] - e[0];
+    Je[3] = -T(field) * e[2] - e[1];
   }
 };
 
@@ -302,7 +316,8 @@ TEST(Check, Options) {
   EXPECT_TRUE(check(broken, o).holds());
   o.samples = 0;
   EXPECT_FALSE(check(broken, o).holds()) << "nothing sampled is nothing shown";
-  o = {}, o.spread = 1e-3;
+  o = {};
+  o.spread = 1e-3;
   const auto near = axiom(check(broken, o), "gradient").state;
   for (double x : near) EXPECT_LT(std::fabs(x), 0.01);
   CheckOptions other;
@@ -317,7 +332,8 @@ TEST(Check, Options) {
 struct AnalyticPendulum : Pendulum {
   template <class T>
   void gradient(In<T> x, Out<T> e) const {
-    e[0] = T(9.81) * phs::sin(x[0]), e[1] = T(2.0) * x[1];
+    e[0] = T(9.81) * phs::sin(x[0]);
+    e[1] = T(2.0) * x[1];
   }
 };
 
@@ -337,7 +353,8 @@ TEST(UserModel, GradientByDualsEqualsAnalytic) {
     lanes->gradient(x8, e8);
     for (int l = 0; l < 8; ++l) {
       for (size_t k = 0; k < 2; ++k) x[k] = x8[k][l];
-      a->gradient(x, e), b->gradient(x, f);
+      a->gradient(x, e);
+      b->gradient(x, f);
       for (size_t k = 0; k < 2; ++k) {
         worst = std::max(worst, std::fabs(e[k] - f[k]) / (1 + std::fabs(f[k])));
         ASSERT_EQ(e8[k][l], e[k]) << "lane " << l;
@@ -379,7 +396,8 @@ TEST(UserModel, CloneEvaluatesTheSame) {
   const auto f = model.instantiate<double>(), g = f->clone();
   const double x[] = {0.3, 0.7}, u[] = {0.25};
   double a[2], b[2];
-  f->field(0, x, u, a), g->field(0, x, u, b);
+  f->field(0, x, u, a);
+  g->field(0, x, u, b);
   EXPECT_TRUE(a[0] == b[0] && a[1] == b[1]);
   EXPECT_EQ(&f->description(), &g->description());
 }

@@ -15,7 +15,10 @@ Matrix random_skew(std::mt19937_64& rng, int n) {
   std::normal_distribution<double> number;
   Matrix K(n, n);
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < i; ++j) K(i, j) = number(rng), K(j, i) = -K(i, j);
+    for (int j = 0; j < i; ++j) {
+      K(i, j) = number(rng);
+      K(j, i) = -K(i, j);
+    }
   return K;
 }
 using Vec = std::vector<double>;
@@ -71,7 +74,8 @@ TEST(Dirac, ResidualMeasuresDistanceFromTheSet) {
   for (double& x : f) x = number(rng);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) e[size_t(i)] += K(i, j) * f[size_t(j)];
-    power += e[size_t(i)] * f[size_t(i)], size += std::fabs(e[size_t(i)] * f[size_t(i)]);
+    power += e[size_t(i)] * f[size_t(i)];
+    size += std::fabs(e[size_t(i)] * f[size_t(i)]);
   }
   keeps("(f, K f): residual", d.residual(f, e), 1e-15);
   keeps("(f, K f): power over its terms", std::fabs(power) / size, 1e-15);
@@ -142,7 +146,8 @@ TEST(DiracComposition, KeepsWhatItsPartsKeep) {
   };
   keeps("flows and efforts of the parts lie on it", both.residual(f, efforts(s)), 1e-14);
   auto wrong = efforts(s);
-  wrong[2] += 2 * B(1, 0) * s, wrong[3] += 2 * B(2, 0) * s;
+  wrong[2] += 2 * B(1, 0) * s;
+  wrong[3] += 2 * B(2, 0) * s;
   breaks("with the shared flow not turned round", both.residual(f, wrong), 1e-2);
 }
 

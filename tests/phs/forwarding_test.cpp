@@ -24,7 +24,9 @@ using Out = std::span<double>;
 
 phs::Description probe_description() {
   phs::Description d;
-  d.name = "probe", d.nx = 2, d.nu = 1;
+  d.name = "probe";
+  d.nx = 2;
+  d.nu = 1;
   d.blocks = {{"q", phs::BlockKind::angle, 0, 1, 1, "rad", "N m s"}};
   d.ports = {{"q.torque", phs::PortKind::effort_in, 1, 0, "N m", "rad/s"}};
   d.invariants = {{"lost", 1, 0, 0, ""}, {"kept", 2, 1, 0, ""}};
@@ -43,7 +45,10 @@ class Probe final : public phs::System<double>, public phs::Tunable<double> {
     ++calls_["clone"];
     return std::make_unique<Probe>(calls_);
   }
-  double hamiltonian(In x) override { return ++calls_["hamiltonian"], sum(x); }
+  double hamiltonian(In x) override {
+    ++calls_["hamiltonian"];
+    return sum(x);
+  }
   void gradient(In x, Out e) override { answer("gradient", 1 + sum(x), e); }
   void field(double t, In x, In u, Out dx) override { answer("field", t + sum(x) + sum(u), dx); }
   void rate(double t, In x, In e, Out dx) override { answer("rate", t + sum(x) - sum(e), dx); }
@@ -82,7 +87,10 @@ class Probe final : public phs::System<double>, public phs::Tunable<double> {
     };
     return std::make_unique<Half>();
   }
-  Out parameters() override { return ++calls_["parameters"], Out(&gain, 1); }
+  Out parameters() override {
+    ++calls_["parameters"];
+    return Out(&gain, 1);
+  }
 
   double turn = 0, gain = 3;
 
@@ -143,26 +151,40 @@ std::vector<double> call_all(phs::System<double>& s) {
       memory(2), moved = x;
   const auto keep = [&](In a) { all.insert(all.end(), a.begin(), a.end()); };
   all.push_back(s.hamiltonian(x));
-  s.gradient(x, out), keep(out);
-  s.field(1, x, u, out), keep(out);
-  s.rate(2, x, x, out), keep(out);
-  s.efforts(3, x, x, out), keep(out);
-  s.apply_structure(x, x, out), keep(out);
-  s.apply_dissipation(x, x, out), keep(out);
-  s.apply_input(x, u, out), keep(out);
-  s.output(x, x, y), keep(y);
-  s.stored(x, stored), keep(stored);
-  s.powers(4, x, x, powers), keep(powers);
-  s.invariants(x, kept), keep(kept);
+  s.gradient(x, out);
+  keep(out);
+  s.field(1, x, u, out);
+  keep(out);
+  s.rate(2, x, x, out);
+  keep(out);
+  s.efforts(3, x, x, out);
+  keep(out);
+  s.apply_structure(x, x, out);
+  keep(out);
+  s.apply_dissipation(x, x, out);
+  keep(out);
+  s.apply_input(x, u, out);
+  keep(out);
+  s.output(x, x, y);
+  keep(y);
+  s.stored(x, stored);
+  keep(stored);
+  s.powers(4, x, x, powers);
+  keep(powers);
+  s.invariants(x, kept);
+  keep(kept);
   try {
-    s.flow(0, 5, 6, moved), keep(moved);
+    s.flow(0, 5, 6, moved);
+    keep(moved);
   } catch (const InvalidArgument&) {
   }
   s.set_turn_angles(In(u));
-  s.sample(7, 8, x, memory), keep(memory);
+  s.sample(7, 8, x, memory);
+  keep(memory);
   if (const auto r = s.resolvent()) {
     std::vector<phs::Complex4> c(x.size(), phs::Complex4(1.0));
-    r->factor(0, x, phs::Complex4(1.0)), r->solve(c);
+    r->factor(0, x, phs::Complex4(1.0));
+    r->solve(c);
     for (const auto& z : c) all.push_back(z.re[0]);
   }
   for (const double p : phs::parameters_of(s)) all.push_back(p);
@@ -211,7 +233,8 @@ TEST(Forwarding, EveryMemberReachesTheSystemInside) {
 TEST(Forwarding, StateAndBooksOfItsOwnComeBehindTheInner) {
   phs::Description d = probe_description();
   d.nx = 4;
-  d.storages.push_back("own"), d.powers.push_back({"own", phs::PowerKind::supplied});
+  d.storages.push_back("own");
+  d.powers.push_back({"own", phs::PowerKind::supplied});
   d.invariants = {{"kept", 2, 0, 0, ""}};
   d.flows.clear();
   std::map<std::string, int> calls;
@@ -231,7 +254,8 @@ TEST(Forwarding, StateAndBooksOfItsOwnComeBehindTheInner) {
   const auto r = plain.resolvent();
   EXPECT_FALSE(r->exact()) << "the rest of the state is not in it";
   std::vector<phs::Complex4> c(4, phs::Complex4(1.0));
-  r->factor(0, x, phs::Complex4(1.0)), r->solve(c);
+  r->factor(0, x, phs::Complex4(1.0));
+  r->solve(c);
   EXPECT_EQ(c[1].re[0], 0.5);
   EXPECT_EQ(c[2].re[0], 1.0);
 }
@@ -255,7 +279,8 @@ TEST(Forwarding, ASystemInFictitiousTimeClonesItsTurnsAndHasASolver) {
   const auto system = model.instantiate<double>();
   std::vector<double> z(size_t(model.description().nx), 0.1), e(z.size()), of_clone(z.size());
   system->set_turn_angles(std::vector<double>(8, phs::two_pi_hi));
-  system->gradient(z, e), system->clone()->gradient(z, of_clone);
+  system->gradient(z, e);
+  system->clone()->gradient(z, of_clone);
   EXPECT_EQ(e, of_clone);
 
   integrators::ControlOptions control;

@@ -16,8 +16,13 @@ std::vector<double> with_slow_mode(double slow) {
   MatrixXd A = MatrixXd::Zero(7, 7);
   A(0, 1) = A(2, 3) = 1;  // q' = p, p' = 0
   A(4, 4) = slow;
-  A(5, 6) = 1e3, A(6, 5) = -1e3, A(6, 6) = -100;
-  A(4, 1) = 3, A(5, 4) = -2, A(3, 0) = 0, A(0, 5) = 7;
+  A(5, 6) = 1e3;
+  A(6, 5) = -1e3;
+  A(6, 6) = -100;
+  A(4, 1) = 3;
+  A(5, 4) = -2;
+  A(3, 0) = 0;
+  A(0, 5) = 7;
   std::srand(3);
   const MatrixXd Q = MatrixXd::Random(7, 7).householderQr().householderQ();
   const Eigen::Matrix<double, 7, 7, Eigen::RowMajor> turned = Q * A * Q.transpose();

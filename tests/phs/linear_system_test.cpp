@@ -116,9 +116,18 @@ LinearMatrices eliminated(const LinearMatrices& full) {
     for (int j = 0; j < kept; ++j) {
       const double skew = (reduced(i, j) - reduced(j, i)) / 2;
       const double W = -(reduced(i, j) + reduced(j, i)) / 2;
-      if (i < n && j < n) out.J(i, j) = skew, out.R(i, j) = W;
-      if (i < n && j >= n) out.G(i, j - n) = skew, out.P(i, j - n) = W;
-      if (i >= n && j >= n) out.N(i - n, j - n) = skew, out.S(i - n, j - n) = W;
+      if (i < n && j < n) {
+        out.J(i, j) = skew;
+        out.R(i, j) = W;
+      }
+      if (i < n && j >= n) {
+        out.G(i, j - n) = skew;
+        out.P(i, j - n) = W;
+      }
+      if (i >= n && j >= n) {
+        out.N(i - n, j - n) = skew;
+        out.S(i - n, j - n) = W;
+      }
     }
   return out;
 }
@@ -162,10 +171,20 @@ double balance_defect(const LinearSystem& system, std::mt19937_64& rng, double P
   const auto Cx = product(g.C, x), Du = product(g.D, u);
   const auto Rz = product(m.R, z), Pu = product(m.P, u), Su = product(m.S, u);
   double defect = 0, size = 0;
-  const auto add = [&](double term) { defect += term, size += std::fabs(term); };
+  const auto add = [&](double term) {
+    defect += term;
+    size += std::fabs(term);
+  };
   for (size_t i = 0; i < z.size(); ++i)  // H' = zᵀE x'
-    add(z[i] * (Ax[i] + Bu[i])), add(z[i] * Rz[i]), add(2 * P_sign * z[i] * Pu[i]);
-  for (size_t i = 0; i < u.size(); ++i) add(-u[i] * (Cx[i] + Du[i])), add(u[i] * Su[i]);
+  {
+    add(z[i] * (Ax[i] + Bu[i]));
+    add(z[i] * Rz[i]);
+    add(2 * P_sign * z[i] * Pu[i]);
+  }
+  for (size_t i = 0; i < u.size(); ++i) {
+    add(-u[i] * (Cx[i] + Du[i]));
+    add(u[i] * Su[i]);
+  }
   return std::fabs(defect) / size;
 }
 
@@ -215,7 +234,10 @@ TEST(LinearSystem, NamesWhatIsNotPortHamiltonian) {
   EXPECT_EQ(made([](auto& m) { m.R(0, 0) = -0.01; }),
             "it: W = [R P; Pᵀ S] is not >= 0: its eigenvalue -0.01 belongs to a vector largest at "
             "R(0,0)");
-  EXPECT_EQ(made([](auto& m) { m.S(1, 1) = 0.25, m.P(1, 1) = 1; }).substr(0, 60),
+  EXPECT_EQ(made([](auto& m) {
+              m.S(1, 1) = 0.25;
+              m.P(1, 1) = 1;
+            }).substr(0, 60),
             "it: W = [R P; Pᵀ S] is not >= 0: its eigenvalue -0.443 b"
             "el")
       << "R and S >= 0, W not";
@@ -244,13 +266,16 @@ TEST(LinearSystem, ModelIsTheSystem) {
   const auto g = system.state_space();
   const std::vector<double> x{0.3, -1, 0.5, 2, -0.7}, u{0.4, -0.9};
   std::vector<double> dx(5), e(5), y(2);
-  f->field(0, x, u, dx), f->gradient(x, e), f->output(x, e, y);
+  f->field(0, x, u, dx);
+  f->gradient(x, e);
+  f->output(x, e, y);
   double state = 0, output = 0, size = 0;  // E x' = Ax + Bu and y = Cx
   for (int i = 0; i < 5; ++i) {
     double defect = 0;
-    for (int j = 0; j < 5; ++j)
-      defect += g.E(i, j) * dx[size_t(j)] - g.A(i, j) * x[size_t(j)],
-          size = std::max(size, std::fabs(g.E(i, j) * dx[size_t(j)]));
+    for (int j = 0; j < 5; ++j) {
+      defect += g.E(i, j) * dx[size_t(j)] - g.A(i, j) * x[size_t(j)];
+      size = std::max(size, std::fabs(g.E(i, j) * dx[size_t(j)]));
+    }
     for (int j = 0; j < 2; ++j) defect -= g.B(i, j) * u[size_t(j)];
     state = std::max(state, std::fabs(defect));
   }
@@ -259,7 +284,8 @@ TEST(LinearSystem, ModelIsTheSystem) {
     for (int j = 0; j < 5; ++j) defect -= g.C(i, j) * x[size_t(j)];
     output = std::max(output, std::fabs(defect));
   }
-  keeps("E x' = Ax + Bu", state, 1e-13 * size), keeps("y = Cx", output, 1e-13 * size);
+  keeps("E x' = Ax + Bu", state, 1e-13 * size);
+  keeps("y = Cx", output, 1e-13 * size);
   keeps("H", std::fabs(f->hamiltonian(x) / system.hamiltonian(x) - 1), 1e-15);
 
   auto lossless = m;
@@ -277,7 +303,8 @@ TEST(LinearSystem, RefusesAModelWithFeedthrough) {
   EXPECT_EQ(reason(m), "it: has no model with y = Gᵀe, because S(1,1) = 2 feeds u through to y");
   m.P = {{0, 0}, {0, 1}};
   EXPECT_EQ(reason(m), "it: has no model with y = Gᵀe, because P(1,1) = 1 feeds u through to y");
-  m.S = m.P = {}, m.N = {{0, 3}, {-3, 0}};
+  m.S = m.P = {};
+  m.N = {{0, 3}, {-3, 0}};
   EXPECT_EQ(reason(m), "it: has no model with y = Gᵀe, because N(0,1) = 3 feeds u through to y");
 }
 

@@ -58,7 +58,9 @@ TEST(Network, TwoMassesOnASpringByHand) {
   EXPECT_NEAR(dx[0], -force - damping, 1e-15);
   EXPECT_NEAR(dx[1], force + damping, 1e-15);
   EXPECT_NEAR(dx[2], va - vb, 1e-15);
-  f->gradient(x, e), f->powers(0, x, e, powers), f->stored(x, stored);
+  f->gradient(x, e);
+  f->powers(0, x, e, powers);
+  f->stored(x, stored);
   EXPECT_NEAR(powers[0], 0.5 * (va - vb) * (va - vb), 1e-16);
   EXPECT_NEAR(stored[0] + stored[1] + stored[2], 0.25 + 0.06 + 0.2, 1e-16);
 }
@@ -92,7 +94,10 @@ TEST(Network, FiftyRandomSystemsComposedArePortHamiltonian) {
   }
   Matrix K(int(ports.size()), int(ports.size()));
   for (int i = 0; i < K.rows; ++i)
-    for (int j = 0; j < i; ++j) K(i, j) = normal(generator), K(j, i) = -K(i, j);
+    for (int j = 0; j < i; ++j) {
+      K(i, j) = normal(generator);
+      K(j, i) = -K(i, j);
+    }
   n.couple(ports, K);
   n.resist(
       "friction", "s3.port_0",
@@ -166,7 +171,9 @@ TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
 struct Particle {
   static phs::Description description() {
     phs::Description d;
-    d.name = "particle", d.nx = 4, d.nu = 2;
+    d.name = "particle";
+    d.nx = 4;
+    d.nu = 2;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "m", "kg m/s"}};
     d.ports = {{"x", phs::PortKind::effort_in, 1, 0, "N", "m/s"},
                {"y", phs::PortKind::effort_in, 1, 1, "N", "m/s"}};
@@ -179,7 +186,9 @@ struct Particle {
   }
   template <class T>
   void input(std::span<const T>, std::span<const T> u, std::span<T> Gu) const {
-    Gu[0] = Gu[1] = T(0.0), Gu[2] = u[0], Gu[3] = u[1];
+    Gu[0] = Gu[1] = T(0.0);
+    Gu[2] = u[0];
+    Gu[3] = u[1];
   }
 };
 

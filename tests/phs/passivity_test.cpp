@@ -28,7 +28,8 @@ Data spring(int n, double gain = 1, bool uneven = false) {
   Data d;
   for (int i = 0; i <= n; ++i) {
     const double s = double(i) / n, t = 10 * (uneven ? s * (0.3 + 0.7 * s) : s);
-    d.t.push_back(t), d.power.push_back(gain * std::sin(t) * std::cos(t));
+    d.t.push_back(t);
+    d.power.push_back(gain * std::sin(t) * std::cos(t));
     d.H.push_back(std::sin(t) * std::sin(t) / 2);
   }
   return d;
@@ -50,7 +51,9 @@ TEST(Passivity, QuadratureErrorStatedIsNoLessThanTheTrueOne) {
   Data cubic;
   for (int i = 0; i < 12; ++i) {
     const double t = 0.25 * i;
-    cubic.t.push_back(t), cubic.power.push_back(t * t * (t - 2)), cubic.H.push_back(0);
+    cubic.t.push_back(t);
+    cubic.power.push_back(t * t * (t - 2));
+    cubic.H.push_back(0);
   }
   // The first and the last interval have one parabola each, with errors that are equal and cancel
   // on a cubic.
@@ -72,8 +75,11 @@ TEST(Passivity, FindsEnergyFromNowhere) {
 
 TEST(Passivity, FindsItInTheMiddle) {  // the end alone looks passive
   Data d;
-  for (int i = 0; i <= 100; ++i)
-    d.t.push_back(i), d.power.push_back(0), d.H.push_back(i < 40 ? 10 - 0.2 * i : 2.1);
+  for (int i = 0; i <= 100; ++i) {
+    d.t.push_back(i);
+    d.power.push_back(0);
+    d.H.push_back(i < 40 ? 10 - 0.2 * i : 2.1);
+  }
   for (int i = 60; i <= 100; ++i) d.H[size_t(i)] = 3 - 0.02 * (i - 60);
   const auto r = d.report();
   EXPECT_LT(d.H.back(), d.H.front());

@@ -68,7 +68,9 @@ TYPED_TEST(PackLanes, ArithmeticEqualsDouble) {
     const TypeParam sum = a + b, difference = a - b, product = a * b, quotient = a / b,
                     negative = -a, root = sqrt(a);
     TypeParam s = a, d = a, p = a;
-    s += b, d -= b, p *= b;
+    s += b;
+    d -= b;
+    p *= b;
     for (int l = 0; l < this->W; ++l) {
       const double x = a[l], y = b[l];
       ASSERT_TRUE(same(sum[l], x + y, true)) << x << " + " << y;
@@ -155,7 +157,9 @@ template <class T>
 std::array<T, 18> functions(T x) {
   const T one(1.0), two(2.0), y = x * x + one;
   T add = x, subtract = x, multiply = x;
-  add += y, subtract -= y, multiply *= y;
+  add += y;
+  subtract -= y;
+  multiply *= y;
   return {x + y,          x - y,        x * y,
           x / y,          y / x,        -x,
           sqrt(y),        exp(x),       log(x),

@@ -16,7 +16,8 @@ StateSpace rational(std::vector<double> b, std::vector<double> a, double d) {
   StateSpace g{Matrix::identity(n), {n, n}, {n, 1}, {1, n}, {{d}}};
   for (int i = 0; i < n; ++i) {
     if (i + 1 < n) g.A(i, i + 1) = 1;
-    g.A(n - 1, i) = -a[size_t(i)], g.C(0, i) = b[size_t(i)] - d * a[size_t(i)];
+    g.A(n - 1, i) = -a[size_t(i)];
+    g.C(0, i) = b[size_t(i)] - d * a[size_t(i)];
   }
   g.B(n - 1, 0) = 1;
   return g;
@@ -33,7 +34,8 @@ TEST(PositiveReality, OfEveryPortHamiltonianSystem) {
     const auto p = system.positive_real();
     EXPECT_TRUE(p.holds()) << "system " << i;
     EXPECT_GT(system.dissipation(), 0);
-    worst = std::max(worst, -p.minimum.value), pole = std::max(pole, p.rightmost_pole);
+    worst = std::max(worst, -p.minimum.value);
+    pole = std::max(pole, p.rightmost_pole);
     if (system.ports() > 1) continue;
     for (double omega = 1e-3; omega < 1e3; omega *= 1.02) {  // no frequency lies lower
       const double value = 2 * transfer(g, {0, omega})(0, 0).real();
@@ -56,7 +58,8 @@ TEST(PositiveReality, DecidesOnTheEdge) {
     EXPECT_TRUE(p.holds()) << "system " << i << ": " << p.minimum.value << ", limit " << p.limit;
     worst = std::max(worst, std::fabs(p.minimum.value) / p.minimum.size);
     auto active = system.state_space();
-    active.D(0, 0) -= 1e-8 * p.minimum.size, active.D(1, 1) -= 1e-8 * p.minimum.size;
+    active.D(0, 0) -= 1e-8 * p.minimum.size;
+    active.D(1, 1) -= 1e-8 * p.minimum.size;
     passed += positive_reality(active).holds();
   }
   keeps("W of rank 1, two ports: |min λ(T + T*)| over its terms", worst, 1e-11);
@@ -152,7 +155,10 @@ double drawn(const StateSpace& g, const Matrix& X, std::vector<double> x, double
   }
   const auto rate = [&](const std::vector<double>& at, std::vector<double>& out) {  // returns -yᵀu
     double u = 0, y = 0;
-    for (size_t i = 0; i < n; ++i) u += k[i] * at[i], y += g.C(0, int(i)) * at[i];
+    for (size_t i = 0; i < n; ++i) {
+      u += k[i] * at[i];
+      y += g.C(0, int(i)) * at[i];
+    }
     for (size_t i = 0; i < n; ++i) {
       out[i] = g.B(int(i), 0) * u;
       for (size_t j = 0; j < n; ++j) out[i] += g.A(int(i), int(j)) * at[j];
@@ -206,7 +212,8 @@ TEST(AvailableStorage, LiesBetweenZeroAndH) {
     const auto storage = system.available_storage(x);
     ASSERT_TRUE(storage.exact) << "system " << i;
     const double share = storage.bound / system.hamiltonian(x);
-    least = std::min(least, share), most = std::max(most, share);
+    least = std::min(least, share);
+    most = std::max(most, share);
   }
   std::printf("  available/H of 100 random systems: %.2e to %.4f\n", least, most);
   EXPECT_GT(least, 0);

@@ -56,7 +56,8 @@ Lost accumulate(double x, int n, Increment&& increment) {
     const double d = increment(i);
     compensated_add(hi, lo, d);
     plain += d;
-    exact += Quad(d), size += fabsq(Quad(d));
+    exact += Quad(d);
+    size += fabsq(Quad(d));
     normalised =
         normalised && std::fabs(lo) <= 0.5 * (std::nextafter(std::fabs(hi), inf) - std::fabs(hi));
   }
@@ -137,8 +138,10 @@ TEST(WrapAngles, ChangesNoAngle) {
                       fabsq(value(s, 2, 1) - before_b) / (1 + fabsq(before_b))});
     const double da = std::ldexp(std::floor(step(rng) * 0x1p40), -40),
                  db = std::ldexp(std::floor(back(rng) * 0x1p40), -40);
-    compensated_add(s.x[0], s.lo[0], da), compensated_add(s.x[2], s.lo[2], db);
-    a += Quad(da), b += Quad(db);
+    compensated_add(s.x[0], s.lo[0], da);
+    compensated_add(s.x[2], s.lo[2], db);
+    a += Quad(da);
+    b += Quad(db);
   }
   const double total =
       double(std::max(fabsq(value(s, 0, 0) - a) / fabsq(a), fabsq(value(s, 2, 1) - b) / fabsq(b)));

@@ -46,8 +46,14 @@ struct Worst {
     note(ulps(s, S), ulps(c, C), x);
   }
   void note(double sin_error, double cos_error, double x) {
-    if (!(std::fabs(sin_error) <= sin)) sin = std::fabs(sin_error), at_sin = x;
-    if (!(std::fabs(cos_error) <= cos)) cos = std::fabs(cos_error), at_cos = x;
+    if (!(std::fabs(sin_error) <= sin)) {
+      sin = std::fabs(sin_error);
+      at_sin = x;
+    }
+    if (!(std::fabs(cos_error) <= cos)) {
+      cos = std::fabs(cos_error);
+      at_cos = x;
+    }
   }
   void expect_one_ulp(const char* where) const {
     std::printf("  %-36s sin %.4f ulp at %.17g, cos %.4f ulp at %.17g   bound 1\n", where, sin,
@@ -64,9 +70,10 @@ std::vector<double> around(int k) {
   const double x = double(k * (pi() / 4));
   std::vector<double> v{x};
   double below = x, above = x;
-  for (int i = 0; i < 3; ++i)
-    v.push_back(below = std::nextafter(below, -inf)),
-        v.push_back(above = std::nextafter(above, inf));
+  for (int i = 0; i < 3; ++i) {
+    v.push_back(below = std::nextafter(below, -inf));
+    v.push_back(above = std::nextafter(above, inf));
+  }
   return v;
 }
 
@@ -80,7 +87,11 @@ constexpr double known_bias = 2e-3;
 /// sigma/sqrt(n).
 struct Bias {
   double sum = 0, sum2 = 0, n = 0;
-  void note(double e) { sum += e, sum2 += e * e, ++n; }
+  void note(double e) {
+    sum += e;
+    sum2 += e * e;
+    ++n;
+  }
   double mean() const { return sum / n; }
   double sigma() const { return std::sqrt(sum2 / n - mean() * mean()); }
   double chance() const { return 4 * sigma() / std::sqrt(n); }
@@ -100,7 +111,8 @@ void sincos_unrounded(double x, Quad& s, Quad& c) {
   const Quad r = Quad(x) - Quad(k) * (pi() / 2), sr = trig::sin_kernel<Quad>(r, 0),
              cr = trig::cos_kernel<Quad>(r, 0, sr);
   const int quadrant = static_cast<int>(k) & 3;
-  s = quadrant & 1 ? cr : sr, c = quadrant & 1 ? sr : cr;
+  s = quadrant & 1 ? cr : sr;
+  c = quadrant & 1 ? sr : cr;
   if (quadrant & 2) s = -s;
   if (quadrant == 1 || quadrant == 2) c = -c;
 }
@@ -120,20 +132,24 @@ TEST(Sincos, OneUlpAndUnbiasedWithinATurn) {
     sincos(x, s, c);
     const double es = ulps(s, S), ec = ulps(c, C);
     w.note(es, ec, x);
-    sine.note(es), cosine.note(ec);
+    sine.note(es);
+    cosine.note(ec);
     chopped.note(ulps(Quad(s) > S ? std::nextafter(s, -inf) : s, S));
     if (i % 4) continue;
     // In size, so that nothing cancels between the quadrants: the roundings, and the polynomials.
     sincos_unrounded(x, P, Q);
     const double ps = ulps(P, S), pc = ulps(Q, C), up_s = S < 0 ? -1 : 1, up_c = C < 0 ? -1 : 1;
-    sine_rounding.note(up_s * (es - ps)), cosine_rounding.note(up_c * (ec - pc));
-    sine_size.note(up_s * ps), cosine_size.note(up_c * pc);
+    sine_rounding.note(up_s * (es - ps));
+    cosine_rounding.note(up_c * (ec - pc));
+    sine_size.note(up_s * ps);
+    cosine_size.note(up_c * pc);
   }
   w.expect_one_ulp("2e6 points of [-pi, pi]");
   EXPECT_LT(chopped.mean(), -0.4) << "control: rounding downwards is seen";
-  sine.expect_none("sin"), cosine.expect_none("cos");
-  sine_rounding.expect_none("|sin|, roundings alone"),
-      cosine_rounding.expect_none("|cos|, roundings alone");
+  sine.expect_none("sin");
+  cosine.expect_none("cos");
+  sine_rounding.expect_none("|sin|, roundings alone");
+  cosine_rounding.expect_none("|cos|, roundings alone");
   std::printf("  polynomials alone: mean |sin| %+.1e, |cos| %+.1e ulp   bound 4e-3\n",
               sine_size.mean(), cosine_size.mean());
   EXPECT_LE(std::fabs(sine_size.mean()), 4e-3);
@@ -164,12 +180,16 @@ TEST(Sincos, OneUlpUpToTheLimitAndBeyond) {
   fast.expect_one_ulp("2e5 points of [-1e5, 1e5]");
   for (int i = 0; i < 100000; ++i)
     tiny.note(ours, (i % 2 ? 1 : -1) * std::pow(10.0, exponent(rng)));
-  for (double x : {5e-324, 1e-310, 2.2250738585072014e-308, 1e-9, 1.5e-8, 2.7e-8})
-    tiny.note(ours, x), tiny.note(ours, -x);
+  for (double x : {5e-324, 1e-310, 2.2250738585072014e-308, 1e-9, 1.5e-8, 2.7e-8}) {
+    tiny.note(ours, x);
+    tiny.note(ours, -x);
+  }
   tiny.expect_one_ulp("tiny numbers");
   for (int i = 0; i < 20000; ++i) fallback.note(ours, (i % 2 ? 1 : -1) * std::pow(10.0, huge(rng)));
-  for (double x : {std::nextafter(trig_fast_limit, inf), 1.7976931348623157e308})
-    fallback.note(ours, x), fallback.note(ours, -x);
+  for (double x : {std::nextafter(trig_fast_limit, inf), 1.7976931348623157e308}) {
+    fallback.note(ours, x);
+    fallback.note(ours, -x);
+  }
   fallback.expect_one_ulp("the C library beyond 1e5");
 }
 
@@ -194,7 +214,8 @@ TEST(Sincos, OddAndEvenBitForBit) {
   for (int i = 0; i < 200000; ++i) {
     const double x = i % 2 ? wide(rng) : turn(rng);
     double s, c, t, d;
-    sincos(x, s, c), sincos(-x, t, d);
+    sincos(x, s, c);
+    sincos(-x, t, d);
     ASSERT_TRUE(s == -t && c == d) << x;
   }
 }
@@ -205,16 +226,20 @@ void sincos_naive(double x, double& s, double& c) {
   const double sr = trig::sin_kernel(r, 0.0), cr = trig::cos_kernel(r, 0.0, sr);
   switch (static_cast<long>(k) & 3) {
     case 0:
-      s = sr, c = cr;
+      s = sr;
+      c = cr;
       break;
     case 1:
-      s = cr, c = -sr;
+      s = cr;
+      c = -sr;
       break;
     case 2:
-      s = -sr, c = -cr;
+      s = -sr;
+      c = -cr;
       break;
     default:
-      s = -cr, c = sr;
+      s = -cr;
+      c = sr;
   }
 }
 TEST(Sincos, NaiveReductionFails) {
@@ -222,8 +247,10 @@ TEST(Sincos, NaiveReductionFails) {
   std::uniform_real_distribution<double> turn(-double(pi()), double(pi())),
       wide(-trig_fast_limit, trig_fast_limit);
   Worst one_turn, far, near;
-  for (int i = 0; i < 100000; ++i)
-    one_turn.note(sincos_naive, turn(rng)), far.note(sincos_naive, wide(rng));
+  for (int i = 0; i < 100000; ++i) {
+    one_turn.note(sincos_naive, turn(rng));
+    far.note(sincos_naive, wide(rng));
+  }
   for (int k = -1000; k <= 1000; ++k)
     for (double x : around(2 * k)) near.note(sincos_naive, x);
   std::printf(

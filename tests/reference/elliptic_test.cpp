@@ -45,7 +45,9 @@ TEST(ClosedForm, Pendulum) {
 TEST(ClosedForm, FreeAsymmetricBody) {
   const double I1 = 1, I2 = 2, I3 = 3;
   mechanics::BodySpec body;
-  body.name = "body", body.parent = "world", body.joint.type = "free";
+  body.name = "body";
+  body.parent = "world";
+  body.joint.type = "free";
   body.mass = {1, {0, 0, 0}, {I1, 0, 0, I2, 0, I3}};
   const mechanics::MechanicalModel model(
       std::make_shared<mechanics::Mechanism>(mechanics::MechanismBuilder().add(body).build()));

@@ -21,7 +21,9 @@ struct ZeroMomentumBase {
 
   phs::Description description() const {
     phs::Description d;
-    d.name = "zero-momentum base", d.nx = 7, d.traits.autonomous = false;
+    d.name = "zero-momentum base";
+    d.nx = 7;
+    d.traits.autonomous = false;
     d.blocks = {{"position", phs::BlockKind::linear, 0, 3, -1, "m", ""},
                 {"attitude", phs::BlockKind::rotation, 3, 4, -1, "1", ""}};
     return d;
@@ -46,8 +48,10 @@ struct ZeroMomentumBase {
     T s, c;
     phs::sincos(T(2.0) * t, s, c);
     std::vector<T> q(x.begin(), x.end()), M(nv * nv), v(nv, T(0.0)), q_dot(size_t(m.nq()));
-    q.push_back(T(0.5) + T(0.75) * s), q.push_back(T(-1.0) + T(0.75) * c);
-    v[6] = T(1.5) * c, v[7] = T(-1.5) * s;
+    q.push_back(T(0.5) + T(0.75) * s);
+    q.push_back(T(-1.0) + T(0.75) * c);
+    v[6] = T(1.5) * c;
+    v[7] = T(-1.5) * s;
     mechanics::crba<T>(m, w, q, M);
     T A[6][7];
     for (size_t i = 0; i < 6; ++i) {

@@ -101,7 +101,10 @@ void planar(const std::string& name, double h) {
     const Vec reference =
         single ? numbers(file["closed_form"]["state"][k]) : numbers(file["outputs"][k]["group0"]);
     Vec angle = unwrapped(s, model.description(), n), rate = model.rates(s.x);
-    for (size_t i = 1; i < n; ++i) angle[i] += angle[i - 1], rate[i] += rate[i - 1];
+    for (size_t i = 1; i < n; ++i) {
+      angle[i] += angle[i - 1];
+      rate[i] += rate[i - 1];
+    }
     double error = 0, scale = 1e-3;
     for (size_t i = 0; i < n; ++i)
       scale = std::max({scale, std::fabs(reference[n + i]), std::fabs(initial[i])});
@@ -148,7 +151,10 @@ void top(const std::string& name, const std::string& joint, const mechanics::Mas
          const mechanics::Vec3d& gravity, double h) {
   const json file = test::read_json(test::data_file("reference/" + name + ".json"));
   mechanics::BodySpec body;
-  body.name = "top", body.parent = "world", body.joint.type = joint, body.mass = mass;
+  body.name = "top";
+  body.parent = "world";
+  body.joint.type = joint;
+  body.mass = mass;
   const MechanicalModel model(std::make_shared<mechanics::Mechanism>(
       mechanics::MechanismBuilder(name).gravity(gravity).add(body).build()));
   const Vec initial = numbers(file["initial_state"]);

@@ -123,7 +123,8 @@ TEST_F(Report, OfARunUnderWayShowsWhatItHasRecorded) {
   auto scene = scene::read_scene((folder_ / "scene.toml").string());
   std::atomic<bool> stop = true;  // before the first step
   scene::RunOptions options;
-  options.out = (folder_ / "cut").string(), options.stop = &stop;
+  options.out = (folder_ / "cut").string();
+  options.stop = &stop;
   scene::run(scene, scene::assemble(scene), options);
   const Json j = Json::parse(report_json(options.out));
   EXPECT_EQ(j["status"]["state"], "unfinished");

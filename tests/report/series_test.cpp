@@ -52,8 +52,12 @@ std::vector<T> decoded(const std::string& text) {
     const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     const auto d = digits.find(c);
     if (d == digits.npos) break;
-    word = word << 6 | unsigned(d), bits += 6;
-    if (bits >= 8) bits -= 8, bytes += char(word >> bits & 255);
+    word = word << 6 | unsigned(d);
+    bits += 6;
+    if (bits >= 8) {
+      bits -= 8;
+      bytes += char(word >> bits & 255);
+    }
   }
   std::vector<T> v(bytes.size() / sizeof(T));
   std::memcpy(v.data(), bytes.data(), v.size() * sizeof(T));

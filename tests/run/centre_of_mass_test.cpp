@@ -23,8 +23,11 @@ using Json = nlohmann::json;
 scene::Scene ets_vii(const Vec3d& velocity = {0, 0, 0}, const Vec3d& position = {0, 0, 0}) {
   scene::Scene s =
       scene::read_scene(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/scene.toml");
-  s.step = 0.2, s.duration = 50, s.record_every = 1;
-  s.base.linear_velocity = velocity, s.base.position = position;
+  s.step = 0.2;
+  s.duration = 50;
+  s.record_every = 1;
+  s.base.linear_velocity = velocity;
+  s.base.position = position;
   return s;
 }
 
@@ -54,7 +57,8 @@ double joints_off(const mechanics::Mechanism& m, const phs::State& a, const phs:
     const size_t q = size_t(c.q);
     const double off = (a.x[q] - b.x[q]) + (a.lo[q] - b.lo[q]) +
                        phs::two_pi_hi * double(a.turns[turn] - b.turns[turn]);
-    most = std::max(most, std::fabs(off)), ++turn;
+    most = std::max(most, std::fabs(off));
+    ++turn;
   }
   return most;
 }
@@ -105,7 +109,8 @@ TEST(CentreOfMass, TheWorldIsShownAgain) {
   TemporaryFolder folder;
   scene::Scene s = ets_vii({0.3, -0.2, 0.1}, {5, 6, 7});
   s.base.angular_velocity = {0.01, -0.02, 0.03};
-  s.base.attitude_wxyz[0] = 0.6, s.base.attitude_wxyz[2] = 0.8;
+  s.base.attitude_wxyz[0] = 0.6;
+  s.base.attitude_wxyz[2] = 0.8;
   const scene::Assembly a = scene::assemble(s);
   scene::WorldView view(a);
   for (const char* block : {"base.position", "base.attitude"}) {
@@ -118,9 +123,10 @@ TEST(CentreOfMass, TheWorldIsShownAgain) {
   const phs::State whole = uncut(a, *a.mechanical, s.step, r.steps);
   const phs::State& world = view(r.simulated_s, r.final_state);
   double off = 0, size = 0;
-  for (size_t i = 0; i < whole.x.size(); ++i)
-    off = std::max(off, std::fabs(whole.x[i] - world.x[i])),
+  for (size_t i = 0; i < whole.x.size(); ++i) {
+    off = std::max(off, std::fabs(whole.x[i] - world.x[i]));
     size = std::max(size, std::fabs(whole.x[i]));
+  }
   EXPECT_LT(off / size, 1e-13);  // 1.4e-16
   const auto j = summary_in(folder)["final_state"];
   const auto v = a.mechanical->rates(whole.x);
@@ -140,11 +146,18 @@ scene::Scene falling() {
   s.title = "falling arm";
   s.urdf.base = mechanics::UrdfOptions::Base::free;
   s.urdf.gravity = {0.5, 0, -9.81};
-  s.base.position = {0, 0, 100}, s.base.linear_velocity = {3, 0, 12};
+  s.base.position = {0, 0, 100};
+  s.base.linear_velocity = {3, 0, 12};
   s.base.angular_velocity = {0.02, -0.05, 0.1};
-  s.joints["shoulder"] = {0.4, 1.5}, s.joints["elbow"] = {-0.7, -2.5};
-  s.method = "gauss16", s.step = 0.02, s.duration = 5, s.record_every = 0.1;
-  s.verify.energy = 1e-13, s.verify.linear_momentum = 1e-13, s.verify.angular_momentum = 1e-13;
+  s.joints["shoulder"] = {0.4, 1.5};
+  s.joints["elbow"] = {-0.7, -2.5};
+  s.method = "gauss16";
+  s.step = 0.02;
+  s.duration = 5;
+  s.record_every = 0.1;
+  s.verify.energy = 1e-13;
+  s.verify.linear_momentum = 1e-13;
+  s.verify.angular_momentum = 1e-13;
   return s;
 }
 
@@ -154,7 +167,9 @@ TEST(CentreOfMass, FallsInClosedFormAndTheRestDoesNotFeelIt) {
   const auto r = scene::run(falls.scene, falls.assembly, into(folder / "falls"));
   EXPECT_TRUE(r.passed());
   scene::Scene s = falling();
-  s.urdf.gravity = {0, 0, 0}, s.base.position = {0, 0, 0}, s.base.linear_velocity = {0, 0, 0};
+  s.urdf.gravity = {0, 0, 0};
+  s.base.position = {0, 0, 0};
+  s.base.linear_velocity = {0, 0, 0};
   const Case rests = make_case(folder, s, arm_urdf());
   EXPECT_EQ(scene::run(rests.scene, rests.assembly, into(folder / "rests")).final_state,
             r.final_state);
@@ -253,7 +268,10 @@ TEST(CentreOfMass, OfTwoBodiesBesideEachOtherIsOneAndACaptureKeepsIt) {
       const auto at = text.find(name);
       text.replace(at, name.size(), std::to_string(x));
     };
-    put("{V}", V), put("{R}", R), put("{V2}", V - 0.0625), put("{R2}", R + 2.5);
+    put("{V}", V);
+    put("{R}", R);
+    put("{V2}", V - 0.0625);
+    put("{R2}", R + 2.5);
     write_bytes(folder / "scene.toml", text);
     const scene::Scene s = scene::read_scene((folder / "scene.toml").string());
     fs::remove_all(folder / "out");

@@ -291,7 +291,9 @@ TEST(CraftParts, SoftLatchTakesThePlaceOfTheWeld) {
   s.duration = 150;
   std::erase_if(s.events, [](const auto& e) { return e.type == scene::Event::Type::lock; });
   scene::Event off;
-  off.type = scene::Event::Type::disengage, off.name = "soft_latch", off.at = 100;
+  off.type = scene::Event::Type::disengage;
+  off.name = "soft_latch";
+  off.at = 100;
   s.events.push_back(off);
   const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
   for (const auto& c : r.checks)
@@ -356,7 +358,8 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   do {
     stop = parts == 0;
     again = scene::run(s, a, o);
-    ++parts, o.resume = true;
+    ++parts;
+    o.resume = true;
   } while (again.interrupted && parts < 50);
   EXPECT_GT(parts, 1);
   EXPECT_EQ(again.final_state.x, r.final_state.x);

@@ -91,7 +91,8 @@ TEST(Events, AnInterruptedRunContinuesBitForBit) {
       stop = true;
     });
     r = scene::run(s, a, o);
-    ++parts, o.resume = true;
+    ++parts;
+    o.resume = true;
   } while (r.interrupted && parts < 100);
   EXPECT_GT(parts, 1);
   std::printf("  in %d parts\n", parts);

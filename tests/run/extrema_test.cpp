@@ -15,7 +15,9 @@ std::vector<double> dataset(const fs::path& h5, const std::string& name) {
   const hid_t s = H5Dget_space(d);
   std::vector<double> v(size_t(H5Sget_simple_extent_npoints(s)));
   H5Dread(d, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, v.data());
-  H5Sclose(s), H5Dclose(d), H5Fclose(f);
+  H5Sclose(s);
+  H5Dclose(d);
+  H5Fclose(f);
   return v;
 }
 
@@ -72,7 +74,8 @@ TEST(Extrema, OfTheStateAloneCostNoMeasurement) {
 TEST(Extrema, AStoppedRunContinuesThem) {
   TemporaryFolder folder;
   Case c = floating_arm(folder, 1200);
-  c.scene.record_every = 100, c.scene.extrema = scene::Extrema::all;
+  c.scene.record_every = 100;
+  c.scene.extrema = scene::Extrema::all;
   scene::run(c.scene, c.assembly, into(folder / "whole"));
   std::atomic<bool> stop = false;
   auto o = into(folder / "parts");

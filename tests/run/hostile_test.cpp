@@ -44,7 +44,10 @@ void exchange(const fs::path& path, const char* name, hid_t type, std::vector<hs
     const std::string filled(shape[0] * H5Tget_size(type), 'x');
     H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, filled.data());
   }
-  H5Dclose(data), H5Sclose(space), H5Pclose(create), H5Fclose(file);
+  H5Dclose(data);
+  H5Sclose(space);
+  H5Pclose(create);
+  H5Fclose(file);
 }
 
 TEST(HostileResults, ADeclaredSizeIsNotAllocated) {
@@ -75,7 +78,8 @@ void with_each_exchanged(nlohmann::json& all, nlohmann::json& at, int& tried, F&
   for (const char* other : {"null", "1e300", "-1", "\"\"", "[]", "{}"}) {
     const nlohmann::json kept = at;
     at = nlohmann::json::parse(other);
-    f(all), ++tried;
+    f(all);
+    ++tried;
     at = kept;
   }
   if (at.is_structured())

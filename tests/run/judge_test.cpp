@@ -29,9 +29,10 @@ std::string csv_of(const Case& c, const fs::path& run, const std::string& torque
   file.read("turns", turns.data());
   const size_t angles = turns.size() / t.size();
   std::map<std::string, std::vector<double>> series;
-  for (const auto& b : d.blocks)
-    series["q" + b.name] = read("state/" + b.name),
-                 series["p" + b.name] = read("momentum/" + b.name);
+  for (const auto& b : d.blocks) {
+    series["q" + b.name] = read("state/" + b.name);
+    series["p" + b.name] = read("momentum/" + b.name);
+  }
   std::string text = "time";
   for (const char* kind : {"", "v."})
     for (const auto& k : m.coordinates()) {
@@ -114,9 +115,13 @@ TEST(Judge, ARunOfOursHasTheSameFigures) {
 TEST(Judge, TorquesAreBooked) {
   TemporaryFolder folder;
   scene::Scene s;
-  s.title = "driven", s.urdf.gravity = {0, 0, -9.81};
+  s.title = "driven";
+  s.urdf.gravity = {0, 0, -9.81};
   s.joints["shoulder"] = {0.4, 0};
-  s.method = "gauss8", s.step = 1e-3, s.duration = 5, s.record_every = 1e-3;
+  s.method = "gauss8";
+  s.step = 1e-3;
+  s.duration = 5;
+  s.record_every = 1e-3;
   s.path = (folder / "scene.toml").string();
   const std::string urdf = arm_urdf();
   write_bytes(folder / "model.urdf", urdf);

@@ -144,7 +144,8 @@ struct Duffing {
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    Re[0] = T(0.0), Re[1] = T(0.1) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = T(0.1) * e[1];
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {
@@ -155,7 +156,11 @@ struct Duffing {
 TEST(Ledger, SystemsOfTheUsersOwnRunLikeScenes) {
   TemporaryFolder folder;
   scene::Scene s;
-  s.title = "Duffing", s.method = "gauss8", s.step = 0.05, s.duration = 200, s.record_every = 0.5;
+  s.title = "Duffing";
+  s.method = "gauss8";
+  s.step = 0.05;
+  s.duration = 200;
+  s.record_every = 0.5;
   s.verify.balance = 1e-8;
   const double start[] = {1.0, 0.0};
   const auto a = scene::assembly_of(std::make_shared<phs::UserModel<Duffing>>(Duffing{}), start);
@@ -195,7 +200,9 @@ TEST(Ledger, AResumedRunKeepsItsBooksBitForBit) {
       EXPECT_EQ(r.defect_J, whole.defect_J);
       break;
     }
-    stop = false, o.progress = nullptr, o.resume = true;
+    stop = false;
+    o.progress = nullptr;
+    o.resume = true;
   }
   std::printf("  in %d parts\n", parts);
 }

@@ -65,9 +65,12 @@ TEST(Controllers, AResumedRunHoldsTheSameValue) {
   const auto whole = scene::run(s, scene::assemble(s), into(folder / "whole"));
   std::atomic<bool> stop{false};
   auto o = into(folder / "part");
-  o.stop = &stop, o.progress = [&](double done, double, double) { stop = done > 0.1; };
+  o.stop = &stop;
+  o.progress = [&](double done, double, double) { stop = done > 0.1; };
   auto r = scene::run(s, scene::assemble(s), o);
-  stop = false, o.progress = nullptr, o.resume = true;
+  stop = false;
+  o.progress = nullptr;
+  o.resume = true;
   if (r.interrupted) r = scene::run(s, scene::assemble(s), o);
   EXPECT_EQ(r.final_state.x, whole.final_state.x);
   EXPECT_EQ(r.supplied_J, whole.supplied_J);

@@ -16,7 +16,10 @@ Envelope random_walk(double first, double last, int n) {
   std::mt19937_64 rng(2);
   std::normal_distribution<double> step(0, 1e-17);
   double error = 0;
-  for (int i = 0; i <= n; ++i) e.add(i * last / n, error), error += step(rng);
+  for (int i = 0; i <= n; ++i) {
+    e.add(i * last / n, error);
+    error += step(rng);
+  }
   return e;
 }
 

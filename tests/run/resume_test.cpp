@@ -200,7 +200,8 @@ TEST(Checkpoint, OfAnotherScene) {
   s.c.scene.duration = 21;
   EXPECT_TRUE(says(s.resume(), "the duration was 20 s and is 21 s now"));
   s.c.scene = before;
-  s.c.scene.text += " ", s.c.scene.urdf_text += " ";
+  s.c.scene.text += " ";
+  s.c.scene.urdf_text += " ";
   EXPECT_TRUE(says(s.resume(), "the scene file has changed; the model has changed"));
   s.c.scene = before;
   EXPECT_EQ(s.resume(), "");

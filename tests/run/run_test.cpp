@@ -89,7 +89,9 @@ std::vector<double> dataset(const fs::path& h5, const std::string& name,
   H5Sget_simple_extent_dims(s, shape.data(), nullptr);
   std::vector<double> v(size_t(H5Sget_simple_extent_npoints(s)));
   H5Dread(d, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, v.data());
-  H5Sclose(s), H5Dclose(d), H5Fclose(f);
+  H5Sclose(s);
+  H5Dclose(d);
+  H5Fclose(f);
   return v;
 }
 
@@ -149,7 +151,8 @@ TEST(Run, WithDampingClosesTheBalanceWhateverTheRecords) {
   TemporaryFolder folder;
   for (const double record_every : {0.01, 1.0}) {
     Case c = pendulum(folder, 0.5);
-    c.scene.step = 0.01, c.scene.record_every = record_every;
+    c.scene.step = 0.01;
+    c.scene.record_every = record_every;
     const auto r =
         scene::run(c.scene, c.assembly, into(folder / ("out" + std::to_string(record_every))));
     EXPECT_LT(r.stored_J, -1);
@@ -165,7 +168,8 @@ TEST(Run, WithDampingClosesTheBalanceWhateverTheRecords) {
   }
   // Negative control: a method whose books are of low order.
   Case c = pendulum(folder, 0.5);
-  c.scene.method = "rk4", c.scene.step = c.scene.record_every = 0.01;
+  c.scene.method = "rk4";
+  c.scene.step = c.scene.record_every = 0.01;
   EXPECT_GT(std::fabs(scene::run(c.scene, c.assembly, into(folder / "rk4")).defect_J), 1e-12);
 }
 
@@ -312,7 +316,8 @@ long peak_memory_kB(const Case& c, const fs::path& out) {
   });
   long peak = -1;
   if (read(ends[0], &peak, sizeof peak) != sizeof peak) peak = -1;
-  close(ends[0]), close(ends[1]);
+  close(ends[0]);
+  close(ends[1]);
   return peak;
 }
 
@@ -348,7 +353,10 @@ TEST(Run, AWristThatIsSingularSomewhereStartsElsewhere) {
     scene::Scene s;
     s.joints["pitch"] = {.position = pitch, .velocity = 0.2};
     s.joints["roll"] = {.position = 0.3, .velocity = 0.1};
-    s.method = "gauss8", s.step = 0.01, s.duration = 1, s.record_every = 0.1;
+    s.method = "gauss8";
+    s.step = 0.01;
+    s.duration = 1;
+    s.record_every = 0.1;
     s.verify.energy = 1e-12;
     const Case c = make_case(folder, s, wrist_urdf());
     EXPECT_TRUE(scene::run(c.scene, c.assembly, into(folder / "out")).passed());

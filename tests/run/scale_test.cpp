@@ -29,7 +29,8 @@ const Quaternion turn{0.8, {0.36, -0.288, 0.384}};
 
 void move(scene::BaseStart& b, const Move& to) {
   const auto R = to.R();
-  b.position = to.shift + R * b.position, b.linear_velocity = R * b.linear_velocity;
+  b.position = to.shift + R * b.position;
+  b.linear_velocity = R * b.linear_velocity;
   const auto a = to.turn * Quaternion::load(b.attitude_wxyz);
   const double wxyz[] = {a.w, a.v.x, a.v.y, a.v.z};
   std::copy_n(wxyz, 4, b.attitude_wxyz);
@@ -39,7 +40,8 @@ void move(scene::BaseStart& b, const Move& to) {
 /// they are mounted.
 scene::Assembly assemble(scene::Scene& s, const Move& to) {
   const auto R = to.R();
-  s.urdf.gravity = R * s.urdf.gravity, s.magnetic_field = R * s.magnetic_field;
+  s.urdf.gravity = R * s.urdf.gravity;
+  s.magnetic_field = R * s.magnetic_field;
   for (auto& b : s.bodies) move(b.start, to);
   if (s.urdf.base == mechanics::UrdfOptions::Base::free) {
     move(s.base, to);
@@ -67,7 +69,9 @@ scene::RunReport run(scene::Scene s, const Move& to) {
 
 TEST(Scale, TheDoublePendulumFailsFarFromTheOriginAsItDoesThere) {
   auto s = example("double_pendulum/scene.toml");
-  s.method = "rk4", s.duration = 10, s.verify = {};
+  s.method = "rk4";
+  s.duration = 10;
+  s.verify = {};
   s.verify.energy = 1e-9;
   const auto here = run(s, {}), there = run(s, Move{{0, 0, 1e6}});
   std::printf("  rk4: error %.3e J of %.4g J = %.3e; 1000 km up %.3e of %.4g = %.3e\n",
@@ -89,7 +93,8 @@ TEST(Scale, TheDoublePendulumFailsFarFromTheOriginAsItDoesThere) {
 
 TEST(Scale, TheMonitorStopsThereToo) {
   auto s = example("double_pendulum/scene.toml");
-  s.method = "rk4", s.duration = 10;
+  s.method = "rk4";
+  s.duration = 10;
   s.monitor.emplace().limit = 1e-6;
   s.monitor->action = integrators::OnViolation::stop;
   const auto here = run(s, {}), there = run(s, Move{{0, 0, 1e6}});
@@ -176,7 +181,8 @@ TEST(Scale, OrbitsTurnedAboutThePlanetsAxisHaveTheSameVerdict) {
     std::erase_if(s.events, [&](const scene::Event& e) { return e.at >= s.duration; });
     auto there = s;
     auto& start = there.orbit->start;
-    start.r = turned.R() * start.r, start.v = turned.R() * start.v;
+    start.r = turned.R() * start.r;
+    start.v = turned.R() * start.v;
     compare(file, run(s, {}), run(there, turned));
   }
 }
@@ -185,8 +191,12 @@ TEST(Scale, OrbitsTurnedAboutThePlanetsAxisHaveTheSameVerdict) {
 TEST(Scale, AScrewBeyondHalfATurnHasTheEnergyItHas) {
   TemporaryFolder folder;
   scene::Scene s;
-  s.title = "screw", s.urdf.base = mechanics::UrdfOptions::Base::free;
-  s.method = "gauss8", s.step = 1e-3, s.duration = 1e-3, s.record_every = 1e-3;
+  s.title = "screw";
+  s.urdf.base = mechanics::UrdfOptions::Base::free;
+  s.method = "gauss8";
+  s.step = 1e-3;
+  s.duration = 1e-3;
+  s.record_every = 1e-3;
   s.verify.energy = 1e-12;
   s.base.angular_velocity = {0.1, 0.2, 0.3};
   s.joints["screw"] = {12.0, 0.0};
@@ -220,8 +230,12 @@ TEST(Scale, AScrewBeyondHalfATurnHasTheEnergyItHas) {
 /// with the speed.
 TEST(Scale, AnErrorThatComesAndGoesBetweenRecordsIsSeen) {
   auto s = example("double_pendulum/scene.toml");
-  s.method = "stormer_verlet", s.step = 1e-3, s.duration = 2, s.verify = {};
-  s.joints["shoulder"].position = 0.5, s.joints["elbow"].position = 0;
+  s.method = "stormer_verlet";
+  s.step = 1e-3;
+  s.duration = 2;
+  s.verify = {};
+  s.joints["shoulder"].position = 0.5;
+  s.joints["elbow"].position = 0;
   s.record_every = s.step;
   const auto all = run(s, {});
   s.record_every = s.duration;

@@ -93,9 +93,15 @@ inline Case floating_arm(const TemporaryFolder& folder, double duration = 20,
   s.joints["shoulder"] = {0.4, 1.5};
   s.joints["elbow"] = {-0.7, -2.5};  // turns many times
   s.method = method;
-  s.step = 0.02, s.duration = duration, s.record_every = 0.06;
-  s.verify.energy = 1e-12, s.verify.linear_momentum = 1e-13, s.verify.angular_momentum = 1e-13;
-  s.verify.quaternion_norm = 1e-13, s.verify.balance = 1e-12, s.verify.symmetry = 1e-11;
+  s.step = 0.02;
+  s.duration = duration;
+  s.record_every = 0.06;
+  s.verify.energy = 1e-12;
+  s.verify.linear_momentum = 1e-13;
+  s.verify.angular_momentum = 1e-13;
+  s.verify.quaternion_norm = 1e-13;
+  s.verify.balance = 1e-12;
+  s.verify.symmetry = 1e-11;
   return make_case(folder, s, arm_urdf());
 }
 
@@ -106,8 +112,11 @@ inline Case pendulum(const TemporaryFolder& folder, double damping = 0) {
   s.urdf.gravity = {0, 0, -9.81};
   s.joints["shoulder"] = {1.2, 0};
   s.method = "gauss8";
-  s.step = 0.01, s.duration = 10, s.record_every = 0.01;
-  s.verify.energy = 1e-11, s.verify.angular_momentum = 1e-13;
+  s.step = 0.01;
+  s.duration = 10;
+  s.record_every = 0.01;
+  s.verify.energy = 1e-11;
+  s.verify.angular_momentum = 1e-13;
   return make_case(folder, s, arm_urdf("<dynamics damping='" + std::to_string(damping) + "'/>"));
 }
 

@@ -15,7 +15,10 @@ ErrorStatistics random_walk(unsigned seed, int n) {
   std::normal_distribution<double> step(0, 1e-16);
   ErrorStatistics s;
   double e = 0;
-  for (int i = 0; i < n; ++i) s.add(e), e += step(rng);
+  for (int i = 0; i < n; ++i) {
+    s.add(e);
+    e += step(rng);
+  }
   return s;
 }
 
@@ -36,7 +39,10 @@ TEST(Statistics, LinearDriftGrowsWithTimeAndIsSignificant) {
   std::mt19937_64 rng(1);
   std::normal_distribution<double> noise(0, 1e-17);
   ErrorStatistics exact, noisy;
-  for (int i = 0; i < 10000; ++i) exact.add(1e-18 * i), noisy.add(1e-16 * i + noise(rng));
+  for (int i = 0; i < 10000; ++i) {
+    exact.add(1e-18 * i);
+    noisy.add(1e-16 * i + noise(rng));
+  }
   EXPECT_NEAR(exact.growth_exponent(), 1.0, 1e-6);
   EXPECT_NEAR(noisy.growth_exponent(), 1.0, 0.01);
   EXPECT_TRUE(exact.drift_is_significant());

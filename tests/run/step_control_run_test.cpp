@@ -42,7 +42,8 @@ TEST_P(StepControlRun, EndsOnTheDotAndKeepsTheInvariants) {
 
   // The same motion by fixed steps, for as long as it is not chaotic.
   Case early = c, fixed = floating_arm(folder, 10.1, "gauss16");
-  early.scene.duration = 10.1, fixed.scene.step = 10.1 / 1000;
+  early.scene.duration = 10.1;
+  fixed.scene.step = 10.1 / 1000;
   const RunReport e = scene::run(early.scene, early.assembly, into(folder / "early")),
                   f = scene::run(fixed.scene, fixed.assembly, into(folder / "fixed"));
   double worst = 0;
@@ -66,7 +67,8 @@ TEST_P(StepControlRun, ContinuesBitForBit) {
     options.stop = &stop;
     options.progress = [&](double, double, double) { stop = true; };
     report = scene::run(c.scene, c.assembly, options);
-    stop = false, ++parts;
+    stop = false;
+    ++parts;
   } while (report.interrupted && parts < 200);
   ASSERT_FALSE(report.interrupted);
   EXPECT_GE(parts, 2);
@@ -88,7 +90,9 @@ TEST_P(StepControlRun, DampedSystems) {
   TemporaryFolder folder;
   Case c = pendulum(folder, 0.5);
   const RunReport f = scene::run(c.scene, c.assembly, into(folder / "fixed"));
-  c.scene.step_control = GetParam(), c.scene.step = 0.05, c.scene.control_rate = 4;
+  c.scene.step_control = GetParam();
+  c.scene.step = 0.05;
+  c.scene.control_rate = 4;
   const RunReport r = scene::run(c.scene, c.assembly, into(folder / "out"));
   EXPECT_EQ(r.outcome, integrators::Outcome::ok);
   EXPECT_EQ(r.simulated_s, 10);

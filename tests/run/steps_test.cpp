@@ -15,7 +15,9 @@ bool told(const scene::RunReport& r, const std::string& words) {
 TEST(Steps, TheEndTimeIsTheOneAskedFor) {
   TemporaryFolder folder;
   Case c = pendulum(folder);
-  c.scene.duration = 1, c.scene.step = 0.3, c.scene.record_every = 0.3;
+  c.scene.duration = 1;
+  c.scene.step = 0.3;
+  c.scene.record_every = 0.3;
   const auto r = scene::run(c.scene, c.assembly, into(folder / "odd"));
   EXPECT_EQ(r.simulated_s, 1.0);
   EXPECT_EQ(r.steps, 4);
@@ -39,18 +41,21 @@ TEST(Steps, AreWholeButForTheRoundingOfTwoTimes) {
   scene::Scene s;
   for (const auto& [duration, step, total] :
        {std::tuple{1.0, 0.1, 10}, {0.3, 0.1, 3}, {49.0, 0.07, 700}, {86400.0, 1.0 / 3, 259200}}) {
-    s.duration = duration, s.step = step;
+    s.duration = duration;
+    s.step = step;
     EXPECT_EQ(scene::steps_of(s).total, total) << duration << " / " << step;
     EXPECT_EQ(scene::steps_of(s).last, 0) << duration << " / " << step;
   }
-  s.duration = 1, s.step = 0.03;
+  s.duration = 1;
+  s.step = 0.03;
   EXPECT_EQ(scene::steps_of(s).total, 34);
   EXPECT_NEAR(scene::steps_of(s).last, 0.01, 1e-16);
 }
 
 TEST(Steps, AFittingOneIsAWholeFraction) {
   scene::Scene s;
-  s.duration = 50, s.record_every = 2.5;
+  s.duration = 50;
+  s.record_every = 2.5;
   EXPECT_EQ(scene::fitting_step(s, 0.37), 50 / 136.0);
   s.record_every_given = true;
   EXPECT_EQ(scene::fitting_step(s, 0.37), 2.5 / 7);
@@ -78,7 +83,9 @@ TEST(Steps, AnInterruptedRunEndsWithTheSameShortStep) {
 TEST(Steps, AMonitorRepeatsTheShortStepToo) {
   TemporaryFolder folder;
   Case c = pendulum(folder);
-  c.scene.method = "rk4", c.scene.step = 0.04, c.scene.duration = 1.03;
+  c.scene.method = "rk4";
+  c.scene.step = 0.04;
+  c.scene.duration = 1.03;
   c.scene.monitor =
       integrators::MonitorOptions{.step_limit = 1e-13, .action = integrators::OnViolation::repeat};
   const auto r = scene::run(c.scene, c.assembly, into(folder / "out"));
@@ -94,9 +101,12 @@ TEST(Steps, WhatHasNoEffectIsTold) {
   c.scene.duration = 1;
   const auto quiet = scene::run(c.scene, c.assembly, into(folder / "quiet"));
   EXPECT_FALSE(told(quiet, "effect"));
-  c.scene.method = "rk4", c.scene.rtol = 1e-6, c.scene.iteration_tolerance = 1e-10;
+  c.scene.method = "rk4";
+  c.scene.rtol = 1e-6;
+  c.scene.iteration_tolerance = 1e-10;
   c.scene.magnetic_field = {0, 0, 1e-5};
-  c.scene.record_every = 0.015, c.scene.record_every_given = true;
+  c.scene.record_every = 0.015;
+  c.scene.record_every_given = true;
   const auto r = scene::run(c.scene, c.assembly, into(folder / "out"));
   EXPECT_TRUE(told(r, "rtol has no effect: rk4 does not work to a tolerance of this kind"));
   EXPECT_TRUE(told(r, "iteration_tolerance has no effect: rk4 iterates nothing"));

@@ -34,8 +34,10 @@ Case bare_pendulum(const TemporaryFolder& folder, const std::string& method, dou
                    double duration) {
   Case c = pendulum(folder);
   c.scene.verify = {};
-  c.scene.method = method, c.scene.step = step;
-  c.scene.duration = duration, c.scene.record_every = step;
+  c.scene.method = method;
+  c.scene.step = step;
+  c.scene.duration = duration;
+  c.scene.record_every = step;
   return c;
 }
 nlohmann::json summary(const TemporaryFolder& folder) {
@@ -66,7 +68,8 @@ TEST(Verdict, TheWayBackBeginsAtTheEndOfTheWayForth) {
   for (const double h : {0.01, -0.01}) {
     const auto method = scene::make_integrator(c.scene, *c.assembly.model, h);
     for (int i = 0; i < 100; ++i) ASSERT_EQ(method->step(s), integrators::Outcome::ok);
-    s.origin = 0, s.origin_step = s.step;
+    s.origin = 0;
+    s.origin_step = s.step;
   }
   double off = 0;
   for (size_t i = 0; i < s.x.size(); ++i)
@@ -185,7 +188,11 @@ struct Refusing {
 TEST(Verdict, ACheckThatThrowsHasFailedAndCostsNoResults) {
   TemporaryFolder folder;
   scene::Scene s;
-  s.title = "refusing", s.method = "gauss8", s.step = 0.1, s.duration = 10, s.record_every = 1;
+  s.title = "refusing";
+  s.method = "gauss8";
+  s.step = 0.1;
+  s.duration = 10;
+  s.record_every = 1;
   s.verify.energy = 1e-9;
   const double start[] = {1.0, 0.0};
   const auto a = scene::assembly_of(std::make_shared<phs::UserModel<Refusing>>(Refusing{}), start);

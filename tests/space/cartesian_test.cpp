@@ -73,11 +73,17 @@ class CartesianSystem : public phs::System<T> {
   void gradient(In x, Out e) override {
     std::vector<T> dx(2 * nq_);
     field(T(0.0), x, {}, dx);
-    for (size_t i = 0; i < nq_; ++i) e[i] = -dx[nq_ + i], e[nq_ + i] = dx[i];
+    for (size_t i = 0; i < nq_; ++i) {
+      e[i] = -dx[nq_ + i];
+      e[nq_ + i] = dx[i];
+    }
   }
   void rate(T, In, In e, Out dx) override { apply_structure({}, e, dx); }
   void apply_structure(In, In e, Out Je) override {
-    for (size_t i = 0; i < nq_; ++i) Je[i] = e[nq_ + i], Je[nq_ + i] = -e[i];
+    for (size_t i = 0; i < nq_; ++i) {
+      Je[i] = e[nq_ + i];
+      Je[nq_ + i] = -e[i];
+    }
   }
   void apply_dissipation(In, In, Out Re) override { std::fill(Re.begin(), Re.end(), T(0.0)); }
   void apply_input(In, In, Out Gu) override { std::fill(Gu.begin(), Gu.end(), T(0.0)); }
@@ -139,8 +145,10 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
     auto v = arm.model->rates(std::span(plain.x).first(2 * nq));
     const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[3]));
     const Vec3d along = R.tmul({plain.x[n + 3], plain.x[n + 4], plain.x[n + 5]});
-    for (int k = 0; k < 3; ++k)
-      q[size_t(k)] += plain.x[n + size_t(k)], v[size_t(3 + k)] += along[k];
+    for (int k = 0; k < 3; ++k) {
+      q[size_t(k)] += plain.x[n + size_t(k)];
+      v[size_t(3 + k)] += along[k];
+    }
     stored = arm.model->state(q, v);
   };
   const auto recall = [&] {
@@ -151,14 +159,16 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
     plain.x = craft.state(stored, {c, (1 / mass) * P});
     std::fill(plain.lo.begin(), plain.lo.end(), 0.0);
   };
-  store(), recall();
+  store();
+  recall();
   const long double H1 = gauge.energy(plain);
   long double given = 0;
   double plain_error = 0;
   for (int k = 0; k < steps; ++k) {
     ASSERT_EQ(by_turns.step(plain), integrators::Outcome::ok);
     given += by_turns.works().back();
-    store(), recall();
+    store();
+    recall();
     plain_error = std::max(plain_error, std::fabs(double((gauge.energy(plain) - H1 - given) / H1)));
   }
   std::printf("  internal energy %.4e J; one rounding of the orbital energy %.1e J\n", double(H0),
@@ -198,7 +208,10 @@ TEST(Cartesian, LosesThemInTheSceneOfTheYear) {
     auto v = a.mechanical->rates(std::span(s.x).first(2 * nq));
     const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[3]));
     const Vec3d along = R.tmul({s.x[n + 3], s.x[n + 4], s.x[n + 5]});
-    for (int k = 0; k < 3; ++k) q[size_t(k)] += s.x[n + size_t(k)], v[size_t(3 + k)] += along[k];
+    for (int k = 0; k < 3; ++k) {
+      q[size_t(k)] += s.x[n + size_t(k)];
+      v[size_t(3 + k)] += along[k];
+    }
     const auto stored = a.mechanical->state(q, v);
     mechanics::Workspace<double> w(tree);
     const auto c =

@@ -40,14 +40,16 @@ TEST(GravityGradient, ForcesAreTheSlopeOfThePotential) {
   for (const auto& j : m.coordinates()) {
     if (j.nq != 1) continue;
     auto up = c.q, down = c.q;
-    up[size_t(j.q)] += d, down[size_t(j.q)] -= d;
+    up[size_t(j.q)] += d;
+    down[size_t(j.q)] -= d;
     const Quad slope = (energy(up, c.R) - energy(down, c.R)) / (d + d);
     energy(c.q, c.R);
     worst_q = std::max(worst_q, double(phs::abs((g.joint_forces()[size_t(j.v)] + slope) / V)));
   }
   for (int k = 0; k < 3; ++k) {
     auto up = c.R, down = c.R;
-    up[k] = up[k] + Quad(1e-6), down[k] = down[k] - Quad(1e-6);
+    up[k] = up[k] + Quad(1e-6);
+    down[k] = down[k] - Quad(1e-6);
     const Quad slope = (energy(c.q, up) - energy(c.q, down)) / Quad(2e-6);
     energy(c.q, c.R);
     worst_R = std::max(worst_R, double(phs::abs((g.reaction()[k] + slope) / V)) * 7e6);
@@ -58,7 +60,8 @@ TEST(GravityGradient, ForcesAreTheSlopeOfThePotential) {
     axis[k] = d / 2;
     auto up = c.q, down = c.q;
     const Q4 xi = Q4::load(&c.q[3]), by = xi * axis;
-    Q4{xi.w + by.w, xi.v + by.v}.store(&up[3]), Q4{xi.w - by.w, xi.v - by.v}.store(&down[3]);
+    Q4{xi.w + by.w, xi.v + by.v}.store(&up[3]);
+    Q4{xi.w - by.w, xi.v - by.v}.store(&down[3]);
     const Quad slope = (energy(up, c.R) - energy(down, c.R)) / (d + d);
     energy(c.q, c.R);
     worst_t = std::max(worst_t, double(phs::abs((g.joint_forces()[size_t(k)] + slope) / V)));
@@ -100,9 +103,12 @@ TEST(GravityGradient, AgainstEveryMassPointOfTheLinks) {
       const auto about = [&](double v, double a, double b, bool diagonal) {
         return v - I.m * ((diagonal ? c2 : 0) - a * b);
       };
-      J.xx = about(J.xx, com.x, com.x, true), J.yy = about(J.yy, com.y, com.y, true);
-      J.zz = about(J.zz, com.z, com.z, true), J.xy = about(J.xy, com.x, com.y, false);
-      J.xz = about(J.xz, com.x, com.z, false), J.yz = about(J.yz, com.y, com.z, false);
+      J.xx = about(J.xx, com.x, com.x, true);
+      J.yy = about(J.yy, com.y, com.y, true);
+      J.zz = about(J.zz, com.z, com.z, true);
+      J.xy = about(J.xy, com.x, com.y, false);
+      J.xz = about(J.xz, com.x, com.z, false);
+      J.yz = about(J.yz, com.y, com.z, false);
       const double half = 0.5 * (J.xx + J.yy + J.zz);
       const double A[3][3] = {
           {half - J.xx, -J.xy, -J.xz}, {-J.xy, half - J.yy, -J.yz}, {-J.xz, -J.yz, half - J.zz}};

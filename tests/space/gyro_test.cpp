@@ -24,11 +24,15 @@ constexpr double rpm_6000 = 628.31853071795865;
 BodySpec part(const char* name, const char* parent, const char* type, Vec3d axis, double mass,
               Vec3d I) {
   BodySpec s;
-  s.name = name, s.parent = parent;
-  s.joint.name = parent == std::string("world") ? "base" : name, s.joint.type = type;
+  s.name = name;
+  s.parent = parent;
+  s.joint.name = parent == std::string("world") ? "base" : name;
+  s.joint.type = type;
   s.joint.axis = axis;
   s.mass.mass = mass;
-  s.mass.inertia.xx = I.x, s.mass.inertia.yy = I.y, s.mass.inertia.zz = I.z;
+  s.mass.inertia.xx = I.x;
+  s.mass.inertia.yy = I.y;
+  s.mass.inertia.zz = I.z;
   return s;
 }
 std::shared_ptr<const MechanicalModel> made(MechanismBuilder& b) {

@@ -11,10 +11,15 @@ std::shared_ptr<const mechanics::MechanicalModel> two_bodies() {
   mechanics::MechanismBuilder b("pair");
   for (const auto& [name, mass] : {std::pair{"base", 800.0}, {"target", 300.0}}) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = "world";
-    s.joint.name = name, s.joint.type = "free";
-    s.mass.mass = mass, s.mass.com = {0.1, -0.2, 0.05};
-    s.mass.inertia.xx = 0.3 * mass, s.mass.inertia.yy = 0.2 * mass, s.mass.inertia.zz = 0.4 * mass;
+    s.name = name;
+    s.parent = "world";
+    s.joint.name = name;
+    s.joint.type = "free";
+    s.mass.mass = mass;
+    s.mass.com = {0.1, -0.2, 0.05};
+    s.mass.inertia.xx = 0.3 * mass;
+    s.mass.inertia.yy = 0.2 * mass;
+    s.mass.inertia.zz = 0.4 * mass;
     b.add(s);
   }
   return std::make_shared<mechanics::MechanicalModel>(

@@ -101,9 +101,12 @@ TEST(OrbitExample, DampersTakeTheSawtoothOfTheKicks) {
   // splitting's error in h² ε².
   test::TemporaryFolder folder;
   Scene s = read_scene(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii_orbit/scene.toml");
-  s.duration = 60000, s.record_every = 6000, s.extrema = Extrema::none;
+  s.duration = 60000;
+  s.record_every = 6000;
+  s.extrema = Extrema::none;
   const auto defect = [&](const char* splitting, double h) {
-    s.orbit->splitting = splitting, s.step = h;
+    s.orbit->splitting = splitting;
+    s.step = h;
     const auto r = run(s, assemble(s), test::into(folder / (splitting + std::to_string(h))));
     keeps(std::string(splitting) + ": internal ledger", r.energy.max_rel_error, 1e-11);
     keeps("defect of the coupling over what its gradient turned over",

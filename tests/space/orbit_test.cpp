@@ -125,7 +125,8 @@ TEST(Gravity, HarmonicsAreTheGradientOfTheirPotential) {
     zonal_field(mu, a, k, J, at, g);
     for (int i = 0; i < 3; ++i) {
       Vec3<phs::Quad> up = at, down = at;
-      up[i] = up[i] + phs::Quad(1e-2), down[i] = down[i] - phs::Quad(1e-2);
+      up[i] = up[i] + phs::Quad(1e-2);
+      down[i] = down[i] - phs::Quad(1e-2);
       const phs::Quad slope =
           (zonal_field(mu, a, k, J, up, ignored) - zonal_field(mu, a, k, J, down, ignored)) /
           phs::Quad(2e-2);
@@ -171,13 +172,17 @@ TEST(Orbit, NodeOfAnOblatePlanetDrifts) {
     for (int k = 0; k < last + per_orbit; ++k) {
       const OrbitPoint p = orbit.point();
       const auto o = elements_of(env.planet.mu, {Vec3<double>(p.r), Vec3<double>(p.v)});
-      mean_a += o.semi_major_axis, mean_e += o.eccentricity, mean_i += o.inclination;
+      mean_a += o.semi_major_axis;
+      mean_e += o.eccentricity;
+      mean_i += o.inclination;
       if (k < per_orbit) node[0] += o.node / per_orbit;
       if (k >= last) node[1] += o.node / per_orbit;
       orbit.step();
     }
     const double N = last + per_orbit;
-    mean_a /= N, mean_e /= N, mean_i /= N;
+    mean_a /= N;
+    mean_e /= N;
+    mean_i /= N;
     const double p = mean_a * (1 - mean_e * mean_e),
                  mean_n = std::sqrt(env.planet.mu / mean_a) / mean_a;
     const double q = env.planet.radius / p;
@@ -218,8 +223,10 @@ TEST(Orbit, ZonalLedgerShowsTheOrderOfTheSplitting) {
   const auto defect = [&](const char* scheme, double h) {
     OrbitPropagator orbit(env, 1, start, h, scheme);
     double worst = 0;
-    for (int k = 0; k < int(60000 / h); ++k)
-      orbit.step(), worst = std::max(worst, std::fabs(orbit.zonal_defect()));
+    for (int k = 0; k < int(60000 / h); ++k) {
+      orbit.step();
+      worst = std::max(worst, std::fabs(orbit.zonal_defect()));
+    }
     return worst / double(-orbit.motion().energy(orbit.point()));
   };
   for (const auto& [scheme, order] : {std::pair{"strang", 2.0}, {"lobatto4", 4.0}}) {
@@ -284,7 +291,8 @@ TEST(Orbit, RefusesWhatItCannotFly) {
   EXPECT_EQ(test::refusal([&] { check_orbit(env.planet, fast, false); }), "");
   env.atmosphere = Atmosphere{1e-12, 400e3, 60e3, 10};
   says(test::refusal([&] { OrbitMotion(env, 1); }), "rotation is not given");
-  env.atmosphere.reset(), env.solar_pressure = SolarPressure{10};
+  env.atmosphere.reset();
+  env.solar_pressure = SolarPressure{10};
   says(test::refusal([&] { OrbitMotion(env, 1); }), "without a sun");
   says(test::refusal([] { split_scheme("leapfrog"); }), "lobatto4");
 }

@@ -59,8 +59,12 @@ double work(const PartsModel& m, const Motion& r, const std::string& name) {
 
 Thruster thruster(Vec3d at, Vec3d along, double newton, Schedule schedule) {
   Thruster t;
-  t.name = "jet", t.link = "body", t.position = at, t.direction = along;
-  t.thrust = newton, t.schedule = std::move(schedule);
+  t.name = "jet";
+  t.link = "body";
+  t.position = at;
+  t.direction = along;
+  t.thrust = newton;
+  t.schedule = std::move(schedule);
   return t;
 }
 Vec turning(const MechanicalModel& m, Vec3d rate) {
@@ -127,12 +131,20 @@ std::shared_ptr<const MechanicalModel> arm_and_target() {
   const auto add = [&](const char* name, const char* parent, const char* type, Vec3d axis,
                        Vec3d place, double m) {
     BodySpec s;
-    s.name = name, s.parent = parent;
-    s.joint.name = std::string(name) + "_joint", s.joint.type = type, s.joint.axis = axis;
+    s.name = name;
+    s.parent = parent;
+    s.joint.name = std::string(name) + "_joint";
+    s.joint.type = type;
+    s.joint.axis = axis;
     s.placement.r = place;
-    s.mass.mass = m, s.mass.com = {0.1, -0.05, 0.2};
-    s.mass.inertia.xx = 1.1 * m, s.mass.inertia.yy = 1.3 * m, s.mass.inertia.zz = 0.7 * m;
-    s.mass.inertia.xy = 0.1 * m, s.mass.inertia.xz = -0.05 * m, s.mass.inertia.yz = 0.08 * m;
+    s.mass.mass = m;
+    s.mass.com = {0.1, -0.05, 0.2};
+    s.mass.inertia.xx = 1.1 * m;
+    s.mass.inertia.yy = 1.3 * m;
+    s.mass.inertia.zz = 0.7 * m;
+    s.mass.inertia.xy = 0.1 * m;
+    s.mass.inertia.xz = -0.05 * m;
+    s.mass.inertia.yz = 0.08 * m;
     b.add(s);
   };
   add("base", "world", "free", {0, 0, 1}, {0, 0, 0}, 20);
@@ -142,29 +154,40 @@ std::shared_ptr<const MechanicalModel> arm_and_target() {
 }
 Parts all_parts(bool exchanged = false) {
   SoftLatch l;
-  l.name = "latch", l.link = "hand", l.body = "target";
+  l.name = "latch";
+  l.link = "hand";
+  l.body = "target";
   l.on_link = {mechanics::rotation_from_rpy(0.3, -0.2, 0.5), {0.2, 0.1, 0.4}};
   l.on_body = {mechanics::rotation_from_rpy(-0.4, 0.1, 0.2), {-0.3, 0.2, 0.1}};
   if (exchanged) std::swap(l.link, l.body), std::swap(l.on_link, l.on_body);
-  l.stiffness = {40, 70, 25}, l.turning_stiffness = {9, 4, 6};
+  l.stiffness = {40, 70, 25};
+  l.turning_stiffness = {9, 4, 6};
   return Parts{.latches = {l}};
 }
 Vec arm_state(const MechanicalModel& m) {
   auto q = m.mechanism().neutral();
   Vec v{0.1, -0.2, 0.3, 0.05, 0.02, -0.1, 0.4, -0.3, 0.2, 0.5, 0.1, 0.05, -0.2};
-  q[7] = 0.4, q[8] = 1.2, q[9] = 0.7, q[10] = 0.1;
+  q[7] = 0.4;
+  q[8] = 1.2;
+  q[9] = 0.7;
+  q[10] = 0.1;
   return m.state(q, v);
 }
 
 TEST(Parts, KeepTheAxiomsOfAPortHamiltonianSystem) {
   const auto m = arm_and_target();
   Parts parts = all_parts();
-  parts.latches[0].damping = {2, 3, 1}, parts.latches[0].turning_damping = {0.4, 0.2, 0.3};
+  parts.latches[0].damping = {2, 3, 1};
+  parts.latches[0].turning_damping = {0.4, 0.2, 0.3};
   Thruster t = thruster({0.1, 0.2, 0.3}, {0, 0.6, 0.8}, 2, {});
   t.link = "hand";
   Torquer rod;
-  rod.name = "rod", rod.direction = {0.6, 0, 0.8}, rod.dipole = phs::constant(3);
-  parts.thrusters = {t}, parts.torquers = {rod}, parts.field = {0.1, -0.2, 0.3};
+  rod.name = "rod";
+  rod.direction = {0.6, 0, 0.8};
+  rod.dipole = phs::constant(3);
+  parts.thrusters = {t};
+  parts.torquers = {rod};
+  parts.field = {0.1, -0.2, 0.3};
   for (const Parts& p : {all_parts(), parts}) {
     const PartsModel model(m, p);
     const auto report = phs::check(model);
@@ -196,7 +219,9 @@ TEST(SoftLatch, OscillatesAsTwoBodiesOnASpringDo) {
   MechanismBuilder b("pair");
   for (const char* name : {"a", "b"}) {
     BodySpec s;
-    s.name = name, s.parent = "world", s.joint.type = "free";
+    s.name = name;
+    s.parent = "world";
+    s.joint.type = "free";
     const double k = *name == 'a' ? 3 : 5;
     s.mass.mass = 2 * k;
     s.mass.inertia.xx = s.mass.inertia.yy = s.mass.inertia.zz = k;
@@ -205,16 +230,21 @@ TEST(SoftLatch, OscillatesAsTwoBodiesOnASpringDo) {
   const auto m =
       std::make_shared<MechanicalModel>(std::make_shared<const mechanics::Mechanism>(b.build()));
   SoftLatch l;
-  l.name = "latch", l.link = "a", l.body = "b";
-  l.stiffness = {30, 30, 30}, l.turning_stiffness = {8, 5, 7};
+  l.name = "latch";
+  l.link = "a";
+  l.body = "b";
+  l.stiffness = {30, 30, 30};
+  l.turning_stiffness = {8, 5, 7};
   const PartsModel model(m, Parts{.latches = {l}});
   const double mu = 6.0 * 10 / 16, I = 3.0 * 5 / 8;
   const double slide = 2 * M_PI * std::sqrt(mu / 30), amplitude = 1.5;
   const double turn = 4 * std::comp_ellint_1(std::sin(amplitude / 2)) * std::sqrt(I / 5);
   for (const bool turns : {false, true}) {
     auto q = m->mechanism().neutral();
-    if (turns)
-      q[7 + 3] = std::cos(amplitude / 2), q[7 + 5] = std::sin(amplitude / 2);  // about y
+    if (turns) {
+      q[7 + 3] = std::cos(amplitude / 2);
+      q[7 + 5] = std::sin(amplitude / 2);
+    }  // about y
     else
       q[7 + 2] = 0.3;
     const Vec x = m->state(q, Vec(12, 0.0));
@@ -223,9 +253,10 @@ TEST(SoftLatch, OscillatesAsTwoBodiesOnASpringDo) {
     const Motion r = run(model, x, "gauss16", 10 * period / n, n);
     const Motion off = run(model, x, "gauss16", 10.01 * period / n, n);
     double away = 0, control = 0;
-    for (size_t i = 0; i < x.size(); ++i)
-      away = std::max(away, std::fabs(r.state.x[i] - x[i])),
+    for (size_t i = 0; i < x.size(); ++i) {
+      away = std::max(away, std::fabs(r.state.x[i] - x[i]));
       control = std::max(control, std::fabs(off.state.x[i] - x[i]));
+    }
     std::printf("  %s: after ten periods of %.4f s off by %.1e   bound 1e-11 (1 %% later %.1e)\n",
                 turns ? "turn " : "slide", period, away, control);
     EXPECT_LE(away, 1e-11);
@@ -238,7 +269,8 @@ TEST(SoftLatch, KeepsMomentaAndItsEnergyIsTheSameFromBothSides) {
   const Vec x = arm_state(*m);
   const PartsModel lossless(m, all_parts()), exchanged(m, all_parts(true));
   Parts with = all_parts();
-  with.latches[0].damping = {2, 3, 1}, with.latches[0].turning_damping = {0.4, 0.2, 0.3};
+  with.latches[0].damping = {2, 3, 1};
+  with.latches[0].turning_damping = {0.4, 0.2, 0.3};
   const PartsModel damped(m, with);
   const auto momenta = [&](const PartsModel& model, const phs::State& s) {
     std::vector<long double> y(s.x.begin(), s.x.end()),
@@ -275,7 +307,9 @@ TEST(Torquer, SwingsABodyLikeACompassNeedle) {
   const double I = 2, dipole = 40, B = 0.05, amplitude = 1.2;
   const auto body = rigid_body(10, {1, I, 3});
   Torquer rod;
-  rod.name = "rod", rod.direction = {1, 0, 0}, rod.dipole = phs::constant(dipole);
+  rod.name = "rod";
+  rod.direction = {1, 0, 0};
+  rod.dipole = phs::constant(dipole);
   const PartsModel model(body, Parts{.torquers = {rod}, .field = {B, 0, 0}});
   const double period =
       4 * std::comp_ellint_1(std::sin(amplitude / 2)) * std::sqrt(I / (dipole * B));
@@ -302,7 +336,9 @@ TEST(Parts, MomentaLessImpulsesAreKept) {
   // rounding.
   const auto body = rigid_body(10, {1, 2, 2.5});
   Torquer rod;
-  rod.name = "rod", rod.direction = {0.6, 0.8, 0}, rod.dipole = phs::sine(3, 0.2);
+  rod.name = "rod";
+  rod.direction = {0.6, 0.8, 0};
+  rod.dipole = phs::sine(3, 0.2);
   const PartsModel model(
       body,
       Parts{.thrusters = {thruster({0.3, -0.2, 0.1}, {0, 0.6, 0.8}, 0.4, Schedule({1, 4, 6, 15}))},
@@ -352,11 +388,13 @@ TEST(Parts, WhatCannotBeIsRefused) {
   says({.thrusters = {thruster({0, 0, 0}, {1, 1, 0}, 1, {})}}, "its direction has length 1.41");
   says({.thrusters = {thruster({0, 0, 0}, {1, 0, 0}, -1, {})}}, "its thrust is -1 N");
   Torquer rod;
-  rod.name = "rod", rod.dipole = phs::constant(1);
+  rod.name = "rod";
+  rod.dipole = phs::constant(1);
   says({.torquers = {rod}}, "there is no magnetic field");
   rod.dipole = nullptr;
   says({.torquers = {rod}, .field = {1, 0, 0}}, "it has no dipole and unloads wheels by 0 1/s");
-  rod.unload = 1, rod.wheels = {"hand_joint"};
+  rod.unload = 1;
+  rod.wheels = {"hand_joint"};
   EXPECT_NO_THROW(PartsModel(m, {.torquers = {rod}, .field = {1, 0, 0}}));
   rod.wheels = {"wheel"};
   says({.torquers = {rod}, .field = {1, 0, 0}}, "joint 'wheel' does not turn on a free base");

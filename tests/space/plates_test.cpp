@@ -16,7 +16,10 @@ constexpr double pi = 3.14159265358979323846;
 
 Plate plate(const std::string& link, double area, const Vec3d& normal, const Vec3d& place) {
   Plate p;
-  p.link = link, p.area = area, p.normal = normal, p.place = place;
+  p.link = link;
+  p.area = area;
+  p.normal = normal;
+  p.place = place;
   return p;
 }
 
@@ -44,7 +47,11 @@ TEST(Plates, ASphereOfThemFeelsWhatASphereFeels) {
                          {"mirroring", 1, 0, 1},
                          {"scattering", 0, 1, 1 + 4.0 / 9},
                          {"half each", 0.5, 0.5, 1 + 2.0 / 9}}) {
-    for (auto& p : sphere) p.drag = 2.2, p.specular = l.specular, p.diffuse = l.diffuse;
+    for (auto& p : sphere) {
+      p.drag = 2.2;
+      p.specular = l.specular;
+      p.diffuse = l.diffuse;
+    }
     PlateForces f(body->mechanism(), sphere);
     f.place(std::span(x).first(7));
     const Vec3d drag = f.drag(through, density), light = f.light(s, P);
@@ -90,7 +97,11 @@ TEST(Plates, GiveJointsTheirVirtualWork) {
   std::vector<Plate> plates{plate("upper", 2, {1, 0.3, -2}, {0.3, 1, -1}),
                             plate("lower", 1, {-0.2, 1, 0.4}, {1, 0.5, 0.2}),
                             plate("slide", 3, {0.1, 0.2, 1}, {0, -0.7, 0.4})};
-  for (auto& p : plates) p.drag = 2.3, p.specular = 0.4, p.diffuse = 0.3;
+  for (auto& p : plates) {
+    p.drag = 2.3;
+    p.specular = 0.4;
+    p.diffuse = 0.3;
+  }
   PlateForces f(m, plates);
   const auto q = std::span<const double>(x).first(nq);
   f.place(q);
@@ -142,7 +153,9 @@ TEST(Plates, StandInTheLedgers) {
                         plate(bodies[0].name, 20, {-0.3, -0.1, -1}, {2, 3, 0}),
                         plate(bodies[3].name, 1, {0, 1, 0}, {0.5, 0, 0})}) {
     env.plates.push_back(p);
-    env.plates.back().drag = 2.2, env.plates.back().specular = 0.3, env.plates.back().diffuse = 0.2;
+    env.plates.back().drag = 2.2;
+    env.plates.back().specular = 0.3;
+    env.plates.back().diffuse = 0.2;
   }
   const auto fly = [&](const Environment& e, SpaceReport& r, double& worst, double& given) {
     const Spacecraft craft(arm.model, arm.model, e);
@@ -170,7 +183,8 @@ TEST(Plates, StandInTheLedgers) {
   keeps("angular momentum less impulses", r.angular_defect, 1e-13);
   EXPECT_NEAR(r.plates_work, given, 1e-13);
   breaks("work of the plates on the internal motion [J]", std::fabs(given), 1e-7);
-  env.plates.clear(), env.atmosphere->area_coefficient = env.solar_pressure->area_coefficient = 1;
+  env.plates.clear();
+  env.atmosphere->area_coefficient = env.solar_pressure->area_coefficient = 1;
   fly(env, without, worst, none);
   breaks("angular momentum that a sphere would not give",
          std::fabs(r.angular_momentum - without.angular_momentum) / r.angular_momentum, 1e-3);
@@ -189,7 +203,8 @@ TEST(Plates, AreRefusedInOneSentence) {
             "a plate of link 'a' has area 0 m^2, expected a positive number");
   EXPECT_NE(says(plate("a", 1, {0, 0, 0}, {})).find("normal of length 0"), std::string::npos);
   Plate p = plate("a", 1, {0, 0, 1}, {});
-  p.specular = 0.7, p.diffuse = 0.5;
+  p.specular = 0.7;
+  p.diffuse = 0.5;
   EXPECT_NE(says(p).find("together at most 1"), std::string::npos);
   env.atmosphere.reset();
   EXPECT_NE(says(plate("a", 1, {0, 0, 1}, {})).find("expected drag or sunlight"),

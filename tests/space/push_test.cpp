@@ -20,11 +20,17 @@ TEST(OrbitPush, OnAnArmFarFromThePlanetIsThatOfFreeSpace) {
   // splitting.
   const auto arm = small_arm();
   Thruster jet;
-  jet.name = "jet", jet.link = "lower", jet.position = {0.3, -0.2, 1.0};
-  jet.direction = {0.6, 0, 0.8}, jet.thrust = 3, jet.schedule = Schedule({1, 3, 4, 5});
+  jet.name = "jet";
+  jet.link = "lower";
+  jet.position = {0.3, -0.2, 1.0};
+  jet.direction = {0.6, 0, 0.8};
+  jet.thrust = 3;
+  jet.schedule = Schedule({1, 3, 4, 5});
   const Parts parts{.thrusters = {jet}};
   auto q = arm->mechanism().neutral();
-  q[7] = 0.4, q[8] = -0.7, q[9] = 0.2;
+  q[7] = 0.4;
+  q[8] = -0.7;
+  q[9] = 0.2;
   const Vec v{0.05, -0.02, 0.03, 0.01, 0.02, -0.01, 0.3, -0.2, 0.1};
   const Vec x = arm->state(q, v);
   const double T = 6;
@@ -36,7 +42,8 @@ TEST(OrbitPush, OnAnArmFarFromThePlanetIsThatOfFreeSpace) {
     ASSERT_EQ(gauss->step(free), integrators::Outcome::ok);
 
   Environment env;
-  env.planet.mu = 1e-6, env.planet.radius = 1;
+  env.planet.mu = 1e-6;
+  env.planet.radius = 1;
   const Spacecraft craft(arm, arm, env, parts);
   // The thrust is no small perturbation here: of order 2 for lobatto4, whose order 4 holds in what
   // is linear in it.
@@ -85,9 +92,11 @@ TEST(OrbitPush, FieldOfATiltedDipoleTurnsWithThePlanet) {
   const Vec3d r{3e6, -5e6, 4e6};
   for (int c = 0; c < 3; ++c) {
     Vec3d up = r, down = r;
-    up[c] += 100, down[c] -= 100;
+    up[c] += 100;
+    down[c] -= 100;
     const double slope = (magnetic_field(p, up, 7)[c] - magnetic_field(p, down, 7)[c]) / 200;
-    divergence += slope, size += std::fabs(slope);
+    divergence += slope;
+    size += std::fabs(slope);
   }
   EXPECT_LE(std::fabs(divergence), 1e-7 * size);
   p.magnetic = {};

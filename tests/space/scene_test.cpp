@@ -128,7 +128,10 @@ TEST(OrbitScene, SampledControllersHoldThroughTheSplit) {
   options.progress = [&](double, double, double) { stop = true; };
   auto part = run(s, a, options);
   options.resume = true;
-  for (int i = 0; i < 200 && part.interrupted; ++i) stop = false, part = run(s, a, options);
+  for (int i = 0; i < 200 && part.interrupted; ++i) {
+    stop = false;
+    part = run(s, a, options);
+  }
   EXPECT_TRUE(part.final_state == whole.final_state);
 }
 
@@ -257,7 +260,10 @@ TEST(OrbitScene, ReportsItsLedgersAndGoesOnWhereItStopped) {
   auto part = run(s, a, options);
   EXPECT_TRUE(part.interrupted);
   options.resume = true;
-  for (int i = 0; i < 100 && part.interrupted; ++i) stop = false, part = run(s, a, options);
+  for (int i = 0; i < 100 && part.interrupted; ++i) {
+    stop = false;
+    part = run(s, a, options);
+  }
   ASSERT_FALSE(part.interrupted);
   EXPECT_TRUE(part.final_state == whole.final_state);
   EXPECT_EQ(part.space->angular_defect, whole.space->angular_defect);

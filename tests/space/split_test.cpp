@@ -203,7 +203,8 @@ TEST(Split, MemoryContinuesBitForBit) {
   run(a.integrator, a.state, 30);
   b.state = a.state;
   b.integrator.restore(a.integrator.memory());
-  run(a.integrator, a.state, 30), run(b.integrator, b.state, 30);
+  run(a.integrator, a.state, 30);
+  run(b.integrator, b.state, 30);
   EXPECT_TRUE(a.state == b.state);
   EXPECT_EQ(a.integrator.memory(), b.integrator.memory());
 }

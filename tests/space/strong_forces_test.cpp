@@ -51,7 +51,8 @@ TEST(StrongForces, CostTheStepNotTheRounding) {
       const auto both_ways = [&](const Leg& l) {
         std::array<double, 6> x{}, lo{};
         store_point({Vec3<OrbitReal>(start.r), Vec3<OrbitReal>(start.v)}, x, lo);
-        l.fly(x, lo, h, steps), l.fly(x, lo, -h, steps);
+        l.fly(x, lo, h, steps);
+        l.fly(x, lo, -h, steps);
         return double(mechanics::norm(at(x, lo) - Vec3<OrbitReal>(start.r)));
       };
       const auto end = [&](double step) {

@@ -17,10 +17,14 @@ using space::Vec3d;
 inline std::shared_ptr<const mechanics::MechanicalModel> rigid_body(double mass, const Vec3d& I) {
   mechanics::MechanismBuilder b("body");
   mechanics::BodySpec body;
-  body.name = "body", body.parent = "world";
-  body.joint.name = "base", body.joint.type = "free";
+  body.name = "body";
+  body.parent = "world";
+  body.joint.name = "base";
+  body.joint.type = "free";
   body.mass.mass = mass;
-  body.mass.inertia.xx = I.x, body.mass.inertia.yy = I.y, body.mass.inertia.zz = I.z;
+  body.mass.inertia.xx = I.x;
+  body.mass.inertia.yy = I.y;
+  body.mass.inertia.zz = I.z;
   b.add(body);
   return std::make_shared<mechanics::MechanicalModel>(
       std::make_shared<const mechanics::Mechanism>(b.build()));
@@ -50,12 +54,20 @@ inline std::shared_ptr<const mechanics::MechanicalModel> small_arm() {
   const auto add = [&](const char* name, const char* parent, const char* type, Vec3d axis,
                        Vec3d place, double m, Vec3d com) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = parent;
-    s.joint.name = std::string(name) + "_joint", s.joint.type = type, s.joint.axis = axis;
+    s.name = name;
+    s.parent = parent;
+    s.joint.name = std::string(name) + "_joint";
+    s.joint.type = type;
+    s.joint.axis = axis;
     s.placement.r = place;
-    s.mass.mass = m, s.mass.com = com;
-    s.mass.inertia.xx = 1.1 * m, s.mass.inertia.yy = 1.3 * m, s.mass.inertia.zz = 0.7 * m;
-    s.mass.inertia.xy = 0.1 * m, s.mass.inertia.xz = -0.05 * m, s.mass.inertia.yz = 0.08 * m;
+    s.mass.mass = m;
+    s.mass.com = com;
+    s.mass.inertia.xx = 1.1 * m;
+    s.mass.inertia.yy = 1.3 * m;
+    s.mass.inertia.zz = 0.7 * m;
+    s.mass.inertia.xy = 0.1 * m;
+    s.mass.inertia.xz = -0.05 * m;
+    s.mass.inertia.yz = 0.08 * m;
     b.add(s);
   };
   add("base", "world", "free", {0, 0, 1}, {0, 0, 0}, 20, {0.3, -0.1, 0.2});

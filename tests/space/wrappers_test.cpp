@@ -16,7 +16,9 @@ TEST(Wrappers, ASpacecraftHasEffortsSolverAndTurnsOfItsMechanism) {
                        {{7e6, 1e5, 0}, {0, 7.5e3, 0}});
   const size_t n = craft.internal_size();
   std::vector<double> dx(x.size()), e(x.size(), NAN), gradient(x.size());
-  system->field(0, x, {}, dx), system->efforts(0, x, dx, e), system->gradient(x, gradient);
+  system->field(0, x, {}, dx);
+  system->efforts(0, x, dx, e);
+  system->gradient(x, gradient);
   double worst = 0;
   for (size_t i = 0; i < x.size(); ++i) worst = std::max(worst, std::fabs(e[i] - gradient[i]));
   std::printf("  efforts against the gradient %.1e   bound 1e-14\n", worst);
@@ -27,13 +29,15 @@ TEST(Wrappers, ASpacecraftHasEffortsSolverAndTurnsOfItsMechanism) {
   ASSERT_NE(resolvent, nullptr);
   EXPECT_FALSE(resolvent->exact());
   std::vector<phs::Complex4> r(x.size(), phs::Complex4(1.0));
-  resolvent->factor(0, x, phs::Complex4(0.1)), resolvent->solve(r);
+  resolvent->factor(0, x, phs::Complex4(0.1));
+  resolvent->solve(r);
   EXPECT_EQ(r[n].re[0], 1) << "the orbit is slow";
   EXPECT_NE(r[0].re[0], 1);
 
   system->set_turn_angles(std::vector<double>(2, phs::two_pi_hi));
   std::vector<double> of_clone(x.size());
-  system->field(0, x, {}, dx), system->clone()->field(0, x, {}, of_clone);
+  system->field(0, x, {}, dx);
+  system->clone()->field(0, x, {}, of_clone);
   EXPECT_EQ(dx, of_clone);
 }
 
@@ -42,7 +46,10 @@ TEST(Wrappers, ThrustersLeaveTheSolverAndMakeItInexact) {
   Parts parts;
   EXPECT_TRUE(PartsModel(arm, parts).instantiate<double>()->resolvent()->exact());
   Thruster t;
-  t.name = "jet", t.link = "base", t.direction = {1, 0, 0}, t.thrust = 1;
+  t.name = "jet";
+  t.link = "base";
+  t.direction = {1, 0, 0};
+  t.thrust = 1;
   parts.thrusters.push_back(t);
   EXPECT_FALSE(PartsModel(arm, parts).instantiate<double>()->resolvent()->exact());
 }

@@ -13,7 +13,8 @@ struct DrivenPendulum : Pendulum {
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    Re[0] = T(0.0), Re[1] = T(0.2) * e[1];
+    Re[0] = T(0.0);
+    Re[1] = T(0.2) * e[1];
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {

@@ -42,7 +42,8 @@ inline EnergyRun energy_run(const std::string& name, const phs::Model& model,
   scene::ErrorStatistics errors;
   for (std::int64_t i = 1; i <= steps; ++i) {
     if (method->step(run.end) != integrators::Outcome::ok) {
-      run.ok = false, run.energy = run.invariant = HUGE_VAL;
+      run.ok = false;
+      run.energy = run.invariant = HUGE_VAL;
       return run;
     }
     if (i % every != 0) continue;
@@ -52,7 +53,8 @@ inline EnergyRun energy_run(const std::string& name, const phs::Model& model,
     if (!o.invariant.empty())
       run.invariant = std::max(run.invariant, gauge.error(o.invariant, run.end, I0));
   }
-  run.exponent = errors.growth_exponent(), run.drifts = errors.drift_is_significant();
+  run.exponent = errors.growth_exponent();
+  run.drifts = errors.drift_is_significant();
   return run;
 }
 

@@ -20,7 +20,9 @@ inline std::vector<double> frame_jacobian(const mechanics::Mechanism& m,
   std::vector<Transform<Dual>> poses(m.nodes().size());
   std::vector<Dual> qd(q.size());
   for (auto& unit : v) {
-    unit = 1, coordinate_rates<double>(m, q, v, q_dot), unit = 0;
+    unit = 1;
+    coordinate_rates<double>(m, q, v, q_dot);
+    unit = 0;
     for (size_t i = 0; i < q.size(); ++i) qd[i] = Dual(q[i], q_dot[i]);
     forward_kinematics<Dual>(m, w, qd, poses);
     const auto X =

@@ -8,7 +8,8 @@ struct HenonHeiles {
   bool separable = true;  ///< what it says of itself
   phs::Description description() const {
     phs::Description d;
-    d.name = "Henon-Heiles", d.nx = 4;
+    d.name = "Henon-Heiles";
+    d.nx = 4;
     d.blocks = {{"q", phs::BlockKind::linear, 0, 2, 2, "1", "1"}};
     d.traits = {.canonical = true, .separable = separable};
     return d;
@@ -20,8 +21,10 @@ struct HenonHeiles {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = x[0] + T(2.0) * x[0] * x[1], e[1] = x[1] + x[0] * x[0] - x[1] * x[1];
-    e[2] = x[2], e[3] = x[3];
+    e[0] = x[0] + T(2.0) * x[0] * x[1];
+    e[1] = x[1] + x[0] * x[0] - x[1] * x[1];
+    e[2] = x[2];
+    e[3] = x[3];
   }
 };
 

@@ -10,7 +10,8 @@ namespace porthos::test {
 struct Kepler {
   phs::Description description() const {
     phs::Description d;
-    d.name = "kepler", d.nx = 4;
+    d.name = "kepler";
+    d.nx = 4;
     d.blocks = {{"x", phs::BlockKind::linear, 0, 1, 2, "m", "kg m/s"},
                 {"y", phs::BlockKind::linear, 1, 1, 3, "m", "kg m/s"}};
     d.invariants = {{"angular_momentum", 1, 0, 2, "kg m^2/s"}};
@@ -26,7 +27,10 @@ struct Kepler {
   void gradient(std::span<const T> x, std::span<T> e) const {
     using phs::sqrt;
     const T r2 = x[0] * x[0] + x[1] * x[1], w = T(1.0) / (r2 * sqrt(r2));
-    e[0] = w * x[0], e[1] = w * x[1], e[2] = x[2], e[3] = x[3];
+    e[0] = w * x[0];
+    e[1] = w * x[1];
+    e[2] = x[2];
+    e[3] = x[3];
   }
   template <class T>
   void invariants(std::span<const T> x, std::span<T> v) const {
@@ -52,7 +56,10 @@ struct PowerOfRadius {
     using phs::sqrt;
     const T r = sqrt(x[0] * x[0] + x[1] * x[1]);
     const T w = twice_power == 2 ? T(1.0) / r : T(1.5) / sqrt(r);
-    g[0] = w * x[0], g[1] = w * x[1], g[2] = T(0.0), g[3] = T(0.0);
+    g[0] = w * x[0];
+    g[1] = w * x[1];
+    g[2] = T(0.0);
+    g[3] = T(0.0);
   }
 };
 

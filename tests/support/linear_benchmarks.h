@@ -15,9 +15,15 @@ inline phs::LinearSystem mass_spring_damper_chain(int masses = 50, double m = 4,
   phs::LinearMatrices s{.J = {n, n}, .R = {n, n}, .Q = {n, n}, .G = {n, 2}};
   for (int i = 0; i < masses; ++i) {
     const int q = 2 * i, p = q + 1;
-    s.J(q, p) = 1, s.J(p, q) = -1, s.R(p, p) = c, s.Q(p, p) = 1 / m;
+    s.J(q, p) = 1;
+    s.J(p, q) = -1;
+    s.R(p, p) = c;
+    s.Q(p, p) = 1 / m;
     s.Q(q, q) += k;
-    if (i + 1 < masses) s.Q(q + 2, q + 2) += k, s.Q(q, q + 2) = s.Q(q + 2, q) = -k;
+    if (i + 1 < masses) {
+      s.Q(q + 2, q + 2) += k;
+      s.Q(q, q + 2) = s.Q(q + 2, q) = -k;
+    }
   }
   s.G(1, 0) = s.G(3, 1) = 1;
   return phs::LinearSystem(s, "mass-spring-damper chain");
@@ -31,7 +37,10 @@ inline phs::LinearSystem rcl_ladder(int cells = 50, double R = 0.2, double load 
   const int n = 2 * cells;
   phs::LinearMatrices s{.J = {n, n}, .R = {n, n}, .Q = {n, n}, .G = {n, 1}};
   for (int i = 0; i < n; ++i) {
-    if (i + 1 < n) s.J(i, i + 1) = -1, s.J(i + 1, i) = 1;
+    if (i + 1 < n) {
+      s.J(i, i + 1) = -1;
+      s.J(i + 1, i) = 1;
+    }
     s.Q(i, i) = i % 2 ? 1 / L : 1 / C;
     if (i % 2) s.R(i, i) = R;
   }
@@ -75,7 +84,10 @@ inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m, i
   const auto skew = [&](int size) {
     phs::Matrix M(size, size);
     for (int i = 0; i < size; ++i)
-      for (int j = 0; j < i; ++j) M(i, j) = number(rng), M(j, i) = -M(i, j);
+      for (int j = 0; j < i; ++j) {
+        M(i, j) = number(rng);
+        M(j, i) = -M(i, j);
+      }
     return M;
   };
   phs::LinearMatrices s{.E = {n, n},
@@ -89,7 +101,10 @@ inline phs::LinearMatrices random_matrices(std::mt19937_64& rng, int n, int m, i
   const phs::Matrix W = gram(random(n + m, rank ? rank : n + m)), K = gram(random(n, 2 * n));
   for (int i = 0; i < n; ++i) {
     s.Q(i, i) = std::exp(0.5 * number(rng));
-    for (int j = 0; j < n; ++j) s.R(i, j) = W(i, j), s.E(i, j) = K(i, j) / s.Q(i, i);
+    for (int j = 0; j < n; ++j) {
+      s.R(i, j) = W(i, j);
+      s.E(i, j) = K(i, j) / s.Q(i, i);
+    }
     for (int j = 0; j < m; ++j) s.P(i, j) = W(i, n + j);
   }
   for (int i = 0; i < m; ++i)

@@ -84,7 +84,10 @@ inline WordSeries symmetric_composition(const std::vector<Quad>& gamma, int heav
   for (const Quad g : gamma) {
     std::map<char, Quad> powers;
     Quad power = g;
-    for (const auto& [letter, weight] : letters) powers[letter] = power, power *= g * g;
+    for (const auto& [letter, weight] : letters) {
+      powers[letter] = power;
+      power *= g * g;
+    }
     product.times_exp(powers);
   }
   return product;

@@ -7,7 +7,8 @@ namespace porthos::test {
 struct Pendulum {
   phs::Description description() const {
     phs::Description d;
-    d.name = "pendulum", d.nx = 2;
+    d.name = "pendulum";
+    d.nx = 2;
     d.blocks = {{"hinge", phs::BlockKind::angle, 0, 1, 1, "rad", "kg m^2/s"}};
     d.traits = {.canonical = true, .separable = true};
     return d;
@@ -18,7 +19,8 @@ struct Pendulum {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = phs::sin(x[0]), e[1] = x[1];
+    e[0] = phs::sin(x[0]);
+    e[1] = x[1];
   }
 };
 

@@ -12,7 +12,8 @@ namespace porthos::test {
 
 inline phs::Description separable_description(const std::string& name, int freedoms) {
   phs::Description d;
-  d.name = name, d.nx = 2 * freedoms;
+  d.name = name;
+  d.nx = 2 * freedoms;
   d.blocks = {{"q", phs::BlockKind::linear, 0, freedoms, freedoms, "1", "1"}};
   d.traits = {.canonical = true, .separable = true};
   return d;
@@ -58,7 +59,10 @@ struct GravitatingBodies {
   void gradient(std::span<const T> x, std::span<T> e) const {
     using phs::sqrt;
     const size_t N = m.size(), n = 3 * N;
-    for (size_t i = 0; i < n; ++i) e[i] = T(0.0), e[n + i] = x[n + i] / T(m[i / 3]);
+    for (size_t i = 0; i < n; ++i) {
+      e[i] = T(0.0);
+      e[n + i] = x[n + i] / T(m[i / 3]);
+    }
     for (size_t i = 0; i < N; ++i)
       for (size_t j = 0; j < i; ++j) {
         const T *q = &x[3 * i], *o = &x[3 * j], d[3] = {q[0] - o[0], q[1] - o[1], q[2] - o[2]};
@@ -66,7 +70,8 @@ struct GravitatingBodies {
         const T k = T(G * m[i] * m[j]) / (r2 * sqrt(r2));
         for (size_t a = 0; a < 3; ++a) {
           const T f = k * d[a];
-          e[3 * i + a] = e[3 * i + a] + f, e[3 * j + a] = e[3 * j + a] - f;
+          e[3 * i + a] = e[3 * i + a] + f;
+          e[3 * j + a] = e[3 * j + a] - f;
         }
       }
   }
@@ -97,11 +102,20 @@ struct FermiPastaUlam {
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     for (size_t i = 0; i < 2 * m; ++i) e[2 * m + i] = x[2 * m + i];
-    for (size_t i = 0; i < m; ++i) e[i] = T(0.0), e[m + i] = T(omega * omega) * x[m + i];
+    for (size_t i = 0; i < m; ++i) {
+      e[i] = T(0.0);
+      e[m + i] = T(omega * omega) * x[m + i];
+    }
     for (size_t i = 0; i <= m; ++i) {
       const T s = stretch(x, i), f = s * s * s;
-      if (i < m) e[i] = e[i] + f, e[m + i] = e[m + i] - f;
-      if (i > 0) e[i - 1] = e[i - 1] - f, e[m + i - 1] = e[m + i - 1] - f;
+      if (i < m) {
+        e[i] = e[i] + f;
+        e[m + i] = e[m + i] - f;
+      }
+      if (i > 0) {
+        e[i - 1] = e[i - 1] - f;
+        e[m + i - 1] = e[m + i - 1] - f;
+      }
     }
   }
   /// Energy of stiff spring i.
@@ -137,7 +151,10 @@ struct SpringPendulum {
   void gradient(std::span<const T> x, std::span<T> e) const {
     using phs::sqrt;
     const T k = T(omega * omega) * (T(1.0) - T(1.0) / sqrt(x[0] * x[0] + x[1] * x[1]));
-    e[0] = k * x[0], e[1] = k * x[1] + T(1.0), e[2] = x[2], e[3] = x[3];
+    e[0] = k * x[0];
+    e[1] = k * x[1] + T(1.0);
+    e[2] = x[2];
+    e[3] = x[3];
   }
 };
 

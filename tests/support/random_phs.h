@@ -22,12 +22,18 @@ struct RandomSystem {
       v.resize(size_t(size));
       for (auto& x : v) x = normal(generator);
     };
-    fill(L, n * n), fill(q, n), fill(J, n * n), fill(r, n), fill(G, n * ports);
+    fill(L, n * n);
+    fill(q, n);
+    fill(J, n * n);
+    fill(r, n);
+    fill(G, n * ports);
     for (auto& x : q) x *= x;
   }
   phs::Description description() const {
     phs::Description d;
-    d.name = "random", d.nx = n, d.nu = ports;
+    d.name = "random";
+    d.nx = n;
+    d.nu = ports;
     d.blocks = {{"x", phs::BlockKind::linear, 0, n, -1, "", ""}};
     for (int k = 0; k < ports; ++k)
       d.ports.push_back({"port_" + std::to_string(k),

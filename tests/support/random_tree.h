@@ -42,9 +42,11 @@ class RandomTree {
   }
   mechanics::BodySpec body(int i, const std::string& parent, const std::string& type) {
     mechanics::BodySpec b;
-    b.name = "body_" + std::to_string(i), b.parent = parent;
-    b.joint.name = "joint_" + std::to_string(i), b.joint.type = type;
-    b.joint.axis = aligned ? mechanics::Vec3d{0, 0, 1} : vector(1),
+    b.name = "body_" + std::to_string(i);
+    b.parent = parent;
+    b.joint.name = "joint_" + std::to_string(i);
+    b.joint.type = type;
+    b.joint.axis = aligned ? mechanics::Vec3d{0, 0, 1} : vector(1);
     b.joint.pitch = uniform(-0.3, 0.3);
     if (rotor > 0 && mechanics::freedoms(type) == 1)
       b.joint.rotor_inertia = rotor * (1 + i % 3) / 3;

@@ -78,9 +78,14 @@ class Gauge {
         x_(size_t(d_.nx)),
         values_(size_t(d_.invariant_count())) {}
 
-  long double energy(const phs::State& s) { return load(s), system_->hamiltonian(x_); }
+  long double energy(const phs::State& s) {
+    load(s);
+    return system_->hamiltonian(x_);
+  }
   const std::vector<long double>& invariants(const phs::State& s) {
-    return load(s), system_->invariants(x_, values_), values_;
+    load(s);
+    system_->invariants(x_, values_);
+    return values_;
   }
 
   /// |I - I0| / |I0| of the invariant of that name.
@@ -90,8 +95,10 @@ class Gauge {
     for (const auto& i : d_.invariants) {
       if (i.name != name) continue;
       long double d = 0, n = 0;
-      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k)
-        d += (now[k] - start[k]) * (now[k] - start[k]), n += start[k] * start[k];
+      for (size_t k = size_t(i.at); k < size_t(i.at + i.size); ++k) {
+        d += (now[k] - start[k]) * (now[k] - start[k]);
+        n += start[k] * start[k];
+      }
       return double(std::sqrt(d / n));
     }
     throw InvalidArgument("no invariant " + name);

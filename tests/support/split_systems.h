@@ -18,7 +18,8 @@ struct Rotor {
   bool driven = false;
   phs::Description description() const {
     phs::Description d;
-    d.name = "rotor", d.nx = 2;
+    d.name = "rotor";
+    d.nx = 2;
     d.traits = {.autonomous = !driven, .canonical = true, .separable = true};
     d.blocks = {{"q", phs::BlockKind::angle, 0, 1, 1, "rad", "kg m²/s"}};
     return d;
@@ -33,7 +34,8 @@ struct Rotor {
   void gradient(In<T> x, Out<T> e) const {
     T s, c;
     phs::sincos(x[0], s, c);
-    e[0] = s, e[1] = x[1];
+    e[0] = s;
+    e[1] = x[1];
   }
   template <class T>
   void drive(T t, In<T>, Out<T> dx) const {
@@ -49,7 +51,8 @@ struct FreeBody {
   static constexpr double inertia[] = {1, 2, 3};
   phs::Description description() const {
     phs::Description d;
-    d.name = "free_body", d.nx = 3;
+    d.name = "free_body";
+    d.nx = 3;
     d.blocks = {{"m", phs::BlockKind::linear, 0, 3, -1, "kg m²/s", ""}};
     d.invariants = {{"momentum_squared", 1, 0, 2, "kg² m⁴/s²"}};
     d.flows = {{"about_x"}, {"about_y"}, {"about_z"}};
@@ -80,7 +83,8 @@ struct FreeBody {
     T sin, cos;
     phs::sincos(h * x[a] / T(inertia[a]), sin, cos);
     const T xb = cos * x[b] + sin * x[c];
-    x[c] = cos * x[c] - sin * x[b], x[b] = xb;
+    x[c] = cos * x[c] - sin * x[b];
+    x[b] = xb;
   }
 };
 

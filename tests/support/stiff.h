@@ -18,9 +18,13 @@ inline Robot stiff_chain(int n, double k, double damping, double amplitude = 0.2
     const bool base = floating && i == 0;
     s.name = "link" + std::to_string(i);
     s.parent = i == 0 ? "world" : "link" + std::to_string(i - 1);
-    s.joint.name = "joint" + std::to_string(i), s.joint.type = base ? "free" : "revolute";
+    s.joint.name = "joint" + std::to_string(i);
+    s.joint.type = base ? "free" : "revolute";
     s.joint.axis = i % 2 ? mechanics::Vec3d{0, 1, 0} : mechanics::Vec3d{1, 0, 0};
-    if (!base) s.joint.stiffness = K, s.joint.damping = damping * 2 * std::sqrt(K * I);
+    if (!base) {
+      s.joint.stiffness = K;
+      s.joint.damping = damping * 2 * std::sqrt(K * I);
+    }
     s.placement.r = {0, 0, i ? -l : 0};
     s.mass = {base ? 20.0 : 1.0, {0, 0, -l / 2}, {0.03, 0, 0, 0.03, 0, 0.01}};
     b.add(s);
@@ -35,7 +39,10 @@ inline Robot stiff_chain(int n, double k, double damping, double amplitude = 0.2
   if (floating) {
     std::vector<double> all(m->neutral()), rates(size_t(m->nv()), 0.0);
     std::copy(q.begin(), q.end(), all.end() - n), std::copy(v.begin(), v.end(), rates.end() - n);
-    rates[0] = 0.2, rates[1] = -0.1, rates[2] = 0.15, rates[3] = 0.1;
+    rates[0] = 0.2;
+    rates[1] = -0.1;
+    rates[2] = 0.15;
+    rates[3] = 0.1;
     robot.start = phs::State(robot.model->description(), robot.model->state(all, rates));
   }
   return robot;
@@ -49,8 +56,10 @@ struct QuarticChain {
 
   phs::Description description() const {
     phs::Description d;
-    d.name = "quartic chain", d.nx = 2 * masses;
-    d.traits.canonical = d.traits.separable = true, d.traits.lossless = damping == 0;
+    d.name = "quartic chain";
+    d.nx = 2 * masses;
+    d.traits.canonical = d.traits.separable = true;
+    d.traits.lossless = damping == 0;
     for (int i = 0; i < masses; ++i)
       d.blocks.push_back(
           {"x" + std::to_string(i), phs::BlockKind::linear, i, 1, masses + i, "m", "kg m/s"});

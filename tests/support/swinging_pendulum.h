@@ -9,8 +9,10 @@ inline Robot swinging_pendulum(double damping = 0) {
   b.gravity({0, -9.81, 0});
   for (const char* name : {"upper", "lower"}) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = std::string(name) == "upper" ? "world" : "upper";
-    s.joint.type = "revolute", s.joint.damping = damping;
+    s.name = name;
+    s.parent = std::string(name) == "upper" ? "world" : "upper";
+    s.joint.type = "revolute";
+    s.joint.damping = damping;
     if (s.parent != "world") s.placement.r = {0, -1, 0};
     s.mass = {1, {0, -0.5, 0}, {1. / 24, 0, 0, 1. / 24, 0, 1. / 12}};
     b.add(s);

@@ -36,9 +36,11 @@ inline std::shared_ptr<const mechanics::Mechanism> tree_mechanism(const nlohmann
     const std::string joint = p[at + "joint"];
     s.joint.type = joint == "R" ? "revolute" : joint == "P" ? "prismatic" : "free";
     if (p.contains(at + "axis")) s.joint.axis = vec3(p[at + "axis"]);
-    if (p.contains(at + "k"))
-      s.joint.stiffness = number(p[at + "k"]), s.joint.damping = number(p[at + "d"]),
+    if (p.contains(at + "k")) {
+      s.joint.stiffness = number(p[at + "k"]);
+      s.joint.damping = number(p[at + "d"]);
       s.joint.rest = number(p[at + "q0"]);
+    }
     s.placement.r = vec3(p[at + "placement"]);
     const auto I = numbers(p[at + "inertia"]);  // xx yy zz xy xz yz
     s.mass = {number(p[at + "mass"]), vec3(p[at + "com"]), {I[0], I[3], I[4], I[1], I[5], I[2]}};
@@ -58,7 +60,7 @@ inline std::shared_ptr<const mechanics::Mechanism> planar_chain(const std::vecto
   b.gravity({0, -g, 0});
   for (size_t i = 0; i < m.size(); ++i) {
     mechanics::BodySpec s;
-    s.name = "link" + std::to_string(i),
+    s.name = "link" + std::to_string(i);
     s.parent = i == 0 ? "world" : "link" + std::to_string(i - 1);
     s.joint.type = "revolute";
     if (i > 0) s.placement.r = {0, -L[i - 1], 0};
@@ -79,7 +81,10 @@ inline void split_row(const mechanics::Mechanism& m, const std::vector<double>& 
   if (nq == size_t(m.nv())) return;
   const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[3]));
   const auto w = R.tmul({v[3], v[4], v[5]}), u = R.tmul({v[0], v[1], v[2]});
-  for (int k = 0; k < 3; ++k) v[size_t(k)] = w[k], v[size_t(3 + k)] = u[k];
+  for (int k = 0; k < 3; ++k) {
+    v[size_t(k)] = w[k];
+    v[size_t(3 + k)] = u[k];
+  }
 }
 inline std::vector<double> join_row(const mechanics::Mechanism& m, const std::vector<double>& q,
                                     std::vector<double> v) {
@@ -87,7 +92,10 @@ inline std::vector<double> join_row(const mechanics::Mechanism& m, const std::ve
     const auto R = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[3]));
     const auto w = R * mechanics::Vec3d{v[0], v[1], v[2]},
                u = R * mechanics::Vec3d{v[3], v[4], v[5]};
-    for (int k = 0; k < 3; ++k) v[size_t(k)] = u[k], v[size_t(3 + k)] = w[k];
+    for (int k = 0; k < 3; ++k) {
+      v[size_t(k)] = u[k];
+      v[size_t(3 + k)] = w[k];
+    }
   }
   std::vector<double> row = q;
   row.insert(row.end(), v.begin(), v.end());

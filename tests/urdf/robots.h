@@ -44,7 +44,8 @@ inline UrdfResult parse(const std::string& text, const Options& options = {}) {
 }
 inline Options massless(Options::Base base) {
   Options o;
-  o.base = base, o.links_without_inertia = Options::NoInertia::massless;
+  o.base = base;
+  o.links_without_inertia = Options::NoInertia::massless;
   return o;
 }
 inline Options on_free_base() {

@@ -24,8 +24,9 @@ void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << "component " << i;
 }
 void expect_near(const Mat3<double>& a, const Mat3<double>& b, double tolerance) {
-  expect_near(a.x, b.x, tolerance), expect_near(a.y, b.y, tolerance),
-      expect_near(a.z, b.z, tolerance);
+  expect_near(a.x, b.x, tolerance);
+  expect_near(a.y, b.y, tolerance);
+  expect_near(a.z, b.z, tolerance);
 }
 /// m (|c|² 1 - c cᵀ)
 Mat3<double> steiner(double m, const Vec3d& c) {

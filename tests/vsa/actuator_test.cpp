@@ -40,8 +40,10 @@ Books run(const char* method, const phs::Model& model, const phs::State& start, 
       return b;
     }
     const auto works = integrator->works();
-    for (size_t k = 0; k < sums.size(); ++k)
-      sums[k] += (long double)works[k], b.turned_over += std::fabs(works[k]);
+    for (size_t k = 0; k < sums.size(); ++k) {
+      sums[k] += (long double)works[k];
+      b.turned_over += std::fabs(works[k]);
+    }
     if (i % every != 0 && i != steps) continue;
     long double defect = gauge.energy(b.end) - H0;
     b.largest = std::max(b.largest, double(std::fabs(defect)));
@@ -126,7 +128,8 @@ TEST(Actuator, SixStatesKeepTheirBalance_LONG) {
 // Undamped and undriven the joint keeps its energy; k moves all the while.
 TEST(Actuator, SixStatesAloneKeepTheirEnergy) {
   SixStates s;
-  s.driven = false, s.hold = 20;
+  s.driven = false;
+  s.hold = 20;
   const phs::UserModel<SixStates> model{s};
   auto x = six_start;
   x[5] = 0.05;

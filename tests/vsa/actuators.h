@@ -27,7 +27,8 @@ struct SixStates {
 
   phs::Description description() const {
     phs::Description d;
-    d.name = "six states", d.nx = 6;
+    d.name = "six states";
+    d.nx = 6;
     d.traits = {.autonomous = !driven, .canonical = true, .lossless = !driven};
     d.blocks = {{"ql", phs::BlockKind::linear, 0, 1, 3, "rad", "N m s"},
                 {"qm", phs::BlockKind::linear, 1, 1, 4, "rad", "N m s"},
@@ -50,14 +51,19 @@ struct SixStates {
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     const T phi = x[1] - x[0], force = k(x[2]) * phi;
-    e[0] = T(g) * phs::sin(x[0]) - force, e[1] = force;
+    e[0] = T(g) * phs::sin(x[0]) - force;
+    e[1] = force;
     e[2] = T(0.5) * (T(c[1]) + T(2 * c[2]) * x[2]) * phi * phi + T(hold) * x[2];
-    e[3] = x[3] / T(Il), e[4] = x[4] / T(Im), e[5] = x[5] / T(Ith);
+    e[3] = x[3] / T(Il);
+    e[4] = x[4] / T(Im);
+    e[5] = x[5] / T(Ith);
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {
-    for (size_t i = 0; i < 3; ++i)
-      Re[i] = T(0.0), Re[3 + i] = T(driven ? damping[i] : 0.0) * e[3 + i];
+    for (size_t i = 0; i < 3; ++i) {
+      Re[i] = T(0.0);
+      Re[3 + i] = T(driven ? damping[i] : 0.0) * e[3 + i];
+    }
   }
   template <class T>
   T motor(T t) const {
@@ -69,14 +75,16 @@ struct SixStates {
   }
   template <class T>
   void drive(T t, std::span<const T>, std::span<T> dx) const {
-    dx[4] = dx[4] + motor(t), dx[5] = dx[5] + stiffener(t);
+    dx[4] = dx[4] + motor(t);
+    dx[5] = dx[5] + stiffener(t);
   }
   template <class T>
   void powers(T t, std::span<const T>, std::span<const T> e, std::span<T> values) const {
     values[0] = T(0.0);
     for (size_t i = 0; i < 3; ++i)
       values[0] = values[0] + T(driven ? damping[i] : 0) * e[3 + i] * e[3 + i];
-    values[1] = motor(t) * e[4], values[2] = stiffener(t) * e[5];
+    values[1] = motor(t) * e[4];
+    values[2] = stiffener(t) * e[5];
   }
 };
 
@@ -87,7 +95,8 @@ struct FourStates : SixStates {
   double amplitude = 0.3;
   phs::Description description() const {
     phs::Description d;
-    d.name = "four states", d.nx = 4;
+    d.name = "four states";
+    d.nx = 4;
     d.traits = {.autonomous = false, .canonical = true, .lossless = true};
     d.blocks = {{"ql", phs::BlockKind::linear, 0, 1, 2, "rad", "N m s"},
                 {"qm", phs::BlockKind::linear, 1, 1, 3, "rad", "N m s"}};
@@ -104,7 +113,10 @@ struct FourStates : SixStates {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    e[0] = T(g) * phs::sin(x[0]), e[1] = T(0.0), e[2] = x[2] / T(Il), e[3] = x[3] / T(Im);
+    e[0] = T(g) * phs::sin(x[0]);
+    e[1] = T(0.0);
+    e[2] = x[2] / T(Il);
+    e[3] = x[3] / T(Im);
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T>, std::span<T> Re) const {
@@ -113,7 +125,8 @@ struct FourStates : SixStates {
   template <class T>
   void drive(T t, std::span<const T> x, std::span<T> dx) const {
     const T force = k(angle(t)) * (x[1] - x[0]);
-    dx[2] = dx[2] + force, dx[3] = dx[3] - force;
+    dx[2] = dx[2] + force;
+    dx[3] = dx[3] - force;
   }
   template <class T>
   void powers(T t, std::span<const T> x, std::span<const T>, std::span<T> values) const {
@@ -133,8 +146,11 @@ inline std::shared_ptr<const mechanics::MechanicalModel> pendulum(double inertia
   mechanics::MechanismBuilder b("pendulum");
   b.gravity({0, 0, -2 * weight});
   mechanics::BodySpec s;
-  s.name = "link", s.parent = "world";
-  s.joint.type = "continuous", s.joint.name = "hinge", s.joint.axis = {0, 1, 0};
+  s.name = "link";
+  s.parent = "world";
+  s.joint.type = "continuous";
+  s.joint.name = "hinge";
+  s.joint.axis = {0, 1, 0};
   const double own = inertia - 0.25;  // of 1 kg at 0.5 m
   s.mass = {1, {0, 0, -0.5}, {own, 0, 0, own, 0, own}};
   b.add(s);
@@ -149,8 +165,11 @@ inline std::shared_ptr<const mechanics::MechanicalModel> two_links() {
   const double m[] = {2, 1}, I[] = {0.0625, 0.03125};
   for (size_t i = 0; i < 2; ++i) {
     mechanics::BodySpec s;
-    s.name = i ? "lower" : "upper", s.parent = i ? "upper" : "world";
-    s.joint.type = "continuous", s.joint.name = i ? "elbow" : "shoulder", s.joint.axis = {0, 1, 0};
+    s.name = i ? "lower" : "upper";
+    s.parent = i ? "upper" : "world";
+    s.joint.type = "continuous";
+    s.joint.name = i ? "elbow" : "shoulder";
+    s.joint.axis = {0, 1, 0};
     if (i) s.placement.r = {0, 0, -0.5};
     s.mass = {m[i], {0, 0, -0.25}, {I[i], 0, 0, I[i], 0, I[i]}};
     b.add(s);

@@ -12,10 +12,18 @@ using Kind = vsa::Drive::Kind;
 
 vsa::Drive drive(Kind kind) {
   vsa::Drive d{.kind = kind};
-  if (kind == Kind::torque || kind == Kind::position)
-    d.inertia = 2e-5, d.gear = 50, d.viscous = 1e-5, d.torque_limit = 4, d.rate_limit = 6,
+  if (kind == Kind::torque || kind == Kind::position) {
+    d.inertia = 2e-5;
+    d.gear = 50;
+    d.viscous = 1e-5;
+    d.torque_limit = 4;
+    d.rate_limit = 6;
     d.friction = phs::viscous(0.01);
-  if (kind == Kind::position) d.kp = 20, d.kd = 1;
+  }
+  if (kind == Kind::position) {
+    d.kp = 20;
+    d.kd = 1;
+  }
   if (kind == Kind::servo) d.p = {14000, 1150, 38};
   if (kind == Kind::rate) d.rate_limit = 3;
   if (kind != Kind::fixed) d.command = phs::sine(0.2, 0.5);
@@ -32,7 +40,8 @@ TEST(Drives, EveryPairIsPortHamiltonianAndKeepsItsBooks) {
     for (const auto& [sigma, sigma_name] : kinds) {
       vsa::Actuator a;
       a.elastic = vsa::elastic_of(vsa::device("qbmove_advanced"));
-      a.theta = drive(theta), a.sigma = drive(sigma);
+      a.theta = drive(theta);
+      a.sigma = drive(sigma);
       if (theta == Kind::torque) a.damping = 0.05;
       const auto bare = phs::check(*vsa::actuator_model(a), {.samples = 8, .spread = 0.3});
       EXPECT_TRUE(bare.holds()) << theta_name << ", " << sigma_name << "\n" << bare.text();
@@ -81,16 +90,18 @@ TEST(Drives, TorquesAndRatesStayWithinTheirLimits) {
   const size_t p = size_t(model->offset("vsa")) + 2;
   f->field(0, x, {}, dx);
   EXPECT_NEAR(dx[p], 4, 1e-12) << "100 N m are asked for";
-  x[p] = 0.01 * 6, f->field(0, x, {}, dx);
+  x[p] = 0.01 * 6;
+  f->field(0, x, {}, dx);
   EXPECT_NEAR(dx[p], 4, 1e-12) << "at the rate limit the brake begins";
-  x[p] = 0.01 * 6.3, f->field(0, x, {}, dx);
+  x[p] = 0.01 * 6.3;
+  f->field(0, x, {}, dx);
   EXPECT_NEAR(dx[p], 0, 1e-9) << "5 % above, it holds the full torque";
 }
 
 TEST(Drives, ADamperOnlyTakes) {
   vsa::Actuator a;
   a.elastic = vsa::elastic_of(vsa::device("maccepa_vd"));
-  a.damper = phs::sine(1.0, 0.5),
+  a.damper = phs::sine(1.0, 0.5);
   a.damper_limit = 0.107;  // asked for more than there is, and for less than nothing
   phs::Network n("joint");
   n.add("mechanism", pendulum(0.5, 0)).main("mechanism");

@@ -39,7 +39,8 @@ TEST(Examples, TheCycleGivesBackWhatItTook) {
   double peak = 0, last = NAN;
   play("vsa_cycle",
        [&](const scene::Assembly& a, double, const phs::State&, const std::vector<double>& w) {
-         last = of(a, w, "first.sigma.rate"), peak = std::max(peak, last);
+         last = of(a, w, "first.sigma.rate");
+         peak = std::max(peak, last);
        });
   EXPECT_NEAR(peak, 0.180776, 0.5e-6);
   keeps("left of two cycles [J]", std::fabs(last), 1e-15);
@@ -56,7 +57,9 @@ TEST(Examples, TheSpringThrowsFaster) {
          const size_t at = size_t(network.offset("spring"));
          deflection = std::max(deflection, std::fabs(s.x[at] - s.x[at + 1]));
          if (v[0] <= elastic) return;
-         elastic = v[0], when = t, paid = of(a, w, "spring.sigma.rate"),
+         elastic = v[0];
+         when = t;
+         paid = of(a, w, "spring.sigma.rate");
          motor = of(a, w, "spring.theta.controller");
        });
   std::printf(

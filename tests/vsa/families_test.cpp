@@ -93,7 +93,9 @@ void expect_lanes(const Device& d) {
     P q(0.0), theta(0.0), sigma(0.0);
     for (int i = 0; i < w; ++i) {
       const auto& p = all[at + size_t(i)];
-      q.set(i, p.q), theta.set(i, p.theta), sigma.set(i, p.sigma);
+      q.set(i, p.q);
+      theta.set(i, p.theta);
+      sigma.set(i, p.sigma);
     }
     const P E = e->energy(q, theta, sigma);
     const auto s = e->slopes(q, theta, sigma);
@@ -108,7 +110,10 @@ void expect_lanes(const Device& d) {
 }
 
 TEST(Families, LanesHaveTheBitsOfOneNumber) {
-  for (const auto& d : models()) expect_lanes<Pack4>(d), expect_lanes<Pack8>(d);
+  for (const auto& d : models()) {
+    expect_lanes<Pack4>(d);
+    expect_lanes<Pack8>(d);
+  }
 }
 
 // The energy in double against 113 bits, at doubles: its conditioning, without any reference of
@@ -140,7 +145,8 @@ TEST(Families, TurnedAsAWholeNothingChanges) {
       const double E = e->energy(p.q, p.theta, p.sigma);
       worst = std::max(worst, std::fabs(e->energy(p.q + 64, p.theta + 64, p.sigma) - E));
       const auto s = e->slopes(p.q, p.theta, p.sigma);
-      forces = std::max(forces, std::fabs(s.q + s.theta)), size = std::max(size, E);
+      forces = std::max(forces, std::fabs(s.q + s.theta));
+      size = std::max(size, E);
     }
     if (e->traits().translation_invariant) {
       keeps((d.name + ": turned by 64 rad").c_str(), worst / size, 0);
@@ -173,7 +179,8 @@ double cycle_work(const std::function<vsa::Slopes<double>(Place)>& slopes, const
                  dsigma = 0.9 * half * std::cos(t + 0.3);
     const auto s = slopes({q, theta, sigma});
     const double p = s.q * dq + s.theta * dtheta + s.sigma * dsigma;
-    work += p * dt, all += std::fabs(p) * dt;
+    work += p * dt;
+    all += std::fabs(p) * dt;
   }
   *turned_over = all;
   return std::fabs(work) / all;
@@ -195,7 +202,8 @@ TEST(Families, AClosedCycleDoesNoWork) {
     if (e->traits().sigma.empty()) continue;
     const auto textbook = [&](Place p) {
       auto s = e->slopes(p.q, p.theta, p.sigma);
-      return s.sigma = 0, s;
+      s.sigma = 0;
+      return s;
     };
     breaks((d.name + ": without the stiffness port").c_str(), cycle_work(textbook, d, 32000, &all),
            1e-3);

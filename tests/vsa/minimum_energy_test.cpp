@@ -104,7 +104,8 @@ Ledger run(const vsa::ElasticPtr& e, const vsa::Drive& drive, double phi, double
   }
   l.defect = double(std::fabs(gauge.energy(s) - gauge.energy(start) - in));
   const size_t at = size_t(model->offset("vsa"));
-  l.sigma = s.x[at + 2], l.rate = s.x[at + 3] / (drive.gear * drive.gear * drive.inertia);
+  l.sigma = s.x[at + 2];
+  l.rate = s.x[at + 3] / (drive.gear * drive.gear * drive.inertia);
   return l;
 }
 

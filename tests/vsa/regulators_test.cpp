@@ -31,7 +31,9 @@ struct Arm {  // as two_links(): 2 and 1 kg, 0.5 m, centres half way
   template <class S>
   void mass(std::span<const S> q, std::span<S> M) const {
     const S c = S(0.125) * phs::cos(q[1]), lower(0.03125 + 0.0625);
-    M[0] = S(0.0625 + 0.125 + 0.25) + lower + S(2.0) * c, M[1] = M[2] = lower + c, M[3] = lower;
+    M[0] = S(0.0625 + 0.125 + 0.25) + lower + S(2.0) * c;
+    M[1] = M[2] = lower + c;
+    M[3] = lower;
   }
   template <class S>
   S potential(std::span<const S> q) const {
@@ -65,7 +67,8 @@ Watched watch(const phs::NetworkModel& model, phs::State& s, double h, int steps
     }
     w.defect = std::max(w.defect, double(std::fabs(gauge.energy(s) - start - in)));
     const double now = shaped(s.x);
-    w.rise = std::max(w.rise, now - w.last), w.last = now;
+    w.rise = std::max(w.rise, now - w.last);
+    w.last = now;
     each(s);
   }
   return w;

@@ -23,7 +23,10 @@ Gimbal gimbal(bool body, bool on_the_ground, const phs::FunctionPtr& torque) {
   mechanics::MechanismBuilder b("gimbal");
   const auto add = [&](const char* name, const char* parent, mechanics::Vec3d axis, double I) {
     mechanics::BodySpec s;
-    s.name = name, s.parent = parent, s.joint.type = "continuous", s.joint.axis = axis;
+    s.name = name;
+    s.parent = parent;
+    s.joint.type = "continuous";
+    s.joint.axis = axis;
     s.joint.name = std::string(name) + "_joint";
     s.mass = {1, {0, 0, 0}, {I, 0, 0, I, 0, I}};
     b.add(s);
@@ -38,8 +41,11 @@ Gimbal gimbal(bool body, bool on_the_ground, const phs::FunctionPtr& torque) {
       std::make_shared<mechanics::Mechanism>(b.build()));
   vsa::Actuator a{.elastic = vsa::series_elastic({stiffness})};
   a.theta = {.kind = vsa::Drive::Kind::torque, .gear = gear, .viscous = 1e-5};
-  a.theta.friction = phs::viscous(0.02), a.theta.torque_limit = 3, a.theta.rate_limit = 2;
-  a.theta.command = torque, a.damping = 0.03;
+  a.theta.friction = phs::viscous(0.02);
+  a.theta.torque_limit = 3;
+  a.theta.rate_limit = 2;
+  a.theta.command = torque;
+  a.damping = 0.03;
   phs::Network n("gimbal");
   n.add("mechanism", g.mechanism).main("mechanism");
   if (body) {

@@ -65,8 +65,12 @@ Run run(const Arm& a, const char* method, double h) {
   const auto from = std::chrono::steady_clock::now();
   Run r;
   for (std::int64_t i = 0; i < steps; ++i) {
-    if (const Outcome method_outcome = integrator->step(s); method_outcome != Outcome::ok)
-      return r.defect = HUGE_VAL, r.q.assign(7, 1e300), r.remark = to_string(method_outcome), r;
+    if (const Outcome method_outcome = integrator->step(s); method_outcome != Outcome::ok) {
+      r.defect = HUGE_VAL;
+      r.q.assign(7, 1e300);
+      r.remark = to_string(method_outcome);
+      return r;
+    }
     for (size_t k = 0; k < integrator->works().size(); ++k) {
       const double w = integrator->works()[k];
       in += a.model->description().powers[k].kind == phs::PowerKind::supplied ? w : -w;

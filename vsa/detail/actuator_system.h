@@ -62,7 +62,8 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.at < 0) continue;
       if (a.momentum >= 0) {
         const T v = x[size_t(a.momentum)] * T(a.per_inertia);
-        dx[size_t(a.at)] = v, dx[size_t(a.momentum)] = -slope(k) - T(a.damping) * v;
+        dx[size_t(a.at)] = v;
+        dx[size_t(a.momentum)] = -slope(k) - T(a.damping) * v;
       } else if (a.servo >= 0) {
         serve(a, t, x, dx);
       } else {
@@ -83,8 +84,10 @@ class ActuatorSystem final : public phs::System<T> {
   void apply_structure(In, In e, Out Je) override {
     std::fill(Je.begin(), Je.end(), T(0.0));
     for (const auto& a : l_.axes)
-      if (a.momentum >= 0)
-        Je[size_t(a.at)] = e[size_t(a.momentum)], Je[size_t(a.momentum)] = -e[size_t(a.at)];
+      if (a.momentum >= 0) {
+        Je[size_t(a.at)] = e[size_t(a.momentum)];
+        Je[size_t(a.momentum)] = -e[size_t(a.at)];
+      }
   }
   void apply_dissipation(In, In e, Out Re) override {
     std::fill(Re.begin(), Re.end(), T(0.0));
@@ -125,13 +128,16 @@ class ActuatorSystem final : public phs::System<T> {
     const bool sigma_too = l_.axes[1].at >= 0;
     if (known_ && (sigma_too ? same<3>(x) : same<2>(x))) return;
     slopes_ = l_.elastic->slopes(x[0], x[1], sigma(x));
-    at_[0] = x[0], at_[1] = x[1], known_ = true;
+    at_[0] = x[0];
+    at_[1] = x[1];
+    known_ = true;
     if (sigma_too) at_[2] = x[2];
   }
   const T& slope(size_t axis) const { return axis == 0 ? slopes_.theta : slopes_.sigma; }
   static void serve(const Layout::Axis& a, T t, In x, Out dx) {
     const T z = x[size_t(a.at)], v = x[size_t(a.servo)], w = x[size_t(a.servo + 1)];
-    dx[size_t(a.at)] = v, dx[size_t(a.servo)] = w;
+    dx[size_t(a.at)] = v;
+    dx[size_t(a.servo)] = w;
     const T wish = a.command ? (*a.command)(t) : T(0.0);
     dx[size_t(a.servo + 1)] = T(a.p[0]) * (wish - z) - T(a.p[1]) * v - T(a.p[2]) * w;
   }
