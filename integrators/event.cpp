@@ -214,11 +214,10 @@ double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& a
   for (int i = 0; i < 12; ++i) {
     const Point p{at, sampled(e, at, after)};
     if (!(std::fabs(p.g) > 0)) break;  // 0, or no dense output
-    if (sign(p.g) == sign(b.g)) {
+    if (sign(p.g) == sign(b.g)) {      // Illinois
       b = p;
       a.g *= 0.5;
-    }  // Illinois
-    else {
+    } else {
       a = p;
       b.g *= 0.5;
     }

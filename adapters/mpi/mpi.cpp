@@ -254,10 +254,10 @@ void follow(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions
   while (!ended && !trouble) try {
       ensemble.work(next, done, {.threads = o.threads, .lanes = o.lanes, .stop = o.stop});
       if (!ended) std::this_thread::sleep_for(50ms);
-      if (o.stop && o.stop->load()) {
+      if (o.stop && o.stop->load()) {  // hears that it may stop
         mine.clear();
         (void)next();
-      }  // hears that it may stop
+      }
     } catch (...) {
       trouble = std::current_exception();
     }

@@ -119,12 +119,12 @@ class Plot {
         low = std::min(low, e);
         high = std::max(high, e);
       }
-    if (!(slow > 0)) {
+    if (!(slow > 0)) {  // nothing came to an end
       fast = 0.01;
       slow = 1;
       low = 1e-16;
       high = 1;
-    }  // nothing came to an end
+    }
     if (target_ > 1e-3 * low && target_ < 1e3 * high) {
       low = std::min(low, target_);
       high = std::max(high, target_);

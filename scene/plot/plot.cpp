@@ -54,10 +54,10 @@ class Canvas {
       for (const double v : {p.low, p.rms})
         if (v > 0) lowest = std::min(lowest, v);
     }
-    if (!(highest > 0) || !std::isfinite(highest)) {
+    if (!(highest > 0) || !std::isfinite(highest)) {  // nothing but zeros
       highest = 1e-16;
       lowest = 1e-18;
-    }  // nothing but zeros
+    }
     lowest = std::max(lowest, highest * 1e-5);
     if (labels_.limit && limit_fits(highest)) highest = std::max(highest, *labels_.limit);
     high_ = static_cast<int>(std::ceil(std::log10(highest) + 0.05));

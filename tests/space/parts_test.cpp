@@ -241,11 +241,10 @@ TEST(SoftLatch, OscillatesAsTwoBodiesOnASpringDo) {
   const double turn = 4 * std::comp_ellint_1(std::sin(amplitude / 2)) * std::sqrt(I / 5);
   for (const bool turns : {false, true}) {
     auto q = m->mechanism().neutral();
-    if (turns) {
+    if (turns) {  // about y
       q[7 + 3] = std::cos(amplitude / 2);
       q[7 + 5] = std::sin(amplitude / 2);
-    }  // about y
-    else
+    } else
       q[7 + 2] = 0.3;
     const Vec x = m->state(q, Vec(12, 0.0));
     const double period = turns ? turn : slide;
