@@ -1,5 +1,5 @@
-// What a composition and its books cost: a step of gauss16 on ETS-VII with joint elements, with and
-// without books, and an evaluation of a network against its members alone.
+// What a composition and its ledger cost: a step of gauss16 on ETS-VII with joint elements, with
+// and without the ledger, and an evaluation of a network against its members alone.
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
@@ -31,18 +31,18 @@ std::shared_ptr<const phs::Model> with_elements(std::shared_ptr<const phs::Model
   return net.build();
 }
 
-void gauss16_step(benchmark::State& state, bool books) {
+void gauss16_step(benchmark::State& state, bool ledger) {
   const auto arm = ets_vii();
   const auto model = with_elements(arm, 6);
   const auto& m = arm->mechanism();
   phs::State s(model->description(), arm->state(configuration(m), numbers(size_t(m.nv()), 0.05)));
-  const auto method = integrators::make_integrator("gauss16", *model, 0.25, {.books = books});
+  const auto method = integrators::make_integrator("gauss16", *model, 0.25, {.port_work = ledger});
   for (auto _ : state)
     if (method->step(s) != integrators::Outcome::ok) state.SkipWithError("the step failed");
   state.counters["sweeps"] = double(method->cost().sweeps) / double(method->cost().steps);
 }
-BENCHMARK_CAPTURE(gauss16_step, with_books, true);
-BENCHMARK_CAPTURE(gauss16_step, without_books, false);
+BENCHMARK_CAPTURE(gauss16_step, with_ledger, true);
+BENCHMARK_CAPTURE(gauss16_step, without_ledger, false);
 
 /// 0 elements: the arm alone, no network.
 void evaluation(benchmark::State& state) {

@@ -15,7 +15,7 @@
 #include "phs/network.h"
 
 /// The laws of this room as controllers of a network, on the ports of the plant: continuous, or
-/// sampled with what the hold injects in the books.
+/// sampled with what the hold injects in the ledger.
 namespace porthos::energy_shaping {
 
 /// The law of one port.

@@ -98,7 +98,8 @@ Run simulate(const ClosedLoop& loop, const std::vector<double>& x0, const RunOpt
 
   auto held = std::make_shared<std::vector<double>>(size_t(plant.description().nu), 0.0);
   const DrivenPlant driven(loop, plant, o.limits, hold > 0 ? held : nullptr);
-  const auto integrator = integrators::make_integrator(o.method, driven, o.step, {.books = false});
+  const auto integrator =
+      integrators::make_integrator(o.method, driven, o.step, {.port_work = false});
   const auto law = loop.loop<double>();
   phs::State s(driven.description(), x0);
   std::vector<double> e(x0.size()), Re(x0.size()), u(held->size());

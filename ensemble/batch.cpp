@@ -107,7 +107,7 @@ std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::stri
                                         std::span<const std::vector<double>> starts,
                                         const BatchOptions& o) {
   BatchOptions options = o;
-  options.method.books = false;
+  options.method.port_work = false;
   std::vector<BatchResult> results(starts.size());
   size_t at = 0;
   simulate_batch(

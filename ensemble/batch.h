@@ -22,18 +22,18 @@ class BatchRun {
  public:
   virtual ~BatchRun() = default;
 
-  phs::State start;        ///< where it begins
-  std::int64_t steps = 0;  ///< how many it takes
-  std::int64_t every = 0;  ///< steps from see() to see(); 0: at the end only
-  std::int64_t look = 0;   ///< see() is called after every so many too; 0: no
-  bool books = false;      ///< whether booked() is asked for
+  phs::State start;              ///< where it begins
+  std::int64_t steps = 0;        ///< how many it takes
+  std::int64_t every = 0;        ///< steps from see() to see(); 0: at the end only
+  std::int64_t look = 0;         ///< see() is called after every so many too; 0: no
+  bool wants_port_work = false;  ///< whether book() is called
   std::vector<double>
       parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
 
   /// Called first, by the thread that runs it: the place for work that others need not wait for.
   virtual void prepare() {}
   /// Energy through each of the model's powers in a step [J], after every step.
-  virtual void booked(std::span<const double> works) { (void)works; }
+  virtual void book(std::span<const double> works) { (void)works; }
   /// After every `every` and every `look` steps and after the last. @return whether to go on
   virtual bool see(const phs::State& state) {
     (void)state;

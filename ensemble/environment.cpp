@@ -90,7 +90,7 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
   const int teams = std::min(threads_of(o_.threads), o_.count);
   for (int i = 0; i < teams; ++i)
     teams_.push_back(std::make_unique<LaneTeam>(model_, o_.method, o_.step,
-                                                integrators::Options{.books = false}));
+                                                integrators::Options{.port_work = false}));
   const auto n = size_t(o_.count);
   states_.resize(n);
   actions_.resize(n * driven_.size());

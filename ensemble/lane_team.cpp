@@ -20,7 +20,7 @@ bool is_seen(const BatchRun& r, std::int64_t taken) {
 std::int64_t next_look(const BatchRun& r, std::int64_t step) {
   const std::int64_t taken = step - r.start.step;
   if (taken >= r.steps) return step;
-  if (r.books) return step + 1;
+  if (r.wants_port_work) return step + 1;
   std::int64_t next = r.steps;
   for (const std::int64_t n : {r.every, r.look})
     if (n > 0) next = std::min(next, (taken / n + 1) * n);
@@ -28,10 +28,10 @@ std::int64_t next_look(const BatchRun& r, std::int64_t step) {
 }
 
 /// Tells the run what happened. @return whether it goes on
-bool tell(BatchRun& r, const phs::State& s, std::span<const double> works) {
+bool hand_over(BatchRun& r, const phs::State& s, std::span<const double> works) {
   const std::int64_t taken = s.step - r.start.step;
   const bool last = taken >= r.steps;
-  if (r.books && taken > 0) r.booked(works);
+  if (r.wants_port_work && taken > 0) r.book(works);
   if (taken > 0 && is_seen(r, taken) && !r.see(s)) return false;
   return !last;
 }
@@ -45,7 +45,7 @@ LaneTeam::LaneTeam(const phs::Model& model, std::string method, double step,
       step_(step),
       options_(options),
       powers_(model.description().powers.size()),
-      works_(powers_) {
+      port_work_(powers_) {
   const auto one = model.instantiate<double>();
   for (const double p : phs::parameters_of(*one)) given_.push_back(p);
   if (lanes) lanes_ = integrators::make_lane_integrator(method_, model, step, options);
@@ -107,8 +107,8 @@ void LaneTeam::arrived(int lane) {
     run.reset();
     return;
   }
-  if (run->books) lanes_->works(lane, works_);
-  if (tell(*run, state_, works_)) return lanes_->go_on(lane, next_look(*run, state_.step));
+  if (run->wants_port_work) lanes_->port_work(lane, port_work_);
+  if (hand_over(*run, state_, port_work_)) return lanes_->go_on(lane, next_look(*run, state_.step));
   run->end(state_, Outcome::ok);
   run.reset();
 }
@@ -124,11 +124,11 @@ void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) 
     if (!memory.empty()) made->restore(memory);
   }
   Outcome o = Outcome::ok;
-  bool more = memory.empty() ? tell(r, s, {}) : true;  // of a stuck lane's state it has been told
+  bool more = memory.empty() ? hand_over(r, s, {}) : true;  // of a stuck lane's state it has been told
   while (more) {
     if (stopped_()) return;
     if ((o = made->step(s)) != Outcome::ok) break;
-    more = tell(r, s, made->works());
+    more = hand_over(r, s, made->port_work());
   }
   r.end(s, o);
 }

@@ -40,7 +40,7 @@ class LaneTeam {
   std::vector<double> given_;                   ///< the parameters as they are
   std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
   phs::State state_;
-  std::vector<double> works_;
+  std::vector<double> port_work_;
   std::function<bool()> stopped_;
 };
 

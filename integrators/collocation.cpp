@@ -14,7 +14,7 @@ namespace {
 template <class T, int W>
 class Collocation final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
-  using Base::cost_, Base::n_, Base::options_, Base::system_, Base::works_;
+  using Base::cost_, Base::n_, Base::options_, Base::system_, Base::port_work_;
   using typename Base::State;
   using Step = CollocationStages<T, W>;
   using Real = typename Step::Real;
@@ -28,7 +28,7 @@ class Collocation final : public BasicIntegrator<T> {
         step_(std::move(t), n_),
         field_(model, *system_, o.lanes),
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
-        E_(works_.any() ? n_ : 0),
+        E_(port_work_.any() ? n_ : 0),
         noise_(n_, 0.0),
         size_(n_, 1.0) {
     for (int c = 0; c < chunks; ++c) {
@@ -57,7 +57,7 @@ class Collocation final : public BasicIntegrator<T> {
       return o;
     }
     for (size_t k = 0; k < n_; ++k) phs::compensated_add(state.x[k], state.lo[k], step_.sum(k));
-    if (works_.any()) book();
+    if (port_work_.any()) book();
     std::swap(step_.L, step_.L_before);
     have_before_ = true;
     h_before_ = h;
@@ -84,7 +84,7 @@ class Collocation final : public BasicIntegrator<T> {
   }
 
   std::string remark() const override { return solver_.remark(cost_.steps); }
-  bool keeps_books() const override { return true; }
+  bool integrates_power() const override { return true; }
 
  private:
   /// What the solver works on.
@@ -111,13 +111,13 @@ class Collocation final : public BasicIntegrator<T> {
 
   /// works = Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i) once the step is solved.
   void book() {
-    works_.restart();
+    port_work_.restart();
     for (int c = 0; c < chunks; ++c) {
       const int used = std::min(V, step_.s - c * V);
       if (used <= 0) break;
       for (size_t k = 0; k < n_; ++k) F_[c][k] = step_.L[c][k] / step_.hb[c];
       field_.powers(t_, step_.ch[c], step_.Y[c], F_[c], E_, used,
-                    [&](size_t a, int i, T power) { works_.add(a, step_.hb[c][i] * power); });
+                    [&](size_t a, int i, T power) { port_work_.add(a, step_.hb[c][i] * power); });
     }
   }
 
@@ -236,7 +236,7 @@ class Collocation final : public BasicIntegrator<T> {
   StageField<T, V> field_;
   StepSolver solver_;
   typename Step::Stages F_, F_at_Y_;
-  std::vector<Lanes> E_;              ///< for the books
+  std::vector<Lanes> E_;              ///< for the ledger
   std::vector<double> noise_, size_;  ///< of Newton's solve; of a component
   std::vector<double> residual_, point_;
   bool have_before_ = false;

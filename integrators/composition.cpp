@@ -10,7 +10,7 @@ namespace {
 template <class T>
 class Composition final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
-  using Base::cost_, Base::works_;
+  using Base::cost_, Base::port_work_;
   using typename Base::State;
   using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
 
@@ -36,7 +36,7 @@ class Composition final : public BasicIntegrator<T> {
     // rounding.
     const size_t stages = gamma_.size(), middle = stages / 2;
     T outer(0.0), taken(0.0);
-    works_.restart();
+    port_work_.restart();
     for (size_t i = 0; i < middle; ++i) outer += T(gamma_[i]) * h;
     for (size_t i = 0; i < stages; ++i) {
       const T step = i == middle ? h - T(2.0) * outer : T(gamma_[i]) * h;
@@ -48,7 +48,7 @@ class Composition final : public BasicIntegrator<T> {
         return o;
       }
       taken += step;
-      if (keeps_books()) works_.add(base_->works());
+      if (integrates_power()) port_work_.add(base_->port_work());
     }
     return Outcome::ok;
   }
@@ -56,7 +56,7 @@ class Composition final : public BasicIntegrator<T> {
   void tell_turns(const State& s) override { base_->tell_turns(s); }
   void carry(Archive& a) override { base_->carry(a); }
   std::string remark() const override { return base_->remark(); }
-  bool keeps_books() const override { return base_->keeps_books(); }
+  bool integrates_power() const override { return base_->integrates_power(); }
   Cost cost() const override {
     Cost c = base_->cost();
     c.steps = cost_.steps;

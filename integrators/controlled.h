@@ -11,10 +11,10 @@ namespace porthos::integrators {
 class Controlled : public Integrator {
  public:
   std::string remark() const override { return inner_->remark(); }
-  std::span<const double> works() const override {
-    return keeps_books() ? by_->works() : works_.of_step();
+  std::span<const double> port_work() const override {
+    return integrates_power() ? by_->port_work() : port_work_.of_step();
   }
-  bool keeps_books() const override { return inner_->keeps_books(); }
+  bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return true; }
 
@@ -82,7 +82,7 @@ class Controlled : public Integrator {
   std::shared_ptr<const phs::TimeScaleModel> scale_;
   std::unique_ptr<Integrator> inner_, plain_;
   const Integrator* by_ = nullptr;  ///< which of them took the last step
-  bool books_aside() const { return works_.any() && !keeps_books(); }
+  bool port_work_aside() const { return port_work_.any() && !integrates_power(); }
   State last_;  ///< x and lo only are compared
   bool have_last_ = false;
 

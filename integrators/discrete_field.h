@@ -53,7 +53,7 @@ class DiscreteField {
     system_.rate(t, middle_, gradient_, f);
   }
   /// The works of the step just evaluated: powers at ∇̄H, so that the balance closes for any H.
-  void book(T t, T h, Works<T>& works) {
+  void book(T t, T h, PortWork<T>& works) {
     works.restart();
     works.add_at(system_, t, h, middle_, gradient_);
   }

@@ -55,7 +55,7 @@ class MiddleField final : public DualField {
 template <class T>
 class DiscreteGradient final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
-  using Base::cost_, Base::n_, Base::system_, Base::works_;
+  using Base::cost_, Base::n_, Base::system_, Base::port_work_;
   using typename Base::State;
 
  public:
@@ -91,7 +91,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     const Outcome o = solver_.solve(equations, true, cost_);
     cost_.evaluations += field_.evaluations();
     if (o != Outcome::ok) return o;
-    if (works_.any()) field_.book(t + T(0.5) * h, h, works_);
+    if (port_work_.any()) field_.book(t + T(0.5) * h, h, port_work_);
     for (size_t k = 0; k < n_; ++k) phs::compensated_add(s.x[k], s.lo[k], delta_[k]);
     return Outcome::ok;
   }
@@ -101,7 +101,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
     solver_.carry(a);
   }
   std::string remark() const override { return solver_.remark(cost_.steps); }
-  bool keeps_books() const override { return true; }
+  bool integrates_power() const override { return true; }
 
  private:
   /// What the solver works on.

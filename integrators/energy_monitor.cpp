@@ -48,7 +48,7 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
       monitor_(std::move(monitor)),
       scale_(model.description()),
       before_(model.description(), std::vector<double>(n_)),
-      works_sum_(model.description().powers.size()),
+      port_work_sum_(model.description().powers.size()),
       x_(n_),
       stored_(model.description().storages.size()) {
   require_limit("limit", monitor_.limit);
@@ -60,8 +60,8 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
   if (monitor_.limit == 0 && monitor_.step_limit == 0 && !monitor_.watch && !monitor_.project)
     throw InvalidArgument(
         "the monitor has nothing to watch, expected a limit, a step_limit or project");
-  if (!o.books && !works_sum_.empty())
-    throw InvalidArgument("the monitor needs the method's books, expected Options::books");
+  if (!o.port_work && !port_work_sum_.empty())
+    throw InvalidArgument("the monitor needs the method's ledger, expected Options::port_work");
   for (const auto& a : model.description().powers)
     signs_.push_back(a.kind == phs::PowerKind::supplied     ? 1
                      : a.kind == phs::PowerKind::dissipated ? -1
@@ -80,18 +80,18 @@ double EnergyMonitor::energy(const State& s) {
 }
 
 void EnergyMonitor::begin(const State& s) {
-  books_ = {};
-  books_.began = 1;
-  books_.H0 = energy(s);
+  account_ = {};
+  account_.began = 1;
+  account_.H0 = energy(s);
   scale_.see(stored_);
 }
 
-/// The books after the works of a step to this state.
-EnergyMonitor::Books EnergyMonitor::booked(const State& s) {
-  Books b = books_;
-  for (size_t a = 0; a < works_sum_.size(); ++a) {
-    phs::compensated_add(b.income, b.income_lo, signs_[a] * works_sum_[a]);
-    b.turned_over += std::fabs(signs_[a] * works_sum_[a]);
+/// The ledger after the works of a step to this state.
+EnergyMonitor::Account EnergyMonitor::booked(const State& s) {
+  Account b = account_;
+  for (size_t a = 0; a < port_work_sum_.size(); ++a) {
+    phs::compensated_add(b.income, b.income_lo, signs_[a] * port_work_sum_[a]);
+    b.turned_over += std::fabs(signs_[a] * port_work_sum_[a]);
   }
   b.defect = ((energy(s) - b.H0) - b.income) - b.income_lo;
   scale_J_ = std::max(scale_.value_with(stored_), b.turned_over);
@@ -105,16 +105,16 @@ bool EnergyMonitor::beyond(double defect, double limit) const {
   return limit > 0 && !(std::fabs(defect) <= std::max(limit * scale_J_, rounding_));
 }
 
-bool EnergyMonitor::step_holds(const Books& after) const {
-  const double added = after.defect - (project_ ? 0.0 : books_.defect);
+bool EnergyMonitor::step_holds(const Account& after) const {
+  const double added = after.defect - (project_ ? 0.0 : account_.defect);
   return !beyond(added, monitor_.step_limit);
 }
 
-std::string EnergyMonitor::fault(const Books& after, const State& s) {
+std::string EnergyMonitor::fault(const Account& after, const State& s) {
   if (!std::isfinite(after.defect)) return "the energy is not finite";
   if (!step_holds(after))
     return text_of("the step adds %.2e to the relative defect of the balance (limit %.2e)",
-                   (after.defect - (project_ ? 0.0 : books_.defect)) / scale_J_,
+                   (after.defect - (project_ ? 0.0 : account_.defect)) / scale_J_,
                    monitor_.step_limit);
   if (beyond(after.defect, monitor_.limit))
     return text_of("the relative defect of the balance is %.2e (limit %.2e)",
@@ -133,7 +133,7 @@ void EnergyMonitor::note(const std::string& why, double defect) {
 }
 
 void EnergyMonitor::keep(const State& s) {
-  if (books_.began == 0) begin(s);
+  if (account_.began == 0) begin(s);
   before_ = s;
   memory_before_.clear();
   inner_->save(memory_before_);
@@ -151,18 +151,18 @@ Outcome EnergyMonitor::refuse(State& s, Outcome o, const std::string& why) {
   return o == Outcome::ok ? Outcome::failed : o;
 }
 
-Outcome EnergyMonitor::accept(State& s, const Books& after, bool whole) {
-  books_ = after;
+Outcome EnergyMonitor::accept(State& s, const Account& after, bool whole) {
+  account_ = after;
   whole_ = whole;
   scale_.see(stored_);
   if (!project_) return Outcome::ok;
   const double off = std::fabs(after.defect);
   if (off <= std::max(1e-16 * scale_J_, 0.1 * rounding_)) return Outcome::ok;
-  if ((*project_)(*system_, s, (books_.H0 + books_.income) + books_.income_lo)) {
+  if ((*project_)(*system_, s, (account_.H0 + account_.income) + account_.income_lo)) {
     ++report_.projected;
     report_.moved_J += off;
     whole_ = false;
-    books_.defect = 0;
+    account_.defect = 0;
   } else {
     ++report_.out_of_reach;
   }
@@ -176,9 +176,9 @@ Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
   keep(s);
   Outcome o = on_grid ? inner_->step(s) : inner_->step_by(s, h);
   std::string why;
-  Books after = books_;
+  Account after = account_;
   if (o == Outcome::ok) {
-    std::copy_n(inner_->works().begin(), works_sum_.size(), works_sum_.begin());
+    std::copy_n(inner_->port_work().begin(), port_work_sum_.size(), port_work_sum_.begin());
     after = booked(s);
     why = fault(after, s);
     if (why.empty()) return accept(s, after, true);
@@ -209,14 +209,15 @@ Outcome EnergyMonitor::again(State& s, double h, bool on_grid) {
   for (int k = 1; k <= monitor_.most_halvings; ++k) {
     const int parts = 1 << k;
     go_back(s);
-    std::fill(works_sum_.begin(), works_sum_.end(), 0.0);
+    std::fill(port_work_sum_.begin(), port_work_sum_.end(), 0.0);
     Outcome o = Outcome::ok;
     for (int i = 0; i < parts && o == Outcome::ok; ++i) {
-      o = inner_->advance_with_books(t + h * i / parts, h / parts, s);
-      for (size_t a = 0; a < works_sum_.size(); ++a) works_sum_[a] += inner_->works()[a];
+      o = inner_->advance_with_port_work(t + h * i / parts, h / parts, s);
+      for (size_t a = 0; a < port_work_sum_.size(); ++a)
+        port_work_sum_[a] += inner_->port_work()[a];
     }
     if (o != Outcome::ok) continue;
-    const Books after = booked(s);
+    const Account after = booked(s);
     if (!std::isfinite(after.defect) || !step_holds(after)) continue;
     if (on_grid)
       ++s.step;
@@ -241,7 +242,7 @@ std::string EnergyMonitor::text() const {
   if (r.violations > 0) text += "; the last: " + r.last;
   if (!project_) return text;
   text += text.empty() ? "energy monitor: " : "; ";
-  text += text_of("%lld steps moved to the energy of the books, %.3g J in all",
+  text += text_of("%lld steps moved to the energy of the ledger, %.3g J in all",
                   (long long)r.projected, r.moved_J);
   if (r.out_of_reach > 0)
     text +=
@@ -250,9 +251,9 @@ std::string EnergyMonitor::text() const {
 }
 
 void EnergyMonitor::carry(Archive& a) {
-  auto books = std::bit_cast<std::array<double, sizeof(Books) / sizeof(double)>>(books_);
-  a(std::span<double>(books));
-  books_ = std::bit_cast<Books>(books);
+  auto account = std::bit_cast<std::array<double, sizeof(Account) / sizeof(double)>>(account_);
+  a(std::span<double>(account));
+  account_ = std::bit_cast<Account>(account);
   auto& r = report_;
   a(r.violations, 0);
   a(r.repeated, 0);

@@ -29,7 +29,7 @@ struct MonitorOptions {
   /// Whether a state is one to go on from, else why not ("the elbow is beyond its stop"). x: its
   /// value, angles wrapped.
   std::function<std::string(double t, std::span<const double> x)> watch = {};
-  /// after each step, move the state to the energy the books predict, see EnergyProjection
+  /// after each step, move the state to the energy the ledger predicts, see EnergyProjection
   bool project = false;
   /// Whose invariants a projection keeps, null: the model's own. Its state is the first numbers of
   /// the model's; it must outlive the monitor. In orbit the internal motion keeps angular momentum
@@ -48,8 +48,8 @@ struct MonitorReport {
 };
 
 /// A method under watch. The defect is H - H(start) - supplied + dissipated, by the method's own
-/// books, in double: limits below 1e-14 would watch its rounding, and what is below the rounding of
-/// the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to
+/// ledger, in double: limits below 1e-14 would watch its rounding, and what is below the rounding
+/// of the stored energies is no violation. Cost: one evaluation of H a step (and a gradient to
 /// project).
 ///
 /// `repeat` takes a step again in 2, 4, 8 ... parts until the limit of a step holds; a step that
@@ -79,8 +79,8 @@ class EnergyMonitor : public Integrator {
   }
   void carry(Archive& archive) override;
   std::string remark() const override { return inner_->remark(); }
-  std::span<const double> works() const override { return works_sum_; }
-  bool keeps_books() const override { return inner_->keeps_books(); }
+  std::span<const double> port_work() const override { return port_work_sum_; }
+  bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return inner_->varies(); }
   Cost cost() const override { return inner_->cost(); }
@@ -92,7 +92,7 @@ class EnergyMonitor : public Integrator {
   std::string text() const;
 
  private:
-  struct Books {  ///< numbers only: they are part of memory()
+  struct Account {  ///< numbers only: they are part of memory()
     double began = 0, H0 = 0, turned_over = 0;
     double income = 0, income_lo = 0;  ///< Σ supplied - dissipated
     double defect = 0;                 ///< before the last projection
@@ -100,18 +100,18 @@ class EnergyMonitor : public Integrator {
   void begin(const State& s);
   double energy(const State& s);
   bool beyond(double defect, double limit) const;
-  Books booked(const State& s);
+  Account booked(const State& s);
   /// What is wrong with a step to this state, or nothing.
-  std::string fault(const Books& after, const State& s);
+  std::string fault(const Account& after, const State& s);
   /// Keeps what refuse() and again() go back to.
   void keep(const State& s);
   void go_back(State& s);
-  bool step_holds(const Books& after) const;
+  bool step_holds(const Account& after) const;
   /// A step of size h; on_grid: of the method's own size, which the clock counts.
   Outcome take(State& s, double h, bool on_grid);
   double size_of_step_to(const State& s) const;
   Outcome again(State& s, double h, bool on_grid);
-  Outcome accept(State& s, const Books& after, bool whole);
+  Outcome accept(State& s, const Account& after, bool whole);
   Outcome refuse(State& s, Outcome o, const std::string& why);
   void note(const std::string& why, double defect);
 
@@ -119,12 +119,12 @@ class EnergyMonitor : public Integrator {
   MonitorOptions monitor_;
   MonitorReport report_;
   std::unique_ptr<EnergyProjection> project_;
-  Books books_;
+  Account account_;
   phs::EnergyScale scale_;             ///< of the steps let pass
   double scale_J_ = 1, rounding_ = 0;  ///< with the step in question [J]
   State before_;
   std::vector<double> memory_before_;  ///< of the inner method
-  std::vector<double> works_sum_, x_, stored_;
+  std::vector<double> port_work_sum_, x_, stored_;
   std::vector<double> signs_;  ///< per power: +1 supplied, -1 dissipated
   bool whole_ = true;          ///< the last step was taken in one part and left as it was
 };

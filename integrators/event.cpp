@@ -123,7 +123,7 @@ EventResult EventStepper::finish(phs::State& state) {
   left_event_ = root.event;
   r.g = root.point.g;
   if (root.point.at < 1) {
-    go_back(state);  // by the method itself, so that its books are of this step
+    go_back(state);  // by the method itself, so that its ledger is of this step
     r.outcome = odd_step(state, root.point.at * h_);
   }
   r.trials = trials_;

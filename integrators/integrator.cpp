@@ -7,13 +7,13 @@
 namespace porthos::integrators {
 
 template <class T>
-Outcome BasicIntegrator<T>::advance_with_books(T t, T h, State& s) {
+Outcome BasicIntegrator<T>::advance_with_port_work(T t, T h, State& s) {
   tell_turns(s);
-  const bool aside = works_.any() && !keeps_books();
-  if (aside) works_.before(*system_, t, h, s.x, s.lo);
+  const bool aside = port_work_.any() && !integrates_power();
+  if (aside) port_work_.before(*system_, t, h, s.x, s.lo);
   const Outcome o = advance(t, h, s);
   if (aside && o == Outcome::ok) {
-    works_.after(*system_, t, h, s.x, s.lo);
+    port_work_.after(*system_, t, h, s.x, s.lo);
     cost_.evaluations += 3;
   }
   return o;
@@ -22,7 +22,7 @@ Outcome BasicIntegrator<T>::advance_with_books(T t, T h, State& s) {
 template <class T>
 Outcome BasicIntegrator<T>::step(State& s) {
   if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
-  const Outcome o = advance_with_books(s.time(h_), h_, s);
+  const Outcome o = advance_with_port_work(s.time(h_), h_, s);
   if (o != Outcome::ok) return taken_back_unless_ok(o);
   ++s.step;
   ++cost_.steps;
@@ -39,7 +39,7 @@ Outcome BasicIntegrator<T>::step_by(State& s, T h) {
 
 template <class T>
 Outcome BasicIntegrator<T>::step_off_the_grid(State& s, T h) {
-  const Outcome o = advance_with_books(s.time(h_), h, s);
+  const Outcome o = advance_with_port_work(s.time(h_), h, s);
   if (o != Outcome::ok) return o;
   s.step_off_the_grid(phs::to_double(h_), phs::to_double(h));
   ++cost_.steps;

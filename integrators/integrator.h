@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "integrators/port_work.h"
 #include "integrators/sampler.h"
 #include "integrators/turns.h"
-#include "integrators/works.h"
 #include "phs/archive.h"
 #include "phs/state.h"
 #include "phs/system.h"
@@ -69,10 +69,10 @@ struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations
   Solver solver = Solver::automatic;  ///< of the implicit methods that have a choice
-  bool lanes = true;   ///< evaluate stages as SIMD lanes (same bits as scalar stages)
-  bool books = true;   ///< keep the works of each step; off: works() is empty
-  bool wrap = true;    ///< keep angles in [-π, π]; off only as a negative control
-  double binding = 0;  ///< ω of Tao's methods [1/s]; 0: their own choice
+  bool lanes = true;      ///< evaluate stages as SIMD lanes (same bits as scalar stages)
+  bool port_work = true;  ///< integrate the powers of each step; off: port_work() is empty
+  bool wrap = true;       ///< keep angles in [-π, π]; off only as a negative control
+  double binding = 0;     ///< ω of Tao's methods [1/s]; 0: their own choice
   /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this,
   /// relative. What is left is biased, so the energy drifts slowly: for errors far above rounding
   /// it halves the work, below it is a control.
@@ -107,8 +107,8 @@ class BasicIntegrator {
   /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless
   /// `ok`.
   [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
-  /// advance() with turns and books.
-  [[nodiscard]] Outcome advance_with_books(T t, T h, State& state);
+  /// advance() with turns and port work.
+  [[nodiscard]] Outcome advance_with_port_work(T t, T h, State& state);
   /// Tells the systems at work the turn counts of the state.
   virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
 
@@ -143,12 +143,12 @@ class BasicIntegrator {
 
   /// Energy that went through each of the system's powers (Description::powers) in the last step
   /// [J].
-  virtual std::span<const T> works() const { return works_.of_step(); }
+  virtual std::span<const T> port_work() const { return port_work_.of_step(); }
   /// Whether they are integrated with the method's own weights: the balance then closes as well as
   /// the method does, by two Gauss points inside the step (order 4) otherwise.
-  virtual bool keeps_books() const { return false; }
+  virtual bool integrates_power() const { return false; }
   /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
-  virtual bool sees_inside() const { return keeps_books(); }
+  virtual bool sees_inside() const { return integrates_power(); }
 
   /// Whether steps are of sizes of its own choice rather than step_size().
   virtual bool varies() const { return false; }
@@ -162,7 +162,7 @@ class BasicIntegrator {
         options_(o),
         system_(model.instantiate<T>()),
         turns_(model.description()),
-        works_(model.description(), o.books),
+        port_work_(model.description(), o.port_work),
         sampler_(model, phs::to_double(h)),
         n_(size_t(model.description().nx)) {}
 
@@ -179,7 +179,7 @@ class BasicIntegrator {
   Options options_;
   std::unique_ptr<phs::System<T>> system_;
   TurnKeeper<T> turns_;
-  Works<T> works_;
+  PortWork<T> port_work_;
   Sampler<T> sampler_;
   size_t n_;  ///< numbers in the state
   Cost cost_;

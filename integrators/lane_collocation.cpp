@@ -11,14 +11,14 @@ class LaneCollocation {
   static constexpr int most_stages = 16;
 
  public:
-  static constexpr bool keeps_books = true;
+  static constexpr bool integrates_power = true;
   LaneCollocation(const Workplace<Pack>& w, const CollocationTable<double>& table, double h)
       : work_(w),
         n_(size_t(w.model.description().nx)),
         h_(h),
         step_(table, n_),
         solver_(Stagnation::of<double>(w.options.iteration_tolerance), w.options, n_),
-        F_(w.works.any() ? n_ : 0),
+        F_(w.port_work.any() ? n_ : 0),
         lane_(size_t(LaneIntegrator::width), Lane(w.options.iteration_tolerance)) {
     step_.adapt_to(h, h);
     offer_newton(solver_, table, w.model, w.options);
@@ -111,7 +111,7 @@ class LaneCollocation {
   }
 
   void finish(LaneSet done, Pack t) {
-    if (work_.works.any()) book(t);
+    if (work_.port_work.any()) book(t);
     const auto now = mask_of<Pack>(done);
     for (size_t i = 0; i < size_t(step_.s); ++i)
       for (size_t k = 0; k < n_; ++k)
@@ -124,11 +124,11 @@ class LaneCollocation {
     });
   }
   void book(Pack t) {
-    work_.works.restart();
+    work_.port_work.restart();
     for (size_t i = 0; i < size_t(step_.s); ++i) {
       const Pack hb(step_.hb[i]);
       for (size_t k = 0; k < n_; ++k) F_[k] = step_.L[i][k] / hb;
-      work_.works.add(work_.system, t + Pack(step_.ch[i]), hb, step_.Y[i], F_);
+      work_.port_work.add(work_.system, t + Pack(step_.ch[i]), hb, step_.Y[i], F_);
     }
   }
 

@@ -13,8 +13,8 @@ LaneIntegrator::LaneIntegrator(const phs::Model& model, double h, const Options&
       n_(size_t(model.description().nx)),
       x_(n_, Lanes(0.0)),
       lo_(x_),
-      works_at_work_(model.description(), o.books),
-      works_(works_at_work_.of_step().size(), Lanes(0.0)) {
+      ended_port_work_(model.description(), o.port_work),
+      port_work_(ended_port_work_.of_step().size(), Lanes(0.0)) {
   for (const auto& b : model.description().blocks)
     if (b.kind == phs::BlockKind::angle) {
       auto alone = b;
@@ -86,8 +86,8 @@ void LaneIntegrator::state(int lane, phs::State& to) const {
   }
 }
 
-void LaneIntegrator::works(int lane, std::span<double> to) const {
-  for (size_t a = 0; a < works_.size(); ++a) to[a] = works_[a][lane];
+void LaneIntegrator::port_work(int lane, std::span<double> to) const {
+  for (size_t a = 0; a < port_work_.size(); ++a) to[a] = port_work_[a][lane];
 }
 
 /// Counts the steps that are done, wraps angles, stops or begins the next.
@@ -95,8 +95,8 @@ void LaneIntegrator::ended(const Ended& e) {
   for_each_lane(e.failed(), [&](int l) { run_[size_t(l)].phase = Phase::stuck; });
   if (!e.done) return;
   const auto done = mask_of<Lanes>(e.done);
-  for (size_t a = 0; a < works_.size(); ++a)
-    works_[a] = select(done, works_at_work_.of_step()[a], works_[a]);
+  for (size_t a = 0; a < port_work_.size(); ++a)
+    port_work_[a] = select(done, ended_port_work_.of_step()[a], port_work_[a]);
   Set next = 0;
   for_each_lane(e.done, [&](int l) {
     Run& r = run_[size_t(l)];

@@ -52,7 +52,7 @@ class LaneIntegrator {
   /// What an Integrator of this method needs to go on from there, for its restore().
   virtual std::vector<double> memory(int lane) const = 0;
   /// Energy through each of the system's powers in the lane's last step [J].
-  void works(int lane, std::span<double> to) const;
+  void port_work(int lane, std::span<double> to) const;
 
  protected:
   /// A new run in some lanes: nothing of the ones before counts.
@@ -66,11 +66,11 @@ class LaneIntegrator {
   double h_;
   Options options_;
   std::unique_ptr<phs::System<Lanes>> system_;
-  size_t n_;                    ///< numbers in a state
-  std::vector<Lanes> x_, lo_;   ///< states
-  Lanes t_ = Lanes(0.0);        ///< where the steps at work began
-  Works<Lanes> works_at_work_;  ///< of the steps that the last round ended
-  Cost cost_;                   ///< of rounds
+  size_t n_;                         ///< numbers in a state
+  std::vector<Lanes> x_, lo_;        ///< states
+  Lanes t_ = Lanes(0.0);             ///< where the steps at work began
+  PortWork<Lanes> ended_port_work_;  ///< of the steps that the last round ended
+  Cost cost_;                        ///< of rounds
 
  private:
   enum class Phase { idle, working, arrived, stuck };
@@ -88,7 +88,7 @@ class LaneIntegrator {
   void wrap(Run& run, int lane);
   void tell_turns();
 
-  std::vector<Lanes> works_;       ///< of the last step of each lane
+  std::vector<Lanes> port_work_;   ///< of the last step of each lane
   std::vector<Run> run_;           ///< of each lane
   std::vector<size_t> angles_;     ///< where the angle blocks are
   phs::Description angle_blocks_;  ///< of a state of these alone

@@ -7,7 +7,7 @@ namespace porthos::integrators {
 template <class T>
 class RungeKutta4 {
  public:
-  static constexpr bool keeps_books = true;
+  static constexpr bool integrates_power = true;
   explicit RungeKutta4(const Workplace<T>& w)
       : work_(w), n_(size_t(w.model.description().nx)), k_(n_, T(0.0)), y_(k_), sum_(k_) {}
 
@@ -17,14 +17,14 @@ class RungeKutta4 {
     const T at[] = {T(0.0), T(0.5), T(0.5), T(1.0)};
     const T weight[] = {T(1.0) / T(6.0), T(1.0) / T(3.0), T(1.0) / T(3.0), T(1.0) / T(6.0)};
     std::fill(sum_.begin(), sum_.end(), T(0.0));
-    work_.works.restart();
+    work_.port_work.restart();
     for (int stage = 0; stage < 4; ++stage) {
       const T c = at[stage] * s.h, hw = s.h * weight[stage], t = s.t + c;
       for (size_t i = 0; i < n_; ++i) y_[i] = stage == 0 ? s.x[i] : s.x[i] + c * k_[i];
       work_.system.field(t, y_, {}, k_);
       ++work_.cost.evaluations;
       for (size_t i = 0; i < n_; ++i) sum_[i] += hw * k_[i];
-      if (work_.works.any()) work_.works.add(work_.system, t, hw, y_, k_);
+      if (work_.port_work.any()) work_.port_work.add(work_.system, t, hw, y_, k_);
     }
     auto finite = mask_of_some<T>(lanes);
     for (const T& d : sum_) finite = finite & (magnitude(d) < Size<T>(HUGE_VAL));

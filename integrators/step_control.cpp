@@ -46,9 +46,9 @@ class TimeTransformed final : public Controlled {
     load(s);
     inner_->tell_turns(s);
     const double t_before = s.time(h_);
-    if (books_aside()) {
+    if (port_work_aside()) {
       Controlled::tell_turns(s);
-      works_.before(*system_, t_before, h_, s.x, s.lo);
+      port_work_.before(*system_, t_before, h_, s.x, s.lo);
     }
     const Outcome o = inner_->advance(0.0, h_, ext_);
     if (o != Outcome::ok) return o;
@@ -68,7 +68,7 @@ class TimeTransformed final : public Controlled {
     }
     energy_ = ext_.x[transformed_.energy_at()];
     energy_lo_ = ext_.lo[transformed_.energy_at()];
-    if (books_aside()) works_.after(*system_, t_before, s.time(h_) - t_before, s.x, s.lo);
+    if (port_work_aside()) port_work_.after(*system_, t_before, s.time(h_) - t_before, s.x, s.lo);
     ++cost_.steps;
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     last_ = s;
@@ -250,10 +250,10 @@ class Reversible final : public Controlled {
   Outcome move(double half, double eps, double h, State& s) {
     if (!(half > 0) || !std::isfinite(half)) return Outcome::failed;
     const double t = s.time(h_);
-    if (books_aside()) works_.before(*system_, t, h, s.x, s.lo);
+    if (port_work_aside()) port_work_.before(*system_, t, h, s.x, s.lo);
     const Outcome o = inner_->advance(t, h, s);
     if (o != Outcome::ok) return o;
-    if (books_aside()) works_.after(*system_, t, h, s.x, s.lo);
+    if (port_work_aside()) port_work_.after(*system_, t, h, s.x, s.lo);
     by_ = inner_.get();
     evaluate(t + h, s);
     rho_ = half + 0.5 * eps * G_;

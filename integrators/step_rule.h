@@ -10,7 +10,7 @@
 /// A method written once, for one state and for a state per SIMD lane. It is a template over the
 /// scalar T: double, Dual or Quad for one state, the Pack of LaneIntegrator for lanes. Its members:
 ///   Rule(const Workplace<T>&)
-///   keeps_books               whether round() leaves the step's works in Workplace::works
+///   integrates_power               whether round() leaves the step's works in Workplace::works
 ///   LaneSet begin(lanes, at)  first values for a step of these lanes; returns those it cannot take
 ///   Ended round(lanes, at)    the work all lanes do together, and which steps ended with it. Where
 ///                             a step failed, the lane remembers what it did before the step
@@ -33,7 +33,7 @@ struct Workplace {
   const phs::Model& model;
   phs::System<T>& system;
   const Options& options;
-  Works<T>& works;
+  PortWork<T>& port_work;
   Cost& cost;
 };
 
@@ -45,7 +45,7 @@ class OneState final : public BasicIntegrator<T> {
  public:
   OneState(const Declaration& d, const phs::Model& model, T h, const Options& o)
       : Base(d, model, h, o),
-        rule_({model, *this->system_, this->options_, this->works_, this->cost_}) {}
+        rule_({model, *this->system_, this->options_, this->port_work_, this->cost_}) {}
 
   Outcome advance(T t, T h, typename Base::State& s) override {
     const StepStart<T> at{t, h, s.x, s.lo};
@@ -61,7 +61,7 @@ class OneState final : public BasicIntegrator<T> {
   }
 
   void carry(Archive& a) override { rule_.carry(a, 0); }
-  bool keeps_books() const override { return Rule<T>::keeps_books; }
+  bool integrates_power() const override { return Rule<T>::integrates_power; }
 
  private:
   Rule<T> rule_;
@@ -75,7 +75,7 @@ class StatePerLane final : public LaneIntegrator {
   template <class... More>
   StatePerLane(const phs::Model& model, double h, const Options& o, const More&... more)
       : LaneIntegrator(model, h, o),
-        rule_({model, *system_, options_, works_at_work_, cost_}, more...) {}
+        rule_({model, *system_, options_, ended_port_work_, cost_}, more...) {}
 
   std::vector<double> memory(int lane) const override {
     std::vector<double> m;

@@ -19,7 +19,7 @@ class StormerVerlet {
   };
 
  public:
-  static constexpr bool keeps_books = false;
+  static constexpr bool integrates_power = false;
   explicit StormerVerlet(const Workplace<T>& w)
       : work_(w),
         n_(size_t(w.model.description().nx) / 2),
@@ -207,8 +207,9 @@ std::unique_ptr<LaneIntegrator> make_stormer_verlet_lanes(const Declaration&,
                                                           const phs::Model& model, double h,
                                                           const Options& o) {
   const auto& d = model.description();
-  const bool books = o.books && !d.powers.empty();  // of its own it keeps none: one state at a time
-  if (d.traits.separable || books) return nullptr;
+  const bool ledger =
+      o.port_work && !d.powers.empty();  // of its own it keeps none: one state at a time
+  if (d.traits.separable || ledger) return nullptr;
   return std::make_unique<StatePerLane<StormerVerlet<LaneIntegrator::Lanes>>>(model, h, o);
 }
 

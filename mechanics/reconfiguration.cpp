@@ -133,7 +133,8 @@ double size(const Vec3<Real>& a) { return double(phs::sqrt(dot(a, a))); }
 
 /// The coordinates of the new mechanism: those of joints that stay; of unlocked joints, as they
 /// were; of freed bodies, their pose.
-phs::State positions(const Moving& before, const Instant& from, const MechanicalModel& to) {
+phs::State positions(const MovingMechanism& before, const Instant& from,
+                     const MechanicalModel& to) {
   const auto& a = before.model->description();
   const auto& b = to.description();
   phs::State s(b, std::vector<double>(size_t(b.nx)));
@@ -249,7 +250,7 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   r.angular_jump = size(b.angular - a.angular);
 }
 
-Impact change(Moving& moving, MechanismBuilder next) {
+Impact change(MovingMechanism& moving, MechanismBuilder next) {
   auto model =
       std::make_shared<const MechanicalModel>(std::make_shared<const Mechanism>(next.build()));
   Instant from(*moving.model, moving.state);
@@ -312,13 +313,13 @@ void check(const Latch& l, const Instant& now) {
 
 }  // namespace
 
-Moving::Moving(MechanismBuilder given) : parts(std::move(given)) {
+MovingMechanism::MovingMechanism(MechanismBuilder given) : parts(std::move(given)) {
   model = std::make_shared<const MechanicalModel>(std::make_shared<const Mechanism>(parts.build()));
   const std::vector<double> rest(size_t(model->mechanism().nv()), 0.0);
   set(model->mechanism().neutral(), rest);
 }
 
-void Moving::set(std::span<const double> q, std::span<const double> v) {
+void MovingMechanism::set(std::span<const double> q, std::span<const double> v) {
   phs::State s(model->description(), model->state(q, v));
   s.step = state.step;
   s.origin = state.origin;
@@ -328,7 +329,7 @@ void Moving::set(std::span<const double> q, std::span<const double> v) {
   state = std::move(s);
 }
 
-Impact capture(Moving& moving, const Latch& latch) {
+Impact capture(MovingMechanism& moving, const Latch& latch) {
   MechanismBuilder next = moving.parts;
   BodySpec& body = body_of(next, latch.body, "capture");
   body_of(next, latch.link, "capture");
@@ -347,23 +348,24 @@ Impact capture(Moving& moving, const Latch& latch) {
   return change(moving, std::move(next));
 }
 
-double margin(const Moving& moving, const phs::State& state, const Latch& latch) {
+double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch) {
   double least = std::numeric_limits<double>::infinity();
   for (const Closing& c : closing(latch, Instant(*moving.model, state)))
     least = std::min(least, c.limit - c.value);
   return least;
 }
 
-void require_within_limits(const Moving& moving, const Latch& latch) {
+void require_within_limits(const MovingMechanism& moving, const Latch& latch) {
   check(latch, Instant(*moving.model, moving.state));
 }
 
-Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body) {
+Pose relative_pose(const MovingMechanism& moving, const std::string& link,
+                   const std::string& body) {
   const Instant now(*moving.model, moving.state);
   return lowered(inverse(now.pose(link)) * now.pose(body));
 }
 
-Impact release(Moving& moving, const std::string& name) {
+Impact release(MovingMechanism& moving, const std::string& name) {
   MechanismBuilder next = moving.parts;
   BodySpec& body = body_of(next, name, "release");
   if (is_free(body)) throw InvalidArgument("release: the body '" + name + "' is free already");
@@ -378,7 +380,7 @@ Impact release(Moving& moving, const std::string& name) {
   return r;
 }
 
-Impact lock(Moving& moving, const std::string& joint) {
+Impact lock(MovingMechanism& moving, const std::string& joint) {
   if (moving.locked.count(joint))
     throw InvalidArgument("lock: the joint '" + joint + "' is locked already");
   MechanismBuilder next = moving.parts;
@@ -420,7 +422,7 @@ Impact lock(Moving& moving, const std::string& joint) {
   return r;
 }
 
-Impact unlock(Moving& moving, const std::string& joint) {
+Impact unlock(MovingMechanism& moving, const std::string& joint) {
   const auto kept = moving.locked.find(joint);
   if (kept == moving.locked.end()) {
     std::string known;

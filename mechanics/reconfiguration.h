@@ -32,19 +32,19 @@ struct LockedJoint {
 };
 
 /// A mechanism in motion with the parts it is made of.
-struct Moving {
+struct MovingMechanism {
   MechanismBuilder parts;
   std::shared_ptr<const MechanicalModel> model;
   phs::State state;                           ///< of model
   std::map<std::string, LockedJoint> locked;  ///< by joint
 
   /// The mechanism at rest at q = 0 and time 0. @throws InvalidArgument as MechanismBuilder::build
-  explicit Moving(MechanismBuilder parts);
+  explicit MovingMechanism(MechanismBuilder parts);
   /// Sets the state from q and v (sizes nq, nv) and keeps the clock.
   void set(std::span<const double> q, std::span<const double> v);
 };
 
-/// The books of an event.
+/// The ledger of an event.
 struct Impact {
   double dissipated_J = 0;                   ///< plastic loss, >= 0
   Momentum<double> momentum;                 ///< before, about the world's origin
@@ -68,25 +68,25 @@ struct Latch {
 /// @throws InvalidArgument for unknown names, a body that is not free in the world or carries the
 ///   link, points further apart than the reach, or relative motion beyond the limits; with the
 ///   numbers. Nothing has changed then.
-Impact capture(Moving& moving, const Latch& latch);
+Impact capture(MovingMechanism& moving, const Latch& latch);
 /// How far the latch's points and their motion are within its limits, by the one that is closest
 /// [m, m/s or rad/s]: continuous in the state, below 0 beyond a limit. @throws InvalidArgument for
 /// unknown names
-double margin(const Moving& moving, const phs::State& state, const Latch& latch);
+double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch);
 /// @throws InvalidArgument saying which limit is passed, with the numbers
-void require_within_limits(const Moving& moving, const Latch& latch);
+void require_within_limits(const MovingMechanism& moving, const Latch& latch);
 /// The body's frame in the link's, as they are now.
-Pose relative_pose(const Moving& moving, const std::string& link, const std::string& body);
+Pose relative_pose(const MovingMechanism& moving, const std::string& link, const std::string& body);
 
 /// The body and all it carries become free in the world, with the motion they have. A lock of the
 /// joint that held the body ends with that joint.
 /// @throws InvalidArgument for an unknown body or one that is free already
-Impact release(Moving& moving, const std::string& body);
+Impact release(MovingMechanism& moving, const std::string& body);
 /// The joint stops where it is. @throws InvalidArgument for an unknown joint or one that is fixed
 /// or locked already
-Impact lock(Moving& moving, const std::string& joint);
+Impact lock(MovingMechanism& moving, const std::string& joint);
 /// The joint can move again, from rest where it was locked, its coordinates as they were.
 /// @throws InvalidArgument for a joint that is not locked
-Impact unlock(Moving& moving, const std::string& joint);
+Impact unlock(MovingMechanism& moving, const std::string& joint);
 
 }  // namespace porthos::mechanics

@@ -35,7 +35,7 @@ struct Port {
 };
 
 /// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if
-/// passive) takes away. observed: no part of this balance, integrated along for the books of
+/// passive) takes away. observed: no part of this balance, integrated along for the ledger of
 /// another system.
 enum class PowerKind { supplied, dissipated, observed };
 struct PowerAccount {
@@ -75,7 +75,7 @@ struct Description {
   Traits traits;
   std::vector<PartialFlow> flows = {};  ///< in the order a splitting composes them; empty: none
 
-  /// The books of the energy: d/dt Σ storages = Σ supplied - Σ dissipated.
+  /// The ledger of the energy: d/dt Σ storages = Σ supplied - Σ dissipated.
   std::vector<std::string> storages = {"energy"};  ///< parts of H
   std::vector<PowerAccount> powers = {};           ///< with all open ports at u = 0
 

@@ -29,7 +29,7 @@ class InnerResolvent final : public Resolvent {
 /// drops nothing.
 ///
 /// The state may be longer than the inner's, which it begins with: the base passes that part on and
-/// gives zeros for the rest. It does likewise with the books, and takes the declared invariants by
+/// gives zeros for the rest. It does likewise with the ledger, and takes the declared invariants by
 /// name. A wrapper that changes the field changes rate(), efforts() and resolvent() too.
 template <class T>
 class Forwarding : public System<T>, public Tunable<T> {
@@ -156,7 +156,7 @@ class Forwarding : public System<T>, public Tunable<T> {
 };
 
 /// A system with inputs u(t, x) of its own making at all its ports, none of which stays open.
-/// Books: the plant's, then the power of the inputs. The state is the plant's.
+/// Ledger: the plant's, then the power of the inputs. The state is the plant's.
 template <class T>
 class Driven : public Forwarding<T> {
  public:

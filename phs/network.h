@@ -36,7 +36,7 @@ class Network {
 
   /// A member. Several members of one type share their model.
   Network& add(const std::string& name, std::shared_ptr<const Model> member);
-  /// The member the others are elements of: its blocks, books and invariants keep their names.
+  /// The member the others are elements of: its blocks, ledger and invariants keep their names.
   Network& main(const std::string& name);
 
   // --- junctions: each port takes part in one of them --------------------------------------------
@@ -82,7 +82,7 @@ class Network {
         {};  ///< ports whose outputs κ sees too: y = [its port's, theirs ...]
   };
   /// A controller on a port of any size: u += κ(t, x, y), x the state of the port's member. Its
-  /// power is in the books as `name`, and nothing asks it to be passive. A sampled one is held
+  /// power is in the ledger as `name`, and nothing asks it to be passive. A sampled one is held
   /// between the instants k·period; `name` is then what κ would have supplied all the time, and
   /// `name`.hold what the hold adds to that, (held - κ)·y.
   Network& control(const std::string& name, const std::string& port, LawPtr law,

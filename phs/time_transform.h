@@ -21,7 +21,7 @@ namespace porthos::phs {
 ///
 /// State, of n + 2 numbers: x with t put in after its first half and p_t at the end for a canonical
 /// system, which is canonical again if it is lossless and autonomous; else (x, t, p_t). No ports,
-/// no declared invariants besides K. The books are those of the original system, its powers per
+/// no declared invariants besides K. The ledger is that of the original system, its powers per
 /// tau.
 class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
  public:

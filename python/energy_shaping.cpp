@@ -347,7 +347,7 @@ coordinates), inputs on the basin, runs of the plant as sampled. lower, upper: t
       },
       py::return_value_policy::reference, arg("network"), arg("name"), arg("member"), arg("loop"),
       py::kw_only(), arg("limits") = std::vector<double>{}, arg("period") = 0.0,
-      R"(Puts the law of a loop on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over
+      R"(Puts the law of a loop on the ports of a member of a network. Ledger: `name`, and `name`.hold of a sampled one; over
 several ports `name`.<port>. limits: largest |u| of each actuated input; none: without.)");
 }
 

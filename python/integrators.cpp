@@ -158,9 +158,9 @@ void bind_integrators(py::module_& m) {
           "remark", [](const Method& i) { return i.integrator->remark(); },
           "What the method has to say of how it went. Empty: nothing unusual.")
       .def_property_readonly(
-          "works",
+          "port_work",
           [](const Method& i) {
-            const auto w = i.integrator->works();
+            const auto w = i.integrator->port_work();
             return as_array(std::vector<double>(w.begin(), w.end()));
           },
           "Energy that went through each of the system's powers in the last step [J].")

@@ -10,7 +10,7 @@ namespace porthos::python {
 
 namespace py = pybind11;
 
-void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work, py::object tell,
+void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work, py::object report,
                    Advance* advance) {
   using namespace std::chrono_literals;
   std::atomic<bool> stop{false};
@@ -31,14 +31,14 @@ void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& wor
     finished = true;
     done.notify_one();
   });
-  double told = -1;
+  double reported = -1;
   const auto attend = [&] {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!advance || tell.is_none()) return;
+    if (!advance || report.is_none()) return;
     const double f = advance->fraction;
-    if (f != told) {
-      told = f;
-      tell(f, advance->spent.load(), advance->left.load());
+    if (f != reported) {
+      reported = f;
+      report(f, advance->spent.load(), advance->left.load());
     }
   };
   for (;;) {

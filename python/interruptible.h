@@ -13,9 +13,9 @@ struct Advance {
 
 /// Does the work without the GIL on a thread of its own, while this one waits for it and, twenty
 /// times a second, looks for signals. Ctrl-C sets the flag the work is given; when it has stopped,
-/// KeyboardInterrupt is raised here. tell: called with the GIL whenever `advance` has changed; may
-/// be None.
+/// KeyboardInterrupt is raised here. report: called with the GIL whenever `advance` has changed;
+/// may be None.
 void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work,
-                   pybind11::object tell = pybind11::none(), Advance* advance = nullptr);
+                   pybind11::object report = pybind11::none(), Advance* advance = nullptr);
 
 }  // namespace porthos::python

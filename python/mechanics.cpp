@@ -190,7 +190,7 @@ p = momenta conjugate to q, of the same size as q.)")
       .def_property_readonly("nq", &Mechanism::nq)
       .def_property_readonly("nv", &Mechanism::nv)
       .def_property_readonly("body_count", &Mechanism::body_count,
-                             "Moving bodies, fixed joints merged.")
+                             "MovingMechanism bodies, fixed joints merged.")
       .def_property_readonly("total_mass", &Mechanism::total_mass, "Of the moving bodies [kg].")
       .def_property_readonly(
           "gravity", [](const Mechanism& p) { return tuple_of(p.gravity()); },

@@ -182,7 +182,7 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           },
           arg("name"), arg("member"), chain, "A member. Several of one type share their model.")
       .def("main", &Network::main, arg("name"), chain,
-           "The member the others are elements of: its blocks, books and invariants keep their "
+           "The member the others are elements of: its blocks, ledger and invariants keep their "
            "names.")
       .def("feedback", &Network::feedback, arg("effort_in"), arg("flow_in"), chain,
            "The flow of effort_in drives flow_in, whose effort acts back: u_a = -y_b, u_b = y_a.")
@@ -246,7 +246,7 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
           arg("name"), arg("port"), arg("law"), py::kw_only(), arg("period") = 0.0,
           arg("encoder") = std::vector<std::string>{}, arg("sensors") = std::vector<std::string>{},
           chain,
-          R"(A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the books as
+          R"(A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the ledger as
 `name`, and nothing asks it to be passive.
 
 period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then

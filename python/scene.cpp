@@ -39,7 +39,7 @@ void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
 
 /// (summary.json, whether it was interrupted) of a run into a folder.
 py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bool resume,
-                   bool check_symmetry, py::object tell) {
+                   bool check_symmetry, py::object report) {
   RunOptions o{.out = out, .resume = resume, .check_symmetry = check_symmetry};
   RunReport r;
   Advance advance;
@@ -48,7 +48,7 @@ py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bo
         attach(o, stop, advance);
         r = run(s, a, o);
       },
-      std::move(tell), &advance);
+      std::move(report), &advance);
   return py::make_tuple(r.interrupted ? "" : read_file(out + "/summary.json"), r.interrupted);
 }
 
@@ -88,7 +88,7 @@ class Columns {
 };
 
 /// (summary.json, {name: (array, unit)}, states) of a run in memory.
-py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, py::object tell) {
+py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, py::object report) {
   Scene s = given;
   s.extrema = Extrema::none;  // the columns below have none
   if (!s.events.empty() || s.orbit)
@@ -109,7 +109,7 @@ py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, 
         const RunReport r = run_in_memory(s, a, o);
         if (!r.interrupted) summary = summary_json(s, a, r, r.final_state);
       },
-      std::move(tell), &advance);
+      std::move(report), &advance);
   Columns columns(layout, std::move(rows));
   const py::dict named = columns.named(a.model->description());
   return py::make_tuple(summary, named, columns.states());
@@ -118,7 +118,7 @@ py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, 
 /// (compare.json, compare.txt), and the files in `out` unless it is empty.
 py::tuple compare_methods(const Scene& s, const Assembly& a,
                           const std::vector<std::string>& methods, double budget,
-                          std::optional<double> duration, const std::string& out, py::object tell) {
+                          std::optional<double> duration, const std::string& out, py::object report) {
   CompareOptions o{.methods = methods, .budget_s = budget, .duration = duration};
   check(o);
   if (!out.empty()) make_folder(out);
@@ -130,7 +130,7 @@ py::tuple compare_methods(const Scene& s, const Assembly& a,
         c = compare(s, a, o);
         if (!out.empty()) write_comparison(out, s, c);
       },
-      std::move(tell), &advance);
+      std::move(report), &advance);
   return py::make_tuple(comparison_json(s, c), comparison_table(s, c));
 }
 
@@ -258,15 +258,15 @@ void bind_scene(py::module_& m) {
         "What `porthos info` prints: states, ports, invariants, plan, cost of one evaluation.");
   m.def("version_text", &version_text, "What `porthos --version` prints.");
   m.def("run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
-        arg("check_symmetry") = false, arg("tell") = py::none(),
-        "Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with "
+        arg("check_symmetry") = false, arg("report") = py::none(),
+        "Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with "
         "(fraction, spent, left).");
   m.def("run_in_memory", &in_memory, arg("scene"), arg("assembly"), arg("check_symmetry") = false,
-        arg("tell") = py::none(),
+        arg("report") = py::none(),
         "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "
         "run.h5.");
   m.def("compare_methods", &compare_methods, arg("scene"), arg("assembly"), arg("methods"),
-        arg("budget"), arg("duration"), arg("out"), arg("tell") = py::none(),
+        arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
   m.def(

@@ -100,7 +100,7 @@ void bind_description(py::module_& m) {
       .def_readwrite("ports", &Description::ports)
       .def_readwrite("invariants", &Description::invariants, "Besides H.")
       .def_readwrite("traits", &Description::traits)
-      .def_readwrite("storages", &Description::storages, "Parts of H, for the books.")
+      .def_readwrite("storages", &Description::storages, "Parts of H, for the ledger.")
       .def_readwrite(
           "powers", &Description::powers,
           "d/dt sum of storages = sum supplied - sum dissipated, with all open ports at u = 0.")

@@ -184,7 +184,7 @@ Ports: 'link' (flow in: joint rate -> dE/dq), 'theta' and 'sigma' by their drive
       },
       arg("network"), arg("name"), arg("joint_port"), arg("actuator"),
       R"(Adds an actuator `name` to a network and joins it to a joint's port ('<member>.<joint>.torque'), with its commands,
-frictions and limits. Books: storages '<name>.spring', '<name>.rotor'; works '<name>.theta', '<name>.sigma'.)");
+frictions and limits. Ledger: storages '<name>.spring', '<name>.rotor'; works '<name>.theta', '<name>.sigma'.)");
 }
 
 }  // namespace

@@ -148,7 +148,7 @@ class Gathered {
     while (fs::exists(folder_ / fmt::format("phase_{}", count + 1) / "run.h5")) ++count;
     phase_count_ = std::max(1, count);
     if (summary_.is_null()) unfinished_ = true;
-    std::optional<mechanics::Moving> moving;
+    std::optional<mechanics::MovingMechanism> moving;
     double from = 0;
     for (int k = 0; k < count; ++k)
       attempt("run.h5 of a phase is damaged", [&] {

@@ -8,7 +8,7 @@
 #include "phs/archive.h"
 #include "space/orbit.h"
 
-/// The books of a spacecraft in orbit. Energy stands in three places, each with a ledger of its
+/// The ledger of a spacecraft in orbit. Energy stands in three places, each with a ledger of its
 /// own; none is a total.
 ///
 ///   orbital    E = m (v²/2 - μ/r)            defect = E - E(0) - Σ works on the orbit
@@ -56,7 +56,7 @@ struct SpaceReport {
   double next_order = 0;  ///< largest third order (neglected) over the second's largest energy
 };
 
-/// The books of a run whose mechanism has changed in between: the ledgers go on.
+/// The ledger of a run whose mechanism has changed in between: the ledgers go on.
 void append(SpaceReport& to, const SpaceReport& next);
 
 /// Kept by the split integrator, step by step, in constant memory.
@@ -77,7 +77,7 @@ class SpaceLedgers {
   /// At the end of a step.
   void look(const Reading& r);
   SpaceReport report() const;
-  /// What stands in the books now: energy and defect of the orbital ledger, the coupling, the
+  /// What stands in the ledger now: energy and defect of the orbital ledger, the coupling, the
   /// harmonics [J], and the size of what is left of the angular momentum [kg m²/s].
   static constexpr size_t reading_size = 7;
   std::array<double, reading_size> now() const;

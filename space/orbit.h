@@ -72,7 +72,7 @@ class OrbitMotion {
   bool zonal_, perturbed_;
 };
 
-/// An orbit alone, with its books: E(t) - E(0) = Σ works to rounding, and the zonal potential of
+/// An orbit alone, with its ledger: E(t) - E(0) = Σ works to rounding, and the zonal potential of
 /// the scheme's order.
 class OrbitPropagator {
  public:

@@ -140,7 +140,7 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   phs::Description description_;
 };
 
-/// The accounts of thrusters and torquers in a system's books, in the order above: works, then
+/// The accounts of thrusters and torquers in a system's ledger, in the order above: works, then
 /// impulses.
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
 

@@ -213,18 +213,18 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
     impulse += h * push_.torque(k);
   }
   ledgers_.kick(works, work, impulse, by_plates);
-  if (!works_.any()) return;
-  size_t at = inner_->works().size();
-  works_.add(at++, work);
+  if (!port_work_.any()) return;
+  size_t at = inner_->port_work().size();
+  port_work_.add(at++, work);
   size_t impulses = at + push_.count();
   for (size_t k = 0; k < push_.count(); ++k) {
-    works_.add(at++, work_of(push_.joint_forces(k)));
+    port_work_.add(at++, work_of(push_.joint_forces(k)));
     const bool thruster = k < model_.parts().thrusters.size();
     for (const Vec3d* give : {&push_.force(k), &push_.torque(k)})
       for (int c = 0; c < 3 && (thruster || give == &push_.torque(k)); ++c)
-        works_.add(impulses++, h * (*give)[c]);
+        port_work_.add(impulses++, h * (*give)[c]);
   }
-  if (has_plates_) works_.add(impulses, by_plates);
+  if (has_plates_) port_work_.add(impulses, by_plates);
 }
 
 void SplitIntegrator::begin(const State& s) {
@@ -244,7 +244,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
   const SpaceLedgers before = ledgers_;
   inner_before_.clear();
   inner_->save(inner_before_);
-  works_.restart();
+  port_work_.restart();
   double here = t;
   for (size_t i = 0; i < scheme_.kick.size(); ++i) {
     const bool end = i == 0 || i + 1 == scheme_.kick.size();
@@ -252,7 +252,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
       kick(here, scheme_.kick[i] * h, t + 0.5 * h, end ? scheme_.corrector * h * h * h : 0, p);
     if (i == scheme_.drift.size()) break;
     const double dt = scheme_.drift[i] * h;
-    const Outcome o = inner_->advance_with_books(here, dt, inside_);
+    const Outcome o = inner_->advance_with_port_work(here, dt, inside_);
     if (o != Outcome::ok) {
       ledgers_ = before;
       inner_->restore(inner_before_);
@@ -261,8 +261,8 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     auto count = inner_->cost();
     ++count.steps;
     inner_->set_cost(count);  // advance() leaves that to its caller
-    const auto own = inner_->works();
-    for (size_t a = 0; a < own.size(); ++a) works_.add(a, own[a]);
+    const auto own = inner_->port_work();
+    for (size_t a = 0; a < own.size(); ++a) port_work_.add(a, own[a]);
     if (const auto after = model_.orbit().drift_above_surface(p, dt)) {
       trouble_ = fmt::format("below the surface at t = {:.10g} s", here + *after);
       ledgers_ = before;

@@ -35,7 +35,7 @@ class SplitIntegrator final : public integrators::Integrator {
   integrators::Outcome advance(double t, double h, State& state) override;
   void carry(Archive& archive) override;
   std::string remark() const override { return inner_->remark(); }
-  bool keeps_books() const override { return true; }
+  bool integrates_power() const override { return true; }
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 

@@ -16,12 +16,12 @@ struct Drive {
     fixed,   ///< nothing: it stays where it starts
     torque,  ///< a back-drivable rotor behind a gear; port effort in: torque -> rate
     /// the same, its torque by a controller: kp (command - angle) - kd rate. Active: its power is
-    /// in the books
+    /// in the ledger
     position,
     /// not back-drivable (a worm gear): port flow in: rate -> the effort it takes, ∂E/∂θ or ∂E/∂σ
     rate,
     /// a position servo as a filter of third order that nothing drives back. Active, its power is
-    /// in the books:   z''' = p1 (command(t) - z) - p2 z' - p3 z''
+    /// in the ledger:   z''' = p1 (command(t) - z) - p2 z' - p3 z''
     servo
   };
   Kind kind = Kind::fixed;
@@ -56,7 +56,7 @@ struct Actuator {
   double damping =
       0;  ///< beside the spring, between link and rotor [N m s/rad], >= 0; asks for a rotor at θ
   /// Variable damper between the link and the base: torque -d(t) q', 0 <= d <= damper_limit. In the
-  /// books under the controls, as work that is never positive.
+  /// ledger under the controls, as work that is never positive.
   phs::FunctionPtr damper = nullptr;
   double damper_limit = HUGE_VAL;  ///< [N m s/rad]
 };
@@ -78,7 +78,7 @@ std::vector<double> actuator_start(const std::string& who, const Actuator& a, do
                                    double theta, double sigma);
 
 /// Adds an actuator `name` to a network and joins it to an effort_in port of a joint
-/// ("<member>.<joint>.torque"), with its commands, frictions and limits. Books: storages
+/// ("<member>.<joint>.torque"), with its commands, frictions and limits. Ledger: storages
 /// "<name>.spring", "<name>.rotor", "<name>.sigma_rotor"; works "<name>.theta", "<name>.sigma" of
 /// what is commanded, "<name>.theta.friction", ... A drive of kind torque or rate without a command
 /// leaves its port open ("<name>.theta") for a controller.

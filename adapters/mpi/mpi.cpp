@@ -31,9 +31,9 @@ constexpr size_t most_at_once = 64;
 
 /// What rank 0 knows: the queue of cases and who has which. Used by its own threads and the one
 /// that speaks to the ranks.
-class Office {
+class CaseScheduler {
  public:
-  Office(const Ensemble& e, const EnsembleOptions& o, int ranks)
+  CaseScheduler(const Ensemble& e, const EnsembleOptions& o, int ranks)
       : store_(e, o.out, o.part, o.resume),
         progress_(store_, o),
         before_(store_.part_done()),
@@ -54,7 +54,7 @@ class Office {
     const std::lock_guard lock(mutex_);
     has_[size_t(rank)].erase(scene::integer(row[index_at]));
     store_.add(row);
-    progress_.tell();
+    progress_.report_progress();
     if (progress_.spent() - synced_ > 5) {
       store_.sync();
       synced_ = progress_.spent();
@@ -76,9 +76,9 @@ class Office {
     return list;
   }
 
-  void heard(int rank) { at_[size_t(rank)] = Clock::now(); }
+  void heartbeat(int rank) { at_[size_t(rank)] = Clock::now(); }
   /// Gives up ranks that are silent; what they had goes back.
-  void look_round() {
+  void check_heartbeats() {
     const std::lock_guard lock(mutex_);
     for (size_t r = 1; r < at_.size(); ++r) {
       if (gone_[r] || Clock::now() - at_[r] < given_up_after) continue;
@@ -132,24 +132,24 @@ class Office {
 };
 
 /// Answers one message, if there is one.
-bool answer_one(Office& office, const scene::CaseLayout& layout) {
+bool answer_one(CaseScheduler& scheduler, const scene::CaseLayout& layout) {
   int there = 0;
   MPI_Status s;
   MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, MPI_COMM_WORLD, &there, &s);
   if (!there) return false;
   const int from = s.MPI_SOURCE;
-  office.heard(from);
+  scheduler.heartbeat(from);
   if (s.MPI_TAG == result) {
     std::vector<double> row(layout.size());
     MPI_Recv(row.data(), int(row.size() * sizeof(double)), MPI_BYTE, from, result, MPI_COMM_WORLD,
              MPI_STATUS_IGNORE);
-    if (layout.sound(row)) office.done(from, row, layout.index);
+    if (layout.sound(row)) scheduler.done(from, row, layout.index);
     return true;
   }
   char nothing;
   MPI_Recv(&nothing, 0, MPI_BYTE, from, s.MPI_TAG, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
   if (s.MPI_TAG == ask) {
-    const auto list = office.cases_for(from);
+    const auto list = scheduler.cases_for(from);
     MPI_Send(list.data(), int(list.size()), MPI_INT64_T, from, give, MPI_COMM_WORLD);
   }
   return true;
@@ -169,21 +169,21 @@ void dismiss(int ranks) {
 
 EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions& o) {
   const auto& layout = ensemble.layout();
-  std::optional<Office> opened;
+  std::optional<CaseScheduler> opened;
   try {
     opened.emplace(ensemble, o, rank.size());
   } catch (const InvalidArgument&) {
     dismiss(rank.size());
     throw;
   }
-  Office& office = *opened;
+  CaseScheduler& scheduler = *opened;
   std::exception_ptr trouble;
   std::atomic<bool> resting{false};
   std::thread own([&] {
     try {
-      while (!office.over()) {
-        ensemble.work([&] { return office.next(0); },
-                      [&](std::span<const double> row) { office.done(0, row, layout.index); },
+      while (!scheduler.over()) {
+        ensemble.work([&] { return scheduler.next(0); },
+                      [&](std::span<const double> row) { scheduler.done(0, row, layout.index); },
                       {.threads = o.threads, .lanes = o.lanes, .stop = o.stop});
         std::this_thread::sleep_for(20ms);  // a rank may be given up yet
       }
@@ -193,20 +193,20 @@ EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const Ensembl
     resting = true;
   });
   auto looked = Clock::now();
-  while (!(resting && (office.over() || trouble) && office.all_gone())) {
-    if (!answer_one(office, layout)) std::this_thread::sleep_for(500us);
+  while (!(resting && (scheduler.over() || trouble) && scheduler.all_gone())) {
+    if (!answer_one(scheduler, layout)) std::this_thread::sleep_for(500us);
     if (Clock::now() - looked > 1s) {
-      office.look_round();
+      scheduler.check_heartbeats();
       looked = Clock::now();
     }
   }
   own.join();
-  if (office.lost()) rank.lost_some();
+  if (scheduler.lost()) rank.lost_some();
   if (trouble) std::rethrow_exception(trouble);
-  scene::CaseStore& store = office.store();
+  scene::CaseStore& store = scheduler.store();
   store.sync();
-  const double wall = office.spent();
-  const std::int64_t run = office.run();
+  const double wall = scheduler.spent();
+  const std::int64_t run = scheduler.run();
   EnsembleReport r = scene::finish_ensemble(ensemble, store, o);
   r.wall_s = wall;
   r.run_here = run;

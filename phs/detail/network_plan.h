@@ -21,7 +21,7 @@ struct Network::Plan {
     int angle = 0, angles = 0;         ///< where its turn angles stand
     bool active = false;               ///< something acts on its ports
     bool main = false;                 ///< its names get no prefix
-    int stored = 0, powers = 0;        ///< where its books begin
+    int stored = 0, powers = 0;        ///< where its ledger begins
   };
   struct Law {
     std::string name;

@@ -350,7 +350,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
         throw InvalidArgument(e.where + ": thruster '" + e.name +
                               "' switches at the ends of steps, where " + scene.method +
                               " has a stage: it would push before its time, expected a method that "
-                              "keeps books of its own, such as gauss8");
+                              "keeps a ledger of its own, such as gauss8");
   return method;
 }
 

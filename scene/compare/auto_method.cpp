@@ -44,9 +44,9 @@ struct Candidate {
   bool reaches = false;
 };
 
-class Choosing {
+class MethodChoice {
  public:
-  Choosing(const Scene& scene, const Assembly& assembly)
+  MethodChoice(const Scene& scene, const Assembly& assembly)
       : scene_(scene), assembly_(assembly), target_(scene.target()) {}
 
   Scene run() {
@@ -222,7 +222,7 @@ class Choosing {
 }  // namespace
 
 Scene with_method_chosen(const Scene& scene, const Assembly& assembly) {
-  return scene.method == auto_method ? Choosing(scene, assembly).run() : scene;
+  return scene.method == auto_method ? MethodChoice(scene, assembly).run() : scene;
 }
 
 Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene) {

@@ -32,9 +32,9 @@ void require_positive(const char* name, double x) {
     throw InvalidArgument(fmt::format("{} is {}, expected more than 0 s", name, x));
 }
 
-class Comparing {
+class ComparisonRun {
  public:
-  Comparing(const Scene& scene, const Assembly& assembly, const CompareOptions& options)
+  ComparisonRun(const Scene& scene, const Assembly& assembly, const CompareOptions& options)
       : assembly_(assembly), options_(options), scale_(assembly.model->description()) {
     check(options);
     c_.title = scene.title;
@@ -288,7 +288,7 @@ Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOp
         "the controller '{}' is sampled, so the system is another one at every step size: expected "
         "a continuous controller to compare methods with",
         holds[0]->name));
-  return Comparing(scene, assembly, options).run();
+  return ComparisonRun(scene, assembly, options).run();
 }
 
 }  // namespace porthos::scene

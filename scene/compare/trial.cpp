@@ -27,9 +27,9 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
   return make_integrator(a, s.method, s.step, o);
 }
 
-class Trying {
+class TrialRun {
  public:
-  Trying(const Assembly& a, const Setting& s, const TrialOptions& o, Trial& t)
+  TrialRun(const Assembly& a, const Setting& s, const TrialOptions& o, Trial& t)
       : assembly_(a),
         options_(o),
         trial_(t),
@@ -66,7 +66,7 @@ class Trying {
     Outcome o = Outcome::ok;
     while (state_.step < step && o == Outcome::ok) {
       o = integrator_->step(state_);
-      if (o == Outcome::ok) ledger_.book(integrator_->works());
+      if (o == Outcome::ok) ledger_.book(integrator_->port_work());
     }
     cpu_ += thread_cpu_now() - start;
     if (o != Outcome::ok) fail(o);
@@ -142,7 +142,7 @@ Trial run_trial(const Assembly& assembly, const Setting& setting, const TrialOpt
   t.setting = setting;
   t.report.method = setting.method;
   try {
-    Trying(assembly, setting, options, t).run();
+    TrialRun(assembly, setting, options, t).run();
     while (options.repeat && t.complete() && t.report.cpu_s < short_s && t.timed < most_repeats)
       time_again(assembly, t);
   } catch (const std::exception& e) {

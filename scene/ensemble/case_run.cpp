@@ -122,12 +122,12 @@ class LaneCase final : public ensemble::BatchRun {
     steps = std::llround(s.duration / s.step);
     every = std::max<std::int64_t>(1, std::llround(s.record_every / s.step));
     look = steps_to_a_look_in_lanes;
-    books = !assembly_.model->description().powers.empty();
+    wants_port_work = !assembly_.model->description().powers.empty();
     meter_.emplace(assembly_);
     ledger_.emplace(assembly_.model->description());
     if (!see(start)) steps = 0;
   }
-  void booked(std::span<const double> works) override { ledger_->book(works); }
+  void book(std::span<const double> works) override { ledger_->book(works); }
   bool see(const phs::State& s) override {
     const bool regular = s.step % every == 0, record = regular || s.step >= steps;
     const Measured& m = record ? meter_->measure(s) : meter_->look(s);

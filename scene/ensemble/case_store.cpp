@@ -121,7 +121,7 @@ CaseProgress::CaseProgress(const CaseStore& store, const EnsembleOptions& option
 
 double CaseProgress::spent() const { return now() - start_; }
 
-void CaseProgress::tell() {
+void CaseProgress::report_progress() {
   if (!options_.progress || now() - last_ < 0.25) return;
   last_ = now();
   const double here = double(store_.part_done() - before_);
@@ -148,7 +148,7 @@ EnsembleReport run_ensemble(const Ensemble& ensemble, const EnsembleOptions& o) 
       },
       [&](std::span<const double> row) {
         store.add(row);
-        progress.tell();
+        progress.report_progress();
         if (progress.spent() - synced > 5) {
           store.sync();
           synced = progress.spent();

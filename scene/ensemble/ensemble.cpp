@@ -12,7 +12,8 @@ namespace porthos::scene {
 namespace {
 
 integrators::Options method_options(const Scene& s, const phs::Description& d) {
-  return {.rtol = s.rtol, .books = !d.powers.empty(), .iteration_tolerance = s.iteration_tolerance};
+  return {
+      .rtol = s.rtol, .port_work = !d.powers.empty(), .iteration_tolerance = s.iteration_tolerance};
 }
 
 /// Whether the cases of a scene are steps of one size by one method and nothing else, which lanes

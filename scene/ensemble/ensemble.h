@@ -156,7 +156,7 @@ struct EnsembleOptions {
 class CaseProgress {
  public:
   CaseProgress(const CaseStore& store, const EnsembleOptions& options);
-  void tell();
+  void report_progress();
   double spent() const;
 
  private:

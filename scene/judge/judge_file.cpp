@@ -29,7 +29,7 @@ using Numbers = std::vector<double>;
 
 double speed_of(const CentreOfMass::Vec& v) { return double(std::sqrt(dot(v, v))); }
 
-/// A model with the works of given torques in its books. The torques are known at records only:
+/// A model with the works of given torques in its ledger. The torques are known at records only:
 /// nothing integrates it.
 class UnderTorques : public phs::ModelFor<UnderTorques> {
  public:
@@ -380,7 +380,7 @@ RunReport judge_file(const JudgeOptions& o) {
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
       const double error = ledger.add(t[i] - t[0], m, regular);
-      fill_record(layout, t[i] - t[0], world, m, ledger.works(), error, 0, {}, row);
+      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, {}, row);
       log.append(row);
       r.final_state = world;
       const auto fallen = CentreOfMass::Real(t[i] - t[0]) * CentreOfMass::Vec(scene.urdf.gravity);

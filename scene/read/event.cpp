@@ -173,7 +173,7 @@ std::string text(const Event& e) {
   return "unlock of " + e.name;
 }
 
-mechanics::Impact apply(mechanics::Moving& moving, const Event& e) {
+mechanics::Impact apply(mechanics::MovingMechanism& moving, const Event& e) {
   try {
     switch (e.type) {
       case Type::capture:

@@ -53,6 +53,6 @@ std::vector<Event> read_events(const Table& scene);
 
 /// Changes the mechanism. @throws InvalidArgument of mechanics::capture and its like, with file and
 /// line
-mechanics::Impact apply(mechanics::Moving& moving, const Event& e);
+mechanics::Impact apply(mechanics::MovingMechanism& moving, const Event& e);
 
 }  // namespace porthos::scene

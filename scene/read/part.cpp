@@ -117,7 +117,7 @@ Names part_keys(std::string_view type) {
 }
 
 void read_part(const Table& t, Element& e) {
-  t.require("name", "the name of its row in the books");
+  t.require("name", "the name of its row in the ledger");
   e.name = t.text("name", "text");
   if (e.type == "thruster") {
     e.thruster = thruster(t);

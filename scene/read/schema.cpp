@@ -85,7 +85,7 @@ SchemaTable element(const char* type, const char* what, const Keys& own) {
 SchemaTable part(const char* type, const char* what, const Keys& own) {
   return {fmt::format("element.{}", type), fmt::format("[[element]] type = \"{}\"", type), what,
           joined({word("type", {type}, required, "what it is"),
-                  text("name", required, "name in the books")},
+                  text("name", required, "name in the ledger")},
                  own)};
 }
 /// One number for all three axes, or three.
@@ -237,7 +237,7 @@ std::vector<SchemaTable> top() {
        {number("limit", "1", "not watched", "of the defect since the start"),
         number("step_limit", "1", "not watched", "of what one step adds to it"),
         word("action", {"warn", "stop", "repeat"}, "\"warn\"", "beyond a limit"),
-        yes_or_no("project", "false", "after each step onto the energy of the books")}},
+        yes_or_no("project", "false", "after each step onto the energy of the ledger")}},
       {"run",
        "[run]",
        "How long, and what is recorded.",

@@ -39,8 +39,8 @@ void add_errors(std::vector<Column>& all, const RecordLayout& l) {
   all.push_back({"quaternion_norm_error", "1", l.quaternion()});
 }
 
-/// The books. What is observed is an impulse: N s, N m s.
-void add_books(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+/// The ledger. What is observed is an impulse: N s, N m s.
+void add_ledger(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
   Links storage, power;
   for (size_t k = 0; k < d.storages.size(); ++k)
     all.push_back({"stored/" + storage(d.storages[k]), "J", l.stored() + k});
@@ -77,7 +77,7 @@ std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& l)
   std::vector<Column> all{{"time", "s", l.time()}, {"step", "1", 0, 1, false, true}};
   add_state(all, d, l);
   add_errors(all, l);
-  add_books(all, d, l);
+  add_ledger(all, d, l);
   all.push_back({"sweeps", "1", l.sweeps()});
   for (size_t k = 0; k < l.ledgers; ++k)
     all.push_back({std::string("ledgers/") + ledger_columns()[k].name, ledger_columns()[k].unit,

@@ -72,7 +72,7 @@ void Latching::apply_to(Scene& phase, const mechanics::Mechanism& now) const {
     if (e.latch) e.latch->on_body = engaged_.at(e.name);
 }
 
-mechanics::Impact Latching::change(const Scene& scene, const mechanics::Moving& moving,
+mechanics::Impact Latching::change(const Scene& scene, const mechanics::MovingMechanism& moving,
                                    const Event& e) {
   const auto refuse = [&](const std::string& why) {
     throw InvalidArgument(fmt::format("{}: soft latch '{}' {}", e.where, e.name, why));
@@ -117,7 +117,7 @@ mechanics::Impact Latching::change(const Scene& scene, const mechanics::Moving& 
   return r;
 }
 
-double Latching::margin(const Scene& scene, const mechanics::Moving& moving,
+double Latching::margin(const Scene& scene, const mechanics::MovingMechanism& moving,
                         const phs::State& state, double time, const Event& e) {
   const double waited = time - e.after;
   if (e.above) return std::min(waited, angle(*moving.model, state, e) - *e.above);

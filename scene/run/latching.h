@@ -19,15 +19,16 @@ class Latching {
   void apply_to(Scene& phase, const mechanics::Mechanism& now) const;
 
   /// The latch takes hold of its body as it is: at rest there, without any energy. Or it lets go,
-  /// and what its springs hold is lost: dissipated_J of the books. Nothing moves.
+  /// and what its springs hold is lost: dissipated_J of the ledger. Nothing moves.
   /// @throws InvalidArgument with file and line: engaged already or not at all, out of reach,
   ///   beyond a limit
-  mechanics::Impact change(const Scene& scene, const mechanics::Moving& moving, const Event& e);
+  mechanics::Impact change(const Scene& scene, const mechanics::MovingMechanism& moving,
+                           const Event& e);
 
   /// What an event waits for, as a function of time and the mechanism's state that is continuous
   /// and rises through 0 where it happens.
-  static double margin(const Scene& scene, const mechanics::Moving& moving, const phs::State& state,
-                       double time, const Event& e);
+  static double margin(const Scene& scene, const mechanics::MovingMechanism& moving,
+                       const phs::State& state, double time, const Event& e);
 
  private:
   std::map<std::string, mechanics::Pose> engaged_;  ///< on_body, by latch

@@ -13,12 +13,12 @@
 
 namespace porthos::scene {
 
-/// The books of a run: stored energies, works through every power, the statistics of what does not
+/// The ledger of a run: stored energies, works through every power, the statistics of what does not
 /// add up.
 ///
 /// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H -
 /// H(start) where nothing is supplied or dissipated. Works come from the method, step by step, with
-/// its own weights (integrators/works.h), and are summed in double length.
+/// its own weights (integrators/port_work.h), and are summed in double length.
 class Ledger {
  public:
   explicit Ledger(const phs::Description& d);
@@ -38,7 +38,7 @@ class Ledger {
   /// energy error [J]. Allocates nothing.
   double look(const Measured& m);
   /// Of each of the system's powers since the start [J].
-  const std::vector<double>& works() const { return sum_; }
+  const std::vector<double>& port_work() const { return sum_; }
 
   /// Fills energy, momentum, quaternion and balance entries of a report.
   void fill(RunReport& report, const Meter& meter) const;

@@ -59,8 +59,8 @@ bool on_ground(const mechanics::MechanismBuilder& parts) {
 
 /// The scene of a phase: what acts at joints that are locked rests with them, and so does a torquer
 /// whose wheels are all locked: there is no momentum left to unload.
-Scene phase_of(const Scene& scene, const mechanics::Moving& moving, const Latching& latching,
-               double end) {
+Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
+               const Latching& latching, double end) {
   Scene s = scene;
   s.events.clear();
   s.duration = end;
@@ -77,7 +77,7 @@ const phs::Model& stepped(const Assembly& a) {
 }
 
 Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
-                           const mechanics::Moving& moving, const MotorStates& motors,
+                           const mechanics::MovingMechanism& moving, const MotorStates& motors,
                            const OrbitApart& orbit) {
   Assembly a = whole;
   a.mechanical = moving.model;
@@ -91,7 +91,7 @@ Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
   return a;
 }
 
-mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Moving& moving,
+mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::MovingMechanism& moving,
                             Latching& latching, const OrbitApart& orbit) {
   const bool soft = e.type == Event::Type::engage || e.type == Event::Type::disengage;
   const auto impact = soft ? latching.change(scene, moving, e) : apply(moving, e);
@@ -99,8 +99,9 @@ mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::Movin
   return impact;
 }
 
-mechanics::Moving moving_at_start(const Assembly& a, MotorStates& motors, OrbitApart& orbit) {
-  mechanics::Moving m(a.parts);
+mechanics::MovingMechanism moving_at_start(const Assembly& a, MotorStates& motors,
+                                           OrbitApart& orbit) {
+  mechanics::MovingMechanism m(a.parts);
   m.model = a.mechanical;
   m.state = a.initial;
   orbit.take_off(m.state);
@@ -138,7 +139,7 @@ void OrbitApart::put_back(Assembly& a, const Scene& scene) const {
   put_back(a.initial);
 }
 
-void OrbitApart::settle(mechanics::Moving& m) const {
+void OrbitApart::settle(mechanics::MovingMechanism& m) const {
   if (in_orbit_ || centre_apart_) settle_momentum(m.model->mechanism(), m.state);
 }
 
@@ -195,7 +196,7 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
   check(scene);
   OrbitApart orbit(assembly);
   MotorStates motors(scene);
-  mechanics::Moving moving = moving_at_start(assembly, motors, orbit);
+  mechanics::MovingMechanism moving = moving_at_start(assembly, motors, orbit);
   Latching latching(scene);
   std::vector<std::shared_ptr<const phs::Model>> models{assembly.model};
   std::vector<Event> events = scene.events;

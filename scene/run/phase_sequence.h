@@ -27,7 +27,7 @@ class OrbitApart {
   /// The same for the assembly of a phase. @throws InvalidArgument as space::Spacecraft
   void put_back(Assembly& a, const Scene& scene) const;
   /// Leaves no rounding in the linear momentum, which is zero about the centre of mass.
-  void settle(mechanics::Moving& m) const;
+  void settle(mechanics::MovingMechanism& m) const;
 
  private:
   bool in_orbit_, centre_apart_;
@@ -79,7 +79,7 @@ struct Phase {
 };
 
 /// A scene with events as a sequence of runs: which mechanism moves from when to when, what happens
-/// in between, and the books of the whole. Who runs the phases (into folders, in memory, as a case
+/// in between, and the ledger of the whole. Who runs the phases (into folders, in memory, as a case
 /// of an ensemble) is not its business:
 ///
 ///     PhaseSequence phases(scene, assembly);
@@ -121,7 +121,7 @@ class PhaseSequence {
   const Assembly& whole_assembly_;
   OrbitApart orbit_;
   MotorStates motors_;
-  mechanics::Moving moving_;
+  mechanics::MovingMechanism moving_;
   HeldOutputs held_;
   Latching latching_;
   std::vector<const Event*> waiting_;

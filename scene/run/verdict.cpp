@@ -63,7 +63,7 @@ class Judge {
   void momenta() {
     const bool pushed = !r_.impulses.rows.empty() && !r_.space;
     if (pushed && others_push()) {
-      const char* const why = "gravity or the ground push too, and keep no books of their impulse";
+      const char* const why = "gravity or the ground push too, and keep no ledger of their impulse";
       cannot("linear_momentum", limits_.linear_momentum, why);
       cannot("angular_momentum", limits_.angular_momentum, why);
       return tell_propellant();

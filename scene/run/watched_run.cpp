@@ -90,7 +90,7 @@ void WatchedRun::begin() {
 void WatchedRun::step() {
   outcome_ = fixed_ ? fixed_step() : controlled_step();
   if (outcome_ != Outcome::ok) return;
-  ledger_.book(integrator_->works());
+  ledger_.book(integrator_->port_work());
   if (at_record() || ended())
     record();
   else
@@ -158,7 +158,7 @@ void WatchedRun::look() {
   }
   if (!record_ || !window_.watches()) return;
   fill_ledgers();
-  fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.works(),
+  fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.port_work(),
               error, 0, ledgers_, row_);
   window_.see(row_);
 }
@@ -176,7 +176,7 @@ void WatchedRun::record() {
   const double error = ledger_.add(time(), m, at_record());
   if (record_) {
     fill_ledgers();
-    fill_record(layout_, time(), view_(time(), state_), m, ledger_.works(), error,
+    fill_record(layout_, time(), view_(time(), state_), m, ledger_.port_work(), error,
                 integrator_->cost().sweeps, ledgers_, row_);
     if (window_.watches()) {
       window_.see(row_);
@@ -266,9 +266,9 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (const auto remark = integrator_->remark(); !remark.empty())
     r.notes.push_back(integrator_->declaration().rival ? remark
                                                        : "implicit equations by " + remark);
-  if (!integrator_->works().empty() && !integrator_->keeps_books())
+  if (!integrator_->port_work().empty() && !integrator_->integrates_power())
     r.notes.push_back(fmt::format(
-        "{} keeps no books of its own: works are taken by two Gauss points of each step, whose "
+        "{} keeps no ledger of its own: works are taken by two Gauss points of each step, whose "
         "error (order 4 in the step) stands in the defect of the balance",
         scene_.method));
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());

@@ -38,10 +38,10 @@ class WatchedRun {
              RecordSink record);
   WatchedRun(const WatchedRun&) = delete;
 
-  /// Opens the books and takes the first record. Not for a run that restore() continues.
+  /// Opens the ledger and takes the first record. Not for a run that restore() continues.
   void begin();
   bool goes_on() const { return outcome_ == integrators::Outcome::ok && !ended(); }
-  /// A step with its books, and the record or the look it is due for. After a failure the state is
+  /// A step with its ledger, and the record or the look it is due for. After a failure the state is
   /// the last good one.
   void step();
 
@@ -58,7 +58,7 @@ class WatchedRun {
   std::int64_t steps() const { return state_.step; }
   bool has_steps() const { return steps_.total > 0; }
 
-  /// Everything but the clocks, the notes, momenta and impulses (MomentumBooks) and the verdict.
+  /// Everything but the clocks, the notes, momenta and impulses (MomentumLedger) and the verdict.
   RunReport report() const;
   /// What a reader should know besides: how numbers were taken, joints beyond limits, the
   /// iteration.

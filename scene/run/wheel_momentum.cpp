@@ -18,8 +18,8 @@ void see_momentum(MomentumRow& row, bool first, double value) {
 
 }  // namespace
 
-MomentumBooks::MomentumBooks(const Scene& scene, const Assembly& assembly,
-                             const RecordLayout& layout)
+MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
+                               const RecordLayout& layout)
     : scene_(scene), assembly_(assembly), layout_(layout), turns_(layout.turns) {
   if (!assembly.mechanism) return;
   const auto& m = *assembly.mechanism;
@@ -45,7 +45,7 @@ MomentumBooks::MomentumBooks(const Scene& scene, const Assembly& assembly,
     given_at_.push_back({find(row.name + ".impulse.x"), find(row.name + ".angular_impulse.x")});
 }
 
-void MomentumBooks::see(std::span<const double> record) {
+void MomentumLedger::see(std::span<const double> record) {
   if (!any()) return;
   const auto& m = *assembly_.mechanism;
   const size_t nq = size_t(m.nq());
@@ -60,8 +60,8 @@ void MomentumBooks::see(std::span<const double> record) {
   first_ = false;
 }
 
-void MomentumBooks::see_impulses(std::span<const double> record,
-                                 const mechanics::Momentum<double>& now) {
+void MomentumLedger::see_impulses(std::span<const double> record,
+                                  const mechanics::Momentum<double>& now) {
   const double* works = &record[layout_.work()];
   to_ = record[layout_.time()];
   mechanics::Momentum<double> sum{{0, 0, 0}, {0, 0, 0}};
@@ -89,7 +89,7 @@ void MomentumBooks::see_impulses(std::span<const double> record,
   largest_L_ = std::max(largest_L_, mechanics::norm(now.angular));
 }
 
-void MomentumBooks::read(const std::filesystem::path& log) {
+void MomentumLedger::read(const std::filesystem::path& log) {
   if (!any()) return;
   RecordReader reader(log, layout_);
   std::vector<double> records;
@@ -98,7 +98,7 @@ void MomentumBooks::read(const std::filesystem::path& log) {
       see(std::span<const double>(records).subspan(i * layout_.size(), layout_.size()));
 }
 
-void MomentumBooks::fill(RunReport& report) const {
+void MomentumLedger::fill(RunReport& report) const {
   report.momentum = wheels_;
   report.impulses = given_;
   Impulses& r = report.impulses;

@@ -44,11 +44,11 @@ struct Impulses {
 /// about its axis, a·I(ω_base + a ω_wheel), signed; and last "total", the size of the angular
 /// momentum of all bodies about the world's origin, without sign. Nothing where no wheel is an
 /// element. Of thrusters and torquers: from the observed works and the states.
-class MomentumBooks {
+class MomentumLedger {
  public:
   /// The scene and the assembly must outlive it.
-  MomentumBooks(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
-  /// Whether there is anything to keep books of.
+  MomentumLedger(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
+  /// Whether there is anything to keep a ledger of.
   bool any() const { return !wheels_.empty() || !given_.rows.empty(); }
   /// Books a record, a row of the layout. Allocates nothing.
   void see(std::span<const double> record);

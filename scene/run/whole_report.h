@@ -4,7 +4,7 @@
 
 namespace porthos::scene {
 
-/// The errors and books of all phases of a run in one report: the worst errors, the sums of the
+/// The errors and ledger of all phases of a run in one report: the worst errors, the sums of the
 /// works, plastic losses among the losses, the momenta across events among the checks.
 class WholeReport {
  public:

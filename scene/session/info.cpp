@@ -99,7 +99,7 @@ std::string ports_section(const phs::Description& d) {
   return "Ports\n" + aligned(rows, "  ");
 }
 
-std::string books_section(const phs::Description& d) {
+std::string ledger_section(const phs::Description& d) {
   std::string stored;
   for (const auto& s : d.storages) stored += (stored.empty() ? "" : ", ") + s;
   TextRows rows{{"stored", stored}};
@@ -235,7 +235,7 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   const auto& d = assembly.model->description();
   std::string text = scene.title + "\n";
   for (const std::string& section :
-       {model_section(scene, m), states_section(assembly), ports_section(d), books_section(d),
+       {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
         invariants_section(d), plan_section(scene, assembly), left_out_section(m),
         notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;

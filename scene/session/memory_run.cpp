@@ -18,8 +18,8 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   const auto wall = Clock::now();
   const double cpu = thread_cpu_now();
   const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
-  MomentumBooks momenta(scene, assembly,
-                        RecordLayout(assembly.model->description(), scene.extrema));
+  MomentumLedger momenta(scene, assembly,
+                         RecordLayout(assembly.model->description(), scene.extrema));
   RecordSink record = o.record;
   if (momenta.any())
     record = [&](std::span<const double> row) {
@@ -29,14 +29,14 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   WatchedRun run(scene, assembly, until, record);
   bool interrupted = false;
   Pace pace;
-  double told = 0;
+  double reported = 0;
   for (run.begin(); run.goes_on(); run.step()) {
     interrupted = o.stop && o.stop->load(std::memory_order_relaxed);
     if (interrupted) break;
-    if (!o.progress || !pace.due() || spent() - told < 0.25) continue;
-    told = spent();
+    if (!o.progress || !pace.due() || spent() - reported < 0.25) continue;
+    reported = spent();
     const double done = run.fraction();
-    if (done > 0) o.progress(done, told, told * (1 - done) / done);
+    if (done > 0) o.progress(done, reported, reported * (1 - done) / done);
   }
   RunReport r = run.report();
   r.interrupted = interrupted;

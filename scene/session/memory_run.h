@@ -13,8 +13,8 @@ struct MemoryOptions {
   bool check_symmetry = false;  ///< as in RunOptions
 };
 
-/// A scene run without a folder: the steps, the books and the verdict of run(), with the same bits,
-/// and neither files nor checkpoints.
+/// A scene run without a folder: the steps, the ledger and the verdict of run(), with the same
+/// bits, and neither files nor checkpoints.
 /// @throws InvalidArgument as run()
 RunReport run_in_memory(const Scene& scene, const Assembly& assembly, const MemoryOptions& options);
 

@@ -113,10 +113,10 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary)
       s.t.push_back(t[size_t(i)]);
       s.defect.push_back(error[size_t(i)]);
     }
-  const Json& books = summary.at("balance");
-  s.stored = lines(file, "stored/", books.at("storages"), every);
-  s.supplied = lines(file, "supplied/", books.at("ports"), every);
-  s.dissipated = lines(file, "dissipated/", books.at("losses"), every);
+  const Json& balance = summary.at("balance");
+  s.stored = lines(file, "stored/", balance.at("storages"), every);
+  s.supplied = lines(file, "supplied/", balance.at("ports"), every);
+  s.dissipated = lines(file, "dissipated/", balance.at("losses"), every);
   const fs::path svg = folder / "energy_error.svg", ledger = folder / "ledger.svg";
   write_aside(svg, energy_picture(r, t, error));
   write_aside(ledger, ledger_plot(s, r.title, plot_subtitle(r)));

@@ -106,7 +106,7 @@ class Session {
     cpu_start_ = cpu_now();
     wall_start_ = Clock::now();
     first_fraction_ = run_.fraction();
-    auto saved = Clock::now(), told = saved;
+    auto saved = Clock::now(), reported = saved;
     Pace pace;
     while (run_.goes_on()) {
       if (run_.steps() == options_.stop_at ||
@@ -116,9 +116,9 @@ class Session {
       }
       run_.step();
       if (!pace.due() || run_.outcome() != Outcome::ok) continue;
-      if (since(told) > 0.25) {
-        tell();
-        told = Clock::now();
+      if (since(reported) > 0.25) {
+        report_progress();
+        reported = Clock::now();
       }
       if (since(saved) > scene_.checkpoint_every && run_.resumable()) {
         checkpoint();
@@ -145,7 +145,7 @@ class Session {
     write_checkpoint(folder_, c);
   }
 
-  void tell() const {
+  void report_progress() const {
     if (!options_.progress || !run_.has_steps()) return;
     const double here = since(wall_start_), done = run_.fraction();
     const double left = here * (1 - done) / std::max(1e-300, done - first_fraction_);
@@ -167,7 +167,7 @@ class Session {
   RunReport finish() {
     RunReport r = report();
     log_->sync();
-    MomentumBooks momenta(scene_, assembly_, run_.layout());
+    MomentumLedger momenta(scene_, assembly_, run_.layout());
     momenta.read(log_path());
     momenta.fill(r);
     run_.judge(r);

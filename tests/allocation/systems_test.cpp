@@ -100,7 +100,7 @@ TEST(Allocation, NoneInAStepUnderAMonitor) {
       }
 }
 
-// The loop of every run: books, looks between records, an event that is waited for, a monitor.
+// The loop of every run: ledger, looks between records, an event that is waited for, a monitor.
 // Control: a record allocates where its sink does.
 TEST(Allocation, NoneInAWatchedStep) {
   const auto robot = swinging_pendulum(0.05);

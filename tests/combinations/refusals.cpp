@@ -49,7 +49,7 @@ const std::vector<Refusal>& refusals() {
       {{"thruster"},
        canonical,
        "Thrust jumps where it switches. A method with a stage on that instant, or beyond it, sees "
-       "the jump on the wrong side, and without books of its own its impulse is not known to "
+       "the jump on the wrong side, and without a ledger of its own its impulse is not known to "
        "rounding."},
       {controls,
        {"radau15", "rival, cvode_adams", "auto"},

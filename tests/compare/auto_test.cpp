@@ -85,7 +85,7 @@ TEST(Auto, ATargetBelowRoundingIsRefusedWithWhatIsInReach) {
   EXPECT_LE(r.energy.max_rel_error, 10 * reachable);
 }
 
-/// Its books may close over a motion that is wrong: the choice is one that half the step does not
+/// Its ledger may close over a motion that is wrong: the choice is one that half the step does not
 /// move.
 TEST(Auto, ADampedSystemIsResolvedToo) {
   TemporaryFolder folder;

@@ -139,7 +139,7 @@ TEST(EnergyCasimir, TankMemberPaysForALawThatIsNotPassive) {
       if (method->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
       const double now = system->hamiltonian(s.x);
       for (size_t a = 0; a < powers.size(); ++a)
-        booked += (powers[a].kind == phs::PowerKind::supplied ? 1 : -1) * method->works()[a];
+        booked += (powers[a].kind == phs::PowerKind::supplied ? 1 : -1) * method->port_work()[a];
       o.rise = std::max(o.rise, now - before);
       before = now;
       o.defect = std::max(o.defect, std::fabs(now - first - booked));
@@ -155,7 +155,7 @@ TEST(EnergyCasimir, TankMemberPaysForALawThatIsNotPassive) {
   std::printf("  tank %.3f to %.3f J, the arm ends with %.3f J\n", o.low, o.high, o.arm);
   keeps("below the lower bound [J]", tank.least - o.low, 0);
   keeps("rise of H + E in a step [J]", o.rise, 1e-11);
-  keeps("books against H + E [J]", o.defect, 1e-10);
+  keeps("ledger against H + E [J]", o.defect, 1e-10);
   breaks("the law was served: energy of the arm gained [J]", o.arm - 0.3, 1);
   // Damping fills it to the upper bound and no further.
   auto fed = tank;

@@ -301,7 +301,7 @@ TEST(Tracking, ErrorEnergyFallsByTheDampingAlone) {
   const auto plant = model->instantiate<double>();
   const auto ledger = [&](double extra, double& error) {
     Vec x = model->state(Vec{1, 0, 0, 0.5}, Vec{0, 1, 0, -1}), u(4), k[4], y(8);
-    const double h = 5e-4;  // Runge-Kutta of order 4, books by Simpson's rule over pairs of steps
+    const double h = 5e-4;  // Runge-Kutta of order 4, ledger by Simpson's rule over pairs of steps
     double lost = 0, worst = 0, H0 = law.error_energy(0, x), P[3] = {law.error_power(0, x)};
     for (int i = 0; i < 20000; ++i) {
       const double t = i * h;

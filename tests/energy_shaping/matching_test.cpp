@@ -115,7 +115,8 @@ TEST(Matching, AMechanismOfBodies) {
   EXPECT_NE(why.find("matching, potential energy fails"), std::string::npos) << why;
 }
 
-// Friction in the plant stays: the target has it as D M⁻¹M_d, and H_d falls by what the books say.
+// Friction in the plant stays: the target has it as D M⁻¹M_d, and H_d falls by what the ledger
+// says.
 TEST(Matching, FrictionOfThePlant) {
   const auto model = std::make_shared<mechanics::MechanicalModel>(acrobot_of_bodies(0.05));
   Acrobot d = Acrobot::of(*model, 9.8);

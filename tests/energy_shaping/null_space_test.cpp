@@ -151,7 +151,7 @@ TEST(NullSpace, ThePostureSettlesAndTheHandStays) {
       if (integrator->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
       const double now = system->hamiltonian(s.x);
       double lost = 0;
-      for (const double w : integrator->works()) lost += w;
+      for (const double w : integrator->port_work()) lost += w;
       o.rise = std::max(o.rise, now - before);
       o.defect = std::max(o.defect, std::fabs(now - before + lost));
       before = now;

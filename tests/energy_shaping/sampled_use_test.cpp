@@ -1,5 +1,5 @@
 // The laws of the room as controllers of a network, continuous and sampled: against the room's own
-// loops, and what the hold injects in the books.
+// loops, and what the hold injects in the ledger.
 #include <functional>
 #include <random>
 
@@ -22,7 +22,7 @@ NetworkPtr controlled(std::shared_ptr<const phs::Model> plant, const std::vector
   return n.build();
 }
 
-/// A run of a network with its books.
+/// A run of a network with its ledger.
 struct Booked {
   Vec x;
   std::map<std::string, double> work;
@@ -40,8 +40,8 @@ Booked run_booked(const phs::Model& model, const Vec& x0, double h, double durat
     if (method->step(s) != integrators::Outcome::ok) throw InvalidArgument("step failed");
     double change = system->hamiltonian(s.x) - H0;
     for (size_t a = 0; a < powers.size(); ++a) {
-      sums[a] += method->works()[a];
-      run.turnover += std::fabs(method->works()[a]);
+      sums[a] += method->port_work()[a];
+      run.turnover += std::fabs(method->port_work()[a]);
       change -= powers[a].kind == phs::PowerKind::supplied ? sums[a] : -sums[a];
     }
     run.defect = std::max(run.defect, std::fabs(change));
@@ -77,7 +77,7 @@ TEST(SampledUse, AcrobotAtARate) {
     defect = std::max(defect, run.defect / run.turnover);
     injected[i++] = run.work.at("law.hold");
   }
-  keeps("books against H, relative to what went through", defect, 1e-12);
+  keeps("ledger against H, relative to what went through", defect, 1e-12);
   // injected = a T + b T² + ...: its ratio from period to half the period tends to 2, the
   // difference halves.
   double off[3];
@@ -165,7 +165,7 @@ struct Link {  // hangs at q = 0
 };
 
 // The energy that was shaped still falls to (nearly) nothing at a rate, for laws over several ports
-// and for elastic joints; the injected part of the books halves with the period.
+// and for elastic joints; the injected part of the ledger halves with the period.
 TEST(SampledUse, SeveralPortsAndElasticJoints) {
   const auto arm = test::arm(4, 0.1);
   const ElasticJoints<Link> joint{.arm = {}, .stiffness = {100}, .motor = {0.1}};
@@ -190,7 +190,7 @@ TEST(SampledUse, SeveralPortsAndElasticJoints) {
       hold[i] = 0;
       for (const auto& [name, work] : run.work)
         if (name.ends_with(".hold")) hold[i] += work;
-      keeps(std::string(c.name) + ": books against H, relative", run.defect / run.turnover, 1e-12);
+      keeps(std::string(c.name) + ": ledger against H, relative", run.defect / run.turnover, 1e-12);
     }
     std::printf("  %s: the holds give %.5f J at 2 ms, %.5f J at 1 ms\n", c.name, hold[0], hold[1]);
     keeps("ratio, off from 2", std::fabs(hold[0] / hold[1] - 2), 0.15);

@@ -91,8 +91,8 @@ TEST(WheelBase, PoseByThrustersAndWheels) {
       rise = std::max(rise, now - H);
       H = now;
       lost += base.dissipation(s.x) * h / 3 * (i == 3000 ? 1 : i % 2 ? 4 : 2);
-      for (size_t a = 0; a < method->works().size(); ++a)
-        if (model->description().powers[a].name.ends_with(".hold")) hold += method->works()[a];
+      for (size_t a = 0; a < method->port_work().size(); ++a)
+        if (model->description().powers[a].name.ends_with(".hold")) hold += method->port_work()[a];
     }
     off = std::max({std::hypot(s.x[0], s.x[1], s.x[2]), 2 * std::hypot(s.x[4], s.x[5], s.x[6])});
     if (period == 0)

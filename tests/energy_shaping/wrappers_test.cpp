@@ -1,4 +1,4 @@
-// What is put around a plant drops nothing of it: its solver, its sampled controllers, its books.
+// What is put around a plant drops nothing of it: its solver, its sampled controllers, its ledger.
 #include "energy_shaping/interconnection.h"
 #include "phs/network.h"
 #include "phs/tunable.h"

@@ -32,7 +32,7 @@ std::vector<BatchResult> one_by_one(const phs::Model& model, const std::string& 
                                     const std::vector<std::vector<double>>& starts) {
   std::vector<BatchResult> results;
   for (const auto& x : starts) {
-    const auto one = integrators::make_integrator(method, model, h, {.books = false});
+    const auto one = integrators::make_integrator(method, model, h, {.port_work = false});
     BatchResult r{phs::State(model.description(), x)};
     while (r.state.step < steps && (r.outcome = one->step(r.state)) == Outcome::ok) {
     }
@@ -70,7 +70,7 @@ TEST(Batch, HasTheBitsOfEachRunAlone) {
   for (const char* method : {"gauss4", "gauss8", "gauss16", "hbvm4", "midpoint", "rk4",
                              "stormer_verlet", "kahan_li6_sv"}) {
     const double h = std::string(method) == "gauss16" ? 0.4 : 0.1;
-    const auto lanes = integrators::make_lane_integrator(method, *model, h, {.books = false});
+    const auto lanes = integrators::make_lane_integrator(method, *model, h, {.port_work = false});
     EXPECT_EQ(lanes == nullptr, std::string(method) == "kahan_li6_sv") << method;
     const auto alone = one_by_one(*model, method, h, 40, starts);
     for (const int threads : {1, 2, 3}) {
@@ -90,7 +90,7 @@ TEST(Batch, BooksAndRecordsAreThoseOfARunAlone) {
   class Watched final : public BatchRun {
    public:
     explicit Watched(Seen& to) : to_(to) {}
-    void booked(std::span<const double> w) override {
+    void book(std::span<const double> w) override {
       to_.works.insert(to_.works.end(), w.begin(), w.end());
     }
     bool see(const phs::State& s) override {
@@ -113,7 +113,7 @@ TEST(Batch, BooksAndRecordsAreThoseOfARunAlone) {
           run->start = phs::State(model.description(), {0.3 * double(at), 1.0 + double(at)});
           run->steps = 100 + std::int64_t(at);
           run->every = 7;
-          run->books = true;
+          run->wants_port_work = true;
           ++at;
           return run;
         },

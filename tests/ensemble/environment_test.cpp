@@ -186,7 +186,7 @@ TEST(HeldInputs, BooksTheirWork) {
   double work = 0;
   for (int i = 0; i < 50; ++i) {
     ASSERT_EQ(method->step(s), integrators::Outcome::ok);
-    work += method->works()[0];
+    work += method->port_work()[0];
   }
   keeps("|dH - work of the inputs|", std::fabs(system->hamiltonian(s.x) - before - work), 1e-14);
   EXPECT_GT(std::fabs(work), 0.1);

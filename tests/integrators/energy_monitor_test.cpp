@@ -82,8 +82,8 @@ TEST(EnergyMonitor, RepeatsAStepInSmallerParts) {
   for (int i = 0; i < steps; ++i) {
     ASSERT_EQ(plain->step(a), Outcome::ok);
     ASSERT_EQ(seen->step(b), Outcome::ok);
-    for (const double w : plain->works()) work_a += w;
-    for (const double w : seen->works()) work_b += w;
+    for (const double w : plain->port_work()) work_a += w;
+    for (const double w : seen->port_work()) work_b += w;
   }
   const double H0 = energy(*robot.model, robot.start);
   const double off = std::fabs(energy(*robot.model, a) - H0 + work_a),

@@ -172,7 +172,7 @@ TEST(Rivals, KeepTheTimeAndCountEveryEvaluation) {
   ASSERT_GT(distance(exact, late), 1e-3) << "the control: a clock that is late shows";
   for (const auto& name : rivals()) {
     auto options = tolerance(1e-10);
-    options.books = false;  // they are taken by evaluations of their own
+    options.port_work = false;  // they are taken by evaluations of their own
     const auto method = make_integrator(name, model, 0.5, options);
     count = duals = 0;
     phs::State s = start;

@@ -80,7 +80,7 @@ TEST(Sampled, AHoldAgainstItsClosedForm) {
     v = v1;
     for (int step = 0; step < 2; ++step) {
       ASSERT_EQ(method->step(s), Outcome::ok);
-      for (int row = 0; row < 2; ++row) booked[row] += method->works()[size_t(row)];
+      for (int row = 0; row < 2; ++row) booked[row] += method->port_work()[size_t(row)];
     }
     error = std::max({error, std::fabs(s.x[0] - q), std::fabs(s.x[1] / Mass::m - v),
                       std::fabs(booked[0] - controller), std::fabs(booked[1] - hold)});
@@ -101,7 +101,7 @@ double injected(double period) {
   double sum = 0;
   while (method->time(s) < 2 - 1e-9) {
     EXPECT_EQ(method->step(s), Outcome::ok);
-    sum += method->works()[1];
+    sum += method->port_work()[1];
   }
   return sum;
 }

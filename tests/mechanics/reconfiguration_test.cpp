@@ -49,7 +49,7 @@ struct Random {
 };
 
 /// Any position and motion: rates up to 0.3 rad/s, speeds up to 0.1 m/s.
-void throw_about(Moving& m, Random& random) {
+void throw_about(MovingMechanism& m, Random& random) {
   const auto& mech = m.model->mechanism();
   auto q = mech.neutral();
   std::vector<double> v(size_t(mech.nv()));
@@ -68,14 +68,17 @@ void throw_about(Moving& m, Random& random) {
   m.set(q, v);
 }
 
-double kinetic(const Moving& m) { return m.model->instantiate<double>()->hamiltonian(m.state.x); }
+double kinetic(const MovingMechanism& m) {
+  return m.model->instantiate<double>()->hamiltonian(m.state.x);
+}
 double size(const Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// J M⁻¹ Jᵀ of a body frame in world axes about a point, and its twist there, within the mechanism.
-std::pair<Matrix6, Vector6> mobility(const Moving& m, const std::string& body, const Vec3d& at) {
+std::pair<Matrix6, Vector6> mobility(const MovingMechanism& m, const std::string& body,
+                                     const Vec3d& at) {
   const auto& mech = m.model->mechanism();
   Workspace<double> w(mech);
   const size_t nq = size_t(mech.nq()), nv = size_t(mech.nv());
@@ -103,11 +106,11 @@ std::pair<Matrix6, Vector6> mobility(const Moving& m, const std::string& body, c
 TEST(Reconfiguration, AThousandRandomCaptures) {
   const int cases = 1000;
   Random random(11);
-  double worst_momentum = 0, worst_loss = 0, worst_books = 0, least = HUGE_VAL;
-  Moving start(servicer_and_target());
+  double worst_momentum = 0, worst_loss = 0, worst_ledger = 0, least = HUGE_VAL;
+  MovingMechanism start(servicer_and_target());
   const std::string hand = last_link(start.parts);
   for (int i = 0; i < cases; ++i) {
-    Moving m = start;
+    MovingMechanism m = start;
     throw_about(m, random);
     const double T = kinetic(m);
     const Vec3d at{0, 0, 0};
@@ -119,17 +122,17 @@ TEST(Reconfiguration, AThousandRandomCaptures) {
     worst_momentum = std::max({worst_momentum, r.linear_jump / size(r.momentum.linear),
                                r.angular_jump / size(r.momentum.angular)});
     worst_loss = std::max(worst_loss, std::fabs(r.dissipated_J - closed) / T);
-    worst_books = std::max(worst_books, std::fabs(T - kinetic(m) - r.dissipated_J) / T);
+    worst_ledger = std::max(worst_ledger, std::fabs(T - kinetic(m) - r.dissipated_J) / T);
     least = std::min(least, r.dissipated_J);
   }
   std::printf(
       "  %d captures: momenta %.1e (1e-15), loss against the closed form %.1e, against the "
       "energies "
       "%.1e of the energy (1e-12)\n",
-      cases, worst_momentum, worst_loss, worst_books);
+      cases, worst_momentum, worst_loss, worst_ledger);
   EXPECT_LT(worst_momentum, 1e-15);
   EXPECT_LT(worst_loss, 1e-12);
-  EXPECT_LT(worst_books, 1e-12);
+  EXPECT_LT(worst_ledger, 1e-12);
   EXPECT_GT(least, 0);
 }
 
@@ -137,7 +140,7 @@ TEST(Reconfiguration, AThousandRandomCaptures) {
 TEST(Reconfiguration, TwoMassesOnALine) {
   MechanismBuilder parts("two");
   parts.add(free_body("a", 3, {0, 0, 0}, 0.5)).add(free_body("b", 5, {0, 0, 0}, 0.5));
-  Moving m(parts);
+  MovingMechanism m(parts);
   auto q = m.model->mechanism().neutral();
   std::vector<double> v(12, 0.0);
   const auto& mech = m.model->mechanism();
@@ -157,7 +160,7 @@ TEST(Reconfiguration, TwoMassesOnALine) {
 
 TEST(Reconfiguration, ReleaseLockAndUnlock) {
   Random random(5);
-  Moving m(servicer_and_target());
+  MovingMechanism m(servicer_and_target());
   const std::string hand = last_link(m.parts);
   throw_about(m, random);
   m.state.step = 77;
@@ -183,7 +186,7 @@ TEST(Reconfiguration, ReleaseLockAndUnlock) {
   note("capture again", [&] { return capture(m, {.body = "target", .link = hand}); });
   const double scale = kinetic(m);
   for (const auto& [what, r, change] : rows) {
-    std::printf("  %-14s lost %.3e J, books %.1e J, momenta %.1e, %.1e\n", what, r.dissipated_J,
+    std::printf("  %-14s lost %.3e J, ledger %.1e J, momenta %.1e, %.1e\n", what, r.dissipated_J,
                 change, r.linear_jump / size(r.momentum.linear),
                 r.angular_jump / size(r.momentum.angular));
     EXPECT_LT(std::fabs(change), 1e-13 * scale) << what;
@@ -205,7 +208,7 @@ TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
   const std::string joint = "joint_3";
   for (const bool caught_again : {false, true}) {
     Random random(21);
-    Moving m(servicer_and_target());
+    MovingMechanism m(servicer_and_target());
     throw_about(m, random);
     const auto body =
         std::find_if(m.parts.bodies().begin(), m.parts.bodies().end(), [&](const BodySpec& b) {
@@ -233,9 +236,9 @@ TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
 // A run goes on from the event: the momenta of the whole, across a capture, are those of the start.
 TEST(Reconfiguration, ARunGoesOn) {
   Random random(8);
-  Moving m(servicer_and_target());
+  MovingMechanism m(servicer_and_target());
   throw_about(m, random);
-  const auto invariants = [](const Moving& a) {
+  const auto invariants = [](const MovingMechanism& a) {
     const auto f = a.model->instantiate<double>();
     std::vector<double> I(size_t(a.model->description().invariant_count()));
     f->invariants(a.state.x, I);
@@ -259,7 +262,7 @@ TEST(Reconfiguration, ARunGoesOn) {
 }
 
 TEST(Reconfiguration, WhatCannotBeIsRefusedAndNothingChanges) {
-  Moving m(servicer_and_target());
+  MovingMechanism m(servicer_and_target());
   const std::string hand = last_link(m.parts);
   auto q = m.model->mechanism().neutral();
   std::vector<double> v(size_t(m.model->mechanism().nv()), 0.0);

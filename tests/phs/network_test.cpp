@@ -1,5 +1,5 @@
-// Compositions are port-Hamiltonian again: axioms, Casimirs and books by number, against systems
-// written by hand.
+// Compositions are port-Hamiltonian again: axioms, Casimirs and the ledger by number, against
+// systems written by hand.
 #include "phs/network.h"
 
 #include <gtest/gtest.h>
@@ -118,7 +118,7 @@ TEST(Network, FiftyRandomSystemsComposedArePortHamiltonian) {
 }
 
 // Negative control: one entry of K put in the wrong way round is found, by the builder and, past
-// it, by the books.
+// it, by the ledger.
 TEST(Network, ACouplingThatMakesPowerIsRefused) {
   Network n = two_masses();
   n.add("c", phs::inertia_element(1, phs::translation))
@@ -166,7 +166,7 @@ TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
   EXPECT_DOUBLE_EQ(dp[0] * 1 + dp[1] * 0.5, 0) << "no power";
 }
 
-// y = p + F u on both sides of a coupling: the loop is solved, and its books close.
+// y = p + F u on both sides of a coupling: the loop is solved, and its ledger closes.
 /// A unit mass in the plane, a port along each axis.
 struct Particle {
   static phs::Description description() {

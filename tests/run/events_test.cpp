@@ -1,4 +1,4 @@
-// Scenes with events: momenta and books across them, resumed runs, and what is refused.
+// Scenes with events: momenta and the ledger across them, resumed runs, and what is refused.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -166,7 +166,7 @@ TEST(Run, WithDampingClosesTheBalanceWhateverTheRecords) {
                 r.defect_J, r.turned_over_J);
     EXPECT_LT(std::fabs(r.defect_J), 1e-13);
   }
-  // Negative control: a method whose books are of low order.
+  // Negative control: a method whose ledger is of low order.
   Case c = pendulum(folder, 0.5);
   c.scene.method = "rk4";
   c.scene.step = c.scene.record_every = 0.01;

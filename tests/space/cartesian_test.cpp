@@ -128,7 +128,7 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
   double split_error = 0;
   for (int k = 0; k < steps; ++k) {
     ASSERT_EQ(by_split.step(split), integrators::Outcome::ok);
-    work += by_split.works().back();
+    work += by_split.port_work().back();
     split_error = std::max(split_error, std::fabs(double((gauge.energy(split) - H0 - work) / H0)));
   }
 
@@ -166,7 +166,7 @@ TEST(Cartesian, LosesTheDigitsTheSplitKeeps) {
   double plain_error = 0;
   for (int k = 0; k < steps; ++k) {
     ASSERT_EQ(by_turns.step(plain), integrators::Outcome::ok);
-    given += by_turns.works().back();
+    given += by_turns.port_work().back();
     store();
     recall();
     plain_error = std::max(plain_error, std::fabs(double((gauge.energy(plain) - H1 - given) / H1)));
@@ -229,7 +229,7 @@ TEST(Cartesian, LosesThemInTheSceneOfTheYear) {
     for (int k = 0; k < 4000; ++k) {
       EXPECT_EQ(by.step(s), integrators::Outcome::ok);
       for (size_t i = 0; i < powers.size(); ++i)
-        given += (powers[i].kind == phs::PowerKind::supplied ? 1 : -1) * by.works()[i];
+        given += (powers[i].kind == phs::PowerKind::supplied ? 1 : -1) * by.port_work()[i];
       if (cartesian) through_cartesian(s);
       worst = std::max(worst, std::fabs(gauge.energy(s) - H0 - given));
     }

@@ -155,7 +155,7 @@ TEST(OrbitEvents, TheMonitorWatchesTheInternalLedger) {
   auto s = orbit_scene(folder, calm);
   auto r = run(s, assemble(s), test::into(folder / "calm"));
   EXPECT_TRUE(r.passed());
-  // A method that does not keep its books is caught.
+  // A method that does not keep its ledger is caught.
   Edits rough = calm;
   rough.push_back({"method = \"gauss12\"", "method = \"rk4\""});
   rough.push_back({"step = 0.1", "step = 0.5"});
@@ -167,7 +167,7 @@ TEST(OrbitEvents, TheMonitorWatchesTheInternalLedger) {
 }
 
 // What the monitor projects is the internal motion, which keeps its angular momentum between the
-// kicks: the energy of its books is met and the ledger of the angular momentum does not notice.
+// kicks: the energy of its ledger is met and the ledger of the angular momentum does not notice.
 // (Strang's splitting with gauss4 at 0.5 s.)
 TEST(OrbitEvents, TheMonitorProjectsTheInternalMotion) {
   test::TemporaryFolder folder;

@@ -212,7 +212,7 @@ TEST(Orbit, BooksOfHarmonicsSunMoonDragAndSunlight) {
     std::printf("  %-20s %+.6e J\n", to_string(OrbitSource(s)), orbit.work(OrbitSource(s)));
   keeps("orbital ledger over a week: defect / |E|", worst, 3e-17);
   EXPECT_LT(orbit.work(OrbitSource::drag), 0);
-  breaks("drag's work / |E|, so that the books had something to book",
+  breaks("drag's work / |E|, so that the ledger had something to book",
          -orbit.work(OrbitSource::drag) / std::fabs(E), 1e-6);
 }
 

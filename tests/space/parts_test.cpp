@@ -45,7 +45,7 @@ Motion run(const PartsModel& model, const Vec& x, const char* method, double h, 
   const long double before = energy();
   for (int i = 0; i < steps; ++i) {
     EXPECT_EQ(integrator->step(r.state), integrators::Outcome::ok);
-    for (size_t a = 0; a < r.works.size(); ++a) r.works[a] += integrator->works()[a];
+    for (size_t a = 0; a < r.works.size(); ++a) r.works[a] += integrator->port_work()[a];
   }
   r.energy = double(energy() - before);
   return r;
@@ -80,7 +80,7 @@ TEST(Thruster, GivesItsImpulseFromSwitchToSwitchByAnyMethod) {
   // rk4 has stages on both ends of its steps: half on there, it gets the impulse and not quite the
   // work.
   for (const char* method : {"gauss16", "gauss8", "gauss2", "rk4"}) {
-    const double books = method == std::string("rk4") ? 2e-4 : 2e-14;
+    const double ledger = method == std::string("rk4") ? 2e-4 : 2e-14;
     const Motion r = run(model, turning(*body, {0, 0, 0}), method, 0.1, 40);
     const double P = r.state.x[7 + 1], v = P / 20;
     std::printf("  %-9s P - F dt %8.1e  impulse row %8.1e  energy - work %8.1e J   bound 2e-14\n",
@@ -89,7 +89,7 @@ TEST(Thruster, GivesItsImpulseFromSwitchToSwitchByAnyMethod) {
     EXPECT_NEAR(P, 6, 2e-14) << method;
     EXPECT_NEAR(work(model, r, "jet.impulse.y"), 6, 2e-14) << method;
     EXPECT_NEAR(r.energy, 0.5 * 20 * v * v, 2e-14);
-    EXPECT_NEAR(work(model, r, "jet"), r.energy, books) << method;
+    EXPECT_NEAR(work(model, r, "jet"), r.energy, ledger) << method;
   }
   // Control: a switch inside a step is not hit, which is what off_grid is for.
   const PartsModel off(

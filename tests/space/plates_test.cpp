@@ -5,7 +5,7 @@
 #include "phs/random_state.h"
 #include "tests/space/support.h"
 
-// Drag and sunlight on flat plates: closed forms, virtual work, and the books.
+// Drag and sunlight on flat plates: closed forms, virtual work, and the ledger.
 namespace porthos::space::plates_test {
 namespace {
 
@@ -168,8 +168,8 @@ TEST(Plates, StandInTheLedgers) {
     worst = given = 0;
     for (int k = 0; k < 1500; ++k) {
       ASSERT_EQ(by.step(s), integrators::Outcome::ok);
-      for (const double w : by.works()) work += w;
-      if (!e.plates.empty()) given += by.works().back();
+      for (const double w : by.port_work()) work += w;
+      if (!e.plates.empty()) given += by.port_work().back();
       most = std::max(most, std::fabs(gauge.energy(s)));
       worst = std::max(worst, std::fabs(double((gauge.energy(s) - H0 - work) / most)));
     }

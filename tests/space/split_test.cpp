@@ -160,7 +160,7 @@ TEST(Split, ThreeLedgersOfAnArmInOrbit) {
   double work = 0, worst = 0;
   for (int k = 0; k < 20000; ++k) {
     ASSERT_EQ(f.integrator.step(f.state), Outcome::ok);
-    work += f.integrator.works().back();
+    work += f.integrator.port_work().back();
     if (k % 20 == 0)
       worst = std::max(worst, std::fabs(double((gauge.energy(f.state) - H0 - work) / H0)));
   }

@@ -1,5 +1,5 @@
 // Actuators at work: against the six states written by hand, the textbook's four as control, the
-// reference of the elastic arm, and the books of every kind of drive.
+// reference of the elastic arm, and the ledger of every kind of drive.
 #include "vsa/actuator.h"
 
 #include "integrators/integrator.h"
@@ -15,8 +15,8 @@ using integrators::make_integrator;
 using integrators::Outcome;
 using Kind = vsa::Drive::Kind;
 
-/// The books of a run: what was stored, supplied and dissipated, and the worst defect, of `every`th
-/// steps.
+/// The ledger of a run: what was stored, supplied and dissipated, and the worst defect, of
+/// `every`th steps.
 struct Books {
   double defect = 0;       ///< largest |H - H0 - supplied + dissipated| [J]
   double turned_over = 0;  ///< Σ |works| [J]
@@ -39,7 +39,7 @@ Books run(const char* method, const phs::Model& model, const phs::State& start, 
       ADD_FAILURE() << method << " stopped at step " << i;
       return b;
     }
-    const auto works = integrator->works();
+    const auto works = integrator->port_work();
     for (size_t k = 0; k < sums.size(); ++k) {
       sums[k] += (long double)works[k];
       b.turned_over += std::fabs(works[k]);
@@ -139,7 +139,7 @@ TEST(Actuator, SixStatesAloneKeepTheirEnergy) {
   EXPECT_GT(std::fabs(b.end.x[2] - x[2]), 1e-3) << "the lever must move";
 }
 
-// The control. Its own books have no port for the stiffness: its energy grows by ∫ ½ k' φ² dθ, to
+// The control. Its own ledger has no port for the stiffness: its energy grows by ∫ ½ k' φ² dθ, to
 // rounding.
 TEST(Actuator, TheTextbooksFourStatesMakeEnergy) {
   const FourStates book{};
@@ -156,7 +156,7 @@ TEST(Actuator, TheTextbooksFourStatesMakeEnergy) {
     long double forgotten = 0;
     for (int i = 0; i < 64; ++i) {
       ASSERT_EQ(integrator->step(s), Outcome::ok);
-      forgotten += (long double)integrator->works()[0];
+      forgotten += (long double)integrator->port_work()[0];
     }
     const double now = H(s, integrator->time(s));
     worst = std::max(worst, std::fabs(now - before - double(forgotten)));
@@ -213,7 +213,7 @@ TEST(Reference, ElasticArmOfTwoJoints) {
       state_of(*model, {0.25, -0.5, 0, 0},
                {{"shoulder_drive", {0.25, 0.375, 0}}, {"elbow_drive", {-0.5, -0.5, 0}}});
   const int theta[] = {model->offset("shoulder_drive") + 1, model->offset("elbow_drive") + 1};
-  double worst = 0, books = 0;
+  double worst = 0, ledger = 0;
   for (const auto& out : json["outputs"]) {
     const double t = std::stod(out["t"].get<std::string>());
     if (t == 0) continue;
@@ -229,11 +229,11 @@ TEST(Reference, ElasticArmOfTwoJoints) {
     for (size_t k = 0; k < b.works.size(); ++k)
       (model->description().powers[k].kind == phs::PowerKind::supplied ? supplied : lost) +=
           b.works[k];
-    books = std::max({books, std::fabs(supplied - want[8]), std::fabs(lost - want[9])});
+    ledger = std::max({ledger, std::fabs(supplied - want[8]), std::fabs(lost - want[9])});
   }
   // Sensitivity 5 at most: 1e-12 as the references advise; the digits of binary64 are 1e-15 or so.
   keeps("angles and rotor rates to 20 s", worst, 1e-13);
-  keeps("work and losses to 20 s [J]", books, 1e-13);
+  keeps("work and losses to 20 s [J]", ledger, 1e-13);
 }
 
 /// Two joints with qbmoves, swinging under gravity, their θ by torques and σ by worm gears.

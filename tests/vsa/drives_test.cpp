@@ -1,4 +1,4 @@
-// Every kind of drive: axioms, books, limits, and what is refused.
+// Every kind of drive: axioms, the ledger, limits, and what is refused.
 #include "integrators/integrator.h"
 #include "phs/check.h"
 #include "tests/support/bounds.h"
@@ -59,8 +59,8 @@ TEST(Drives, EveryPairIsPortHamiltonianAndKeepsItsBooks) {
       long double in = 0, turned = 0;
       for (int i = 0; i < 400; ++i) {
         ASSERT_EQ(method->step(s), integrators::Outcome::ok) << theta_name << ", " << sigma_name;
-        for (size_t k = 0; k < method->works().size(); ++k) {
-          const double w = method->works()[k];
+        for (size_t k = 0; k < method->port_work().size(); ++k) {
+          const double w = method->port_work()[k];
           in += model->description().powers[k].kind == phs::PowerKind::supplied ? w : -w;
           turned += std::fabs(w);
         }

@@ -23,7 +23,7 @@ void play(const std::string& name, F seen) {
   const auto steps = std::int64_t(std::lround(scene.duration / scene.step));
   for (std::int64_t i = 0; i < steps; ++i) {
     ASSERT_EQ(method->step(s), integrators::Outcome::ok) << name;
-    for (size_t k = 0; k < works.size(); ++k) works[k] += method->works()[k];
+    for (size_t k = 0; k < works.size(); ++k) works[k] += method->port_work()[k];
     seen(a, method->time(s), s, works);
   }
 }

@@ -92,9 +92,9 @@ Ledger run(const vsa::ElasticPtr& e, const vsa::Drive& drive, double phi, double
   long double in = 0;
   for (int i = 0; i < steps; ++i) {
     EXPECT_EQ(method->step(s), integrators::Outcome::ok);
-    for (size_t k = 0; k < method->works().size(); ++k) {
+    for (size_t k = 0; k < method->port_work().size(); ++k) {
       const auto& p = model->description().powers[k];
-      const double w = method->works()[k];
+      const double w = method->port_work()[k];
       in += p.kind == phs::PowerKind::supplied ? w : -w;
       (p.name == "vsa.sigma.torque" ? l.work : l.viscous) += w;
     }
@@ -121,7 +121,7 @@ TEST(MinimumEnergy, TheLedgerOfARunSaysWhatThePlanSays) {
     std::printf("%s, stiffness %.2f to %.2f N m/rad: spring %.4f, friction %.4f, windings %.4f J\n",
                 e->traits().family.c_str(), e->stiffness(phi, 0, from), e->stiffness(phi, 0, to),
                 plan.spring, plan.friction, plan.winding);
-    keeps("books [J]", l.defect, 1e-13);
+    keeps("ledger [J]", l.defect, 1e-13);
     keeps("work of the motor, ledger - plan [J]", std::fabs(l.work - plan.work()), 1e-11);
     keeps("viscous loss, ledger - plan [J]", std::fabs(l.viscous - plan.friction), 1e-11);
     keeps("windings, by the midpoint rule - plan, relative",
@@ -186,9 +186,9 @@ TEST(MinimumEnergy, ConstantEnergyPathsByTheLedger) {
   double turn = 0, retune = 0;
   for (int i = 0; i < parts; ++i) {
     ASSERT_EQ(method->step(s), integrators::Outcome::ok);
-    for (size_t k = 0; k < method->works().size(); ++k) {
+    for (size_t k = 0; k < method->port_work().size(); ++k) {
       const auto& name = model->description().powers[k].name;
-      (name == "vsa.theta.rate" ? turn : retune) += method->works()[k];
+      (name == "vsa.theta.rate" ? turn : retune) += method->port_work()[k];
     }
   }
   std::printf("  stiffness %.2f to %.2f N m/rad: motor %.6f J, stiffness port %.6f J\n",

@@ -46,7 +46,7 @@ vsa::Actuator series(double stiffness, double rotor) {
           .theta = {.kind = vsa::Drive::Kind::torque, .inertia = rotor}};
 }
 
-/// What a run of the network says: energy against its books, and H_d from step to step.
+/// What a run of the network says: energy against its ledger, and H_d from step to step.
 struct Watched {
   double defect = 0, rise = 0, first = 0, last = 0;
 };
@@ -61,8 +61,8 @@ Watched watch(const phs::NetworkModel& model, phs::State& s, double h, int steps
   w.first = w.last = shaped(s.x);
   for (int i = 0; i < steps; ++i) {
     EXPECT_EQ(method->step(s), integrators::Outcome::ok);
-    for (size_t k = 0; k < method->works().size(); ++k) {
-      const double work = method->works()[k];
+    for (size_t k = 0; k < method->port_work().size(); ++k) {
+      const double work = method->port_work()[k];
       in += model.description().powers[k].kind == phs::PowerKind::supplied ? work : -work;
     }
     w.defect = std::max(w.defect, double(std::fabs(gauge.energy(s) - start - in)));
@@ -115,7 +115,7 @@ TEST(Regulators, StructurePreservingThroughThePortsOfASeriesElasticJoint) {
   std::printf("  H_d from %.4f to %.2e J\n", w.first, w.last);
   EXPECT_NEAR(w.first, 7.5, 1e-12) << "of the reference run";
   keeps("H_d rises in a step by [J]", w.rise, 1e-13);
-  keeps("books of the network [J]", w.defect, 1e-12);
+  keeps("ledger of the network [J]", w.defect, 1e-12);
   keeps("apart from the loop as one system", apart, 1e-11);
   keeps("off its rest", std::fabs(s.x[0] - 0.5), 2e-3);
   // A rate of the wrong sign from the sensor undamps the link.
@@ -169,7 +169,7 @@ TEST(Regulators, MotorPdOfTwoElasticJoints) {
   const double rest = closed->hamiltonian(loop->rest());
   std::printf("  H_d from %.4f to %.2e J above its rest\n", w.first - rest, w.last - rest);
   keeps("H_d rises in a step by [J]", w.rise, 1e-12);
-  keeps("books of the network [J]", w.defect, 1e-11);
+  keeps("ledger of the network [J]", w.defect, 1e-11);
   keeps("apart from the matched loop", apart, 1e-9);
   EXPECT_LT(w.last - rest, 0.05 * (w.first - rest));
 }

@@ -99,14 +99,14 @@ TEST(RotorBody, IsTheRotorByItsEnergyWhereNothingCarriesIt) {
     long double in = 0;
     for (int i = 0; i < 1000; ++i) {
       ASSERT_EQ(method->step(s), integrators::Outcome::ok);
-      for (size_t k = 0; k < method->works().size(); ++k) {
-        const double w = method->works()[k];
+      for (size_t k = 0; k < method->port_work().size(); ++k) {
+        const double w = method->port_work()[k];
         in += g->model->description().powers[k].kind == phs::PowerKind::supplied ? w : -w;
       }
       if (g != &moving) link[g == &body].push_back(s.x[2]);
       if (g != &moving) link[g == &body].push_back(s.x[g->theta]);
     }
-    keeps("books [J]", double(std::fabs(gauge.energy(s) - start - in)), 1e-13);
+    keeps("ledger [J]", double(std::fabs(gauge.energy(s) - start - in)), 1e-13);
   }
   double apart = 0;
   for (size_t i = 0; i < link[0].size(); ++i) {

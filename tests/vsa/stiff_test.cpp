@@ -71,8 +71,8 @@ Run run(const Arm& a, const char* method, double h) {
       r.remark = to_string(method_outcome);
       return r;
     }
-    for (size_t k = 0; k < integrator->works().size(); ++k) {
-      const double w = integrator->works()[k];
+    for (size_t k = 0; k < integrator->port_work().size(); ++k) {
+      const double w = integrator->port_work()[k];
       in += a.model->description().powers[k].kind == phs::PowerKind::supplied ? w : -w;
       turned += std::fabs(w);
     }

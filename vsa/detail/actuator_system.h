@@ -17,7 +17,7 @@ struct Layout {
     double inertia = 0, per_inertia = 0, damping = 0;  ///< seen at the gear's output
     std::array<double, 3> p{};
     phs::FunctionPtr command;                   ///< of a servo
-    int friction = -1, work = -1, stored = -1;  ///< in the books
+    int friction = -1, work = -1, stored = -1;  ///< in the ledger
   };
   ElasticPtr elastic;
   std::array<Axis, 2> axes;  ///< θ, σ

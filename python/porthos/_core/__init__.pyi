@@ -355,7 +355,7 @@ class Description:
     def traits(self, value: Traits) -> None: ...
     @property
     def storages(self) -> list[str]:
-        """Parts of H, for the books."""
+        """Parts of H, for the ledger."""
         ...
     @storages.setter
     def storages(self, value: list[str]) -> None: ...
@@ -778,7 +778,7 @@ class Network:
         """A member. Several of one type share their model."""
         ...
     def main(self, name: str) -> Network:
-        """The member the others are elements of: its blocks, books and invariants keep their names."""
+        """The member the others are elements of: its blocks, ledger and invariants keep their names."""
         ...
     def feedback(self, effort_in: str, flow_in: str) -> Network:
         """The flow of effort_in drives flow_in, whose effort acts back: u_a = -y_b, u_b = y_a."""
@@ -810,7 +810,7 @@ class Network:
         """u += v(t)."""
         ...
     def control(self, name: str, port: str, law: Law, *, period: float = 0.0, encoder: list[str] = [], sensors: list[str] = []) -> Network:
-        """A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the books as
+        """A controller on a port of any size: u += kappa(t, x, y), x the state of the port's member. Its power is in the ledger as
         `name`, and nothing asks it to be passive.
 
         period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then
@@ -943,7 +943,7 @@ class Integrator:
         """What the method has to say of how it went. Empty: nothing unusual."""
         ...
     @property
-    def works(self) -> NDArray[numpy.float64]:
+    def port_work(self) -> NDArray[numpy.float64]:
         """Energy that went through each of the system's powers in the last step [J]."""
         ...
     def time(self, state: State) -> float:
@@ -1395,15 +1395,15 @@ def version_text() -> str:
     """What `porthos --version` prints."""
     ...
 
-def run_into(scene: SceneData, assembly: Assembly, out: str, resume: bool = False, check_symmetry: bool = False, tell: Any = None) -> tuple:
-    """Runs a scene into a folder: (summary.json, whether it was interrupted). tell: called with (fraction, spent, left)."""
+def run_into(scene: SceneData, assembly: Assembly, out: str, resume: bool = False, check_symmetry: bool = False, report: Any = None) -> tuple:
+    """Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with (fraction, spent, left)."""
     ...
 
-def run_in_memory(scene: SceneData, assembly: Assembly, check_symmetry: bool = False, tell: Any = None) -> tuple:
+def run_in_memory(scene: SceneData, assembly: Assembly, check_symmetry: bool = False, report: Any = None) -> tuple:
     """Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of run.h5."""
     ...
 
-def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], budget: float, duration: Optional[float], out: str, tell: Any = None) -> tuple:
+def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], budget: float, duration: Optional[float], out: str, report: Any = None) -> tuple:
     """Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty."""
     ...
 

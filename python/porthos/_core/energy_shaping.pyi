@@ -538,7 +538,7 @@ def certify(loop: ClosedLoop, *, lower: list[float], upper: list[float], rate: f
     ...
 
 def control(network: Network, name: str, member: str, loop: ClosedLoop, *, limits: list[float] = [], period: float = 0.0) -> Network:
-    """Puts the law of a loop on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled one; over
+    """Puts the law of a loop on the ports of a member of a network. Ledger: `name`, and `name`.hold of a sampled one; over
     several ports `name`.<port>. limits: largest |u| of each actuated input; none: without.
     """
     ...

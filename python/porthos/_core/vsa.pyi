@@ -233,6 +233,6 @@ def actuator_start(who: str, actuator: Actuator, link: float, theta: float, sigm
 
 def attach(network: Network, name: str, joint_port: str, actuator: Actuator) -> None:
     """Adds an actuator `name` to a network and joins it to a joint's port ('<member>.<joint>.torque'), with its commands,
-    frictions and limits. Books: storages '<name>.spring', '<name>.rotor'; works '<name>.theta', '<name>.sigma'.
+    frictions and limits. Ledger: storages '<name>.spring', '<name>.rotor'; works '<name>.theta', '<name>.sigma'.
     """
     ...

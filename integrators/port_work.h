@@ -7,15 +7,15 @@
 
 namespace porthos::integrators {
 
-/// The books of one step: ∫ power dt [J] of each of a system's powers, by the weights of the method
-/// where it keeps them itself (Kotyczka, Lefevre 2019), else by two Gauss points on the cubic
-/// between both ends of the step: inside it, so that a thruster that switches at its ends is seen
-/// as it is.
+/// The ledger of one step: ∫ power dt [J] of each of a system's powers, by the weights of the
+/// method where it keeps them itself (Kotyczka, Lefevre 2019), else by two Gauss points on the
+/// cubic between both ends of the step: inside it, so that a thruster that switches at its ends is
+/// seen as it is.
 template <class T>
-class Works {
+class PortWork {
  public:
-  /// on: whether to keep books at all
-  explicit Works(const phs::Description& d, bool on = true)
+  /// on: whether to keep a ledger at all
+  explicit PortWork(const phs::Description& d, bool on = true)
       : power_(on ? d.powers.size() : 0), of_step_(power_.size()) {
     if (!any()) return;
     e_.resize(size_t(d.nx));
@@ -44,7 +44,7 @@ class Works {
     for (size_t a = 0; a < of_step_.size(); ++a) of_step_[a] += weight * power_[a];
   }
 
-  /// For methods that do not keep books: around a step, with the state in x + lo.
+  /// For methods that do not keep a ledger: around a step, with the state in x + lo.
   void before(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
     for (size_t i = 0; i < x.size(); ++i) x0_[i] = x[i] + lo[i];
     s.field(t + hair(t, h), x0_, {}, f0_);

@@ -1,4 +1,4 @@
-// The books of a run: works through ports and losses against references, and the defect of the
+// The ledger of a run: works through ports and losses against references, and the defect of the
 // balance by method.
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/reference.h"
 
-namespace porthos::test::books_test {
+namespace porthos::test::port_work_test {
 namespace {
 
 using integrators::make_integrator;
@@ -20,8 +20,8 @@ using phs::Matrix;
 using phs::Network;
 using phs::PowerKind;
 
-/// Runs with the books open.
-struct Books {
+/// Runs with the ledger open.
+struct Ledger {
   const phs::Model& model;
   std::unique_ptr<integrators::Integrator> method;
   phs::State state;
@@ -30,7 +30,7 @@ struct Books {
   double turned_over = 0, worst_defect = 0;
   long double start;
 
-  Books(const phs::Model& m, const std::string& name, double h, std::vector<double> x)
+  Ledger(const phs::Model& m, const std::string& name, double h, std::vector<double> x)
       : model(m),
         method(make_integrator(name, m, h)),
         state(m.description(), std::move(x)),
@@ -50,8 +50,8 @@ struct Books {
     while (method->time(state) < t - 1e-9) {
       ASSERT_EQ(method->step(state), Outcome::ok);
       for (size_t a = 0; a < work.size(); ++a) {
-        phs::compensated_add(work[a], low[a], method->works()[a]);
-        turned_over += std::fabs(method->works()[a]);
+        phs::compensated_add(work[a], low[a], method->port_work()[a]);
+        turned_over += std::fabs(method->port_work()[a]);
       }
       if (watch) worst_defect = std::max(worst_defect, std::fabs(defect()));
     }
@@ -98,12 +98,12 @@ std::shared_ptr<const phs::NetworkModel> driven_pendulum_of_the_reference() {
   return n.build();
 }
 
-TEST(Books, DrivenPendulumOfTheReference) {
+TEST(PortWork, DrivenPendulumOfTheReference) {
   const auto ref = read_json(data_file("reference/n_driven_pendulum.json"));
   const auto model = driven_pendulum_of_the_reference();
   ASSERT_EQ(model->description().powers.size(), 2u);
   for (const std::string name : {"gauss16", "rk4"}) {
-    Books b(*model, name, name == "rk4" ? 4e-3 : 0.0625, {1.0, 0.5});
+    Ledger b(*model, name, name == "rk4" ? 4e-3 : 0.0625, {1.0, 0.5});
     double worst = 0, worst_defect = 0;
     for (const auto& out : ref["outputs"]) {
       b.run_to(number(out["t"]));
@@ -168,11 +168,11 @@ std::shared_ptr<const phs::NetworkModel> elastic_arm(bool driven) {
   return n.build();
 }
 
-TEST(Books, SeriesElasticArmOfTheReference) {
+TEST(PortWork, SeriesElasticArmOfTheReference) {
   const auto ref = read_json(data_file("reference/m_sea_2dof.json"));
   const auto model = elastic_arm(true);
   // x = (q1 q2 p1 p2, motor_1 spring_1 motor_2 spring_2); at rest, springs at theta - q.
-  Books b(*model, "gauss16", 0.03125, {0.25, -0.5, 0, 0, 0, 0.125, 0, 0.0});
+  Ledger b(*model, "gauss16", 0.03125, {0.25, -0.5, 0, 0, 0, 0.125, 0, 0.0});
   double worst = 0, worst_defect = 0, positions = 0;
   for (const auto& out : ref["outputs"]) {
     b.run_to(number(out["t"]));
@@ -199,7 +199,7 @@ TEST(Books, SeriesElasticArmOfTheReference) {
 
 // The elongation of a spring is the angle between its ends: a Casimir the builder finds and the run
 // keeps. A source at a motor does not touch it.
-TEST(Books, ElongationsAreCasimirsOfTheArm) {
+TEST(PortWork, ElongationsAreCasimirsOfTheArm) {
   Network n("arm with a spring");
   n.add("pendulum", std::make_shared<mechanics::MechanicalModel>(
                         std::make_shared<mechanics::Mechanism>(pendulum_of_the_reference())));
@@ -209,13 +209,13 @@ TEST(Books, ElongationsAreCasimirsOfTheArm) {
   const auto model = n.build();
   ASSERT_EQ(model->casimirs().size(), 1u);
   EXPECT_EQ(model->casimirs()[0], "-pendulum.hinge + spring.elongation");
-  Books b(*model, "gauss8", 0.05, {0.3, 2.0, 0.0});
+  Ledger b(*model, "gauss8", 0.05, {0.3, 2.0, 0.0});
   b.run_to(50);
   EXPECT_NEAR(b.state.x[2] - b.state.x[0], -0.3, 1e-14);
   EXPECT_LT(std::fabs(b.defect()), 1e-12);
 }
 
-TEST(Books, TheDefectOfGaussFallsLikeItsOrder) {
+TEST(PortWork, TheDefectOfGaussFallsLikeItsOrder) {
   const auto model = driven_pendulum_of_the_reference();
   for (const auto& [name, order, h] : {std::tuple{"midpoint", 2, 0.05},
                                        {"gauss4", 4, 0.1},
@@ -223,7 +223,7 @@ TEST(Books, TheDefectOfGaussFallsLikeItsOrder) {
                                        {"rk4", 4, 0.05}}) {
     double defect[2];
     for (const int i : {0, 1}) {
-      Books b(*model, name, i ? h / 2 : h, {1.0, 0.5});
+      Ledger b(*model, name, i ? h / 2 : h, {1.0, 0.5});
       b.run_to(20);
       defect[i] = std::fabs(b.defect());
     }
@@ -234,14 +234,14 @@ TEST(Books, TheDefectOfGaussFallsLikeItsOrder) {
   }
 }
 
-TEST(Books, MethodsWithoutBooksAreBookedToOrderFour) {
+TEST(PortWork, MethodsWithoutWeightsAreBookedToOrderFour) {
   const phs::UserModel<DrivenPendulum> model{DrivenPendulum{}};
   ASSERT_EQ(model.description().powers.size(), 2u);
   for (const char* name : {"radau15", "cvode_adams"}) {
     double defect[2];
     for (const int i : {0, 1}) {
-      Books b(model, name, i ? 0.1 : 0.2, {1.0, 0.5});
-      EXPECT_FALSE(b.method->keeps_books());
+      Ledger b(model, name, i ? 0.1 : 0.2, {1.0, 0.5});
+      EXPECT_FALSE(b.method->integrates_power());
       b.run_to(20);
       defect[i] = std::fabs(b.defect());
     }
@@ -250,7 +250,7 @@ TEST(Books, MethodsWithoutBooksAreBookedToOrderFour) {
   }
 }
 
-TEST(Books, LanesKeepTheSameBooks) {
+TEST(PortWork, LanesKeepTheSameWork) {
   const auto model = elastic_arm(true);
   const auto lanes = make_integrator("gauss16", *model, 0.03125, {.lanes = true});
   const auto scalar = make_integrator("gauss16", *model, 0.03125, {.lanes = false});
@@ -258,11 +258,11 @@ TEST(Books, LanesKeepTheSameBooks) {
   for (int i = 0; i < 50; ++i) {
     ASSERT_EQ(lanes->step(a), Outcome::ok);
     ASSERT_EQ(scalar->step(b), Outcome::ok);
-    for (size_t k = 0; k < lanes->works().size(); ++k)
-      ASSERT_EQ(lanes->works()[k], scalar->works()[k]);
+    for (size_t k = 0; k < lanes->port_work().size(); ++k)
+      ASSERT_EQ(lanes->port_work()[k], scalar->port_work()[k]);
   }
   EXPECT_EQ(a.x, b.x);
 }
 
 }  // namespace
-}  // namespace porthos::test::books_test
+}  // namespace porthos::test::port_work_test
