@@ -1,0 +1,22 @@
+#pragma once
+#include <vector>
+
+#include "mechanics/builder.h"
+
+namespace porthos::mechanics {
+
+/// The parts of a Mechanism that come from its bodies and joints.
+struct AssembledTree {
+  std::vector<Node> nodes;
+  std::vector<JointCoordinates> coordinates;
+  std::vector<BodyFrame> bodies;
+  std::vector<JointProperties> properties;
+  std::vector<Remark> remarks;
+  int nq = 0, nv = 0, angles = 0;
+};
+
+/// Builds them from bodies of which each comes after its parent. @throws InvalidArgument as
+/// MechanismBuilder::build()
+AssembledTree assemble_tree(const std::vector<const BodySpec*>& order, bool accept_unphysical);
+
+}  // namespace porthos::mechanics
