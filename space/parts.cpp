@@ -2,317 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
-#include "mechanics/kinematics.h"
-#include "mechanics/rotation.h"
-#include "phs/forwarding.h"
-#include "space/gravity_gradient.h"
+#include "space/detail/parts_checks.h"
 
 namespace porthos::space {
 namespace {
 
-using mechanics::Force;
 using mechanics::Mechanism;
-using mechanics::Motion;
-using mechanics::Transform;
-
-/// f(t) lane by lane.
-template <class T, class F>
-T lane_by_lane(const T& t, F f) {
-  if constexpr (phs::is_pack<T>) {
-    T r;
-    for (int i = 0; i < phs::lanes<T>; ++i) r.set(i, f(t[i]));
-    return r;
-  } else {
-    return T(f(phs::to_double(t)));
-  }
-}
-
-template <class T>
-Vec3<T> scaled(const Vec3d& k, const Vec3<T>& a) {
-  return {T(k.x) * a.x, T(k.y) * a.y, T(k.z) * a.z};
-}
-template <class T>
-Vec3<T> zero() {
-  return {T(0.0), T(0.0), T(0.0)};
-}
-/// ½ (A K Aᵀ + B K Bᵀ) a
-template <class T>
-Vec3<T> along_both(const Mat3<T>& A, const Mat3<T>& B, const Vec3d& k, const Vec3<T>& a) {
-  return T(0.5) * (A * scaled(k, A.tmul(a)) + B * scaled(k, B.tmul(a)));
-}
-template <class T>
-const Vec3<T>& column_of(const Mat3<T>& R, int i) {
-  return i == 0 ? R.x : i == 1 ? R.y : R.z;
-}
-
-bool damped(const SoftLatch& l) {
-  return l.damping.x + l.damping.y + l.damping.z + l.turning_damping.x + l.turning_damping.y +
-             l.turning_damping.z >
-         0;
-}
-
-template <class T>
-class PartsSystem final : public phs::Forwarding<T> {
-  using In = std::span<const T>;
-  using Out = std::span<T>;
-
- public:
-  explicit PartsSystem(const PartsModel& model, const PartsModel::Placed& placed)
-      : phs::Forwarding<T>(model.mechanical().template instantiate<T>(), model.description()),
-        model_(model),
-        parts_(model.parts()),
-        placed_(placed),
-        inner_(this->inner()),
-        m_(model.mechanical().mechanism()),
-        w_(m_),
-        pose_(m_.nodes().size()),
-        nq_(size_t(m_.nq())),
-        u_(size_t(model.description().nu)),
-        y_(u_.size()),
-        e_(2 * nq_, T(0.0)),
-        Gu_(2 * nq_),
-        damped_(std::any_of(parts_.latches.begin(), parts_.latches.end(), damped)) {}
-
-  std::unique_ptr<phs::System<T>> clone() const override {
-    return this->alike(std::make_unique<PartsSystem>(model_, placed_));
-  }
-
-  T hamiltonian(In x) override {
-    T H = inner_.hamiltonian(x);
-    if (parts_.latches.empty()) return H;
-    place(x);
-    for (size_t k = 0; k < parts_.latches.size(); ++k) H = H + elastic_energy(k);
-    return H;
-  }
-  void gradient(In x, Out e) override {
-    inner_.gradient(x, e);
-    if (parts_.latches.empty()) return;
-    place(x);
-    clear_inputs();
-    add_elastic();
-    inner_.apply_input(x, u_, Gu_);
-    for (size_t i = 0; i < nq_; ++i) e[i] = e[i] - Gu_[nq_ + i];
-  }
-  void field(T t, In x, In u, Out dx) override {
-    inner_.field(t, x, u, dx);
-    std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
-    place(x);
-    clear_inputs();
-    add_elastic();
-    add_losses(x, e_);
-    add_sources(t, x);
-    add_to(x, dx);
-  }
-  void rate(T t, In x, In e, Out dx) override {
-    inner_.rate(t, x, e, dx);
-    place(x);
-    clear_inputs();
-    add_losses(x, e);
-    add_sources(t, x);
-    add_to(x, dx);
-  }
-  void efforts(T t, In x, In dx, Out e) override {
-    std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
-    place(x);
-    clear_inputs();
-    add_losses(x, e_);
-    add_sources(t, x);
-    inner_.apply_input(x, u_, Gu_);
-    for (size_t i = 0; i < 2 * nq_; ++i) Gu_[i] = dx[i] - Gu_[i];
-    inner_.efforts(t, x, Gu_, e);
-  }
-  void apply_dissipation(In x, In e, Out Re) override {
-    inner_.apply_dissipation(x, e, Re);
-    if (!damped_) return;
-    place(x);
-    clear_inputs();
-    add_losses(x, e);
-    inner_.apply_input(x, u_, Gu_);
-    for (size_t i = nq_; i < 2 * nq_; ++i) Re[i] = Re[i] - Gu_[i];
-  }
-
-  void stored(In x, Out values) override {
-    phs::Forwarding<T>::stored(x, values);
-    if (parts_.latches.empty()) return;
-    place(x);
-    size_t k = this->inner_storages();
-    for (size_t l = 0; l < parts_.latches.size(); ++l) values[k++] = elastic_energy(l);
-  }
-  void powers(T t, In x, In e, Out values) override {
-    phs::Forwarding<T>::powers(t, x, e, values);
-    place(x);
-    inner_.output(x, e, y_);
-    size_t k = this->inner_powers();
-    for (size_t l = 0; l < parts_.latches.size(); ++l)
-      if (damped(parts_.latches[l])) values[k++] = loss(l);
-    const size_t impulses = k + parts_.thrusters.size() + parts_.torquers.size();
-    size_t i = impulses;
-    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
-      const Thruster& th = parts_.thrusters[n];
-      const auto& at = placed_.nozzles[n];
-      const Vec3<T> f = force(th, t);
-      values[k++] = dot(f, Vec3<T>{y_[at.u + 3], y_[at.u + 4], y_[at.u + 5]});
-      const auto X = world(at);
-      const Vec3<T> F = X.R * f, L = cross(X.r, F);
-      for (const T& value : {F.x, F.y, F.z, L.x, L.y, L.z}) values[i++] = value;
-    }
-    for (size_t n = 0; n < parts_.torquers.size(); ++n) {
-      const Mat3<T> R = base(x);
-      const Vec3<T> torque = torquer_torque(n, t, x, R);
-      const size_t at = placed_.base_u;
-      values[k++] = dot(torque, Vec3<T>{y_[at], y_[at + 1], y_[at + 2]});
-      const Vec3<T> L = R * torque;
-      for (const T& value : {L.x, L.y, L.z}) values[i++] = value;
-    }
-  }
-  void set_turn_angles(In angles) override {
-    phs::Forwarding<T>::set_turn_angles(angles);
-    std::copy_n(angles.begin(), w_.turn_angle.size(), w_.turn_angle.begin());
-  }
-  std::unique_ptr<phs::Resolvent> resolvent() override {
-    if (!parts_.latches.empty()) return nullptr;  // they may be stiffer than the mechanism
-    const bool pushed = !parts_.thrusters.empty() || !parts_.torquers.empty();
-    return pushed ? this->near_resolvent() : inner_.resolvent();
-  }
-
- private:
-  void place(In x) { mechanics::forward_kinematics<T>(m_, w_, x.first(nq_), pose_); }
-  void clear_inputs() { std::fill(u_.begin(), u_.end(), T(0.0)); }
-  void add_to(In x, Out dx) {
-    inner_.apply_input(x, u_, Gu_);
-    for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
-  }
-  /// Of a port in the world.
-  Transform<T> world(const PartsModel::Mount& at) const {
-    return pose_[size_t(at.node)] * Transform<T>{Mat3<T>(at.port.R), Vec3<T>(at.port.r)};
-  }
-  /// A wrench given in the world's axes about the port's origin.
-  void push(const PartsModel::Mount& at, const Transform<T>& X, const Vec3<T>& moment,
-            const Vec3<T>& force) {
-    const Vec3<T> n = X.R.tmul(moment), f = X.R.tmul(force);
-    for (int c = 0; c < 3; ++c) {
-      u_[at.u + size_t(c)] = u_[at.u + size_t(c)] + n[c];
-      u_[at.u + 3 + size_t(c)] = u_[at.u + 3 + size_t(c)] + f[c];
-    }
-  }
-
-  // --- soft latches -----------------------------------------------------------------------------
-  struct Ends {
-    Transform<T> on_link, on_body;  ///< ports in the world
-    Mat3<T> A, B;                   ///< the frames' axes
-    Vec3<T> d;                      ///< from A to B
-  };
-  Ends ends(size_t k) const {
-    const auto &a = placed_.a[k], &b = placed_.b[k];
-    Ends e{world(a), world(b), {}, {}, {}};
-    e.A = e.on_link.R * Mat3<T>(a.axes);
-    e.B = e.on_body.R * Mat3<T>(b.axes);
-    e.d = e.on_body.r - e.on_link.r;
-    return e;
-  }
-  static double tip_stiffness(const SoftLatch& l, int i) {
-    const Vec3d& Q = l.turning_stiffness;
-    return 0.5 * (Q.x + Q.y + Q.z) - Q[i];
-  }
-  T elastic_energy(size_t k) const {
-    const SoftLatch& l = parts_.latches[k];
-    const Ends e = ends(k);
-    T U = T(0.5) * dot(e.d, along_both(e.A, e.B, l.stiffness, e.d));
-    for (int i = 0; i < 3; ++i) {
-      const Vec3<T> apart = column_of(e.A, i) - column_of(e.B, i);
-      U = U + T(0.5 * tip_stiffness(l, i)) * dot(apart, apart);
-    }
-    return U;
-  }
-  void add_elastic() {
-    for (size_t k = 0; k < parts_.latches.size(); ++k) {
-      const SoftLatch& l = parts_.latches[k];
-      const Ends e = ends(k);
-      const Vec3<T> fa = e.A * scaled(l.stiffness, e.A.tmul(e.d)),
-                    fb = e.B * scaled(l.stiffness, e.B.tmul(e.d));
-      const Vec3<T> f = T(-0.5) * (fa + fb);  // on B
-      Vec3<T> turn = zero<T>();               // on B
-      for (int i = 0; i < 3; ++i)
-        turn += T(tip_stiffness(l, i)) * cross(column_of(e.B, i), column_of(e.A, i));
-      const Vec3<T> half_d = T(0.5) * e.d;
-      push(placed_.b[k], e.on_body, turn + cross(half_d, fb), f);
-      push(placed_.a[k], e.on_link, cross(half_d, fa) - turn, -f);
-    }
-  }
-  /// Twist of B relative to A at the midpoint, from the ports' twists in y_, in the world's axes.
-  Motion<T> relative(size_t k, const Ends& e) const {
-    const auto twist = [&](const PartsModel::Mount& at, const Transform<T>& X) {
-      const T* y = y_.data() + at.u;
-      return Motion<T>{X.R * Vec3<T>{y[0], y[1], y[2]}, X.R * Vec3<T>{y[3], y[4], y[5]}};
-    };
-    const Motion<T> a = twist(placed_.a[k], e.on_link), b = twist(placed_.b[k], e.on_body);
-    const Vec3<T> half_d = T(0.5) * e.d;
-    return {b.w - a.w, (b.v - cross(b.w, half_d)) - (a.v + cross(a.w, half_d))};
-  }
-  Force<T> damper(size_t k, const Ends& e, const Motion<T>& v) const {
-    const SoftLatch& l = parts_.latches[k];
-    return {along_both(e.A, e.B, l.turning_damping, v.w), along_both(e.A, e.B, l.damping, v.v)};
-  }
-  T loss(size_t k) const {
-    const Ends e = ends(k);
-    const Motion<T> v = relative(k, e);
-    return dot(v, damper(k, e, v));
-  }
-  void add_losses(In x, In e) {
-    if (!damped_) return;
-    inner_.output(x, e, y_);
-    for (size_t k = 0; k < parts_.latches.size(); ++k) {
-      const Ends at = ends(k);
-      const Force<T> r = damper(k, at, relative(k, at));
-      const Vec3<T> half_d = T(0.5) * at.d;
-      push(placed_.b[k], at.on_body, cross(half_d, r.f) - r.n, -r.f);
-      push(placed_.a[k], at.on_link, cross(half_d, r.f) + r.n, r.f);
-    }
-  }
-
-  // --- sources -----------------------------------------------------------------------------------
-  Vec3<T> force(const Thruster& th, const T& t) const {
-    const T on = lane_by_lane(t, [&](double at) { return th.thrust * th.schedule.at(at); });
-    return on * Vec3<T>(th.direction);
-  }
-  static Mat3<T> base(In x) {
-    return mechanics::rotation_matrix(mechanics::Quaternion<T>::load(x.data() + base_attitude));
-  }
-  Vec3<T> torquer_torque(size_t n, const T& t, In x, const Mat3<T>& R) const {
-    return torque_of(parts_.torquers[n], placed_.wheels[n], t, x, nq_,
-                     R.tmul(Vec3<T>(parts_.field)));
-  }
-  void add_sources(const T& t, In x) {
-    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
-      const Vec3<T> f = force(parts_.thrusters[n], t);
-      const size_t at = placed_.nozzles[n].u + 3;
-      for (int c = 0; c < 3; ++c) u_[at + size_t(c)] = u_[at + size_t(c)] + f[c];
-    }
-    if (parts_.torquers.empty()) return;
-    const Mat3<T> R = base(x);
-    for (size_t n = 0; n < parts_.torquers.size(); ++n) {
-      const Vec3<T> torque = torquer_torque(n, t, x, R);
-      for (int c = 0; c < 3; ++c) {
-        T& u = u_[placed_.base_u + size_t(c)];
-        u = u + torque[c];
-      }
-    }
-  }
-
-  const PartsModel& model_;
-  const Parts& parts_;
-  const PartsModel::Placed& placed_;
-  phs::System<T>& inner_;
-  const Mechanism& m_;
-  mechanics::Workspace<T> w_;
-  std::vector<Transform<T>> pose_;
-  size_t nq_;
-  std::vector<T> u_, y_, e_, Gu_;
-  bool damped_;
-};
 
 [[noreturn]] void refuse(const std::string& what, const std::string& name, const std::string& why) {
   throw InvalidArgument(what + " '" + name + "': " + why);
@@ -374,16 +71,6 @@ PartsModel::Mount mount(const mechanics::MechanicalModel& model, const std::stri
   return m;
 }
 
-int free_base(const Mechanism& m) {
-  for (size_t i = 0; i < m.nodes().size(); ++i)
-    if (m.nodes()[i].parent < 0 && m.nodes()[i].q == 0) {
-      for (const auto& c : m.coordinates())
-        if (c.node == int(i) && c.kind == phs::BlockKind::rotation && c.q == base_attitude)
-          return int(i);
-    }
-  return -1;
-}
-
 phs::Description describe(const phs::Description& inner, const Parts& parts) {
   phs::Description d = inner;
   d.flows.clear();
@@ -413,6 +100,12 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
 
 }  // namespace
 
+bool damped(const SoftLatch& l) {
+  return l.damping.x + l.damping.y + l.damping.z + l.turning_damping.x + l.turning_damping.y +
+             l.turning_damping.z >
+         0;
+}
+
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts) {
   using Kind = phs::PowerKind;
   std::vector<phs::PowerAccount> list;
@@ -425,39 +118,6 @@ std::vector<phs::PowerAccount> push_accounts(const Parts& parts) {
   for (const auto& t : parts.torquers)
     for (const char* axis : {".x", ".y", ".z"})
       list.push_back({t.name + ".angular_impulse" + axis, Kind::observed});
-  return list;
-}
-
-template <class T>
-Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
-                  std::span<const T> x, size_t nq, const Vec3<T>& B) {
-  const Vec3<T> d(rod.direction);
-  T m(0.0);
-  if (rod.dipole) {
-    m = (*rod.dipole)(t);
-  } else {
-    Vec3<T> h = zero<T>();
-    for (const auto& w : wheels) h += x[nq + size_t(w.q)] * Vec3<T>(w.axis);
-    const T tiny(1e-30), B2 = dot(B, B);
-    m = T(rod.unload) * dot(d, cross(h, B)) / phs::max(B2, tiny);
-  }
-  if (rod.limit > 0) m = T(rod.limit) * phs::tanh(m / T(rod.limit));
-  return m * cross(d, B);
-}
-
-std::vector<WheelAxis> wheel_axes(const Mechanism& m, const std::string& who,
-                                  const std::vector<std::string>& joints) {
-  const int base = free_base(m);
-  std::vector<WheelAxis> list;
-  for (const auto& joint : joints) {
-    const mechanics::JointCoordinates* found = nullptr;
-    for (const auto& c : m.coordinates())
-      if (c.name == joint && c.kind == phs::BlockKind::angle) found = &c;
-    if (!found || base < 0 || m.nodes()[size_t(found->node)].parent != base)
-      throw InvalidArgument(who + ": joint '" + joint +
-                            "' does not turn on a free base, expected a wheel that does");
-    list.push_back({found->q, m.nodes()[size_t(found->node)].placement.R.z});
-  }
   return list;
 }
 
@@ -487,16 +147,5 @@ PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechani
   }
   description_ = describe(with_ports_->description(), parts_);
 }
-
-template <class T>
-std::unique_ptr<phs::System<T>> PartsModel::make_system() const {
-  return std::make_unique<PartsSystem<T>>(*this, placed_);
-}
-#define PORTHOS_INSTANTIATE(T)                                                        \
-  template std::unique_ptr<phs::System<T>> PartsModel::make_system<T>() const;        \
-  template Vec3<T> torque_of(const Torquer&, const std::vector<WheelAxis>&, const T&, \
-                             std::span<const T>, size_t, const Vec3<T>&);
-PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
-#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::space
