@@ -1,7 +1,8 @@
 #include "mechanics/resolvent.h"
 
-#include "mechanics/hamiltonian_field.h"
-#include "mechanics/passes-inl.h"
+#include "mechanics/detail/joint_jacobian.h"
+#include "mechanics/detail/tree_linearisation.h"
+#include "mechanics/detail/unpivoted_lu.h"
 
 // Variations here are co-moving: of components in the body's own frame, then written in world axes.
 // A displacement of the child by the twist ζ changes what crosses the joint by  δ(X V) = -ζ × X V
@@ -18,104 +19,15 @@ namespace porthos::mechanics {
 namespace {
 
 using C = phs::Complex4;
-using phs::Dual;
-
-Motion<double> unit_twist(int k) {
-  auto m = passes::zero_motion<double>();
-  m[k] = 1;
-  return m;
-}
-
-/// The Jacobian of what one joint does, by duals: of (q', p') by its arguments, of its momentum
-/// μ(q, p) and of its placement, as the child's displacement twist ζ in its own axes.
-struct JointJacobian {
-  static constexpr int most_q = 7, most_v = 6;
-  struct Row {
-    double q[most_q], p[most_q], v[most_v], V[6], h[6], load[most_v];
-  };
-  Row rate[2 * most_q];
-  double mu_q[most_v][most_q], mu_p[most_v][most_q];
-  Motion<double> displacement[most_q];
-
-  template <class J>
-  void of(const Node& n, const double* q, const double* p, const double* v, const Motion<double>& V,
-          const Force<double>& h, const Force<double>& g, double turn) {
-    Dual dq[J::nq], dp[J::nq], dv[J::nv], load[J::nv];
-    Motion<Dual> dV;
-    Force<Dual> dh;
-    for (int k = 0; k < J::nq; ++k) {
-      dq[k] = q[k];
-      dp[k] = p[k];
-    }
-    for (int k = 0; k < J::nv; ++k) dv[k] = v[k];
-    unroll<J::nv>([&](auto k) { load[k] = J::template project<k>(n, g); });
-    for (int k = 0; k < 6; ++k) {
-      dV[k] = V[k];
-      dh[k] = h[k];
-    }
-
-    const auto along = [&](Dual& x, auto entry) {
-      x.d = 1;
-      Dual q_dot[J::nq], p_dot[J::nq];
-      if constexpr (J::lifted) {
-        J::field(dq, dp, dv, dV, dh, load, q_dot, p_dot);
-      } else {
-        J::rates(dq, dv, q_dot);
-        const Force<Dual> gyroscopic = cross(dV, dh);
-        unroll<J::nv>([&](auto k) { p_dot[k] = load[k] - J::template project<k>(n, gyroscopic); });
-      }
-      for (int i = 0; i < J::nq; ++i) {
-        entry(rate[i]) = q_dot[i].d;
-        entry(rate[J::nq + i]) = p_dot[i].d;
-      }
-      x.d = 0;
-    };
-    for (int k = 0; k < J::nq; ++k) {
-      along(dq[k], [k](Row& r) -> double& { return r.q[k]; });
-      along(dp[k], [k](Row& r) -> double& { return r.p[k]; });
-    }
-    for (int k = 0; k < J::nv; ++k) {
-      along(dv[k], [k](Row& r) -> double& { return r.v[k]; });
-      along(load[k], [k](Row& r) -> double& { return r.load[k]; });
-    }
-    for (int k = 0; k < 6; ++k) {
-      along(dV[k], [k](Row& r) -> double& { return r.V[k]; });
-      along(dh[k], [k](Row& r) -> double& { return r.h[k]; });
-    }
-    for (int k = 0; k < J::nq; ++k) {
-      Dual mu[J::nv];
-      dp[k].d = 1;
-      J::momentum(dq, dp, mu);
-      dp[k].d = 0;
-      for (int i = 0; i < J::nv; ++i) mu_p[i][k] = mu[i].d;
-      dq[k].d = 1;
-      J::momentum(dq, dp, mu);
-      for (int i = 0; i < J::nv; ++i) mu_q[i][k] = mu[i].d;
-      const auto X = passes::place<J>(n, dq, Dual(turn));
-      dq[k].d = 0;
-      const auto &x = X.R.x, &y = X.R.y, &z = X.R.z;  // R_ᵀ δR = [ζ_ω ×]
-      const auto slope = [](const Vec3<Dual>& a, const Vec3<Dual>& b) {
-        return a.x.v * b.x.d + a.y.v * b.y.d + a.z.v * b.z.d;
-      };
-      displacement[k] = {{slope(z, y), slope(x, z), slope(y, x)},
-                         {slope(x, X.r), slope(y, X.r), slope(z, X.r)}};
-    }
-  }
-};
 
 template <bool weight>
-class TreeResolvent final : public phs::Resolvent {
-  static constexpr int rows = weight ? 12 : 6;  ///< numbers in f = (δh, δg)
-  static constexpr int cols = weight ? 9 : 6;   ///< numbers in s = (δV, δγ)
-  using Up = std::array<C, rows>;
-  using Down = std::array<C, cols>;
+class TreeResolvent final : public phs::Resolvent, TreeLinearisation<weight> {
+  using Tree = TreeLinearisation<weight>;
+  using Tree::m_, Tree::turn_angle_, Tree::nq_, Tree::w_, Tree::bodies_;
+  using Tree::move_to, Tree::shift_of_s, Tree::shift_of_f;
+  static constexpr int rows = Tree::rows, cols = Tree::cols;
+  using typename Tree::Body, typename Tree::Up, typename Tree::Down;
 
-  struct Body {
-    Transform<double> E;  ///< pose in the world, about the point of reference
-    Motion<double> V;
-    Force<double> h, g;
-    std::array<Down, rows> P;
-  };
   /// A joint of one freedom; its S, β and η in world axes.
   struct Hinge {
     Motion<double> S, VxS;
@@ -137,11 +49,7 @@ class TreeResolvent final : public phs::Resolvent {
 
  public:
   TreeResolvent(const Mechanism& m, const std::vector<double>& turn_angle)
-      : m_(m),
-        turn_angle_(turn_angle),
-        nq_(size_t(m.nq())),
-        w_(m),
-        bodies_(m.nodes().size()),
+      : Tree(m, turn_angle),
         c_(bodies_.size()),
         s_(bodies_.size()),
         hinge_(m.nodes().size()),
@@ -175,13 +83,14 @@ class TreeResolvent final : public phs::Resolvent {
   void factor(double, std::span<const double> x, const C& z) override {
     z_ = z;
     move_to(x);
+    const double *q = x.data(), *p = x.data() + nq_;
     const auto& nodes = m_.nodes();
     for (size_t i = nodes.size(); i-- > 0;)
       visit_joint(nodes[i].type, [&](auto J) {
         if constexpr (decltype(J)::nv == 1)
           eliminate_hinge(i);
         else
-          eliminate_general<decltype(J)>(i, x.data() + nodes[i].q, x.data() + nq_ + nodes[i].q);
+          eliminate_general<decltype(J)>(i, q + nodes[i].q, p + nodes[i].q);
       });
   }
 
@@ -213,58 +122,7 @@ class TreeResolvent final : public phs::Resolvent {
   }
 
  private:
-  /// The point of the linearisation: poses, twists, subtree momenta and weights, and P of the
-  /// bodies alone.
-  void move_to(std::span<const double> x) {
-    std::copy(turn_angle_.begin(), turn_angle_.end(), w_.turn_angle.begin());
-    rates_from_momenta<double>(m_, w_, x.first(nq_), x.subspan(nq_));
-    const auto& nodes = m_.nodes();
-    for (size_t i = 0; i < nodes.size(); ++i) {
-      Body& b = bodies_[i];
-      if (nodes[i].parent >= 0)
-        b.E = bodies_[size_t(nodes[i].parent)].E * w_.X[i];
-      else  // about the first root: far from the world's origin the inertias would drown in m r²
-        b.E = {w_.X[i].R, w_.X[i].r - w_.X[0].r};
-      b.V = b.E.to_parent(w_.V[i]);
-      const auto I = to_parent(b.E, ArticulatedInertia<double>(nodes[i].inertia));
-      b.h = I * b.V;
-      b.g = I * Motion<double>{{0, 0, 0}, m_.gravity()};
-      for (auto& row : b.P) row.fill(C(0.0));
-      for (int k = 0; k < 6; ++k) {
-        const Force<double> column = I * unit_twist(k);
-        for (int a = 0; a < 6; ++a) {
-          b.P[size_t(a)][size_t(k)] = C(column[a]);
-          if constexpr (weight)
-            if (k >= 3) b.P[size_t(6 + a)][size_t(3 + k)] = C(column[a]);
-        }
-      }
-    }
-    for (size_t i = nodes.size(); i-- > 0;)
-      if (nodes[i].parent >= 0) {
-        Body& parent = bodies_[size_t(nodes[i].parent)];
-        parent.h += bodies_[i].h;
-        parent.g += bodies_[i].g;
-      }
-  }
-  Motion<double> carried(size_t i) const {
-    const int parent = m_.nodes()[i].parent;
-    return parent < 0 ? passes::zero_motion<double>() : bodies_[size_t(parent)].V;
-  }
-  /// What a displacement ζ of body i adds to s_i and to f_up.
-  std::array<double, cols> shift_of_s(size_t i, const Motion<double>& zeta) const {
-    const Motion<double> a = cross(carried(i), zeta);
-    const Vec3<double> b = cross(m_.gravity(), zeta.w);
-    std::array<double, cols> r;
-    for (int k = 0; k < cols; ++k) r[size_t(k)] = k < 6 ? a[k] : b[k - 6];
-    return r;
-  }
-  std::array<double, rows> shift_of_f(size_t i, const Motion<double>& zeta) const {
-    const Force<double> a = cross(zeta, bodies_[i].h), b = cross(zeta, bodies_[i].g);
-    std::array<double, rows> r;
-    for (int k = 0; k < rows; ++k) r[size_t(k)] = k < 6 ? a[k] : b[k - 6];
-    return r;
-  }
-
+ private:
   // --- joints of one freedom ---------------------------------------------------------------------
   void eliminate_hinge(size_t i) {
     const Node& n = m_.nodes()[i];
@@ -344,9 +202,15 @@ class TreeResolvent final : public phs::Resolvent {
   // --- joints of several freedoms ----------------------------------------------------------------
   template <class J>
   void eliminate_general(size_t i, const double* q, const double* p) {
+    linearise<J>(i, q, p);
+    condense<2 * J::nq + J::nv>(i);
+  }
+  /// Fills B and H, G in N, Λ, and Ω in W.
+  template <class J>
+  void linearise(size_t i, const double* q, const double* p) {
     const Node& n = m_.nodes()[i];
     General& j = general_[i];
-    Body& b = bodies_[i];
+    const Body& b = bodies_[i];
     constexpr size_t nq = J::nq, nv = J::nv, size = 2 * nq + nv;
     jacobian_.of<J>(n, q, p, w_.rate.data() + n.v, w_.V[i], b.E.to_child(b.h), b.E.to_child(b.g),
                     n.turn >= 0 ? turn_angle_[size_t(n.turn)] : 0.0);
@@ -356,7 +220,8 @@ class TreeResolvent final : public phs::Resolvent {
       J::template add<k>(n, 1.0, own);
       S[k] = b.E.to_parent(own);
     });
-    std::fill(j.B.begin(), j.B.end(), 0.0), std::fill(j.H.begin(), j.H.end(), 0.0);
+    std::fill(j.B.begin(), j.B.end(), 0.0);
+    std::fill(j.H.begin(), j.H.end(), 0.0);
     for (size_t k = 0; k < nq; ++k) {
       const auto zeta = b.E.to_parent(jacobian_.displacement[k]);
       const auto beta = shift_of_s(i, zeta);
@@ -367,8 +232,8 @@ class TreeResolvent final : public phs::Resolvent {
     for (size_t k = 0; k < nv; ++k)
       for (size_t a = 0; a < 6; ++a) j.B[a * size + 2 * nq + k] = S[k][int(a)];
 
-    // G in N, Ω in W
-    std::fill(j.N.begin(), j.N.end(), C(0.0)), std::fill(j.W.begin(), j.W.end(), C(0.0));
+    std::fill(j.N.begin(), j.N.end(), C(0.0));
+    std::fill(j.W.begin(), j.W.end(), C(0.0));
     std::fill(j.Lambda.begin(), j.Lambda.end(), C(0.0));
     for (size_t r = 0; r < 2 * nq; ++r) {
       const auto& d = jacobian_.rate[r];
@@ -398,7 +263,13 @@ class TreeResolvent final : public phs::Resolvent {
         j.N[r * size + nq + c] = C(-jacobian_.mu_p[k][c]);
       }
     }
-
+  }
+  /// N, W and K from G, Λ, Ω, B and H; P of the parent.
+  template <size_t size>
+  void condense(size_t i) {
+    const Node& n = m_.nodes()[i];
+    General& j = general_[i];
+    const Body& b = bodies_[i];
     for (size_t r = 0; r < size; ++r) {
       for (size_t k = 0; k < cols; ++k)
         for (size_t a = 0; a < rows; ++a) j.W[r * cols + k] += j.Lambda[r * rows + a] * b.P[a][k];
@@ -456,31 +327,7 @@ class TreeResolvent final : public phs::Resolvent {
     visit_joint(m_.nodes()[i].type, [&](auto J) { nq = size_t(decltype(J)::nq); });
     return nq;
   }
-  /// LU in place, the diagonal inverted. Without pivoting: N is near the identity in δq and δp, and
-  /// like a mass matrix in δv.
-  static void decompose(std::vector<C>& N, size_t n) {
-    for (size_t k = 0; k < n; ++k) {
-      N[k * n + k] = N[k * n + k].inverse();
-      for (size_t r = k + 1; r < n; ++r) {
-        const C factor = N[r * n + k] = N[r * n + k] * N[k * n + k];
-        for (size_t c = k + 1; c < n; ++c) N[r * n + c] -= factor * N[k * n + c];
-      }
-    }
-  }
-  static void substitute(const std::vector<C>& N, size_t n, std::vector<C>& u) {
-    for (size_t r = 0; r < n; ++r)
-      for (size_t k = 0; k < r; ++k) u[r] -= N[r * n + k] * u[k];
-    for (size_t r = n; r-- > 0;) {
-      for (size_t k = r + 1; k < n; ++k) u[r] -= N[r * n + k] * u[k];
-      u[r] = u[r] * N[r * n + r];
-    }
-  }
 
-  Mechanism const& m_;
-  const std::vector<double>& turn_angle_;
-  size_t nq_;
-  Workspace<double> w_;
-  std::vector<Body> bodies_;
   std::vector<Up> c_;    ///< f_i = P s_i + c
   std::vector<Down> s_;  ///< apart from the bodies: a solve reads no P
   std::vector<Hinge> hinge_;
