@@ -1,0 +1,72 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "mechanics/hamiltonian_field.h"
+#include "mechanics/kinematics.h"
+#include "mechanics/reconfiguration.h"
+#include "phs/scalar.h"
+
+/// What reconfigurations compute with. Private to reconfiguration*.cpp.
+namespace porthos::mechanics {
+
+/// A mechanism at one instant, in 113 bits.
+struct Instant {
+  using Real = phs::Quad;
+  using Reals = std::vector<Real>;
+  const Mechanism& m;
+  Workspace<Real> w;
+  Reals q, p, v;
+  std::vector<Transform<Real>> nodes;
+
+  Instant(const MechanicalModel& model, const phs::State& s)
+      : m(model.mechanism()),
+        w(m),
+        q(size_t(m.nq())),
+        p(q.size()),
+        v(size_t(m.nv())),
+        nodes(m.nodes().size()) {
+    for (size_t i = 0; i < q.size(); ++i) {
+      q[i] = Real(s.x[i]) + Real(s.lo[i]);
+      p[i] = Real(s.x[q.size() + i]) + Real(s.lo[q.size() + i]);
+    }
+    size_t turn = 0;
+    for (const auto& b : model.description().blocks)
+      if (b.kind == phs::BlockKind::angle)
+        q[size_t(b.at)] +=
+            Real(double(s.turns[turn++])) * (Real(phs::two_pi_hi) + Real(phs::two_pi_lo));
+    place();
+    rates_from_momenta<Real>(m, w, q, p);
+    v = w.rate;
+    momenta_from_rates<Real>(m, w, q, v, p);  // leaves the twists
+  }
+  void place() { forward_kinematics<Real>(m, w, q, nodes); }
+  Transform<Real> pose(const std::string& body) const {
+    return body_pose<Real>(m, m.body(body), nodes);
+  }
+  Motion<Real> twist(const std::string& body) const {
+    const auto& b = m.body(body);
+    if (b.node < 0) return {{Real(0), Real(0), Real(0)}, {Real(0), Real(0), Real(0)}};
+    return lifted(b.pose).to_child(w.V[size_t(b.node)]);
+  }
+  static Transform<Real> lifted(const Pose& x) {
+    return {Mat3<Real>(x.R), {Real(x.r.x), Real(x.r.y), Real(x.r.z)}};
+  }
+};
+
+inline Vec3d lowered(const Vec3<phs::Quad>& a) { return {double(a.x), double(a.y), double(a.z)}; }
+inline Pose lowered(const Transform<phs::Quad>& x) {
+  return {{lowered(x.R.x), lowered(x.R.y), lowered(x.R.z)}, lowered(x.r)};
+}
+inline Transform<phs::Quad> inverse(const Transform<phs::Quad>& x) {
+  const auto& R = x.R;
+  const Mat3<phs::Quad> T{{R.x.x, R.y.x, R.z.x}, {R.x.y, R.y.y, R.z.y}, {R.x.z, R.y.z, R.z.z}};
+  return {T, -(T * x.r)};
+}
+inline double length(const Vec3<phs::Quad>& a) { return double(phs::sqrt(dot(a, a))); }
+
+/// From one mechanism to the next: positions, rates and the ledger of the event, see
+/// reconfiguration.h.
+Impact change(MovingMechanism& moving, MechanismBuilder next);
+
+}  // namespace porthos::mechanics

@@ -1,0 +1,205 @@
+// The motion of the changed mechanism: positions that stay, and the rates nearest to the old ones.
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/crba.h"
+#include "mechanics/detail/instant.h"
+#include "mechanics/rotation.h"
+#include "phs/dense.h"
+
+namespace porthos::mechanics {
+namespace {
+
+using Real = Instant::Real;
+using Reals = Instant::Reals;
+
+const Vec3<Real>& column(const Mat3<Real>& R, int j) { return j == 0 ? R.x : j == 1 ? R.y : R.z; }
+
+/// The unit quaternion of a rotation matrix, from its largest component. Source: Shepperd 1978.
+Quaternion<Real> quaternion(const Mat3<Real>& R) {
+  const Real d[4] = {R.x.x + R.y.y + R.z.z, R.x.x, R.y.y, R.z.z};
+  const int k = int(std::max_element(d, d + 4) - d);
+  Real q[4];
+  const auto R_at = [&](int i, int j) { return column(R, j)[i]; };
+  if (k == 0) {
+    q[0] = 1 + d[0];
+    q[1] = R_at(2, 1) - R_at(1, 2);
+    q[2] = R_at(0, 2) - R_at(2, 0);
+    q[3] = R_at(1, 0) - R_at(0, 1);
+  } else {
+    const int i = k - 1, j = (i + 1) % 3, l = (i + 2) % 3;
+    q[0] = R_at(l, j) - R_at(j, l);
+    q[1 + i] = 1 + 2 * d[k] - d[0];
+    q[1 + j] = R_at(j, i) + R_at(i, j);
+    q[1 + l] = R_at(l, i) + R_at(i, l);
+  }
+  const Real size = phs::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (Real& x : q) x /= size;
+  return Quaternion<Real>::load(q);
+}
+
+/// Inertia of a body about its frame's origin, in its frame's axes, from what the user gave.
+RigidInertia<Real> inertia_of(const MassProperties& given) {
+  const auto& g = given.inertia;
+  const Mat3<Real> E(given.axes);
+  const double I[3][3] = {{g.xx, g.xy, g.xz}, {g.xy, g.yy, g.yz}, {g.xz, g.yz, g.zz}};
+  Real J[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      J[i][j] = 0;
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) J[i][j] += column(E, k)[i] * Real(I[k][l]) * column(E, l)[j];
+    }
+  const Real m = given.mass;
+  const Vec3<Real> c{Real(given.com.x), Real(given.com.y), Real(given.com.z)};
+  const Real cc = dot(c, c);
+  RigidInertia<Real> r;
+  r.m = m;
+  r.mc = m * c;
+  r.I.xx = J[0][0] + m * (cc - c.x * c.x);
+  r.I.yy = J[1][1] + m * (cc - c.y * c.y);
+  r.I.zz = J[2][2] + m * (cc - c.z * c.z);
+  r.I.xy = J[0][1] - m * c.x * c.y;
+  r.I.xz = J[0][2] - m * c.x * c.z;
+  r.I.yz = J[1][2] - m * c.y * c.z;
+  return r;
+}
+
+Real power(const Force<Real>& f, const Motion<Real>& v) { return dot(f.n, v.w) + dot(f.f, v.v); }
+
+/// The coordinates of the new mechanism: those of joints that stay; of unlocked joints, as they
+/// were; of freed bodies, their pose.
+phs::State positions(const MovingMechanism& before, const Instant& from,
+                     const MechanicalModel& to) {
+  const auto& a = before.model->description();
+  const auto& b = to.description();
+  phs::State s(b, std::vector<double>(size_t(b.nx)));
+  s.step = before.state.step;
+  s.origin = before.state.origin;
+  s.origin_lo = before.state.origin_lo;
+  s.origin_step = before.state.origin_step;
+  size_t turn = 0;
+  std::map<std::string, size_t> used, turned;  // numbers and turns taken from a locked joint
+  for (const auto& c : to.mechanism().coordinates()) {
+    size_t old_turn = 0;
+    const phs::Block* old = nullptr;
+    for (const auto& block : a.blocks) {
+      if (block.name == c.name && block.kind == c.kind && block.size == c.nq) old = &block;
+      if (!old && block.kind == phs::BlockKind::angle) ++old_turn;
+    }
+    const bool angle = c.kind == phs::BlockKind::angle;
+    const size_t at = size_t(c.q), n = size_t(c.nq);
+    if (old) {
+      std::copy_n(before.state.x.begin() + old->at, n, s.x.begin() + long(at));
+      std::copy_n(before.state.lo.begin() + old->at, n, s.lo.begin() + long(at));
+      if (angle) s.turns[turn] = before.state.turns[old_turn];
+    } else if (const auto l = before.locked.find(c.joint); l != before.locked.end()) {
+      size_t& k = used[c.joint];
+      if (angle) s.turns[turn] = l->second.turns.at(turned[c.joint]++);
+      std::copy_n(l->second.q.begin() + long(k), n, s.x.begin() + long(at));
+      std::copy_n(l->second.lo.begin() + long(k), n, s.lo.begin() + long(at));
+      k += n;
+    } else {  // a body that has become free
+      const auto body = std::find_if(before.parts.bodies().begin(), before.parts.bodies().end(),
+                                     [&](const BodySpec& x) { return x.name == c.joint; });
+      if (body == before.parts.bodies().end())
+        throw InvalidArgument("reconfiguration: the coordinate '" + c.name +
+                              "' has no value, expected a joint that stays, or a freed body");
+      const auto pose = from.pose(body->name);
+      const auto xi = quaternion(pose.R);
+      const Real numbers[7] = {pose.r.x, pose.r.y, pose.r.z, xi.w, xi.v.x, xi.v.y, xi.v.z};
+      const Real* values = c.kind == phs::BlockKind::rotation ? numbers + 3 : numbers;
+      for (size_t k = 0; k < n; ++k) {
+        s.x[at + k] = double(values[k]);
+        s.lo[at + k] = double(values[k] - Real(s.x[at + k]));
+      }
+    }
+    if (angle) ++turn;
+  }
+  return s;
+}
+
+/// The rates nearest to the old motion, see the header.
+Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
+              const MechanicalModel& model, phs::State& s) {
+  Instant to(model, s);
+  const size_t nv = to.v.size(), nq = to.q.size();
+  Reals h(nv, Real(0)), M(nv * nv), J(6 * nv);
+  for (const auto& b : bodies) {
+    const auto& frame = to.m.body(b.name);
+    if (frame.node < 0) continue;
+    const Force<Real> momentum = inertia_of(b.mass) * from.twist(b.name);
+    jacobian<Real>(to.m, to.w, to.q, frame, JacobianAxes::body, J);
+    for (size_t k = 0; k < nv; ++k)
+      for (int i = 0; i < 6; ++i) h[k] += J[6 * k + size_t(i)] * momentum[i];
+  }
+  const auto rotor_rate = [&](const Instant& at, const std::string& joint) {
+    for (const auto& j : at.m.joint_properties())
+      if (j.joint == joint) return at.v[size_t(j.v)];
+    return Real(0);
+  };
+  for (const auto& j : to.m.joint_properties())
+    if (j.rotor_inertia > 0) h[size_t(j.v)] += Real(j.rotor_inertia) * rotor_rate(from, j.joint);
+  crba<Real>(to.m, to.w, to.q, M);
+  phs::dense::cholesky(nv, M.data(), M.data());
+  phs::dense::solve(nv, M.data(), h.data(), h.data());
+  to.v = h;
+  momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
+  for (size_t i = 0; i < nq; ++i) {
+    s.x[nq + i] = double(to.p[i]);
+    s.lo[nq + i] = double(to.p[i] - Real(s.x[nq + i]));
+  }
+
+  Impact r;
+  Real lost = 0;
+  for (const auto& b : bodies) {
+    const auto before = from.twist(b.name), after = to.twist(b.name);
+    const auto change = after - before;
+    lost += power(inertia_of(b.mass) * change, change) / 2;
+    for (int i = 0; i < 6; ++i) r.rate_jump = std::max(r.rate_jump, std::fabs(double(change[i])));
+  }
+  for (const auto& j : from.m.joint_properties()) {
+    const Real change = rotor_rate(to, j.joint) - from.v[size_t(j.v)];
+    lost += Real(j.rotor_inertia) * change * change / 2;
+  }
+  r.dissipated_J = double(lost);
+  return r;
+}
+
+void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::State& s) {
+  Instant to(model, s);
+  const auto a = momentum<Real>(from.m, from.w, from.q, from.p),
+             b = momentum<Real>(to.m, to.w, to.q, to.p);
+  r.momentum = {lowered(a.linear), lowered(a.angular)};
+  Workspace<double> w(from.m);
+  std::vector<double> q, v;
+  for (const Real& x : from.q) q.push_back(double(x));
+  for (const Real& x : from.v) v.push_back(double(x));
+  r.scale = momentum_scale(from.m, w, q, v);
+  // What spins as one piece about its centre has Σ m|v| = 0, and its points have momenta all the
+  // same.
+  double mass = 0;
+  for (const auto& n : from.m.nodes()) mass += n.inertia.m;
+  const Real T = kinetic_energy<Real>(from.m, from.w, from.q, from.p);
+  r.scale.linear = std::max(r.scale.linear, std::sqrt(2 * mass * double(T)));
+  r.linear_jump = length(b.linear - a.linear);
+  r.angular_jump = length(b.angular - a.angular);
+}
+
+}  // namespace
+
+Impact change(MovingMechanism& moving, MechanismBuilder next) {
+  auto model =
+      std::make_shared<const MechanicalModel>(std::make_shared<const Mechanism>(next.build()));
+  Instant from(*moving.model, moving.state);
+  phs::State s = positions(moving, from, *model);
+  Impact r = impact(from, next.bodies(), *model, s);
+  phs::wrap_angles(model->description(), s);
+  measure(r, from, *model, s);
+  moving.parts = std::move(next);
+  moving.model = std::move(model);
+  moving.state = std::move(s);
+  return r;
+}
+
+}  // namespace porthos::mechanics
