@@ -1,0 +1,13 @@
+#pragma once
+#include "scene/read/scene.h"
+#include "scene/read/toml_table-inl.h"
+
+/// The tables of a scene that say how it is run and judged. Private to the readers of a scene.
+namespace porthos::scene {
+
+void read_integrator(const Table& t, Scene& s);
+void read_monitor(const Table& t, Scene& s);
+void read_run(const Table& t, Scene& s);
+void read_verify(const Table& t, Scene& s);
+
+}  // namespace porthos::scene
