@@ -1,0 +1,250 @@
+#include "scene/judge/detail/trajectory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/rotation.h"
+#include "phs/error.h"
+
+namespace porthos::scene {
+namespace {
+
+using mechanics::JointCoordinates;
+using mechanics::Vec3d;
+using phs::BlockKind;
+
+/// The columns of one coordinate: by the map, else by the names Porthos would give them.
+class Finder {
+ public:
+  Finder(const TrajectoryTable& table, const TrajectoryMap& map) : table_(table), map_(map) {}
+
+  std::vector<Numbers> find(const TrajectoryMap::Columns& mapped, const char* kind,
+                            const JointCoordinates& c, int numbers) const {
+    const auto given = mapped.find(c.name);
+    if (given == mapped.end()) {
+      for (const auto& name : usual(kind, c.name))
+        if (there(name, numbers)) return series(spread(name, numbers));
+      return {};
+    }
+    const std::string key = fmt::format("{}.{}", kind, c.name);
+    auto names = given->second;
+    if (names.size() == 1 && numbers > 1) names = spread(names[0], numbers);
+    if (names.size() != size_t(numbers))
+      throw InvalidArgument(fmt::format("{}: columns.{} has {} columns, expected {}",
+                                        map_.where.at(key), key, names.size(), numbers));
+    return series(names);
+  }
+  bool has_base() const {
+    if (!map_.text.empty()) return map_.q.count("base.position") > 0;
+    for (const auto& name : usual("q", "base.position"))
+      if (there(name, 3)) return true;
+    return false;
+  }
+
+ private:
+  static std::vector<std::string> usual(const std::string& kind, const std::string& name) {
+    if (kind == "q") return {name, "q." + name, "state/" + name};
+    if (kind == "p") return {"p." + name, "momentum/" + name};
+    return {kind + "." + name, kind + "/" + name};
+  }
+  static std::vector<std::string> spread(const std::string& name, int numbers) {
+    if (numbers == 1) return {name};
+    std::vector<std::string> all;
+    for (int k = 0; k < numbers; ++k) all.push_back(fmt::format("{}[{}]", name, k));
+    return all;
+  }
+  bool there(const std::string& name, int numbers) const {
+    return table_.has(spread(name, numbers)[0]);
+  }
+  std::vector<Numbers> series(const std::vector<std::string>& names) const {
+    std::vector<Numbers> all;
+    for (const auto& name : names) all.push_back(table_.column(name));
+    return all;
+  }
+
+  const TrajectoryTable& table_;
+  const TrajectoryMap& map_;
+};
+
+/// What a map may name and the model does not have is a mistake.
+void require_known_coordinates(const TrajectoryMap& map, const mechanics::Mechanism& m) {
+  std::string known;
+  for (const auto& c : m.coordinates()) known += (known.empty() ? "" : ", ") + c.name;
+  for (const auto& [key, where] : map.where) {
+    const std::string name = key.substr(key.find('.') + 1);
+    const auto& all = m.coordinates();
+    if (std::none_of(all.begin(), all.end(), [&](const auto& c) { return c.name == name; }))
+      throw InvalidArgument(fmt::format(
+          "{}: columns.{}: the model has no coordinate of this name, expected one of: {}", where,
+          key, known));
+  }
+}
+
+}  // namespace
+
+Numbers times_of_rows(const TrajectoryTable& table, const TrajectoryMap& map) {
+  const std::string name = !map.time.empty() ? map.time : table.has("time") ? "time" : "t";
+  Numbers t = table.column(name);
+  for (size_t i = 1; i < t.size(); ++i)
+    if (!(t[i] > t[i - 1]))
+      throw InvalidArgument(fmt::format("{}: '{}' is {} after {}, expected time to go forward",
+                                        table.at(i), name, t[i], t[i - 1]));
+  return t;
+}
+
+double middle_step(const Numbers& t) {
+  Numbers steps;
+  for (size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  const double mean = (t.back() - t[0]) / double(steps.size());
+  if (std::all_of(steps.begin(), steps.end(),
+                  [&](double h) { return std::fabs(h - mean) < 1e-6 * mean; }))
+    return mean;
+  std::nth_element(steps.begin(), steps.begin() + long(steps.size() / 2), steps.end());
+  return steps[steps.size() / 2];
+}
+
+bool has_base(const TrajectoryTable& table, const TrajectoryMap& map) {
+  return Finder(table, map).has_base();
+}
+
+Trajectory::Trajectory(const TrajectoryTable& table, const TrajectoryMap& map, const Assembly& a)
+    : table_(table),
+      map_(map),
+      m_(*a.mechanism),
+      model_(*a.mechanical),
+      lost_(size_t(m_.angle_count())) {
+  require_known_coordinates(map, m_);
+  const Finder finder(table, map);
+  for (const auto& c : m_.coordinates()) {
+    Columns k{c, finder.find(map.q, "q", c, c.nq), {}, {}, {}};
+    if (k.q.empty()) missing(c, "q");
+    if (map.v.count(c.name) || !map.p.count(c.name)) k.v = finder.find(map.v, "v", c, c.nv);
+    if (k.v.empty()) k.p = finder.find(map.p, "p", c, c.nq);
+    if (k.v.empty() && k.p.empty()) missing(c, "v");
+    by_rates_ |= !k.v.empty();
+    by_momenta_ |= !k.p.empty();
+    if (k.v.empty())
+      k.v.assign(size_t(c.nv), Numbers(table.rows()));  // from the momenta, row by row
+    const auto torque = finder.find(map.torque, "torque", c, c.nv);
+    if (!torque.empty() && c.nv > 1)
+      throw InvalidArgument(fmt::format(
+          "{}: torques are given for '{}', which has {} freedoms, expected joints "
+          "of one",
+          map.path.empty() ? table.at(0) : map.where.at("torque." + c.name), c.name, c.nv));
+    if (!torque.empty()) {
+      k.torque = torque[0];
+      torques_.push_back(c.name);
+    }
+    columns_.push_back(std::move(k));
+  }
+  if (by_rates_ && by_momenta_)
+    throw InvalidArgument(table.at(0) +
+                          ": some joints have rates and others momenta, expected one of both");
+}
+
+Trajectory::Row Trajectory::row(const phs::Description& d, size_t i, double h, bool centre_out) {
+  Numbers q(size_t(m_.nq())), v(size_t(m_.nv())), p(q.size());
+  norm_error_ = 0;
+  for (const Columns& k : columns_) {
+    for (int n = 0; n < k.c.nq; ++n) q[size_t(k.c.q + n)] = k.q[size_t(n)][i];
+    for (int n = 0; n < k.c.nv; ++n) v[size_t(k.c.v + n)] = k.v[size_t(n)][i];
+    for (size_t n = 0; n < k.p.size(); ++n) p[size_t(k.c.q) + n] = k.p[n][i];
+  }
+  Row r;
+  if (by_momenta_) {
+    auto x = q;
+    x.insert(x.end(), p.begin(), p.end());
+    v = model_.rates(x, lost_);
+    for (Columns& k : columns_)
+      for (int n = 0; n < k.c.nv; ++n) k.v[size_t(n)][i] = v[size_t(k.c.v + n)];
+  }
+  for (const Columns& k : columns_)
+    if (k.c.kind == BlockKind::rotation) normalise(&q[size_t(k.c.q)], i);
+  if (by_rates_) turn_rates(q, v);
+  if (i > 0) follow(i, h);
+  r.world = state(d, model_.state(q, v), i);
+  if (centre_out) {
+    r.centre = take_centre_out(m_, q, v);
+    r.inner = state(d, model_.state(q, v), i);
+    settle_momentum(m_, r.inner);
+  } else {
+    r.inner = r.world;
+  }
+  return r;
+}
+
+void Trajectory::works(size_t i, double h, std::span<double> to) const {
+  size_t at = 0;
+  for (const Columns& k : columns_) {
+    if (k.torque.empty()) continue;
+    const double a = k.torque[i - 1], b = k.torque[i], moved = distance(k, i, h);
+    to[at] = a * moved;
+    if (map_.torque_is_linear) {  // ∫ τ q' over the cubic through both ends and their rates
+      const double bend = h / 12 * (k.v[0][i] - k.v[0][i - 1]);
+      to[at] = 0.5 * (a + b) * moved + (b - a) * bend;
+    }
+    ++at;
+  }
+}
+
+void Trajectory::missing(const JointCoordinates& c, const char* kind) const {
+  throw InvalidArgument(fmt::format(
+      "{}: no column for {} of '{}', expected '{}{}' or a [columns.{}] in the map",
+      map_.path.empty() ? table_.at(0) : map_.path, *kind == 'q' ? "the position" : "the rate",
+      c.name, *kind == 'q' ? "" : "v.", c.name, kind));
+}
+
+void Trajectory::normalise(double* xi, size_t i) {
+  const double size = std::sqrt(xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2] + xi[3] * xi[3]);
+  if (!(size > 0.5 && size < 2))
+    throw InvalidArgument(fmt::format(
+        "{}: the attitude is a quaternion of length {:g}, expected one of 1 (w, x, y, z)",
+        table_.at(i), size));
+  norm_error_ = std::max(norm_error_, std::fabs(size - 1));
+  for (int k = 0; k < 4; ++k) xi[k] /= size;
+}
+
+void Trajectory::turn_rates(const Numbers& q, Numbers& v) const {
+  for (const Columns& k : columns_) {
+    if (k.c.kind != BlockKind::rotation) continue;
+    const auto R =
+        mechanics::rotation_matrix(mechanics::Quaternion<double>::load(&q[size_t(k.c.q)]));
+    const auto turn = [&](int at) {
+      double* x = &v[size_t(at)];
+      const Vec3d local = R.tmul(Vec3d{x[0], x[1], x[2]});
+      for (int n = 0; n < 3; ++n) x[n] = local[n];
+    };
+    if (map_.angular_in_world) turn(k.c.v);
+    if (map_.linear_in_body) continue;
+    for (const Columns& o : columns_)
+      if (o.c.joint == k.c.joint && o.c.nv == 3 && o.c.kind == BlockKind::linear) turn(o.c.v);
+  }
+}
+
+phs::State Trajectory::state(const phs::Description& d, Numbers x, size_t i) const {
+  phs::State s(d, std::move(x));
+  s.step = std::int64_t(i);
+  phs::wrap_angles(d, s);
+  for (size_t a = 0; a < lost_.size(); ++a) s.turns[a] += lost_[a];
+  return s;
+}
+
+void Trajectory::follow(size_t i, double h) {
+  size_t turn = 0;
+  for (const Columns& k : columns_) {
+    if (k.c.kind != BlockKind::angle) continue;
+    const double step = k.q[0][i] - k.q[0][i - 1];
+    lost_[turn++] += std::llround((distance(k, i, h) - step) / phs::two_pi_hi);
+  }
+}
+
+double Trajectory::distance(const Columns& k, size_t i, double h) const {
+  const double step = k.q[0][i] - k.q[0][i - 1];
+  if (k.c.kind != BlockKind::angle) return step;
+  const double expected = 0.5 * h * (k.v[0][i - 1] + k.v[0][i]);
+  return step + phs::two_pi_hi * std::round((expected - step) / phs::two_pi_hi);
+}
+
+}  // namespace porthos::scene
