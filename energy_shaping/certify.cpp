@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
 #include <random>
 
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/detail/region.h"
 #include "energy_shaping/potential_loop.h"
 #include "phs/linear_algebra.h"
 #include "phs/random_state.h"
@@ -16,89 +16,6 @@ namespace porthos::energy_shaping {
 namespace {
 
 using Vec = std::vector<double>;
-
-/// V_d(q) = H_d(q, 0) with derivatives.
-class ShapedPotential {
- public:
-  explicit ShapedPotential(const ClosedLoop& loop)
-      : system_(loop.instantiate<double>()),
-        dual_(loop.instantiate<phs::Dual>()),
-        n_(loop.rest().size() / 2),
-        x_(2 * n_, 0.0),
-        e_(2 * n_),
-        xd_(2 * n_, phs::Dual(0.0)),
-        ed_(2 * n_) {}
-  size_t size() const { return n_; }
-  double operator()(std::span<const double> q) {
-    std::copy(q.begin(), q.end(), x_.begin());
-    return system_->hamiltonian(x_);
-  }
-  void gradient(std::span<const double> q, Vec& g, Vec& K) {
-    g.resize(n_);
-    K.resize(n_ * n_);
-    for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
-    for (size_t j = 0; j < n_; ++j) {
-      xd_[j].d = 1;
-      dual_->gradient(xd_, ed_);
-      xd_[j].d = 0;
-      for (size_t i = 0; i < n_; ++i) {
-        g[i] = ed_[i].v;
-        K[i * n_ + j] = ed_[i].d;
-      }
-    }
-  }
-  /// Newton's method from q; false where it does not converge or leaves the region by more than it
-  /// is wide.
-  bool refine(Vec& q, const Region& r) {
-    Vec g, K;
-    for (int i = 0; i < 50; ++i) {
-      gradient(q, g, K);
-      const Vec step = phs::linear_solve(n_, K, g);
-      double size = 0;
-      for (size_t a = 0; a < n_; ++a) {
-        const double width = r.upper[a] - r.lower[a];
-        if (!(std::fabs(step[a]) < width)) return false;
-        q[a] -= step[a];
-        size = std::max(size, std::fabs(step[a]) / width);
-        if (q[a] < r.lower[a] - width || q[a] > r.upper[a] + width) return false;
-      }
-      if (size < 1e-12) return true;
-    }
-    return false;
-  }
-
- private:
-  std::unique_ptr<phs::System<double>> system_;
-  std::unique_ptr<phs::System<phs::Dual>> dual_;
-  size_t n_;
-  Vec x_, e_;
-  std::vector<phs::Dual> xd_, ed_;
-};
-
-void check_region(const ClosedLoop& loop, const Region& r) {
-  const size_t n = loop.rest().size() / 2;
-  require_size("region.lower", r.lower.size(), n);
-  require_size("region.upper", r.upper.size(), n);
-}
-
-bool inside(const Region& r, const Vec& q) {
-  for (size_t a = 0; a < q.size(); ++a)
-    if (q[a] < r.lower[a] || q[a] > r.upper[a]) return false;
-  return true;
-}
-
-Vec random_coordinates(const Region& r, std::mt19937_64& generator) {
-  Vec q(r.lower.size());
-  for (size_t a = 0; a < q.size(); ++a)
-    q[a] = std::uniform_real_distribution<double>(r.lower[a], r.upper[a])(generator);
-  return q;
-}
-
-bool has_quaternions(const ClosedLoop& loop) {
-  for (const auto& b : loop.description().blocks)
-    if (b.kind == phs::BlockKind::rotation) return true;
-  return false;
-}
 
 /// A random state of the region, at momenta of rates up to region.rate where the plant says what
 /// they are.
@@ -261,127 +178,6 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
 }
 
 }  // namespace
-
-std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
-                                           int starts) {
-  check_region(loop, region);
-  ShapedPotential V(loop);
-  std::mt19937_64 generator(region.seed);
-  std::vector<CriticalPoint> found;
-  Vec g, K;
-  for (int i = 0; i < starts; ++i) {
-    Vec q = random_coordinates(region, generator);
-    if (i == 0) q.assign(loop.rest().begin(), loop.rest().begin() + long(V.size()));
-    if (!V.refine(q, region) || !inside(region, q)) continue;
-    const bool known = std::any_of(found.begin(), found.end(), [&](const CriticalPoint& p) {
-      for (size_t a = 0; a < q.size(); ++a)
-        if (std::fabs(p.q[a] - q[a]) > 1e-6 * (region.upper[a] - region.lower[a])) return false;
-      return true;
-    });
-    if (known) continue;
-    V.gradient(q, g, K);
-    int descending = 0;
-    for (const double k : phs::symmetric_eigenvalues(q.size(), K)) descending += k < 0;
-    found.push_back({q, V(q), descending});
-  }
-  std::sort(found.begin(), found.end(),
-            [](const auto& a, const auto& b) { return a.value < b.value; });
-  return found;
-}
-
-Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
-  check_region(loop, region);
-  ShapedPotential V(loop);
-  const size_t n = V.size();
-  if (n > 3 || has_quaternions(loop))
-    throw InvalidArgument("the basin of '" + loop.description().name +
-                          "': the flood takes up to 3 "
-                          "plain coordinates, this has " +
-                          std::to_string(n));
-  const int N = cells > 0 ? cells : n == 1 ? 2000 : n == 2 ? 200 : 48;
-  std::vector<size_t> stride(n, 1);
-  for (size_t a = 1; a < n; ++a) stride[a] = stride[a - 1] * size_t(N + 1);
-  const size_t total = stride[n - 1] * size_t(N + 1);
-  const auto index = [&](size_t node, size_t a) { return int(node / stride[a] % size_t(N + 1)); };
-  const auto point = [&](size_t node) {
-    Vec q(n);
-    for (size_t a = 0; a < n; ++a)
-      q[a] = region.lower[a] + (region.upper[a] - region.lower[a]) * index(node, a) / N;
-    return q;
-  };
-  Vec value(total, std::numeric_limits<double>::quiet_NaN());
-  const auto at = [&](size_t node) {
-    if (std::isnan(value[node])) value[node] = V(point(node));
-    return value[node];
-  };
-  const auto nearest = [&](const Vec& q) {
-    size_t node = 0;
-    for (size_t a = 0; a < n; ++a)
-      node +=
-          stride[a] *
-          size_t(std::lround((q[a] - region.lower[a]) / (region.upper[a] - region.lower[a]) * N));
-    return node;
-  };
-  const size_t start = nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
-  std::vector<size_t> others;  // other critical points: a state may come to rest there
-  for (const auto& p : critical_points(loop, region))
-    if (const size_t node = nearest(p.q); node != start) others.push_back(node);
-  // The lowest level at which a path from the rest point reaches each node, and the node it is set
-  // by.
-  using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-  std::vector<bool> done(total, false);
-  front.push({at(start), {start, start}});
-  double level = HUGE_VAL;
-  size_t summit = start;
-  while (!front.empty()) {
-    const auto [l, nodes] = front.top();
-    front.pop();
-    const auto [node, top] = nodes;
-    if (done[node]) continue;
-    done[node] = true;
-    bool edge = false;
-    for (size_t a = 0; a < n; ++a) edge = edge || index(node, a) == 0 || index(node, a) == N;
-    if (edge || std::find(others.begin(), others.end(), node) != others.end()) {
-      level = l;
-      summit = top;
-      break;
-    }
-    for (size_t a = 0; a < n; ++a)
-      for (const size_t next : {node - stride[a], node + stride[a]})
-        if (!done[next]) {
-          const double v = at(next);
-          if (std::isfinite(v)) front.push({std::max(l, v), {next, v > l ? next : top}});
-        }
-  }
-  Basin b;
-  b.level = level;
-  b.at = point(summit);
-  b.method = fmt::format("flood on a grid of {}^{}", N, n);
-  const double bottom = V(std::span(loop.rest()).first(n));
-  bool edge = false;
-  for (size_t a = 0; a < n; ++a) edge = edge || index(summit, a) == 0 || index(summit, a) == N;
-  Vec q = b.at;
-  if (edge) {
-    double slack = 0;
-    for (size_t a = 0; a < n; ++a)
-      if (index(summit, a) > 0 && index(summit, a) < N)
-        slack += std::fabs(at(summit + stride[a]) - 2 * at(summit) + at(summit - stride[a])) / 8;
-    b.level -= slack;
-    b.method += ", left through the region's boundary";
-  } else if (V.refine(q, region)) {
-    bool near = true;
-    for (size_t a = 0; a < n; ++a)
-      near = near && std::fabs(q[a] - b.at[a]) < 4 * (region.upper[a] - region.lower[a]) / N;
-    if (near) {
-      b.level = std::min(level, V(q));
-      b.at = q;
-      b.method += ", pass by Newton's method";
-    }
-  }
-  b.depth = b.level - bottom;
-  return b;
-}
 
 Certificate certify(const ClosedLoop& loop, const CertifyOptions& o) {
   Certificate c = loop.certificate();

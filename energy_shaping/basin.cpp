@@ -1,0 +1,262 @@
+// The shaped potential over a region: its critical points, and the basin of the rest point.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <random>
+
+#include "energy_shaping/detail/region.h"
+#include "phs/linear_algebra.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using Vec = std::vector<double>;
+
+/// V_d(q) = H_d(q, 0) with derivatives.
+class ShapedPotential {
+ public:
+  explicit ShapedPotential(const ClosedLoop& loop)
+      : system_(loop.instantiate<double>()),
+        dual_(loop.instantiate<phs::Dual>()),
+        n_(loop.rest().size() / 2),
+        x_(2 * n_, 0.0),
+        e_(2 * n_),
+        xd_(2 * n_, phs::Dual(0.0)),
+        ed_(2 * n_) {}
+  size_t size() const { return n_; }
+  double operator()(std::span<const double> q) {
+    std::copy(q.begin(), q.end(), x_.begin());
+    return system_->hamiltonian(x_);
+  }
+  void gradient(std::span<const double> q, Vec& g, Vec& K) {
+    g.resize(n_);
+    K.resize(n_ * n_);
+    for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
+    for (size_t j = 0; j < n_; ++j) {
+      xd_[j].d = 1;
+      dual_->gradient(xd_, ed_);
+      xd_[j].d = 0;
+      for (size_t i = 0; i < n_; ++i) {
+        g[i] = ed_[i].v;
+        K[i * n_ + j] = ed_[i].d;
+      }
+    }
+  }
+  /// Newton's method from q; false where it does not converge or leaves the region by more than it
+  /// is wide.
+  bool refine(Vec& q, const Region& r) {
+    Vec g, K;
+    for (int i = 0; i < 50; ++i) {
+      gradient(q, g, K);
+      const Vec step = phs::linear_solve(n_, K, g);
+      double size = 0;
+      for (size_t a = 0; a < n_; ++a) {
+        const double width = r.upper[a] - r.lower[a];
+        if (!(std::fabs(step[a]) < width)) return false;
+        q[a] -= step[a];
+        size = std::max(size, std::fabs(step[a]) / width);
+        if (q[a] < r.lower[a] - width || q[a] > r.upper[a] + width) return false;
+      }
+      if (size < 1e-12) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::unique_ptr<phs::System<double>> system_;
+  std::unique_ptr<phs::System<phs::Dual>> dual_;
+  size_t n_;
+  Vec x_, e_;
+  std::vector<phs::Dual> xd_, ed_;
+};
+
+void check_region(const ClosedLoop& loop, const Region& r) {
+  const size_t n = loop.rest().size() / 2;
+  require_size("region.lower", r.lower.size(), n);
+  require_size("region.upper", r.upper.size(), n);
+}
+
+bool inside(const Region& r, const Vec& q) {
+  for (size_t a = 0; a < q.size(); ++a)
+    if (q[a] < r.lower[a] || q[a] > r.upper[a]) return false;
+  return true;
+}
+
+/// The nodes of a grid over a region.
+class Grid {
+ public:
+  Grid(const Region& region, int cells)
+      : region_(region), n_(region.lower.size()), N_(cells), stride_(n_, 1) {
+    for (size_t a = 1; a < n_; ++a) stride_[a] = stride_[a - 1] * size_t(N_ + 1);
+  }
+  size_t nodes() const { return stride_[n_ - 1] * size_t(N_ + 1); }
+  size_t stride(size_t a) const { return stride_[a]; }
+  double width(size_t a) const { return region_.upper[a] - region_.lower[a]; }
+  bool at_border(size_t node, size_t a) const {
+    return index(node, a) == 0 || index(node, a) == N_;
+  }
+  bool at_border(size_t node) const {
+    for (size_t a = 0; a < n_; ++a)
+      if (at_border(node, a)) return true;
+    return false;
+  }
+  Vec point(size_t node) const {
+    Vec q(n_);
+    for (size_t a = 0; a < n_; ++a) q[a] = region_.lower[a] + width(a) * index(node, a) / N_;
+    return q;
+  }
+  size_t nearest(const Vec& q) const {
+    size_t node = 0;
+    for (size_t a = 0; a < n_; ++a)
+      node += stride_[a] * size_t(std::lround((q[a] - region_.lower[a]) / width(a) * N_));
+    return node;
+  }
+
+ private:
+  int index(size_t node, size_t a) const { return int(node / stride_[a] % size_t(N_ + 1)); }
+
+  const Region& region_;
+  size_t n_;
+  int N_;
+  std::vector<size_t> stride_;
+};
+
+/// V_d at the nodes, each taken once.
+class GridPotential {
+ public:
+  GridPotential(const Grid& grid, ShapedPotential& V)
+      : grid_(grid), V_(V), value_(grid.nodes(), std::numeric_limits<double>::quiet_NaN()) {}
+  double operator()(size_t node) {
+    if (std::isnan(value_[node])) value_[node] = V_(grid_.point(node));
+    return value_[node];
+  }
+
+ private:
+  const Grid& grid_;
+  ShapedPotential& V_;
+  Vec value_;
+};
+
+/// The pass of a flood: its level and the node it is set by.
+struct Pass {
+  double level = HUGE_VAL;
+  size_t summit;
+};
+
+/// Raises the level from the node `start` until the flood reaches the border or one of `others`.
+Pass flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
+           const std::vector<size_t>& others) {
+  // The lowest level at which a path from the start reaches each node, and the node it is set by.
+  using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  std::vector<bool> done(grid.nodes(), false);
+  front.push({at(start), {start, start}});
+  while (!front.empty()) {
+    const auto [l, nodes] = front.top();
+    front.pop();
+    const auto [node, top] = nodes;
+    if (done[node]) continue;
+    done[node] = true;
+    if (grid.at_border(node) || std::find(others.begin(), others.end(), node) != others.end())
+      return {l, top};
+    for (size_t a = 0; a < n; ++a)
+      for (const size_t next : {node - grid.stride(a), node + grid.stride(a)})
+        if (!done[next]) {
+          const double v = at(next);
+          if (std::isfinite(v)) front.push({std::max(l, v), {next, v > l ? next : top}});
+        }
+  }
+  return {HUGE_VAL, start};
+}
+
+}  // namespace
+
+std::vector<double> random_coordinates(const Region& r, std::mt19937_64& generator) {
+  std::vector<double> q(r.lower.size());
+  for (size_t a = 0; a < q.size(); ++a)
+    q[a] = std::uniform_real_distribution<double>(r.lower[a], r.upper[a])(generator);
+  return q;
+}
+
+bool has_quaternions(const ClosedLoop& loop) {
+  for (const auto& b : loop.description().blocks)
+    if (b.kind == phs::BlockKind::rotation) return true;
+  return false;
+}
+
+std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
+                                           int starts) {
+  check_region(loop, region);
+  ShapedPotential V(loop);
+  std::mt19937_64 generator(region.seed);
+  std::vector<CriticalPoint> found;
+  Vec g, K;
+  for (int i = 0; i < starts; ++i) {
+    Vec q = random_coordinates(region, generator);
+    if (i == 0) q.assign(loop.rest().begin(), loop.rest().begin() + long(V.size()));
+    if (!V.refine(q, region) || !inside(region, q)) continue;
+    const bool known = std::any_of(found.begin(), found.end(), [&](const CriticalPoint& p) {
+      for (size_t a = 0; a < q.size(); ++a)
+        if (std::fabs(p.q[a] - q[a]) > 1e-6 * (region.upper[a] - region.lower[a])) return false;
+      return true;
+    });
+    if (known) continue;
+    V.gradient(q, g, K);
+    int descending = 0;
+    for (const double k : phs::symmetric_eigenvalues(q.size(), K)) descending += k < 0;
+    found.push_back({q, V(q), descending});
+  }
+  std::sort(found.begin(), found.end(),
+            [](const auto& a, const auto& b) { return a.value < b.value; });
+  return found;
+}
+
+Basin basin(const ClosedLoop& loop, const Region& region, int cells) {
+  check_region(loop, region);
+  ShapedPotential V(loop);
+  const size_t n = V.size();
+  if (n > 3 || has_quaternions(loop))
+    throw InvalidArgument("the basin of '" + loop.description().name +
+                          "': the flood takes up to 3 "
+                          "plain coordinates, this has " +
+                          std::to_string(n));
+  const int N = cells > 0 ? cells : n == 1 ? 2000 : n == 2 ? 200 : 48;
+  const Grid grid(region, N);
+  GridPotential at(grid, V);
+  const size_t start = grid.nearest(Vec(loop.rest().begin(), loop.rest().begin() + long(n)));
+  std::vector<size_t> others;  // other critical points: a state may come to rest there
+  for (const auto& p : critical_points(loop, region))
+    if (const size_t node = grid.nearest(p.q); node != start) others.push_back(node);
+  const auto [level, summit] = flood(grid, at, n, start, others);
+  Basin b;
+  b.level = level;
+  b.at = grid.point(summit);
+  b.method = fmt::format("flood on a grid of {}^{}", N, n);
+  const double bottom = V(std::span(loop.rest()).first(n));
+  Vec q = b.at;
+  if (grid.at_border(summit)) {
+    double slack = 0;
+    for (size_t a = 0; a < n; ++a)
+      if (!grid.at_border(summit, a))
+        slack +=
+            std::fabs(at(summit + grid.stride(a)) - 2 * at(summit) + at(summit - grid.stride(a))) /
+            8;
+    b.level -= slack;
+    b.method += ", left through the region's boundary";
+  } else if (V.refine(q, region)) {
+    bool near = true;
+    for (size_t a = 0; a < n; ++a) near = near && std::fabs(q[a] - b.at[a]) < 4 * grid.width(a) / N;
+    if (near) {
+      b.level = std::min(level, V(q));
+      b.at = q;
+      b.method += ", pass by Newton's method";
+    }
+  }
+  b.depth = b.level - bottom;
+  return b;
+}
+
+}  // namespace porthos::energy_shaping
