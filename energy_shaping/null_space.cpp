@@ -7,201 +7,12 @@
 #include <random>
 
 #include "energy_shaping/derivatives.h"
-#include "energy_shaping/gate.h"
-#include "mechanics/crba.h"
-#include "mechanics/kinematics.h"
-#include "phs/dense.h"
+#include "energy_shaping/detail/null_space_projector.h"
 #include "phs/linear_algebra.h"
 #include "phs/random_state.h"
 
 namespace porthos::energy_shaping {
 namespace {
-
-constexpr double margin = 0.1;  // of the tank, at either bound, where the gates move
-
-/// J, M and what projects, at one q.
-template <class T>
-class Projector {
- public:
-  explicit Projector(const NullSpaceLoop& loop)
-      : loop_(loop),
-        m_(loop.task().mechanical().mechanism()),
-        w_(m_),
-        n_(size_t(m_.nv())),
-        r_(loop.rows().size()),
-        all_(6 * n_),
-        J_(r_ * n_),
-        M_(n_ * n_),
-        L_(n_ * n_),
-        S_(r_ * r_),
-        LS_(r_ * r_),
-        column_(n_),
-        a_(r_) {}
-
-  void place(std::span<const T> q) {
-    const auto& frame = loop_.task().parts().poses[0].frame;
-    mechanics::jacobian<T>(m_, w_, q, frame, mechanics::JacobianAxes::body, std::span<T>(all_));
-    for (size_t i = 0; i < r_; ++i)
-      for (size_t j = 0; j < n_; ++j) J_[i * n_ + j] = all_[6 * j + size_t(loop_.rows()[i])];
-    mechanics::crba<T>(m_, w_, q, std::span<T>(M_));
-    phs::dense::cholesky(n_, M_.data(), L_.data());
-    for (size_t i = 0; i < r_; ++i) {  // J M⁻¹Jᵀ, column by column
-      phs::dense::solve(n_, L_.data(), J_.data() + i * n_, column_.data());
-      for (size_t k = 0; k < r_; ++k)
-        S_[k * r_ + i] = phs::dense::dot(n_, J_.data() + k * n_, column_.data());
-    }
-    phs::dense::cholesky(r_, S_.data(), LS_.data());
-  }
-  /// a = J M⁻¹τ
-  const std::vector<T>& acceleration(const T* tau) {
-    phs::dense::solve(n_, L_.data(), tau, column_.data());
-    phs::dense::multiply(r_, n_, J_.data(), column_.data(), a_.data());
-    return a_;
-  }
-  /// w = Jᵀ J̄ᵀ τ, the part of τ that the task feels.
-  void felt(const T* tau, T* w) {
-    (void)acceleration(tau);
-    phs::dense::solve(r_, LS_.data(), a_.data(), a_.data());
-    phs::dense::multiply_transposed(r_, n_, J_.data(), a_.data(), w);
-  }
-  const std::vector<T>& jacobian() const { return J_; }
-
- private:
-  const NullSpaceLoop& loop_;
-  const mechanics::Mechanism& m_;
-  mechanics::Workspace<T> w_;
-  size_t n_, r_;
-  std::vector<T> all_, J_, M_, L_, S_, LS_, column_, a_;
-};
-
-template <class T>
-class NullSpaceSystem final : public LoopSystem<T> {
-  using In = std::span<const T>;
-  using Out = std::span<T>;
-
- public:
-  explicit NullSpaceSystem(const NullSpaceLoop& loop)
-      : loop_(loop),
-        p_(loop.posture()),
-        task_(loop.task().loop<T>()),
-        projector_(loop),
-        n_(p_.rest.size()),
-        e_(2 * n_ + 1),
-        y_(2 * n_),
-        c_(n_),
-        pull_(n_),
-        felt_(n_) {}
-  const phs::Description& description() const override { return loop_.description(); }
-  std::unique_ptr<phs::System<T>> clone() const override {
-    return std::make_unique<NullSpaceSystem>(loop_);
-  }
-
-  T hamiltonian(In x) override { return task_->hamiltonian(plant(x)) + spring(x) + x[2 * n_]; }
-  void stored(In x, Out values) override {
-    task_->stored(plant(x), values);
-    values[2] = spring(x);
-    values[3] = x[2 * n_];
-  }
-  void gradient(In x, Out e) override {
-    task_->gradient(plant(x), e.first(2 * n_));
-    pull(x);
-    for (size_t i = 0; i < n_; ++i) e[i] = e[i] + pull_[i];
-    e[2 * n_] = T(1.0);
-  }
-  void field(T t, In x, In u, Out dx) override {
-    gradient(x, e_);
-    rate(t, x, e_, dx);
-    if (u.empty()) return;
-    task_->apply_input(plant(x), u, y_);
-    for (size_t i = 0; i < 2 * n_; ++i) dx[i] = dx[i] + y_[i];
-  }
-  void rate(T t, In x, In e, Out dx) override {
-    task_->rate(t, plant(x), e.first(2 * n_), dx.first(2 * n_));
-    couple(x);
-    exchange(e, dx);
-    for (size_t i = 0; i < n_; ++i)  // the tank's share of the damping is in c, not lost
-      dx[n_ + i] = dx[n_ + i] + T(p_.fill * damping(i)) * e[n_ + i];
-    dx[2 * n_] = dx[2 * n_] - valve_ * e[2 * n_];
-  }
-  void apply_structure(In x, In e, Out Je) override {
-    task_->apply_structure(plant(x), e.first(2 * n_), Je.first(2 * n_));
-    couple(x);
-    exchange(e, Je);
-  }
-  void apply_dissipation(In x, In e, Out Re) override {
-    task_->apply_dissipation(plant(x), e.first(2 * n_), Re.first(2 * n_));
-    couple(x);
-    for (size_t i = 0; i < n_; ++i) Re[n_ + i] = Re[n_ + i] - T(p_.fill * damping(i)) * e[n_ + i];
-    Re[2 * n_] = valve_ * e[2 * n_];
-  }
-  void apply_input(In x, In u, Out Gu) override {
-    task_->apply_input(plant(x), u, Gu.first(2 * n_));
-    Gu[2 * n_] = T(0.0);
-  }
-  void output(In x, In e, Out y) override { task_->output(plant(x), e.first(2 * n_), y); }
-  void powers(T t, In x, In e, Out values) override {
-    task_->powers(t, plant(x), e.first(2 * n_), values);
-    couple(x);
-    for (size_t i = 0; i < n_; ++i)
-      values[0] = values[0] - T(p_.fill * damping(i)) * e[n_ + i] * e[n_ + i];
-    values[1] = valve_ * e[2 * n_] * e[2 * n_];
-  }
-  void invariants(In, Out) override {}
-
-  void law(T t, In x, Out u) override {
-    task_->law(t, plant(x), u);
-    couple(x);
-    for (size_t i = 0; i < n_; ++i) u[i] = u[i] - pull_[i] + alpha_ * felt_[i];
-  }
-
- private:
-  In plant(In x) const { return x.first(2 * n_); }
-  double damping(size_t i) const { return loop_.task().parts().damping[i]; }
-  T spring(In x) const {
-    T U(0.0);
-    for (size_t i = 0; i < n_; ++i) {
-      const T d = x[i] - T(p_.rest[i]);
-      U = U + T(0.5 * p_.stiffness[i]) * d * d;
-    }
-    return U;
-  }
-  void pull(In x) {
-    for (size_t i = 0; i < n_; ++i) pull_[i] = T(p_.stiffness[i]) * (x[i] - T(p_.rest[i]));
-  }
-  /// c, the valve and α at x.
-  void couple(In x) {
-    pull(x);
-    projector_.place(x.first(n_));
-    projector_.felt(pull_.data(), felt_.data());
-    const T E = x[2 * n_];
-    const double width = margin * (p_.most - p_.least);
-    alpha_ = gate(E, p_.least, p_.least + width);
-    task_->gradient(plant(x), Out(y_));
-    T inflow(0.0);
-    for (size_t i = 0; i < n_; ++i) {
-      const T rate = y_[n_ + i];
-      c_[i] = alpha_ * felt_[i] - T(p_.fill * damping(i)) * rate;
-      inflow = inflow - c_[i] * rate;
-    }
-    valve_ = gate(E, p_.most - width, p_.most) * phs::max(inflow, T(0.0));
-  }
-  void exchange(In e, Out dx) {
-    T given(0.0);
-    for (size_t i = 0; i < n_; ++i) {
-      dx[n_ + i] = dx[n_ + i] + c_[i] * e[2 * n_];
-      given = given + c_[i] * e[n_ + i];
-    }
-    dx[2 * n_] = -given;
-  }
-
-  const NullSpaceLoop& loop_;
-  const NullSpacePosture& p_;
-  std::unique_ptr<LoopSystem<T>> task_;
-  Projector<T> projector_;
-  size_t n_;
-  std::vector<T> e_, y_, c_, pull_, felt_;
-  T alpha_{}, valve_{};
-};
 
 [[noreturn]] void refuse_posture(const std::string& name, const std::string& why) {
   throw InvalidArgument("null-space posture of '" + name + "': " + why);
@@ -213,7 +24,7 @@ std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
   const auto& m = loop.task().mechanical().mechanism();
   const auto& pose = loop.task().parts().poses[0];
   const size_t n = q.size(), r = loop.rows().size(), N = n + r;
-  Projector<double> projector(loop);
+  NullSpaceProjector<double> projector(loop);
   mechanics::Workspace<double> w(m);
   std::vector<mechanics::Transform<double>> poses(m.nodes().size());
   std::vector<double> A(N * N), b(N);
@@ -261,7 +72,28 @@ PotentialShaping settled(PotentialShaping s, const std::vector<double>& rest) {
 NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> plant,
                              PotentialShaping task, NullSpacePosture posture)
     : ClosedLoopFor(plant, {}), posture_(std::move(posture)) {
-  const auto& m = plant->mechanism();
+  take_task(task, plant->mechanism());
+  const std::string& name = task.name;
+  const size_t n = size_t(plant->mechanism().nv());
+  auto start = task;  // to look the pose up: it need not rest yet
+  start.tolerance = HUGE_VAL;
+  task_ = std::make_shared<const PotentialLoop>(plant, start);
+  const auto q = settle(*this, task.rest);
+  task_ = std::make_shared<const PotentialLoop>(plant, settled(task, q));
+  actuated_ = task_->actuated();
+  if (actuated_.size() != n)
+    refuse_posture(
+        name, fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
+  rest_ = q;
+  rest_.resize(2 * n, 0.0);
+  rest_.push_back(
+      std::max(posture_.level, posture_.least + tank_margin * (posture_.most - posture_.least)));
+  describe();
+  certify(name);
+}
+
+/// Refuses what is no task with a posture, and finds the task's rows.
+void NullSpaceLoop::take_task(const PotentialShaping& task, const mechanics::Mechanism& m) {
   const std::string& name = task.name;
   const size_t n = size_t(m.nv());
   for (const auto& c : m.coordinates())
@@ -291,20 +123,10 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   if (rows_.empty() || rows_.size() >= n)
     refuse_posture(
         name, fmt::format("a task of {} numbers leaves no freedom to {} joints", rows_.size(), n));
+}
 
-  auto start = task;  // to look the pose up: it need not rest yet
-  start.tolerance = HUGE_VAL;
-  task_ = std::make_shared<const PotentialLoop>(plant, start);
-  const auto q = settle(*this, task.rest);
-  task_ = std::make_shared<const PotentialLoop>(plant, settled(task, q));
-  actuated_ = task_->actuated();
-  if (actuated_.size() != n)
-    refuse_posture(
-        name, fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
-  rest_ = q;
-  rest_.resize(2 * n, 0.0);
-  rest_.push_back(std::max(p.level, p.least + margin * (p.most - p.least)));
-
+void NullSpaceLoop::describe() {
+  const size_t n = posture_.rest.size();
   description_ = task_->description();
   description_.name += " with a posture";
   description_.nx = int(2 * n + 1);
@@ -314,29 +136,15 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   description_.storages = {"kinetic", "task", "posture", "tank"};
   description_.powers = {{"damping", phs::PowerKind::dissipated},
                          {"valve", phs::PowerKind::dissipated}};
+}
 
+void NullSpaceLoop::certify(const std::string& name) {
+  const auto& p = posture_;
+  const size_t n = p.rest.size();
+  const std::vector<double> q(rest_.begin(), rest_.begin() + long(n));
   certificate_ = Certificate("null-space posture of '" + name + "'");
-  std::mt19937_64 generator(1);
-  double leak = 0;
-  std::vector<double> at, tau(n);
-  for (int i = 0; i < 200; ++i) {
-    const auto x = phs::random_state(plant->description(), 1.0, generator);
-    for (size_t k = 0; k < n; ++k) tau[k] = p.stiffness[k] * (x[k] - p.rest[k]);
-    const std::span<const double> place = std::span<const double>(x).first(n);
-    const auto free = task_acceleration(place, tau);
-    const auto left = task_acceleration(place, projected(place, tau));
-    double a = 0, b = 0;
-    for (size_t k = 0; k < free.size(); ++k) {
-      a = std::hypot(a, left[k]);
-      b = std::hypot(b, free[k]);
-    }
-    if (a / b > leak) {
-      leak = a / b;
-      at.assign(place.begin(), place.end());
-    }
-  }
-  certificate_.at_most("leakage into the task", leak, 1e-9,
-                       "task acceleration by the posture, projected over not, 200 coordinates", at);
+  certify_leakage();
+  std::vector<double> tau(n);
   for (size_t k = 0; k < n; ++k) tau[k] = p.stiffness[k] * (q[k] - p.rest[k]);
   const auto left = projected(q, tau);
   double pull = 0, scale = 1e-300;
@@ -367,9 +175,35 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   refuse_failure(certificate_);
 }
 
+void NullSpaceLoop::certify_leakage() {
+  const auto& p = posture_;
+  const size_t n = p.rest.size();
+  std::mt19937_64 generator(1);
+  double leak = 0;
+  std::vector<double> at, tau(n);
+  for (int i = 0; i < 200; ++i) {
+    const auto x = phs::random_state(task_->mechanical().description(), 1.0, generator);
+    for (size_t k = 0; k < n; ++k) tau[k] = p.stiffness[k] * (x[k] - p.rest[k]);
+    const std::span<const double> place = std::span<const double>(x).first(n);
+    const auto free = task_acceleration(place, tau);
+    const auto left = task_acceleration(place, projected(place, tau));
+    double a = 0, b = 0;
+    for (size_t k = 0; k < free.size(); ++k) {
+      a = std::hypot(a, left[k]);
+      b = std::hypot(b, free[k]);
+    }
+    if (a / b > leak) {
+      leak = a / b;
+      at.assign(place.begin(), place.end());
+    }
+  }
+  certificate_.at_most("leakage into the task", leak, 1e-9,
+                       "task acceleration by the posture, projected over not, 200 coordinates", at);
+}
+
 std::vector<double> NullSpaceLoop::projected(std::span<const double> q,
                                              std::span<const double> tau) const {
-  Projector<double> projector(*this);
+  NullSpaceProjector<double> projector(*this);
   projector.place(q);
   std::vector<double> w(tau.size());
   projector.felt(tau.data(), w.data());
@@ -378,18 +212,9 @@ std::vector<double> NullSpaceLoop::projected(std::span<const double> q,
 }
 std::vector<double> NullSpaceLoop::task_acceleration(std::span<const double> q,
                                                      std::span<const double> tau) const {
-  Projector<double> projector(*this);
+  NullSpaceProjector<double> projector(*this);
   projector.place(q);
   return projector.acceleration(tau.data());
 }
-
-template <class T>
-std::unique_ptr<LoopSystem<T>> NullSpaceLoop::make_loop() const {
-  return std::make_unique<NullSpaceSystem<T>>(*this);
-}
-#define PORTHOS_INSTANTIATE(T) \
-  template std::unique_ptr<LoopSystem<T>> NullSpaceLoop::make_loop<T>() const;
-PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
-#undef PORTHOS_INSTANTIATE
 
 }  // namespace porthos::energy_shaping

@@ -66,6 +66,11 @@ class NullSpaceLoop : public ClosedLoopFor<NullSpaceLoop> {
   std::unique_ptr<LoopSystem<T>> make_loop() const;
 
  private:
+  void take_task(const PotentialShaping& task, const mechanics::Mechanism& m);
+  void describe();
+  void certify(const std::string& name);
+  void certify_leakage();
+
   std::shared_ptr<const PotentialLoop> task_;
   NullSpacePosture posture_;
   std::vector<int> rows_;
