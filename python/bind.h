@@ -9,6 +9,7 @@ void bind_system(pybind11::module_& m);
 void bind_user_model(pybind11::module_& m);
 void bind_mechanics(pybind11::module_& m);
 void bind_dynamics(pybind11::module_& m);
+void bind_kinematics(pybind11::module_& m);
 void bind_network(pybind11::module_& m);
 void bind_integrators(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);

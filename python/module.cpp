@@ -15,6 +15,7 @@ PYBIND11_MODULE(_core, m) {
   bind_user_model(m);
   bind_mechanics(m);
   bind_dynamics(m);
+  bind_kinematics(m);
   bind_network(m);
   bind_integrators(m);
   bind_scene(m);
