@@ -19,4 +19,7 @@ void bind_scene(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 
+/// Into the submodule energy_shaping, called by bind_energy_shaping.
+void bind_designs(pybind11::module_& m);
+
 }  // namespace porthos::python
