@@ -1,0 +1,18 @@
+#pragma once
+#include <string>
+
+#include "scene/read/scene.h"
+
+/// What building a model and starting it share. Private to scene/assemble.
+namespace porthos::scene {
+
+/// "<file:line>: ", or nothing.
+inline std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
+
+[[noreturn]] void refuse_start(const std::string& name, const JointStart& start,
+                               const std::string& why);
+
+/// A locked joint, or a coordinate of one.
+bool is_locked(const Scene& scene, const std::string& name);
+
+}  // namespace porthos::scene

@@ -1,0 +1,44 @@
+// The integrator of a scene.
+#include "scene/assemble/assembly.h"
+#include "scene/assemble/detail/start.h"
+#include "scene/assemble/parts.h"
+#include "scene/read/variation.h"
+#include "space/split_integrator.h"
+
+namespace porthos::scene {
+
+std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
+                                                         const std::string& method, double h,
+                                                         const integrators::Options& options) {
+  if (!a.spacecraft) return integrators::make_integrator(method, *a.model, h, options);
+  return std::make_unique<space::SplitIntegrator>(
+      *a.spacecraft, h, space::SplitOptions{a.splitting, method, options});
+}
+
+std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
+                                                         const phs::Model& model, double h) {
+  check_switching(scene, h);
+  const integrators::Options options{.rtol = scene.rtol,
+                                     .iteration_tolerance = scene.iteration_tolerance,
+                                     .instants = switches_of(scene)};
+  if (scene.orbit)
+    if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
+        return std::make_unique<space::SplitIntegrator>(
+            *craft, h, space::SplitOptions{scene.orbit->splitting, scene.method, options});
+      } catch (const InvalidArgument& e) {
+        throw InvalidArgument(in_file(scene.orbit->where) + e.what());
+      }
+  auto method = integrators::make_controlled(
+      scene.step_control, scene.method, model, h,
+      {.rate = scene.control_rate, .length = scene.control_length}, options);
+  if (!method->sees_inside())
+    for (const Element& e : scene.elements)
+      if (e.thruster)
+        throw InvalidArgument(e.where + ": thruster '" + e.name +
+                              "' switches at the ends of steps, where " + scene.method +
+                              " has a stage: it would push before its time, expected a method that "
+                              "keeps a ledger of its own, such as gauss8");
+  return method;
+}
+
+}  // namespace porthos::scene
