@@ -52,8 +52,7 @@ class EnsembleReader {
       refuse(file_.path + ":1:1",
              "there is no [ensemble], expected a table with the keys cases, seed, sampling and "
              "vary, or table");
-    const Table t(file_, *node->as_table(), "[ensemble]", "",
-                  {"cases", "seed", "sampling", "vary", "table"});
+    const Table t(file_, *node->as_table(), "[ensemble]", "", *schema_of("ensemble"));
     if (scene_.method == auto_method)
       refuse(
           t.where(),
@@ -76,8 +75,8 @@ class EnsembleReader {
     e_.cases = std::int64_t(t.whole("cases"));
     if (e_.cases < 1 || e_.cases > most_cases)
       t.fail("cases", fmt::format("is {}, expected 1 to {}", e_.cases, most_cases));
-    if (t.has("seed")) e_.seed = t.whole("seed");
-    e_.sobol = t.has("sampling") && t.choice("sampling", {"random", "sobol"}) == "sobol";
+    e_.seed = t.whole("seed");
+    e_.sobol = t.choice("sampling") == "sobol";
     t.require("vary", "a table of quantities and their distributions");
     const toml::table& vary = t.raw("vary", "a table of quantities and their distributions");
     for (const auto& [key, node] : vary) add(std::string(key.str()), key.source(), node);
@@ -123,7 +122,7 @@ class EnsembleReader {
                                       : found(node),
                       expected));
     const Table t(file_, *node.as_table(), label, label + ".",
-                  {"uniform", "normal", "log_uniform", "rotation"});
+                  Names{"uniform", "normal", "log_uniform", "rotation"});
     Distribution d;
     if (t.has("rotation")) {
       (void)t.choice("rotation", {"any"});
@@ -132,7 +131,7 @@ class EnsembleReader {
     }
     const char* name = t.has("uniform") ? "uniform" : t.has("normal") ? "normal" : "log_uniform";
     d.kind = t.has("uniform") ? Kind::uniform : t.has("normal") ? Kind::normal : Kind::log_uniform;
-    const auto ab = t.numbers<2>(name, "");
+    const auto ab = t.numbers<2>(name, std::string());
     d.a = ab[0];
     d.b = ab[1];
     if (const auto why = d.trouble(); !why.empty())

@@ -74,8 +74,8 @@ TrajectoryMap read_trajectory_map(const std::string& path) {
   if (!columns->is_table())
     refuse(file.at(columns->source()), "columns is no table, expected [columns]");
   const Table t(file, *columns->as_table(), "[columns]", "columns.",
-                {"time", "q", "v", "p", "torque", "linear_velocity_axes", "angular_velocity_axes",
-                 "torque_between"});
+                Names{"time", "q", "v", "p", "torque", "linear_velocity_axes",
+                      "angular_velocity_axes", "torque_between"});
   if (t.has("time")) m.time = t.text("time", "the name of a column");
   const toml::table& raw = *columns->as_table();
   m.q = columns_of(file, raw, "q", m);

@@ -17,27 +17,10 @@ namespace {
 
 using DriveKind = vsa::Drive::Kind;
 
-const Names drive_keys{"start",   "drive",        "command",    "inertia",    "gear",
-                       "viscous", "coulomb",      "smoothing",  "kp",         "kd",
-                       "servo",   "torque_limit", "rate_limit", "gyroscopics"};
-
-/// A sentence of the actuator's own gets the place in the file in front.
-template <class F>
-auto at_line(const std::string& where, F f) {
-  try {
-    return f();
-  } catch (const InvalidArgument& why) {
-    const std::string text = why.what();
-    const std::string file = where.substr(0, where.find(':'));
-    throw InvalidArgument(text.rfind(file, 0) == 0 ? text : where + ": " + text);
-  }
-}
-
 /// `effort`: unit of what drives this coordinate; `angle`: its own.
 vsa::Drive read_drive(const Table& t, const std::string& angle) {
   vsa::Drive d;
-  t.require("drive", "\"fixed\", \"torque\", \"position\", \"rate\" or \"servo\"");
-  const std::string kind = t.choice("drive", {"fixed", "torque", "position", "rate", "servo"});
+  const std::string kind = t.choice("drive");
   const std::vector<std::pair<const char*, Names>> own{
       {"fixed", {}},
       {"torque",
@@ -51,10 +34,10 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
   for (size_t i = 0; i < own.size(); ++i) {
     if (kind != own[i].first) continue;
     d.kind = DriveKind(i);
-    for (const auto key : drive_keys)
-      if (key != "start" && key != "drive" && t.has(key.data()) &&
-          std::find(own[i].second.begin(), own[i].second.end(), key) == own[i].second.end())
-        t.fail(key.data(),
+    for (const SchemaKey& key : schema_of("actuator.drive")->keys)
+      if (key.name != "start" && key.name != "drive" && t.has(key.name.c_str()) &&
+          std::find(own[i].second.begin(), own[i].second.end(), key.name) == own[i].second.end())
+        t.fail(key.name.c_str(),
                fmt::format("is given with drive = \"{}\", expected {}", kind,
                            own[i].second.empty() ? "no more keys" : joined(own[i].second)));
   }
@@ -67,38 +50,32 @@ vsa::Drive read_drive(const Table& t, const std::string& angle) {
                            : d.kind == DriveKind::rate ? " of " + angle + "/s"
                                                        : " of " + angle;
   t.require("command", "a table with one of the keys constant, sine, profile");
-  d.command = read_signal(t.table("command", {"constant", "sine", "profile"}), unit.c_str());
+  d.command = read_signal(t.table("command"), unit);
   if (d.kind == DriveKind::torque || d.kind == DriveKind::position) {
-    t.require("inertia", "a number of kg m^2");
-    d.inertia = t.number("inertia", " of kg m^2");
-    d.gear = t.number_or("gear", "", 1);
-    d.viscous = t.not_negative_or("viscous", " of N m s/rad", 0);
-    d.torque_limit = t.number_or("torque_limit", " of N m", HUGE_VAL);
+    d.inertia = t.number("inertia");
+    d.gear = t.number("gear");
+    d.viscous = t.not_negative("viscous");
+    d.torque_limit = t.number_or("torque_limit", HUGE_VAL);
     if (t.has("coulomb") != t.has("smoothing"))
       t.fail(t.has("coulomb") ? "coulomb" : "smoothing",
              "is given alone, expected coulomb and smoothing or neither");
     if (t.has("coulomb"))
-      d.friction = phs::friction({.coulomb = t.number("coulomb", " of N m"),
-                                  .smoothing = t.number("smoothing", " of rad/s")});
+      d.friction =
+          phs::friction({.coulomb = t.number("coulomb"), .smoothing = t.number("smoothing")});
   }
-  d.rate_limit = t.number_or("rate_limit", " of rad/s", HUGE_VAL);
+  d.rate_limit = t.number_or("rate_limit", HUGE_VAL);
   if (d.kind == DriveKind::position) {
-    t.require("kp", "a number of N m/rad");
-    t.require("kd", "a number of N m s/rad");
-    d.kp = t.not_negative_or("kp", " of N m/rad", 0);
-    d.kd = t.not_negative_or("kd", " of N m s/rad", 0);
+    d.kp = t.not_negative("kp");
+    d.kd = t.not_negative("kd");
   }
-  if (d.kind == DriveKind::servo) {
-    t.require("servo", "3 numbers p1, p2, p3");
-    d.p = t.numbers<3>("servo", " p1, p2, p3");
-  }
+  if (d.kind == DriveKind::servo) d.p = t.numbers<3>("servo", " p1, p2, p3");
   return d;
 }
 
 void read_limits(const Table& t, vsa::Limits& l) {
-  l.deflection = t.number_or("deflection", " of rad", l.deflection);
-  l.stop_stiffness = t.number_or("stop_stiffness", " of N m/rad^2", l.stop_stiffness);
-  l.sigma_stop_stiffness = t.number_or("sigma_stop_stiffness", "", l.sigma_stop_stiffness);
+  l.deflection = t.number_or("deflection", l.deflection);
+  l.stop_stiffness = t.number_or("stop_stiffness", l.stop_stiffness);
+  l.sigma_stop_stiffness = t.number_or("sigma_stop_stiffness", l.sigma_stop_stiffness);
   if (!t.has("sigma")) return;
   const auto range = t.numbers<2>("sigma", " (lower and upper)");
   l.sigma_lower = range[0];
@@ -116,8 +93,8 @@ vsa::Values read_parameters(const Table& t, const std::string& family) {
     for (const auto& k : f.keys) {
       if (!p.has(k.name.c_str())) continue;
       const std::string unit = " of " + k.unit;
-      v[k.name] = k.list ? p.list(k.name.c_str(), unit.c_str())
-                         : std::vector{p.number(k.name.c_str(), unit.c_str())};
+      v[k.name] =
+          k.list ? p.list(k.name.c_str(), unit) : std::vector{p.number(k.name.c_str(), unit)};
     }
   }
   return v;
@@ -155,10 +132,7 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
     family = t.text("family", "the name of a family");
     if (t.has("parameters")) values = read_parameters(t, family);
   }
-  if (t.has("limits"))
-    read_limits(
-        t.table("limits", {"deflection", "stop_stiffness", "sigma", "sigma_stop_stiffness"}),
-        limits);
+  if (t.has("limits")) read_limits(t.table("limits"), limits);
   return vsa::make_elastic(family, values, limits);
 }
 
@@ -166,10 +140,7 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
 
 std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder) {
   std::vector<JointActuator> list;
-  const Names keys{"joint",  "name",  "device", "family",  "parameters", "table",
-                   "limits", "theta", "sigma",  "damping", "damper",     "damper_limit"};
-  const auto known = [&](const std::string&, const std::string&) { return keys; };
-  scene.each_of("actuator", "joint", known, [&](const std::string& joint, const Table& t) {
+  scene.each_of("actuator", "joint", [&](const std::string& joint, const Table& t) {
     JointActuator j;
     j.joint = joint;
     j.where = t.where();
@@ -179,9 +150,9 @@ std::vector<JointActuator> read_actuators(const Table& scene, const std::string&
       a.elastic = read_elastic(t, folder, j);
       const auto& traits = a.elastic->traits();
       t.require("theta", "a table with the key drive");
-      const Table theta = t.table("theta", drive_keys);
+      const Table theta = t.table("theta");
       a.theta = read_drive(theta, "rad");
-      if (theta.has("start")) j.theta = theta.number("start", " of rad");
+      if (theta.has("start")) j.theta = theta.number("start", std::string(" of rad"));
       if (!traits.translation_invariant && !j.theta)
         theta.missing("start", "a number of rad: this spring is at rest at no one angle");
       if (traits.sigma.empty()) {
@@ -193,15 +164,13 @@ std::vector<JointActuator> read_actuators(const Table& scene, const std::string&
       } else {
         t.require("sigma", fmt::format("a table with the keys start [{}] ({}) and drive",
                                        traits.sigma_unit, traits.sigma));
-        const Table sigma = t.table("sigma", drive_keys);
+        const Table sigma = t.table("sigma");
         a.sigma = read_drive(sigma, traits.sigma_unit);
-        sigma.require("start", fmt::format("a number of {}", traits.sigma_unit));
-        j.sigma = sigma.number("start", fmt::format(" of {}", traits.sigma_unit).c_str());
+        j.sigma = sigma.number("start", fmt::format(" of {}", traits.sigma_unit));
       }
-      a.damping = t.not_negative_or("damping", " of N m s/rad", 0);
-      if (t.has("damper"))
-        a.damper = read_signal(t.table("damper", {"constant", "sine", "profile"}), " of N m s/rad");
-      if (t.has("damper_limit")) a.damper_limit = t.number("damper_limit", " of N m s/rad");
+      a.damping = t.not_negative("damping");
+      if (t.has("damper")) a.damper = read_signal(t.table("damper"), " of N m s/rad");
+      if (t.has("damper_limit")) a.damper_limit = t.number("damper_limit");
       vsa::actuator_model(a);  // refuses what does not fit together
     });
     list.push_back(std::move(j));

@@ -12,33 +12,16 @@ namespace {
 
 using Type = Event::Type;
 
-Names event_keys(const std::string& type, const std::string& where) {
-  if (type == "capture")
-    return {"type",    "at",      "when",  "after", "body", "link",
-            "on_body", "on_link", "reach", "speed", "rate"};
-  if (type == "engage") return {"type", "at", "when", "after", "latch", "reach", "speed", "rate"};
-  if (type == "disengage") return {"type", "at", "latch"};
-  if (type == "release") return {"type", "at", "body"};
-  if (type == "lock") return {"type", "at", "above", "below", "after", "joint"};
-  if (type == "unlock") return {"type", "at", "joint"};
-  refuse(where, fmt::format("type is \"{}\", expected \"capture\", \"release\", \"lock\", "
-                            "\"unlock\", \"engage\" or \"disengage\"",
-                            type));
-}
-
-double limit(const Table& t, const char* key, const char* unit) {
-  if (!t.has(key)) return std::numeric_limits<double>::infinity();
-  const double x = t.number(key, unit);
-  if (x < 0) t.fail(key, fmt::format("is {}, expected a number{}, 0 or more", x, unit));
-  return x;
+double limit(const Table& t, const char* key) {
+  return t.has(key) ? t.not_negative(key) : std::numeric_limits<double>::infinity();
 }
 
 /// A time, or what the event waits for.
 void read_moment(const Table& t, Event& e) {
   for (const auto& [key, to] : {std::pair{"above", &e.above}, {"below", &e.below}})
-    if (t.has(key)) *to = t.number(key, " of rad or m");
+    if (t.has(key)) *to = t.number(key);
   if (t.has("when")) {
-    t.choice("when", {"within_reach"});
+    t.choice("when");
     e.within_reach = true;
   }
   const int given = t.has("at") + t.has("when") + t.has("above") + t.has("below");
@@ -47,7 +30,6 @@ void read_moment(const Table& t, Event& e) {
     refuse(t.where(), fmt::format("{} has {} of the keys {}, expected one", t.label(), given,
                                   e.type == Type::lock ? "at, above and below" : "at and when"));
   if (!e.waits()) {
-    t.require("at", "a number of seconds");
     e.at = t.seconds("at");
     if (t.has("after")) t.fail("after", "is given with a time, expected one of both");
     return;
@@ -69,30 +51,27 @@ Event read_event(const std::string& type, const Table& t) {
   const bool body = e.type == Type::capture || e.type == Type::release,
              latch = e.type == Type::engage || e.type == Type::disengage;
   const char* named = body ? "body" : latch ? "latch" : "joint";
-  t.require(named, "a name");
   e.name = t.text(named, "a name");
   if (e.type != Type::capture && e.type != Type::engage) return e;
   if (e.type == Type::capture) {
-    t.require("link", "the name of a link");
     e.latch.body = e.name;
     e.latch.link = t.text("link", "the name of a link");
-    e.latch.on_body = t.vector_or_zero("on_body", " of metres");
-    e.latch.on_link = t.vector_or_zero("on_link", " of metres");
+    e.latch.on_body = t.vector("on_body");
+    e.latch.on_link = t.vector("on_link");
   }
   t.require("reach", "a number of metres, the largest distance at which the latch can close");
-  e.latch.reach = limit(t, "reach", " of metres");
-  e.latch.speed = limit(t, "speed", " of m/s");
-  e.latch.rate = limit(t, "rate", " of rad/s");
+  e.latch.reach = limit(t, "reach");
+  e.latch.speed = limit(t, "speed");
+  e.latch.rate = limit(t, "rate");
   return e;
 }
 
 }  // namespace
 
 mechanics::MassProperties read_mass_properties(const Table& t) {
-  t.require("mass", "a number of kg");
   mechanics::MassProperties m;
-  m.mass = t.not_negative_or("mass", " of kg", 0);
-  m.com = t.vector_or_zero("com", " of metres");
+  m.mass = t.not_negative("mass");
+  m.com = t.vector("com");
   if (!t.has("inertia")) return m;
   const auto i = t.numbers<6>("inertia", " of kg m^2 (ixx, iyy, izz, ixy, ixz, iyz)");
   m.inertia.xx = i[0];
@@ -106,11 +85,11 @@ mechanics::MassProperties read_mass_properties(const Table& t) {
 
 BaseStart read_base_start(const Table& t) {
   BaseStart b;
-  b.position = t.vector_or_zero("position", " of metres");
-  b.linear_velocity = t.vector_or_zero("linear_velocity", " of m/s");
-  b.angular_velocity = t.vector_or_zero("angular_velocity", " of rad/s");
+  b.position = t.vector("position");
+  b.linear_velocity = t.vector("linear_velocity");
+  b.angular_velocity = t.vector("angular_velocity");
   if (!t.has("attitude_wxyz")) return b;
-  auto xi = t.numbers<4>("attitude_wxyz", "");
+  auto xi = t.numbers<4>("attitude_wxyz");
   double largest = 0;
   for (const double x : xi) largest = std::max(largest, std::fabs(x));
   if (largest == 0) t.fail("attitude_wxyz", "has length 0, expected a quaternion of length 1");
@@ -122,17 +101,7 @@ BaseStart read_base_start(const Table& t) {
 
 std::vector<FreeBody> read_bodies(const Table& scene) {
   std::vector<FreeBody> list;
-  const auto known = [](const std::string&, const std::string&) -> Names {
-    return {"name",
-            "mass",
-            "com",
-            "inertia",
-            "position",
-            "attitude_wxyz",
-            "linear_velocity",
-            "angular_velocity"};
-  };
-  scene.each_of("body", "name", known, [&](const std::string& name, const Table& t) {
+  scene.each_of("body", "name", [&](const std::string& name, const Table& t) {
     FreeBody b;
     b.name = name;
     b.where = t.where();
@@ -147,7 +116,7 @@ std::vector<FreeBody> read_bodies(const Table& scene) {
 
 std::vector<Event> read_events(const Table& scene) {
   std::vector<Event> list;
-  scene.each_of("event", "type", event_keys, [&](const std::string& type, const Table& t) {
+  scene.each_of("event", "type", [&](const std::string& type, const Table& t) {
     list.push_back(read_event(type, t));
   });
   std::stable_sort(list.begin(), list.end(),

@@ -8,23 +8,6 @@
 namespace porthos::scene {
 namespace {
 
-const Names planet_keys{"mu", "radius", "axis", "harmonics", "rotation_rate", "magnetic"};
-const Names orbit_keys{"altitude",       "semi_major_axis", "eccentricity", "inclination",
-                       "node",           "argument",        "true_anomaly", "position",
-                       "velocity",       "bound",           "splitting",    "sun_longitude",
-                       "moon_longitude", "epoch",           "sun",          "moon",
-                       "drag",           "sunlight",        "plates"};
-
-double positive(const Table& t, const char* key, const char* unit, double otherwise) {
-  const double x = t.number_or(key, unit, otherwise);
-  if (!(x > 0)) t.fail(key, fmt::format("is {}, expected a positive number{}", x, unit));
-  return x;
-}
-double required_positive(const Table& t, const char* key, const char* unit) {
-  t.require(key, fmt::format("a number{}", unit));
-  return positive(t, key, unit, 0);
-}
-
 /// harmonics = "earth", "none" or [J2, J3, J4, J5, J6].
 void harmonics(const Table& t, space::Planet& p) {
   if (!t.has("harmonics")) return;
@@ -41,22 +24,16 @@ void harmonics(const Table& t, space::Planet& p) {
 }
 
 void planet(const Table& t, space::Planet& p) {
-  p.mu = positive(t, "mu", " of m^3/s^2", p.mu);
-  p.radius = positive(t, "radius", " of metres", p.radius);
-  if (t.has("axis")) {
-    const space::Vec3d k = t.vector_or_zero("axis", "");
-    const double length = mechanics::norm(k);
-    if (!(length > 0)) t.fail("axis", "has length 0, expected a direction");
-    p.axis = (1 / length) * k;
-  }
+  p.mu = t.positive_or("mu", p.mu);
+  p.radius = t.positive_or("radius", p.radius);
+  p.axis = t.direction("axis");
   harmonics(t, p);
   if (t.has("magnetic")) {
-    const Table d = t.table("magnetic", {"equator", "tilt", "longitude"});
-    p.magnetic = space::MagneticDipole{required_positive(d, "equator", " of tesla"),
-                                       d.number_or("tilt", " of rad", 0),
-                                       d.number_or("longitude", " of rad", 0)};
+    const Table d = t.table("magnetic");
+    p.magnetic =
+        space::MagneticDipole{d.positive("equator"), d.number("tilt"), d.number("longitude")};
   }
-  if (t.has("rotation_rate")) p.rotation_rate = t.number("rotation_rate", " of rad/s");
+  if (t.has("rotation_rate")) p.rotation_rate = t.number("rotation_rate");
 }
 
 /// From position and velocity, or from elements; a circle where nothing is said of its shape.
@@ -69,25 +46,24 @@ space::PointState<double> start_of(const Table& t, const space::Planet& p) {
   if (vectors) {
     t.require("position", "3 numbers of metres");
     t.require("velocity", "3 numbers of m/s");
-    return {t.vector_or_zero("position", " of metres"), t.vector_or_zero("velocity", " of m/s")};
+    return {t.vector("position"), t.vector("velocity")};
   }
   if (t.has("altitude") == t.has("semi_major_axis"))
     refuse(t.where(), fmt::format("[orbit] has {} of the keys altitude and semi_major_axis, "
                                   "expected one, or position and velocity",
                                   t.has("altitude") ? "both" : "none"));
-  const double e = t.not_negative_or("eccentricity", "", 0);
+  const double e = t.not_negative("eccentricity");
   if (e >= 1)
     t.fail("eccentricity", fmt::format("is {}, expected less than 1: a hyperbola is given by its "
                                        "position and velocity",
                                        e));
-  const double a = t.has("altitude") ? p.radius + t.number("altitude", " of metres")
-                                     : positive(t, "semi_major_axis", " of metres", 1);
+  const double a =
+      t.has("altitude") ? p.radius + t.number("altitude") : t.positive("semi_major_axis");
   if (t.has("altitude") && e > 0)
     t.fail("altitude", "is given with an eccentricity, expected semi_major_axis");
   if (!(a > 0)) t.fail("altitude", "is below the centre of the planet");
-  const auto angle = [&](const char* key) { return t.number_or(key, " of rad", 0); };
-  return space::from_elements(p.mu, a, e, angle("inclination"), angle("node"), angle("argument"),
-                              angle("true_anomaly"));
+  return space::from_elements(p.mu, a, e, t.number("inclination"), t.number("node"),
+                              t.number("argument"), t.number("true_anomaly"));
 }
 
 /// Sun and Moon by date, or on mean ellipses.
@@ -99,8 +75,7 @@ void third_bodies(const Table& t, space::Environment& env) {
     for (const auto& [key, which] :
          {std::pair{"sun", space::Luminary::sun}, {"moon", space::Luminary::moon}})
       try {
-        if (!t.has(key) || t.boolean(key))
-          env.third_bodies.push_back(space::dated_body(which, date));
+        if (t.boolean(key)) env.third_bodies.push_back(space::dated_body(which, date));
       } catch (const InvalidArgument& e) {
         refuse(t.at("epoch"), e.what());
       }
@@ -109,26 +84,23 @@ void third_bodies(const Table& t, space::Environment& env) {
   for (const char* key : {"sun", "moon"})
     if (t.has(key)) t.fail(key, "is given without an epoch, expected both or neither");
   if (t.has("sun_longitude"))
-    env.third_bodies.push_back(space::mean_sun(t.number("sun_longitude", " of rad")));
+    env.third_bodies.push_back(space::mean_sun(t.number("sun_longitude")));
   if (t.has("moon_longitude"))
-    env.third_bodies.push_back(space::mean_moon(t.number("moon_longitude", " of rad")));
+    env.third_bodies.push_back(space::mean_moon(t.number("moon_longitude")));
 }
 
 void plates(const Table& t, space::Environment& env) {
-  const auto known = [](const std::string&, const std::string&) -> Names {
-    return {"link", "area", "normal", "place", "drag_coefficient", "specular", "diffuse"};
-  };
-  t.each_of("plates", "link", known, [&](const std::string& link, const Table& p) {
+  t.each_of("plates", "link", [&](const std::string& link, const Table& p) {
     space::Plate plate;
     plate.link = link;
     plate.where = p.where();
-    plate.area = required_positive(p, "area", " of m^2");
+    plate.area = p.positive("area");
     p.require("normal", "3 numbers, the outward normal");
-    plate.normal = p.vector_or_zero("normal", "");
-    plate.place = p.vector_or_zero("place", " of metres");
-    plate.drag = p.not_negative_or("drag_coefficient", "", 0);
-    plate.specular = p.not_negative_or("specular", "", 0);
-    plate.diffuse = p.not_negative_or("diffuse", "", 0);
+    plate.normal = p.vector("normal");
+    plate.place = p.vector("place");
+    plate.drag = p.not_negative("drag_coefficient");
+    plate.specular = p.not_negative("specular");
+    plate.diffuse = p.not_negative("diffuse");
     env.plates.push_back(std::move(plate));
   });
 }
@@ -137,21 +109,19 @@ void forces(const Table& t, space::Environment& env) {
   third_bodies(t, env);
   plates(t, env);
   const auto area = [&](const Table& of) {  // of a sphere besides the plates
-    return !env.plates.empty() && !of.has("area_coefficient")
-               ? 0.0
-               : required_positive(of, "area_coefficient", " of m^2");
+    return !env.plates.empty() && !of.has("area_coefficient") ? 0.0
+                                                              : of.positive("area_coefficient");
   };
   if (t.has("drag")) {
-    const Table d = t.table("drag", {"density", "altitude", "scale_height", "area_coefficient"});
-    env.atmosphere = space::Atmosphere{required_positive(d, "density", " of kg/m^3"),
-                                       required_positive(d, "altitude", " of metres"),
-                                       required_positive(d, "scale_height", " of metres"), area(d)};
+    const Table d = t.table("drag");
+    env.atmosphere = space::Atmosphere{d.positive("density"), d.positive("altitude"),
+                                       d.positive("scale_height"), area(d)};
   }
   if (t.has("sunlight")) {
-    const Table s = t.table("sunlight", {"area_coefficient", "pressure"});
+    const Table s = t.table("sunlight");
     space::SolarPressure light;
     light.area_coefficient = area(s);
-    light.at_1_au = positive(s, "pressure", " of N/m^2", light.at_1_au);
+    light.at_1_au = s.positive("pressure");
     env.solar_pressure = light;
   }
 }
@@ -164,10 +134,9 @@ std::optional<OrbitScene> read_orbit(const Table& top) {
       top.fail("planet", "is given without an [orbit], expected both or neither");
     return {};
   }
-  const auto section = [&](const char* key, const Names& known) { return top.table(key, known); };
   OrbitScene o;
-  if (top.has("planet")) planet(section("planet", planet_keys), o.environment.planet);
-  const Table t = section("orbit", orbit_keys);
+  if (top.has("planet")) planet(top.table("planet"), o.environment.planet);
+  const Table t = top.table("orbit");
   o.where = t.where();
   o.start = start_of(t, o.environment.planet);
   forces(t, o.environment);
@@ -175,7 +144,7 @@ std::optional<OrbitScene> read_orbit(const Table& top) {
   try {
     space::split_scheme(o.splitting);
     o.environment.validate();
-    space::check_orbit(o.environment.planet, o.start, !t.has("bound") || t.boolean("bound"));
+    space::check_orbit(o.environment.planet, o.start, t.boolean("bound"));
   } catch (const InvalidArgument& e) {
     refuse(o.where, e.what());
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "integrators/integrator.h"
@@ -62,7 +61,7 @@ void read_target(const Table& t, Scene& s) {
   if (!t.has("target_energy_error")) return;
   if (s.method != auto_method)
     t.fail("target_energy_error", "is given without method = \"auto\", expected both or neither");
-  const double error = t.number("target_energy_error", "");
+  const double error = t.number("target_energy_error");
   if (!(error > 0 && error < 1))
     t.fail("target_energy_error", fmt::format("is {}, expected a number between 0 and 1", error));
   s.target_energy_error = error;
@@ -70,17 +69,15 @@ void read_target(const Table& t, Scene& s) {
 
 void read_step_control(const Table& t, Scene& s) {
   if (t.has("step_control")) {
-    s.step_control = integrators::step_control_of(
-        t.choice("step_control", {"fixed", "time_transformed", "reversible"}));
+    s.step_control = integrators::step_control_of(t.choice("step_control"));
     check_control(s, t.at("step_control"));
   }
-  for (const auto& [key, unit, to] : {std::tuple{"step_control_rate", " of rad/s", &s.control_rate},
-                                      {"step_control_length", " of metres", &s.control_length}}) {
+  for (const auto& [key, to] : {std::pair{"step_control_rate", &s.control_rate},
+                                {"step_control_length", &s.control_length}}) {
     if (!t.has(key)) continue;
     if (s.step_control == integrators::StepControl::fixed)
       t.fail(key, "is given without a step_control, expected both or neither");
-    *to = t.number(key, unit);
-    if (*to <= 0) t.fail(key, fmt::format("is {}, expected a number{} above 0", *to, unit));
+    *to = t.positive(key);
   }
 }
 
@@ -93,10 +90,10 @@ void read_integrator(const Table& t, Scene& s) {
   }
   if (s.method != auto_method) t.require("step", "a number of seconds");
   if (t.has("step")) s.step = t.seconds("step");
-  s.rtol = t.number_or("rtol", "", s.rtol);
+  s.rtol = t.number("rtol");
   if (!(s.rtol > 0 && s.rtol < 1))
     t.fail("rtol", fmt::format("is {}, expected a number between 0 and 1", s.rtol));
-  s.iteration_tolerance = t.number_or("iteration_tolerance", "", 0);
+  s.iteration_tolerance = t.number("iteration_tolerance");
   if (!(s.iteration_tolerance >= 0 && s.iteration_tolerance < 1))
     t.fail("iteration_tolerance",
            fmt::format("is {}, expected 0 (iterate to rounding) or a number below 1",
@@ -111,12 +108,11 @@ void read_monitor(const Table& t, Scene& s) {
   integrators::MonitorOptions m;
   for (const auto& [key, to] : {std::pair{"limit", &m.limit}, {"step_limit", &m.step_limit}}) {
     if (!t.has(key)) continue;
-    *to = t.number(key, "");
+    *to = t.number(key);
     if (!(*to >= 1e-14)) t.fail(key, fmt::format("is {}, expected 1e-14 or more", *to));
   }
-  if (t.has("action"))
-    m.action = integrators::on_violation_of(t.choice("action", {"warn", "stop", "repeat"}));
-  if (t.has("project")) m.project = t.boolean("project");
+  m.action = integrators::on_violation_of(t.choice("action"));
+  m.project = t.boolean("project");
   if (m.limit == 0 && m.step_limit == 0 && !m.project)
     refuse(t.where(), "[monitor] has nothing to watch, expected limit, step_limit or project");
   if (m.action == integrators::OnViolation::repeat && m.step_limit == 0)
@@ -125,23 +121,22 @@ void read_monitor(const Table& t, Scene& s) {
 }
 
 void read_run(const Table& t, Scene& s) {
-  t.require("duration", "a number of seconds");
   s.duration = t.seconds("duration");
   if (s.step > 0) check_step_count(s.step, s.duration, t.at("duration"));
   s.record_every_given = t.has("record_every");
   s.record_every =
       s.record_every_given ? t.seconds("record_every") : default_record_every(s.step, s.duration);
-  if (t.has("extrema")) {
-    const std::string word = t.choice("extrema", {"none", "state", "all"});
-    s.extrema = word == "none" ? Extrema::none : word == "state" ? Extrema::state : Extrema::all;
-  }
+  const std::string extrema = t.choice("extrema");
+  s.extrema = extrema == "none"    ? Extrema::none
+              : extrema == "state" ? Extrema::state
+                                   : Extrema::all;
   if (t.has("checkpoint_every")) s.checkpoint_every = t.seconds("checkpoint_every");
 }
 
 void read_verify(const Table& t, Scene& s) {
   Limits& l = s.verify;
   const auto limit = [&](const char* key, std::optional<double>& to) {
-    if (t.has(key)) to = t.not_negative_or(key, "", 0);
+    if (t.has(key)) to = t.not_negative(key);
   };
   limit("energy", l.energy);
   limit("linear_momentum", l.linear_momentum);

@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "scene/read/element.h"
-#include "scene/read/part.h"
+#include "scene/read/panel.h"
 #include "scene/read/run_reader-inl.h"
 #include "scene/read/scene.h"
 #include "scene/read/scene_texts.h"
@@ -46,18 +46,12 @@ class Reader {
     s_.path = file_.path;
     parse();
     for (const Replacement& r : replacements) replace(root_, r.key, r.values);
-    const Table top(
-        file_, root_, "the scene", "",
-        {"title", "model", "environment", "initial", "body", "panel", "element", "actuator",
-         "event", "planet", "orbit", "integrator", "monitor", "run", "verify", "ensemble"});
+    const Table top(file_, root_, "the scene", "", *schema_of("scene"));
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
     // What decides a run must be stated; everything else has a default.
-    model(section(top, "model",
-                  {"urdf", "base", "lock", "links_without_inertia", "unphysical_inertia",
-                   "use_damping", "inertia", "mass_factor"}));
-    if (top.has("environment"))
-      environment(section(top, "environment", {"gravity", "vector", "magnetic_field"}));
-    if (top.has("initial")) initial(section(top, "initial", {"base", "joints", "random"}));
+    model(top.section("model"));
+    if (top.has("environment")) environment(top.section("environment"));
+    if (top.has("initial")) initial(top.section("initial"));
     s_.bodies = read_bodies(top);
     s_.panels = read_panels(top);
     s_.elements = read_elements(top);
@@ -67,19 +61,12 @@ class Reader {
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
     s_.orbit = read_orbit(top);
-    const Table method =
-        section(top, "integrator",
-                {"method", "step", "target_energy_error", "rtol", "iteration_tolerance",
-                 "step_control", "step_control_rate", "step_control_length"});
+    const Table method = top.section("integrator");
     read_integrator(method, s_);
-    if (top.has("monitor"))
-      read_monitor(section(top, "monitor", {"limit", "step_limit", "action", "project"}), s_);
-    read_run(section(top, "run", {"duration", "record_every", "extrema", "checkpoint_every"}), s_);
+    if (top.has("monitor")) read_monitor(top.section("monitor"), s_);
+    read_run(top.section("run"), s_);
     if (top.has("verify"))
-      read_verify(section(top, "verify",
-                          {"energy", "linear_momentum", "angular_momentum", "quaternion_norm",
-                           "balance", "symmetry", "step_halving", "orbital", "coupling"}),
-                  s_);
+      read_verify(top.section("verify"), s_);
     else
       s_.verify = default_limits(s_.orbit.has_value());
     if (s_.orbit) check_orbit_scene();
@@ -102,32 +89,18 @@ class Reader {
     return path.stem().string();
   }
 
-  Table section(const Table& top, const char* key, Names known) const {
-    if (!top.has(key))
-      refuse(file_.path + ":1:1", fmt::format("there is no [{}], expected a table with the keys {}",
-                                              key, joined(known)));
-    return {file_, top.raw(key, "a table with the keys " + joined(known)), fmt::format("[{}]", key),
-            "", known};
-  }
-
   void model(const Table& t) {
     using Options = mechanics::UrdfOptions;
     if (!kept_) t.require("urdf", "the name of a URDF file");
-    t.require("base", "\"free\" or \"fixed\"");
-    s_.urdf.base =
-        t.choice("base", {"free", "fixed"}) == "free" ? Options::Base::free : Options::Base::fixed;
-    if (t.has("links_without_inertia") &&
-        t.choice("links_without_inertia", {"error", "massless"}) == "massless")
+    s_.urdf.base = t.choice("base") == "free" ? Options::Base::free : Options::Base::fixed;
+    if (t.choice("links_without_inertia") == "massless")
       s_.urdf.links_without_inertia = Options::NoInertia::massless;
-    s_.urdf.accept_unphysical_inertia =
-        t.has("unphysical_inertia") &&
-        t.choice("unphysical_inertia", {"error", "accept"}) == "accept";
+    s_.urdf.accept_unphysical_inertia = t.choice("unphysical_inertia") == "accept";
     if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
-    if (t.has("use_damping")) s_.urdf.use_damping = t.boolean("use_damping");
-    t.each("inertia", {"mass", "com", "inertia"},
-           [&](const std::string& link, const std::string&, const Table& given) {
-             s_.urdf.link_inertia[link] = read_mass_properties(given);
-           });
+    s_.urdf.use_damping = t.boolean("use_damping");
+    t.each("inertia", [&](const std::string& link, const std::string&, const Table& given) {
+      s_.urdf.link_inertia[link] = read_mass_properties(given);
+    });
     if (t.has("mass_factor")) mass_factors(t);
     urdf(t);
   }
@@ -139,7 +112,7 @@ class Reader {
     const Table factors = t.table("mass_factor", links);
     for (const auto link : links) {
       const std::string name(link);
-      const double factor = factors.number(name.c_str(), "");
+      const double factor = factors.number(name.c_str(), std::string());
       if (!(factor > 0))
         factors.fail(name.c_str(), fmt::format("is {}, expected more than 0", factor));
       s_.mass_factor[name] = factor;
@@ -171,26 +144,24 @@ class Reader {
       t.fail("gravity", fmt::format("is \"{}\", {}", kind, expected));
     if (kind == "none" && t.has("vector"))
       t.fail("vector", "is given without gravity = \"uniform\", expected both or neither");
-    s_.magnetic_field = t.vector_or_zero("magnetic_field", " of tesla");
+    if (t.has("magnetic_field")) s_.magnetic_field = t.vector("magnetic_field");
     if (kind == "none") return;
     t.require("vector", "3 numbers of m/s^2, because gravity is \"uniform\"");
-    s_.urdf.gravity = t.vector_or_zero("vector", " of m/s^2");
+    s_.urdf.gravity = t.vector("vector");
   }
 
   void initial(const Table& t) {
     if (t.has("base")) base(t);
-    t.each("joints",
-           {"position", "velocity", "attitude_wxyz", "linear_velocity", "angular_velocity"},
-           [&](const std::string& joint, const std::string& where, const Table& start) {
-             s_.joints[joint] = joint_start(start);
-             s_.joints[joint].where = where;
-           });
+    t.each("joints", [&](const std::string& joint, const std::string& where, const Table& start) {
+      s_.joints[joint] = joint_start(start);
+      s_.joints[joint].where = where;
+    });
     if (!t.has("random")) return;
-    const Table r = t.table("random", {"seed", "joint_position", "joint_velocity"});
+    const Table r = t.table("random");
     RandomStart random;
-    if (r.has("seed")) random.seed = r.whole("seed");
-    random.joint_position = r.not_negative_or("joint_position", " of rad or m", 0);
-    random.joint_velocity = r.not_negative_or("joint_velocity", " of rad/s or m/s", 0);
+    random.seed = r.whole("seed");
+    random.joint_position = r.not_negative("joint_position");
+    random.joint_velocity = r.not_negative("joint_velocity");
     s_.random = random;
   }
 
@@ -211,14 +182,13 @@ class Reader {
     if (t.has("position") && !t.is_number("position"))
       t.fail("position", "is " + t.found_at("position") +
                              ", expected a number of rad or m, or 3 numbers of metres");
-    start.position = t.number_or("position", " of rad or m", 0);
-    start.velocity = t.number_or("velocity", " of rad/s or m/s", 0);
+    start.position = t.number("position");
+    start.velocity = t.number("velocity");
     return start;
   }
 
   void base(const Table& initial) {
-    const Table t =
-        initial.table("base", {"position", "attitude_wxyz", "linear_velocity", "angular_velocity"});
+    const Table t = initial.table("base");
     s_.base = read_base_start(t);
     s_.base.where = initial.at_key("base");
   }

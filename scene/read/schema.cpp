@@ -3,54 +3,19 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <stdexcept>
+
 #include "integrators/integrator.h"
+#include "scene/read/elements/element_type.h"
 #include "scene/read/scene.h"
+#include "scene/read/schema_keys-inl.h"
 #include "vsa/catalogue.h"
 
 namespace porthos::scene {
 namespace {
 
-using KeyKind = SchemaKey::Kind;
-using Keys = std::vector<SchemaKey>;
-
-const std::string required = "required";
-
-SchemaKey number(const char* name, const char* unit, const std::string& otherwise,
-                 const char* what) {
-  return {name, KeyKind::number, unit, otherwise, what};
-}
-SchemaKey whole(const char* name, const std::string& otherwise, const char* what) {
-  return {name, KeyKind::whole, "", otherwise, what};
-}
-SchemaKey text(const char* name, const std::string& otherwise, const char* what) {
-  return {name, KeyKind::text, "", otherwise, what};
-}
-SchemaKey yes_or_no(const char* name, const std::string& otherwise, const char* what) {
-  return {name, KeyKind::boolean, "", otherwise, what};
-}
-SchemaKey word(const char* name, std::vector<std::string> words, const std::string& otherwise,
-               const char* what) {
-  return {name, KeyKind::word, "", otherwise, what, std::move(words)};
-}
-SchemaKey numbers(const char* name, int count, const char* unit, const std::string& otherwise,
-                  const char* what) {
-  return {name, KeyKind::numbers, unit, otherwise, what, {}, count};
-}
-SchemaKey list(const char* name, const char* unit, const std::string& otherwise, const char* what) {
-  return {name, KeyKind::list, unit, otherwise, what};
-}
-SchemaKey table(const char* name, const char* id, const std::string& otherwise, const char* what,
-                KeyKind kind = KeyKind::table) {
-  return {name, kind, "", otherwise, what, {}, 0, id};
-}
-SchemaKey signal_table(const char* name, const std::string& otherwise, const char* what) {
-  return table(name, "signal", otherwise, what);
-}
-
-Keys joined(Keys a, const Keys& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
+using namespace keys;
 
 Keys motion(bool of_body) {
   return {numbers("position", 3, "m", "[0, 0, 0]", "in the world"),
@@ -65,32 +30,6 @@ Keys mass(const std::string& inertia) {
           numbers("com", 3, "m", "[0, 0, 0]", "centre of mass in its frame"),
           numbers("inertia", 6, "kg m²", inertia,
                   "[ixx, iyy, izz, ixy, ixz, iyz] about the centre of mass")};
-}
-
-Keys signal_keys(const char* unit) {
-  return {
-      number("constant", unit, "one of the three", "always the same"),
-      table("sine", "sine", "one of the three", "{ amplitude, frequency, phase }"),
-      table("profile", "profile", "one of the three", "{ times, values }, straight between them")};
-}
-
-SchemaTable element(const char* type, const char* what, const Keys& own) {
-  return {fmt::format("element.{}", type), fmt::format("[[element]] type = \"{}\"", type), what,
-          joined({word("type", {type}, required, "what it is"),
-                  text("name", "<joint>.<type>", "name in the ledger"),
-                  text("joint", required, "coordinate, as porthos info names it")},
-                 own)};
-}
-/// At links instead of a joint.
-SchemaTable part(const char* type, const char* what, const Keys& own) {
-  return {fmt::format("element.{}", type), fmt::format("[[element]] type = \"{}\"", type), what,
-          joined({word("type", {type}, required, "what it is"),
-                  text("name", required, "name in the ledger")},
-                 own)};
-}
-/// One number for all three axes, or three.
-SchemaKey axes(const char* name, const char* unit, const char* what) {
-  return {name, KeyKind::axes, unit, "0", what, {}, 3};
 }
 
 /// waits: something may take the place of a time.
@@ -274,75 +213,11 @@ std::vector<SchemaTable> parts() {
   std::vector<SchemaTable> all{
       {"body", "[[body]]", "A body besides the model, free in the world.",
        joined(joined({text("name", required, "its name")}, mass(required)), motion(true))},
-      element("spring", "An elastic energy.",
-              {number("stiffness", "N m/rad (N/m)", "required, or a table", "0 or more"),
-               number("rest", "rad (m)", "0", "where it is slack"),
-               number("cubic", "N m/rad³ (N/m³)", "0", "0 or more"),
-               list("elongation", "rad (m)", "none", "instead: a measured table"),
-               list("force", "N m (N)", "none", "its other column")}),
-      element("damper", "Viscous.",
-              {number("damping", "N m s/rad (N s/m)", required, "0 or more")}),
-      element(
-          "friction", "Dry friction, smooth at rest.",
-          {number("coulomb", "N m (N)", required, "while it moves"),
-           number("breakaway", "N m (N)", "coulomb", "what breaks it loose"),
-           number("stribeck", "rad/s (m/s)", "required with breakaway",
-                  "rate over which breakaway falls to coulomb"),
-           number("viscous", "N m s/rad (N s/m)", "0", "0 or more"),
-           number("smoothing", "rad/s (m/s)", required, "over this rate the force turns round")}),
-      element("limits", "Soft stops.",
-              {number("lower", "rad (m)", "the model file's", ""),
-               number("upper", "rad (m)", "the model file's", ""),
-               number("stiffness", "N m/rad² (N/m²)", required, "more than 0")}),
-      element("force", "A torque or force of time.", signal_keys("N m (N)")),
-      element("dc_motor", "A geared DC motor.",
-              {number("inductance", "H", required, "more than 0"),
-               number("resistance", "Ω", required, "0 or more"),
-               number("constant", "N m/A", required, "torque per current"),
-               number("gear", "1", "1", "turns of the rotor per turn of the joint"),
-               number("rotor_inertia", "kg m²", "0", "on the rotor's side"),
-               number("friction", "N m s/rad", "0", "on the rotor's side"),
-               signal_table("voltage", required, "[V]")}),
-      element("controller", "torque = stiffness · (target - z) + damping · (speed - ż)",
-              {number("target", "rad (m)", "0", ""), number("speed", "rad/s (m/s)", "0", ""),
-               number("stiffness", "N m/rad (N/m)", "0", "one of the gains above 0"),
-               number("damping", "N m s/rad (N s/m)", "0", ""),
-               number("rate", "Hz", "continuous", "sampled and held, whole steps apart"),
-               word("output", {"instant", "mean"}, "\"instant\"", "what it sees of ż")}),
-      element("wheel", "A reaction wheel: takes up the base's rate about its axis.",
-              {number("gain", "N m s/rad", required, "more than 0"),
-               number("rate", "Hz", "continuous", "sampled")}),
-      element("cmg", "Drives the gimbal of a control-moment gyro: gain · (signal - its rate)",
-              joined({text("wheel", required, "joint of the balanced wheel it carries"),
-                      number("gain", "N m s/rad", required, "more than 0")},
-                     signal_keys("rad/s"))),
-      part("thruster", "A force fixed to a link.",
-           {text("link", required, ""), numbers("at", 3, "m", "[0, 0, 0]", "in the link's frame"),
-            numbers("direction", 3, "1", required, "of the force, in the link's axes"),
-            number("thrust", "N", required, "more than 0"),
-            list("switches", "s", "always on", "on, off, on, off …: whole steps"),
-            table("pulses", "pulses", "always on", "instead: even pulses"),
-            number("specific_impulse", "s", "not given", "propellant is reported then")}),
       {"pulses",
        "pulses",
        "Even pulses of a thruster.",
        {number("start", "s", "0", ""), number("period", "s", required, ""),
         number("width", "s", required, ""), whole("count", required, "how many")}},
-      part("torquer", "A magnetic rod on the base.",
-           joined({numbers("direction", 3, "1", required, "in the base's axes")},
-                  joined(signal_keys("A m²"), {number("unload", "1/s", "none",
-                                                      "instead of a signal: it unloads the wheels"),
-                                               number("limit", "A m²", "none", "smooth")}))),
-      part("soft_latch", "Springs and dampers in six freedoms between two links.",
-           {text("link", required, ""), text("body", required, "another link, or a [[body]]"),
-            numbers("on_link", 3, "m", "its origin", "frame that coincides at rest"),
-            numbers("on_link_rpy", 3, "rad", "[0, 0, 0]", "roll, pitch, yaw"),
-            numbers("on_body", 3, "m", "its origin", "the other frame"),
-            numbers("on_body_rpy", 3, "rad", "[0, 0, 0]", "roll, pitch, yaw"),
-            axes("stiffness", "N/m", "along the frame's axes, one number or three"),
-            axes("turning_stiffness", "N m/rad", "about them"),
-            axes("damping", "N s/m", "along them"),
-            axes("turning_damping", "N m s/rad", "about them")}),
       {"panel",
        "[[panel]]",
        "A flexible panel or boom on a link, as rigid segments on sprung hinges.",
@@ -356,8 +231,8 @@ std::vector<SchemaTable> parts() {
         number("damping_ratio", "1", "0", "of the first bending")}},
       event("capture", "A free body is welded to a link.", true,
             joined({text("body", required, "of [[body]]"), text("link", required, "of the model"),
-                    numbers("on_body", 3, "m", "its origin", "points that meet"),
-                    numbers("on_link", 3, "m", "its origin", "")},
+                    numbers("on_body", 3, "m", "[0, 0, 0]", "points that meet"),
+                    numbers("on_link", 3, "m", "[0, 0, 0]", "")},
                    reaching())),
       event("release", "It becomes free.", false, {text("body", required, "that was caught")}),
       event("lock", "A joint stops where it is.", true,
@@ -466,11 +341,37 @@ std::vector<SchemaTable> parts() {
 const std::vector<SchemaTable>& schema() {
   static const std::vector<SchemaTable> all = [] {
     auto a = top();
+    for (const ElementType& t : element_types()) a.push_back(t.table());
     const auto b = parts();
     a.insert(a.end(), b.begin(), b.end());
     return a;
   }();
   return all;
+}
+
+const SchemaTable* schema_of(const std::string& id) {
+  for (const SchemaTable& t : schema())
+    if (t.id == id) return &t;
+  return nullptr;
+}
+
+const SchemaKey& SchemaTable::key(const std::string& name) const {
+  for (const SchemaKey& k : keys)
+    if (k.name == name) return k;
+  throw std::logic_error(fmt::format("the schema of {} has no key '{}'", heading, name));
+}
+
+std::string of_unit(const SchemaKey& key) {
+  if (key.unit.empty() || key.unit == "1") return "";
+  if (key.unit == "s") return " of seconds";
+  if (key.unit == "m") return " of metres";
+  if (key.unit == "T") return " of tesla";
+  std::string text = " of " + key.unit;
+  for (const auto& [sign, word] :
+       {std::pair{" (", " or "}, {")", ""}, {"²", "^2"}, {"³", "^3"}, {"Ω", "Ohm"}})
+    for (size_t at; (at = text.find(sign)) != text.npos;)
+      text.replace(at, std::string_view(sign).size(), word);
+  return text;
 }
 
 }  // namespace porthos::scene

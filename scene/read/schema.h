@@ -2,9 +2,8 @@
 #include <string>
 #include <vector>
 
-/// What may stand in a scene file, as data: the JSON schema for editors, and
-/// docs/scene_reference.md. That it says what the reader says is tested key by key
-/// (tests/scene/schema_test.cpp).
+/// What may stand in a scene file, as data: the readers take the keys, units, words and defaults of
+/// a table from here, and so do the JSON schema for editors and docs/scene_reference.md.
 namespace porthos::scene {
 
 struct SchemaKey {
@@ -39,10 +38,19 @@ struct SchemaTable {
   std::string heading;  ///< "[integrator]", "[[element]] type = \"spring\""
   std::string what;
   std::vector<SchemaKey> keys;
+
+  /// @throws std::logic_error if there is none: a reader asks for what it has not declared
+  const SchemaKey& key(const std::string& name) const;
 };
 
 /// "scene" is the first: the tables of the file.
 const std::vector<SchemaTable>& schema();
+
+/// The table with an id, or null.
+const SchemaTable* schema_of(const std::string& id);
+
+/// The unit of a key as messages say it: " of N m/rad or N/m"; empty without one.
+std::string of_unit(const SchemaKey& key);
 
 /// A JSON schema (draft 7) of scene files.
 std::string schema_json();

@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "mechanics/mechanism.h"
 #include "phs/error.h"
+#include "scene/read/schema.h"
 
 /// Reading TOML: every refusal names file, line, column, key, what was found and what was expected.
 /// Private to the readers of a scene.
@@ -21,6 +24,10 @@ using mechanics::Vec3d;
 using Names = std::vector<std::string_view>;
 
 std::string joined(const Names& names);
+/// The number a text is, or none.
+std::optional<double> as_number(const std::string& text);
+/// The types for which the schema has tables `id`.<type>: "\"spring\", \"damper\" or \"friction\"".
+std::string types_of(const std::string& id);
 /// The known name that takes the fewest edits from `name`.
 std::string_view nearest(std::string_view name, const Names& known);
 /// What stands in the file, for "expected ..." sentences.
@@ -29,6 +36,18 @@ std::string found(const toml::node& n);
 /// where: "file:line:column", or "--step" of a command line
 [[noreturn]] void refuse(const std::string& where, const std::string& sentence);
 void check_seconds(const char* name, double seconds, const std::string& where);
+
+/// A sentence of what f() calls gets the place in the file in front, where it has none.
+template <class F>
+auto at_line(const std::string& where, F f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& why) {
+    const std::string text = why.what();
+    const std::string file = where.substr(0, where.find(':'));
+    throw InvalidArgument(text.rfind(file, 0) == 0 ? text : where + ": " + text);
+  }
+}
 
 struct File {
   std::string path;
@@ -41,12 +60,18 @@ struct File {
 /// no place
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
 
-/// Reads typed values; every refusal names file, line, column, key, what was found and what was
-/// expected.
+/// Reads typed values. Keys, units, words and defaults are those of the table's schema; every
+/// refusal names file, line, column, key, what was found and what was expected.
 class Table {
  public:
   /// @param label   how people call it: "[run]"
   /// @param prefix  goes before the keys in messages: "base."
+  Table(const File& file, const toml::table& t, std::string label, std::string prefix,
+        const SchemaTable& schema)
+      : Table(file, t, std::move(label), std::move(prefix), names_of(schema)) {
+    schema_ = &schema;
+  }
+  /// A table with the user's own names for keys.
   Table(const File& file, const toml::table& t, std::string label, std::string prefix, Names known)
       : file_(file),
         t_(t),
@@ -76,45 +101,62 @@ class Table {
   }
 
   std::string text(const char* key, const std::string& expected) const {
+    require(key, expected);
     const toml::node& n = node(key);
     if (!n.is_string()) fail(key, fmt::format("is {}, expected {}", found(n), expected));
     return **n.as_string();
   }
   bool boolean(const char* key) const {
+    if (!has(key)) return default_of(key, "true or false") == "true";
     const toml::node& n = node(key);
     if (!n.is_boolean()) fail(key, fmt::format("is {}, expected true or false", found(n)));
     return **n.as_boolean();
   }
-  /// One of some words.
-  std::string choice(const char* key, const Names& words) const {
+  /// One of the words of the schema.
+  std::string choice(const char* key) const {
+    const auto& words = of(key).words;
     const std::string expected = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
-    const std::string word = text(key, expected);
-    if (std::find(words.begin(), words.end(), word) == words.end())
-      fail(key, fmt::format("is \"{}\", expected {}", word, expected));
-    return word;
+    if (!has(key)) {
+      const std::string otherwise = default_of(key, expected);
+      return otherwise.substr(1, otherwise.size() - 2);  // without its quotes
+    }
+    return one_of(key, text(key, expected), words, expected);
   }
-  /// @param unit  " of seconds", or empty
-  double number(const char* key, const char* unit) const {
-    return finite(node(key), prefix_ + key, unit);
+  /// Of a table without a schema.
+  std::string choice(const char* key, const std::vector<std::string>& words) const {
+    const std::string expected = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
+    return one_of(key, text(key, expected), words, expected);
   }
-  double required(const char* key, const char* unit) const {
-    require(key, fmt::format("a number{}", unit));
-    return number(key, unit);
+  /// A number; where it misses, the default of the schema, if that is one.
+  double number(const char* key) const {
+    const std::string unit = of_unit(of(key));
+    if (has(key)) return number(key, unit);
+    return as_number(default_of(key, "a number" + unit)).value();
   }
-  double number_or(const char* key, const char* unit, double otherwise) const {
-    return has(key) ? number(key, unit) : otherwise;
+  double number_or(const char* key, double otherwise) const {
+    return has(key) ? number(key) : otherwise;
   }
-  double not_negative_or(const char* key, const char* unit, double otherwise) const {
-    const double x = number_or(key, unit, otherwise);
-    if (x < 0) fail(key, fmt::format("is {}, expected a number{}, 0 or more", x, unit));
+  double not_negative(const char* key) const {
+    const double x = number(key);
+    if (x < 0) fail(key, fmt::format("is {}, expected a number{}, 0 or more", x, of_unit(of(key))));
     return x;
   }
+  double positive(const char* key) const { return above_0(key, number(key)); }
+  double positive_or(const char* key, double otherwise) const {
+    return above_0(key, number_or(key, otherwise));
+  }
+  /// In another unit than the schema's: that of a signal. @param unit " of seconds", or empty
+  double number(const char* key, const std::string& unit) const {
+    if (!has(key)) missing(key, fmt::format("a number{}", unit));
+    return finite(node(key), prefix_ + key, unit);
+  }
   double seconds(const char* key) const {
-    const double x = number(key, " of seconds");
+    const double x = number(key);
     check_seconds((prefix_ + key).c_str(), x, at(key));
     return x;
   }
   std::uint64_t whole(const char* key) const {
+    if (!has(key)) return std::uint64_t(as_number(default_of(key, "a whole number")).value());
     const toml::node& n = node(key);
     const std::string expected = "expected a whole number, 0 or more";
     if (!n.is_number()) fail(key, fmt::format("is {}, {}", found(n), expected));
@@ -123,21 +165,47 @@ class Table {
     return static_cast<std::uint64_t>(**n.as_integer());
   }
   template <size_t count>
-  std::array<double, count> numbers(const char* key, const char* unit) const {
+  std::array<double, count> numbers(const char* key) const {
+    return numbers<count>(key, of_unit(of(key)));
+  }
+  /// @param what they are, instead of the schema's unit: " p1, p2, p3"
+  template <size_t count>
+  std::array<double, count> numbers(const char* key, const std::string& what) const {
+    const std::string several = fmt::format("{} numbers{}", count, what);
+    if (!has(key)) missing(key, several);
     const toml::node& n = node(key);
-    const std::string expected = fmt::format("expected {} numbers{}", count, unit);
-    if (!n.is_array()) fail(key, fmt::format("is {}, {}", found(n), expected));
+    if (!n.is_array()) fail(key, fmt::format("is {}, expected {}", found(n), several));
     const toml::array& a = *n.as_array();
     if (a.size() != count)
-      fail(key,
-           fmt::format("has {} {}, {}", a.size(), a.size() == 1 ? "entry" : "entries", expected));
+      fail(key, fmt::format("has {} {}, expected {}", a.size(), a.size() == 1 ? "entry" : "entries",
+                            several));
     std::array<double, count> x{};
     for (size_t i = 0; i < count; ++i)
-      x[i] = finite(a[i], fmt::format("{}{}[{}]", prefix_, key, i), unit);
+      x[i] = finite(a[i], fmt::format("{}{}[{}]", prefix_, key, i), what);
     return x;
   }
+  /// Three numbers; where they miss, the default of the schema, if that is "[x, y, z]".
+  Vec3d vector(const char* key) const {
+    Vec3d v{0, 0, 0};
+    if (has(key)) {
+      const auto x = numbers<3>(key);
+      return {x[0], x[1], x[2]};
+    }
+    const std::string otherwise = default_of(key, "3 numbers" + of_unit(of(key)));
+    std::sscanf(otherwise.c_str(), "[%lf, %lf, %lf]", &v.x, &v.y, &v.z);
+    return v;
+  }
+  /// A vector of length 1.
+  Vec3d direction(const char* key) const {
+    const Vec3d d = vector(key);
+    const double length = mechanics::norm(d);
+    if (!(length > 0)) fail(key, "has length 0, expected a direction");
+    return (1 / length) * d;
+  }
   /// An array of numbers of any length.
-  std::vector<double> list(const char* key, const char* unit) const {
+  std::vector<double> list(const char* key) const { return list(key, of_unit(of(key))); }
+  std::vector<double> list(const char* key, const std::string& unit) const {
+    if (!has(key)) missing(key, "an array of numbers" + unit);
     const toml::node& n = node(key);
     if (!n.is_array())
       fail(key, fmt::format("is {}, expected an array of numbers{}", found(n), unit));
@@ -162,11 +230,6 @@ class Table {
   bool is_array(const char* key) const { return has(key) && node(key).is_array(); }
   bool is_number(const char* key) const { return has(key) && node(key).is_number(); }
   std::string found_at(const char* key) const { return found(node(key)); }
-  Vec3d vector_or_zero(const char* key, const char* unit) const {
-    if (!has(key)) return {0, 0, 0};
-    const auto x = numbers<3>(key, unit);
-    return {x[0], x[1], x[2]};
-  }
 
   /// The keys of this table, in the order of the file's alphabet.
   std::string where() const { return file_.at(t_.source()); }
@@ -178,13 +241,27 @@ class Table {
     return *n.as_table();
   }
   /// A table inside this one: [initial] base -> keys are called base.position, ...
+  Table table(const char* key) const {
+    const SchemaTable& inner = *schema_of(of(key).table);
+    return {file_, raw(key, "a table with the keys " + joined(names_of(inner))), prefix_ + key,
+            prefix_ + key + ".", inner};
+  }
   Table table(const char* key, Names known) const {
     const auto& inner = raw(key, "a table with the keys " + joined(known));
     return {file_, inner, prefix_ + key, prefix_ + key + ".", std::move(known)};
   }
-  /// Calls f(table) for each [[key]], whose keys are known once its text `by` is: known(type).
-  template <class Known, class F>
-  void each_of(const char* key, const char* by, Known known, F f) const {
+  /// One of the tables of a file: [run], with keys that have no prefix.
+  Table section(const char* key) const {
+    const SchemaTable& inner = *schema_of(of(key).table);
+    const std::string expected = "a table with the keys " + joined(names_of(inner));
+    if (!has(key))
+      refuse(file_.path + ":1:1", fmt::format("there is no [{}], expected {}", key, expected));
+    return {file_, raw(key, expected), fmt::format("[{}]", key), "", inner};
+  }
+  /// Calls f(word, table) for each [[key]], whose text `by` is the word: a name, or one of the
+  /// types for which the schema has tables of their own.
+  template <class F>
+  void each_of(const char* key, const char* by, F f) const {
     if (!has(key)) return;
     const toml::node& n = node(key);
     if (!n.is_array_of_tables())
@@ -198,25 +275,54 @@ class Table {
       if (!type->is_string())
         refuse(file_.at(type->source()),
                fmt::format("{} is {}, expected a word", by, found(*type)));
-      const std::string word = **type->as_string();
-      f(word, Table(file_, t, label, "", known(word, file_.at(type->source()))));
+      const std::string word = **type->as_string(), &id = of(key).table;
+      const SchemaTable* inner = schema_of(id);
+      if (!inner) inner = schema_of(id + "." + word);
+      if (!inner)
+        refuse(file_.at(type->source()),
+               fmt::format("{} is \"{}\", expected {}", by, word, types_of(id)));
+      f(word, Table(file_, t, label, "", *inner));
     }
   }
   /// Calls f(name, where, table) for each of the user's own names in the table `key`.
   template <class F>
-  void each(const char* key, const Names& known, F f) const {
+  void each(const char* key, F f) const {
     if (!has(key)) return;
+    const SchemaTable& inner = *schema_of(of(key).table);
     for (const auto& [name, node] : raw(key, "a table of tables by name")) {
       const std::string full = fmt::format("{}{}.{}", prefix_, key, name.str());
       const std::string where = file_.at(name.source());
       if (!node.is_table())
         refuse(file_.at(node.source()), fmt::format("{} is {}, expected a table with the keys {}",
-                                                    full, found(node), joined(known)));
-      f(std::string(name.str()), where, Table(file_, *node.as_table(), full, full + ".", known));
+                                                    full, found(node), joined(names_of(inner))));
+      f(std::string(name.str()), where, Table(file_, *node.as_table(), full, full + ".", inner));
     }
   }
 
  private:
+  const SchemaKey& of(const char* key) const { return schema_->key(key); }
+  static Names names_of(const SchemaTable& t) {
+    Names names;
+    for (const SchemaKey& k : t.keys) names.push_back(k.name);
+    return names;
+  }
+  /// The default of a key that misses; refuses where there is none to take.
+  std::string default_of(const char* key, const std::string& expected) const {
+    const std::string& otherwise = of(key).otherwise;
+    const bool word = otherwise == "true" || otherwise == "false" || otherwise.front() == '"';
+    if (!word && otherwise.front() != '[' && !as_number(otherwise)) missing(key, expected);
+    return otherwise;
+  }
+  std::string one_of(const char* key, const std::string& word,
+                     const std::vector<std::string>& words, const std::string& expected) const {
+    if (std::find(words.begin(), words.end(), word) == words.end())
+      fail(key, fmt::format("is \"{}\", expected {}", word, expected));
+    return word;
+  }
+  double above_0(const char* key, double x) const {
+    if (!(x > 0)) fail(key, fmt::format("is {}, expected a number{} above 0", x, of_unit(of(key))));
+    return x;
+  }
   void check_known(const toml::key& key) const {
     if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) return;
     refuse(file_.at(key.source()),
@@ -229,7 +335,7 @@ class Table {
     if (!n) missing(key, "one");
     return *n;
   }
-  double finite(const toml::node& n, const std::string& name, const char* unit) const {
+  double finite(const toml::node& n, const std::string& name, const std::string& unit) const {
     if (!n.is_number())
       refuse(file_.at(n.source()),
              fmt::format("{} is {}, expected a number{}", name, found(n), unit));
@@ -244,6 +350,7 @@ class Table {
   const toml::table& t_;
   std::string label_, prefix_;
   Names known_;
+  const SchemaTable* schema_ = nullptr;
 };
 
 }  // namespace porthos::scene

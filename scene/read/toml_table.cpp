@@ -27,6 +27,23 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string joined(const Names& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
+std::optional<double> as_number(const std::string& text) {
+  double x = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, x);
+  if (error != std::errc() || rest != end) return {};
+  return x;
+}
+
+std::string types_of(const std::string& id) {
+  std::vector<std::string> types;
+  for (const SchemaTable& t : schema())
+    if (t.id.rfind(id + ".", 0) == 0) types.push_back("\"" + t.id.substr(id.size() + 1) + "\"");
+  const std::string last = types.back();
+  types.pop_back();
+  return fmt::format("{} or {}", fmt::join(types, ", "), last);
+}
+
 std::string_view nearest(std::string_view name, const Names& known) {
   return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
     return edit_distance(name, a) < edit_distance(name, b);

@@ -28,8 +28,7 @@ MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
     wheel_at_.push_back(size_t(m.nq()) + size_t(m.coordinate(joint).q));
   };
   for (const Element& e : scene.elements) {
-    if (e.wheel_gain) add_wheel(e.joint);
-    if (e.gimbal && !e.wheel_gain) add_wheel(e.gimbal->wheel);
+    if (!e.turning_wheel.empty()) add_wheel(e.turning_wheel);
     if (e.thruster) given_.rows.push_back({.name = e.name, .type = "thruster"});
   }
   if (!wheels_.empty()) wheels_.push_back({"total"});

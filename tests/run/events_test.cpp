@@ -146,7 +146,7 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
        "type is \"catch\", expected \"capture\", \"release\", \"lock\", \"unlock\", \"engage\" or "
        "\"disengage\"",
        true},
-      {"gain = 20.0", "gain = -1.0", "gain is -1, expected a positive number", true},
+      {"gain = 20.0", "gain = -1.0", "gain is -1, expected a number of N m s/rad above 0", true},
       {"joint = \"wheel_x\"", "joint = \"elbow\"",
        "joint 'elbow' does not turn on a free base, expected a wheel that does", false}};
   for (const Case& c : cases) {

@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+
+#include "mechanics/mechanical_model.h"
+#include "scene/read/elements/element_type.h"
+#include "scene/read/schema_keys-inl.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+/// A bound the scene does not give is the model file's.
+phs::Potential soft_stops(const mechanics::MechanicalModel& model, const Element& e,
+                          std::optional<double> lower, std::optional<double> upper,
+                          double stiffness) {
+  for (const auto& j : model.mechanism().joint_properties()) {
+    if (j.joint != e.joint) continue;
+    if (!lower) lower = j.lower;
+    if (!upper) upper = j.upper;
+  }
+  if (!lower || !upper)
+    throw InvalidArgument(
+        fmt::format("{}: element '{}': neither the scene nor the model file gives the {} limit of "
+                    "joint '{}', expected it here",
+                    e.where, e.name, lower ? "upper" : "lower", e.joint));
+  return phs::soft_limits(*lower, *upper, stiffness);
+}
+
+void read_limits(const Table& t, Element& e) {
+  std::optional<double> lower, upper;
+  if (t.has("lower")) lower = t.number("lower");
+  if (t.has("upper")) upper = t.number("upper");
+  e.add = [lower, upper, stiffness = t.number("stiffness")](const Element& own,
+                                                            const JointElement& at) {
+    at.network.potential(own.name, at.place.coordinate,
+                         soft_stops(at.model, own, lower, upper, stiffness));
+  };
+}
+
+}  // namespace
+
+ElementType limits_element() {
+  using namespace keys;
+  return {"limits",
+          "Soft stops.",
+          ElementType::Place::joint,
+          {number("lower", "rad (m)", "the model file's", ""),
+           number("upper", "rad (m)", "the model file's", ""),
+           number("stiffness", "N m/rad² (N/m²)", required, "more than 0")},
+          read_limits};
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,69 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "scene/read/schema.h"
+
+/// Keys of the tables of a scene, one call each: name, unit, default ("required": there is none)
+/// and a line for people.
+namespace porthos::scene::keys {
+
+using KeyKind = SchemaKey::Kind;
+using Keys = std::vector<SchemaKey>;
+
+inline const std::string required = "required";
+
+inline SchemaKey number(const char* name, const char* unit, const std::string& otherwise,
+                        const char* what) {
+  return {name, KeyKind::number, unit, otherwise, what};
+}
+inline SchemaKey whole(const char* name, const std::string& otherwise, const char* what) {
+  return {name, KeyKind::whole, "", otherwise, what};
+}
+inline SchemaKey text(const char* name, const std::string& otherwise, const char* what) {
+  return {name, KeyKind::text, "", otherwise, what};
+}
+inline SchemaKey yes_or_no(const char* name, const std::string& otherwise, const char* what) {
+  return {name, KeyKind::boolean, "", otherwise, what};
+}
+inline SchemaKey word(const char* name, std::vector<std::string> words,
+                      const std::string& otherwise, const char* what) {
+  return {name, KeyKind::word, "", otherwise, what, std::move(words)};
+}
+inline SchemaKey numbers(const char* name, int count, const char* unit,
+                         const std::string& otherwise, const char* what) {
+  return {name, KeyKind::numbers, unit, otherwise, what, {}, count};
+}
+inline SchemaKey list(const char* name, const char* unit, const std::string& otherwise,
+                      const char* what) {
+  return {name, KeyKind::list, unit, otherwise, what};
+}
+inline SchemaKey table(const char* name, const char* id, const std::string& otherwise,
+                       const char* what, KeyKind kind = KeyKind::table) {
+  return {name, kind, "", otherwise, what, {}, 0, id};
+}
+inline SchemaKey signal_table(const char* name, const std::string& otherwise, const char* what) {
+  return table(name, "signal", otherwise, what);
+}
+
+inline Keys joined(Keys a, const Keys& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// One number for all three axes, or three.
+inline SchemaKey axes(const char* name, const char* unit, const char* what) {
+  return {name, KeyKind::axes, unit, "0", what, {}, 3};
+}
+
+/// Of a signal in time, see read_signal().
+inline Keys signal_keys(const char* unit) {
+  return {
+      number("constant", unit, "one of the three", "always the same"),
+      table("sine", "sine", "one of the three", "{ amplitude, frequency, phase }"),
+      table("profile", "profile", "one of the three", "{ times, values }, straight between them")};
+}
+
+}  // namespace porthos::scene::keys
