@@ -97,7 +97,7 @@ def main():
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     for name in listed:
         (copy / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, copy / name)
+        shutil.copy2(ROOT / name, copy / name)
     touched = add(copy)
     for heading, most in MOST.items():
         print(f"  {heading}: {touched.get(heading, 0)} files   at most {most}")
@@ -105,7 +105,9 @@ def main():
             raise SystemExit(f"'{heading}' of docs/adding.md touches {touched.get(heading, 0)} files, expected 1 to {most}")
     run("cmake", "-S", copy, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O0", "-DPORTHOS_BUILD_TESTS=OFF",
         "-DPORTHOS_BUILD_PYTHON=OFF", "-DPORTHOS_BUILD_BENCH=OFF", "-DPORTHOS_BUILD_EXAMPLES=OFF", "-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=20", check=True, stdout=subprocess.DEVNULL)
-    run("cmake", "--build", build, "--target", "porthos", check=True, stdout=subprocess.DEVNULL)
+    built = run("cmake", "--build", build, "--target", "porthos", capture_output=True, text=True)
+    if built.returncode:
+        raise SystemExit("\n".join([line for line in built.stdout.splitlines() if "error" in line][:20]) + "\nthe examples of docs/adding.md do not build")
     scenes = work / "scenes"
     scenes.mkdir(exist_ok=True)
     (scenes / "adding.urdf").write_text(URDF)
