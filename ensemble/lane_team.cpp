@@ -124,7 +124,8 @@ void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) 
     if (!memory.empty()) made->restore(memory);
   }
   Outcome o = Outcome::ok;
-  bool more = memory.empty() ? hand_over(r, s, {}) : true;  // of a stuck lane's state it has been told
+  bool more =
+      memory.empty() ? hand_over(r, s, {}) : true;  // of a stuck lane's state it has been told
   while (more) {
     if (stopped_()) return;
     if ((o = made->step(s)) != Outcome::ok) break;

@@ -122,7 +122,6 @@ class TreeResolvent final : public phs::Resolvent, TreeLinearisation<weight> {
   }
 
  private:
- private:
   // --- joints of one freedom ---------------------------------------------------------------------
   void eliminate_hinge(size_t i) {
     const Node& n = m_.nodes()[i];

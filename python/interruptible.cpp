@@ -10,8 +10,8 @@ namespace porthos::python {
 
 namespace py = pybind11;
 
-void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work, py::object report,
-                   Advance* advance) {
+void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work,
+                   py::object report, Advance* advance) {
   using namespace std::chrono_literals;
   std::atomic<bool> stop{false};
   std::mutex mutex;

@@ -118,7 +118,8 @@ py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, 
 /// (compare.json, compare.txt), and the files in `out` unless it is empty.
 py::tuple compare_methods(const Scene& s, const Assembly& a,
                           const std::vector<std::string>& methods, double budget,
-                          std::optional<double> duration, const std::string& out, py::object report) {
+                          std::optional<double> duration, const std::string& out,
+                          py::object report) {
   CompareOptions o{.methods = methods, .budget_s = budget, .duration = duration};
   check(o);
   if (!out.empty()) make_folder(out);
@@ -257,10 +258,11 @@ void bind_scene(py::module_& m) {
   m.def("info_text", &info_text, arg("scene"), arg("assembly"),
         "What `porthos info` prints: states, ports, invariants, plan, cost of one evaluation.");
   m.def("version_text", &version_text, "What `porthos --version` prints.");
-  m.def("run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
-        arg("check_symmetry") = false, arg("report") = py::none(),
-        "Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with "
-        "(fraction, spent, left).");
+  m.def(
+      "run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
+      arg("check_symmetry") = false, arg("report") = py::none(),
+      "Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with "
+      "(fraction, spent, left).");
   m.def("run_in_memory", &in_memory, arg("scene"), arg("assembly"), arg("check_symmetry") = false,
         arg("report") = py::none(),
         "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "

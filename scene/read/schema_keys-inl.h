@@ -66,4 +66,29 @@ inline Keys signal_keys(const char* unit) {
       table("profile", "profile", "one of the three", "{ times, values }, straight between them")};
 }
 
+/// Of a body or a free base.
+inline Keys motion(bool of_body) {
+  return {numbers("position", 3, "m", "[0, 0, 0]", "in the world"),
+          numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "quaternion to the world; normalised"),
+          numbers("linear_velocity", 3, "m/s", "[0, 0, 0]",
+                  of_body ? "of its origin, in world axes" : "of the base's origin, in world axes"),
+          numbers("angular_velocity", 3, "rad/s", "[0, 0, 0]", "body rates, in its own axes")};
+}
+
+inline Keys mass(const std::string& inertia) {
+  return {number("mass", "kg", required, "0 or more"),
+          numbers("com", 3, "m", "[0, 0, 0]", "centre of mass in its frame"),
+          numbers("inertia", 6, "kg m²", inertia,
+                  "[ixx, iyy, izz, ixy, ixz, iyz] about the centre of mass")};
+}
+
 }  // namespace porthos::scene::keys
+
+namespace porthos::scene {
+
+/// What is run and how: the tables every scene may have once.
+std::vector<SchemaTable> run_tables();
+/// What there may be several of, but for elements; the orbit, and tables inside others.
+std::vector<SchemaTable> part_tables();
+
+}  // namespace porthos::scene

@@ -1,7 +1,5 @@
 #pragma once
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
@@ -13,52 +11,14 @@
 #include <vector>
 
 #include "mechanics/mechanism.h"
-#include "phs/error.h"
 #include "scene/read/schema.h"
+#include "scene/read/toml_file-inl.h"
 
 /// Reading TOML: every refusal names file, line, column, key, what was found and what was expected.
 /// Private to the readers of a scene.
 namespace porthos::scene {
 
 using mechanics::Vec3d;
-using Names = std::vector<std::string_view>;
-
-std::string joined(const Names& names);
-/// The number a text is, or none.
-std::optional<double> as_number(const std::string& text);
-/// The types for which the schema has tables `id`.<type>: "\"spring\", \"damper\" or \"friction\"".
-std::string types_of(const std::string& id);
-/// The known name that takes the fewest edits from `name`.
-std::string_view nearest(std::string_view name, const Names& known);
-/// What stands in the file, for "expected ..." sentences.
-std::string found(const toml::node& n);
-
-/// where: "file:line:column", or "--step" of a command line
-[[noreturn]] void refuse(const std::string& where, const std::string& sentence);
-void check_seconds(const char* name, double seconds, const std::string& where);
-
-/// A sentence of what f() calls gets the place in the file in front, where it has none.
-template <class F>
-auto at_line(const std::string& where, F f) {
-  try {
-    return f();
-  } catch (const InvalidArgument& why) {
-    const std::string text = why.what();
-    const std::string file = where.substr(0, where.find(':'));
-    throw InvalidArgument(text.rfind(file, 0) == 0 ? text : where + ": " + text);
-  }
-}
-
-struct File {
-  std::string path;
-  std::string at(const toml::source_region& r) const {
-    return fmt::format("{}:{}:{}", path, std::max(r.begin.line, 1u), std::max(r.begin.column, 1u));
-  }
-};
-
-/// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has
-/// no place
-void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
 
 /// Reads typed values. Keys, units, words and defaults are those of the table's schema; every
 /// refusal names file, line, column, key, what was found and what was expected.
