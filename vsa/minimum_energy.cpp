@@ -103,7 +103,10 @@ class Search {
       if (now < 1e-10 && now >= 0.5 * left) return now;
       left = now;
       Coefficients step = slope;
-      if (!solve(exact, step) && (step = slope, !solve(gauss, step))) break;
+      if (!solve(exact, step)) {
+        step = slope;
+        if (!solve(gauss, step)) break;
+      }
       const double before = costs(a).sum();
       Coefficients next;
       for (double part = 1;; part /= 2) {
