@@ -269,8 +269,8 @@ class Table {
   /// The default of a key that misses; refuses where there is none to take.
   std::string default_of(const char* key, const std::string& expected) const {
     const std::string& otherwise = of(key).otherwise;
-    const bool word = otherwise == "true" || otherwise == "false" || otherwise.front() == '"';
-    if (!word && otherwise.front() != '[' && !as_number(otherwise)) missing(key, expected);
+    const bool word = otherwise == "true" || otherwise == "false" || otherwise.starts_with('"');
+    if (!word && !otherwise.starts_with('[') && !as_number(otherwise)) missing(key, expected);
     return otherwise;
   }
   std::string one_of(const char* key, const std::string& word,
