@@ -45,8 +45,7 @@ class EnsembleReader {
       : scene_(scene), assembly_(assembly), file_{scene.path} {}
 
   EnsembleScene read() {
-    const toml::table root =
-        toml::parse(std::string_view(scene_.text), std::string_view(scene_.path));
+    const toml::table root = parse_toml(scene_.text, file_);
     const toml::node* node = root.get("ensemble");
     if (!node || !node->is_table())
       refuse(file_.path + ":1:1",

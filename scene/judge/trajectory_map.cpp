@@ -63,12 +63,7 @@ TrajectoryMap read_trajectory_map(const std::string& path) {
   m.path = path;
   m.text = read_file(path);
   const File file{path};
-  toml::table root;
-  try {
-    root = toml::parse(std::string_view(m.text), std::string_view(path));
-  } catch (const toml::parse_error& e) {
-    refuse(file.at(e.source()), fmt::format("broken TOML: {}", e.description()));
-  }
+  const toml::table root = parse_toml(m.text, file);
   const toml::node* columns = root.get("columns");
   if (!columns) return m;
   if (!columns->is_table())

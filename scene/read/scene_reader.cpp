@@ -44,7 +44,7 @@ class Reader {
   Scene read(std::span<const Replacement> replacements = {}) {
     s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
     s_.path = file_.path;
-    parse();
+    root_ = parse_toml(s_.text, file_);
     for (const Replacement& r : replacements) replace(root_, r.key, r.values);
     const Table top(file_, root_, "the scene", "", *schema_of("scene"));
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
@@ -74,16 +74,6 @@ class Reader {
   }
 
  private:
-  void parse() {
-    try {
-      root_ = toml::parse(std::string_view(s_.text), std::string_view(file_.path));
-    } catch (const toml::parse_error& e) {
-      std::string why(e.description());
-      if (why.starts_with("Error ")) why.erase(0, 6);
-      refuse(file_.at(e.source()), "broken TOML " + why);
-    }
-  }
-
   std::string scene_name() const {
     const fs::path path(s_.path);
     return path.stem().string();

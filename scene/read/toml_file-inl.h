@@ -1,14 +1,28 @@
 #pragma once
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "phs/error.h"
+
+// toml++ 3.3 asserts what some damaged texts break: it would abort, and with NDEBUG go on undefined.
+// Here it throws, in every build, and parse_toml() says it.
+namespace porthos::scene {
+struct TomlAssertion : std::logic_error {
+  using std::logic_error::logic_error;
+};
+[[noreturn]] void toml_gave_up(const char* asserted);
+}  // namespace porthos::scene
+#pragma push_macro("NDEBUG")
+#undef NDEBUG
+#define TOML_ASSERT(expr) ((expr) ? static_cast<void>(0) : ::porthos::scene::toml_gave_up(#expr))
+#include <toml++/toml.h>
+#pragma pop_macro("NDEBUG")
 
 /// Places in a TOML file, and the sentences of what is refused there. Private to the readers of a
 /// scene.
@@ -48,6 +62,9 @@ struct File {
     return fmt::format("{}:{}:{}", path, std::max(r.begin.line, 1u), std::max(r.begin.column, 1u));
   }
 };
+
+/// @throws InvalidArgument with the place, if the text is no TOML
+toml::table parse_toml(std::string_view text, const File& file);
 
 /// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has
 /// no place

@@ -25,6 +25,20 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+void toml_gave_up(const char* asserted) { throw TomlAssertion(asserted); }
+
+toml::table parse_toml(std::string_view text, const File& file) {
+  try {
+    return toml::parse(text, std::string_view(file.path));
+  } catch (const toml::parse_error& e) {
+    std::string why(e.description());
+    if (why.starts_with("Error ")) why.erase(0, 6);
+    refuse(file.at(e.source()), "broken TOML " + why);
+  } catch (const TomlAssertion& e) {
+    refuse(file.path + ":1:1", fmt::format("broken TOML, the reader gave up at: {}", e.what()));
+  }
+}
+
 std::string joined(const Names& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 std::optional<double> as_number(const std::string& text) {
