@@ -10,8 +10,8 @@
 
 #include "phs/error.h"
 
-// toml++ 3.3 asserts what some damaged texts break: it would abort, and with NDEBUG go on undefined.
-// Here it throws, in every build, and parse_toml() says it.
+// toml++ 3.3 asserts what some damaged texts break: it would abort, and with NDEBUG go on
+// undefined. Here it throws, in every build, and parse_toml() says it.
 namespace porthos::scene {
 struct TomlAssertion : std::logic_error {
   using std::logic_error::logic_error;
