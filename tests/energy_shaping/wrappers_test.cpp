@@ -58,7 +58,8 @@ TEST(Wrappers, HeldInputsKeepThePlantsSolver) {
   const PotentialLoop loop(arm, joint_springs(2));
   const auto held = std::make_shared<const std::vector<double>>(2, 0.5);
   const DrivenPlant sampled(loop, *arm, {}, held), continuous(loop, *arm);
-  const auto resolvent = sampled.instantiate<double>()->resolvent();
+  const auto system = sampled.instantiate<double>();
+  const auto resolvent = system->resolvent();
   ASSERT_NE(resolvent, nullptr);
   EXPECT_FALSE(resolvent->exact());
   EXPECT_EQ(continuous.instantiate<double>()->resolvent(), nullptr) << "the law may be stiffer";

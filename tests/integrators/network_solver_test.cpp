@@ -167,7 +167,8 @@ TEST(NetworkSolver, SolvesWithTheJacobianOfTheWhole) {
     auto d = r, apart = r;
     right->factor(0, x, z);
     right->solve(d);
-    const auto uncoupled = Uncoupled(c).instantiate<double>()->resolvent();
+    const auto alone = Uncoupled(c).instantiate<double>();
+    const auto uncoupled = alone->resolvent();
     const double found = defect(*c.model, x, z, d, r, turns);
     uncoupled->factor(0, x, z);
     uncoupled->solve(apart);

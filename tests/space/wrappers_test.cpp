@@ -25,7 +25,7 @@ TEST(Wrappers, ASpacecraftHasEffortsSolverAndTurnsOfItsMechanism) {
   EXPECT_LE(worst, 1e-14);
   EXPECT_EQ(e[n], 0);
 
-  const auto resolvent = system->resolvent(), own = arm->instantiate<double>()->resolvent();
+  const auto resolvent = system->resolvent();
   ASSERT_NE(resolvent, nullptr);
   EXPECT_FALSE(resolvent->exact());
   std::vector<phs::Complex4> r(x.size(), phs::Complex4(1.0));
