@@ -11,6 +11,7 @@
 #include "mechanics/joint_list.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
+#include "tests/mechanics/same.h"
 
 namespace porthos::mechanics::builder_test {
 namespace {
@@ -259,17 +260,6 @@ TEST(Builder, RemarksFaultyLinksMergedIntoSoundBodies) {
 }
 
 // --- what is built -------------------------------------------------------------------------------
-
-void expect_same(const Vec3d& a, const Vec3d& b, const std::string& what = "") {
-  EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z)
-      << what << ": (" << a.x << ", " << a.y << ", " << a.z << "), expected (" << b.x << ", " << b.y
-      << ", " << b.z << ")";
-}
-void expect_same(const Mat3<double>& a, const Mat3<double>& b, const std::string& what = "") {
-  expect_same(a.x, b.x, what + " x");
-  expect_same(a.y, b.y, what + " y");
-  expect_same(a.z, b.z, what + " z");
-}
 
 TEST(Builder, MergesFixedJoints) {
   const Mat3<double> quarter{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}};  // about z

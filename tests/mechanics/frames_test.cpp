@@ -7,6 +7,7 @@
 #include <string>
 
 #include "mechanics/builder.h"
+#include "tests/mechanics/same.h"
 
 namespace porthos::mechanics::frames_test {
 namespace {
@@ -27,17 +28,6 @@ Mechanism build(const BodySpec& body) {
   b.add(body);
   return b.build();
 }
-void expect_same(const Vec3d& a, const Vec3d& b, const std::string& what = "") {
-  EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z)
-      << what << ": (" << a.x << ", " << a.y << ", " << a.z << "), expected (" << b.x << ", " << b.y
-      << ", " << b.z << ")";
-}
-void expect_same(const Mat3<double>& a, const Mat3<double>& b, const std::string& what = "") {
-  expect_same(a.x, b.x, what + " x");
-  expect_same(a.y, b.y, what + " y");
-  expect_same(a.z, b.z, what + " z");
-}
-
 TEST(RotationFromRpy, ExactAtRightAngles) {
   const double quarter = std::acos(-1.0) / 2;
   const int sine[] = {0, 1, 0, -1}, cosine[] = {1, 0, -1, 0};
