@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -52,10 +51,8 @@ void stop_on_signals() {
 
 std::optional<double> seconds(const char* name, const std::optional<std::string>& text) {
   if (!text) return {};
-  double x = 0;
-  const char* const end = text->data() + text->size();
-  const auto [rest, error] = std::from_chars(text->data(), end, x);
-  if (error != std::errc() || rest != end)
+  const auto x = as_number(*text);
+  if (!x)
     throw InvalidArgument(
         fmt::format("--{0}: {0} is '{1}', expected a number of seconds", name, *text));
   return x;

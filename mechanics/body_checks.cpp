@@ -36,8 +36,6 @@ bool is_rotation(const Mat3<double>& R) {
 
 }  // namespace
 
-std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
-
 void refuse(const BodySpec& b, const std::string& text) {
   throw InvalidArgument(in_file(b.where) + "body '" + b.name + "': " + text);
 }

@@ -9,8 +9,8 @@ namespace {
 
 void require_positive(const Panel& p, const char* what, double x) {
   if (x > 0 && std::isfinite(x)) return;
-  throw InvalidArgument((p.where.empty() ? "" : p.where + ": ") + "panel '" + p.name + "': its " +
-                        what + " is " + std::to_string(x) + ", expected a positive number");
+  throw InvalidArgument(in_file(p.where) + "panel '" + p.name + "': its " + what + " is " +
+                        std::to_string(x) + ", expected a positive number");
 }
 
 /// A thin plate of mass m from x = 0 to x = a.
@@ -39,7 +39,7 @@ void add_panel(MechanismBuilder& b, const Panel& p) {
   require_positive(p, "bending stiffness", p.bending_stiffness);
   require_positive(p, "number of segments", p.segments);
   if (!(p.width >= 0) || !(p.damping_ratio >= 0))
-    throw InvalidArgument((p.where.empty() ? "" : p.where + ": ") + "panel '" + p.name +
+    throw InvalidArgument(in_file(p.where) + "panel '" + p.name +
                           "': a width or damping ratio is below 0, expected 0 or more");
   const double l = p.length / p.segments, k = p.bending_stiffness / l;
   const auto piece = [&](const std::string& name, double length) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -43,10 +42,8 @@ std::string tag(const XMLElement& e) { return "<" + std::string(e.Name()) + ">";
 /// A finite number that is all of `word`, whatever the locale.
 std::optional<double> finite_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-  double x = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), x);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(x)) return {};
-  return x;
+  const auto x = as_number(word);
+  return x && std::isfinite(*x) ? x : std::nullopt;
 }
 
 /// XML -> File.

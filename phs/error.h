@@ -1,8 +1,10 @@
 #pragma once
 #include <array>
 #include <charconv>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace porthos {
 
@@ -26,6 +28,18 @@ I whole(double x, double least = -1e9, double most = 1e9) {
   if (!(x >= least && x <= most))
     throw InvalidArgument("a checkpoint's memory has " + std::to_string(x) + " for a count");
   return static_cast<I>(x);
+}
+
+/// "<file:line>: " before a sentence, or nothing where no place is known.
+inline std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
+
+/// The number a whole text is, or none.
+inline std::optional<double> as_number(std::string_view text) {
+  double x = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, x);
+  if (error != std::errc() || rest != end) return {};
+  return x;
 }
 
 /// A number for the text of an error: at most so many significant digits, no trailing zeros.

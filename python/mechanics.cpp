@@ -102,8 +102,7 @@ void bind_mechanism(py::module_& m) {
   py::class_<Remark>(m, "Remark", "Something noticed in the input that does not stop a run.")
       .def_readonly("where", &Remark::where, "'file:line', may be empty.")
       .def_readonly("text", &Remark::text)
-      .def("__repr__",
-           [](const Remark& r) { return (r.where.empty() ? "" : r.where + ": ") + r.text; });
+      .def("__repr__", [](const Remark& r) { return in_file(r.where) + r.text; });
 
   py::class_<JointCoordinates>(
       m, "JointCoordinates",

@@ -114,8 +114,8 @@ void Environment::validate() const {
   for (const Plate& p : plates) {
     const auto check = [&](bool holds, const std::string& what) {
       if (!holds)
-        throw InvalidArgument(fmt::format("{}{}a plate of link '{}' has {}", p.where,
-                                          p.where.empty() ? "" : ": ", p.link, what));
+        throw InvalidArgument(
+            fmt::format("{}a plate of link '{}' has {}", in_file(p.where), p.link, what));
     };
     check(p.area > 0 && std::isfinite(p.area),
           fmt::format("area {} m^2, expected a positive number", p.area));

@@ -6,8 +6,6 @@
 /// What MechanismBuilder asks of a body and its joint. Private to the building of mechanisms.
 namespace porthos::mechanics {
 
-/// "<file:line>: ", or nothing.
-std::string in_file(const std::string& where);
 [[noreturn]] void refuse(const BodySpec& b, const std::string& text);
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text);
 

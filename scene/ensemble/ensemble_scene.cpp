@@ -1,6 +1,5 @@
 #include "scene/ensemble/ensemble_scene.h"
 
-#include <charconv>
 #include <filesystem>
 #include <limits>
 
@@ -32,11 +31,10 @@ std::vector<std::string> split(const std::string& line, char by) {
 }
 
 double number_of(const std::string& text, const std::string& where, const std::string& column) {
-  double x = 0;
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-  if (error != std::errc() || rest != text.data() + text.size() || !std::isfinite(x))
+  const auto x = as_number(text);
+  if (!x || !std::isfinite(*x))
     refuse(where, fmt::format("{} is '{}', expected a finite number", column, text));
-  return x;
+  return *x;
 }
 
 class EnsembleReader {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
@@ -78,10 +77,8 @@ void TrajectoryTable::read_csv(const std::string& text) {
       refuse(where, fmt::format("the row has {} numbers, expected {}, as many as there are names",
                                 cells.size(), order.size()));
     for (std::size_t k = 0; k < cells.size(); ++k) {
-      double x = NAN;
-      const auto [rest, error] = std::from_chars(cells[k].begin(), cells[k].end(), x);
-      if (error != std::errc() || rest != cells[k].end() || !std::isfinite(x))
-        order[k]->no_number[rows_] = std::string(cells[k]);
+      const double x = as_number(cells[k]).value_or(NAN);
+      if (!std::isfinite(x)) order[k]->no_number[rows_] = std::string(cells[k]);
       order[k]->values.push_back(x);
     }
     lines_.push_back(line);

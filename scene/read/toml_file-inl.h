@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -31,8 +30,6 @@ namespace porthos::scene {
 using Names = std::vector<std::string_view>;
 
 std::string joined(const Names& names);
-/// The number a text is, or none.
-std::optional<double> as_number(const std::string& text);
 /// The types for which the schema has tables `id`.<type>: "\"spring\", \"damper\" or \"friction\"".
 std::string types_of(const std::string& id);
 /// The known name that takes the fewest edits from `name`.

@@ -75,17 +75,16 @@ class Table {
   /// One of the words of the schema.
   std::string choice(const char* key) const {
     const auto& words = of(key).words;
-    const std::string expected = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
-    if (!has(key)) {
-      const std::string otherwise = default_of(key, expected);
-      return otherwise.substr(1, otherwise.size() - 2);  // without its quotes
-    }
-    return one_of(key, text(key, expected), words, expected);
+    if (has(key)) return choice(key, words);
+    const std::string otherwise = default_of(key, alternatives(words));
+    return otherwise.substr(1, otherwise.size() - 2);  // without its quotes
   }
   /// Of a table without a schema.
   std::string choice(const char* key, const std::vector<std::string>& words) const {
-    const std::string expected = fmt::format("\"{}\"", fmt::join(words, "\" or \""));
-    return one_of(key, text(key, expected), words, expected);
+    const std::string word = text(key, alternatives(words));
+    if (std::find(words.begin(), words.end(), word) == words.end())
+      fail(key, fmt::format("is \"{}\", expected {}", word, alternatives(words)));
+    return word;
   }
   /// A number; where it misses, the default of the schema, if that is one.
   double number(const char* key) const {
@@ -273,11 +272,8 @@ class Table {
     if (!word && !otherwise.starts_with('[') && !as_number(otherwise)) missing(key, expected);
     return otherwise;
   }
-  std::string one_of(const char* key, const std::string& word,
-                     const std::vector<std::string>& words, const std::string& expected) const {
-    if (std::find(words.begin(), words.end(), word) == words.end())
-      fail(key, fmt::format("is \"{}\", expected {}", word, expected));
-    return word;
+  static std::string alternatives(const std::vector<std::string>& words) {
+    return fmt::format("\"{}\"", fmt::join(words, "\" or \""));
   }
   double above_0(const char* key, double x) const {
     if (!(x > 0)) fail(key, fmt::format("is {}, expected a number{} above 0", x, of_unit(of(key))));

@@ -41,14 +41,6 @@ toml::table parse_toml(std::string_view text, const File& file) {
 
 std::string joined(const Names& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
-std::optional<double> as_number(const std::string& text) {
-  double x = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, x);
-  if (error != std::errc() || rest != end) return {};
-  return x;
-}
-
 std::string types_of(const std::string& id) {
   std::vector<std::string> types;
   for (const SchemaTable& t : schema())

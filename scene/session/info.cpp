@@ -188,8 +188,7 @@ std::string left_out_section(const Mechanism& m) {
 std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
   if (notes.empty()) return "";
   std::string text = "Notes\n";
-  for (const auto& n : notes)
-    text += fmt::format("  {}{}{}\n", n.where, n.where.empty() ? "" : ": ", n.text);
+  for (const auto& n : notes) text += fmt::format("  {}{}\n", in_file(n.where), n.text);
   return text;
 }
 

@@ -6,9 +6,6 @@
 /// What building a model and starting it share. Private to scene/assemble.
 namespace porthos::scene {
 
-/// "<file:line>: ", or nothing.
-inline std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
-
 [[noreturn]] void refuse_start(const std::string& name, const JointStart& start,
                                const std::string& why);
 
