@@ -152,17 +152,25 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
   return sentence + "is not one";
 }
 
-template <class T>
-std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
-                                                          const phs::Model& model, T h,
-                                                          const Options& options) {
-  const double step = phs::to_double(h);
-  if (!std::isfinite(step) || step == 0)
-    throw InvalidArgument("step is " + std::to_string(step) +
+namespace {
+
+const Entry& fitting_entry(const std::string& method, const phs::Model& model, double h) {
+  if (!std::isfinite(h) || h == 0)
+    throw InvalidArgument("step is " + std::to_string(h) +
                           " s, expected a finite number other than 0");
   const Entry& e = entry_of(method);
   if (const auto reason = misfit(e.declaration, model.description()))
     throw InvalidArgument(*reason);
+  return e;
+}
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
+                                                          const phs::Model& model, T h,
+                                                          const Options& options) {
+  const Entry& e = fitting_entry(method, model, phs::to_double(h));
   const Needs& needs = e.declaration.needs;
   if (needs.canonical || needs.separable || (needs.flows && model.description().flows.empty()))
     if (const auto lie = phs::false_trait(model))
@@ -175,5 +183,13 @@ std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& met
       const std::string&, const phs::Model&, T, const Options&);
 PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 #undef PORTHOS_INSTANTIATE
+
+std::unique_ptr<LaneIntegrator> make_lane_integrator(const std::string& method,
+                                                     const phs::Model& model, double h,
+                                                     const Options& options) {
+  const Entry& e = fitting_entry(method, model, h);
+  if (!e.make_lanes || !model.holds().empty()) return nullptr;
+  return e.make_lanes(e.declaration, model, h, options);
+}
 
 }  // namespace porthos::integrators

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 
 namespace porthos::integrators {
 namespace {

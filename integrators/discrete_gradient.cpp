@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/discrete_field.h"
 #include "integrators/step_solver.h"
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "integrators/catalogue.h"
 
 namespace porthos::integrators {
 
@@ -138,19 +137,6 @@ void LaneIntegrator::tell_turns() {
     for (int l = 0; l < width; ++l)
       turn_angles_[a].set(l, double(run_[size_t(l)].clock.turns[a]) * phs::two_pi_hi);
   system_->set_turn_angles(turn_angles_);
-}
-
-std::unique_ptr<LaneIntegrator> make_lane_integrator(const std::string& method,
-                                                     const phs::Model& model, double h,
-                                                     const Options& options) {
-  if (!std::isfinite(h) || h == 0)
-    throw InvalidArgument("step is " + std::to_string(h) +
-                          " s, expected a finite number other than 0");
-  const Entry& e = entry_of(method);
-  if (const auto reason = misfit(e.declaration, model.description()))
-    throw InvalidArgument(*reason);
-  if (!e.make_lanes || !model.holds().empty()) return nullptr;
-  return e.make_lanes(e.declaration, model, h, options);
 }
 
 }  // namespace porthos::integrators

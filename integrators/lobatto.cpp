@@ -1,6 +1,6 @@
 #include "integrators/lobatto.h"
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/collocation.h"
 #include "integrators/lane_collocation.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/radau_table.h"
 #include "integrators/stage_field.h"
 #include "integrators/step_solver.h"

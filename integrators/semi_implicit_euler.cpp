@@ -1,6 +1,6 @@
 #include "integrators/semi_implicit_euler.h"
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/stagnation.h"
 
 namespace porthos::integrators {

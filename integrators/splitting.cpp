@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/stagnation.h"
 
 namespace porthos::integrators {

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "integrators/catalogue.h"
+#include "integrators/entry.h"
 #include "integrators/integrator.h"
 #include "integrators/lane_integrator.h"
 #include "integrators/lane_set.h"
