@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/output.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "phs/error.h"
 
 namespace porthos::apps {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/files/text_table.h"
 
 namespace porthos::apps {

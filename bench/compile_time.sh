@@ -24,7 +24,7 @@ echo 'int main() {}' >>"$unit"
 headers=$(grep -c include "$unit")
 "$compiler" -std=c++20 -fsyntax-only -I. -isystem /usr/include/eigen3 -DTOML_HEADER_ONLY=1 -w "$unit" >&2
 everything=$(least)
-printf '#include "mechanics/urdf.h"\n#include "mechanics/mechanical_model.h"\n#include "integrators/integrator.h"\nint main() {}\n' >"$unit"
+printf '#include "mechanics/urdf.h"\n#include "mechanics/mechanical_model.h"\n#include "integrators/core/integrator.h"\nint main() {}\n' >"$unit"
 typical=$(least)
 full=null wall=null
 if [[ ${1:-} == --full ]]; then

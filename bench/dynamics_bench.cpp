@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 

@@ -3,10 +3,10 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
-#include "phs/network.h"
+#include "phs/network/network.h"
 
 namespace porthos::bench {
 namespace {

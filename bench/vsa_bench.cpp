@@ -4,7 +4,7 @@
 
 #include "bench/chain.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "vsa/actuator.h"
 #include "vsa/catalogue.h"
 

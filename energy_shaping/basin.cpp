@@ -8,7 +8,7 @@
 #include <random>
 
 #include "energy_shaping/detail/region.h"
-#include "phs/linear_algebra.h"
+#include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {

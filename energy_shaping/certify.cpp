@@ -9,8 +9,8 @@
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/detail/region.h"
 #include "energy_shaping/potential_loop.h"
-#include "phs/linear_algebra.h"
-#include "phs/random_state.h"
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/system/random_state.h"
 
 namespace porthos::energy_shaping {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "energy_shaping/certificate.h"
-#include "phs/system.h"
+#include "phs/system/system.h"
 
 /// A controller here is an object that gives the closed loop as a port-Hamiltonian system, with the
 /// energy H_d it was shaped to have, and a certificate.

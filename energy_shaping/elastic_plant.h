@@ -6,7 +6,7 @@
 
 #include "energy_shaping/designs.h"
 #include "energy_shaping/plant.h"
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Arms with elastic joints:  M(q) q'' + C q' + ∂V + D_q q' = K (θ - q),  B θ'' = u - K (θ - q),  K
 /// and B diagonal. The arm itself is a form as Plant takes it (its inputs are not used): n

@@ -3,7 +3,7 @@
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/gate.h"
 #include "energy_shaping/interconnection.h"
-#include "phs/forwarding.h"
+#include "phs/system/forwarding.h"
 
 namespace porthos::energy_shaping {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 namespace porthos::energy_shaping {
 

@@ -6,7 +6,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/derivatives.h"
-#include "phs/linear_algebra.h"
+#include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {

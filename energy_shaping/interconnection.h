@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "energy_shaping/certificate.h"
-#include "phs/law.h"
-#include "phs/network.h"
+#include "phs/functions/law.h"
+#include "phs/network/network.h"
 
 namespace porthos::energy_shaping {
 

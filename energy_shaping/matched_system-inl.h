@@ -1,6 +1,6 @@
 #pragma once
 #include "energy_shaping/matched_loop.h"
-#include "phs/dense.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "energy_shaping/matched_system-inl.h"
-#include "phs/linear_algebra.h"
+#include "phs/linear_algebra/linear_algebra.h"
 
 namespace porthos::energy_shaping {
 namespace {

@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "phs/dense.h"
-#include "phs/tangent.h"
-#include "phs/user_model.h"
+#include "phs/linear_algebra/dense.h"
+#include "phs/scalars/tangent.h"
+#include "phs/system/user_model.h"
 
 namespace porthos::energy_shaping {
 

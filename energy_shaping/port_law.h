@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "energy_shaping/closed_loop.h"
-#include "phs/law.h"
-#include "phs/network.h"
+#include "phs/functions/law.h"
+#include "phs/network/network.h"
 
 /// The laws of this room as controllers of a network, on the ports of the plant: continuous, or
 /// sampled with what the hold injects in the ledger.

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "integrators/integrator.h"
-#include "phs/forwarding.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/forwarding.h"
 
 namespace porthos::energy_shaping {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "phs/error.h"
-#include "phs/tangent.h"
+#include "phs/scalars/tangent.h"
 
 /// What a designer writes down: the energy the closed loop shall have.
 namespace porthos::energy_shaping {

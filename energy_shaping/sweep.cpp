@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "mechanics/crba.h"
-#include "phs/dense.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
 namespace {

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "mechanics/crba.h"
-#include "phs/linear_algebra.h"
-#include "phs/random_state.h"
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/system/random_state.h"
 
 namespace porthos::energy_shaping {
 namespace {

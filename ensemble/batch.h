@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
-#include "phs/state.h"
-#include "phs/system.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/state.h"
+#include "phs/system/system.h"
 
 /// Many runs of one model by one method: over SIMD lanes and threads, with the bits each run has
 /// alone.
@@ -28,7 +28,7 @@ class BatchRun {
   std::int64_t look = 0;         ///< see() is called after every so many too; 0: no
   bool wants_port_work = false;  ///< whether book() is called
   std::vector<double>
-      parameters;  ///< of the model (phs/tunable.h), for this run; empty: as they are
+      parameters;  ///< of the model (phs/system/tunable.h), for this run; empty: as they are
 
   /// Called first, by the thread that runs it: the place for work that others need not wait for.
   virtual void prepare() {}

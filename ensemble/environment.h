@@ -9,9 +9,9 @@
 
 #include "ensemble/held_inputs.h"
 #include "ensemble/random.h"
-#include "integrators/turns.h"
-#include "phs/state.h"
-#include "phs/system.h"
+#include "integrators/core/turns.h"
+#include "phs/system/state.h"
+#include "phs/system/system.h"
 
 namespace porthos::ensemble {
 

@@ -1,6 +1,6 @@
 #include "ensemble/held_inputs.h"
 
-#include "phs/forwarding.h"
+#include "phs/system/forwarding.h"
 
 namespace porthos::ensemble {
 

@@ -2,13 +2,13 @@
 #include <memory>
 #include <vector>
 
-#include "phs/system.h"
+#include "phs/system/system.h"
 
 namespace porthos::ensemble {
 
-/// A model whose inputs are held: its parameters (phs/tunable.h) are the numbers u its ports are
-/// fed, nu of them, 0 at first. Their work is booked as the power "inputs". What the plant declares
-/// as invariants is none under inputs.
+/// A model whose inputs are held: its parameters (phs/system/tunable.h) are the numbers u its ports
+/// are fed, nu of them, 0 at first. Their work is booked as the power "inputs". What the plant
+/// declares as invariants is none under inputs.
 class HeldInputs : public phs::ModelFor<HeldInputs> {
  public:
   explicit HeldInputs(std::shared_ptr<const phs::Model> plant);

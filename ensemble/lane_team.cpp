@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "phs/tunable.h"
+#include "phs/system/tunable.h"
 
 namespace porthos::ensemble {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "ensemble/batch.h"
-#include "integrators/lane_integrator.h"
+#include "integrators/core/lane_integrator.h"
 
 namespace porthos::ensemble {
 

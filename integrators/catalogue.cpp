@@ -2,22 +2,22 @@
 
 #include <cmath>
 
-#include "integrators/composition.h"
-#include "integrators/discrete_gradient.h"
-#include "integrators/gauss.h"
-#include "integrators/hbvm.h"
-#include "integrators/lobatto.h"
-#include "integrators/radau15.h"
-#include "integrators/rk4.h"
-#include "integrators/semi_implicit_euler.h"
-#include "integrators/splitting.h"
-#include "integrators/stormer_verlet.h"
+#include "integrators/methods/composition.h"
+#include "integrators/methods/discrete_gradient.h"
+#include "integrators/methods/gauss.h"
+#include "integrators/methods/hbvm.h"
+#include "integrators/methods/lobatto.h"
+#include "integrators/methods/radau15.h"
+#include "integrators/methods/rk4.h"
+#include "integrators/methods/semi_implicit_euler.h"
+#include "integrators/methods/splitting.h"
+#include "integrators/methods/stormer_verlet.h"
 #ifdef PORTHOS_SUNDIALS
-#include "integrators/sundials.h"
+#include "integrators/rivals/sundials.h"
 #endif
-#include "integrators/tao.h"
-#include "phs/check.h"
-#include "phs/power_names.h"
+#include "integrators/methods/tao.h"
+#include "phs/system/check.h"
+#include "phs/system/power_names.h"
 
 namespace porthos::integrators {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "integrators/entry.h"
+#include "integrators/core/entry.h"
 
 namespace porthos::integrators {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "mechanics/mechanism.h"
-#include "phs/system.h"
+#include "phs/system/system.h"
 
 namespace porthos::mechanics {
 

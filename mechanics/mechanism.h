@@ -9,7 +9,7 @@
 
 #include "mechanics/joints/joint.h"
 #include "phs/error.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 
 namespace porthos::mechanics {
 

@@ -8,7 +8,7 @@
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/momentum.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 
 /// Events that change a mechanism while it moves: capture, release, joints that lock and unlock.
 ///

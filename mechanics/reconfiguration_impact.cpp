@@ -5,7 +5,7 @@
 #include "mechanics/crba.h"
 #include "mechanics/detail/instant.h"
 #include "mechanics/rotation.h"
-#include "phs/dense.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::mechanics {
 namespace {

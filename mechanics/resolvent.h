@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "mechanics/mechanism.h"
-#include "phs/resolvent.h"
+#include "phs/system/resolvent.h"
 
 namespace porthos::mechanics {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Spatial algebra (Featherstone 2008, chapter 2). Spatial vectors are [angular; linear].
 namespace porthos::mechanics {

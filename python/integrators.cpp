@@ -1,5 +1,5 @@
 // Methods at work on a model, step by step.
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>

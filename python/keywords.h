@@ -6,7 +6,7 @@
 
 #include "mechanics/builder.h"
 #include "phs/error.h"
-#include "phs/matrix.h"
+#include "phs/linear_algebra/matrix.h"
 
 namespace porthos::python {
 

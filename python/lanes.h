@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Many states through one kernel: eight at a time in SIMD lanes, the last few as one more pack or
 /// singly. Lanes give the bits of one state, so that a batch equals its rows evaluated one by one.

@@ -1,9 +1,9 @@
 // Systems joined through their power ports, and the elements that close or join them.
-#include "phs/network.h"
+#include "phs/network/network.h"
 
 #include <pybind11/stl.h>
 
-#include "phs/linear_system.h"
+#include "phs/linear/linear_system.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

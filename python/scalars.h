@@ -7,7 +7,7 @@
 #include <string>
 
 #include "phs/error.h"
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Numbers between C++ scalars and Python code: float64 and longdouble arrays, object arrays of
 /// Dual and Quad. Lanes are taken one by one. Python code gets copies, which it may keep.

@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/interruptible.h"

@@ -1,13 +1,13 @@
 // The port-Hamiltonian contract in Python: descriptions, models, their evaluation on numpy arrays,
 // the checker.
-#include "phs/system.h"
+#include "phs/system/system.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
 #include <mutex>
 
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/keywords.h"

@@ -1,11 +1,11 @@
 // Systems, laws and functions written in Python, as models, laws and functions of the C++ side.
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 
 #include <pybind11/stl.h>
 
-#include "phs/function.h"
-#include "phs/law.h"
-#include "phs/time_scale.h"
+#include "phs/functions/function.h"
+#include "phs/functions/law.h"
+#include "phs/system/time_scale.h"
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/scalars.h"
@@ -57,8 +57,8 @@ void put_lane(py::handle result, T& out, int lane, const std::string& who) {
     out.set(lane, from_python<double>(result, who));
 }
 
-/// An object with the methods of phs/user_model.h, which return what the C++ ones write. Methods it
-/// lacks have the same defaults. Every evaluation takes the GIL.
+/// An object with the methods of phs/system/user_model.h, which return what the C++ ones write.
+/// Methods it lacks have the same defaults. Every evaluation takes the GIL.
 class PythonSystem {
  public:
   explicit PythonSystem(py::object object) {

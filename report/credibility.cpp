@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 
 namespace porthos::report {
 namespace {

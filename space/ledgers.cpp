@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "phs/state.h"
+#include "phs/system/state.h"
 
 namespace porthos::space {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "phs/archive.h"
+#include "phs/system/archive.h"
 #include "space/orbit.h"
 
 /// The ledger of a spacecraft in orbit. Energy stands in three places, each with a ledger of its

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phs/state.h"
+#include "phs/system/state.h"
 #include "space/plates.h"
 #include "space/split_scheme.h"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "mechanics/mechanical_model.h"
-#include "phs/function.h"
+#include "phs/functions/function.h"
 
 /// Parts of spacecraft that act on its bodies: thrusters, magnetic torquers, soft latches.
 namespace porthos::space {

@@ -3,7 +3,7 @@
 
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
-#include "phs/forwarding.h"
+#include "phs/system/forwarding.h"
 #include "space/detail/parts_checks.h"
 #include "space/gravity_gradient.h"
 

@@ -6,7 +6,7 @@
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
-#include "phs/forwarding.h"
+#include "phs/system/forwarding.h"
 #include "space/plates.h"
 
 namespace porthos::space {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mechanics/rotation.h"
-#include "phs/power_names.h"
+#include "phs/system/power_names.h"
 #include "space/split_scheme.h"
 
 namespace porthos::space {

@@ -1,5 +1,5 @@
 #pragma once
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "space/ledgers.h"
 #include "space/plates.h"
 #include "space/push.h"

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "phs/elements.h"
 #include "phs/error.h"
+#include "phs/network/elements.h"
 #include "vsa/detail/actuator_system.h"
 
 namespace porthos::vsa {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "phs/function.h"
-#include "phs/network.h"
+#include "phs/functions/function.h"
+#include "phs/network/network.h"
 #include "vsa/elastic.h"
 
 /// Actuators as port-Hamiltonian systems: an elastic energy between a link and what moves θ and σ.

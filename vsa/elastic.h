@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Elastic energies of actuators
 ///

@@ -1,11 +1,11 @@
 #pragma once
 #include <array>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 namespace porthos::vsa {
 
-/// A number with its N partial derivatives, over any scalar T of phs/scalar.h: forward
+/// A number with its N partial derivatives, over any scalar T of phs/scalars/scalar.h: forward
 /// differentiation of an energy in doubles, lanes, duals and 113 bits alike. Jet<Jet<T>> has second
 /// derivatives.
 template <class T, int N>

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "phs/dense.h"
 #include "phs/error.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::vsa {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <fmt/ranges.h>
 
-#include "phs/spline.h"
+#include "phs/functions/spline.h"
 #include "vsa/elastic-inl.h"
 
 namespace porthos::vsa {

@@ -5,7 +5,7 @@
 
 #include <mutex>
 
-#include "integrators/rival.h"
+#include "integrators/rivals/rival.h"
 
 namespace porthos::adapters {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// A double that counts what is done with it: exact operation counts of every template.
 namespace porthos::bench {

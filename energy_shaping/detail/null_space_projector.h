@@ -5,7 +5,7 @@
 #include "energy_shaping/null_space.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
-#include "phs/dense.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
 

@@ -7,7 +7,7 @@
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rnea.h"
-#include "phs/dense.h"
+#include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
 

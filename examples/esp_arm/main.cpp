@@ -5,7 +5,7 @@
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/run.h"
 #include "examples/show.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 
 using namespace porthos;
 using namespace porthos::energy_shaping;

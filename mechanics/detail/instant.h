@@ -5,7 +5,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/reconfiguration.h"
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// What reconfigurations compute with. Private to reconfiguration*.cpp.
 namespace porthos::mechanics {

@@ -5,7 +5,7 @@
 
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/passes-inl.h"
-#include "phs/resolvent.h"
+#include "phs/system/resolvent.h"
 
 namespace porthos::mechanics {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "phs/resolvent.h"
+#include "phs/system/resolvent.h"
 
 namespace porthos::mechanics {
 

@@ -4,7 +4,7 @@
 
 #include "mechanics/inertia.h"
 #include "mechanics/rotation.h"
-#include "phs/description.h"
+#include "phs/system/description.h"
 
 /// What a joint is to the kernels.
 ///

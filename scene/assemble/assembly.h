@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 #include "scene/assemble/centre_of_mass.h"
 #include "scene/read/scene.h"
 #include "space/spacecraft.h"

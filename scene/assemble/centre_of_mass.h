@@ -7,7 +7,7 @@
 
 #include "mechanics/mechanical_model.h"
 #include "mechanics/momentum.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 
 namespace porthos::scene {
 

@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/compare/trial.h"
 
 namespace porthos::scene {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/run/cpu_clock.h"
 
 namespace porthos::scene {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "integrators/collocation.h"
+#include "integrators/methods/collocation.h"
 #include "scene/run/cpu_clock.h"
 
 namespace porthos::scene {

@@ -6,7 +6,7 @@
 #include <bit>
 #include <limits>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "phs/error.h"
 #include "scene/run/record_log.h"
 

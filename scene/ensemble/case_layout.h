@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "mechanics/reconfiguration.h"
-#include "phs/state.h"
-#include "phs/system.h"
+#include "phs/system/state.h"
+#include "phs/system/system.h"
 
 namespace porthos::scene {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "mechanics/mechanical_model.h"
-#include "phs/elements.h"
+#include "phs/network/elements.h"
 #include "scene/files/files.h"
 #include "scene/read/element.h"
 #include "scene/read/toml_table-inl.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "space/parts.h"
 
 namespace porthos::mechanics {

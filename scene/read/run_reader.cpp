@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 
 namespace porthos::scene {
 namespace {

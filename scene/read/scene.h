@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "integrators/energy_monitor.h"
-#include "integrators/step_control.h"
+#include "integrators/control/energy_monitor.h"
+#include "integrators/control/step_control.h"
 #include "mechanics/panel.h"
 #include "mechanics/urdf.h"
 #include "scene/read/actuator.h"

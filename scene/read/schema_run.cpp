@@ -1,4 +1,4 @@
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 

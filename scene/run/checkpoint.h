@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
-#include "phs/state.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/state.h"
 #include "scene/run/provenance.h"
 #include "scene/run/record_log.h"
 

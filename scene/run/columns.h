@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/description.h"
+#include "phs/system/description.h"
 #include "scene/run/record_log.h"
 
 namespace porthos::scene {

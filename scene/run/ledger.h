@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "phs/archive.h"
-#include "phs/energy_scale.h"
-#include "phs/state.h"
+#include "phs/system/archive.h"
+#include "phs/system/energy_scale.h"
+#include "phs/system/state.h"
 #include "scene/run/measure.h"
 #include "scene/run/run_report.h"
 #include "scene/run/statistics.h"
@@ -18,7 +18,7 @@ namespace porthos::scene {
 ///
 /// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H -
 /// H(start) where nothing is supplied or dissipated. Works come from the method, step by step, with
-/// its own weights (integrators/port_work.h), and are summed in double length.
+/// its own weights (integrators/core/port_work.h), and are summed in double length.
 class Ledger {
  public:
   explicit Ledger(const phs::Description& d);

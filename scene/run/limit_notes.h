@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "mechanics/mechanical_model.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 
 namespace porthos::scene {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "scene/assemble/parts.h"
 
 namespace porthos::scene {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/event.h"
+#include "integrators/control/event.h"
 #include "mechanics/reconfiguration.h"
 #include "scene/run/latching.h"
 #include "scene/run/whole_report.h"

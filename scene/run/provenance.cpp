@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "phs/error.h"
-#include "phs/pack.h"
+#include "phs/scalars/pack.h"
 #include "scene/build_info.h"
 
 namespace porthos::scene {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "phs/description.h"
-#include "phs/state.h"
+#include "phs/system/description.h"
+#include "phs/system/state.h"
 #include "scene/files/files.h"
 #include "scene/run/measure.h"
 

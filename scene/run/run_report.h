@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
-#include "integrators/step_control.h"
+#include "integrators/control/step_control.h"
+#include "integrators/core/integrator.h"
 #include "scene/read/scene.h"
 #include "scene/run/wheel_momentum.h"
 #include "space/ledgers.h"

@@ -2,8 +2,8 @@
 #include <span>
 #include <vector>
 
-#include "phs/scalar.h"
-#include "phs/state.h"
+#include "phs/scalars/scalar.h"
+#include "phs/system/state.h"
 
 namespace porthos::scene {
 

@@ -6,8 +6,8 @@
 #include <exception>
 #include <utility>
 
-#include "integrators/event.h"
-#include "phs/check.h"
+#include "integrators/control/event.h"
+#include "phs/system/check.h"
 #include "scene/assemble/parts.h"
 #include "scene/run/state_distance.h"
 #include "scene/run/verdict.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "integrators/event.h"
+#include "integrators/control/event.h"
 #include "scene/assemble/steps.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/ledger.h"

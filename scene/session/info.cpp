@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "phs/pack.h"
+#include "phs/scalars/pack.h"
 #include "scene/assemble/assembly.h"
 #include "scene/assemble/steps.h"
 #include "scene/build_info.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/event.h"
+#include "integrators/control/event.h"
 #include "scene/run/run_report.h"
 
 namespace porthos::scene {

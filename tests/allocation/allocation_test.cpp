@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <new>
 
-#include "integrators/integrator.h"
-#include "integrators/step_control.h"
+#include "integrators/control/step_control.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"
 #include "tests/support/stiff.h"

@@ -3,9 +3,9 @@
 
 #include <atomic>
 
-#include "integrators/energy_monitor.h"
-#include "phs/elements.h"
-#include "phs/network.h"
+#include "integrators/control/energy_monitor.h"
+#include "phs/network/elements.h"
+#include "phs/network/network.h"
 #include "scene/run/watched_run.h"
 #include "tests/space/support.h"
 #include "tests/support/swinging_pendulum.h"

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/places.h"
 #ifdef PORTHOS_GSL_RIVALS
 #include "tests/support/gsl_methods.h"

@@ -1,7 +1,7 @@
 // Growth of deviations, and the reference a trajectory is held against.
 #include "scene/compare/lyapunov.h"
 
-#include "integrators/gauss.h"
+#include "integrators/methods/gauss.h"
 #include "scene/compare/reference_state.h"
 #include "tests/run/scenes.h"
 

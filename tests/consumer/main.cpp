@@ -2,11 +2,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/check.h"
-#include "phs/user_model.h"
+#include "phs/system/check.h"
+#include "phs/system/user_model.h"
 
 using namespace porthos;
 

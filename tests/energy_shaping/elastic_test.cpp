@@ -1,7 +1,7 @@
 // Elastic joints: regulators against reference runs, and the balance of H_d.
 #include "energy_shaping/elastic.h"
 
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/energy_shaping/loops.h"
 
 namespace porthos::energy_shaping::elastic_test {

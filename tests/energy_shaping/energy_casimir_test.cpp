@@ -2,8 +2,8 @@
 // from a tank.
 #include "energy_shaping/interconnection.h"
 
-#include "phs/check.h"
-#include "phs/user_model.h"
+#include "phs/system/check.h"
+#include "phs/system/user_model.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::energy_casimir_test {

@@ -4,7 +4,7 @@
 
 #include "energy_shaping/certify.h"
 #include "energy_shaping/swing_up.h"
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::interconnection_test {

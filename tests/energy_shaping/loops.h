@@ -5,7 +5,7 @@
 #include <map>
 
 #include "energy_shaping/designs.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 
 namespace porthos::test {

@@ -5,7 +5,7 @@
 #include "energy_shaping/plant.h"
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/energy_shaping/loops.h"
 
 namespace porthos::energy_shaping::matching_test {

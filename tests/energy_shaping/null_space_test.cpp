@@ -5,9 +5,9 @@
 #include <random>
 
 #include "mechanics/kinematics.h"
-#include "phs/check.h"
-#include "phs/linear_algebra.h"
-#include "phs/random_state.h"
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/system/check.h"
+#include "phs/system/random_state.h"
 #include "tests/energy_shaping/robots.h"
 #include "tests/support/reference.h"
 

@@ -5,7 +5,7 @@
 
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/tracking.h"
-#include "phs/random_state.h"
+#include "phs/system/random_state.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::sampled_use_test {

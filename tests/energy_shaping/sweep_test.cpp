@@ -6,7 +6,7 @@
 
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/run.h"
-#include "phs/linear_algebra.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::sweep_test {

@@ -1,7 +1,7 @@
 // Pose of a base by thrusters for its place and reaction wheels for its attitude.
 #include "energy_shaping/wheel_base.h"
 
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::wheel_base_test {

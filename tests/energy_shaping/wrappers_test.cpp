@@ -1,7 +1,7 @@
 // What is put around a plant drops nothing of it: its solver, its sampled controllers, its ledger.
 #include "energy_shaping/interconnection.h"
-#include "phs/network.h"
-#include "phs/tunable.h"
+#include "phs/network/network.h"
+#include "phs/system/tunable.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::wrappers_test {

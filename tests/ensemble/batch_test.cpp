@@ -6,9 +6,9 @@
 #include <cstring>
 #include <random>
 
-#include "integrators/lane_integrator.h"
-#include "phs/tunable.h"
-#include "phs/user_model.h"
+#include "integrators/core/lane_integrator.h"
+#include "phs/system/tunable.h"
+#include "phs/system/user_model.h"
 #include "tests/support/bounds.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/robots.h"

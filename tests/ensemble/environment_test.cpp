@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "integrators/integrator.h"
-#include "phs/tunable.h"
-#include "phs/user_model.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/tunable.h"
+#include "phs/system/user_model.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 

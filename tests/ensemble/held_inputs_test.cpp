@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "integrators/integrator.h"
-#include "phs/check.h"
-#include "phs/tunable.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
+#include "phs/system/tunable.h"
 #include "tests/support/stiff.h"
 
 namespace porthos::test::held_inputs_test {

@@ -10,8 +10,8 @@
 #include <functional>
 
 #include "ensemble/batch.h"
-#include "integrators/collocation.h"
-#include "integrators/gauss.h"
+#include "integrators/methods/collocation.h"
+#include "integrators/methods/gauss.h"
 #include "tests/support/random_tree.h"
 #include "tests/support/robots.h"
 

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "integrators/collocation.h"
-#include "integrators/gauss.h"
+#include "integrators/methods/collocation.h"
+#include "integrators/methods/gauss.h"
 #include "mechanics/aba.h"
 #include "mechanics/momentum.h"
 #include "tests/integrators/problems.h"

@@ -2,8 +2,8 @@
 // base keeps.
 #include <gtest/gtest.h>
 
-#include "integrators/composition.h"
-#include "integrators/gauss.h"
+#include "integrators/methods/composition.h"
+#include "integrators/methods/gauss.h"
 #include "tests/support/order_conditions.h"
 #include "tests/support/robots.h"
 

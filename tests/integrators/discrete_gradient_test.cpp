@@ -1,7 +1,7 @@
 // What the discrete gradients keep besides H, and where.
 #include <gtest/gtest.h>
 
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 #include "tests/support/energy_run.h"
 #include "tests/support/stiff.h"
 #include "tests/support/swinging_pendulum.h"

@@ -1,7 +1,7 @@
 // Methods that keep H to rounding, each beside one that does not.
 #include <gtest/gtest.h>
 
-#include "integrators/collocation.h"
+#include "integrators/methods/collocation.h"
 #include "tests/support/energy_run.h"
 #include "tests/support/swinging_pendulum.h"
 

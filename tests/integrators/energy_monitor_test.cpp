@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "integrators/energy_monitor.h"
-#include "phs/user_model.h"
+#include "integrators/control/energy_monitor.h"
+#include "phs/system/user_model.h"
 #include "tests/support/swinging_pendulum.h"
 
 namespace porthos::test::energy_monitor_test {

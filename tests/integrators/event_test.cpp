@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "integrators/event.h"
-#include "integrators/step_control.h"
+#include "integrators/control/event.h"
+#include "integrators/control/step_control.h"
 #include "tests/support/kepler.h"
 #include "tests/support/pendulum.h"
 #include "tests/support/robots.h"

@@ -5,10 +5,10 @@
 
 #include <random>
 
-#include "integrators/gauss.h"
-#include "phs/forwarding.h"
-#include "phs/network.h"
-#include "phs/user_model.h"
+#include "integrators/methods/gauss.h"
+#include "phs/network/network.h"
+#include "phs/system/forwarding.h"
+#include "phs/system/user_model.h"
 #include "tests/support/stiff.h"
 
 namespace porthos::integrators::network_solver_test {

@@ -1,8 +1,8 @@
 // The order of every method on nonlinear problems, against 113-bit runs.
 #include <gtest/gtest.h>
 
-#include "integrators/gauss.h"
-#include "phs/network.h"
+#include "integrators/methods/gauss.h"
+#include "phs/network/network.h"
 #include "tests/integrators/problems.h"
 
 namespace porthos::integrators::order_test {

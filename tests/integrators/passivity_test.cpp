@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "integrators/collocation.h"
-#include "phs/user_model.h"
+#include "integrators/methods/collocation.h"
+#include "phs/system/user_model.h"
 #include "tests/support/energy_run.h"
 #include "tests/support/swinging_pendulum.h"
 

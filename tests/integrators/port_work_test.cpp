@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/network.h"
+#include "phs/network/network.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/reference.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-#include "integrators/integrator.h"
-#include "phs/user_model.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/user_model.h"
 #include "tests/support/henon_heiles.h"
 #include "tests/support/robots.h"
 

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "integrators/gauss.h"
-#include "integrators/radau15.h"
-#include "integrators/radau_table.h"
+#include "integrators/methods/gauss.h"
+#include "integrators/methods/radau15.h"
+#include "integrators/tables/radau_table.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/kepler.h"
 #include "tests/support/pendulum.h"

@@ -10,7 +10,7 @@
 #endif
 
 #include "integrators/catalogue.h"
-#include "integrators/gauss.h"
+#include "integrators/methods/gauss.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/robots.h"
 

@@ -3,7 +3,7 @@
 
 #include <ctime>
 
-#include "integrators/gauss.h"
+#include "integrators/methods/gauss.h"
 #include "scene/run/statistics.h"
 #include "tests/support/robots.h"
 

@@ -5,10 +5,10 @@
 #include <array>
 #include <cstdio>
 
-#include "integrators/event.h"
-#include "integrators/step_control.h"
-#include "phs/check.h"
-#include "phs/network.h"
+#include "integrators/control/event.h"
+#include "integrators/control/step_control.h"
+#include "phs/network/network.h"
+#include "phs/system/check.h"
 #include "tests/support/swinging_pendulum.h"
 
 namespace porthos::test::sampled_test {

@@ -1,10 +1,10 @@
 // Splittings: order conditions by code for two and three parts, orders in 113 bits, and what they
 // keep.
-#include "integrators/splitting.h"
+#include "integrators/methods/splitting.h"
 
 #include <gtest/gtest.h>
 
-#include "integrators/gauss.h"
+#include "integrators/methods/gauss.h"
 #include "tests/support/order_conditions.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "integrators/gauss.h"
-#include "integrators/step_control.h"
+#include "integrators/control/step_control.h"
+#include "integrators/methods/gauss.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/kepler.h"
 #include "tests/support/robots.h"

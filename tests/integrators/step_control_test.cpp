@@ -4,10 +4,10 @@
 
 #include <random>
 
-#include "integrators/gauss.h"
-#include "integrators/step_control.h"
-#include "phs/check.h"
-#include "phs/time_transform.h"
+#include "integrators/control/step_control.h"
+#include "integrators/methods/gauss.h"
+#include "phs/system/check.h"
+#include "phs/system/time_transform.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/kepler.h"
 #include "tests/support/robots.h"

@@ -2,9 +2,9 @@
 // as good.
 #include <gtest/gtest.h>
 
-#include "integrators/gauss.h"
-#include "integrators/stagnation.h"
-#include "phs/user_model.h"
+#include "integrators/core/stagnation.h"
+#include "integrators/methods/gauss.h"
+#include "phs/system/user_model.h"
 #include "tests/support/robots.h"
 #include "tests/support/stiff.h"
 

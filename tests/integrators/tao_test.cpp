@@ -1,6 +1,6 @@
 // Tao's method: symplectic and symmetric in the doubled phase space, and what that leaves of the
 // original one.
-#include "integrators/tao.h"
+#include "integrators/methods/tao.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/builder.h"
 #include "mechanics/hamiltonian_field.h"
 #include "tests/support/robots.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "mechanics/mechanical_model.h"
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/support/frame_jacobian.h"
 #include "tests/support/random_tree.h"
 

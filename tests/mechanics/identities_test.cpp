@@ -10,7 +10,7 @@
 #include "mechanics/mechanical_model.h"
 #include "mechanics/momentum.h"
 #include "mechanics/rnea.h"
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/support/random_tree.h"
 
 namespace porthos::mechanics::identities_test {

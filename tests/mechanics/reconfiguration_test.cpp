@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <random>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/reconfiguration.h"

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/aba.h"
 #include "mechanics/crba.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/momentum.h"
 #include "mechanics/rnea.h"
 #include "mechanics/urdf.h"
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/support/frame_jacobian.h"
 #include "tests/support/random_tree.h"
 

@@ -1,5 +1,5 @@
 // One function counts, saves and loads.
-#include "phs/archive.h"
+#include "phs/system/archive.h"
 
 #include <gtest/gtest.h>
 

@@ -13,9 +13,9 @@
 #include <sstream>
 #include <string>
 
-#include "integrators/integrator.h"
-#include "phs/check.h"
-#include "phs/user_model.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
+#include "phs/system/user_model.h"
 #include "tests/places.h"
 
 namespace porthos::phs::check_test {
@@ -411,7 +411,7 @@ std::string first_error(const std::string& compiler, const std::string& members)
   if (!mkdtemp(name.data())) throw std::runtime_error("no temporary directory " + name);
   const std::filesystem::path folder = name;
   std::ofstream(folder / "user.cpp")
-      << "#include \"phs/user_model.h\"\nnamespace phs = porthos::phs;\nstruct Mine {\n"
+      << "#include \"phs/system/user_model.h\"\nnamespace phs = porthos::phs;\nstruct Mine {\n"
       << members
       << "\n};\nint main() { phs::UserModel<Mine> model(Mine{}); "
          "(void)model.instantiate<double>(); }\n";

@@ -1,5 +1,5 @@
 // Dirac structures: both conditions measured, the standard elements, composition over shared ports.
-#include "phs/dirac.h"
+#include "phs/linear/dirac.h"
 
 #include <cmath>
 #include <random>

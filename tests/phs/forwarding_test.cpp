@@ -1,6 +1,6 @@
 // A wrapper drops nothing: every member of System that the base is asked for reaches the system
 // inside.
-#include "phs/forwarding.h"
+#include "phs/system/forwarding.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <set>
 #include <sstream>
 
-#include "integrators/integrator.h"
-#include "integrators/step_control.h"
-#include "phs/time_transform.h"
+#include "integrators/control/step_control.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/time_transform.h"
 #include "tests/places.h"
 #include "tests/support/stiff.h"
 
@@ -191,8 +191,8 @@ std::vector<double> call_all(phs::System<double>& s) {
   return all;
 }
 
-/// The members that phs/system.h declares virtual in System, but those that a wrapper answers
-/// itself.
+/// The members that phs/system/system.h declares virtual in System, but those that a wrapper
+/// answers itself.
 std::set<std::string> virtuals_of_system() {
   std::ifstream file(std::string(PORTHOS_SOURCE_DIR) + "/phs/system.h");
   std::stringstream text;

@@ -1,5 +1,5 @@
 // What set-up and certificates ask of small dense linear algebra.
-#include "phs/linear_algebra.h"
+#include "phs/linear_algebra/linear_algebra.h"
 
 #include <gtest/gtest.h>
 

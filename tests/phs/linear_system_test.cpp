@@ -1,8 +1,8 @@
 // Linear port-Hamiltonian descriptor systems: known transfer functions, the sign of N, what is
 // refused, the model.
-#include "phs/linear_system.h"
+#include "phs/linear/linear_system.h"
 
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"
 

@@ -1,14 +1,14 @@
 // Compositions are port-Hamiltonian again: axioms, Casimirs and the ledger by number, against
 // systems written by hand.
-#include "phs/network.h"
+#include "phs/network/network.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "integrators/integrator.h"
-#include "phs/check.h"
-#include "phs/user_model.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
+#include "phs/system/user_model.h"
 #include "tests/support/random_phs.h"
 
 namespace porthos::test::network_test {

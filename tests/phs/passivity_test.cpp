@@ -1,12 +1,12 @@
 // The dissipation inequality along data: closed forms, simulated motors, and data that break it.
-#include "phs/passivity.h"
+#include "phs/linear/passivity.h"
 
 #include <cmath>
 #include <random>
 #include <vector>
 
 #include "integrators/catalogue.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "phs/error.h"
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"

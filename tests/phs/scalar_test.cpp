@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 namespace porthos::phs::scalar_test {
 namespace {

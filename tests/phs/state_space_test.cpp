@@ -1,6 +1,6 @@
 // Positive realness and available storage judged from (E, A, B, C, D) alone, against the structure
 // and closed forms.
-#include "phs/state_space.h"
+#include "phs/linear/state_space.h"
 
 #include "tests/support/bounds.h"
 #include "tests/support/linear_benchmarks.h"

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "phs/quad.h"
-#include "phs/state.h"
+#include "phs/scalars/quad.h"
+#include "phs/system/state.h"
 
 namespace porthos::phs::state_test {
 namespace {

@@ -1,5 +1,5 @@
 // Tangents over every kind of scalar, and the functions that came with them.
-#include "phs/tangent.h"
+#include "phs/scalars/tangent.h"
 
 #include <gtest/gtest.h>
 

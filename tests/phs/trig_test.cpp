@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 namespace porthos::phs::trig_test {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/tree_case.h"
 
 namespace porthos::elliptic_test {

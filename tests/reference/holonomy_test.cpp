@@ -3,10 +3,10 @@
 // of the contract, run with gauss16.
 #include <cmath>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 #include "tests/support/tree_case.h"
 
 namespace porthos::holonomy_test {

@@ -3,7 +3,7 @@
 // perturbation).
 #include <cmath>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/tree_case.h"
 
 namespace porthos::trees_test {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "integrators/collocation.h"
+#include "integrators/methods/collocation.h"
 #include "scene/ensemble/ensemble.h"
 #include "scene/run/record_log.h"
 #include "scene/session/info.h"

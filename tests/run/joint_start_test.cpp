@@ -1,7 +1,7 @@
 // Starts of joints of several freedoms, from the scene to the motion.
 #include <nlohmann/json.hpp>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "mechanics/rotation.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "phs/elements.h"
-#include "phs/user_model.h"
+#include "phs/network/elements.h"
+#include "phs/system/user_model.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::ledger_test {

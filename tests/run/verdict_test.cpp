@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "integrators/integrator.h"
-#include "phs/user_model.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/user_model.h"
 #include "scene/run/verdict.h"
 #include "tests/run/scenes.h"
 

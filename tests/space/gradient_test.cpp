@@ -2,8 +2,8 @@
 
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
-#include "phs/check.h"
-#include "phs/random_state.h"
+#include "phs/system/check.h"
+#include "phs/system/random_state.h"
 #include "tests/places.h"
 #include "tests/space/support.h"
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "mechanics/momentum.h"
-#include "phs/elements.h"
-#include "phs/network.h"
+#include "phs/network/elements.h"
+#include "phs/network/network.h"
 #include "tests/space/support.h"
 
 namespace porthos::test::gyro_test {

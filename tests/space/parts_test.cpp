@@ -7,9 +7,9 @@
 #include <cstdio>
 
 #include "mechanics/momentum.h"
-#include "phs/check.h"
-#include "phs/elements.h"
-#include "phs/network.h"
+#include "phs/network/elements.h"
+#include "phs/network/network.h"
+#include "phs/system/check.h"
 #include "tests/space/support.h"
 
 namespace porthos::test::parts_test {

@@ -2,7 +2,7 @@
 
 #include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
-#include "phs/random_state.h"
+#include "phs/system/random_state.h"
 #include "tests/space/support.h"
 
 // Drag and sunlight on flat plates: closed forms, virtual work, and the ledger.

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/run/statistics.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"

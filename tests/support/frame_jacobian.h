@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "mechanics/kinematics.h"
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Jacobians by differentiating poses, without the library's own.
 namespace porthos::test {

@@ -1,5 +1,5 @@
 #pragma once
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 
 namespace porthos::test {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <vector>
 
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 
 /// The plane Kepler problem, H = |p|²/2 - 1/|q|, semi-major axis 1, period 2π.
 namespace porthos::test {

@@ -1,7 +1,7 @@
 #pragma once
 #include <random>
 
-#include "phs/linear_system.h"
+#include "phs/linear/linear_system.h"
 
 /// Linear port-Hamiltonian systems with known transfer functions, and random ones.
 namespace porthos::test {

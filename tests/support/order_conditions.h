@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/scalar.h"
+#include "phs/scalars/scalar.h"
 
 /// Order conditions of compositions by direct computation. Flows of generic vector fields multiply
 /// like exponentials in the free associative algebra over their letters; a power series in h is cut

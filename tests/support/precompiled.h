@@ -8,5 +8,5 @@
 
 #include "integrators/catalogue.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/check.h"
+#include "phs/system/check.h"
 #include "scene/run/run_report.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 #include "tests/support/kepler.h"
 
 /// Plain Hamiltonian systems with a literature of their own. All are canonical, lossless and

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 
 namespace porthos::test {
 

@@ -3,7 +3,7 @@
 
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
-#include "phs/state.h"
+#include "phs/system/state.h"
 #include "tests/places.h"
 #include "tests/support/tree_case.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <cmath>
 
-#include "phs/user_model.h"
+#include "phs/system/user_model.h"
 #include "tests/support/henon_heiles.h"
 #include "tests/support/kepler.h"
 

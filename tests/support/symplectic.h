@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 
 /// Whether a step is a symplectic map, by its exact Jacobian.
 namespace porthos::test {

@@ -2,8 +2,8 @@
 // reference of the elastic arm, and the ledger of every kind of drive.
 #include "vsa/actuator.h"
 
-#include "integrators/integrator.h"
-#include "phs/check.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
 #include "tests/support/bounds.h"
 #include "tests/support/energy_run.h"
 #include "tests/vsa/actuators.h"

@@ -4,9 +4,9 @@
 
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
-#include "phs/elements.h"
-#include "phs/quad.h"
-#include "phs/user_model.h"
+#include "phs/network/elements.h"
+#include "phs/scalars/quad.h"
+#include "phs/system/user_model.h"
 #include "vsa/actuator.h"
 #include "vsa/catalogue.h"
 #include "vsa/families.h"

@@ -1,6 +1,6 @@
 // Every kind of drive: axioms, the ledger, limits, and what is refused.
-#include "integrators/integrator.h"
-#include "phs/check.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"

@@ -1,5 +1,5 @@
 // The examples say what their pages say.
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "scene/assemble/assembly.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"

@@ -2,7 +2,7 @@
 // the ledger of a run.
 #include "vsa/minimum_energy.h"
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"

@@ -2,7 +2,7 @@
 // the elastic joint, and the loop is the one energy_shaping/elastic.h has as a whole.
 #include "energy_shaping/elastic.h"
 #include "energy_shaping/run.h"
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"

@@ -1,8 +1,8 @@
 // Rotors as bodies: the gyroscopic moment that rotors by their energy alone neglect.
 #include "vsa/rotor_body.h"
 
-#include "integrators/integrator.h"
-#include "phs/check.h"
+#include "integrators/core/integrator.h"
+#include "phs/system/check.h"
 #include "tests/support/bounds.h"
 #include "tests/support/robots.h"
 #include "tests/vsa/actuators.h"

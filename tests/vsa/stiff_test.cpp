@@ -3,7 +3,7 @@
 // move at a few.
 #include <chrono>
 
-#include "integrators/integrator.h"
+#include "integrators/core/integrator.h"
 #include "tests/support/bounds.h"
 #include "tests/support/energy_run.h"
 #include "tests/vsa/actuators.h"

@@ -2,7 +2,7 @@
 #include <memory>
 #include <vector>
 
-#include "phs/spline.h"
+#include "phs/functions/spline.h"
 #include "vsa/jet.h"
 
 namespace porthos::vsa {

@@ -1,0 +1,262 @@
+#include "integrators/control/event.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace porthos::integrators {
+namespace {
+
+int sign(double x) { return (x > 0) - (x < 0); }
+
+bool wanted(Crossing c, bool rising) {
+  return c == Crossing::both || (c == Crossing::rising) == rising;
+}
+
+/// Where the line through two points vanishes.
+template <class Point>
+double secant(Point a, Point b) {
+  return a.at - a.g * ((b.at - a.at) / (b.g - a.g));
+}
+
+}  // namespace
+
+EventStepper::EventStepper(const phs::Model& model,
+                           const std::function<std::unique_ptr<Integrator>()>& make,
+                           std::vector<Event> events, const EventOptions& options)
+    : method_(make()),
+      trial_(make()),
+      events_(std::move(events)),
+      options_(options),
+      x_(size_t(model.description().nx)) {
+  if (!options.to_grid) method_->sampler().refuse("a step that ends at an event");
+  for (const auto& e : events_)
+    if (!e.g) throw InvalidArgument("an event has no function g(t, x)");
+  if (options.samples < 0 || options.most_trials < 1)
+    throw InvalidArgument("an event search needs samples >= 0 and most_trials >= 1");
+  for (const auto& b : model.description().blocks)
+    if (b.kind == phs::BlockKind::angle) angles_.push_back(size_t(b.at));
+}
+
+EventResult EventStepper::step(phs::State& state) {
+  return step(state, method_->step_size() * HUGE_VAL);
+}
+
+EventResult EventStepper::step(phs::State& state, double end) {
+  const double forward = method_->step_size() > 0 ? 1 : -1;
+  Outcome o = begin(state);
+  h_ = method_->time(state) - t_;
+  shortened_ = o == Outcome::ok && forward * (method_->time(state) - end) > 0;
+  if (shortened_) {
+    h_ = before_.until(end, method_->step_size());
+    go_back(state);
+    o = odd_step(state, h_);
+  }
+  if (o != Outcome::ok) return {.outcome = o};
+  return finish(state);
+}
+
+EventResult EventStepper::run_to(phs::State& state, double end) {
+  const double forward = method_->step_size() > 0 ? 1 : -1;
+  for (bool more = forward * (end - method_->time(state)) > 0; more;) {
+    const EventResult r = step(state, end);
+    if (r.outcome != Outcome::ok || r.event >= 0) return r;
+    // A step that was shortened to the end may miss it by a rounding.
+    more = !shortened_ && forward * (end - method_->time(state)) > 0;
+  }
+  return {};
+}
+
+bool EventStepper::between(const phs::State& s) const {
+  return options_.to_grid && s.origin_step != 0 && s.origin_step == s.step;
+}
+
+void EventStepper::go_back(phs::State& state) {
+  state = before_;
+  method_->restore(memory_);
+  method_->sampler().restore(held_);
+}
+
+/// Takes the step and keeps what it started from.
+Outcome EventStepper::begin(phs::State& state) {
+  before_ = state;
+  t_ = method_->time(state);
+  memory_.clear();
+  method_->save(memory_);
+  held_.clear();
+  method_->sampler().save(held_);
+  if (!between(state)) return method_->step(state);
+  // What is left of the step that an event cut short, which is step number state.step.
+  const double n = double(state.step), h = method_->step_size(), whole = n * h;
+  const double left = ((whole - state.origin) - state.origin_lo) + std::fma(n, h, -whole);
+  const Outcome o = method_->step_by(state, left);
+  if (o != Outcome::ok) return o;
+  state.step = before_.step;
+  state.origin = state.origin_lo = 0;
+  state.origin_step = 0;
+  return o;
+}
+
+Outcome EventStepper::odd_step(phs::State& state, double h) {
+  const Outcome o = method_->step_by(state, h);
+  if (o == Outcome::ok && between(before_)) state.step = state.origin_step = before_.step;
+  return o;
+}
+
+EventResult EventStepper::finish(phs::State& state) {
+  trials_ = 0;
+  tried_outcome_ = Outcome::ok;
+  Root root;
+  bool failed = false;
+  for (size_t k = 0; k < events_.size() && !failed; ++k) failed = !search(int(k), state, root);
+  left_event_ = -1;
+  EventResult r{.outcome = tried_outcome_, .event = root.event, .rising = root.rising};
+  if (failed) {
+    go_back(state);
+    r.event = -1;
+    r.trials = trials_;
+    return r;
+  }
+  if (root.event < 0) {
+    r.trials = trials_;
+    return r;
+  }
+  left_event_ = root.event;
+  r.g = root.point.g;
+  if (root.point.at < 1) {
+    go_back(state);  // by the method itself, so that its ledger is of this step
+    r.outcome = odd_step(state, root.point.at * h_);
+  }
+  r.trials = trials_;
+  return r;
+}
+
+/// Puts the angles of x_ on the branch of the start of the step, or of the start of all.
+void EventStepper::unwrap(const phs::State& s) {
+  for (size_t i = 0; i < angles_.size(); ++i) {
+    const std::int64_t here = options_.all_turns ? 0 : before_.turns[i];
+    x_[angles_[i]] += phs::two_pi_hi * double(s.turns[i] - here);
+  }
+}
+
+double EventStepper::g_of(const Event& e, double t, const phs::State& s) {
+  std::copy(s.x.begin(), s.x.end(), x_.begin());
+  unwrap(s);
+  return e.g(t, x_);
+}
+
+double EventStepper::sampled(const Event& e, double at, const phs::State& after) {
+  if (at <= 0) return g_of(e, t_, before_);
+  if (at >= 1) return g_of(e, t_ + h_, after);
+  if (!method_->interpolate(after, at, x_)) return NAN;
+  unwrap(after);
+  return e.g(t_ + at * h_, x_);
+}
+
+/// g after a step of at·h from the last accepted state.
+double EventStepper::tried(const Event& e, double at) {
+  if (at <= 0) return g_of(e, t_, before_);
+  tried_ = before_;
+  ++trials_;
+  trial_->restore(memory_);
+  trial_->sampler().restore(held_);
+  const Outcome o = trial_->step_by(tried_, at * h_);
+  if (o != Outcome::ok) {
+    tried_outcome_ = o;
+    return NAN;
+  }
+  return g_of(e, trial_->time(tried_), tried_);
+}
+
+/// Looks for the first wanted crossing of an event; false if a re-step failed.
+bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
+  const Event& e = events_[size_t(event)];
+  const int n = options_.samples + 1;
+  points_.clear();
+  for (int i = event == left_event_ ? 1 : 0; i <= n; ++i) {
+    const Point p{double(i) / n, sampled(e, double(i) / n, after)};
+    if (std::isnan(p.g)) continue;    // no dense output here
+    if (p.g == 0 && i < n) continue;  // no sign: its neighbours tell
+    points_.push_back(p);
+  }
+  for (size_t i = 1; i < points_.size(); ++i) {
+    Point a = points_[i - 1], b = points_[i];
+    if (sign(a.g) == sign(b.g)) continue;
+    const bool rising = a.g < 0;
+    if (!wanted(e.direction, rising)) continue;
+    if (earliest.event >= 0 && a.at > earliest.point.at) return true;
+    Point root = b;  // the end of the step where g is 0 there
+    if (b.g != 0) {
+      const double first = guess(e, a, b, after);
+      // The dense output is less accurate than a step: its signs are checked, and the bracket is
+      // widened where they are wrong.
+      size_t left = i - 1, right = i;
+      const auto exact = [&](Point p) {
+        return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};
+      };
+      const int before = rising ? -1 : 1;
+      for (a = exact(a); sign(a.g) != before && left > 0;) a = exact(points_[--left]);
+      for (b = exact(b); sign(b.g) == before && right + 1 < points_.size();)
+        b = exact(points_[++right]);
+      if (tried_outcome_ != Outcome::ok) return false;
+      if (sign(a.g) != before || sign(b.g) == before) continue;  // it only touched 0
+      root = refine(e, a, b, first);
+      if (tried_outcome_ != Outcome::ok) return false;
+    }
+    if (earliest.event < 0 || root.at < earliest.point.at) earliest = {event, rising, root};
+    return true;
+  }
+  return true;
+}
+
+/// The zero of the dense output, to a few digits: a start value.
+double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& after) {
+  double at = secant(a, b);
+  for (int i = 0; i < 12; ++i) {
+    const Point p{at, sampled(e, at, after)};
+    if (!(std::fabs(p.g) > 0)) break;  // 0, or no dense output
+    if (sign(p.g) == sign(b.g)) {      // Illinois
+      b = p;
+      a.g *= 0.5;
+    } else {
+      a = p;
+      b.g *= 0.5;
+    }
+    const double next = secant(a, b);
+    if (std::fabs(next - at) < 1e-9) return next;
+    at = next;
+  }
+  return at;
+}
+
+/// Bracketed secant on re-steps, until the step length no longer changes or g no longer shrinks.
+EventStepper::Point EventStepper::refine(const Event& e, Point a, Point b, double first) {
+  Point best = std::fabs(a.g) < std::fabs(b.g) && a.at > 0 ? a : b;
+  Point last = best;
+  const double size = std::max(std::fabs(a.g), std::fabs(b.g));
+  double at = first > a.at && first < b.at ? first : secant(a, b);
+  int without_progress = 0;
+  for (int i = 0; i < options_.most_trials && b.at - a.at > 0x1p-52; ++i) {
+    if (!(at > a.at && at < b.at)) at = 0.5 * (a.at + b.at);
+    const Point p{at, tried(e, at)};
+    if (tried_outcome_ != Outcome::ok) return best;
+    if (sign(p.g) == sign(a.g))
+      a = p;
+    else
+      b = p;
+    if (std::fabs(p.g) < std::fabs(best.g)) {
+      best = p;
+      without_progress = 0;
+    } else
+      ++without_progress;
+    if (p.g == 0) break;
+    // Two trials without progress so near to 0 are the noise of g.
+    if (without_progress >= 2 && std::fabs(best.g) < 1e-9 * size) break;
+    const double next = p.g == last.g || i % 8 == 7 ? 0.5 * (a.at + b.at) : secant(p, last);
+    if (std::fabs(next - at) < 0x1p-53) break;
+    last = p;
+    at = next;
+  }
+  return best;
+}
+
+}  // namespace porthos::integrators

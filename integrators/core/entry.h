@@ -1,0 +1,61 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "integrators/core/integrator.h"
+#include "integrators/core/lane_integrator.h"
+
+namespace porthos::integrators {
+
+template <class T>
+using Maker = std::function<std::unique_ptr<BasicIntegrator<T>>(
+    const Declaration&, const phs::Model&, T h, const Options&)>;
+
+/// Of a state per SIMD lane; may return null where a system or the options do not allow it.
+using LaneMaker = std::function<std::unique_ptr<LaneIntegrator>(
+    const Declaration&, const phs::Model&, double h, const Options&)>;
+
+/// A method of the catalogue: what it says of itself and how it is made for each scalar it takes.
+struct Entry {
+  Declaration declaration;
+  Maker<double> make_double;
+  Maker<phs::Dual> make_dual;
+  Maker<phs::Quad> make_quad;
+  LaneMaker make_lanes = nullptr;  ///< null: one state at a time
+
+  template <class T>
+  const Maker<T>& make() const {
+    if constexpr (std::is_same_v<T, double>)
+      return make_double;
+    else if constexpr (std::is_same_v<T, phs::Dual>)
+      return make_dual;
+    else
+      return make_quad;
+  }
+};
+
+/// An entry for every scalar, from a maker that is generic in the type of h:
+///   entry({.name = "rk4", ...}, PORTHOS_MAKER(make_rk4))
+template <class MakerOfAny>
+Entry entry(Declaration d, MakerOfAny make) {
+  return {std::move(d), make, make, make};
+}
+/// The same with a state per lane.
+inline Entry with_lanes(Entry e, LaneMaker lanes) {
+  e.make_lanes = std::move(lanes);
+  return e;
+}
+#define PORTHOS_MAKER(function)                                             \
+  [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
+    return function(d, m, h, o);                                            \
+  }
+/// An entry of a method that works in double alone.
+inline Entry double_entry(Declaration d, Maker<double> make) {
+  return {std::move(d), std::move(make), nullptr, nullptr, nullptr};
+}
+
+using Entries = std::vector<Entry>;
+
+}  // namespace porthos::integrators

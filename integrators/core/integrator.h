@@ -1,0 +1,220 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "integrators/core/port_work.h"
+#include "integrators/core/sampler.h"
+#include "integrators/core/turns.h"
+#include "phs/system/archive.h"
+#include "phs/system/state.h"
+#include "phs/system/system.h"
+
+/// Time integrators. They know the system contract of phs/ and nothing of mechanics.
+namespace porthos::integrators {
+
+/// What a method says of a property. The test suite checks every `holds` and, with a negative
+/// control, every `fails`.
+enum class Claim { holds, fails, unknown };
+const char* to_string(Claim c);
+
+/// What a method asks of a system, beyond a field to evaluate.
+struct Needs {
+  bool canonical = false;     ///< x = (q, p), J = [0 I; -I 0]
+  bool lossless = false;      ///< R = 0
+  bool separable = false;     ///< H = T(p) + V(q)
+  bool linear_state = false;  ///< no quaternion blocks
+  bool flows = false;         ///< partial flows (Description::flows), or a separable H
+};
+
+/// What a method keeps, for lossless systems unless said otherwise.
+struct Declaration {
+  std::string name = {};           ///< "gauss16": the name in scenes
+  std::string title = {};          ///< a line for people
+  std::string family = {};         ///< heading in the docs
+  int order = 0;                   ///< 0: varies with a tolerance
+  Claim symmetric = Claim::fails;  ///< step(h) then step(-h) is the identity
+  Claim symplectic = Claim::fails;
+  Claim energy_exact = Claim::fails;  ///< H kept to rounding for any H
+  Claim passivity_exact =
+      Claim::fails;  ///< the discrete power balance closes to rounding for any H
+  Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic invariants kept to rounding
+  bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint
+  bool rival = false;     ///< another library's method, for comparison
+  Needs needs = {};
+  std::string source = {};
+};
+
+/// How a step ended. Anything but `ok` leaves the state as it was.
+enum class Outcome { ok, not_converged, not_finite, failed };
+const char* to_string(Outcome o);
+
+struct Cost {
+  std::int64_t steps = 0;
+  std::int64_t evaluations = 0;     ///< of the field (or its parts) for one state
+  std::int64_t sweeps = 0;          ///< of the implicit iteration
+  std::int64_t factorisations = 0;  ///< of a Newton matrix
+};
+
+/// How an implicit method solves its equations. automatic: fixed point while it contracts, else
+/// Newton by the cheapest solver that converges: the system's own O(n) elimination, else dense up
+/// to 100 state numbers, else Krylov.
+enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
+const char* to_string(Solver s);
+
+struct Options {
+  double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
+  int max_sweeps = 100;               ///< of implicit iterations
+  Solver solver = Solver::automatic;  ///< of the implicit methods that have a choice
+  bool lanes = true;      ///< evaluate stages as SIMD lanes (same bits as scalar stages)
+  bool port_work = true;  ///< integrate the powers of each step; off: port_work() is empty
+  bool wrap = true;       ///< keep angles in [-π, π]; off only as a negative control
+  double binding = 0;     ///< ω of Tao's methods [1/s]; 0: their own choice
+  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this,
+  /// relative. What is left is biased, so the energy drifts slowly: for errors far above rounding
+  /// it halves the work, below it is a control.
+  double iteration_tolerance = 0;
+  /// Rising times at which the system jumps [s], ends of steps: what a method carries along from
+  /// step to step (a library's history, the variable of a step control) begins anew there.
+  std::vector<double> instants = {};
+};
+
+/// A method at work on one system with one step size. One object per thread. step() allocates
+/// nothing. T = double for runs; Dual gives the exact Jacobian of a step, Quad a 113-bit run of the
+/// same method.
+template <class T>
+class BasicIntegrator {
+ public:
+  using State = phs::BasicState<T>;
+  virtual ~BasicIntegrator() = default;
+  const Declaration& declaration() const { return declaration_; }
+  T step_size() const { return h_; }
+
+  /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the
+  /// method goes on from it as if it were new.
+  [[nodiscard]] virtual Outcome step(State& state);
+  /// One step of another size (to land on an event, or on the end of a run); the clock's origin
+  /// moves to its end. Sampled controllers hold through the step after it; whole steps from there
+  /// would miss their instants and throw InvalidArgument, unless the clock is put back to whole
+  /// steps (EventOptions::to_grid).
+  [[nodiscard]] virtual Outcome step_by(State& state, T h);
+  /// The time of a state that step() has brought here [s].
+  virtual T time(const State& state) const { return state.time(h_); }
+
+  /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless
+  /// `ok`.
+  [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
+  /// advance() with turns and port work.
+  [[nodiscard]] Outcome advance_with_port_work(T t, T h, State& state);
+  /// Tells the systems at work the turn counts of the state.
+  virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
+
+  /// Dense output inside the step just taken: x at the fraction theta in [0, 1] of it, given the
+  /// state after it; angles on the branch of that state. False where the method has none. Never
+  /// continue a run from it: step_by instead.
+  virtual bool interpolate(const State& after, T theta, std::span<T> x) const {
+    (void)after;
+    (void)theta;
+    (void)x;
+    return false;
+  }
+
+  /// What the next step depends on besides the state (start values of the iteration), for
+  /// checkpoints and ways back.
+  std::vector<double> memory() const {
+    std::vector<double> m;
+    save(m);
+    return m;
+  }
+  /// Appends it to m; allocates nothing where m has room.
+  void save(std::vector<double>& m) const { save_carried(*this, m); }
+  /// Puts memory() back. @throws InvalidArgument if the size does not fit.
+  void restore(std::span<const double> memory) { load_carried(*this, memory, "integrator memory"); }
+  /// The numbers of memory().
+  virtual void carry(Archive& archive) { (void)archive; }
+  /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
+  Sampler<T>& sampler() { return sampler_; }
+  /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing
+  /// unusual.
+  virtual std::string remark() const { return {}; }
+
+  /// Energy that went through each of the system's powers (Description::powers) in the last step
+  /// [J].
+  virtual std::span<const T> port_work() const { return port_work_.of_step(); }
+  /// Whether they are integrated with the method's own weights: the balance then closes as well as
+  /// the method does, by two Gauss points inside the step (order 4) otherwise.
+  virtual bool integrates_power() const { return false; }
+  /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
+  virtual bool sees_inside() const { return integrates_power(); }
+
+  /// Whether steps are of sizes of its own choice rather than step_size().
+  virtual bool varies() const { return false; }
+  virtual Cost cost() const { return cost_; }
+  virtual void set_cost(const Cost& c) { cost_ = c; }
+
+ protected:
+  BasicIntegrator(Declaration d, const phs::Model& model, T h, const Options& o)
+      : declaration_(std::move(d)),
+        h_(h),
+        options_(o),
+        system_(model.instantiate<T>()),
+        turns_(model.description()),
+        port_work_(model.description(), o.port_work),
+        sampler_(model, phs::to_double(h)),
+        n_(size_t(model.description().nx)) {}
+
+  /// step_by() with the sampled controllers as they are.
+  [[nodiscard]] Outcome step_off_the_grid(State& state, T h);
+  /// What the samplers renewed for a step goes with it if it fails.
+  Outcome taken_back_unless_ok(Outcome o) {
+    if (o != Outcome::ok) sampler_.take_back();
+    return o;
+  }
+
+  Declaration declaration_;
+  T h_;
+  Options options_;
+  std::unique_ptr<phs::System<T>> system_;
+  TurnKeeper<T> turns_;
+  PortWork<T> port_work_;
+  Sampler<T> sampler_;
+  size_t n_;  ///< numbers in the state
+  Cost cost_;
+};
+using Integrator = BasicIntegrator<double>;
+
+/// The scalars a method is instantiated for.
+#define PORTHOS_FOR_EACH_STEP_SCALAR(X) X(double) X(porthos::phs::Dual) X(porthos::phs::Quad)
+
+/// All methods, in the order of docs and `porthos methods`.
+const std::vector<Declaration>& catalogue();
+/// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known
+/// ones
+const Declaration& declaration_of(const std::string& method);
+
+/// Why a method cannot take a system, or nothing if it can.
+std::optional<std::string> misfit(const Declaration& method, const phs::Description& system);
+
+/// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double,
+/// Dual or Quad.
+/// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not
+///   finite, a system the method cannot take (see misfit), a scalar it cannot take (rivals work in
+///   double), or a sampled controller whose period is not a whole number of steps
+template <class T>
+std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
+                                                          const phs::Model& model, T h,
+                                                          const Options& options = {});
+inline std::unique_ptr<Integrator> make_integrator(const std::string& method,
+                                                   const phs::Model& model, double h,
+                                                   const Options& options = {}) {
+  return make_basic_integrator<double>(method, model, h, options);
+}
+
+#define PORTHOS_EXTERN(T) extern template class BasicIntegrator<T>;
+PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_EXTERN)
+#undef PORTHOS_EXTERN
+
+}  // namespace porthos::integrators

@@ -1,0 +1,111 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "integrators/core/turns.h"
+#include "phs/system/system.h"
+
+namespace porthos::integrators {
+
+/// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of
+/// constant step h, or by the clock. A new sampler takes the model's holds back to their start: one
+/// run at a time.
+template <class T>
+class Sampler {
+ public:
+  /// @throws InvalidArgument for a period that is not a whole number of steps
+  Sampler(const phs::Model& model, double h) {
+    for (auto& hold : model.holds()) {
+      const double steps = hold->period / std::fabs(h);
+      if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps)
+        throw InvalidArgument("the controller '" + hold->name + "' is sampled every " +
+                              std::to_string(hold->period) + " s, " + std::to_string(steps) +
+                              " steps of " + std::to_string(std::fabs(h)) +
+                              " s, expected a whole number of them");
+      hold->memory = hold->fresh;
+      every_.push_back(std::llround(steps));
+      holds_.push_back(std::move(hold));
+    }
+    before_ = memory();
+  }
+  bool any() const { return !holds_.empty(); }
+  /// Instants are multiples of the periods, at which steps of any size must end: next_instant().
+  void go_by_the_clock() { by_clock_ = true; }
+  /// The first multiple of a period after t, in the direction of the run; infinite without any.
+  double next_instant(double t, bool backwards) const {
+    double next = backwards ? -HUGE_VAL : HUGE_VAL;
+    for (const auto& hold : holds_) {
+      const double n = t / hold->period;
+      next = backwards ? std::fmax(next, (std::ceil(n - near_) - 1) * hold->period)
+                       : std::fmin(next, (std::floor(n + near_) + 1) * hold->period);
+    }
+    return next;
+  }
+  /// @throws InvalidArgument if there is any
+  void refuse(const char* what) const {
+    if (any() && !by_clock_)
+      throw InvalidArgument("the controller '" + holds_[0]->name + "' is sampled: " + what +
+                            " would miss its instants, expected steps of one size");
+  }
+
+  /// Before the step that begins at this state.
+  /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would
+  ///   be missed
+  void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
+    before_.clear();
+    save(before_);
+    if (s.origin_step != 0 && !by_clock_) {
+      if (s.origin_step == s.step) return;  // after an odd step, between two instants
+      refuse("a step off the grid");
+    }
+    turns.synchronise(s, system);
+    for (size_t i = 0; i < holds_.size(); ++i) {
+      if (!is_instant(i, phs::to_double(t), s.step)) continue;
+      x_.resize(s.x.size());
+      for (size_t k = 0; k < x_.size(); ++k) x_[k] = s.x[k] + s.lo[k];
+      system.sample(i, t, x_, holds_[i]->memory);
+    }
+  }
+
+  /// As if the last renewal had not been: for a step that failed.
+  void take_back() { restore(before_); }
+
+  std::vector<double> memory() const {
+    std::vector<double> m;
+    save(m);
+    return m;
+  }
+  void save(std::vector<double>& m) const {
+    for (const auto& h : holds_) m.insert(m.end(), h->memory.begin(), h->memory.end());
+  }
+  /// @throws InvalidArgument if the size does not fit
+  void restore(std::span<const double> m) {
+    size_t size = 0;
+    for (const auto& h : holds_) size += h->memory.size();
+    require_size("memory of the sampled controllers", m.size(), size);
+    for (const auto& h : holds_) {
+      std::copy_n(m.begin(), h->memory.size(), h->memory.begin());
+      m = m.subspan(h->memory.size());
+    }
+  }
+
+ private:
+  bool is_instant(size_t i, double t, std::int64_t step) const {
+    if (!by_clock_) return step % every_[i] == 0;
+    const double n = t / holds_[i]->period;
+    return std::fabs(n - std::round(n)) <= near_;
+  }
+
+  static constexpr double near_ = 1e-9;  ///< of a period: the clock's rounding
+  bool by_clock_ = false;
+  std::vector<phs::HoldPtr> holds_;
+  std::vector<std::int64_t> every_;  ///< steps from instant to instant
+  std::vector<double> before_;       ///< the last renewal
+  std::vector<T> x_;
+};
+
+}  // namespace porthos::integrators

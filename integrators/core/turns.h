@@ -1,0 +1,35 @@
+#pragma once
+#include <vector>
+
+#include "phs/system/state.h"
+#include "phs/system/system.h"
+
+namespace porthos::integrators {
+
+/// Tells a system the turn counts of a state when they have changed.
+template <class T>
+class TurnKeeper {
+ public:
+  explicit TurnKeeper(const phs::Description& d) {
+    for (const auto& b : d.blocks)
+      if (b.kind == phs::BlockKind::angle) told_.push_back(0);
+    angles_.resize(told_.size());
+  }
+
+  void synchronise(const std::vector<std::int64_t>& turns, phs::System<T>& system) {
+    if (turns == told_) return;
+    std::copy(turns.begin(), turns.end(), told_.begin());
+    for (size_t i = 0; i < told_.size(); ++i) angles_[i] = T(double(told_[i]) * phs::two_pi_hi);
+    system.set_turn_angles(angles_);
+  }
+  template <class S>
+  void synchronise(const phs::BasicState<S>& s, phs::System<T>& system) {
+    synchronise(s.turns, system);
+  }
+
+ private:
+  std::vector<std::int64_t> told_;
+  std::vector<T> angles_;
+};
+
+}  // namespace porthos::integrators

@@ -1,0 +1,96 @@
+#pragma once
+#include <algorithm>
+#include <exception>
+
+#include "integrators/core/entry.h"
+
+namespace porthos::integrators {
+
+/// What the methods of other libraries share. They work to Options::rtol and atol; a "step" of
+/// length h is as many inner steps as the library likes, stopped exactly at its end, and h may be
+/// negative. Their histories know nothing of a wrap and of low words: angles are not wrapped, low
+/// words become zero.
+///
+/// A trial inside a step that is infinite or NaN makes the library try a shorter inner step, not
+/// the run fail. Cost::evaluations counts every evaluation of the field, each Dual column of a
+/// Jacobian as one.
+class Rival : public Integrator {
+ public:
+  /// Goes on with the library's own history if the state is the one it left; otherwise starts anew
+  /// from it.
+  Outcome advance(double t, double h, phs::State& s) final;
+  void tell_turns(const phs::State& s) override;
+  /// The library's own words about the last step, where it had any.
+  std::string remark() const override { return remark_; }
+  bool sees_inside() const override { return true; }
+
+ protected:
+  /// @throws InvalidArgument for tolerances that no method in double can work to
+  Rival(const Declaration& d, const phs::Model& model, double h, const Options& o);
+
+  /// Starts anew from y_ at time t, towards t + h. False: the library refused.
+  virtual bool start(double t, double h) = 0;
+  /// Integrates to exactly `end` and leaves the state in y_. False: the library gave up.
+  virtual bool go_to(double end) = 0;
+
+  /// dy = f(t, y), for callbacks from C: no exception passes, it is thrown again by advance().
+  /// False: there was one, or dy is not finite. The library may then try a shorter inner step
+  /// unless that is hopeless().
+  bool field(double t, const double* y, double* dy) noexcept;
+  /// An exception, or so many evaluations that were not finite that the library is creeping up to a
+  /// singularity.
+  bool hopeless() const { return error_ || not_finite_ > most_not_finite; }
+  /// The last evaluation was not finite, and another try is not hopeless.
+  bool stopped_by_field() const { return !last_finite_ && !hopeless(); }
+
+  /// Prepares jacobian() and time_derivative(). False where the system takes no duals.
+  bool use_duals(const phs::Model& model);
+  /// J(i, j) = ∂f_i/∂y_j at J[i + n j], one Dual evaluation a column. False as field().
+  bool jacobian(double t, const double* y, double* J) noexcept;
+  /// dfdt = ∂f/∂t, zero without an evaluation for an autonomous system. False as field().
+  bool time_derivative(double t, const double* y, double* dfdt) noexcept;
+
+  std::vector<double> y_;
+  std::string remark_;
+
+ private:
+  static constexpr int most_not_finite = 100;  ///< in one step
+
+  bool continues(double t, double h, const phs::State& s) const;
+  template <class Evaluate>
+  bool guarded(Evaluate evaluate, const double* result, size_t size) noexcept;
+  void dual_field(phs::Dual t);
+
+  bool running_ = false;  ///< the library's history ends in left_
+  phs::State left_;
+  double left_at_ = 0;  ///< time of left_ by the library's clock
+  bool backwards_ = false;
+  /// A time at which the library evaluates, kept inside the step: see inside.h.
+  double inside(double t) const { return std::clamp(t, from_, to_); }
+  double from_ = 0, to_ = 0;  ///< ends of the step, a hair inside
+  int not_finite_ = 0;        ///< evaluations of this step that were infinite or NaN
+  bool last_finite_ = true;   ///< the last evaluation of this step was finite
+  std::exception_ptr error_;  ///< thrown by an evaluation of this step
+
+  std::unique_ptr<phs::System<phs::Dual>> dual_system_;
+  TurnKeeper<phs::Dual> dual_turns_;
+  std::vector<phs::Dual> dual_x_, dual_f_;
+};
+
+/// The entry of a rival, from its class; `extra` goes on to the constructor. It claims no
+/// structure, its accuracy follows the tolerance, not h, and its history does not go into a
+/// checkpoint.
+template <class Method, class... Extra>
+Entry rival_entry(std::string name, std::string title, std::string source, Extra... extra) {
+  return double_entry({.name = std::move(name),
+                       .title = std::move(title),
+                       .family = "Rivals",
+                       .resumable = false,
+                       .rival = true,
+                       .source = std::move(source)},
+                      [=](const Declaration& d, const phs::Model& m, double h, const Options& o) {
+                        return std::make_unique<Method>(d, m, h, o, extra...);
+                      });
+}
+
+}  // namespace porthos::integrators

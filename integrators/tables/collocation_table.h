@@ -1,0 +1,54 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "phs/scalars/quad.h"
+
+namespace porthos::integrators {
+
+/// A collocation-like method with s stages in the form that keeps its invariants in floating point:
+///   L_i = (h b_i) f(Y_i),   Y_i = y + Σ_j μ_ij L_j,   y' = y + Σ_i L_i,   μ_ij = a_ij / b_j
+/// (Antoñana, Makazaga, Murua 2017, arXiv:1702.03354). Computed in 113-bit arithmetic and rounded
+/// once.
+template <class T>
+struct CollocationTable {
+  int s;
+  std::vector<T> c;     ///< nodes
+  std::vector<T> b;     ///< weights
+  std::vector<T> mu;    ///< s × s row-major
+  std::vector<T> mu_p;  ///< of the momenta in a partitioned method; empty: the same
+  /// Row j: what L_j gives to the Legendre coefficients of the polynomial's slope, degree 0 first.
+  std::vector<T> legendre;
+
+  /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h. Size s.
+  void weights(T h, std::span<T> hb) const;
+  /// The polynomial of the step at its fraction theta: y(theta) = y + Σ_j B_j L_j. Writes B, size
+  /// s.
+  void polynomial(T theta, std::span<T> B) const;
+  /// Its slope there: dy/dtheta = Σ_j B_j L_j.
+  void slope(T theta, std::span<T> B) const;
+  /// Of the polynomial; s but for HBVM.
+  int degree() const { return int(legendre.size()) / s; }
+};
+
+/// Gauss, order 2s: μ_ij + μ_ji = 1 exactly. Source: Hairer, Lubich, Wanner 2006, II.1.3.
+/// @throws InvalidArgument unless 1 <= s <= 8 (12 for Quad). T = double or Quad.
+template <class T>
+CollocationTable<T> gauss_table(int s);
+
+/// HBVM(k, r), order 2r: the polynomial has degree r, its slope the first r Legendre coefficients
+/// of f at k Gauss nodes. Source: Brugnano, Iavernaro, Trigiante 2010, J. Numer. Anal. Ind. Appl.
+/// Math. 5:17. 1 <= r <= k <= 16.
+template <class T>
+CollocationTable<T> hbvm_table(int k, int r);
+
+/// Lobatto IIIA for positions (mu), IIIB for momenta (mu_p), order 2s - 2, with mu_ij + mu_p_ji = 1
+/// exactly. Source: Hairer, Lubich, Wanner 2006, II.2.2 and VI.4.2. 2 <= s <= 8.
+template <class T>
+CollocationTable<T> lobatto_table(int s);
+
+/// Gauss with the *upper* triangle rounded and the lower set to 1 - upper: the wrong way round,
+/// kept as the negative control of the drift tests.
+CollocationTable<double> gauss_table_wrong_triangle(int s);
+
+}  // namespace porthos::integrators

@@ -1,0 +1,60 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "phs/scalars/scalar.h"
+
+/// Laws of controllers, continuous or sampled.
+namespace porthos::phs {
+
+/// u = κ(t, x, y): x the state of the system the controller acts on, its angles with all their
+/// turns, y the output of the port (then those of sensors), u the input there. Immutable, shared by
+/// threads.
+class Law {
+ public:
+  virtual ~Law() = default;
+#define PORTHOS_EVALUATE(T)                                                                       \
+  virtual void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) \
+      const = 0;
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
+#undef PORTHOS_EVALUATE
+};
+using LawPtr = std::shared_ptr<const Law>;
+
+/// A generic callable as a Law: law([](auto t, auto x, auto y, auto u) { u[0] = -2.0 * x[0] - 0.3 *
+/// y[0]; }).
+template <class F>
+LawPtr law(F f) {
+  class Callable final : public Law {
+   public:
+    explicit Callable(F f) : f_(std::move(f)) {}
+#define PORTHOS_EVALUATE(T)                                                               \
+  void operator()(const T& t, std::span<const T> x, std::span<const T> y, std::span<T> u) \
+      const override {                                                                    \
+    f_(t, x, y, u);                                                                       \
+  }
+    PORTHOS_FOR_EACH_SCALAR(PORTHOS_EVALUATE)
+#undef PORTHOS_EVALUATE
+
+   private:
+    F f_;
+  };
+  return std::make_shared<Callable>(std::move(f));
+}
+
+/// The output of a sampled controller between its instants, a zero-order hold. It belongs to one
+/// run at a time: the integrator of that run renews it (integrators/core/sampler.h), every
+/// evaluator of the model reads it.
+struct Hold {
+  std::string name;
+  double period;              ///< [s]
+  std::vector<double> fresh;  ///< memory before the first instant: the values held are 0
+  std::vector<double>
+      memory;  ///< the values held, then whatever the controller remembers of the last instant
+};
+using HoldPtr = std::shared_ptr<Hold>;
+
+}  // namespace porthos::phs

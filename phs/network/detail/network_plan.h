@@ -1,0 +1,99 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phs/network/network.h"
+
+/// What a Network has collected, and what build() makes of it. Private to network*.cpp.
+namespace porthos::phs {
+
+struct Network::Plan {
+  /// value += factor · (number `col` of another vector), into number `row`
+  struct Term {
+    int row, col;
+    double factor;
+  };
+  struct Member {
+    std::string name;
+    std::shared_ptr<const Model> model;
+    int x = 0, nx = 0, u = 0, nu = 0;  ///< where its state and its inputs stand
+    int angle = 0, angles = 0;         ///< where its turn angles stand
+    bool active = false;               ///< something acts on its ports
+    bool main = false;                 ///< its names get no prefix
+    int stored = 0, powers = 0;        ///< where its ledger begins
+  };
+  struct Law {
+    std::string name;
+    int row;
+    FunctionPtr law;
+  };
+  struct Rayleigh {
+    std::string name;
+    std::vector<Term> D;
+  };
+  struct Source {
+    std::string name;
+    int row;
+    FunctionPtr v;
+  };
+  struct Control {
+    std::string name;
+    int row, size, member;
+    LawPtr law;
+    HoldPtr hold = nullptr;         ///< null: continuous
+    std::vector<int> sensors = {};  ///< rows of the outputs it sees besides its port's
+    /// per component the coordinate whose differences are its mean flow; empty: the flow itself
+    std::vector<int> encoder = {};
+  };
+  struct Spring {
+    std::string name;
+    int q, p;  ///< in the state
+    int turn;  ///< its angle, -1 for none
+    Potential U;
+  };
+  /// An invariant of a member that the composition keeps.
+  struct Kept {
+    int member, at;  ///< offset in the member's invariants
+  };
+  struct Casimir {
+    std::vector<Term> c;  ///< row: unused; col: number of the state
+    std::string text;
+  };
+
+  std::string name;
+  std::vector<Member> members;
+  std::vector<Law> laws;
+  std::vector<Rayleigh> rayleighs;
+  std::vector<Source> sources;
+  std::vector<Control> controls;
+  std::vector<Spring> springs;
+  std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
+  std::vector<std::string> joint;  ///< per input: the junction its port takes part in, or empty
+
+  // made by build()
+  Description description;
+  std::vector<Term> B, M;       ///< u = B Gᵀe + M v; M empty: the identity
+  std::vector<Term> skew, sym;  ///< parts of B
+  std::vector<int> open;        ///< inputs the network leaves to the user
+  std::vector<int> turn_of;     ///< per number of the state: its angle, or -1
+  std::vector<Kept> kept;
+  std::vector<Casimir> casimirs;
+  std::vector<std::string> casimir_texts;
+
+  /// Inputs that something pushes on whatever the state is.
+  std::vector<int> pushed() const {
+    std::vector<int> rows;
+    for (const auto& s : sources) rows.push_back(s.row);
+    for (const auto& c : controls)
+      for (int k = 0; k < c.size; ++k) rows.push_back(c.row + k);
+    return rows;
+  }
+  int nx() const { return members.empty() ? 0 : members.back().x + members.back().nx; }
+  int nu() const { return members.empty() ? 0 : members.back().u + members.back().nu; }
+};
+
+/// Fills kept, casimirs and the invariants of the description.
+void find_invariants(Network::Plan& plan);
+
+}  // namespace porthos::phs

@@ -1,0 +1,31 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "phs/network/detail/network_plan.h"
+
+/// How the parts of a Network find ports by name and refuse what does not fit. Private to
+/// network*.cpp.
+namespace porthos::phs {
+
+[[noreturn]] void refuse(const Network::Plan& p, const std::string& why);
+
+/// A port of a member, found by "<member>.<port>".
+struct FoundPort {
+  std::string name;
+  const Network::Plan::Member* member;
+  const Port* port;
+  int row;  ///< of its first input
+};
+
+/// @throws InvalidArgument that lists the ports there are
+FoundPort find_port(const Network::Plan& p, const std::string& name);
+/// The same with `row` at one component of the port.
+FoundPort find_component(const Network::Plan& p, const std::string& name, int component);
+
+/// Inputs of ports, one after another.
+std::vector<int> rows_of(const std::vector<FoundPort>& ports);
+/// n x n, and finite.
+void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std::string& what);
+
+}  // namespace porthos::phs

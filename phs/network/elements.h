@@ -1,0 +1,111 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phs/functions/function.h"
+#include "phs/system/system.h"
+
+/// Elements that close or join the ports of a Network: resistive laws, potentials, sources, and
+/// small systems with a state of their own. Quantities are SI; "rate" and "force" stand for
+/// whatever the port carries.
+namespace porthos::phs {
+
+// --- resistive laws: force = law(rate), with rate · law(rate) >= 0 -------------------------------
+
+/// force = damping · rate. @throws InvalidArgument if damping < 0
+FunctionPtr viscous(double damping);
+
+/// Dry friction with the Stribeck effect, made smooth: the force rises to its breakaway value
+/// within about `smoothing` of rest and cannot hold a load at rest. Passive by construction, as
+/// force and rate have one sign.
+///   force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)²)) tanh(rate/smoothing)
+///           + viscous · rate
+/// Source: after Armstrong-Helouvry, Dupont, Canudas de Wit 1994, survey, model of section 2.1,
+/// with tanh for the sign.
+struct Friction {
+  double coulomb = 0;    ///< [N | N m]
+  double breakaway = 0;  ///< >= coulomb
+  double stribeck = 0;   ///< [m/s | rad/s], > 0 where breakaway > coulomb
+  double viscous = 0;    ///< [N s/m | N m s/rad]
+  double smoothing = 0;  ///< [m/s | rad/s], > 0
+};
+/// @throws InvalidArgument naming the number that is out of range
+FunctionPtr friction(const Friction& f);
+
+// --- potentials of one coordinate ----------------------------------------------------------------
+
+/// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U
+/// would have no minimum
+Potential spring(double k, double rest = 0, double k3 = 0);
+/// A force measured at some elongations: a natural cubic spline between them (force and its slope
+/// continuous), linear outside.
+/// @throws InvalidArgument unless there are two points or more with rising z, all finite
+Potential tabulated_spring(const std::vector<double>& z, const std::vector<double>& force);
+/// U = ⅓ k d³, d the depth beyond a limit: U'' is continuous, and nothing is felt between the
+/// limits.
+/// @throws InvalidArgument unless lower < upper and k > 0
+Potential soft_limits(double lower, double upper, double k);
+
+// --- sources: v(t) -------------------------------------------------------------------------------
+
+FunctionPtr constant(double value);
+/// amplitude · sin(2π frequency t + phase)
+FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0);
+/// Values at times, a natural cubic spline between them, the first and last value outside.
+/// @throws InvalidArgument as tabulated_spring()
+FunctionPtr profile(const std::vector<double>& t, const std::vector<double>& value);
+
+/// A value held until it is set again: the zero-order hold of a sampled controller. One per run:
+/// set between steps only.
+class Held {
+ public:
+  Held();
+  void set(double value) { *value_ = value; }
+  double value() const { return *value_; }
+  FunctionPtr signal() const;
+
+ private:
+  std::shared_ptr<double> value_;
+};
+
+// --- systems with a state ------------------------------------------------------------------------
+
+/// Units of what a port carries: of the rate that flows, of the effort against it, and of their
+/// integrals.
+struct Domain {
+  const char *flow, *effort, *displacement, *momentum;
+};
+inline constexpr Domain translation{"m/s", "N", "m", "N s"};
+inline constexpr Domain rotation{"rad/s", "N m", "rad", "N m s"};
+inline constexpr Domain electricity{"A", "V", "C", "V s"};
+
+/// State: elongation z, z' = rate. Port "ends" (flow in): rate -> force U'(z). A capacitor in the
+/// electrical domain.
+std::shared_ptr<const Model> spring_element(const Potential& potential, const Domain& d = rotation);
+/// State: momentum p, p' = force. Port "body" (effort in): force -> rate p/m. An inductor in the
+/// electrical domain.
+/// @throws InvalidArgument unless mass > 0
+std::shared_ptr<const Model> inertia_element(double mass, const Domain& d = rotation);
+
+/// Direct-current motor. Torque k i against back-emf k ω.
+struct DcMotor {
+  double inductance = 0;     ///< L [H], > 0
+  double resistance = 0;     ///< R [Ohm], >= 0
+  double constant = 0;       ///< k [N m/A = V s/rad]
+  double gear = 1;           ///< rotor turns per turn of the shaft
+  double rotor_inertia = 0;  ///< [kg m²] on the rotor's side; see the two models
+  double friction = 0;       ///< viscous [N m s/rad] on the rotor's side, >= 0
+};
+/// With its rotor. States: flux L i, momentum of the rotor seen at the shaft. Ports "supply"
+/// (effort in: V -> A) and "shaft" (effort in: N m -> rad/s). Joins a joint through a spring, or
+/// stands alone.
+std::shared_ptr<const Model> dc_motor(const DcMotor& m);
+/// The drive of a rigid gear: no rotor of its own (give gear² · rotor_inertia to the joint as its
+/// rotor inertia; dc_drive ignores the number). State: flux. Ports "supply" and "shaft" (flow in:
+/// rad/s -> the torque against it, - gear k i), for Network::feedback with a joint. Rotor friction
+/// is the joint's damping: gear² · friction.
+std::shared_ptr<const Model> dc_drive(const DcMotor& m);
+
+}  // namespace porthos::phs

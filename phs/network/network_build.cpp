@@ -1,0 +1,169 @@
+// From what a Network has collected to its model: the algebraic loop, the description.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "phs/network/detail/network_ports.h"
+
+namespace porthos::phs {
+namespace {
+
+using Plan = Network::Plan;
+using Eigen::MatrixXd;
+
+MatrixXd dense(const std::vector<Plan::Term>& terms, int n) {
+  MatrixXd d = MatrixXd::Zero(n, n);
+  for (const auto& t : terms) d(t.row, t.col) += t.factor;
+  return d;
+}
+std::vector<Plan::Term> terms(const MatrixXd& d, double least = 0) {
+  std::vector<Plan::Term> list;
+  for (int i = 0; i < d.rows(); ++i)
+    for (int j = 0; j < d.cols(); ++j)
+      if (std::fabs(d(i, j)) > least) list.push_back({i, j, d(i, j)});
+  return list;
+}
+
+/// u = (K - D) y + v and y = y0 + F u, solved for u.
+void solve_loop(Plan& p) {
+  const int n = p.nu();
+  MatrixXd A = dense(p.K, n);
+  for (const auto& r : p.rayleighs) A -= dense(r.D, n);
+  MatrixXd B = A;
+  p.M.clear();
+  if (!p.F.empty()) {
+    const MatrixXd F = dense(p.F, n), loop = MatrixXd::Identity(n, n) - A * F;
+    const Eigen::FullPivLU<MatrixXd> lu(loop);
+    if (!lu.isInvertible() || lu.rcond() < 1e-13)
+      refuse(p,
+             "the algebraic loop through the feedthrough has no unique solution: I - (K - D) F is "
+             "singular, expected an invertible matrix");
+    const MatrixXd M = lu.inverse();
+    const double least = 1e-15 * M.cwiseAbs().maxCoeff();
+    B = M * A;
+    p.M = terms(M, least);
+  }
+  const double least = p.F.empty() ? 0 : 1e-15 * B.cwiseAbs().maxCoeff();
+  p.B = terms(B, least);
+  p.skew = terms((B - B.transpose()) / 2, least);
+  p.sym = terms((B + B.transpose()) / 2, least);
+}
+
+void describe(Plan& p) {
+  Description d;
+  d.name = p.name;
+  d.nx = p.nx();
+  const bool alone = p.members.size() == 1;
+  d.storages.clear();
+  d.traits = {};
+  // What couples a member to itself adds G (K - D) Gᵀ to its J, by its skew part.
+  const bool same_structure = alone && p.skew.empty();
+  d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
+  d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
+  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && p.controls.empty();
+  d.traits.autonomous = p.sources.empty() && p.controls.empty();
+  p.turn_of.assign(size_t(d.nx), -1);
+  int angles = 0;
+  for (auto& m : p.members) {
+    const Description& of = m.model->description();
+    const std::string prefix = alone || m.main ? "" : m.name + ".";
+    m.angle = angles;
+    m.stored = int(d.storages.size());
+    m.powers = int(d.powers.size());
+    for (Block b : of.blocks) {
+      b.name = prefix + b.name;
+      b.at += m.x;
+      if (b.momentum >= 0) b.momentum += m.x;
+      if (b.kind == BlockKind::angle) p.turn_of[size_t(b.at)] = angles++;
+      d.blocks.push_back(b);
+    }
+    m.angles = angles - m.angle;
+    for (const auto& s : of.storages) d.storages.push_back(prefix + s);
+    for (const auto& a : of.powers) d.powers.push_back({prefix + a.name, a.kind, a.control});
+    d.traits.lossless = d.traits.lossless && of.traits.lossless;
+    d.traits.autonomous = d.traits.autonomous && of.traits.autonomous;
+  }
+  for (auto& s : p.springs) {
+    d.storages.push_back(s.name);
+    s.turn = p.turn_of[size_t(s.q)];
+  }
+  for (const auto& l : p.laws) d.powers.push_back({l.name, PowerKind::dissipated});
+  for (const auto& r : p.rayleighs) d.powers.push_back({r.name, PowerKind::dissipated});
+  for (const auto& m : p.members)
+    if (std::any_of(p.F.begin(), p.F.end(),
+                    [&](const auto& t) { return t.row >= m.u && t.row < m.u + m.nu; }))
+      d.powers.push_back({m.name + ".feedthrough", PowerKind::dissipated});
+  for (const auto& s : p.sources) d.powers.push_back({s.name, PowerKind::supplied});
+  for (const auto& c : p.controls) {
+    d.powers.push_back({c.name, PowerKind::supplied, true});
+    if (c.hold) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
+  }
+  // Ports left open.
+  for (const auto& m : p.members)
+    for (Port port : m.model->description().ports) {
+      const int row = m.u + port.at;
+      const bool joined = !p.joint[size_t(row)].empty();
+      if (joined) continue;
+      if (port.required)
+        refuse(p, "port '" + m.name + "." + port.name +
+                      "' is not joined to anything, and means nothing alone: expected a junction");
+      for (int k = 0; k < port.size; ++k)
+        for (const auto& f : p.F)
+          if (f.row == row + k || f.col == row + k)
+            refuse(p, "port '" + m.name + "." + port.name +
+                          "' has feedthrough and is left open, expected a junction or a source "
+                          "behind an element with a state");
+      port.name = (alone || m.main ? "" : m.name + ".") + port.name;
+      port.at = d.nu;
+      d.nu += port.size;
+      for (int k = 0; k < port.size; ++k) p.open.push_back(row + k);
+      d.ports.push_back(port);
+    }
+  p.description = std::move(d);
+}
+
+void mark_active(Plan& p) {
+  std::vector<bool> row(size_t(p.nu()), false);
+  for (const auto* list : {&p.B, &p.F})
+    for (const auto& t : *list) row[size_t(t.row)] = row[size_t(t.col)] = true;
+  for (const auto& l : p.laws) row[size_t(l.row)] = true;
+  for (const auto& s : p.sources) row[size_t(s.row)] = true;
+  for (const auto& c : p.controls)
+    for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
+  for (const auto& c : p.controls)
+    for (const int sensor : c.sensors) row[size_t(sensor)] = true;
+  for (auto& m : p.members)
+    m.active = std::any_of(row.begin() + m.u, row.begin() + m.u + m.nu, [](bool b) { return b; });
+}
+
+}  // namespace
+
+std::shared_ptr<const NetworkModel> Network::build() const {
+  if (plan_->members.empty()) refuse(*plan_, "has no members");
+  auto p = std::make_shared<Plan>(*plan_);
+  for (const auto& l : p->laws)
+    for (const auto& f : p->F)
+      if (f.row == l.row || f.col == l.row)
+        refuse(*p, "the law of '" + l.name +
+                       "' acts on a port with feedthrough, expected a damping "
+                       "matrix there: the loop could not be solved in advance");
+  for (auto& c : p->controls) {
+    for (const auto& f : p->F)
+      if ((f.row >= c.row && f.row < c.row + c.size) ||
+          std::find(c.sensors.begin(), c.sensors.end(), f.row) != c.sensors.end())
+        refuse(*p, "the controller '" + c.name +
+                       "' acts on a port with feedthrough, expected an element with a state "
+                       "between them");
+    if (!c.hold) continue;  // each network its own
+    std::vector<double> fresh(size_t(c.size), 0.0);
+    fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no reading before the first
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, fresh});
+  }
+  solve_loop(*p);
+  describe(*p);
+  mark_active(*p);
+  find_invariants(*p);
+  return std::make_shared<NetworkModel>(p);
+}
+
+}  // namespace porthos::phs

@@ -1,0 +1,169 @@
+// What a composition keeps: the members' invariants no joined port touches, and the linear
+// Casimirs.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "phs/network/detail/network_plan.h"
+#include "phs/system/random_state.h"
+
+namespace porthos::phs {
+namespace {
+
+using Plan = Network::Plan;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int samples = 3;
+constexpr double zero = 1e-9;     // of numbers of size 1
+constexpr int most_states = 400;  // for Casimirs: their search is cubic
+
+/// Numbers of the member's input that something acts on.
+std::vector<int> acted_on(const Plan& p, const Plan::Member& m) {
+  std::vector<int> rows;
+  const auto note = [&](int row) {
+    if (row >= m.u && row < m.u + m.nu) rows.push_back(row - m.u);
+  };
+  for (const auto& t : p.B) note(t.row);
+  for (const auto& l : p.laws) note(l.row);
+  for (const int row : p.pushed()) note(row);
+  return rows;
+}
+
+/// Whether each of a member's invariants stays: ∇I is to be seen by no port and no potential.
+std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
+  const Description& d = m.model->description();
+  std::vector<bool> ok(size_t(d.invariant_count()), true);
+  const auto rows = acted_on(p, m);
+  const auto f = m.model->instantiate<double>();
+  const auto dual = m.model->instantiate<Dual>();
+  std::mt19937_64 generator(1);
+  const size_t n = size_t(d.nx);
+  for (int sample = 0; sample < samples; ++sample) {
+    const auto x = random_state(d, 1, generator);
+    std::vector<Dual> xd(x.begin(), x.end()), values(ok.size());
+    std::vector<std::vector<double>> gradient(ok.size(), std::vector<double>(n));
+    for (size_t i = 0; i < n; ++i) {
+      xd[i].d = 1;
+      dual->invariants(xd, values);
+      for (size_t k = 0; k < ok.size(); ++k) gradient[k][i] = values[k].d;
+      xd[i].d = 0;
+    }
+    std::vector<double> y(size_t(d.nu));
+    for (size_t k = 0; k < ok.size(); ++k) {
+      double size = 0;
+      for (const double g : gradient[k]) size = std::max(size, std::fabs(g));
+      f->output(x, gradient[k], y);
+      for (const int r : rows) ok[k] = ok[k] && std::fabs(y[size_t(r)]) <= zero * size;
+      for (const auto& s : p.springs)
+        if (s.p >= m.x && s.p < m.x + m.nx)
+          ok[k] = ok[k] && std::fabs(gradient[k][size_t(s.p - m.x)]) <= zero * size;
+    }
+  }
+  return ok;
+}
+
+/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources
+/// and controllers push on.
+MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
+  const auto f = model.instantiate<double>();
+  const int n = p.nx();
+  std::mt19937_64 generator(2);
+  const auto pushed = p.pushed();
+  MatrixXd all(n, samples * (n + int(pushed.size())));
+  int at = 0;
+  std::vector<double> unit(size_t(n), 0.0), J(unit), R(unit);
+  for (int sample = 0; sample < samples; ++sample) {
+    const auto x = random_state(p.description, 1, generator);
+    for (int j = 0; j < n; ++j) {
+      unit[size_t(j)] = 1;
+      f->apply_structure(x, unit, J);
+      f->apply_dissipation(x, unit, R);
+      unit[size_t(j)] = 0;
+      for (int i = 0; i < n; ++i) all(i, at) = J[size_t(i)] - R[size_t(i)];
+      ++at;
+    }
+    for (const int row : pushed) {
+      all.col(at).setZero();
+      for (const auto& m : p.members) {
+        if (row < m.u || row >= m.u + m.nu) continue;
+        std::vector<double> u(size_t(m.nu), 0.0), Gu(size_t(m.nx));
+        u[size_t(row - m.u)] = 1;
+        m.model->instantiate<double>()->apply_input(std::span(x).subspan(size_t(m.x), size_t(m.nx)),
+                                                    u, Gu);
+        for (int i = 0; i < m.nx; ++i) all(m.x + i, at) = Gu[size_t(i)];
+      }
+      ++at;
+    }
+  }
+  return all;
+}
+
+std::string name_of(const Description& d, int k) {
+  for (const auto& b : d.blocks) {
+    if (k >= b.at && k < b.at + b.size)
+      return b.size == 1 ? b.name : b.name + "[" + std::to_string(k - b.at) + "]";
+    if (b.momentum >= 0 && k >= b.momentum && k < b.momentum + b.size)
+      return "p(" + b.name + ")" + (b.size == 1 ? "" : "[" + std::to_string(k - b.momentum) + "]");
+  }
+  return "x[" + std::to_string(k) + "]";
+}
+
+void find_casimirs(Plan& p) {
+  const auto bare = std::make_shared<Plan>(p);
+  const NetworkModel model(bare);
+  MatrixXd moving = moving_directions(model, p);
+  const double size = moving.cwiseAbs().maxCoeff();
+  if (size > 0) moving /= size;
+  Eigen::FullPivLU<MatrixXd> lu(moving.transpose());
+  lu.setThreshold(1e-10);
+  if (lu.dimensionOfKernel() == 0) return;
+  const MatrixXd kernel = lu.kernel();
+  for (int c = 0; c < kernel.cols(); ++c) {
+    VectorXd v = kernel.col(c) / kernel.col(c).cwiseAbs().maxCoeff();
+    for (int i = 0; i < v.size(); ++i) {  // numbers that are meant to be whole, are
+      const double whole = std::round(v[i]);
+      if (std::fabs(v[i] - whole) < 1e-12) v[i] = whole;
+    }
+    if ((v.transpose() * moving).cwiseAbs().maxCoeff() > 1e-10) continue;
+    Plan::Casimir found;
+    for (int i = 0; i < v.size(); ++i) {
+      if (std::fabs(v[i]) < 1e-12) continue;
+      char factor[32];
+      std::snprintf(factor, sizeof factor, "%.6g ", std::fabs(v[i]));
+      found.text += found.text.empty() ? (v[i] < 0 ? "-" : "") : (v[i] < 0 ? " - " : " + ");
+      found.text += (std::fabs(v[i]) == 1 ? "" : factor) + name_of(p.description, i);
+      found.c.push_back({0, i, v[i]});
+    }
+    p.casimir_texts.push_back(found.text);
+    p.casimirs.push_back(std::move(found));
+  }
+}
+
+}  // namespace
+
+void find_invariants(Plan& p) {
+  Description& d = p.description;
+  const bool alone = p.members.size() == 1;
+  int at = 0;
+  for (size_t i = 0; i < p.members.size(); ++i) {
+    const Plan::Member& m = p.members[i];
+    const auto& of = m.model->description();
+    if (of.invariants.empty()) continue;
+    const auto ok = stays(p, m);
+    for (const auto& inv : of.invariants) {
+      const auto first = ok.begin() + inv.at;
+      if (!std::all_of(first, first + inv.size, [](bool b) { return b; })) continue;
+      d.invariants.push_back(
+          {(alone || m.main ? "" : m.name + ".") + inv.name, inv.size, at, inv.degree, inv.unit});
+      for (int k = 0; k < inv.size; ++k) p.kept.push_back({int(i), inv.at + k});
+      at += inv.size;
+    }
+  }
+  if (alone || p.nx() > most_states) return;
+  find_casimirs(p);
+  for (size_t k = 0; k < p.casimirs.size(); ++k)
+    d.invariants.push_back({"casimir." + std::to_string(k + 1), 1, at++, 1, ""});
+}
+
+}  // namespace porthos::phs

@@ -1,0 +1,51 @@
+#include "phs/network/detail/network_ports.h"
+
+#include <cmath>
+
+namespace porthos::phs {
+
+void refuse(const Network::Plan& p, const std::string& why) {
+  throw InvalidArgument("network '" + p.name + "': " + why);
+}
+
+FoundPort find_port(const Network::Plan& p, const std::string& name) {
+  std::string members;
+  for (const auto& m : p.members) {
+    members += (members.empty() ? "" : ", ") + m.name;
+    if (name.compare(0, m.name.size() + 1, m.name + ".") != 0) continue;
+    std::string ports;
+    for (const auto& port : m.model->description().ports) {
+      ports += (ports.empty() ? "" : ", ") + m.name + "." + port.name;
+      if (m.name + "." + port.name == name) return {name, &m, &port, m.u + port.at};
+    }
+    refuse(p, "unknown port '" + name + "', expected one of " + (ports.empty() ? "none" : ports));
+  }
+  refuse(p, "unknown port '" + name + "', expected '<member>.<port>' with a member of " +
+                (members.empty() ? "none" : members));
+}
+
+FoundPort find_component(const Network::Plan& p, const std::string& name, int component) {
+  FoundPort f = find_port(p, name);
+  if (component < 0 || component >= f.port->size)
+    refuse(p, "port '" + name + "' has no component " + std::to_string(component) + ", it has " +
+                  std::to_string(f.port->size));
+  f.row += component;
+  return f;
+}
+
+std::vector<int> rows_of(const std::vector<FoundPort>& ports) {
+  std::vector<int> rows;
+  for (const auto& f : ports)
+    for (int i = 0; i < f.port->size; ++i) rows.push_back(f.row + i);
+  return rows;
+}
+
+void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std::string& what) {
+  if (size_t(m.rows) != n || size_t(m.cols) != n || m.a.size() != n * n)
+    refuse(p, what + " is " + std::to_string(m.rows) + " x " + std::to_string(m.cols) +
+                  ", expected " + std::to_string(n) + " x " + std::to_string(n));
+  for (const double x : m.a)
+    if (!std::isfinite(x)) refuse(p, what + " has an entry that is not finite");
+}
+
+}  // namespace porthos::phs

@@ -1,0 +1,343 @@
+// The system of a network: its members, joined by u = B Gᵀe + M v.
+#include <algorithm>
+#include <cmath>
+
+#include "phs/network/detail/network_plan.h"
+#include "phs/network/detail/network_resolvent.h"
+
+namespace porthos::phs {
+namespace {
+
+using Plan = Network::Plan;
+
+template <class T>
+class NetworkSystem final : public System<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+  using Terms = std::vector<Plan::Term>;
+
+ public:
+  explicit NetworkSystem(std::shared_ptr<const Plan> plan)
+      : plan_(std::move(plan)),
+        p_(*plan_),
+        turn_(p_.description.blocks.size(), T(0.0)),
+        u_(size_t(p_.nu())),
+        v_(u_.size()),
+        y_(u_.size()),
+        e_(size_t(p_.nx())),
+        Gu_(e_.size()),
+        work_(e_.size()) {
+    size_t most_invariants = 0;
+    for (const auto& m : p_.members) {
+      systems_.push_back(m.model->template instantiate<T>());
+      most_invariants = std::max(most_invariants, size_t(m.model->description().invariant_count()));
+    }
+    for (size_t i = 0; i < p_.controls.size(); ++i) {
+      const auto& c = p_.controls[i];
+      kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
+      seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
+      unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
+      if (c.hold) sampled_.push_back(i);
+    }
+    invariants_.resize(most_invariants);
+  }
+
+  const Description& description() const override { return p_.description; }
+  std::unique_ptr<System<T>> clone() const override {
+    auto copy = std::make_unique<NetworkSystem>(plan_);
+    copy->set_turn_angles(In(turn_).first(angles()));
+    return copy;
+  }
+
+  T hamiltonian(In x) override {
+    T H(0.0);
+    for (size_t i = 0; i < systems_.size(); ++i) H = H + systems_[i]->hamiltonian(state(i, x));
+    for (const auto& s : p_.springs) H = H + (*s.U.energy)(elongation(s, x));
+    return H;
+  }
+  void gradient(In x, Out e) override {
+    for (size_t i = 0; i < systems_.size(); ++i) systems_[i]->gradient(state(i, x), state(i, e));
+    for (const auto& s : p_.springs)
+      e[size_t(s.q)] = e[size_t(s.q)] + (*s.U.slope)(elongation(s, x));
+  }
+
+  void field(T t, In x, In u, Out dx) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->field(t, state(i, x), {}, state(i, dx));
+    for (const auto& s : p_.springs)
+      dx[size_t(s.p)] = dx[size_t(s.p)] - (*s.U.slope)(elongation(s, x));
+    for (size_t i = 0; i < systems_.size(); ++i)
+      if (p_.members[i].active)
+        systems_[i]->efforts(t, state(i, x), state(i, In(dx)), state(i, Out(e_)));
+    flows(t, x, e_, u);
+    add_inputs(x, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->rate(t, state(i, x), state(i, e), state(i, dx));
+    flows(t, x, e, {});
+    add_inputs(x, dx);
+  }
+  /// What an output sees of e must not depend on the inputs, so a first e without regard to them
+  /// gives the inputs.
+  void efforts(T t, In x, In dx, Out e) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->efforts(t, state(i, x), state(i, dx), state(i, e));
+    if (!any_active()) return;
+    flows(t, x, e, {});
+    for (size_t i = 0; i < systems_.size(); ++i) {
+      if (!p_.members[i].active) continue;
+      const In Gu = inputs(i, x);
+      const In dx_i = state(i, dx);
+      for (size_t k = 0; k < Gu.size(); ++k) Gu_[k] = dx_i[k] - Gu[k];
+      systems_[i]->efforts(t, state(i, x), In(Gu_).first(Gu.size()), state(i, e));
+    }
+  }
+
+  void apply_structure(In x, In e, Out Je) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->apply_structure(state(i, x), state(i, e), state(i, Je));
+    through_ports(x, e, p_.skew, T(1.0), Je);
+  }
+  void apply_dissipation(In x, In e, Out Re) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->apply_dissipation(state(i, x), state(i, e), state(i, Re));
+    through_ports(x, e, p_.sym, T(-1.0), Re);
+    if (p_.laws.empty()) return;
+    // A law that is not linear: R(x) has its secant at the flow of x.
+    gradient(x, e_);
+    outputs(x, e_);
+    for (size_t k = 0; k < p_.laws.size(); ++k) v_[k] = secant(p_.laws[k], y_[row(p_.laws[k])]);
+    outputs(x, e);
+    std::fill(u_.begin(), u_.end(), T(0.0));
+    for (size_t k = 0; k < p_.laws.size(); ++k)
+      u_[row(p_.laws[k])] = u_[row(p_.laws[k])] + v_[k] * y_[row(p_.laws[k])];
+    add_inputs(x, Re);
+  }
+  void apply_input(In x, In u, Out Gu) override {
+    std::fill(Gu.begin(), Gu.end(), T(0.0));
+    std::fill(u_.begin(), u_.end(), T(0.0));
+    for (size_t k = 0; k < u.size(); ++k) u_[size_t(p_.open[k])] = u[k];
+    for (size_t i = 0; i < systems_.size(); ++i) {
+      if (p_.members[i].nu == 0) continue;
+      const In g = inputs(i, x);
+      std::copy(g.begin(), g.end(), state(i, Gu).begin());
+    }
+  }
+  void output(In x, In e, Out y) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      if (p_.members[i].nu > 0) systems_[i]->output(state(i, x), state(i, e), ports(i, Out(y_)));
+    for (size_t k = 0; k < y.size(); ++k) y[k] = y_[size_t(p_.open[k])];
+  }
+
+  void stored(In x, Out values) override {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->stored(state(i, x), values.subspan(size_t(p_.members[i].stored)));
+    size_t k = values.size() - p_.springs.size();
+    for (const auto& s : p_.springs) values[k++] = (*s.U.energy)(elongation(s, x));
+  }
+  void powers(T t, In x, In e, Out values) override {
+    size_t k = 0;
+    for (size_t i = 0; i < systems_.size(); ++i) {
+      systems_[i]->powers(t, state(i, x), state(i, e),
+                          values.subspan(size_t(p_.members[i].powers)));
+      k += p_.members[i].model->description().powers.size();
+    }
+    if (k == values.size()) return;
+    flows(t, x, e, {});
+    for (const auto& l : p_.laws) values[k++] = y_[row(l)] * (*l.law)(y_[row(l)]);
+    for (const auto& r : p_.rayleighs) values[k++] = form(r.D, y_);
+    if (!p_.F.empty())
+      for (const auto& m : p_.members) {
+        T sum(0.0);
+        bool any = false;
+        for (const auto& f : p_.F)
+          if (f.row >= m.u && f.row < m.u + m.nu) {
+            any = true;
+            sum = sum + u_[size_t(f.row)] * T(f.factor) * u_[size_t(f.col)];
+          }
+        if (any) values[k++] = sum;
+      }
+    for (const auto& s : p_.sources) values[k++] = (*s.v)(t)*y_[size_t(s.row)];
+    for (const auto& c : p_.controls) {
+      const Out kappa = law(c, t, x, port(c, y_));
+      T wished(0.0), held(0.0);
+      for (size_t i = 0; i < kappa.size(); ++i) wished = wished + kappa[i] * port(c, y_)[i];
+      values[k++] = wished;
+      if (!c.hold) continue;
+      for (size_t i = 0; i < kappa.size(); ++i)
+        held = held + (T(c.hold->memory[i]) - kappa[i]) * port(c, y_)[i];
+      values[k++] = held;
+    }
+  }
+  void sample(size_t i, T t, In x, std::span<double> memory) override {
+    if constexpr (requires { to_double(T(0.0)); }) {  // lanes have no clock of their own
+      const auto& c = p_.controls[sampled_[i]];
+      const size_t n = size_t(c.size);
+      gradient(x, e_);
+      outputs(x, e_);
+      for (size_t k = 0; k < c.encoder.size(); ++k) {
+        const double now = to_double(unwrapped(size_t(c.encoder[k]), x));
+        double& last = memory[n + k];
+        if (!std::isnan(last)) port(c, y_)[k] = T((now - last) / c.hold->period);
+        last = now;
+      }
+      const Out kappa = law(c, t, x, port(c, y_));
+      for (size_t k = 0; k < n; ++k) memory[k] = to_double(kappa[k]);
+    }
+  }
+
+  void invariants(In x, Out values) override {
+    size_t k = 0;
+    for (size_t i = 0, next = 0; i < systems_.size() && next < p_.kept.size(); ++i) {
+      const auto& of = p_.members[i].model->description();
+      if (p_.kept[next].member != int(i)) continue;
+      const Out all = Out(invariants_).first(size_t(of.invariant_count()));
+      systems_[i]->invariants(state(i, x), all);
+      for (; next < p_.kept.size() && p_.kept[next].member == int(i); ++next)
+        values[k++] = all[size_t(p_.kept[next].at)];
+    }
+    for (const auto& c : p_.casimirs) {
+      T sum(0.0);
+      for (const auto& t : c.c) sum = sum + T(t.factor) * unwrapped(size_t(t.col), x);
+      values[k++] = sum;
+    }
+  }
+  void set_turn_angles(In angles) override {
+    std::copy(angles.begin(), angles.end(), turn_.begin());
+    for (size_t i = 0; i < systems_.size(); ++i)
+      systems_[i]->set_turn_angles(
+          angles.subspan(size_t(p_.members[i].angle), size_t(p_.members[i].angles)));
+  }
+  std::unique_ptr<Resolvent> resolvent() override {
+    if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);
+    return nullptr;
+  }
+
+ private:
+  template <class Span>
+  auto state(size_t i, Span x) const {
+    return x.subspan(size_t(p_.members[i].x), size_t(p_.members[i].nx));
+  }
+  template <class Span>
+  auto ports(size_t i, Span u) const {
+    return u.subspan(size_t(p_.members[i].u), size_t(p_.members[i].nu));
+  }
+  template <class Element>
+  static size_t row(const Element& e) {
+    return size_t(e.row);
+  }
+  size_t angles() const {
+    return p_.members.empty() ? 0 : size_t(p_.members.back().angle + p_.members.back().angles);
+  }
+  bool any_active() const {
+    return std::any_of(p_.members.begin(), p_.members.end(),
+                       [](const auto& m) { return m.active; });
+  }
+  T unwrapped(size_t k, In x) const {
+    return p_.turn_of[k] < 0 ? x[k] : x[k] + turn_[size_t(p_.turn_of[k])];
+  }
+  T elongation(const Plan::Spring& s, In x) const { return unwrapped(size_t(s.q), x); }
+
+  /// y_ = Gᵀe of the members whose ports take part.
+  void outputs(In x, In e) {
+    for (size_t i = 0; i < systems_.size(); ++i)
+      if (p_.members[i].active) systems_[i]->output(state(i, x), state(i, e), ports(i, Out(y_)));
+  }
+  /// y_ = Gᵀe + F u and u_ = (K - D) y + v, the user's inputs u included.
+  void flows(T t, In x, In e, In u) {
+    outputs(x, e);
+    std::fill(v_.begin(), v_.end(), T(0.0));
+    for (const auto& s : p_.sources) v_[row(s)] = v_[row(s)] + (*s.v)(t);
+    for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
+    for (const auto& c : p_.controls) {
+      const Out v = port(c, v_);
+      if (c.hold)
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + T(c.hold->memory[k]);
+      else {
+        const Out kappa = law(c, t, x, port(c, y_));
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
+      }
+    }
+    for (size_t k = 0; k < u.size(); ++k) v_[size_t(p_.open[k])] = v_[size_t(p_.open[k])] + u[k];
+    if (p_.M.empty()) {
+      std::copy(v_.begin(), v_.end(), u_.begin());
+    } else {
+      std::fill(u_.begin(), u_.end(), T(0.0));
+      add(p_.M, v_, u_);
+    }
+    add(p_.B, y_, u_);
+    add(p_.F, u_, y_);
+  }
+  static void add(const Terms& A, const std::vector<T>& x, std::vector<T>& y) {
+    for (const auto& a : A) y[size_t(a.row)] = y[size_t(a.row)] + T(a.factor) * x[size_t(a.col)];
+  }
+  static T form(const Terms& A, const std::vector<T>& y) {
+    T sum(0.0);
+    for (const auto& a : A) sum = sum + y[size_t(a.row)] * T(a.factor) * y[size_t(a.col)];
+    return sum;
+  }
+  static Out port(const Plan::Control& c, std::vector<T>& v) {
+    return Out(v).subspan(size_t(c.row), size_t(c.size));
+  }
+  /// κ(t, x, y)
+  Out law(const Plan::Control& c, T t, In x, In y) {
+    const auto& m = p_.members[size_t(c.member)];
+    const Out own = Out(unwrapped_).first(size_t(m.nx)), kappa = Out(kappa_).first(size_t(c.size));
+    for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(size_t(m.x) + k, x);
+    const Out seen = Out(seen_).first(size_t(c.size) + c.sensors.size());
+    std::copy(y.begin(), y.end(), seen.begin());
+    for (size_t k = 0; k < c.sensors.size(); ++k)
+      seen[size_t(c.size) + k] = y_[size_t(c.sensors[k])];
+    (*c.law)(t, In(own), In(seen), kappa);
+    return kappa;
+  }
+  /// G u_ of one member.
+  In inputs(size_t i, In x) {
+    const Out Gu = Out(work_).first(size_t(p_.members[i].nx));
+    systems_[i]->apply_input(state(i, x), ports(i, In(u_)), Gu);
+    return Gu;
+  }
+  /// dx += G u_
+  void add_inputs(In x, Out dx) {
+    for (size_t i = 0; i < systems_.size(); ++i) {
+      if (p_.members[i].nu == 0) continue;
+      const In Gu = inputs(i, x);
+      const Out to = state(i, dx);
+      for (size_t k = 0; k < Gu.size(); ++k) to[k] = to[k] + Gu[k];
+    }
+  }
+  /// out += sign · G A Gᵀ e
+  void through_ports(In x, In e, const Terms& A, T sign, Out out) {
+    if (A.empty()) return;
+    outputs(x, e);
+    std::fill(u_.begin(), u_.end(), T(0.0));
+    add(A, y_, u_);
+    for (T& u : u_) u = sign * u;
+    add_inputs(x, out);
+  }
+  static T secant(const Plan::Law& l, T y) {
+    const T tiny(1e-30);
+    const T away = select(abs(y) < tiny, tiny, y);
+    return (*l.law)(away) / away;
+  }
+
+  std::shared_ptr<const Plan> plan_;
+  const Plan& p_;
+  std::vector<std::unique_ptr<System<T>>> systems_;
+  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
+  std::vector<size_t> sampled_;  ///< the controls with a hold
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<System<T>> NetworkModel::make_system() const {
+  return std::make_unique<NetworkSystem<T>>(plan_);
+}
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<System<T>> NetworkModel::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::phs

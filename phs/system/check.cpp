@@ -1,0 +1,311 @@
+#include "phs/system/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/system/random_state.h"
+
+namespace porthos::phs {
+namespace {
+
+using Vec = std::vector<double>;
+
+double dot(const Vec& a, const Vec& b) {
+  double s = 0;
+  for (size_t i = 0; i < a.size(); ++i) s += a[i] * b[i];
+  return s;
+}
+double norm(const Vec& a) { return std::sqrt(dot(a, a)); }
+Vec sub(Vec a, const Vec& b) {
+  for (size_t i = 0; i < a.size(); ++i) a[i] -= b[i];
+  return a;
+}
+/// |a| over its scale, with 0/0 = 0; a NaN counts as infinite.
+double relative(double a, double scale) {
+  if (std::isnan(a) || std::isnan(scale)) return INFINITY;
+  return a == 0 ? 0 : std::fabs(a) / std::max(scale, 1e-300);
+}
+
+class Checker {
+ public:
+  Checker(const Model& m, const CheckOptions& o)
+      : d_(m.description()),
+        o_(o),
+        rng_(o.seed),
+        f_(m.instantiate<double>()),
+        dual_(m.instantiate<Dual>()) {}
+
+  CheckReport run() {
+    if (!o_.sizes.empty()) require_size("sizes of the numbers", o_.sizes.size(), size_t(d_.nx));
+    for (int k = 0; k < o_.samples; ++k) sample();
+    for (const char* axiom : {"rate", "efforts", "field", "power balance"})
+      if (!refusal_.empty()) untried(axiom, refusal_);
+    if (!d_.traits.autonomous)
+      untried("rate", "sources drive the system: its rate is more than (J - R) e");
+    return report_;
+  }
+  CheckReport run_traits() {
+    for (int k = 0; k < o_.samples; ++k) traits(random_state());
+    return report_;
+  }
+
+ private:
+  Vec random(int n) {
+    Vec v(static_cast<size_t>(n));
+    for (auto& x : v) x = o_.spread * normal_(rng_);
+    return v;
+  }
+  Vec random_state() {
+    Vec x = phs::random_state(d_, o_.spread, rng_);
+    if (o_.sizes.empty()) return x;
+    for (size_t i = 0; i < x.size(); ++i) x[i] *= o_.sizes[i];
+    for (const auto& b : d_.blocks)  // unit quaternions stay
+      if (b.kind == BlockKind::rotation)
+        for (size_t i = size_t(b.at); i < size_t(b.at + b.size); ++i) x[i] /= o_.sizes[i];
+    return x;
+  }
+
+  void sample() {
+    const Vec x = random_state(), a = random(d_.nx), b = random(d_.nx), u = random(d_.nu);
+    const size_t n = x.size();
+    Vec Ja(n), Jb(n), Ra(n), Rb(n), e(n), Je(n), Re(n), Gu(n), dx(n), y(u.size());
+
+    f_->apply_structure(x, a, Ja);
+    f_->apply_structure(x, b, Jb);
+    note("J skew", x, relative(dot(a, Jb) + dot(b, Ja), norm(a) * norm(Jb) + norm(b) * norm(Ja)));
+    f_->apply_dissipation(x, a, Ra);
+    f_->apply_dissipation(x, b, Rb);
+    note("R symmetric", x,
+         relative(dot(a, Rb) - dot(b, Ra), norm(a) * norm(Rb) + norm(b) * norm(Ra)));
+    note("R >= 0", x, dissipation_defect(x));
+    traits(x);
+
+    f_->gradient(x, e);
+    if (const Vec g = dual_gradient(x); !g.empty())
+      note(
+          "gradient", x,
+          relative(norm(sub(e, g)), norm(e) + norm(g) + rounding_of_gradient(x, e) / o_.tolerance));
+
+    f_->apply_structure(x, e, Je);
+    f_->apply_dissipation(x, e, Re);
+    f_->apply_input(x, u, Gu);
+    f_->output(x, e, y);
+    storages(x);
+    invariants(x);
+    if (!refusal_.empty()) return;
+    try {
+      motion(x, u, e, Je, Re, Gu, y);
+    } catch (const InvalidArgument& why) {
+      refusal_ = why.what();
+    }
+  }
+
+  /// What roundings can make of a gradient: a hundred times what one rounding of each number of the
+  /// state makes of it, so that a state where the masses are ill conditioned accuses nobody.
+  double rounding_of_gradient(Vec x, const Vec& e) {
+    for (size_t i = 0; i < x.size(); ++i) x[i] *= 1 + (i % 2 ? 1 : -1) * 0x1p-52;
+    Vec moved(x.size());
+    f_->gradient(x, moved);
+    return 100 * norm(sub(moved, e));
+  }
+
+  /// J e = (e_p, -e_q), and a slope ∂H/∂q·a that no p changes.
+  void traits(const Vec& x) {
+    const size_t n = x.size(), half = n / 2;
+    Vec e = random(d_.nx), Je(n);
+    if (d_.traits.canonical) {
+      f_->apply_structure(x, e, Je);
+      double off = 2 * half == n ? 0 : INFINITY;
+      for (size_t i = 0; i < half; ++i)
+        off = std::hypot(off, Je[i] - e[half + i], Je[half + i] + e[i]);
+      note("canonical", x, relative(off, norm(e)));
+    }
+    if (!d_.traits.separable) return;
+    const Vec y = random_state(), along = random(d_.nx);
+    std::vector<Dual> here(n), there(n);
+    for (size_t i = 0; i < half; ++i) {
+      here[i] = there[i] = Dual(x[i], along[i]);
+      here[half + i] = Dual(x[half + i]);
+      there[half + i] = Dual(y[half + i]);
+    }
+    const double a = dual_->hamiltonian(here).d, b = dual_->hamiltonian(there).d;
+    f_->gradient(x, e);
+    note("separable", x, relative(a - b, norm(e) * norm(along) + std::fabs(a) + std::fabs(b)));
+  }
+
+  /// What the field and the rate must be.
+  void motion(const Vec& x, const Vec& u, const Vec& e, const Vec& Je, const Vec& Re, const Vec& Gu,
+              const Vec& y) {
+    const size_t n = x.size();
+    Vec structural(n), rate(n), with_input(n), dx(n);
+    for (size_t i = 0; i < n; ++i) structural[i] = Je[i] - Re[i];
+    f_->rate(0.0, x, e, rate);
+    const double terms = norm(Je) + norm(Re) + norm(Gu);
+    const Vec sources = sub(rate, structural);
+    if (d_.traits.autonomous) note("rate", x, relative(norm(sources), terms));
+    f_->field(0.0, x, {}, dx);
+    Vec efforts(n);
+    f_->efforts(0.0, x, dx, efforts);
+    note("efforts", x, relative(norm(sub(efforts, e)), norm(e) + of_effort(dx, e)));
+    f_->field(0.0, x, u, dx);
+    for (size_t i = 0; i < n; ++i) with_input[i] = rate[i] + Gu[i];
+    note("field", x, relative(norm(sub(dx, with_input)), terms + of_effort(sources, e)));
+    balance(x, e, dx, y, u, norm(e) * norm(Re));
+  }
+  /// The size of a rate where an effort stands beside it. What has none carries no energy (an orbit
+  /// that drives the rest) and may be of any size: it is no scale for what has.
+  static double of_effort(Vec rate, const Vec& e) {
+    for (size_t i = 0; i < e.size(); ++i)
+      if (e[i] == 0) rate[i] = 0;
+    return norm(rate);
+  }
+
+  /// Σ storages = H.
+  void storages(const Vec& x) {
+    Vec stored(d_.storages.size());
+    f_->stored(x, stored);
+    double sum = 0, size = 0;
+    for (const double s : stored) {
+      sum += s;
+      size += std::fabs(s);
+    }
+    const double H = f_->hamiltonian(x);
+    note("storages", x, relative(sum - H, size + std::fabs(H)));
+  }
+
+  /// H' = yᵀu + Σ supplied - Σ dissipated.
+  void balance(const Vec& x, const Vec& e, const Vec& dx, const Vec& y, const Vec& u, double loss) {
+    Vec powers(d_.powers.size());
+    f_->powers(0.0, x, e, powers);
+    double left = dot(e, dx) - dot(y, u);
+    double scale = norm(e) * of_effort(dx, e) + norm(y) * norm(u) + loss;
+    for (size_t i = 0; i < powers.size(); ++i) {
+      if (d_.powers[i].kind == PowerKind::observed) continue;
+      const bool in = d_.powers[i].kind == PowerKind::supplied;
+      left -= in ? powers[i] : -powers[i];
+      scale += std::fabs(powers[i]);
+      if (!in) note("passive " + d_.powers[i].name, x, relative(std::min(0.0, powers[i]), scale));
+    }
+    note("power balance", x, relative(left, scale));
+  }
+
+  /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss
+  /// a weak one.
+  double dissipation_defect(const Vec& x) {
+    const size_t n = x.size();
+    Vec R(n * n);
+    Vec unit(n, 0.0), column(n);
+    for (size_t j = 0; j < n; ++j) {
+      unit[j] = 1;
+      f_->apply_dissipation(x, unit, column);
+      unit[j] = 0;
+      for (size_t i = 0; i < n; ++i) R[i * n + j] = column[i];
+    }
+    const auto e = symmetric_eigenvalues(n, R);
+    if (std::isnan(e.front())) return INFINITY;
+    return relative(std::min(0.0, e.front()), std::max(-e.front(), e.back()));
+  }
+
+  /// ∂H/∂x by one dual evaluation per coordinate.
+  Vec dual_gradient(const Vec& x) {
+    std::vector<Dual> xd(x.begin(), x.end());
+    Vec g(x.size());
+    for (size_t i = 0; i < x.size(); ++i) {
+      xd[i].d = 1;
+      g[i] = dual_->hamiltonian(xd).d;
+      xd[i].d = 0;
+    }
+    return g;
+  }
+
+  /// dI/dt = 0 along the conservative field J e.
+  void invariants(const Vec& x) {
+    const auto m = static_cast<size_t>(d_.invariant_count());
+    if (m == 0) return;
+    Vec e(x.size()), Je(x.size());
+    f_->gradient(x, e);
+    f_->apply_structure(x, e, Je);
+    Vec taking_part = x;  // an orbit that drives the rest does not
+    for (size_t i = 0; i < x.size(); ++i)
+      if (e[i] == 0 && Je[i] == 0) taking_part[i] = 0;
+    const double terms = norm(taking_part) * norm(Je);
+    std::vector<Dual> xd(x.size()), values(m);
+    for (size_t i = 0; i < x.size(); ++i) xd[i] = Dual(x[i], Je[i]);
+    dual_->invariants(xd, values);
+    for (const auto& inv : d_.invariants)
+      for (int k = 0; k < inv.size; ++k)
+        note("invariant " + inv.name, x,
+             relative(values[inv.at + k].d, std::fabs(values[inv.at + k].v) + terms));
+  }
+
+  auto find(const std::string& axiom) {
+    return std::find_if(report_.axioms.begin(), report_.axioms.end(),
+                        [&](const auto& r) { return r.axiom == axiom; });
+  }
+  void untried(const std::string& axiom, const std::string& why) {
+    if (find(axiom) == report_.axioms.end()) report_.axioms.push_back({axiom, 0, 0, {}, why});
+  }
+  void note(const std::string& axiom, const Vec& x, double violation) {
+    auto it = find(axiom);
+    if (it == report_.axioms.end())
+      it = report_.axioms.insert(report_.axioms.end(), {axiom, -1, o_.tolerance, {}});
+    if (violation > it->worst) {
+      it->worst = violation;
+      it->state = x;
+    }
+  }
+
+  const Description& d_;
+  CheckOptions o_;
+  std::mt19937_64 rng_;
+  std::normal_distribution<double> normal_;
+  std::unique_ptr<System<double>> f_;
+  std::unique_ptr<System<Dual>> dual_;
+  CheckReport report_;
+  std::string refusal_;  ///< of the field
+};
+
+}  // namespace
+
+bool CheckReport::holds() const {
+  return std::all_of(axioms.begin(), axioms.end(), [](const auto& a) { return a.holds(); }) &&
+         std::any_of(axioms.begin(), axioms.end(), [](const auto& a) { return a.applies(); });
+}
+
+std::string CheckReport::text() const {
+  std::ostringstream s;
+  for (const auto& a : axioms) {
+    if (!a.applies()) {
+      s << "not applicable " << a.axiom << ": " << a.why_not << "\n";
+      continue;
+    }
+    s << (a.holds() ? "holds    " : "VIOLATED ") << a.axiom << ": worst " << a.worst << ", limit "
+      << a.limit;
+    if (!a.holds()) {
+      s << ", at x = [";
+      for (size_t i = 0; i < a.state.size(); ++i) s << (i ? ", " : "") << a.state[i];
+      s << "]";
+    }
+    s << "\n";
+  }
+  return s.str();
+}
+
+CheckReport check(const Model& model, const CheckOptions& options) {
+  return Checker(model, options).run();
+}
+
+std::optional<std::string> false_trait(const Model& model) {
+  for (const AxiomResult& a : Checker(model, {.samples = 3}).run_traits().axioms)
+    if (!a.holds() &&
+        std::isfinite(a.worst))  // a state where nothing can be evaluated tells nothing
+      return "system '" + model.description().name + "' says it is " + a.axiom + ", but " +
+             (a.axiom == "canonical" ? "its J is not [0 I; -I 0]"
+                                     : "its slope over q changes with p: H is not T(p) + V(q)");
+  return std::nullopt;
+}
+
+}  // namespace porthos::phs

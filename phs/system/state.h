@@ -1,0 +1,94 @@
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "phs/system/description.h"
+
+namespace porthos::phs {
+
+/// s = a + b rounded, e = its rounding error exactly (Knuth 1969, TwoSum).
+template <class T>
+void two_sum(T a, T b, T& s, T& e) {
+  s = a + b;
+  const T bb = s - a;
+  e = (a - (s - bb)) + (b - bb);
+}
+
+/// x + lo += d, keeping |lo| below half an ulp of x.
+template <class T>
+void compensated_add(T& x, T& lo, std::type_identity_t<T> d) {
+  T s, e;
+  two_sum(x, d, s, e);
+  two_sum(s, e + lo, x, lo);
+}
+
+/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an
+/// integer clock: t = origin + (step - origin_step)·h, never a running sum while h stays. T:
+/// double, or the scalars of step maps.
+template <class T>
+struct BasicState {
+  std::vector<T> x;                  ///< value, size nx
+  std::vector<T> lo;                 ///< low word, |lo| <= ulp(x)/2
+  std::vector<std::int64_t> turns;   ///< one per angle block: the true angle is x + lo + 2π·turns
+  std::int64_t step = 0;             ///< steps taken
+  double origin = 0, origin_lo = 0;  ///< time (value + low word) at origin_step [s]
+  std::int64_t origin_step = 0;      ///< where the step size last changed
+
+  BasicState() = default;
+  BasicState(const Description& d, std::vector<T> values)
+      : x(std::move(values)), lo(x.size(), T(0.0)) {
+    for (const auto& b : d.blocks)
+      if (b.kind == BlockKind::angle) turns.push_back(0);
+  }
+  /// The time [s] when every step since origin_step had size h.
+  T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
+  /// How long it is from time(h) to an instant [s]: to the last bit where the last step was off the
+  /// grid.
+  T until(double instant, T h) const {
+    return origin_step == step ? T((instant - origin) - origin_lo) : T(instant) - time(h);
+  }
+  /// Counts a step of size `taken` that differs from the h before: its end becomes the new origin.
+  void step_off_the_grid(double h, double taken) {
+    const double n = double(step - origin_step), p = n * h;
+    double s, e, d;
+    two_sum(origin, p, s, e);
+    e += origin_lo + std::fma(n, h, -p);
+    two_sum(s, taken, s, d);
+    two_sum(s, e + d, origin, origin_lo);
+    origin_step = ++step;
+  }
+  friend bool operator==(const BasicState&, const BasicState&) = default;
+};
+using State = BasicState<double>;
+
+inline constexpr double two_pi_hi = 6.283185307179586476925286766559005768394;
+inline constexpr double two_pi_lo = 2.449293598294706355e-16;  ///< 2π - two_pi_hi
+inline constexpr double pi_hi = 3.141592653589793238462643383279502884197;
+
+/// Brings every angle block back into [-π, π] with a two-word 2π. Returns true if any turn count
+/// changed. Angles beyond 1e15, inf and NaN are left alone: those are the integrator's to report.
+inline bool wrap_angles(const Description& d, State& s) {
+  bool changed = false;
+  size_t a = 0;
+  for (const auto& b : d.blocks) {
+    if (b.kind != BlockKind::angle) continue;
+    double &x = s.x[size_t(b.at)], &lo = s.lo[size_t(b.at)];
+    while (std::fabs(x) > pi_hi && std::fabs(x) < 1e15) {
+      double n = std::round(
+          x / two_pi_hi);  // rounded, of a large x by a turn too few or too many: go round again
+      if (n == 0) n = x > 0 ? 1 : -1;
+      const double p = n * two_pi_hi, p_lo = std::fma(n, two_pi_hi, -p) + n * two_pi_lo;
+      double hi, e;
+      two_sum(x, -p, hi, e);
+      two_sum(hi, (e + lo) - p_lo, x, lo);
+      s.turns[a] += static_cast<std::int64_t>(n);
+      changed = true;
+    }
+    ++a;
+  }
+  return changed;
+}
+
+}  // namespace porthos::phs

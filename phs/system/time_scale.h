@@ -1,0 +1,155 @@
+#pragma once
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "phs/system/system.h"
+#include "phs/system/user_model.h"
+
+/// How long a step may be at a state: sigma(x) > 0, the rate of physical against fictitious time.
+namespace porthos::phs {
+
+/// One lane of a number, whether it has one or several.
+template <class T>
+auto lane_of(const T& x, int lane) {
+  if constexpr (is_pack<T>)
+    return x[lane];
+  else {
+    (void)lane;
+    return x;
+  }
+}
+template <class T, class U>
+void set_lane(T& x, int lane, U value) {
+  if constexpr (is_pack<T>)
+    x.set(lane, value);
+  else {
+    (void)lane;
+    x = value;
+  }
+}
+
+/// sigma in the scalar T. e = ∂H/∂x(x) is at hand wherever sigma is asked for.
+template <class T>
+class TimeScale {
+ public:
+  virtual ~TimeScale() = default;
+  virtual T value(std::span<const T> x, std::span<const T> e) = 0;
+  /// Returns sigma and writes ∂sigma/∂x (size nx).
+  virtual T with_gradient(std::span<const T> x, std::span<const T> e, std::span<T> gradient) = 0;
+  /// See System::set_turn_angles.
+  virtual void set_turn_angles(std::span<const T>) {}
+};
+
+/// A time scale before a scalar is chosen: immutable, shared by threads.
+class TimeScaleModel {
+ public:
+  virtual ~TimeScaleModel() = default;
+  template <class T>
+  std::unique_ptr<TimeScale<T>> instantiate() const {
+    std::unique_ptr<TimeScale<T>> s;
+    make(s);
+    return s;
+  }
+
+ protected:
+#define PORTHOS_MAKE(T) virtual void make(std::unique_ptr<TimeScale<T>>&) const = 0;
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_MAKE)
+#undef PORTHOS_MAKE
+};
+
+/// Fills the `make` overloads from one template, as ModelFor does.
+template <class Derived>
+class TimeScaleFor : public TimeScaleModel {
+ protected:
+#define PORTHOS_MAKE(T)                                              \
+  void make(std::unique_ptr<TimeScale<T>>& s) const override {       \
+    s = static_cast<const Derived*>(this)->template make_scale<T>(); \
+  }
+  PORTHOS_FOR_EACH_SCALAR(PORTHOS_MAKE)
+#undef PORTHOS_MAKE
+};
+
+/// A user's plain class S as a time scale. It needs
+///
+///   template <class T> T value(std::span<const T> x) const;
+///
+/// and may have  template <class T> void gradient(std::span<const T> x, std::span<T> g) const;
+/// without it duals give the gradient, one evaluation a coordinate, in double and lanes only.
+template <class S>
+class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
+ public:
+  explicit UserTimeScale(S scale) : scale_(std::move(scale)) {}
+
+  template <class T>
+  class Evaluator : public TimeScale<T> {
+   public:
+    explicit Evaluator(const S& s) : s_(s) {}
+    T value(std::span<const T> x, std::span<const T>) override { return s_.value(x); }
+    T with_gradient(std::span<const T> x, std::span<const T>, std::span<T> g) override {
+      if constexpr (HasGradient<S, T>) {
+        s_.gradient(x, g);
+      } else if constexpr (std::is_same_v<T, double> || is_pack<T>) {
+        dual_.resize(x.size());  // allocates once
+        for (int lane = 0; lane < lanes<T>; ++lane) {
+          for (size_t i = 0; i < x.size(); ++i) dual_[i] = Dual(lane_of(x[i], lane));
+          for (size_t i = 0; i < x.size(); ++i) {
+            dual_[i].d = 1;
+            set_lane(g[i], lane, s_.value(std::span<const Dual>(dual_)).d);
+            dual_[i].d = 0;
+          }
+        }
+      } else {
+        throw InvalidArgument(
+            "this time scale has no gradient(x, g): duals give it in double and lanes only");
+      }
+      return s_.value(x);
+    }
+
+   private:
+    const S& s_;
+    std::vector<Dual> dual_;
+  };
+
+  template <class T>
+  std::unique_ptr<TimeScale<T>> make_scale() const {
+    return std::make_unique<Evaluator<T>>(scale_);
+  }
+
+ private:
+  S scale_;
+};
+
+/// How fast the coordinates that have a momentum move, in units of a rate:
+///
+///   sigma = 1 / sqrt(1 + w²/rate²),
+///   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
+///
+/// Between 0 and 1, even in p (time-reversible), O(n). Its gradient -sigma³/rate² D²H·(0, W q') is
+/// one gradient of H in duals, along the direction (0, W q'). Linear coordinates count only where a
+/// length is given, and what has no momentum (a motor's current) does not.
+class RateTimeScale : public TimeScaleFor<RateTimeScale> {
+ public:
+  /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this.
+  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, or nothing counts
+  RateTimeScale(const Model& model, double rate, double length = 0);
+
+  const Model& model() const { return model_; }
+  double rate() const { return rate_; }
+  /// A rate q' = ∂H/∂p: where its p stands in x, and the factor of q'² in w².
+  struct Rate {
+    size_t momentum;
+    double weight;
+  };
+  const std::vector<Rate>& rates() const { return rates_; }
+
+  template <class T>
+  std::unique_ptr<TimeScale<T>> make_scale() const;
+
+ private:
+  const Model& model_;
+  double rate_;
+  std::vector<Rate> rates_;
+};
+
+}  // namespace porthos::phs

@@ -1,0 +1,50 @@
+#pragma once
+#include <memory>
+
+#include "phs/system/time_scale.h"
+
+namespace porthos::phs {
+
+/// A system in fictitious time tau, dt = sigma(x) dtau (Poincare's transformation; Hairer, Lubich,
+/// Wanner 2006, VIII.2.1). With physical time t and its conjugate p_t as coordinates,
+///
+///   K(x, t, p_t) = sigma(x) (H(x) + p_t),    x' = sigma J ∂H + (H + p_t) J ∂sigma,
+///     t' = sigma,    p_t' = 0,
+///
+/// so steps of constant size in tau, by any method that keeps structure, are steps of varying size
+/// in t and keep the structure of K. Started with p_t = -H(x), K stays 0 and x runs through the
+/// solution of the original system.
+///
+/// What the original system gains or loses, g = x' - J ∂H (damping, a drive that depends on t), is
+/// paid out of p_t: x' += sigma g, p_t' = -g·∂K/∂x. That is a skew structure matrix too: K is kept,
+/// and K = 0 stays true.
+///
+/// State, of n + 2 numbers: x with t put in after its first half and p_t at the end for a canonical
+/// system, which is canonical again if it is lossless and autonomous; else (x, t, p_t). No ports,
+/// no declared invariants besides K. The ledger is that of the original system, its powers per
+/// tau.
+class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
+ public:
+  /// Model and scale must outlive this.
+  TimeTransformedModel(const Model& model, const TimeScaleModel& scale);
+
+  const Description& description() const override { return description_; }
+  const Model& model() const { return model_; }
+  const TimeScaleModel& scale() const { return scale_; }
+
+  size_t time_at() const { return half_; }
+  size_t energy_at() const { return n_ + 1; }  ///< of p_t
+  /// Where number i of x stands.
+  size_t position(size_t i) const { return i < half_ ? i : i + 1; }
+
+  template <class T>
+  std::unique_ptr<System<T>> make_system() const;
+
+ private:
+  const Model& model_;
+  const TimeScaleModel& scale_;
+  size_t n_, half_;
+  Description description_;
+};
+
+}  // namespace porthos::phs
