@@ -194,7 +194,7 @@ std::vector<double> call_all(phs::System<double>& s) {
 /// The members that phs/system/system.h declares virtual in System, but those that a wrapper
 /// answers itself.
 std::set<std::string> virtuals_of_system() {
-  std::ifstream file(std::string(PORTHOS_SOURCE_DIR) + "/phs/system.h");
+  std::ifstream file(std::string(PORTHOS_SOURCE_DIR) + "/phs/system/system.h");
   std::stringstream text;
   text << file.rdbuf();
   const std::string all = text.str();
