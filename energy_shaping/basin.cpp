@@ -9,6 +9,7 @@
 
 #include "energy_shaping/detail/region.h"
 #include "phs/linear_algebra/linear_algebra.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -35,15 +36,13 @@ class ShapedPotential {
     g.resize(n_);
     K.resize(n_ * n_);
     for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
-    for (size_t j = 0; j < n_; ++j) {
-      xd_[j].d = 1;
+    phs::along_each(xd_, [&](size_t j) {
       dual_->gradient(xd_, ed_);
-      xd_[j].d = 0;
       for (size_t i = 0; i < n_; ++i) {
         g[i] = ed_[i].v;
         K[i * n_ + j] = ed_[i].d;
       }
-    }
+    });
   }
   /// Newton's method from q; false where it does not converge or leaves the region by more than it
   /// is wide.

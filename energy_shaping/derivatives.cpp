@@ -1,4 +1,5 @@
 #include "energy_shaping/derivatives.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -9,12 +10,10 @@ std::vector<double> by_duals(std::span<const double> x, F f) {
   const std::size_t n = x.size();
   std::vector<phs::Dual> s(x.begin(), x.end()), out(n);
   std::vector<double> J(n * n);
-  for (std::size_t j = 0; j < n; ++j) {
-    s[j].d = 1;
+  phs::along_each(s, [&](std::size_t j) {
     f(s, out);
-    s[j].d = 0;
     for (std::size_t i = 0; i < n; ++i) J[i * n + j] = out[i].d;
-  }
+  });
   return J;
 }
 

@@ -6,6 +6,7 @@
 
 #include "energy_shaping/designs.h"
 #include "energy_shaping/plant.h"
+#include "phs/scalars/derivative.h"
 #include "phs/scalars/scalar.h"
 
 /// Arms with elastic joints:  M(q) q'' + C q' + ∂V + D_q q' = K (θ - q),  B θ'' = u - K (θ - q),  K
@@ -91,13 +92,8 @@ PlantPtr elastic_plant(const ElasticJoints<F>& j,
 template <class F>
 std::array<double, size_t(F::n)> gravity_of(const F& arm, std::span<const double> q) {
   std::array<double, size_t(F::n)> g;
-  std::array<phs::Tangent<double>, size_t(F::n)> x;
-  for (size_t i = 0; i < x.size(); ++i) x[i] = phs::Tangent<double>(q[i]);
-  for (size_t i = 0; i < x.size(); ++i) {
-    x[i].d = 1;
-    g[i] = arm.potential(std::span<const phs::Tangent<double>>(x)).d;
-    x[i].d = 0;
-  }
+  std::array<phs::Dual, size_t(F::n)> x;
+  phs::gradient_by_duals<double>([&](auto y) { return arm.potential(y); }, q, x, g);
   return g;
 }
 

@@ -7,6 +7,7 @@
 
 #include "energy_shaping/matched_system-inl.h"
 #include "phs/linear_algebra/linear_algebra.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -195,15 +196,13 @@ void MatchedLoop::check() {
   std::vector<phs::Dual> qd(q_rest.begin(), q_rest.end()), dV(n), k;
   for (const auto& g : shaping_->gains()) k.push_back(g.value);
   Vec hessian_V(n * n), slope(n);
-  for (size_t j = 0; j < n; ++j) {
-    qd[j].d = 1;
+  phs::along_each(qd, [&](size_t j) {
     (void)shaping_->potential(qd, k, dV);
-    qd[j].d = 0;
     for (size_t i = 0; i < n; ++i) {
       hessian_V[i * n + j] = dV[i].d;
       slope[i] = dV[i].v;
     }
-  }
+  });
   const auto curvature = phs::symmetric_eigenvalues(n, hessian_V);
   c.at_most("rest point", norm(phs::linear_solve(n, hessian_V, slope)), 1e-8,
             "Newton's step to the critical point of V_d", q_rest);

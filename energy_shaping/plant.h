@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "phs/linear_algebra/dense.h"
-#include "phs/scalars/tangent.h"
+#include "phs/scalars/derivative.h"
 #include "phs/system/user_model.h"
 
 namespace porthos::energy_shaping {
@@ -59,7 +59,7 @@ struct Plant {
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
-    using S = phs::Tangent<T>;
+    using S = phs::BasicDual<T>;
     std::array<T, n * n> M, L;
     form.mass(x.first(n), std::span<T>(M));
     phs::dense::cholesky(n, M.data(), L.data());
@@ -67,15 +67,13 @@ struct Plant {
     std::array<S, n> q;
     std::array<S, n * n> dM;
     for (size_t i = 0; i < n; ++i) q[i] = S(x[i]);
-    for (size_t k = 0; k < n; ++k) {
-      q[k].d = T(1.0);
+    phs::along_each(q, [&](size_t k) {
       form.mass(std::span<const S>(q), std::span<S>(dM));
       T bend(0.0);
       for (size_t i = 0; i < n; ++i)
         for (size_t j = 0; j < n; ++j) bend = bend + e[n + i] * dM[i * n + j].d * e[n + j];
       e[k] = form.potential(std::span<const S>(q)).d - T(0.5) * bend;
-      q[k].d = T(0.0);
-    }
+    });
   }
   template <class T>
   void dissipation(std::span<const T>, std::span<const T> e, std::span<T> Re) const {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "phs/error.h"
-#include "phs/scalars/tangent.h"
+#include "phs/scalars/derivative.h"
 
 /// What a designer writes down: the energy the closed loop shall have.
 namespace porthos::energy_shaping {
@@ -132,30 +132,26 @@ class UserShaping final : public Shaping {
                std::span<T> dMd) const {
     design_.mass(q, k, Md);
     if (dMd.empty()) return;
-    using S = phs::Tangent<T>;
+    using S = phs::BasicDual<T>;
     std::array<S, n> x;
     std::array<S, n * n> d;
     for (size_t i = 0; i < n; ++i) x[i] = S(q[i]);
-    for (size_t j = 0; j < n; ++j) {
-      x[j].d = T(1.0);
+    phs::along_each(x, [&](size_t j) {
       design_.mass(std::span<const S>(x), k, std::span<S>(d));
       for (size_t i = 0; i < n * n; ++i) dMd[j * n * n + i] = d[i].d;
-      x[j].d = T(0.0);
-    }
+    });
   }
   template <class T>
   T potential_of(std::span<const T> q, std::span<const T> k, std::span<T> dV) const {
     if (dV.empty()) return design_.potential(q, k);
-    using S = phs::Tangent<T>;
+    using S = phs::BasicDual<T>;
     std::array<S, n> x;
     S V;
     for (size_t i = 0; i < n; ++i) x[i] = S(q[i]);
-    for (size_t j = 0; j < n; ++j) {
-      x[j].d = T(1.0);
+    phs::along_each(x, [&](size_t j) {
       V = design_.potential(std::span<const S>(x), k);
       dV[j] = V.d;
-      x[j].d = T(0.0);
-    }
+    });
     return V.v;
   }
   template <class T>

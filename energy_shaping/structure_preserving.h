@@ -7,6 +7,7 @@
 
 #include "energy_shaping/elastic_plant.h"
 #include "energy_shaping/port_law.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::energy_shaping {
 
@@ -124,7 +125,7 @@ class ElasticStructurePreserving {
   template <class S>
   void inverse_dynamics(const std::array<S, N>& q, const std::array<S, N>& v,
                         const std::array<S, N>& a, std::array<S, N>& tau) const {
-    using D = phs::Tangent<S>;
+    using D = phs::BasicDual<S>;
     std::array<S, N * N> M;
     std::array<D, N> x;
     std::array<D, N * N> dM;
@@ -136,22 +137,20 @@ class ElasticStructurePreserving {
       for (size_t k = 0; k < N; ++k) tau[i] = tau[i] + M[i * N + k] * a[k] + dM[i * N + k].d * v[k];
     }
     for (size_t i = 0; i < N; ++i) x[i] = D(q[i]);
-    for (size_t i = 0; i < N; ++i) {
-      x[i].d = S(1.0);
+    phs::along_each(x, [&](size_t i) {
       j_.arm.mass(std::span<const D>(x), std::span<D>(dM));
       S bend(0.0);
       for (size_t k = 0; k < N; ++k)
         for (size_t l = 0; l < N; ++l) bend = bend + v[k] * dM[k * N + l].d * v[l];
       tau[i] = tau[i] - S(0.5) * bend + j_.arm.potential(std::span<const D>(x)).d;
-      x[i].d = S(0.0);
-    }
+    });
   }
   /// n, n', n'' along the motion of the plant.
   template <class T>
   void motion(std::span<const T> x, std::array<T, N>& n, std::array<T, N>& dn,
               std::array<T, N>& ddn) const {
-    using D = phs::Tangent<T>;
-    using DD = phs::Tangent<D>;
+    using D = phs::BasicDual<T>;
+    using DD = phs::BasicDual<D>;
     std::array<T, N> q, v, a, jerk, zero, tau;
     std::array<T, N * N> M, L;
     for (size_t i = 0; i < N; ++i) {
@@ -175,19 +174,17 @@ class ElasticStructurePreserving {
     for (size_t i = 0; i < N; ++i)
       tau[i] = T(j_.stiffness[i]) * (x[3 * N + i] / T(j_.motor[i]) - v[i]) - td[i].d;
     phs::dense::solve(N, L.data(), tau.data(), jerk.data());
-    // ∂V with two derivatives in time; the gradient by one tangent more
-    using G = phs::Tangent<DD>;
+    // ∂V with two derivatives in time; the gradient by one dual more
+    using G = phs::BasicDual<DD>;
     std::array<G, N> s;
     for (size_t i = 0; i < N; ++i) s[i] = G(DD(D(q[i], v[i]), D(v[i], a[i])));
-    for (size_t i = 0; i < N; ++i) {
-      s[i].d = DD(1.0);
+    phs::along_each(s, [&](size_t i) {
       const DD g = j_.arm.potential(std::span<const G>(s)).d;
-      s[i].d = DD(0.0);
       const T d(g_.link_damping[i]);
       n[i] = g.v.v - d * v[i];
       dn[i] = g.v.d - d * a[i];
       ddn[i] = g.d.d - d * jerk[i];
-    }
+    });
   }
 
   ElasticJoints<F> j_;

@@ -1,5 +1,6 @@
 // Systems, laws and functions written in Python, as models, laws and functions of the C++ side.
 #include "phs/system/user_model.h"
+#include "phs/scalars/derivative.h"
 
 #include <pybind11/stl.h>
 
@@ -111,24 +112,13 @@ class PythonSystem {
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
     if (gradient_) return evaluate("gradient", e, x);
-    if constexpr (std::is_same_v<T, double> || phs::is_pack<T>) {
+    if constexpr (phs::has_gradient_by_duals<T>) {
       const py::gil_scoped_acquire gil;
       std::vector<Dual> d(x.size());
-      each_lane<T>([&](int l) {
-        for (size_t i = 0; i < x.size(); ++i) d[i] = Dual(phs::lane_of(x[i], l));
-        for (size_t i = 0; i < x.size(); ++i) {
-          d[i].d = 1;
-          const double g =
-              from_python<Dual>(call("hamiltonian", to_python(std::span<const Dual>(d))),
-                                who("hamiltonian"))
-                  .d;
-          d[i].d = 0;
-          if constexpr (phs::is_pack<T>)
-            e[i].set(l, g);
-          else
-            e[i] = g;
-        }
-      });
+      const auto H = [&](std::span<const Dual> y) {
+        return from_python<Dual>(call("hamiltonian", to_python(y)), who("hamiltonian"));
+      };
+      phs::gradient_by_duals<T>(H, x, d, e);
     } else {
       throw InvalidArgument("system '" + description_.name +
                             "' has no gradient(x): duals give it in double and lanes only, not in "

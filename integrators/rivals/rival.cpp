@@ -1,4 +1,5 @@
 #include "integrators/rivals/rival.h"
+#include "phs/scalars/derivative.h"
 
 #include <algorithm>
 #include <cmath>
@@ -121,12 +122,10 @@ void Rival::dual_field(phs::Dual t) {
 bool Rival::jacobian(double t, const double* y, double* J) noexcept {
   const auto columns = [&] {
     for (size_t j = 0; j < n_; ++j) dual_x_[j] = phs::Dual(y[j]);
-    for (size_t j = 0; j < n_; ++j) {
-      dual_x_[j].d = 1;
+    phs::along_each(dual_x_, [&](size_t j) {
       dual_field(inside(t));
-      dual_x_[j].d = 0;
       for (size_t i = 0; i < n_; ++i) J[i + n_ * j] = dual_f_[i].d;
-    }
+    });
   };
   return guarded(columns, J, n_ * n_);
 }

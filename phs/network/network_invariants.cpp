@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "phs/network/detail/network_plan.h"
+#include "phs/scalars/derivative.h"
 #include "phs/system/random_state.h"
 
 namespace porthos::phs {
@@ -43,12 +44,10 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
     const auto x = random_state(d, 1, generator);
     std::vector<Dual> xd(x.begin(), x.end()), values(ok.size());
     std::vector<std::vector<double>> gradient(ok.size(), std::vector<double>(n));
-    for (size_t i = 0; i < n; ++i) {
-      xd[i].d = 1;
+    along_each(xd, [&](size_t i) {
       dual->invariants(xd, values);
       for (size_t k = 0; k < ok.size(); ++k) gradient[k][i] = values[k].d;
-      xd[i].d = 0;
-    }
+    });
     std::vector<double> y(size_t(d.nu));
     for (size_t k = 0; k < ok.size(); ++k) {
       double size = 0;

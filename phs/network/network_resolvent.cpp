@@ -1,4 +1,5 @@
 #include "phs/network/detail/network_resolvent.h"
+#include "phs/scalars/derivative.h"
 
 #include <algorithm>
 
@@ -20,13 +21,11 @@ class SmallResolvent final : public Resolvent {
       : system_(system), lu_(size_t(system.description().nx)), x_(lu_.size()), f_(lu_.size()) {}
   void factor(double t, Numbers x, const Complex4& z) override {
     std::copy(x.begin(), x.end(), x_.begin());
-    for (size_t j = 0; j < x_.size(); ++j) {
-      x_[j].d = 1;
+    along_each(x_, [&](size_t j) {
       system_.field(Dual(t), x_, {}, f_);
-      x_[j].d = 0;
       for (size_t i = 0; i < f_.size(); ++i)
         lu_.entry(i, j) = Complex4(i == j ? 1.0 : 0.0) - f_[i].d * z;
-    }
+    });
     lu_.factor();
   }
   void solve(std::span<Complex4> r) override { lu_.solve(r); }
@@ -186,9 +185,7 @@ class NetworkResolvent final : public Resolvent {
   }
   double turn(size_t k) const { return p_.turn_of[k] < 0 ? 0 : turns_[size_t(p_.turn_of[k])]; }
   double bend(const Plan::Spring& s) const {  // U''
-    Dual z(x_[size_t(s.q)] + turn(size_t(s.q)));
-    z.d = 1;
-    return (*s.U.slope)(z).d;
+    return derivative(*s.U.slope, x_[size_t(s.q)] + turn(size_t(s.q)));
   }
   void evaluate_outputs() {
     for (size_t i = 0; i < systems_.size(); ++i) {
@@ -232,11 +229,7 @@ class NetworkResolvent final : public Resolvent {
   void find_rows(double t) {
     std::fill(D_.begin(), D_.end(), 0.0);
     std::fill(X_.begin(), X_.end(), 0.0);
-    for (const auto& l : p_.laws) {
-      Dual y(y_[size_t(l.row)]);
-      y.d = 1;
-      entry(D_, l.row, l.row) -= (*l.law)(y).d;
-    }
+    for (const auto& l : p_.laws) entry(D_, l.row, l.row) -= derivative(*l.law, y_[size_t(l.row)]);
     for (const auto& c : p_.controls)
       if (!c.hold) differentiate(c, t);
     std::fill(V_.begin(), V_.end(), 0.0);
@@ -265,26 +258,23 @@ class NetworkResolvent final : public Resolvent {
   void differentiate(const Plan::Control& c, double t) {
     const auto& m = p_.members[size_t(c.member)];
     const size_t ports = size_t(c.size), all = ports + c.sensors.size();
-    const auto x = std::span(law_x_).first(size_t(m.nx));
-    const auto y = std::span(seen_).first(all), u = std::span(kappa_).first(ports);
+    auto x = std::span(law_x_).first(size_t(m.nx));
+    auto y = std::span(seen_).first(all);
+    const auto u = std::span(kappa_).first(ports);
     for (size_t k = 0; k < x.size(); ++k) x[k] = Dual(x_[size_t(m.x) + k] + turn(size_t(m.x) + k));
     const auto row_seen = [&](size_t k) {
       return k < ports ? c.row + int(k) : c.sensors[k - ports];
     };
     for (size_t k = 0; k < all; ++k) y[k] = Dual(y_[size_t(row_seen(k))]);
-    for (size_t k = 0; k < all; ++k) {
-      y[k].d = 1;
+    along_each(y, [&](size_t k) {
       (*c.law)(Dual(t), x, y, u);
-      y[k].d = 0;
       for (size_t j = 0; j < ports; ++j) entry(D_, c.row + int(j), row_seen(k)) += u[j].d;
-    }
-    for (size_t k = 0; k < x.size(); ++k) {
-      x[k].d = 1;
+    });
+    along_each(x, [&](size_t k) {
       (*c.law)(Dual(t), x, y, u);
-      x[k].d = 0;
       for (size_t j = 0; j < ports; ++j)
         X_[size_t(slot_[size_t(c.row) + j]) * nx_ + size_t(m.x) + k] += u[j].d;
-    }
+    });
   }
 
   const Plan& p_;

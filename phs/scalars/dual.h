@@ -1,34 +1,42 @@
 #pragma once
+#include <type_traits>
 
-/// Forward-mode derivative along one direction: v + d ε with ε² = 0. Used by the checkers (gradient
-/// of H, derivative of an invariant along the field) and by exact Jacobians of a step.
 namespace porthos::phs {
 
-struct Dual {
-  double v = 0;  ///< value
-  double d = 0;  ///< derivative along the seeded direction
+/// v + d ε with ε² = 0 over a scalar T: the derivative along one direction, in lanes, in 113 bits,
+/// of duals again. Systems are instantiated in Dual, the one over double; the others serve code
+/// that needs a gradient inside an evaluation in T. How a direction is seeded: derivative.h.
+template <class T>
+struct BasicDual {
+  T v = T(0.0);  ///< value
+  T d = T(0.0);  ///< derivative along the seeded direction
 
-  Dual() = default;
-  Dual(double value) : v(value) {}
-  Dual(double value, double derivative) : v(value), d(derivative) {}
+  BasicDual() = default;
+  BasicDual(T value) : v(value) {}
+  BasicDual(double value) requires(!std::is_same_v<T, double>) : v(value) {}
+  BasicDual(T value, T derivative) : v(value), d(derivative) {}
 
-  friend Dual operator+(Dual a, Dual b) { return {a.v + b.v, a.d + b.d}; }
-  friend Dual operator-(Dual a, Dual b) { return {a.v - b.v, a.d - b.d}; }
-  friend Dual operator*(Dual a, Dual b) { return {a.v * b.v, a.d * b.v + a.v * b.d}; }
-  friend Dual operator/(Dual a, Dual b) {
-    const double q = a.v / b.v;
+  friend BasicDual operator+(BasicDual a, BasicDual b) { return {a.v + b.v, a.d + b.d}; }
+  friend BasicDual operator-(BasicDual a, BasicDual b) { return {a.v - b.v, a.d - b.d}; }
+  friend BasicDual operator*(BasicDual a, BasicDual b) {
+    return {a.v * b.v, a.d * b.v + a.v * b.d};
+  }
+  friend BasicDual operator/(BasicDual a, BasicDual b) {
+    const T q = a.v / b.v;
     return {q, (a.d - q * b.d) / b.v};
   }
-  friend Dual operator-(Dual a) { return {-a.v, -a.d}; }
-  Dual& operator+=(Dual b) { return *this = *this + b; }
-  Dual& operator-=(Dual b) { return *this = *this - b; }
-  Dual& operator*=(Dual b) { return *this = *this * b; }
+  friend BasicDual operator-(BasicDual a) { return {-a.v, -a.d}; }
+  BasicDual& operator+=(BasicDual b) { return *this = *this + b; }
+  BasicDual& operator-=(BasicDual b) { return *this = *this - b; }
+  BasicDual& operator*=(BasicDual b) { return *this = *this * b; }
 
-  friend bool operator<(Dual a, Dual b) { return a.v < b.v; }
-  friend bool operator>(Dual a, Dual b) { return a.v > b.v; }
-  friend bool operator<=(Dual a, Dual b) { return a.v <= b.v; }
-  friend bool operator>=(Dual a, Dual b) { return a.v >= b.v; }
-  friend bool operator==(Dual a, Dual b) { return a.v == b.v; }
+  friend auto operator<(BasicDual a, BasicDual b) { return a.v < b.v; }
+  friend auto operator>(BasicDual a, BasicDual b) { return a.v > b.v; }
+  friend auto operator<=(BasicDual a, BasicDual b) { return a.v <= b.v; }
+  friend auto operator>=(BasicDual a, BasicDual b) { return a.v >= b.v; }
+  friend auto operator==(BasicDual a, BasicDual b) { return a.v == b.v; }
 };
+
+using Dual = BasicDual<double>;
 
 }  // namespace porthos::phs

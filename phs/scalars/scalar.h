@@ -47,9 +47,10 @@ inline bool any(bool mask) { return mask; }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline long double sqrt(long double x) { return std::sqrt(x); }
 inline Quad sqrt(Quad x) { return sqrtq(x); }
-inline Dual sqrt(Dual x) {
-  const double r = std::sqrt(x.v);
-  return {r, x.d / (2 * r)};
+template <class T>
+BasicDual<T> sqrt(BasicDual<T> x) {
+  const T r = sqrt(x.v);
+  return {r, x.d / (T(2.0) * r)};
 }
 
 template <class T>
@@ -77,24 +78,48 @@ Pack<double, W, n> map_lanes(F f, Pack<double, W, n> x) {
   inline double name(double x) { return std::name(x); }           \
   inline long double name(long double x) { return std::name(x); } \
   inline Quad name(Quad x) { return quad_name(x); }               \
-  inline Dual name(Dual x) {                                      \
-    const double f = std::name(x.v);                              \
-    return {f, x.d * (derivative)};                               \
-  }                                                               \
   template <int W, bool n>                                        \
   Pack<double, W, n> name(Pack<double, W, n> x) {                 \
     return map_lanes([](double y) { return std::name(y); }, x);   \
+  }                                                               \
+  template <class T>                                              \
+  BasicDual<T> name(BasicDual<T> x) {                             \
+    const T f = name(x.v);                                        \
+    return {f, x.d * (derivative)};                               \
   }
 PORTHOS_UNARY(exp, expq, f)
-PORTHOS_UNARY(log, logq, 1 / x.v)
-PORTHOS_UNARY(tanh, tanhq, 1 - f * f)
+PORTHOS_UNARY(log, logq, T(1.0) / x.v)
+PORTHOS_UNARY(tanh, tanhq, T(1.0) - f * f)
 #undef PORTHOS_UNARY
+
+/// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y
+/// cancels).
+template <class T>
+T log1p(T y) {
+  const T one(1.0), w = one + y, d = w - one;
+  const auto tiny = !(d > T(0.0));
+  return select(tiny, y, y * (log(w) / select(tiny, one, d)));
+}
+/// asinh with small relative error, the same for x and -x.
+template <class T>
+T asinh(T x) {
+  const T one(1.0), a = abs(x);
+  const T y = log1p(a + a * a / (one + sqrt(one + a * a)));
+  return select(x < T(0.0), -y, y);
+}
+template <class T>
+BasicDual<T> asinh(BasicDual<T> x) {
+  return {asinh(x.v), x.d / sqrt(x.v * x.v + T(1.0))};
+}
 
 /// The double nearest to x (of a Dual, its value).
 inline double to_double(double x) { return x; }
 inline double to_double(long double x) { return static_cast<double>(x); }
 inline double to_double(Quad x) { return static_cast<double>(x); }
-inline double to_double(Dual x) { return x.v; }
+template <class T>
+double to_double(BasicDual<T> x) {
+  return to_double(x.v);
+}
 
 }  // namespace porthos::phs
 

@@ -84,8 +84,9 @@ inline void sincos(long double x, long double& s, long double& c) {
   c = std::cos(x);
 }
 inline void sincos(Quad x, Quad& s, Quad& c) { sincosq(x, &s, &c); }
-inline void sincos(Dual x, Dual& s, Dual& c) {
-  double sv, cv;
+template <class T>
+void sincos(BasicDual<T> x, BasicDual<T>& s, BasicDual<T>& c) {
+  T sv, cv;
   sincos(x.v, sv, cv);
   s = {sv, cv * x.d};
   c = {cv, -sv * x.d};

@@ -1,4 +1,5 @@
 #include "phs/system/check.h"
+#include "phs/scalars/derivative.h"
 
 #include <algorithm>
 #include <cmath>
@@ -211,13 +212,9 @@ class Checker {
 
   /// ∂H/∂x by one dual evaluation per coordinate.
   Vec dual_gradient(const Vec& x) {
-    std::vector<Dual> xd(x.begin(), x.end());
+    std::vector<Dual> xd(x.size());
     Vec g(x.size());
-    for (size_t i = 0; i < x.size(); ++i) {
-      xd[i].d = 1;
-      g[i] = dual_->hamiltonian(xd).d;
-      xd[i].d = 0;
-    }
+    gradient_by_duals<double>([&](auto y) { return dual_->hamiltonian(y); }, x, xd, g);
     return g;
   }
 

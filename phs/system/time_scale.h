@@ -3,31 +3,12 @@
 #include <utility>
 #include <vector>
 
+#include "phs/scalars/derivative.h"
 #include "phs/system/system.h"
 #include "phs/system/user_model.h"
 
 /// How long a step may be at a state: sigma(x) > 0, the rate of physical against fictitious time.
 namespace porthos::phs {
-
-/// One lane of a number, whether it has one or several.
-template <class T>
-auto lane_of(const T& x, int lane) {
-  if constexpr (is_pack<T>)
-    return x[lane];
-  else {
-    (void)lane;
-    return x;
-  }
-}
-template <class T, class U>
-void set_lane(T& x, int lane, U value) {
-  if constexpr (is_pack<T>)
-    x.set(lane, value);
-  else {
-    (void)lane;
-    x = value;
-  }
-}
 
 /// sigma in the scalar T. e = ∂H/∂x(x) is at hand wherever sigma is asked for.
 template <class T>
@@ -89,16 +70,9 @@ class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
     T with_gradient(std::span<const T> x, std::span<const T>, std::span<T> g) override {
       if constexpr (HasGradient<S, T>) {
         s_.gradient(x, g);
-      } else if constexpr (std::is_same_v<T, double> || is_pack<T>) {
+      } else if constexpr (has_gradient_by_duals<T>) {
         dual_.resize(x.size());  // allocates once
-        for (int lane = 0; lane < lanes<T>; ++lane) {
-          for (size_t i = 0; i < x.size(); ++i) dual_[i] = Dual(lane_of(x[i], lane));
-          for (size_t i = 0; i < x.size(); ++i) {
-            dual_[i].d = 1;
-            set_lane(g[i], lane, s_.value(std::span<const Dual>(dual_)).d);
-            dual_[i].d = 0;
-          }
-        }
+        gradient_by_duals<T>([&](auto y) { return s_.value(y); }, x, dual_, g);
       } else {
         throw InvalidArgument(
             "this time scale has no gradient(x, g): duals give it in double and lanes only");

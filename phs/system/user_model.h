@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "phs/scalars/derivative.h"
 #include "phs/system/system.h"
 
 /// Makes a Model out of a user's plain class. The class needs two members:
@@ -127,7 +128,7 @@ class UserModel : public ModelFor<UserModel<S>> {
       if constexpr (HasGradient<S, T>)
         m_.system_.gradient(x, e);
       else
-        gradient_by_duals(x, e);
+        gradient_of_hamiltonian(x, e);
     }
     void field(T t, In x, In u, Out dx) override {
       gradient(x, e_);
@@ -221,32 +222,15 @@ class UserModel : public ModelFor<UserModel<S>> {
       for (size_t i = 0; i < e.size(); ++i) sum = sum + e[i] * w_[i];
       return sum;
     }
-    /// ∂H/∂x one direction at a time: one dual evaluation of H per coordinate and lane.
-    void gradient_by_duals(In x, Out e) {
-      if constexpr (std::is_same_v<T, double> || is_pack<T>) {
-        for (int lane = 0; lane < lanes<T>; ++lane) {
-          for (size_t i = 0; i < x.size(); ++i) dual_[i] = Dual(at(x[i], lane));
-          for (size_t i = 0; i < x.size(); ++i) {
-            dual_[i].d = 1;
-            const double g = m_.system_.hamiltonian(std::span<const Dual>(dual_)).d;
-            if constexpr (is_pack<T>)
-              e[i].set(lane, g);
-            else
-              e[i] = g;
-            dual_[i].d = 0;
-          }
-        }
+    /// ∂H/∂x where the system has no gradient.
+    void gradient_of_hamiltonian(In x, Out e) {
+      if constexpr (has_gradient_by_duals<T>) {
+        gradient_by_duals<T>([&](auto y) { return m_.system_.hamiltonian(y); }, x, dual_, e);
       } else {
         throw InvalidArgument("system '" + m_.description_.name +
                               "' has no gradient(x, e): duals give it in double and lanes only, "
                               "not in duals or 113 bits");
       }
-    }
-    static double at(const T& x, int lane) {
-      if constexpr (is_pack<T>)
-        return x[lane];
-      else
-        return to_double(x);
     }
 
     const UserModel& m_;
