@@ -6,8 +6,6 @@
 
 namespace porthos::integrators {
 
-using phs::Quad;
-
 Entries gauss_entries() {
   const auto gauss = [](std::string name, std::string title, int s) {
     constexpr auto holds = Claim::holds;
@@ -35,18 +33,6 @@ Entries gauss_entries() {
                       s));
   e.push_back(gauss("midpoint", "implicit midpoint rule", 1));
   return e;
-}
-
-std::vector<Quad> gauss_reference(const phs::Model& model, std::vector<Quad> x, Quad h,
-                                  std::int64_t steps, int s) {
-  const auto method = make_collocation<Quad>({.name = "reference"}, gauss_table<Quad>(s), model, h,
-                                             {.max_sweeps = 400});
-  phs::BasicState<Quad> state(model.description(), std::move(x));
-  for (std::int64_t i = 0; i < steps; ++i)
-    if (method->step(state) != Outcome::ok)
-      throw InvalidArgument("the 113-bit reference run does not converge at this step");
-  for (size_t k = 0; k < state.x.size(); ++k) state.x[k] += state.lo[k];
-  return state.x;
 }
 
 }  // namespace porthos::integrators

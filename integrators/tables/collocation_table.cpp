@@ -126,18 +126,6 @@ void round_pair(Quad exact, bool first, T& a, T& b) {
 }
 
 template <class T>
-CollocationTable<T> make_gauss(int s, bool round_the_larger) {
-  std::vector<Quad> mu;
-  auto t = expansion<T>(gauss_quadrature(s), s, mu);
-  t.mu.assign(size_t(s * s), T(0.5));
-  for (int i = 0; i < s; ++i)
-    for (int j = 0; j < i; ++j)  // the lower triangle holds values near 1
-      round_pair(mu[size_t(i * s + j)], round_the_larger, t.mu[size_t(i * s + j)],
-                 t.mu[size_t(j * s + i)]);
-  return t;
-}
-
-template <class T>
 constexpr int most_gauss = std::is_same_v<T, double> ? 8 : 12;
 
 void require_stages(const char* what, int s, int least, int most) {
@@ -178,9 +166,14 @@ void CollocationTable<T>::slope(T theta, std::span<T> B) const {
 template <class T>
 CollocationTable<T> gauss_table(int s) {
   require_stages("Gauss", s, 1, most_gauss<T>);
-  return make_gauss<T>(s, true);
+  std::vector<Quad> mu;
+  auto t = expansion<T>(gauss_quadrature(s), s, mu);
+  t.mu.assign(size_t(s * s), T(0.5));
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < i; ++j)  // the lower triangle holds values near 1
+      round_pair(mu[size_t(i * s + j)], true, t.mu[size_t(i * s + j)], t.mu[size_t(j * s + i)]);
+  return t;
 }
-CollocationTable<double> gauss_table_wrong_triangle(int s) { return make_gauss<double>(s, false); }
 
 template <class T>
 CollocationTable<T> hbvm_table(int k, int r) {

@@ -47,8 +47,4 @@ CollocationTable<T> hbvm_table(int k, int r);
 template <class T>
 CollocationTable<T> lobatto_table(int s);
 
-/// Gauss with the *upper* triangle rounded and the lower set to 1 - upper: the wrong way round,
-/// kept as the negative control of the drift tests.
-CollocationTable<double> gauss_table_wrong_triangle(int s);
-
 }  // namespace porthos::integrators

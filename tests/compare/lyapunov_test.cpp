@@ -4,6 +4,7 @@
 #include "integrators/methods/gauss.h"
 #include "scene/compare/reference_state.h"
 #include "tests/run/scenes.h"
+#include "tests/support/gauss.h"
 
 namespace porthos::test::lyapunov_test {
 namespace {

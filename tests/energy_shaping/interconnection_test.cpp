@@ -68,64 +68,6 @@ TEST(Interconnection, DissipationObstacle) {
   EXPECT_EQ(n.build()->casimirs().size(), 0u);
 }
 
-TEST(Interconnection, TankKeepsItsBoundsAndItsBooks) {
-  EnergyTank tank(1, 0.5, 2);
-  std::mt19937_64 generator(1);
-  std::uniform_real_distribution<double> unit(0, 1);
-  double in = 0, out = 0, lost = 0, worst = 0, low = 1, high = 1;
-  for (int i = 0; i < 100000; ++i) {
-    const double dissipated = 0.02 * unit(generator);
-    const double asked = 0.03 * (unit(generator) - 0.2);
-    const double drawn =
-        asked > 0 ? std::min(tank.gate() * asked, tank.available(dissipated)) : asked;
-    lost += tank.step(dissipated, drawn);
-    in += dissipated;
-    out += drawn;
-    low = std::min(low, tank.level());
-    high = std::max(high, tank.level());
-    worst = std::max(worst, std::fabs(1 + in - out - lost - tank.level()));
-  }
-  std::printf("  level between %.3f and %.3f J, %.1f J in, %.1f J out, %.1f J lost\n", low, high,
-              in, out, lost);
-  EXPECT_GE(low, 0.5);
-  EXPECT_LE(high, 2);
-  keeps("ledger of the tank, relative", worst / in, 1e-11);
-  EXPECT_NE(refusal([&] { tank.step(0, 5); }).find("cannot give"), std::string::npos);
-  EXPECT_NE(refusal([] { EnergyTank(3, 0.5, 2); }), "");
-}
-
-// Stiffening a loaded spring costs ½ k' φ² θ'. Paid from the tank the sum never rises; for nothing,
-// energy comes from nowhere.
-TEST(Interconnection, StiffnessChangePaidByTheTank) {
-  const auto gain = [](bool pay) {
-    EnergyTank tank(0.2, 0, 1, 0.01);
-    double q = 1, p = 0, k = 10, worst = 0, total = 0.5 * k * q * q + tank.level();
-    const double h = 1e-4, d = 0.3;
-    for (int i = 0; i < 100000; ++i) {
-      const double wish = 10 + 5 * std::sin(3 * i * h);
-      // the kinetic and the elastic step by the implicit midpoint, exact for constant k
-      const double c = 0.25 * h * h * k, b = 0.5 * h * d;
-      const double v = (p * (1 - c - b) - h * k * q) / (1 + c + b), mid = 0.5 * (p + v);
-      q += h * mid;
-      p = v;
-      const double heat = h * d * mid * mid;
-      double change = wish - k;
-      if (pay) {
-        const double cost = 0.5 * change * q * q;
-        if (cost > 0) change *= std::min(tank.gate(), tank.available(heat) / cost);
-        tank.step(heat, 0.5 * change * q * q);
-      }
-      k += change;
-      const double now = 0.5 * p * p + 0.5 * k * q * q + (pay ? tank.level() : 0.2);
-      worst = std::max(worst, now - total);
-      if (pay) total = std::min(total, now);
-    }
-    return worst;
-  };
-  keeps("with the tank: greatest rise of H + T [J]", gain(true), 1e-10);
-  breaks("without: energy from nowhere [J]", gain(false), 0.1);
-}
-
 TEST(ReferenceRuns, EnergySwingUp) {  // numbers of the DFKI torque-limited pendulum
   const double m = 0.57288, l = 0.5, g = 9.81, b = 0.1;
   EnergySwingUp law{

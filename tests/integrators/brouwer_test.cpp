@@ -12,6 +12,7 @@
 #include "ensemble/batch.h"
 #include "integrators/methods/collocation.h"
 #include "integrators/methods/gauss.h"
+#include "tests/support/gauss.h"
 #include "tests/support/random_tree.h"
 #include "tests/support/robots.h"
 

@@ -8,6 +8,7 @@
 #include "mechanics/aba.h"
 #include "mechanics/momentum.h"
 #include "tests/integrators/problems.h"
+#include "tests/support/gauss.h"
 #include "tests/support/gsl_methods.h"
 
 namespace porthos::integrators::claims_test {

@@ -4,6 +4,7 @@
 
 #include "integrators/methods/composition.h"
 #include "integrators/methods/gauss.h"
+#include "tests/support/gauss.h"
 #include "tests/support/order_conditions.h"
 #include "tests/support/robots.h"
 

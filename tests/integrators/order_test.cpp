@@ -4,6 +4,7 @@
 #include "integrators/methods/gauss.h"
 #include "phs/network/network.h"
 #include "tests/integrators/problems.h"
+#include "tests/support/gauss.h"
 
 namespace porthos::integrators::order_test {
 namespace {

@@ -8,6 +8,7 @@
 #include "integrators/methods/radau15.h"
 #include "integrators/tables/radau_table.h"
 #include "tests/support/driven_pendulum.h"
+#include "tests/support/gauss.h"
 #include "tests/support/kepler.h"
 #include "tests/support/pendulum.h"
 #include "tests/support/robots.h"

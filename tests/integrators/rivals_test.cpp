@@ -12,6 +12,7 @@
 #include "integrators/catalogue.h"
 #include "integrators/methods/gauss.h"
 #include "tests/support/driven_pendulum.h"
+#include "tests/support/gauss.h"
 #include "tests/support/robots.h"
 
 namespace porthos::integrators::rivals_test {

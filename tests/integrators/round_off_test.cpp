@@ -5,6 +5,7 @@
 
 #include "integrators/methods/gauss.h"
 #include "scene/run/statistics.h"
+#include "tests/support/gauss.h"
 #include "tests/support/robots.h"
 
 namespace porthos::integrators::round_off_test {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "integrators/methods/gauss.h"
+#include "tests/support/gauss.h"
 #include "tests/support/order_conditions.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"

@@ -5,6 +5,7 @@
 #include "integrators/core/stagnation.h"
 #include "integrators/methods/gauss.h"
 #include "phs/system/user_model.h"
+#include "tests/support/gauss.h"
 #include "tests/support/robots.h"
 #include "tests/support/stiff.h"
 
