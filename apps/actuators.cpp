@@ -4,10 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 
 #include "phs/error.h"
+#include "scene/files/files.h"
 #include "scene/files/text_table.h"
 #include "scene/plot/actuator_plot.h"
 #include "vsa/catalogue.h"
@@ -118,14 +117,10 @@ std::string actuators_markdown() {
 }
 
 void write_actuator_plots(const std::string& folder) {
-  std::error_code ignored;
-  std::filesystem::create_directories(folder, ignored);
+  scene::make_folder(folder);
   for (const auto& d : vsa::devices()) {
     if (d.family.empty()) continue;
-    const std::string path = folder + "/" + d.name + ".svg";
-    std::ofstream file(path, std::ios::binary);
-    file << scene::datasheet_plot(d);
-    if (!file.flush()) throw InvalidArgument(fmt::format("'{}' cannot be written", path));
+    scene::write_file(folder + "/" + d.name + ".svg", scene::datasheet_plot(d));
   }
 }
 

@@ -8,7 +8,7 @@ std::string actuators_text();
 /// The catalogue as the page docs/actuators.md (`porthos actuators --markdown`).
 std::string actuators_markdown();
 /// Writes the plot of every device with a model as <folder>/<name>.svg (`--plots`).
-/// @throws InvalidArgument if the folder cannot be written
+/// @throws IoError if the folder cannot be written
 void write_actuator_plots(const std::string& folder);
 
 }  // namespace porthos::apps

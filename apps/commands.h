@@ -11,6 +11,7 @@ enum ExitCode {
   exit_bad_input = 2,
   exit_numerical = 3,
   exit_not_judged = 4,
+  exit_machine = 5,  ///< a file that cannot be written, no memory
   exit_interrupted = 130
 };
 

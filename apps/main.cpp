@@ -181,7 +181,8 @@ int main(int argc, char** argv) {
   app.footer(
       "Example:\n  porthos run examples/ets_vii/scene.toml\n\n"
       "Exit codes: 0 done or passed, 1 verdict failed, 2 bad input, 3 numerical failure, 4 not "
-      "judged (no check tells of the motion), 130 interrupted.\n");
+      "judged (no check tells of the motion), 5 the machine refused (full disk, no memory), 130 "
+      "interrupted.\n");
   app.require_subcommand(1);
   add_commands(app, arguments);
   try {
@@ -194,8 +195,12 @@ int main(int argc, char** argv) {
                usage_error(app, e, argc > 1 ? argv[1] : nullptr));
   } catch (const porthos::InvalidArgument& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
+  } catch (const porthos::IoError& e) {
+    fmt::print(stderr, "porthos: {}\n", e.what());
+    return exit_machine;
   } catch (const std::exception& e) {
     fmt::print(stderr, "porthos: could not run: {}\n", e.what());
+    return exit_machine;
   }
   return exit_bad_input;
 }

@@ -34,8 +34,7 @@ int new_command(const Arguments& a) {
     return exit_ok;
   }
   scene::make_folder(folder);
-  scene::write_aside(out, text);
-  scene::put_in_place(out);
+  scene::write_file(out, text);
   fmt::print(stderr, "porthos: {} written; run it with: porthos run {}\n", out.string(),
              out.string());
   return exit_ok;

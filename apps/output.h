@@ -6,11 +6,11 @@
 
 namespace porthos::apps {
 
-/// @throws InvalidArgument if standard output cannot be written
+/// @throws IoError if standard output cannot be written
 inline void print(const std::string& text) {
   // A text longer than the buffer fails in fputs, a short one in fflush.
   if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-    throw InvalidArgument("standard output cannot be written");
+    throw IoError("standard output cannot be written");
 }
 
 }  // namespace porthos::apps

@@ -9,6 +9,10 @@ template <class T>
 void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
          const Loads<T>& loads, std::span<T> vdot) {
   const auto& nodes = m.nodes();
+  [[maybe_unused]] const auto nv = size_t(m.nv());
+  assert(passes::fits(m, w, q) && passes::sized_or_none(v, nv) && passes::sized(vdot, nv));
+  assert(passes::sized_or_none(loads.tau, nv));
+  assert(passes::sized_or_none(loads.wrench, nodes.size()));
   passes::sines(m, w, q.data());
 
   // Root → leaf: twists V, velocity-product accelerations a = V × S v, bias forces b = V ×* I V -

@@ -29,6 +29,7 @@ template <class T>
                            std::span<T> M) {
   const auto& nodes = m.nodes();
   const size_t nv = size_t(m.nv());
+  assert(passes::fits(m, w, q) && passes::sized(M, nv * nv));
   passes::place_bodies(m, w, q.data());
   for (auto& e : M) e = T(0.0);
 

@@ -55,6 +55,10 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
                        std::span<T> p_dot) {
   const auto& nodes = m.nodes();
   const bool loaded = m.has_gravity() || !loads.wrench.empty();
+  assert(passes::fits(m, w, q) && passes::sized(p, q.size()));
+  assert(passes::sized(q_dot, q.size()) && passes::sized(p_dot, q.size()));
+  assert(passes::sized_or_none(loads.tau, size_t(m.nv())));
+  assert(passes::sized_or_none(loads.wrench, nodes.size()));
   passes::sines(m, w, q.data());
   if (loaded) field_detail::load_bodies(m, w, q.data(), loads.wrench);
 
@@ -102,6 +106,7 @@ template <class T>
 void rates_from_momenta(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> p) {
   const auto& nodes = m.nodes();
+  assert(passes::fits(m, w, q) && passes::sized(p, q.size()));
   passes::sines(m, w, q.data());
   field_detail::factor(m, w, q.data(), p.data(), false);
   for (size_t i = 0; i < nodes.size(); ++i) {

@@ -7,6 +7,7 @@ namespace porthos::mechanics {
 template <class T>
 void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<Transform<T>> pose) {
+  assert(passes::fits(m, w, q) && passes::sized(pose, m.nodes().size()));
   passes::place_bodies(m, w, q.data());
   for (size_t i = 0; i < m.nodes().size(); ++i) {
     const int parent = m.nodes()[i].parent;
@@ -24,6 +25,7 @@ Transform<T> body_pose(const Mechanism&, const BodyFrame& body,
 template <class T>
 void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,
               JacobianAxes axes, std::span<T> J) {
+  assert(passes::fits(m, w, q) && passes::sized(J, 6 * size_t(m.nv())));
   passes::place_bodies(m, w, q.data());
   for (auto& e : J) e = T(0.0);
   Transform<T> X{Mat3<T>(body.pose.R),

@@ -20,6 +20,7 @@ void subtree_momenta(const Mechanism& m, Workspace<T>& w) {
 template <class T>
 void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> v, std::span<T> p) {
+  assert(passes::fits(m, w, q) && passes::sized(v, size_t(m.nv())) && passes::sized(p, q.size()));
   passes::place_bodies(m, w, q.data());
   passes::twists(m, w, v.data());
   subtree_momenta(m, w);

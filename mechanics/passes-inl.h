@@ -1,4 +1,5 @@
 #pragma once
+#include <cassert>
 #include <cstring>
 #include <span>
 
@@ -7,6 +8,21 @@
 
 /// The passes over the tree that the algorithms share.
 namespace porthos::mechanics::passes {
+
+/// The sizes a kernel was promised, for its assertions: builds without them look at nothing.
+template <class A>
+bool sized(const A& array, size_t n) {
+  return array.size() == n;
+}
+template <class A>
+bool sized_or_none(const A& array, size_t n) {
+  return array.empty() || array.size() == n;
+}
+/// Coordinates q and a workspace of the mechanism they are used with.
+template <class T>
+bool fits(const Mechanism& m, const Workspace<T>& w, std::span<const T> q) {
+  return sized(q, size_t(m.nq())) && sized(w.X, m.nodes().size());
+}
 
 /// Sine and cosine of every angle. Doubles go four at a time, which changes no bit.
 template <class T>

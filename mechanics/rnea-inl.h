@@ -9,6 +9,9 @@ template <class T>
 void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<const T> v,
           std::span<const T> vdot, std::span<const Force<T>> wrench, std::span<T> tau) {
   const auto& nodes = m.nodes();
+  [[maybe_unused]] const auto nv = size_t(m.nv());
+  assert(passes::fits(m, w, q) && passes::sized_or_none(v, nv) && passes::sized_or_none(vdot, nv));
+  assert(passes::sized_or_none(wrench, nodes.size()) && passes::sized(tau, nv));
   passes::sines(m, w, q.data());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -Vec3<T>(m.gravity())};
 

@@ -14,6 +14,13 @@ struct InvalidArgument : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// What the machine refused: a file that cannot be written, a full disk. The text has the file and
+/// the reason of the operating system. Nobody's input is at fault, so nothing that handles wrong
+/// input catches it.
+struct IoError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Throws InvalidArgument unless `got == expected`; `what` names the array.
 inline void require_size(const char* what, std::size_t got, std::size_t expected) {
   if (got != expected)

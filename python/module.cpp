@@ -10,6 +10,8 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception<porthos::InvalidArgument>(m, "InvalidArgument", PyExc_ValueError).doc() =
       "A user's mistake: the text names what was wrong, its value and what was expected (and "
       "file:line for files).";
+  py::register_exception<porthos::IoError>(m, "IoError", PyExc_OSError).doc() =
+      "A file that cannot be written: its name and the reason of the operating system.";
   bind_scalars(m);
   bind_system(m);
   bind_user_model(m);

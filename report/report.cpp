@@ -50,9 +50,8 @@ void write_report(const fs::path& folder, const fs::path& out, const fs::path& p
   if (mark == text.npos || text.find(data_mark, mark + 1) != text.npos)
     throw InvalidArgument(
         fmt::format("{} is no template of a report: expected {} once", page.string(), data_mark));
-  scene::write_aside(out, text.substr(0, mark) + in_script(report_json(folder)) +
-                              text.substr(mark + data_mark.size()));
-  scene::put_in_place(out);
+  scene::write_file(out, text.substr(0, mark) + in_script(report_json(folder)) +
+                             text.substr(mark + data_mark.size()));
 }
 
 }  // namespace porthos::report

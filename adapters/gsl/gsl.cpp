@@ -5,6 +5,7 @@
 
 #include <mutex>
 
+#include "integrators/catalogue.h"
 #include "integrators/rivals/rival.h"
 
 namespace porthos::adapters {

@@ -10,7 +10,7 @@ Names are those of the C++ headers, docs/python.md shows them at work.
 
 from . import energy_shaping, vsa
 from ._core import *  # noqa: F403
-from ._core import InvalidArgument, version_text
+from ._core import InvalidArgument, IoError, version_text
 from .results import Comparison, Result, open
 from .runs import Scene, compare, report, simulate, verify
 

@@ -2,7 +2,7 @@
 
 import sys
 
-from ._core import InvalidArgument
+from ._core import InvalidArgument, IoError
 from .plotting import plot
 
 
@@ -15,6 +15,9 @@ def main(arguments: list[str]) -> int:
     except InvalidArgument as e:
         print(f"porthos: {e}", file=sys.stderr)
         return 2
+    except IoError as e:
+        print(f"porthos: {e}", file=sys.stderr)
+        return 5
     return 0
 
 

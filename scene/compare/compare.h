@@ -70,7 +70,7 @@ void check(const CompareOptions& options);
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options);
 
 /// compare.json, compare.txt and work_precision.svg, as documented in docs/compare.md.
-/// @throws InvalidArgument "cannot write <path>: ..."
+/// @throws IoError "cannot write <path>: ..."
 void write_comparison(const std::string& folder, const Scene& scene, const Comparison& comparison);
 std::string comparison_json(const Scene& scene, const Comparison& comparison);
 std::string comparison_table(const Scene& scene, const Comparison& comparison);

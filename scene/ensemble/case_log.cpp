@@ -34,15 +34,15 @@ CaseLog::CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
                  const NamedTexts& fingerprint)
     : path_(path), layout_(layout) {
   file_.reset(std::fopen(path.c_str(), "a+b"));
-  if (!file_) cannot("write", path);
+  if (!file_) cannot_write(path);
   if (flock(fileno(file_.get()), LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) cannot("lock", path);
+    if (errno != EWOULDBLOCK) cannot_write(path, "lock");
     throw InvalidArgument("another process is writing into " + path.string());
   }
   const std::string head = head_of(fingerprint, layout);
   std::FILE* const f = file_.get();
   if (std::filesystem::file_size(path) == 0) {
-    if (std::fwrite(head.data(), 1, head.size(), f) != head.size()) cannot("write", path);
+    if (std::fwrite(head.data(), 1, head.size(), f) != head.size()) cannot_write(path);
     begin_ = end_ = Place(head.size());
     sync();
     return;
@@ -65,7 +65,7 @@ CaseLog::CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
   if (size != std::to_string(layout.size())) damaged();
   begin_ = std::ftell(f);
   find_end();
-  if (ftruncate(fileno(f), end_) != 0) cannot("write", path);
+  if (ftruncate(fileno(f), end_) != 0) cannot_write(path);
 }
 
 void CaseLog::find_end() {
@@ -82,21 +82,21 @@ CaseLog::Place CaseLog::append(std::span<const double> row) {
   if (std::fseek(file_.get(), 0, SEEK_END) != 0 ||
       std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size() ||
       std::fflush(file_.get()) != 0)
-    cannot("write", path_);
+    cannot_write(path_);
   const Place at = end_;
   end_ += bytes();
   return at;
 }
 
 void CaseLog::sync() {
-  if (std::fflush(file_.get()) != 0) cannot("write", path_);
-  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL) cannot("write", path_);
+  if (std::fflush(file_.get()) != 0) cannot_write(path_);
+  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL) cannot_write(path_);
 }
 
 void CaseLog::read(Place place, std::span<double> row) const {
   if (std::fseek(file_.get(), place, SEEK_SET) != 0 ||
       std::fread(row.data(), sizeof(double), row.size(), file_.get()) != row.size())
-    cannot("read", path_);
+    cannot_read(path_);
 }
 
 }  // namespace porthos::scene

@@ -17,8 +17,8 @@ namespace porthos::scene {
 class CaseLog {
  public:
   /// Starts a log, or continues one.
-  /// @throws InvalidArgument if the file cannot be written, is in use, or of another ensemble
-  ///   (names what differs)
+  /// @throws IoError if the file cannot be written, InvalidArgument if it is in use, or of another
+  ///   ensemble (names what differs)
   CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
           const NamedTexts& fingerprint);
 

@@ -56,8 +56,8 @@ Hdf5File::~Hdf5File() {
 
 void Hdf5File::require(bool ok) const {
   if (ok) return;
-  if (errno != 0) cannot("write", path_);
-  throw InvalidArgument(fmt::format("cannot write {}: the HDF5 library refused", path_.string()));
+  if (errno != 0) cannot_write(path_);
+  throw IoError(fmt::format("cannot write {}: the HDF5 library refused", path_.string()));
 }
 
 void Hdf5File::group(const std::string& name) {

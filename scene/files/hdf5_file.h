@@ -11,7 +11,7 @@ namespace porthos::scene {
 class Hdf5File {
  public:
   using Id = std::int64_t;  ///< hid_t
-  /// @throws InvalidArgument "cannot write <path>: ...", as every function here
+  /// @throws IoError "cannot write <path>: ...", as every function here
   explicit Hdf5File(const std::filesystem::path& path);
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;

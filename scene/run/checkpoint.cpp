@@ -134,8 +134,7 @@ void write_checkpoint(const fs::path& folder, const Checkpoint& c) {
   std::string out(magic, sizeof magic);
   put(out, format_version);
   put(out, content);
-  write_aside(file_in(folder), out + sha256(out));
-  put_in_place(file_in(folder));
+  write_file(file_in(folder), out + sha256(out));
 }
 
 bool has_checkpoint(const fs::path& folder) { return fs::exists(file_in(folder)); }

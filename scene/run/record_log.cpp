@@ -127,7 +127,7 @@ void Window::restore(std::span<const double> m) {
 RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout)
     : path_(path), layout_(layout) {
   open("a+b");
-  if (ftruncate(fileno(file_.get()), 0) != 0) cannot("write", path_);
+  if (ftruncate(fileno(file_.get()), 0) != 0) cannot_write(path_);
 }
 
 RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layout,
@@ -139,7 +139,7 @@ RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layo
   if (present < bytes)
     throw InvalidArgument(fmt::format("{} is truncated: it has {} bytes, the checkpoint needs {}",
                                       path.string(), present, bytes));
-  if (ftruncate(fileno(file_.get()), static_cast<off_t>(bytes)) != 0) cannot("write", path_);
+  if (ftruncate(fileno(file_.get()), static_cast<off_t>(bytes)) != 0) cannot_write(path_);
 
   std::uint64_t digest = 0;
   RecordReader reader(path, layout);
@@ -149,46 +149,45 @@ RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layo
   if (digest != mark.digest)
     throw InvalidArgument(path.string() +
                           " is damaged: its records do not fit the checkpoint's digest");
-  if (std::fseek(file_.get(), 0, SEEK_END) != 0) cannot("write", path_);
+  if (std::fseek(file_.get(), 0, SEEK_END) != 0) cannot_write(path_);
 }
 
 void RecordLog::open(const char* mode) {
   file_.reset(std::fopen(path_.c_str(), mode));
-  if (!file_) cannot("write", path_);
+  if (!file_) cannot_write(path_);
   std::setvbuf(file_.get(), nullptr, _IOFBF, buffer_size);
   if (flock(fileno(file_.get()), LOCK_EX | LOCK_NB) == 0) return;
   if (errno == EWOULDBLOCK)
     throw InvalidArgument("another run is writing into " +
                           path_.parent_path().parent_path().string());
-  cannot("lock", path_);
+  cannot_write(path_, "lock");
 }
 
 void RecordLog::append(std::span<const double> row) {
   if (std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size())
-    cannot("write", path_);
+    cannot_write(path_);
   digest_into(mark_.digest, row);
   ++mark_.records;
 }
 
 void RecordLog::flush() {
-  if (std::fflush(file_.get()) != 0) cannot("write", path_);
+  if (std::fflush(file_.get()) != 0) cannot_write(path_);
 }
 
 void RecordLog::sync() {
   flush();
-  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL)
-    cannot("write", path_);  // EINVAL: a device
+  if (fsync(fileno(file_.get())) != 0 && errno != EINVAL) cannot_write(path_);  // EINVAL: a device
 }
 
 RecordReader::RecordReader(const std::filesystem::path& path, const RecordLayout& layout)
     : path_(path), layout_(layout), file_(std::fopen(path.c_str(), "rb")) {
-  if (!file_) cannot("read", path_);
+  if (!file_) cannot_read(path_);
 }
 
 size_t RecordReader::read(std::vector<double>& rows, size_t most) {
   rows.resize(most * layout_.size());
   const size_t got = std::fread(rows.data(), layout_.size() * sizeof(double), most, file_.get());
-  if (std::ferror(file_.get())) cannot("read", path_);
+  if (std::ferror(file_.get())) cannot_read(path_);
   return got;
 }
 

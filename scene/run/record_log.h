@@ -85,7 +85,8 @@ class RecordLog {
  public:
   /// Starts an empty log, or continues one: cuts it to the mark and checks what is left against the
   /// digest.
-  /// @throws InvalidArgument if the file cannot be written, is in use, too short for the mark or
+  /// @throws IoError if the file cannot be written, InvalidArgument if it is in use, too short for
+  ///   the mark or
   /// damaged
   RecordLog(const std::filesystem::path& path, const RecordLayout& layout);
   RecordLog(const std::filesystem::path& path, const RecordLayout& layout, const LogMark& mark);

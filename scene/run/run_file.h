@@ -9,7 +9,7 @@ namespace porthos::scene {
 
 /// Writes aside(path): the record log as HDF5, in chunks of constant memory. Contents:
 /// docs/results.md.
-/// @throws InvalidArgument "cannot write <path>: ..."
+/// @throws IoError "cannot write <path>: ..."
 void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
                     const RunReport& report, const std::filesystem::path& log);
 

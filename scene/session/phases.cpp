@@ -116,8 +116,7 @@ class PhaseFolders {
       summary["events"].push_back(json_of(h, assembly_.centre));
     summary["phases"] = folders_;
     const fs::path path = fs::path(options_.out) / "summary.json";
-    write_aside(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-    put_in_place(path);
+    write_file(path, summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
   const Scene& scene_;

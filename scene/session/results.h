@@ -8,7 +8,7 @@ namespace porthos::scene {
 /// Writes run.h5, energy_error.svg and summary.json of a finished run, each aside first; then puts
 /// all in place, the summary last: a folder with a summary is complete. Results of an earlier run
 /// stay untouched until then.
-/// @throws InvalidArgument "cannot write <path>: ..."
+/// @throws IoError "cannot write <path>: ..."
 void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 
 #include "scene/compare/auto_method.h"
 #include "scene/files/files.h"
@@ -83,8 +82,8 @@ class Session {
   /// end.
   void keep_texts() const {
     if (scene_.text.empty()) return;
-    std::ofstream(folder_ / "scene.toml", std::ios::binary) << scene_.text;
-    std::ofstream(folder_ / "model.urdf", std::ios::binary) << scene_.urdf_text;
+    write_file(folder_ / "scene.toml", scene_.text);
+    write_file(folder_ / "model.urdf", scene_.urdf_text);
   }
 
   void resume() {

@@ -32,9 +32,11 @@ struct RunOptions {
 /// continues bit for bit with `resume`. Results of an earlier finished run in the folder are
 /// replaced, after the new run has finished; they are written before anything is checked beside the
 /// run (judge_beside()), and the verdict once more after it.
-/// @throws InvalidArgument for an unwritable or full folder, a folder that holds an unfinished run
-///   (without `resume`), a method that cannot be continued, a missing, truncated or damaged
-///   checkpoint, or one of another run (names what differs). Nothing is overwritten then.
+/// @throws InvalidArgument for a folder that holds an unfinished run (without `resume`), a method
+///   that cannot be continued, a missing, truncated or damaged checkpoint, or one of another run
+///   (names what differs); nothing is overwritten then.
+/// @throws IoError for a folder that cannot be written or is full; what is recorded stays, and can
+///   be resumed.
 RunReport run(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
 }  // namespace porthos::scene

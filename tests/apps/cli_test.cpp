@@ -221,8 +221,11 @@ TEST_F(Cli, InfoGoesToStdout) {
 
 TEST_F(Cli, OutputThatCannotBeWrittenIsAnError) {
   const Answer a = porthos("methods >/dev/full");
-  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.code, 5);
   EXPECT_EQ(a.err, "porthos: standard output cannot be written\n");
+  const Answer b = porthos("run swing/scene.toml --out /proc/porthos");
+  EXPECT_EQ(b.code, 5);
+  EXPECT_TRUE(contains(b.err, "porthos: cannot make the folder /proc/porthos: "));
 }
 
 TEST_F(Cli, RunPrintsAVerdictAndFillsTheDefaultFolder) {

@@ -10,7 +10,6 @@
 #endif
 
 #include "integrators/catalogue.h"
-#include "integrators/methods/gauss.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/gauss.h"
 #include "tests/support/robots.h"

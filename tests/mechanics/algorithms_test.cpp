@@ -160,5 +160,18 @@ TEST_F(Tree7, BoundsSeeWrongPhysics) {
   EXPECT_GT(relative(forces(v_, {}), bias), 1e-6);
 }
 
+/// In builds with assertions; in the others a number more changes nothing.
+TEST_F(Tree7, ASizeThatIsWrongIsAsserted) {
+  Workspace<double> w(*m_);
+  const Vec right = forces(v_, {});
+  auto longer = v_;
+  longer.push_back(0);
+  Vec t(7);
+  const auto with = [&](const Vec& rates) { rnea<double>(*m_, w, q_, rates, {}, {}, t); };
+  EXPECT_DEBUG_DEATH(with(longer), "sized_or_none.v, nv.");
+  with(v_);
+  EXPECT_EQ(t, right);
+}
+
 }  // namespace
 }  // namespace porthos::mechanics::algorithms_test

@@ -18,12 +18,14 @@ inline void breaks(const std::string& what, double measured, double bound) {
   EXPECT_GT(measured, bound) << what << ": this control must fail";
 }
 
-/// The sentence a call refuses its arguments with; empty if it does not.
+/// The sentence a call refuses its arguments with, or the machine refuses it; empty if neither.
 template <class Call>
 std::string refusal(const Call& call) {
   try {
     call();
   } catch (const InvalidArgument& error) {
+    return error.what();
+  } catch (const IoError& error) {
     return error.what();
   }
   return "";
