@@ -136,7 +136,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const cha
   if (first && *first != '-' && app.get_subcommands(named).empty()) {
     std::string known;
     for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
-      known += (known.empty() ? "" : ", ") + c->get_name();
+      porthos::add_to_list(known, c->get_name());
     return fmt::format("there is no command '{}', expected one of {}", first, known);
   }
   return e.what();

@@ -18,7 +18,7 @@ std::string order_text(const Declaration& d) { return d.order ? std::to_string(d
 std::string needs_text(const integrators::Needs& n) {
   std::string text;
   const auto add = [&](bool asked, const char* what) {
-    if (asked) text += (text.empty() ? "" : ", ") + std::string(what);
+    if (asked) add_to_list(text, std::string(what));
   };
   add(n.canonical, "canonical");
   add(n.lossless, "lossless");

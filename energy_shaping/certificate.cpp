@@ -34,12 +34,7 @@ bool Certificate::has(const std::string& name) const {
 }
 
 const CertificateItem& Certificate::item(const std::string& name) const {
-  std::string known;
-  for (const auto& i : items_) {
-    if (i.name == name) return i;
-    known += (known.empty() ? "" : ", ") + i.name;
-  }
-  throw InvalidArgument("certificate '" + title_ + "' has no item '" + name + "'; it has " + known);
+  return find_named(items_, name, "certificate '" + title_ + "' has no item");
 }
 
 void Certificate::at_most(const std::string& name, double value, double bound,

@@ -15,7 +15,7 @@ std::vector<int> port_offsets(const phs::Description& plant,
     for (const auto& p : plant.ports) {
       if (p.name == name && p.kind == phs::PortKind::effort_in)
         for (int k = 0; k < p.size; ++k) at.push_back(p.at + k);
-      known += (known.empty() ? "" : ", ") + p.name;
+      add_to_list(known, p.name);
     }
     if (at.size() == before)
       throw InvalidArgument("plant '" + plant.name + "' has no port '" + name +

@@ -14,13 +14,8 @@ namespace {
 using phs::Matrix;
 
 const phs::Port& port_of(const phs::Model& model, const std::string& name) {
-  std::string known;
-  for (const auto& p : model.description().ports) {
-    if (p.name == name) return p;
-    known += (known.empty() ? "" : ", ") + p.name;
-  }
-  throw InvalidArgument("'" + model.description().name + "' has no port '" + name +
-                        "' to join; its ports: " + known);
+  return find_named(model.description().ports, name,
+                    "'" + model.description().name + "' has no port");
 }
 
 std::string name_of(const phs::Description& d, int k) {
@@ -92,7 +87,7 @@ void Interconnection::check(const InterconnectionOptions& o) {
     if (largest(Re) == 0) continue;
     resistance = std::max(resistance, largest(Re));
     damped.push_back(double(i));
-    names += (names.empty() ? "" : ", ") + name_of(plant_->description(), int(i));
+    add_to_list(names, name_of(plant_->description(), int(i)));
   }
   certificate_.at_most("power lost at rest", lost / (resistance * std::max(size, 1e-300)),
                        o.tolerance,

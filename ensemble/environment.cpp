@@ -16,15 +16,8 @@ std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::st
   if (names.empty())
     for (int i = 0; i < d.nu; ++i) at.push_back(i);
   for (const auto& name : names) {
-    const auto p = std::find_if(d.ports.begin(), d.ports.end(),
-                                [&](const phs::Port& port) { return port.name == name; });
-    if (p == d.ports.end()) {
-      std::string known;
-      for (const auto& port : d.ports) known += (known.empty() ? "" : ", ") + port.name;
-      throw InvalidArgument("environment: '" + d.name + "' has no port '" + name +
-                            "', expected one of: " + (known.empty() ? "(none)" : known));
-    }
-    for (int i = 0; i < p->size; ++i) at.push_back(p->at + i);
+    const auto& p = find_named(d.ports, name, "environment: '" + d.name + "' has no port");
+    for (int i = 0; i < p.size; ++i) at.push_back(p.at + i);
   }
   return at;
 }

@@ -114,12 +114,9 @@ const std::vector<Declaration>& catalogue() {
 }
 
 const Entry& entry_of(const std::string& method) {
-  std::string known;
-  for (const auto& e : entries()) {
-    if (e.declaration.name == method) return e;
-    known += (known.empty() ? "" : ", ") + e.declaration.name;
-  }
-  throw InvalidArgument("unknown method '" + method + "', expected one of " + known);
+  return find_named(
+      entries(), method, "unknown method",
+      [](const Entry& e) -> auto& { return e.declaration.name; });
 }
 const Declaration& declaration_of(const std::string& method) {
   return entry_of(method).declaration;

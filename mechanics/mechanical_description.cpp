@@ -23,7 +23,7 @@ BodyFrame port_frame(const Mechanism& m, const BodyPort& port) {
         refuse("its link '" + port.link + "' is fixed to the world and never moves");
       return {port.name, link.node, link.pose * Pose{Mat3<double>::identity(), r}};
     }
-    known += (known.empty() ? "" : ", ") + link.name;
+    add_to_list(known, link.name);
   }
   refuse("there is no link '" + port.link + "'; known: " + known);
   return {};

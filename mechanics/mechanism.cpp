@@ -3,24 +3,11 @@
 
 namespace porthos::mechanics {
 
-namespace {
-template <class Items, class Name>
-auto& find_named(const Items& items, std::string_view name, const char* what, Name get) {
-  std::string known;
-  for (const auto& i : items) {
-    if (get(i) == name) return i;
-    known += (known.empty() ? "" : ", ") + get(i);
-  }
-  throw InvalidArgument("there is no " + std::string(what) + " '" + std::string(name) +
-                        "'; known: " + known);
-}
-}  // namespace
-
 const JointCoordinates& Mechanism::coordinate(std::string_view name) const {
-  return find_named(coordinates_, name, "joint coordinate", [](const auto& c) { return c.name; });
+  return find_named(coordinates_, name, "there is no joint coordinate");
 }
 const BodyFrame& Mechanism::body(std::string_view name) const {
-  return find_named(bodies_, name, "body", [](const auto& b) { return b.name; });
+  return find_named(bodies_, name, "there is no body");
 }
 
 std::vector<double> Mechanism::neutral() const {

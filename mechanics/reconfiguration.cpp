@@ -18,13 +18,7 @@ std::string text(double x) {
 }
 
 BodySpec& body_of(MechanismBuilder& parts, const std::string& name, const char* what) {
-  std::string known;
-  for (auto& b : parts.bodies()) {
-    if (b.name == name) return b;
-    known += (known.empty() ? "" : ", ") + b.name;
-  }
-  throw InvalidArgument(std::string(what) + ": there is no body '" + name + "', expected one of " +
-                        known);
+  return find_named(parts.bodies(), name, std::string(what) + ": there is no body");
 }
 bool is_free(const BodySpec& b) { return b.parent == "world" && b.joint.type == "free"; }
 
@@ -143,7 +137,7 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
   for (auto& b : next.bodies()) {
     if (b.joint.type == "fixed") continue;
     if (joint_of(b) == joint) body = &b;
-    known += (known.empty() ? "" : ", ") + joint_of(b);
+    add_to_list(known, joint_of(b));
   }
   if (!body)
     throw InvalidArgument("lock: there is no joint '" + joint + "' that moves, expected one of " +
@@ -180,7 +174,7 @@ Impact unlock(MovingMechanism& moving, const std::string& joint) {
   const auto kept = moving.locked.find(joint);
   if (kept == moving.locked.end()) {
     std::string known;
-    for (const auto& [name, l] : moving.locked) known += (known.empty() ? "" : ", ") + name;
+    for (const auto& [name, l] : moving.locked) add_to_list(known, name);
     throw InvalidArgument("unlock: the joint '" + joint +
                           "' is not locked (the release of a body ends the lock of its joint), "
                           "expected one of " +

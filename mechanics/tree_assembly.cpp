@@ -96,7 +96,7 @@ class TreeAssembly {
     });
     if (!known) {
       std::string list;
-      for (const auto& n : joint_type_names()) list += (list.empty() ? "" : ", ") + n;
+      for (const auto& n : joint_type_names()) add_to_list(list, n);
       refuse_joint(b, "unknown type '" + b.joint.type + "', expected one of " + list);
     }
     add_properties(b, r_.nv - first_freedom);

@@ -217,8 +217,7 @@ class Assembler {
   }
   std::string listed(const std::vector<std::size_t>& links) const {
     std::string names;
-    for (const std::size_t i : links)
-      names += (names.empty() ? "" : ", ") + named(m_.links[i].name);
+    for (const std::size_t i : links) add_to_list(names, named(m_.links[i].name));
     return names;
   }
   void settle_missing(const std::vector<std::size_t>& missing, std::size_t whole) {

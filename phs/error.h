@@ -40,6 +40,37 @@ I whole(double x, double least = -1e9, double most = 1e9) {
 /// "<file:line>: " before a sentence, or nothing where no place is known.
 inline std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
 
+/// One name more of a list "a, b, c".
+inline void add_to_list(std::string& list, std::string_view name) {
+  if (!list.empty()) list += ", ";
+  list += name;
+}
+/// "a, b, c": what `name` gives of each element of a range.
+template <class Range, class Name>
+std::string listed(const Range& range, Name name) {
+  std::string list;
+  for (const auto& element : range) add_to_list(list, name(element));
+  return list;
+}
+
+/// The element of a range that has a name.
+/// @throws InvalidArgument "<there is none> '<name>', expected one of <the names>"
+template <class Range, class Name>
+auto& find_named(Range& range, std::string_view name, const std::string& there_is_none,
+                 Name name_of) {
+  for (auto& element : range)
+    if (name_of(element) == name) return element;
+  const std::string known = listed(range, name_of);
+  throw InvalidArgument(there_is_none + " '" + std::string(name) + "', expected one of " +
+                        (known.empty() ? "(none)" : known));
+}
+/// The same by the member `name`.
+template <class Range>
+auto& find_named(Range& range, std::string_view name, const std::string& there_is_none) {
+  return find_named(
+      range, name, there_is_none, [](const auto& element) -> auto& { return element.name; });
+}
+
 /// The number a whole text is, or none.
 inline std::optional<double> as_number(std::string_view text) {
   double x = 0;

@@ -88,12 +88,7 @@ const std::vector<SplitScheme>& split_schemes() {
 }
 
 const SplitScheme& split_scheme(const std::string& name) {
-  std::string known;
-  for (const auto& s : split_schemes()) {
-    if (s.name == name) return s;
-    known += (known.empty() ? "" : ", ") + s.name;
-  }
-  throw InvalidArgument("there is no splitting '" + name + "', expected one of: " + known);
+  return find_named(split_schemes(), name, "there is no splitting");
 }
 
 }  // namespace porthos::space

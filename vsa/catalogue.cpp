@@ -106,12 +106,6 @@ std::vector<Family> make_families() {
   };
 }
 
-std::string known_families() {
-  std::string names;
-  for (const auto& f : families()) names += (names.empty() ? "" : ", ") + f.name;
-  return names;
-}
-
 }  // namespace
 
 const std::vector<Family>& families() {
@@ -120,14 +114,8 @@ const std::vector<Family>& families() {
 }
 
 ElasticPtr make_elastic(const std::string& family, const Values& values, const Limits& l) {
-  const auto& all = families();
-  const auto f =
-      std::find_if(all.begin(), all.end(), [&](const auto& x) { return x.name == family; });
-  if (f == all.end())
-    throw InvalidArgument(
-        fmt::format("unknown family '{}', expected one of {}", family, known_families()));
-  std::string known;
-  for (const auto& k : f->keys) known += (known.empty() ? "" : ", ") + k.name;
+  const auto* const f = &find_named(families(), family, "unknown family");
+  const std::string known = listed(f->keys, [](const auto& k) { return k.name; });
   for (const auto& [name, value] : values) {
     const auto k = std::find_if(f->keys.begin(), f->keys.end(),
                                 [&, n = name](const auto& x) { return x.name == n; });
@@ -160,12 +148,7 @@ const char* to_string(Provenance p) {
 }
 
 const Device& device(const std::string& name) {
-  std::string known;
-  for (const auto& d : devices()) {
-    if (d.name == name) return d;
-    known += (known.empty() ? "" : ", ") + d.name;
-  }
-  throw InvalidArgument(fmt::format("unknown device '{}', expected one of {}", name, known));
+  return find_named(devices(), name, "unknown device");
 }
 
 ElasticPtr elastic_of(const Device& d) {

@@ -151,7 +151,7 @@ Network& Network::potential(const std::string& name, const std::string& coordina
   for (const auto& m : plan_->members)
     for (const auto& b : m.model->description().blocks) {
       if (b.momentum < 0 || b.size != 1) continue;
-      known += (known.empty() ? "" : ", ") + m.name + "." + b.name;
+      add_to_list(known, m.name + "." + b.name);
       if (m.name + "." + b.name != coordinate) continue;
       if (!m.model->description().traits.canonical)
         refuse(*plan_,

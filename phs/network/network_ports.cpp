@@ -11,11 +11,11 @@ void refuse(const Network::Plan& p, const std::string& why) {
 FoundPort find_port(const Network::Plan& p, const std::string& name) {
   std::string members;
   for (const auto& m : p.members) {
-    members += (members.empty() ? "" : ", ") + m.name;
+    add_to_list(members, m.name);
     if (name.compare(0, m.name.size() + 1, m.name + ".") != 0) continue;
     std::string ports;
     for (const auto& port : m.model->description().ports) {
-      ports += (ports.empty() ? "" : ", ") + m.name + "." + port.name;
+      add_to_list(ports, m.name + "." + port.name);
       if (m.name + "." + port.name == name) return {name, &m, &port, m.u + port.at};
     }
     refuse(p, "unknown port '" + name + "', expected one of " + (ports.empty() ? "none" : ports));

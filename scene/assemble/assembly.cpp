@@ -79,8 +79,7 @@ void scale_masses(mechanics::MechanismBuilder& parts,
     const auto b =
         std::find_if(all.begin(), all.end(), [&, &l = link](const auto& k) { return k.name == l; });
     if (b == all.end()) {
-      std::string known;
-      for (const auto& k : all) known += (known.empty() ? "" : ", ") + k.name;
+      const std::string known = listed(all, [](const auto& k) { return k.name; });
       throw InvalidArgument(fmt::format(
           "[model] mass_factor.{}: the model has no link of this name, expected one of: {}", link,
           known));

@@ -44,8 +44,8 @@ std::string no_start(const std::string& name, const Mechanism& m) {
   std::string known, own;
   for (const auto& c : m.coordinates()) {
     const bool turns = c.kind == phs::BlockKind::rotation;
-    if (is_single(c) || turns) known += (known.empty() ? "" : ", ") + (turns ? c.joint : c.name);
-    if (c.joint == name) own += (own.empty() ? "" : ", ") + c.name;
+    if (is_single(c) || turns) add_to_list(known, (turns ? c.joint : c.name));
+    if (c.joint == name) add_to_list(own, c.name);
   }
   return own.empty() ? "the model has no joint of this name, expected one of: " +
                            (known.empty() ? "(none)" : known)

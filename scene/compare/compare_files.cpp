@@ -201,7 +201,7 @@ std::string comparison_table(const Scene& scene, const Comparison& c) {
   const auto names_of = [&](auto chosen) {
     std::string names;
     for (const auto& m : c.methods)
-      if (chosen(m)) names += (names.empty() ? "" : ", ") + m.label();
+      if (chosen(m)) add_to_list(names, m.label());
     return names;
   };
   const std::string exact = names_of([&](const auto& m) { return !c.speaks_of(m.method); });

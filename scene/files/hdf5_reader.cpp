@@ -115,7 +115,7 @@ const Hdf5Reader::Dataset& Hdf5Reader::dataset(const std::string& name) const {
     return d->second;
   }
   std::string known;
-  for (const auto& [other, d] : datasets_) known += (known.empty() ? "" : ", ") + other;
+  for (const auto& [other, d] : datasets_) add_to_list(known, other);
   refuse(fmt::format("it has no dataset '{}', expected one of: {}", name, known));
 }
 

@@ -70,8 +70,7 @@ class Finder {
 
 /// What a map may name and the model does not have is a mistake.
 void require_known_coordinates(const TrajectoryMap& map, const mechanics::Mechanism& m) {
-  std::string known;
-  for (const auto& c : m.coordinates()) known += (known.empty() ? "" : ", ") + c.name;
+  const std::string known = listed(m.coordinates(), [](const auto& c) { return c.name; });
   for (const auto& [key, where] : map.where) {
     const std::string name = key.substr(key.find('.') + 1);
     const auto& all = m.coordinates();

@@ -27,7 +27,7 @@ JointPlace joint_place(const mechanics::MechanicalModel& model, const std::strin
   std::string known;
   for (const auto& c : model.mechanism().coordinates()) {
     if (c.nq != 1 || c.nv != 1) continue;
-    known += (known.empty() ? "" : ", ") + c.name;
+    add_to_list(known, c.name);
     if (c.name != joint) continue;
     for (const auto& p : model.description().ports)
       if (p.size == 1 && p.name.rfind(c.name + ".", 0) == 0)

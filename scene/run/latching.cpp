@@ -39,7 +39,7 @@ double angle(const mechanics::MechanicalModel& model, const phs::State& s, const
   for (const auto& c : model.mechanism().coordinates()) {
     const bool is_angle = c.kind == phs::BlockKind::angle;
     if (c.nq == 1) {
-      known += (known.empty() ? "" : ", ") + c.name;
+      add_to_list(known, c.name);
       if (c.name == e.name)
         return s.x[size_t(c.q)] + s.lo[size_t(c.q)] +
                (is_angle ? phs::two_pi_hi * double(s.turns[turn]) : 0);

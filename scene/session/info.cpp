@@ -101,7 +101,7 @@ std::string ports_section(const phs::Description& d) {
 
 std::string ledger_section(const phs::Description& d) {
   std::string stored;
-  for (const auto& s : d.storages) stored += (stored.empty() ? "" : ", ") + s;
+  for (const auto& s : d.storages) add_to_list(stored, s);
   TextRows rows{{"stored", stored}};
   for (const auto& p : d.powers)
     if (p.kind != phs::PowerKind::observed)

@@ -72,7 +72,7 @@ std::string model_table(const std::string& shown, const Accepted& a) {
                                      : "the root link stands in the world; \"free\": it floats");
   if (!a.lock.empty()) {
     std::string names;
-    for (const auto& joint : a.lock) names += (names.empty() ? "" : ", ") + text_of(joint);
+    for (const auto& joint : a.lock) add_to_list(names, text_of(joint));
     text += fmt::format(
         "# These joints move nothing that has mass. They are held where they start; or give the "
         "links mass:\nlock = [{}]\n",

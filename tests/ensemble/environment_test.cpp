@@ -162,7 +162,7 @@ TEST(Environment, Refuses) {
     return refusal([&] { Environment(mass(), {0, 0}, o); });
   };
   EXPECT_EQ(said({.ports = {"torque"}}),
-            "environment: 'mass' has no port 'torque', expected one of: force");
+            "environment: 'mass' has no port 'torque', expected one of force");
   EXPECT_EQ(said({.count = 0}), "environment: count is 0, expected 1 or more");
   EXPECT_EQ(said({.observed = {2}}),
             "environment: there is no state number 2 to observe, expected 0 to 1");

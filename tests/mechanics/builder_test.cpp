@@ -396,8 +396,9 @@ TEST(Mechanism, LooksUpByName) {
     return std::string("accepted");
   };
   EXPECT_EQ(message([&] { (void)m.coordinate("knee"); }),
-            "there is no joint coordinate 'knee'; known: a, elbow, c.first, c.second");
-  EXPECT_EQ(message([&] { (void)m.body("leg"); }), "there is no body 'leg'; known: a, b, c");
+            "there is no joint coordinate 'knee', expected one of a, elbow, c.first, c.second");
+  EXPECT_EQ(message([&] { (void)m.body("leg"); }),
+            "there is no body 'leg', expected one of a, b, c");
 }
 
 TEST(Mechanism, KeepsJointProperties) {

@@ -54,7 +54,7 @@ TEST(OrbitScene, RefusesInOneSentenceEach) {
   EXPECT_TRUE(says(f.refusal("[orbit]\ninclination = 0.3\n"),
                    "none of the keys altitude and semi_major_axis"));
   EXPECT_TRUE(
-      says(f.refusal(low + std::string("splitting = 'leapfrog'\n")), "expected one of: strang"));
+      says(f.refusal(low + std::string("splitting = 'leapfrog'\n")), "expected one of strang"));
   EXPECT_TRUE(
       says(f.refusal(low + std::string("altitud = 3\n")), "the nearest known one is 'altitude'"));
   EXPECT_TRUE(says(
