@@ -60,16 +60,16 @@ Interconnection::Interconnection(std::shared_ptr<const phs::Model> plant,
   }
   loop_ = n.build();
   certificate_ = Certificate("control by interconnection, " + loop_->description().name);
-  check(options);
+  check_obstacle(options);
+  const double scale = find_rest(options);
+  if (tie() == controller_->description().nx) check_leaf(options.tolerance, scale);
   if (options.refuse) refuse_failure(certificate_);
 }
 
-void Interconnection::check(const InterconnectionOptions& o) {
-  const size_t n = o.rest.size(), nc = size_t(controller_->description().nx), N = n + nc;
+/// What the plant loses at x*, and the directions that it damps.
+void Interconnection::check_obstacle(const InterconnectionOptions& o) {
+  const size_t n = o.rest.size();
   const auto plant = plant_->instantiate<double>();
-  const auto loop = loop_->instantiate<double>();
-
-  // The obstacle: what the plant loses at x*, and the directions that it damps.
   std::vector<double> e(n), Re(n), unit(n, 0.0), damped;
   plant->gradient(o.rest, e);
   plant->apply_dissipation(o.rest, e, Re);
@@ -98,8 +98,12 @@ void Interconnection::check(const InterconnectionOptions& o) {
   certificate_.report("damped directions", double(damped.size()),
                       "of the plant, no tie along them: " + (names.empty() ? "none" : names),
                       damped);
+}
 
-  // ξ* that holds x*: Gauss and Newton.
+/// ξ* that holds x*: Gauss and Newton.
+double Interconnection::find_rest(const InterconnectionOptions& o) {
+  const size_t n = o.rest.size(), nc = size_t(controller_->description().nx), N = n + nc;
+  const auto loop = loop_->instantiate<double>();
   rest_ = o.rest;
   rest_.resize(N, 0.0);
   std::vector<double> f(N), g(N);
@@ -116,16 +120,20 @@ void Interconnection::check(const InterconnectionOptions& o) {
   }
   loop->field(0.0, rest_, {}, f);
   loop->gradient(rest_, g);
-  const auto H = hessian(*loop_, rest_);
-  const double scale = std::max({largest(g), largest(H), 1e-300});
+  const double scale = std::max({largest(g), largest(hessian(*loop_, rest_)), 1e-300});
   certificate_.at_most(
       "rest point", largest(f) / scale, o.tolerance,
       "field of the loop at (x*, ξ*) over the gradient of H + H_c, a unit of state away at least",
       rest_);
+  return scale;
+}
 
-  // Casimirs are linear: their gradients from their values at unit states.
+/// Casimirs are linear: their gradients from their values at unit states.
+int Interconnection::tie() {
+  const size_t n = size_t(plant_->description().nx), nc = size_t(controller_->description().nx),
+               N = n + nc;
+  const auto loop = loop_->instantiate<double>();
   const auto& d = loop_->description();
-  std::vector<std::vector<double>> rows;
   std::vector<double> zero(N, 0.0), at0(size_t(d.invariant_count())), at1(at0);
   loop->invariants(zero, at0);
   const int casimirs = int(loop_->casimirs().size());
@@ -153,21 +161,24 @@ void Interconnection::check(const InterconnectionOptions& o) {
   }
   certificate_.at_least("controller states tied", double(tied), double(nc),
                         "by Casimirs to the plant's state", {});
-  if (tied < int(nc)) return;
+  return tied;
+}
 
-  // H_d on the leaf: gradient and Hessian of H + H_c along (dx, F dx).
+/// H_d on the leaf: gradient and Hessian of H + H_c along (dx, F dx).
+void Interconnection::check_leaf(double tolerance, double scale) {
+  const size_t N = rest_.size(), n = size_t(plant_->description().nx);
   Matrix leaf{int(N), int(n)}, slope{int(N), 1}, curvature{int(N), int(N)};
   std::copy(F_.a.begin(), F_.a.end(), leaf.a.begin() + long(n * n));
   for (int i = 0; i < int(n); ++i) leaf(i, i) = 1;
-  slope.a = g;
-  curvature.a = H;
+  loop_->instantiate<double>()->gradient(rest_, slope.a);
+  curvature.a = hessian(*loop_, rest_);
   slope = transpose(leaf) * slope;
   curvature = transpose(leaf) * curvature * leaf;
-  certificate_.at_most("gradient of H_d", largest(slope.a) / scale, o.tolerance,
+  certificate_.at_most("gradient of H_d", largest(slope.a) / scale, tolerance,
                        "at the rest point, on its leaf, relative", rest_);
   const auto values = phs::symmetric_eigenvalues(n, curvature.a);
   certificate_.at_least("Hessian of H_d >= 0", values.front() / std::max(largest(values), 1e-300),
-                        -o.tolerance, "least eigenvalue on the leaf, relative", {});
+                        -tolerance, "least eigenvalue on the leaf, relative", {});
   certificate_.report("curvature of H_d", values.front(), "eigenvalues of the Hessian", values);
 }
 

@@ -51,7 +51,12 @@ class Interconnection {
   const std::vector<double>& rest() const { return rest_; }  ///< (x*, ξ*)
 
  private:
-  void check(const InterconnectionOptions& options);
+  void check_obstacle(const InterconnectionOptions& options);
+  /// Finds ξ*. Returns what "relative" means at the rest point: the size of the energy's gradient.
+  double find_rest(const InterconnectionOptions& options);
+  /// Finds F. Returns how many of the controller's states it ties.
+  int tie();
+  void check_leaf(double tolerance, double scale);
   std::shared_ptr<const phs::Model> plant_, controller_;
   std::shared_ptr<const phs::NetworkModel> loop_;
   std::vector<double> rest_;

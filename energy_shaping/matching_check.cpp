@@ -95,6 +95,139 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
   return {relative(norm(moving), moving_size), relative(norm(still), still_size)};
 }
 
+/// The conditions of a matched loop, in the order in which they mean something.
+class Checks {
+ public:
+  Checks(MatchedSystem<double>& s, const Region& region, size_t actuators, Certificate& c)
+      : s_(s),
+        region_(region),
+        n_(size_t(s.description().nx) / 2),
+        m_(actuators),
+        coordinates_(region, n_),
+        c_(c),
+        sampled_(fmt::format("{} points of the region", region.samples)) {}
+
+  /// M_d > 0 and the rank of G.
+  void shape(const Vec& rest) {
+    Worst mass{0, {}}, rank{0, {}};
+    for (size_t i = 0; i <= size_t(region_.samples); ++i) {
+      Vec x = i == 0 ? rest : coordinates_(i - 1);
+      const Vec q = x;
+      x.resize(2 * n_, 0.0);
+      s_.evaluate(x);
+      const auto e = phs::symmetric_eigenvalues(n_, s_.target_mass_matrix());
+      mass.less(e.front() / std::max(std::fabs(e.back()), std::fabs(e.front())), q);
+      const auto k = phs::symmetric_eigenvalues(m_, s_.kv());
+      kv_.less(k.front() / std::max(std::fabs(k.back()), 1e-300), q);
+      const auto g = phs::symmetric_eigenvalues(m_, input_squared());
+      rank.less(g.front() / std::max(g.back(), 1e-300), q);
+    }
+    c_.at_least("M_d > 0", mass.value, 1e-12, "least over greatest eigenvalue, " + sampled_,
+                mass.at);
+    c_.at_least("rank of G", rank.value, 1e-14, "least over greatest eigenvalue of GᵀG", rank.at);
+  }
+
+  /// The plant is what the method takes it for, and the matching equations hold.
+  void matching(phs::System<double>& plant, double tolerance) {
+    Worst quadratic{0, {}}, kinetic{0, {}}, potential{0, {}}, skew{0, {}}, passive{0, {}};
+    std::mt19937_64 generator(region_.seed);
+    std::uniform_real_distribution<double> uniform(-region_.rate, region_.rate);
+    Vec v(n_);
+    for (size_t i = 0; i < size_t(region_.samples); ++i) {
+      const Vec q = coordinates_(i);
+      for (double& y : v) y = uniform(generator);
+      const Vec x = momenta(s_, q, v);
+      quadratic.more(not_quadratic(plant, x, v), x);
+      const auto residual = residual_at(s_, x);
+      kinetic.more(residual.kinetic, x);
+      potential.more(residual.potential, q);
+      s_.evaluate(x);
+      skew.more(not_skew(), x);
+      passive.less(least_damping(), q);
+    }
+    c_.at_most("H = T + V", quadratic.value, 1e-11,
+               "kinetic energy ½ pᵀM⁻¹p, relative, " + sampled_, quadratic.at);
+    c_.at_most("matching, kinetic energy", kinetic.value, tolerance, "relative, " + sampled_,
+               kinetic.at);
+    c_.at_most("matching, potential energy", potential.value, tolerance, "relative, " + sampled_,
+               potential.at);
+    c_.at_most("J2 skew", skew.value, 1e-12, "relative", skew.at);
+    c_.at_least("Kv >= 0", kv_.value, -1e-12, "least over greatest eigenvalue", kv_.at);
+    c_.at_least("damping >= 0", passive.value, -1e-12,
+                "least eigenvalue of G Kv Gᵀ + sym(D M⁻¹M_d), relative", passive.at);
+  }
+
+  /// V_d has a minimum there.
+  void rest_point(const Shaping& shaping, const Vec& rest) {
+    std::vector<phs::Dual> q(rest.begin(), rest.end()), dV(n_), k;
+    for (const auto& g : shaping.gains()) k.push_back(g.value);
+    Vec hessian(n_ * n_), slope(n_);
+    phs::along_each(q, [&](size_t j) {
+      (void)shaping.potential(q, k, dV);
+      for (size_t i = 0; i < n_; ++i) {
+        hessian[i * n_ + j] = dV[i].d;
+        slope[i] = dV[i].v;
+      }
+    });
+    const auto curvature = phs::symmetric_eigenvalues(n_, hessian);
+    c_.at_most("rest point", norm(phs::linear_solve(n_, hessian, slope)), 1e-8,
+               "Newton's step to the critical point of V_d", rest);
+    c_.at_least(
+        "Hessian of V_d > 0",
+        curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())),
+        1e-9, "at the rest point, least over greatest eigenvalue");
+    c_.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
+  }
+
+ private:
+  Vec input_squared() const {  // GᵀG
+    Vec GG(m_ * m_);
+    for (size_t a = 0; a < m_; ++a)
+      for (size_t b = 0; b < m_; ++b)
+        for (size_t r = 0; r < n_; ++r)
+          GG[a * m_ + b] += s_.input()[r * m_ + a] * s_.input()[r * m_ + b];
+    return GG;
+  }
+  double not_quadratic(phs::System<double>& plant, const Vec& x, const Vec& v) const {
+    Vec still = x;
+    std::fill(still.begin() + long(n_), still.end(), 0.0);
+    double T = 0;
+    for (size_t a = 0; a < n_; ++a) T += 0.5 * v[a] * x[n_ + a];
+    const double H = plant.hamiltonian(x), V = plant.hamiltonian(still);
+    return std::fabs(H - V - T) / (std::fabs(H) + std::fabs(V) + std::fabs(T));
+  }
+  double not_skew() const {
+    const auto J2 = s_.skew_matrix();
+    double odd = 0;
+    for (size_t a = 0; a < n_; ++a)
+      for (size_t b = 0; b < n_; ++b)
+        odd = std::max(odd, std::fabs(J2[a * n_ + b] + J2[b * n_ + a]) / (1e-300 + norm(J2)));
+    return odd;
+  }
+  double least_damping() const {
+    Vec R(n_ * n_);
+    double scale = 1e-300;
+    for (size_t a = 0; a < n_; ++a)
+      for (size_t b = 0; b < n_; ++b) {
+        for (size_t j = 0; j < m_; ++j)
+          for (size_t k = 0; k < m_; ++k)
+            R[a * n_ + b] += s_.input()[a * m_ + j] * s_.kv()[j * m_ + k] * s_.input()[b * m_ + k];
+        scale = std::max(scale, std::fabs(R[a * n_ + b]));
+        R[a * n_ + b] += s_.friction()[a * n_ + b];
+        scale = std::max(scale, std::fabs(s_.friction()[a * n_ + b]));
+      }
+    return phs::symmetric_eigenvalues(n_, R).front() / scale;
+  }
+
+  MatchedSystem<double>& s_;
+  const Region& region_;
+  size_t n_, m_;
+  Coordinates coordinates_;
+  Certificate& c_;
+  std::string sampled_;
+  Worst kv_{0, {}};
+};
+
 }  // namespace
 
 MatchingResidual MatchedLoop::residual(std::span<const double> x) const {
@@ -111,106 +244,13 @@ std::vector<double> MatchedLoop::state(std::span<const double> q, std::span<cons
 }
 
 void MatchedLoop::check() {
-  const size_t n = size_t(shaping_->size()), m = actuated_.size();
-  const Region& region = options_.region;
-  const Coordinates coordinates(region, n);
-  const auto plant = plant_->instantiate<double>();
   MatchedSystem<double> s(*this);
-  std::mt19937_64 generator(region.seed);
-  std::uniform_real_distribution<double> uniform(-region.rate, region.rate);
-  Certificate& c = certificate_;
-  const Vec q_rest(rest_.begin(), rest_.begin() + long(n));
-  const std::string sampled = fmt::format("{} points of the region", region.samples);
-
-  // M_d first: nothing else means anything without it.
-  Worst mass{0, {}}, kv{0, {}}, rank{0, {}};
-  for (size_t i = 0; i <= size_t(region.samples); ++i) {
-    Vec x = i == 0 ? q_rest : coordinates(i - 1);
-    const Vec q = x;
-    x.resize(2 * n, 0.0);
-    s.evaluate(x);
-    const auto e = phs::symmetric_eigenvalues(n, s.target_mass_matrix());
-    mass.less(e.front() / std::max(std::fabs(e.back()), std::fabs(e.front())), q);
-    const auto k = phs::symmetric_eigenvalues(m, s.kv());
-    kv.less(k.front() / std::max(std::fabs(k.back()), 1e-300), q);
-    Vec GG(m * m);
-    for (size_t a = 0; a < m; ++a)
-      for (size_t b = 0; b < m; ++b)
-        for (size_t r = 0; r < n; ++r) GG[a * m + b] += s.input()[r * m + a] * s.input()[r * m + b];
-    const auto g = phs::symmetric_eigenvalues(m, GG);
-    rank.less(g.front() / std::max(g.back(), 1e-300), q);
-  }
-  c.at_least("M_d > 0", mass.value, 1e-12, "least over greatest eigenvalue, " + sampled, mass.at);
-  c.at_least("rank of G", rank.value, 1e-14, "least over greatest eigenvalue of GᵀG", rank.at);
-  if (!c.holds()) return;
-
-  // The plant is what the method takes it for.
-  Worst quadratic{0, {}}, kinetic{0, {}}, potential{0, {}}, skew{0, {}}, passive{0, {}};
-  Vec v(n), e(2 * n), r1(2 * n), still;
-  for (size_t i = 0; i < size_t(region.samples); ++i) {
-    const Vec q = coordinates(i);
-    for (double& y : v) y = uniform(generator);
-    const Vec x = momenta(s, q, v);
-    still = x;
-    std::fill(still.begin() + long(n), still.end(), 0.0);
-    double T = 0;
-    for (size_t a = 0; a < n; ++a) T += 0.5 * v[a] * x[n + a];
-    const double H = plant->hamiltonian(x), V = plant->hamiltonian(still);
-    quadratic.more(std::fabs(H - V - T) / (std::fabs(H) + std::fabs(V) + std::fabs(T)), x);
-
-    const auto residual = residual_at(s, x);
-    kinetic.more(residual.kinetic, x);
-    potential.more(residual.potential, q);
-    s.evaluate(x);
-    const auto J2 = s.skew_matrix();
-    double odd = 0;
-    for (size_t a = 0; a < n; ++a)
-      for (size_t b = 0; b < n; ++b)
-        odd = std::max(odd, std::fabs(J2[a * n + b] + J2[b * n + a]) / (1e-300 + norm(J2)));
-    skew.more(odd, x);
-    Vec R(n * n);
-    double scale = 1e-300;
-    for (size_t a = 0; a < n; ++a)
-      for (size_t b = 0; b < n; ++b) {
-        for (size_t j = 0; j < m; ++j)
-          for (size_t k = 0; k < m; ++k)
-            R[a * n + b] += s.input()[a * m + j] * s.kv()[j * m + k] * s.input()[b * m + k];
-        scale = std::max(scale, std::fabs(R[a * n + b]));
-        R[a * n + b] += s.friction()[a * n + b];
-        scale = std::max(scale, std::fabs(s.friction()[a * n + b]));
-      }
-    passive.less(phs::symmetric_eigenvalues(n, R).front() / scale, q);
-  }
-  c.at_most("H = T + V", quadratic.value, 1e-11, "kinetic energy ½ pᵀM⁻¹p, relative, " + sampled,
-            quadratic.at);
-  c.at_most("matching, kinetic energy", kinetic.value, options_.matching, "relative, " + sampled,
-            kinetic.at);
-  c.at_most("matching, potential energy", potential.value, options_.matching,
-            "relative, " + sampled, potential.at);
-  c.at_most("J2 skew", skew.value, 1e-12, "relative", skew.at);
-  c.at_least("Kv >= 0", kv.value, -1e-12, "least over greatest eigenvalue", kv.at);
-  c.at_least("damping >= 0", passive.value, -1e-12,
-             "least eigenvalue of G Kv Gᵀ + sym(D M⁻¹M_d), relative", passive.at);
-
-  // The rest point.
-  std::vector<phs::Dual> qd(q_rest.begin(), q_rest.end()), dV(n), k;
-  for (const auto& g : shaping_->gains()) k.push_back(g.value);
-  Vec hessian_V(n * n), slope(n);
-  phs::along_each(qd, [&](size_t j) {
-    (void)shaping_->potential(qd, k, dV);
-    for (size_t i = 0; i < n; ++i) {
-      hessian_V[i * n + j] = dV[i].d;
-      slope[i] = dV[i].v;
-    }
-  });
-  const auto curvature = phs::symmetric_eigenvalues(n, hessian_V);
-  c.at_most("rest point", norm(phs::linear_solve(n, hessian_V, slope)), 1e-8,
-            "Newton's step to the critical point of V_d", q_rest);
-  c.at_least(
-      "Hessian of V_d > 0",
-      curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())), 1e-9,
-      "at the rest point, least over greatest eigenvalue");
-  c.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
+  const Vec rest(rest_.begin(), rest_.begin() + long(shaping_->size()));
+  Checks checks(s, options_.region, actuated_.size(), certificate_);
+  checks.shape(rest);
+  if (!certificate_.holds()) return;  // nothing else means anything without it
+  checks.matching(*plant_->instantiate<double>(), options_.matching);
+  checks.rest_point(*shaping_, rest);
 }
 
 }  // namespace porthos::energy_shaping

@@ -82,6 +82,10 @@ struct FourierDesign {
   }
 };
 
+[[noreturn]] void refuse(const NumericalMatching& o, const std::string& why) {
+  throw InvalidArgument("numerical matching '" + o.name + "': " + why);
+}
+
 /// What the quadratures need of the plant.
 class Probe {
  public:
@@ -118,119 +122,142 @@ class Probe {
   size_t r_, s_;
 };
 
+/// The steps of a design for one plant and its options.
+class FourierMatching {
+ public:
+  FourierMatching(const phs::Description& plant, const NumericalMatching& o, Probe& probe)
+      : plant_(plant), o_(o), probe_(probe), F0_(F(0)) {
+    column_keeps_its_sign();
+    potential_is_harmonic();
+    log_lambda_ = quadrature([&](double x) {
+      const auto M = probe_.mass(x);
+      return (rho_ * rho_ * M.d_ss + rho_ * M.d_rs) / (rho_ * M.rs + M.rr);
+    });
+  }
+
+  FourierDesign design() {
+    FourierDesign d{.name = o_.name,
+                    .r = size_t(o_.unactuated),
+                    .s = size_t(1 - o_.unactuated),
+                    .rho = rho_,
+                    .ku = o_.ku,
+                    .kv = o_.kv,
+                    .rr = {},
+                    .rs = {},
+                    .ss = {},
+                    .constant = {},
+                    .cosine = {},
+                    .sine = {}};
+    target_mass(d);
+    target_potential(d);
+    return d;
+  }
+
+ private:
+  using Of = std::function<double(double)>;
+  Chebyshev fit(const Of& f) const { return Chebyshev::of(w_, o_.degree, f); }
+  Chebyshev quadrature(const Of& f) const { return fit(f).integral(); }
+
+  /// ρ M_rs + M_rr, which keeps its sign: M_d_rr = λ_r F.
+  double F(double x) {
+    const auto M = probe_.mass(x);
+    return rho_ * M.rs + M.rr;
+  }
+  double lambda(double x) const {
+    return (F0_ > 0 ? o_.scale : -o_.scale) * std::exp(log_lambda_(x));
+  }
+  void column_keeps_its_sign() {
+    for (int i = -200; i <= 200; ++i) {
+      const double x = w_ * i / 200;
+      if (!(F(x) * F0_ > 0))
+        refuse(o_,
+               fmt::format("with the ratio {} the column of M_d degenerates at r = {:.4g}: "
+                           "rho M_rs + M_rr = {:.3g} there and {:.3g} at rest; take another ratio "
+                           "or a smaller half_width",
+                           rho_, x, F(x), F0_));
+    }
+  }
+
+  /// ∂V/∂r = V0 + Vc cos s + Vs sin s, read off three values of s and held against a fourth.
+  double harmonic(double x, int which) {
+    const double half_turn = std::acos(-1.0);
+    const double at[] = {probe_.slope(x, 0), probe_.slope(x, half_turn / 2),
+                         probe_.slope(x, half_turn)};
+    const double V0 = 0.5 * (at[0] + at[2]);
+    return which == 0 ? V0 : which == 1 ? at[0] - V0 : at[1] - V0;
+  }
+  void potential_is_harmonic() {
+    for (int i = -5; i <= 5; ++i) {
+      const double x = w_ * i / 5, s = 0.7;
+      const double V[] = {harmonic(x, 0), harmonic(x, 1), harmonic(x, 2)};
+      const double expected = V[0] + V[1] * std::cos(s) + V[2] * std::sin(s);
+      const double size = std::fabs(V[0]) + std::fabs(V[1]) + std::fabs(V[2]) + 1e-300;
+      if (!(std::fabs(probe_.slope(x, s) - expected) <= 1e-10 * size))
+        refuse(o_, fmt::format("V of '{}' is not a0(r) + a1(r) cos s + a2(r) sin s: at r = {:.4g}, "
+                               "s = {} its slope is {:.6g}, expected {:.6g}",
+                               plant_.name, x, s, probe_.slope(x, s), expected));
+    }
+  }
+
+  void target_mass(FourierDesign& d) {
+    const auto rs = [&](double x) {
+      const auto M = probe_.mass(x);
+      return lambda(x) * (rho_ * M.ss + M.rs);
+    };
+    d.rr = fit([&](double x) { return lambda(x) * F(x); });
+    d.rs = fit(rs);
+    d.ss = fit([&](double x) {
+      const double z = rs(x);
+      return z * z / (lambda(x) * F(x)) + o_.determinant;
+    });
+    for (const Chebyshev* p : {&d.rr, &d.rs, &d.ss})
+      if (p->tail() > 0.1 * o_.matching)
+        refuse(o_, fmt::format("polynomials of degree {} do not resolve M_d: last coefficients "
+                               "{:.1e} of the largest; raise the degree or narrow half_width",
+                               o_.degree, p->tail()));
+  }
+
+  /// V_d = C + A cos s + B sin s with A' = -ρB + Vc/λ, B' = ρA + Vs/λ: e^{-iρr}(A + iB) is a
+  /// quadrature.
+  void target_potential(FourierDesign& d) {
+    const auto turned = [&](double x, bool imaginary) {
+      const double c = harmonic(x, 1) / lambda(x), s = harmonic(x, 2) / lambda(x);
+      return imaginary ? s * std::cos(rho_ * x) - c * std::sin(rho_ * x)
+                       : c * std::cos(rho_ * x) + s * std::sin(rho_ * x);
+    };
+    const Chebyshev re = quadrature([&](double x) { return turned(x, false); }),
+                    im = quadrature([&](double x) { return turned(x, true); });
+    d.constant = quadrature([&](double x) { return harmonic(x, 0) / lambda(x); });
+    d.cosine =
+        fit([&](double x) { return re(x) * std::cos(rho_ * x) - im(x) * std::sin(rho_ * x); });
+    d.sine = fit([&](double x) { return re(x) * std::sin(rho_ * x) + im(x) * std::cos(rho_ * x); });
+  }
+
+  const phs::Description& plant_;
+  const NumericalMatching& o_;
+  Probe& probe_;
+  double w_ = o_.half_width, rho_ = o_.ratio, F0_;
+  Chebyshev log_lambda_;
+};
+
 }  // namespace
 
 LoopPtr numerical_matching(PlantPtr plant, const NumericalMatching& o) {
-  const auto refuse = [&](const std::string& why) {
-    throw InvalidArgument("numerical matching '" + o.name + "': " + why);
-  };
   const auto& d = plant->description();
   if (d.nx != 4 || (o.unactuated != 0 && o.unactuated != 1))
-    refuse("the plant needs two coordinates, and the unactuated one is 0 or 1");
+    refuse(o, "the plant needs two coordinates, and the unactuated one is 0 or 1");
   if (!(o.half_width > 0) || !(o.scale > 0) || !(o.determinant > 0) || o.degree < 8)
-    refuse("half_width, scale, determinant > 0 and a degree >= 8 are needed");
+    refuse(o, "half_width, scale, determinant > 0 and a degree >= 8 are needed");
   const auto r = size_t(o.unactuated);
   Probe probe(*plant, r);
-  const double w = o.half_width, rho = o.ratio, half_turn = std::acos(-1.0);
-
-  // F = ρ M_rs + M_rr keeps its sign: M_d_rr = λ_r F.
-  const auto F = [&](double x) {
-    const auto M = probe.mass(x);
-    return rho * M.rs + M.rr;
-  };
-  const double F0 = F(0);
-  for (int i = -200; i <= 200; ++i) {
-    const double x = w * i / 200;
-    if (!(F(x) * F0 > 0))
-      refuse(
-          fmt::format("with the ratio {} the column of M_d degenerates at r = {:.4g}: "
-                      "rho M_rs + M_rr = {:.3g} there and {:.3g} at rest; take another ratio or a "
-                      "smaller half_width",
-                      rho, x, F(x), F0));
-  }
-  const Chebyshev log_lambda = Chebyshev::of(w, o.degree, [&](double x) {
-                                 const auto M = probe.mass(x);
-                                 return (rho * rho * M.d_ss + rho * M.d_rs) / (rho * M.rs + M.rr);
-                               }).integral();
-  const auto lambda = [&](double x) {
-    return (F0 > 0 ? o.scale : -o.scale) * std::exp(log_lambda(x));
-  };
-
-  // ∂V/∂r = V0 + Vc cos s + Vs sin s, read off four values of s and held against a fifth.
-  const auto harmonic = [&](double x, int which) {
-    const double at[] = {probe.slope(x, 0), probe.slope(x, half_turn / 2),
-                         probe.slope(x, half_turn)};
-    const double V0 = 0.5 * (at[0] + at[2]);
-    return which == 0 ? V0 : which == 1 ? at[0] - V0 : at[1] - V0;
-  };
-  for (int i = -5; i <= 5; ++i) {
-    const double x = w * i / 5, s = 0.7;
-    const double V[] = {harmonic(x, 0), harmonic(x, 1), harmonic(x, 2)};
-    const double expected = V[0] + V[1] * std::cos(s) + V[2] * std::sin(s);
-    const double size = std::fabs(V[0]) + std::fabs(V[1]) + std::fabs(V[2]) + 1e-300;
-    if (!(std::fabs(probe.slope(x, s) - expected) <= 1e-10 * size))
-      refuse(
-          fmt::format("V of '{}' is not a0(r) + a1(r) cos s + a2(r) sin s: at r = {:.4g}, s = {} "
-                      "its slope is {:.6g}, expected {:.6g}",
-                      d.name, x, s, probe.slope(x, s), expected));
-  }
-  // V_d = C + A cos s + B sin s with A' = -ρB + Vc/λ, B' = ρA + Vs/λ: e^{-iρr}(A + iB) is a
-  // quadrature.
-  const auto turned = [&](double x, bool imaginary) {
-    const double c = harmonic(x, 1) / lambda(x), s = harmonic(x, 2) / lambda(x);
-    return imaginary ? s * std::cos(rho * x) - c * std::sin(rho * x)
-                     : c * std::cos(rho * x) + s * std::sin(rho * x);
-  };
-  const auto quadrature = [&](const std::function<double(double)>& f) {
-    return Chebyshev::of(w, o.degree, f).integral();
-  };
-  const Chebyshev re = quadrature([&](double x) { return turned(x, false); }),
-                  im = quadrature([&](double x) { return turned(x, true); });
-  const auto fit = [&](const std::function<double(double)>& f) {
-    return Chebyshev::of(w, o.degree, f);
-  };
-  FourierDesign design{.name = o.name,
-                       .r = r,
-                       .s = 1 - r,
-                       .rho = rho,
-                       .ku = o.ku,
-                       .kv = o.kv,
-                       .rr = {},
-                       .rs = {},
-                       .ss = {},
-                       .constant = {},
-                       .cosine = {},
-                       .sine = {}};
-  design.rr = fit([&](double x) { return lambda(x) * F(x); });
-  const auto rs = [&](double x) {
-    const auto M = probe.mass(x);
-    return lambda(x) * (rho * M.ss + M.rs);
-  };
-  design.rs = fit(rs);
-  design.ss = fit([&](double x) {
-    const double z = rs(x);
-    return z * z / (lambda(x) * F(x)) + o.determinant;
-  });
-  design.constant = quadrature([&](double x) { return harmonic(x, 0) / lambda(x); });
-  design.cosine =
-      fit([&](double x) { return re(x) * std::cos(rho * x) - im(x) * std::sin(rho * x); });
-  design.sine =
-      fit([&](double x) { return re(x) * std::sin(rho * x) + im(x) * std::cos(rho * x); });
-  for (const auto& [what, p] : {std::pair<const char*, const Chebyshev*>{"M_d", &design.rr},
-                                {"M_d", &design.rs},
-                                {"M_d", &design.ss}})
-    if (p->tail() > 0.1 * o.matching)
-      refuse(
-          fmt::format("polynomials of degree {} do not resolve {}: last coefficients {:.1e} of the "
-                      "largest; raise the degree or narrow half_width",
-                      o.degree, what, p->tail()));
+  auto design = FourierMatching(d, o, probe).design();
 
   MatchingOptions options;
   options.matching = o.matching;
   options.region.lower.assign(2, -o.other);
   options.region.upper.assign(2, o.other);
-  options.region.lower[r] = -w;
-  options.region.upper[r] = w;
+  options.region.lower[r] = -o.half_width;
+  options.region.upper[r] = o.half_width;
   options.region.rate = o.rate;
   return std::make_shared<MatchedLoop>(std::move(plant), shaping(std::move(design)),
                                        std::vector<std::string>{o.actuator},

@@ -24,7 +24,11 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
       x_(d_.size()) {
   for (const auto& b : model.description().blocks)
     if (b.kind == phs::BlockKind::angle) turns_.push_back(0);
+  choose_solvers(model, solver);
+  diagonalise(A);
+}
 
+void SimplifiedNewton::choose_solvers(const phs::Model& model, Solver solver) {
   const bool automatic = solver == Solver::automatic;
   if (own_ && (automatic || solver == Solver::newton_articulated))
     solvers_.push_back(Solver::newton_articulated);
@@ -51,7 +55,9 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
     if (!solvers_.empty() && solvers_.back() == Solver::newton_krylov)
       krylov_ = make_krylov_resolvent(*field_, d_.size(), own_.get());
   }
+}
 
+void SimplifiedNewton::diagonalise(std::span<const double> A) {
   // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Many zero eigenvalues, of
   // methods with fewer degrees than nodes, have no well-defined eigenvectors: A = U C on its range,
   // and C U has the others, with vectors

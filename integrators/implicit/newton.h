@@ -46,6 +46,9 @@ class SimplifiedNewton {
  private:
   phs::Resolvent& resolvent() { return *of(frozen_); }
   phs::Resolvent* of(Solver s);
+  void choose_solvers(const phs::Model& model, Solver solver);
+  /// Sets forward_, back_ and lambda_.
+  void diagonalise(std::span<const double> A);
 
   size_t s_;
   std::vector<phs::Complex4> forward_, back_;  ///< row i: lanes of T⁻¹, of T

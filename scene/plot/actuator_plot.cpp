@@ -16,12 +16,6 @@ constexpr double width = 860, height = 360, top = 74, bottom = 300, panel = 320;
 constexpr int points = 401;
 constexpr const char* colours[] = {"#1b4f9c", "#1f8a5b", "#b5651d", "#8c4fb8"};
 
-/// 1, 2 or 5 times a power of ten, about a fifth of the range.
-double tick(double range) {
-  const double raw = range / 5, power = std::pow(10, std::floor(std::log10(raw)));
-  return power * (raw / power < 1.5 ? 1 : raw / power < 3.5 ? 2 : raw / power < 7.5 ? 5 : 10);
-}
-
 struct Curve {
   std::vector<double> x, y;  ///< within the limits
   std::string colour;
@@ -42,7 +36,7 @@ void panel_of(Svg& svg, double left, const std::string& title, const std::vector
   const auto px = [&](double v) { return left + panel * (v - x.front()) / (x.back() - x.front()); };
   const auto py = [&](double v) { return bottom - (bottom - top) * (v - low) / (high - low); };
   svg.text(left, top - 12, "start", 12.5, colour::ink, title);
-  const double dy = tick(high - low), dx = tick(x.back() - x.front());
+  const double dy = round_step(high - low, 5), dx = round_step(x.back() - x.front(), 5);
   for (double v = std::ceil(low / dy) * dy; v <= high; v += dy) {
     svg.rule(left, py(v), left + panel, py(v), colour::grid, 1);
     svg.text(left - 8, py(v) + 4, "end", 11, colour::soft,

@@ -135,16 +135,12 @@ class Canvas {
     return ticks;
   }
 
-  /// 1, 2 or 5 times a power of ten, in s, h or d.
+  /// In s, h or d.
   std::vector<Tick> even_ticks(std::string& unit) const {
     const double last = e_.last();
     const double second = last <= 7200 ? 1 : last <= 2 * 86400 ? 3600 : 86400;
     unit = second == 1 ? "s" : second == 3600 ? "h" : "d";
-    const double rough = last / second / 6, ten = std::pow(10.0, std::floor(std::log10(rough)));
-    const double step = ten * (rough / ten < 1.5   ? 1
-                               : rough / ten < 3.5 ? 2
-                               : rough / ten < 7.5 ? 5
-                                                   : 10);
+    const double step = round_step(last / second, 6);
     std::vector<Tick> ticks;
     for (int i = 0; i * step <= last / second * 1.0001; ++i)
       ticks.push_back({i * step * second, fmt::format("{:.6g}", i * step)});
