@@ -5,6 +5,7 @@
 
 namespace porthos::energy_shaping {
 
+/// What a certificate says of a condition; a figure without a bound is reported.
 enum class Finding { holds, fails, reported };
 
 /// One line of a certificate: a condition with its number and bound, or a figure that is reported

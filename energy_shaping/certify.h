@@ -34,6 +34,7 @@ struct Basin {
 /// pass narrower than the grid is missed. More coordinates are refused.
 Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);
 
+/// Where a closed loop is looked at, and how closely.
 struct CertifyOptions {
   Region region;                                 ///< of coordinates and rates looked at
   std::vector<std::vector<double>> starts = {};  ///< states that runs start from

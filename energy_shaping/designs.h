@@ -64,6 +64,7 @@ struct Acrobot {
   /// The same numbers read off a plant with coordinates (shoulder from upright, elbow).
   static Acrobot of(const phs::Model& plant, double g = 9.81);
 };
+/// The plant with those numbers.
 PlantPtr acrobot_plant(const Acrobot& d);
 /// @throws InvalidArgument unless c2 > c1, a2 > 0, a3 > a2/k, c4 > √(c1/c2) c5
 LoopPtr acrobot(const Acrobot& d, PlantPtr plant = nullptr,

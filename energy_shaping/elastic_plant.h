@@ -14,6 +14,7 @@
 /// coordinates, mass, potential.
 namespace porthos::energy_shaping {
 
+/// An arm F with a spring between each joint and its motor.
 template <class F>
 struct ElasticJoints {
   F arm;
@@ -70,6 +71,7 @@ struct ElasticForm {
   }
 };
 
+/// @throws InvalidArgument unless every stiffness and motor inertia is above 0
 template <class F>
 void check_elastic(const ElasticJoints<F>& j) {
   for (size_t a = 0; a < size_t(F::n); ++a)

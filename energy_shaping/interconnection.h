@@ -10,6 +10,7 @@
 
 namespace porthos::energy_shaping {
 
+/// Where plant and controller are joined, and the rest point.
 struct InterconnectionOptions {
   struct Join {
     std::string plant, controller;  ///< ports, one that takes an effort and one that takes a flow

@@ -4,6 +4,7 @@
 
 namespace porthos::energy_shaping {
 
+/// How closely the matching equations must hold, and where they are looked at.
 struct MatchingOptions {
   Region region;
   double matching =

@@ -91,6 +91,7 @@ struct Plant {
   }
 };
 
+/// The model of a form. damping: of each coordinate [N s/m | N m s/rad].
 template <class F>
 std::shared_ptr<const phs::Model> plant(F form, std::array<double, size_t(F::n)> damping = {}) {
   return std::make_shared<phs::UserModel<Plant<F>>>(Plant<F>{std::move(form), damping});

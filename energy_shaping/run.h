@@ -32,6 +32,7 @@ class DrivenPlant : public phs::ModelFor<DrivenPlant> {
   phs::Description description_;
 };
 
+/// The run of a closed loop: method, length, sampling.
 struct RunOptions {
   double duration = 10;  ///< [s]
   double step = 0.01;    ///< of the integrator [s]

@@ -169,6 +169,7 @@ class UserShaping final : public Shaping {
   int kv_ = -1;
 };
 
+/// A design as a Shaping, in every scalar.
 template <class D>
 std::shared_ptr<const Shaping> shaping(D design) {
   return std::make_shared<UserShaping<D>>(std::move(design));

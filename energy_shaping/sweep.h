@@ -19,6 +19,7 @@ struct SweepResult {
   bool finite = true;
 };
 
+/// What a sweep of gains runs, and how its runs are judged.
 struct SweepOptions {
   std::vector<double> start;  ///< the state each run starts from
   double duration = 20, step = 0.01;

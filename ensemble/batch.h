@@ -46,6 +46,7 @@ class BatchRun {
 /// Gives the next run, null when there is none left. Called by one thread at a time.
 using Source = std::function<std::unique_ptr<BatchRun>()>;
 
+/// What a batch is free to choose: no bit of a run depends on it.
 struct BatchOptions {
   int threads = 0;    ///< 0: as many as the machine has
   bool lanes = true;  ///< off: one state at a time, the same bits (a control)
@@ -69,7 +70,7 @@ struct BatchResult {
   phs::State state;
   integrators::Outcome outcome = integrators::Outcome::ok;
 };
-/// `steps` steps from each of some states (nx numbers each), in their order.
+/// `steps` steps from each of the states `starts` (nx numbers each), in their order.
 std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::string& method,
                                         double step, std::int64_t steps,
                                         std::span<const std::vector<double>> starts,

@@ -17,6 +17,7 @@ namespace porthos::ensemble {
 
 class LaneTeam;
 
+/// How many environments, and what a step of theirs is.
 struct EnvironmentOptions {
   int count = 1;  ///< environments side by side
   std::string method = "gauss4";

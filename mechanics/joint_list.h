@@ -15,6 +15,7 @@
 /// and every test.
 namespace porthos::mechanics {
 
+/// Types as a value.
 template <class... J>
 struct TypeList {
   static constexpr int size = sizeof...(J);

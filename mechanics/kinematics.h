@@ -10,7 +10,7 @@ template <class T>
 void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<Transform<T>> pose);
 
-/// Pose of a user's body in the world, given the node poses.
+/// Pose of a user's body in the world. @param node_pose  as forward_kinematics() wrote them
 template <class T>
 Transform<T> body_pose(const Mechanism& m, const BodyFrame& body,
                        std::span<const Transform<T>> node_pose);
@@ -20,12 +20,13 @@ enum class JacobianAxes { body, world };
 
 /// Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the
 /// frame's origin.
-/// @param J  written, 6 × nv column-major
+/// @param q  size nq;  J written, 6 × nv column-major. Cost: the path to the root.
 template <class T>
 void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,
               JacobianAxes axes, std::span<T> J);
 
 /// Flat coordinate derivatives q' from joint rates v.
+/// @param q  size nq;  v size nv;  q_dot written, size nq
 template <class T>
 void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v,
                       std::span<T> q_dot);

@@ -12,6 +12,7 @@ struct Momentum {
 
 /// p = flat momenta of the joint rates v; also leaves twists in w.V. Cost: one momentum pass, no
 /// articulated inertia.
+/// @param q  size nq;  v size nv;  p written, size nq
 template <class T>
 void momenta_from_rates(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                         std::span<const T> v, std::span<T> p);
@@ -29,12 +30,12 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
 
 /// Centroidal momentum matrix: (k_G, l) = A_G v, k_G about the centre of mass, world axes, rows
 /// [angular; linear]. Of the bodies, without the spin of rotors, as `momentum`.
-/// @param A  written, 6 × nv column-major.  Source: Orin, Goswami, Lee 2013.
+/// @param q  size nq;  A written, 6 × nv column-major.  Source: Orin, Goswami, Lee 2013.
 template <class T>
 void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                                 std::span<T> A);
 
-/// Centre of mass of the moving bodies in the world [m].
+/// Centre of mass of the moving bodies in the world [m]. @param q  size nq
 template <class T>
 Vec3<T> centre_of_mass(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 
@@ -48,7 +49,7 @@ template <class T>
 T base_kinetic_energy(const Mechanism& m, const Workspace<T>& w);
 
 /// V = -Σ m_i g·c_i, zero at the world's origin [J]. Joint springs are the system's
-/// (mechanical_model.h).
+/// (mechanical_model.h). @param q  size nq
 template <class T>
 T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 
@@ -56,8 +57,9 @@ T potential_energy(const Mechanism& m, Workspace<T>& w, std::span<const T> q);
 /// v_c| over the moving bodies, c and v_c place and velocity of their centre of mass: the second is
 /// the same wherever the mechanism is and however fast it goes.
 struct MomentumScale {
-  double linear, angular;
+  double linear, angular;  ///< [N s], [N m s]
 };
+/// At q (size nq) and joint rates v (size nv).
 MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span<const double> q,
                              std::span<const double> v);
 

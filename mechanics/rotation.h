@@ -5,6 +5,7 @@
 /// docs/mathematics.md).
 namespace porthos::mechanics {
 
+/// w + v·(i, j, k).
 template <class T>
 struct Quaternion {
   T w;
@@ -21,6 +22,7 @@ struct Quaternion {
   Quaternion conj() const { return {w, -v}; }
 };
 
+/// a ∘ b, the Hamilton product.
 template <class T>
 Quaternion<T> operator*(const Quaternion<T>& a, const Quaternion<T>& b) {
   return {a.w * b.w - dot(a.v, b.v), a.w * b.v + b.w * a.v + cross(a.v, b.v)};

@@ -50,6 +50,7 @@ template <class T>
 PORTHOS_INLINE T norm(const Vec3<T>& a) {
   return sqrt(dot(a, a));
 }
+/// Whether all three numbers are.
 inline bool finite(const Vec3<double>& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

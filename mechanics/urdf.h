@@ -35,6 +35,7 @@ struct UrdfOptions {
 /// Something read but not simulated, or worth knowing.
 using UrdfNote = Remark;
 
+/// A URDF file as a mechanism, and what of it was not taken as it stands.
 struct UrdfResult {
   Mechanism mechanism;
   std::vector<UrdfNote>

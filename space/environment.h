@@ -91,6 +91,7 @@ struct SolarPressure {
   double at_1_au = 4.56e-6;     ///< [N/m²]
 };
 
+/// What acts on an orbit. What is not set is not computed.
 struct Environment {
   Planet planet;
   std::vector<ThirdBody> third_bodies;

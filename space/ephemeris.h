@@ -20,6 +20,7 @@ struct JulianDate {
 /// ERFA
 JulianDate date_of(const std::string& utc);
 
+/// Whose place is asked for.
 enum class Luminary { sun, moon };
 
 /// Position relative to the Earth's centre, GCRS axes [m], straight from ERFA: the Sun by eraEpv00

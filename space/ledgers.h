@@ -46,6 +46,7 @@ struct LedgerReport {
 /// What follows it: works and changes add up, the largest are those of both.
 void append(LedgerReport& to, const LedgerReport& next);
 
+/// What a run in orbit reports besides its energy.
 struct SpaceReport {
   LedgerReport orbital, coupling, harmonics;
   double gradient_work = 0;     ///< on the internal motion [J]

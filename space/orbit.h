@@ -29,6 +29,7 @@ const char* to_string(OrbitSource s);
 /// Work on the orbital motion by each source [J].
 using OrbitWorks = std::array<OrbitReal, orbit_sources>;
 
+/// The motion of a centre of mass: exact Kepler flow, kicks by everything else, works by source.
 class OrbitMotion {
  public:
   /// @throws InvalidArgument as Environment::validate(), or for a mass that is not positive

@@ -84,6 +84,7 @@ struct SoftLatch {
   Vec3d damping{0, 0, 0}, turning_damping{0, 0, 0};      ///< [N s/m], [N m s/rad], >= 0
 };
 
+/// The parts of a spacecraft that act on its bodies.
 struct Parts {
   std::vector<Thruster> thrusters = {};
   std::vector<Torquer> torquers = {};

@@ -7,6 +7,7 @@
 
 namespace porthos::space {
 
+/// The methods of the two motions, and how they are composed.
 struct SplitOptions {
   std::string splitting = "lobatto4";  ///< see split_schemes()
   std::string method = "gauss16";      ///< of the internal motion

@@ -13,16 +13,19 @@ namespace porthos::vsa {
 /// Parameters by name. A number is a list of one.
 using Values = std::map<std::string, std::vector<double>>;
 
+/// A parameter of a family.
 struct Key {
   std::string name, unit;
   bool list = false;  ///< a table's column, or coefficients
   bool optional = false;
 };
+/// A family of elastic energies: its parameters and its maker.
 struct Family {
   std::string name;
   std::vector<Key> keys;
   std::function<ElasticPtr(const Values&, const Limits&)> make;
 };
+/// All of them.
 const std::vector<Family>& families();
 /// A member of a family. @throws InvalidArgument for an unknown family or parameter (lists the
 /// known ones), a missing one,
@@ -38,6 +41,7 @@ enum class Provenance {
 };
 const char* to_string(Provenance p);
 
+/// A number with its unit and where it comes from.
 struct Quantity {
   std::string name;
   std::vector<double> value;
@@ -46,6 +50,7 @@ struct Quantity {
   std::string source = {};
 };
 
+/// A device that was built, as far as its numbers are known.
 struct Device {
   std::string name, title;
   std::string family = {};                ///< empty: no model, its parameters are not public
@@ -59,6 +64,7 @@ struct Device {
   double deflection = 0;           ///< for the same, ± [rad]
   double theta = 0;  ///< where φ is counted from in an energy that is not translation invariant
 };
+/// All of them.
 const std::vector<Device>& devices();
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Device& device(const std::string& name);

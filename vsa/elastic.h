@@ -34,6 +34,7 @@ struct Limits {
   double sigma_stop_stiffness = 0;  ///< [J/σ³]; 0: σ is only checked at the start, and may pass
 };
 
+/// What an elastic energy says of itself.
 struct ElasticTraits {
   std::string family;  ///< "cosh", "maccepa", ...
   std::string title;   ///< a line for people

@@ -6,6 +6,7 @@
 /// Choosing σ by what it costs.
 namespace porthos::vsa {
 
+/// A place of a path on which the spring is retuned.
 struct RetuningPoint {
   double phi, sigma, stiffness;  ///< deflection q - θ [rad], unit of σ, [N m/rad]
 };
@@ -17,6 +18,7 @@ struct RetuningPoint {
 std::vector<RetuningPoint> constant_energy_path(const Elastic& e, double phi0, double sigma0,
                                                 double phi1, int parts);
 
+/// The best stiffness for a swing, and what it saves.
 struct Resonance {
   double sigma;       ///< the best
   double torque_rms;  ///< of the torque still needed besides the spring's, over a period [N m]

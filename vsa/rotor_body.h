@@ -9,6 +9,7 @@
 /// rotor at the rate ω in a link that turns at Ω, and the terms in n J.
 namespace porthos::vsa {
 
+/// A rotor as a body.
 struct RotorBody {
   double inertia = 0;     ///< J about its axis [kg m²], > 0: that of the motor, before the gear
   double transverse = 0;  ///< about the other two [kg m²]; 0: J

@@ -18,6 +18,7 @@ const char* to_string(OnViolation a);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 OnViolation on_violation_of(const std::string& name);
 
+/// The limits of a monitor, and what it does beyond them.
 struct MonitorOptions {
   double limit = 0;       ///< of |defect| since the start, relative to the scale; 0: not watched
   double step_limit = 0;  ///< of what one step adds to the defect, relative; 0: not watched
@@ -37,6 +38,7 @@ struct MonitorOptions {
   const phs::Model* keeps = nullptr;
 };
 
+/// What a monitor saw over a run.
 struct MonitorReport {
   std::int64_t violations = 0, repeated = 0;  ///< steps; repeated: in parts, to the limit
   double first_s = 0;                         ///< time before the first violation

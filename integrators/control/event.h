@@ -8,6 +8,7 @@
 /// Events: the first state of a run where a function g(t, x) passes through 0.
 namespace porthos::integrators {
 
+/// The direction in which g passes through 0.
 enum class Crossing { rising, falling, both };
 
 /// g at time t and state x. x is the value of the state (without its low word); its angles are
@@ -18,6 +19,7 @@ struct Event {
   Crossing direction = Crossing::both;
 };
 
+/// How events are looked for.
 struct EventOptions {
   /// Points inside a step where the dense output is looked at, besides its ends: two crossings
   /// between neighbours are not seen. Methods without dense output are looked at at the ends alone.
@@ -31,6 +33,7 @@ struct EventOptions {
   bool all_turns = false;
 };
 
+/// How a step of an EventStepper ended.
 struct EventResult {
   Outcome outcome = Outcome::ok;  ///< not ok: the state is the last good one
   int event = -1;                 ///< which of the events, -1: none in this step

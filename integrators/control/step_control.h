@@ -13,6 +13,7 @@
 /// again up to there by the plain method, and the control begins anew behind it.
 namespace porthos::integrators {
 
+/// How the size of the steps follows the state.
 enum class StepControl {
   fixed,
   /// constant steps of the transformed system sigma (H - H0): symplectic, any step-size ratio
@@ -21,10 +22,12 @@ enum class StepControl {
   /// systems
   reversible
 };
+/// Its name in scenes.
 const char* to_string(StepControl c);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 StepControl step_control_of(const std::string& name);
 
+/// What a step control goes by.
 struct ControlOptions {
   /// sigma(x) > 0, the step at x over the step `h` that the integrator is made with. None: a
   /// RateTimeScale of the model with the two numbers below.

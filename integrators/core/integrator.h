@@ -52,6 +52,7 @@ struct Declaration {
 enum class Outcome { ok, not_converged, not_finite, failed };
 const char* to_string(Outcome o);
 
+/// What a run has cost since the integrator was made.
 struct Cost {
   std::int64_t steps = 0;
   std::int64_t evaluations = 0;     ///< of the field (or its parts) for one state
@@ -65,6 +66,7 @@ struct Cost {
 enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
 const char* to_string(Solver s);
 
+/// What is chosen besides method and step. Each method takes what it knows of.
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
   int max_sweeps = 100;               ///< of implicit iterations

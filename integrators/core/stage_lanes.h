@@ -7,6 +7,7 @@
 /// Stage data lane by lane: machine lanes for double, a plain array for the other scalars.
 namespace porthos::integrators {
 
+/// W numbers of a scalar that has no lanes, used as a Pack is.
 template <class T, int W>
 struct StageArray {
   T v[W];
@@ -42,16 +43,19 @@ using StageLanes =
 template <int W>
 using Magnitudes = phs::Pack<double, W>;
 
+/// |x| lane by lane.
 template <int W>
 Magnitudes<W> magnitudes(const phs::Pack<double, W>& x) {
   return abs(x);
 }
+/// |x| lane by lane.
 template <class T, int W>
 Magnitudes<W> magnitudes(const StageArray<T, W>& x) {
   Magnitudes<W> m;
   for (int i = 0; i < W; ++i) m.set(i, magnitude(x[i]));
   return m;
 }
+/// The largest lane.
 template <int W>
 double largest_of(const Magnitudes<W>& x) {
   double r = x[0];

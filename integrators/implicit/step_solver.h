@@ -82,6 +82,7 @@ class Iterating {
   bool predicted_ = false, dropped_ = false;
 };
 
+/// How an iteration ended.
 struct Iterated {
   Outcome outcome = Outcome::not_converged;
   bool ran_out = false;  ///< of sweeps, before stagnation; ok if only noise seemed left

@@ -11,6 +11,7 @@ enum class Centre {
   two   ///< γ = 1/2 - Σ, twice
 };
 
+/// A palindromic composition by the half of its coefficients that is independent.
 struct CompositionTable {
   std::string name;   ///< of the method: "yoshida4"
   std::string title;  ///< for people

@@ -22,6 +22,7 @@ struct RadauTable {
   std::array<T, s> beyond(T theta) const;
 };
 
+/// The one table, made at its first use. T = double or Quad.
 template <class T>
 const RadauTable<T>& radau_table();
 

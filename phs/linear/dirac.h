@@ -23,6 +23,8 @@ struct DiracDefects {
 /// Of any F, E of one shape n × n.
 DiracDefects dirac_defects(const Matrix& F, const Matrix& E);
 
+/// A Dirac structure D = {(f, e): F f + E e = 0}: power conserving, and as large as such a set can
+/// be.
 class Dirac {
  public:
   /// Refuses what is not a Dirac structure and says which condition fails by how much.

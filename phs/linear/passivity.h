@@ -7,6 +7,7 @@
 ///   H(t_j) - H(t_i) <= ∫ u·y dt from t_i to t_j,    for all i < j.
 namespace porthos::phs {
 
+/// How far the inequality is violated, and what the data allow to say.
 struct PassivityReport {
   double violation = 0;  ///< largest H(t_j) - H(t_i) - ∫ u·y dt over all i <= j [J]; 0 at best
   std::size_t from = 0, to = 0;  ///< the samples i, j it was found at

@@ -68,6 +68,7 @@ void multiply(std::size_t n, std::size_t m, std::size_t l, const T* A, const T* 
     }
 }
 
+/// aᵀb.
 template <class T>
 T dot(std::size_t n, const T* a, const T* b) {
   T s(0.0);

@@ -20,7 +20,7 @@ struct Spectrum {
   int zeros = 0;                           ///< the algebraic multiplicity of 0
   std::vector<std::complex<double>> rest;  ///< as of eigenvalues()
 };
-/// tolerance: singular values below it times the largest are zero.
+/// Of A, n × n row-major. tolerance: singular values below it times the largest are zero.
 Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance = 1e-13);
 /// x of A x = b. NaN where A is singular.
 std::vector<double> linear_solve(std::size_t n, std::span<const double> A,

@@ -50,6 +50,7 @@ Potential soft_limits(double lower, double upper, double k);
 
 // --- sources: v(t) -------------------------------------------------------------------------------
 
+/// v(t) = value.
 FunctionPtr constant(double value);
 /// amplitude · sin(2π frequency t + phase)
 FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0);

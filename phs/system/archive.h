@@ -78,7 +78,8 @@ void save_carried(const X& object, std::vector<double>& to) {
   Archive a(to);
   const_cast<X&>(object).carry(a);
 }
-/// Loads it. @throws InvalidArgument if the size does not fit
+/// Loads it. @param from  what save_carried() gave; `what` names it. @throws InvalidArgument if its
+/// size does not fit
 template <class X>
 void load_carried(X& object, std::span<const double> from, const char* what) {
   Archive count;

@@ -9,6 +9,7 @@
 /// The axioms of the contract, checked by number on a user's own system.
 namespace porthos::phs {
 
+/// Where and how closely the axioms are looked at.
 struct CheckOptions {
   int samples = 32;  ///< random states
   double spread =
@@ -33,6 +34,7 @@ struct AxiomResult {
   bool holds() const { return !applies() || worst <= limit; }
 };
 
+/// What check() found, axiom by axiom.
 struct CheckReport {
   std::vector<AxiomResult> axioms;
   bool holds() const;  ///< at least one axiom was tried, and every one that was holds

@@ -58,6 +58,7 @@ struct PartialFlow {
   std::string name;  ///< "kinetic", "potential", "kepler", ...
 };
 
+/// What a system promises of its structure; the checker holds it to that, methods rely on it.
 struct Traits {
   bool autonomous = true;
   bool canonical = false;  ///< x = (q, p) in two halves and J = [0 I; -I 0]
@@ -65,6 +66,7 @@ struct Traits {
   bool lossless = true;    ///< R = 0
 };
 
+/// What a system says of itself: its state, ports, powers and invariants, by name.
 struct Description {
   std::string name;
   int nx = 0;  ///< numbers in the state

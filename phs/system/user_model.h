@@ -91,6 +91,8 @@ consteval bool is_user_system() {
   return true;
 }
 
+/// The model of a user's system S, in every scalar. What S leaves out has the default of the list
+/// above.
 template <class S>
 class UserModel : public ModelFor<UserModel<S>> {
   static_assert(is_user_system<S>());

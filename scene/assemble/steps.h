@@ -27,6 +27,7 @@ struct Steps {
     return taken % every == 0 && !(last > 0 && taken == total);
   }
 };
+/// The steps of a scene's run.
 Steps steps_of(const Scene& scene);
 
 /// The longest step up to `longest` that is a whole fraction of the time between records, where

@@ -17,12 +17,14 @@ struct Reach {
   bool drifts = false;   ///< the nearest trial has an energy error that grows steadily
 };
 
+/// What to take for an error.
 struct Advice {
   double target = 0;
   std::vector<Reach> reaching;  ///< cheapest first
   std::string sentence;
 };
 
+/// The methods that reach the relative error `target`, cheapest first, and a sentence for people.
 Advice advise(const Comparison& comparison, double target);
 
 }  // namespace porthos::scene

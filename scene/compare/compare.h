@@ -16,6 +16,7 @@ namespace porthos::scene {
 /// A deviation may grow by this factor before trajectories are no longer compared.
 inline constexpr double trajectory_growth = 1e4;
 
+/// What a comparison tries, and how long.
 struct CompareOptions {
   std::vector<std::string> methods = {};  ///< names of the catalogue; empty: all that fit
   double budget_s = 120;                  ///< CPU seconds for everything
@@ -36,6 +37,7 @@ struct MethodTrials {
   std::string label() const { return method.name + (short_sweeps ? " short" : ""); }
 };
 
+/// Every trial of a comparison, and what it was held against.
 struct Comparison {
   std::string title;
   double step_s = 0;                            ///< the trials began here

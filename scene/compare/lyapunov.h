@@ -13,6 +13,7 @@ namespace porthos::scene {
 /// is none
 double find_step(const Assembly& assembly, double guess, std::int64_t steps, StateScale& scale);
 
+/// How long the growth of small deviations is followed.
 struct SensitivityOptions {
   double step = 0, duration = 0;  ///< [s]
   std::int64_t most_steps = 20000;

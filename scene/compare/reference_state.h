@@ -12,6 +12,7 @@ struct ReferenceState : KnownState {
   double error = 0;     ///< difference of the last two runs, one with twice the step of the other
 };
 
+/// Where a reference is wanted, and what it may cost.
 struct ReferenceOptions {
   double time = 0;  ///< [s]
   double step = 0;  ///< [s] at which gauss methods converge; time is a multiple of it

@@ -24,6 +24,7 @@ struct KnownState {
   std::vector<long double> x;  ///< angles with their turns
 };
 
+/// What a trial simulates, and what it is held against.
 struct TrialOptions {
   double duration = 0;          ///< [s]; rounded to whole steps
   double cpu_limit = HUGE_VAL;  ///< a trial that needs more is broken off

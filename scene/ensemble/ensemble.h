@@ -123,6 +123,7 @@ struct EventSpread {
   Spread time;                ///< of those [s]
 };
 
+/// How the cases of an ensemble ended.
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
   std::int64_t not_judged = 0;                   ///< none of their checks tells of the motion
@@ -140,6 +141,7 @@ struct EnsembleReport {
   }
 };
 
+/// Which cases are run, where, and how.
 struct EnsembleOptions {
   std::string out = "results";
   Part part = {};

@@ -21,6 +21,7 @@ struct Quantity {
   int size() const { return distribution.size(); }
 };
 
+/// The table [ensemble] of a scene.
 struct EnsembleScene {
   std::int64_t cases = 0;
   std::uint64_t seed = 1;

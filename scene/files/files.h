@@ -7,6 +7,7 @@
 /// Files that survive a crash: written aside, brought to the disk, renamed.
 namespace porthos::scene {
 
+/// For std::unique_ptr<std::FILE, FileCloser>.
 struct FileCloser {
   void operator()(std::FILE* f) const { std::fclose(f); }
 };

@@ -5,6 +5,7 @@
 
 namespace porthos::scene {
 
+/// The trajectory to judge, its model and its map.
 struct JudgeOptions {
   std::string file;   ///< the trajectory, CSV or HDF5
   std::string model;  ///< URDF

@@ -34,6 +34,7 @@ class Envelope {
   std::vector<EnvelopePoint> points_;
 };
 
+/// The words of an energy plot.
 struct PlotLabels {
   std::string title, subtitle;
   std::optional<double> limit;  ///< of the verdict

@@ -47,6 +47,7 @@ struct Event {
 /// "capture of target by hand", for reports.
 std::string text(const Event& e);
 
+/// The tables [[body]]. @throws InvalidArgument as read_scene()
 std::vector<FreeBody> read_bodies(const Table& scene);
 /// In the order of their times. @throws InvalidArgument as read_scene()
 std::vector<Event> read_events(const Table& scene);

@@ -49,6 +49,7 @@ struct Limits {
 /// A method that is chosen by pilot runs, see compare/auto_method.h.
 inline constexpr const char* auto_method = "auto";
 
+/// What a scene file says, with its defaults.
 struct Scene {
   std::string path;  ///< as given; its folder resolves relative paths
   std::string text;  ///< whole text, for provenance

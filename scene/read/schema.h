@@ -6,6 +6,7 @@
 /// a table from here, and so do the JSON schema for editors and docs/scene_reference.md.
 namespace porthos::scene {
 
+/// One key of a table.
 struct SchemaKey {
   enum class Kind {
     text,

@@ -20,8 +20,8 @@ struct Replacement {
 /// Whether a replacement changes the start of a run and nothing else.
 bool is_of_start(const std::string& key);
 
-/// A scene with some numbers replaced, from the texts that were read for it. Tables and keys that
-/// are not there are added.
+/// A scene with the numbers of `replacements` in the place of its own, from the texts that were
+/// read for it. Tables and keys that are not there are added.
 /// @throws InvalidArgument as read_scene; for a key that has no place in it
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements);
 

@@ -27,6 +27,7 @@ struct Checkpoint {
 /// or the new one.
 void write_checkpoint(const std::filesystem::path& folder, const Checkpoint& checkpoint);
 
+/// Whether there is one to resume from.
 bool has_checkpoint(const std::filesystem::path& folder);
 
 /// @throws InvalidArgument with one sentence, if there is none, or it is truncated, damaged or of

@@ -44,6 +44,7 @@ struct RecordLayout {
 };
 
 /// One row. works: of each of the system's powers since the start; `energy_error` contains them.
+/// ledgers: layout.ledgers numbers of a spacecraft's. row: written, layout.plain() numbers.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
                  std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);

@@ -25,6 +25,7 @@ struct NotApplicable {
   std::string name, why;
 };
 
+/// Of the checks of a run: see docs/results.md.
 enum class Verdict { pass, fail, not_judged };
 const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
@@ -46,6 +47,7 @@ struct EnergyReport {
   std::vector<std::pair<std::string, double>> scale_parts = {};
 };
 
+/// What summary.json holds of a run.
 struct RunReport {
   std::string title, method;
   integrators::StepControl step_control = integrators::StepControl::fixed;

@@ -4,6 +4,7 @@
 
 namespace porthos::scene {
 
+/// Who watches a run in memory.
 struct MemoryOptions {
   const std::atomic<bool>* stop = nullptr;
   /// Fraction done, wall seconds spent, estimated wall seconds left: of a run without events.

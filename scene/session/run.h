@@ -9,6 +9,7 @@
 
 namespace porthos::scene {
 
+/// Where a run leaves its results, and where it ends.
 struct RunOptions {
   std::string out = "results";  ///< results folder, made if missing
   bool resume = false;          ///< continue from out/checkpoint

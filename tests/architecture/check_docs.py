@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Every class, enum and function of a public header has a comment; one of a function names the arrays it takes.
+
+    check_docs.py ROOT          print every offence as file:line: reason; exit 1 if any
+    check_docs.py --self-test   negative control: each rule must catch a header that breaks it
+
+What stands at namespace level is looked at, as clang-format leaves it: nothing indented. A comment serves all declarations up to
+the next blank line.
+"""
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from check_includes import LIBRARIES, is_private
+
+# The elementary functions and operators of every scalar: their names are those of the standard library.
+ELEMENTARY = ["phs/scalars/pack.h", "phs/scalars/quad.h", "phs/scalars/scalar.h", "phs/scalars/trig.h"]
+
+OPENS = re.compile(r"(template <|requires\b|\[\[)")
+TYPE = re.compile(r"(class|struct|enum)\b")
+# A family's entries are explained in integrators/catalogue.h; a member has its comment in the class.
+KNOWN = re.compile(r".*(\w+_entries\(\);|\w::\w+\()")
+PASSED = re.compile(r"(namespace|using|extern|static_assert|typedef|concept|constexpr|inline constexpr|PORTHOS_)")
+ARRAY = re.compile(r"std::span<[^()]*?>\s+(\w+)\s*(?=[,)=])")
+
+
+def declarations(lines):
+    """Line number, text and comment of each declaration at namespace level."""
+    comment, shared, i = [], "", 0
+    while i < len(lines):
+        line, number = lines[i], i + 1
+        i += 1
+        if line.startswith("///"):
+            comment.append(line[3:].strip())
+        elif not line or line[0] == "#":
+            comment, shared = [], ""
+        elif line[0] in " \t/}" or OPENS.match(line) and not re.search(r"[;{]$", line):
+            continue
+        else:
+            while not re.search(r"[;{}]\s*(//.*)?$", line) and i < len(lines):
+                line += " " + lines[i].strip()
+                i += 1
+            shared, comment = " ".join(comment) or shared, []
+            line = re.sub(r"^template <.*?> (?=class|struct)", "", line)
+            if not PASSED.match(line) and not KNOWN.match(line) and not re.fullmatch(r"(class|struct) \w+;", line):
+                yield number, line, shared
+
+
+def offences(root):
+    for room in LIBRARIES:
+        for file in sorted((root / room).rglob("*.h")):
+            path = file.relative_to(root).as_posix()
+            if is_private(path) or path in ELEMENTARY:
+                continue
+            for number, text, comment in declarations(file.read_text(encoding="utf-8").splitlines()):
+                name = re.search(r"(\w+|operator.{1,3})\(" if not TYPE.match(text) else r"(\w+)\W*[{:]?[^{]*$", text)
+                if not comment and "///<" not in text:
+                    yield f"{path}:{number}: '{text[:60]}' has no comment"
+                elif name and not TYPE.match(text):
+                    for array in ARRAY.findall(text):
+                        if not re.search(rf"\b{array}\b", comment):
+                            yield f"{path}:{number}: the comment of {name[1]}() says nothing of the array {array}"
+
+
+def self_test():
+    good = """#pragma once
+#include <span>
+namespace porthos::phs {
+class Later;
+
+/// y = A x. @param x size n
+template <class T>
+void product(std::span<const double> A, std::span<const T> x,
+             std::span<T> y);
+/// Two numbers.
+struct Pair {
+  double a, b;
+};
+}  // namespace porthos::phs
+"""
+    bad = {
+        "struct Bare {\n": "'struct Bare {' has no comment",
+        "void bare(int n);\n": "'void bare(int n);' has no comment",
+        "template <class T>\nT bare(T x) {\n": "'T bare(T x) {' has no comment",
+        "/// A sum.\ndouble sum(std::span<const double> terms);\n": "the comment of sum() says nothing of the array terms",
+    }
+
+    def report(text):
+        with tempfile.TemporaryDirectory() as root:
+            file = Path(root, "phs/a.h")
+            file.parent.mkdir()
+            file.write_text(text, encoding="utf-8")
+            return list(offences(Path(root)))
+
+    failures = [f"the good header was refused: {line}" for line in report(good)]
+    for text, words in bad.items():
+        found = report(good + "\n" + text)
+        if len(found) != 1 or words not in found[0]:
+            failures.append(f"{text!r}: expected one report with {words!r}, got {found}")
+    print("\n".join(failures) or f"self-test: the good header passes, {len(bad)} bad ones are caught")
+    return 1 if failures else 0
+
+
+def main(arguments):
+    if arguments == ["--self-test"]:
+        return self_test()
+    if len(arguments) != 1:
+        print(__doc__, file=sys.stderr)
+        return 2
+    found = list(offences(Path(arguments[0])))
+    print("\n".join(found) or "every public declaration has a comment")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
