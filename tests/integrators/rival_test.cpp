@@ -14,7 +14,7 @@
 #include "tests/support/gauss.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators::rivals_test {
+namespace porthos::integrators::rival_test {
 namespace {
 
 using phs::Quad;
@@ -497,4 +497,4 @@ TEST(Catalogue, TakesNoMoreMethodsOnceInUse) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators::rivals_test
+}  // namespace porthos::integrators::rival_test

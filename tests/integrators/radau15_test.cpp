@@ -13,7 +13,7 @@
 #include "tests/support/pendulum.h"
 #include "tests/support/robots.h"
 
-namespace porthos::integrators::radau_test {
+namespace porthos::integrators::radau15_test {
 namespace {
 
 using phs::Quad;
@@ -215,4 +215,4 @@ TEST(Radau, OutcomesAreStatuses) {
 }
 
 }  // namespace
-}  // namespace porthos::integrators::radau_test
+}  // namespace porthos::integrators::radau15_test
