@@ -78,9 +78,7 @@ void in_team(int threads, const std::atomic<bool>* stop,
 void simulate_batch(const phs::Model& model, const std::string& method, double step,
                     const Source& source, const BatchOptions& o) {
   std::mutex one_at_a_time;
-  // What a sampled controller holds belongs to the model: one run at a time.
-  const int threads = model.holds().empty() ? o.threads : 1;
-  in_team(threads, o.stop, [&](const std::function<bool()>& stopped) {
+  in_team(o.threads, o.stop, [&](const std::function<bool()>& stopped) {
     const Source next = [&]() -> std::unique_ptr<BatchRun> {
       const std::lock_guard lock(one_at_a_time);
       return stopped() ? nullptr : source();

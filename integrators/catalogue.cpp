@@ -173,7 +173,10 @@ std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& met
     if (const auto lie = phs::false_trait(model))
       throw InvalidArgument("method '" + method + "' relies on it: " + *lie);
   if (!e.make<T>()) throw InvalidArgument("method '" + method + "' works in double only");
-  return e.make<T>()(e.declaration, model, h, options);
+  const OfRun run(model);
+  auto made = e.make<T>()(e.declaration, *run.model, h, options);
+  if (run.kept) made->keep_model(run.kept);
+  return made;
 }
 #define PORTHOS_INSTANTIATE(T)                                           \
   template std::unique_ptr<BasicIntegrator<T>> make_basic_integrator<T>( \

@@ -29,10 +29,17 @@ integrators::Declaration declare(const SplitScheme& scheme, const std::string& m
 }  // namespace
 
 SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& o)
-    : BasicIntegrator(declare(split_scheme(o.splitting), o.method), model, h, o.options),
+    : SplitIntegrator(integrators::OfRun(model), model, h, o) {}
+
+SplitIntegrator::SplitIntegrator(const integrators::OfRun& run, const Spacecraft& model, double h,
+                                 const SplitOptions& o)
+    : BasicIntegrator(declare(split_scheme(o.splitting), o.method), *run.model, h, o.options),
       model_(model),
       scheme_(split_scheme(o.splitting)),
-      inner_(integrators::make_integrator(o.method, model.internal(), h, o.options)),
+      internal_(run.kept ? std::make_unique<integrators::RunModel>(model.internal(), *run.kept)
+                         : nullptr),
+      inner_(integrators::make_integrator(o.method, internal_ ? *internal_ : model.internal(), h,
+                                          o.options)),
       gradient_(model.mechanism()),
       push_(model.mechanism(), model.parts(), model.orbit().environment().planet),
       plates_(model.mechanism(), model.orbit().environment().plates),
@@ -50,6 +57,7 @@ SplitIntegrator::SplitIntegrator(const Spacecraft& model, double h, const SplitO
       delta_(nq_),
       slope_(nq_),
       side_(nq_) {
+  keep_model(run.kept);
   for (const auto& n : model.mechanism().nodes())
     if (n.parent < 0) roots_.push_back(size_t(n.q));
   if (!scheme_.forward && !model.description().traits.lossless)

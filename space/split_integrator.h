@@ -47,6 +47,8 @@ class SplitIntegrator final : public integrators::Integrator {
   const SpaceLedgers& ledgers() const { return ledgers_; }
 
  private:
+  SplitIntegrator(const integrators::OfRun& run, const Spacecraft& model, double h,
+                  const SplitOptions& options);
   void gather(const State& s);
   void scatter(State& s) const;
   void pull(const OrbitPoint& p);
@@ -59,6 +61,7 @@ class SplitIntegrator final : public integrators::Integrator {
 
   const Spacecraft& model_;
   const SplitScheme& scheme_;
+  std::unique_ptr<const integrators::RunModel> internal_;  ///< null: the model's own
   std::unique_ptr<integrators::Integrator> inner_;
   GravityGradient<double> gradient_;
   OrbitPush push_;

@@ -43,7 +43,7 @@ OnViolation on_violation_of(const std::string& name) {
 
 EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model& model, double h,
                              MonitorOptions monitor, const Options& o)
-    : Integrator(inner->declaration(), model, h, o),
+    : Integrator(inner->declaration(), inner->kept_model() ? *inner->kept_model() : model, h, o),
       inner_(std::move(inner)),
       monitor_(std::move(monitor)),
       scale_(model.description()),
@@ -51,6 +51,7 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
       port_work_sum_(model.description().powers.size()),
       x_(n_),
       stored_(model.description().storages.size()) {
+  keep_model(inner_->kept_model());
   require_limit("limit", monitor_.limit);
   require_limit("step_limit", monitor_.step_limit);
   const bool repeats = monitor_.action == OnViolation::repeat;

@@ -298,6 +298,15 @@ StepControl step_control_of(const std::string& name) {
                         "', expected one of fixed, time_transformed, reversible");
 }
 
+namespace {
+
+std::unique_ptr<Integrator> kept(std::unique_ptr<Integrator> made, const OfRun& run) {
+  made->keep_model(run.kept);
+  return made;
+}
+
+}  // namespace
+
 std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
                                                   const phs::Model& model, double h,
                                                   const ControlOptions& control, const Options& o) {
@@ -307,7 +316,9 @@ std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
   if (d.quadratic_invariants == Claim::holds) d.quadratic_invariants = Claim::unknown;
   d.source += "; Hairer, Lubich, Wanner 2006, VIII.2.1";
   make_integrator(method, model, h, o);  // refuses what the method cannot take
-  return std::make_unique<TimeTransformed>(std::move(d), method, model, h, o, control);
+  const OfRun run(model);
+  return kept(std::make_unique<TimeTransformed>(std::move(d), method, *run.model, h, o, control),
+              run);
 }
 
 std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs::Model& model,
@@ -321,7 +332,8 @@ std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs
   d.symplectic = Claim::fails;
   d.source += "; Hairer, Soderlind 2005, SIAM J. Sci. Comput. 26";
   make_integrator(method, model, h, o);
-  return std::make_unique<Reversible>(std::move(d), method, model, h, o, control);
+  const OfRun run(model);
+  return kept(std::make_unique<Reversible>(std::move(d), method, *run.model, h, o, control), run);
 }
 
 std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,

@@ -137,6 +137,9 @@ class BasicIntegrator {
   void restore(std::span<const double> memory) { load_carried(*this, memory, "integrator memory"); }
   /// The numbers of memory().
   virtual void carry(Archive& archive) { (void)archive; }
+  /// Takes over the model of its run, which it is made on.
+  void keep_model(std::shared_ptr<const phs::Model> model) { kept_ = std::move(model); }
+  const std::shared_ptr<const phs::Model>& kept_model() const { return kept_; }
   /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
   Sampler<T>& sampler() { return sampler_; }
   /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing
@@ -176,6 +179,7 @@ class BasicIntegrator {
     return o;
   }
 
+  std::shared_ptr<const phs::Model> kept_;  ///< first: systems refer to it
   Declaration declaration_;
   T h_;
   Options options_;

@@ -6,29 +6,35 @@
 #include <utility>
 #include <vector>
 
+#include "integrators/core/run_model.h"
 #include "integrators/core/turns.h"
-#include "phs/system/system.h"
 
 namespace porthos::integrators {
 
 /// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of
-/// constant step h, or by the clock. A new sampler takes the model's holds back to their start: one
-/// run at a time.
+/// constant step h, or by the clock. A new sampler takes them back to their start.
 template <class T>
 class Sampler {
  public:
-  /// @throws InvalidArgument for a period that is not a whole number of steps
-  Sampler(const phs::Model& model, double h) {
-    for (auto& hold : model.holds()) {
+  /// model: a RunModel, where it has sampled controllers at all.
+  /// @throws InvalidArgument for a period that is not a whole number of steps, or another model
+  Sampler(const phs::Model& model, double h) : holds_(model.holds()) {
+    if (holds_.empty()) return;
+    const auto* const run = dynamic_cast<const RunModel*>(&model);
+    if (!run)
+      throw InvalidArgument("'" + model.description().name +
+                            "' has sampled controllers, expected a method made by name");
+    memories_ = run->memories();
+    for (size_t i = 0; i < holds_.size(); ++i) {
+      const auto& hold = holds_[i];
       const double steps = hold->period / std::fabs(h);
       if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps)
         throw InvalidArgument("the controller '" + hold->name + "' is sampled every " +
                               std::to_string(hold->period) + " s, " + std::to_string(steps) +
                               " steps of " + std::to_string(std::fabs(h)) +
                               " s, expected a whole number of them");
-      hold->memory = hold->fresh;
+      *memories_[i] = hold->fresh;
       every_.push_back(std::llround(steps));
-      holds_.push_back(std::move(hold));
     }
     before_ = memory();
   }
@@ -67,7 +73,7 @@ class Sampler {
       if (!is_instant(i, phs::to_double(t), s.step)) continue;
       x_.resize(s.x.size());
       for (size_t k = 0; k < x_.size(); ++k) x_[k] = s.x[k] + s.lo[k];
-      system.sample(i, t, x_, holds_[i]->memory);
+      system.sample(i, t, x_, *memories_[i]);
     }
   }
 
@@ -80,16 +86,16 @@ class Sampler {
     return m;
   }
   void save(std::vector<double>& m) const {
-    for (const auto& h : holds_) m.insert(m.end(), h->memory.begin(), h->memory.end());
+    for (const auto& own : memories_) m.insert(m.end(), own->begin(), own->end());
   }
   /// @throws InvalidArgument if the size does not fit
   void restore(std::span<const double> m) {
     size_t size = 0;
-    for (const auto& h : holds_) size += h->memory.size();
+    for (const auto& own : memories_) size += own->size();
     require_size("memory of the sampled controllers", m.size(), size);
-    for (const auto& h : holds_) {
-      std::copy_n(m.begin(), h->memory.size(), h->memory.begin());
-      m = m.subspan(h->memory.size());
+    for (const auto& own : memories_) {
+      std::copy_n(m.begin(), own->size(), own->begin());
+      m = m.subspan(own->size());
     }
   }
 
@@ -103,6 +109,7 @@ class Sampler {
   static constexpr double near_ = 1e-9;  ///< of a period: the clock's rounding
   bool by_clock_ = false;
   std::vector<phs::HoldPtr> holds_;
+  std::vector<RunModel::Memory> memories_;
   std::vector<std::int64_t> every_;  ///< steps from instant to instant
   std::vector<double> before_;       ///< the last renewal
   std::vector<T> x_;

@@ -45,16 +45,16 @@ LawPtr law(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
-/// The output of a sampled controller between its instants, a zero-order hold. It belongs to one
-/// run at a time: the integrator of that run renews it (integrators/core/sampler.h), every
-/// evaluator of the model reads it.
+/// The zero-order hold of a sampled controller, as its model has it. Its memory is of a run: the
+/// values held, then whatever the controller remembers of the last instant. The integrator of that
+/// run owns and renews it (integrators/core/sampler.h), the evaluators made for the run read it.
 struct Hold {
   std::string name;
   double period;              ///< [s]
-  std::vector<double> fresh;  ///< memory before the first instant: the values held are 0
-  std::vector<double>
-      memory;  ///< the values held, then whatever the controller remembers of the last instant
+  std::vector<double> fresh;  ///< memory before the first instant
 };
+/// The memory of one hold, shared by the evaluators of a run.
+using HeldPtr = std::shared_ptr<const std::vector<double>>;
 using HoldPtr = std::shared_ptr<Hold>;
 
 }  // namespace porthos::phs

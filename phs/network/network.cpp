@@ -139,7 +139,7 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
   std::vector<FoundPort> sensors;
   for (const auto& s : how.sensors) sensors.push_back(find_port(*plan_, s));
   c.sensors = rows_of(sensors);
-  if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}, {}});
+  if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}});
   plan_->controls.push_back(std::move(c));
   return *this;
 }

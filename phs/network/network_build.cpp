@@ -157,7 +157,7 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     if (!c.hold) continue;  // each network its own
     std::vector<double> fresh(size_t(c.size), 0.0);
     fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no reading before the first
-    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, fresh});
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
   }
   solve_loop(*p);
   describe(*p);

@@ -32,12 +32,16 @@ class NetworkSystem final : public System<T> {
       systems_.push_back(m.model->template instantiate<T>());
       most_invariants = std::max(most_invariants, size_t(m.model->description().invariant_count()));
     }
+    held_.resize(p_.controls.size());
     for (size_t i = 0; i < p_.controls.size(); ++i) {
       const auto& c = p_.controls[i];
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
       seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
       unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
-      if (c.hold) sampled_.push_back(i);
+      if (c.hold) {
+        sampled_.push_back(i);
+        held_[i] = std::shared_ptr<const std::vector<double>>(c.hold, &c.hold->fresh);
+      }
     }
     invariants_.resize(most_invariants);
   }
@@ -46,6 +50,7 @@ class NetworkSystem final : public System<T> {
   std::unique_ptr<System<T>> clone() const override {
     auto copy = std::make_unique<NetworkSystem>(plan_);
     copy->set_turn_angles(In(turn_).first(angles()));
+    copy->held_ = held_;
     return copy;
   }
 
@@ -159,16 +164,20 @@ class NetworkSystem final : public System<T> {
         if (any) values[k++] = sum;
       }
     for (const auto& s : p_.sources) values[k++] = (*s.v)(t)*y_[size_t(s.row)];
-    for (const auto& c : p_.controls) {
+    for (size_t j = 0; j < p_.controls.size(); ++j) {
+      const auto& c = p_.controls[j];
       const Out kappa = law(c, t, x, port(c, y_));
       T wished(0.0), held(0.0);
       for (size_t i = 0; i < kappa.size(); ++i) wished = wished + kappa[i] * port(c, y_)[i];
       values[k++] = wished;
       if (!c.hold) continue;
       for (size_t i = 0; i < kappa.size(); ++i)
-        held = held + (T(c.hold->memory[i]) - kappa[i]) * port(c, y_)[i];
+        held = held + (T((*held_[j])[i]) - kappa[i]) * port(c, y_)[i];
       values[k++] = held;
     }
+  }
+  void use_held(std::span<const HeldPtr> memories) override {
+    for (size_t i = 0; i < sampled_.size(); ++i) held_[sampled_[i]] = memories[i];
   }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
     if constexpr (requires { to_double(T(0.0)); }) {  // lanes have no clock of their own
@@ -250,10 +259,11 @@ class NetworkSystem final : public System<T> {
     std::fill(v_.begin(), v_.end(), T(0.0));
     for (const auto& s : p_.sources) v_[row(s)] = v_[row(s)] + (*s.v)(t);
     for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
-    for (const auto& c : p_.controls) {
+    for (size_t j = 0; j < p_.controls.size(); ++j) {
+      const auto& c = p_.controls[j];
       const Out v = port(c, v_);
       if (c.hold)
-        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + T(c.hold->memory[k]);
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + T((*held_[j])[k]);
       else {
         const Out kappa = law(c, t, x, port(c, y_));
         for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
@@ -327,6 +337,7 @@ class NetworkSystem final : public System<T> {
   std::vector<std::unique_ptr<System<T>>> systems_;
   std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
   std::vector<size_t> sampled_;  ///< the controls with a hold
+  std::vector<HeldPtr> held_;    ///< by control; what the holds among them hold
 };
 
 }  // namespace

@@ -107,6 +107,10 @@ class Forwarding : public System<T>, public Tunable<T> {
     std::copy(angles.begin(), angles.end(), turns_.begin());
     inner_->set_turn_angles(angles);
   }
+  void use_held(std::span<const HeldPtr> memories) override {
+    held_.assign(memories.begin(), memories.end());
+    inner_->use_held(memories);
+  }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
     inner_->sample(i, t, head(x), memory);
   }
@@ -128,9 +132,10 @@ class Forwarding : public System<T>, public Tunable<T> {
     return x.first(n_);
   }
   static void clear(Out values) { std::fill(values.begin(), values.end(), T(0.0)); }
-  /// For clone(): the copy, with this one's turn angles and the inner's parameters.
+  /// For clone(): the copy, with this one's turn angles, the holds it reads, the inner's parameters.
   std::unique_ptr<System<T>> alike(std::unique_ptr<Forwarding> copy) const {
     if (!turns_.empty()) copy->set_turn_angles(turns_);
+    if (!held_.empty()) copy->use_held(held_);
     const auto from = parameters_of(*inner_);
     std::copy(from.begin(), from.end(), parameters_of(*copy->inner_).begin());
     return copy;
@@ -152,6 +157,7 @@ class Forwarding : public System<T>, public Tunable<T> {
   const Description& d_;
   size_t n_, storages_, powers_;
   std::vector<T> all_, turns_;
+  std::vector<HeldPtr> held_;
   std::vector<Kept> kept_;  ///< invariants, those of the inner that are declared here too
 };
 

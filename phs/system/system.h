@@ -78,6 +78,9 @@ class System {
   /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by
   /// integrators after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
+  /// From now on reads what the sampled controllers hold there, one memory for each of
+  /// Model::holds(). Before: as before their first instant.
+  virtual void use_held(std::span<const HeldPtr> memories) { (void)memories; }
   /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes
   /// that of this one.
   virtual void sample(std::size_t i, T t, std::span<const T> x, std::span<double> memory) {
@@ -96,7 +99,7 @@ class Model {
  public:
   virtual ~Model() = default;
   virtual const Description& description() const = 0;
-  /// The sampled controllers in it. Empty: none.
+  /// The sampled controllers in it. Empty: none. What they hold belongs to a run, not to the model.
   virtual std::vector<HoldPtr> holds() const { return {}; }
 
   /// The evaluator for scalar T; it refers to this model, which must outlive it.

@@ -177,9 +177,9 @@ void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
 void HeldOutputs::keep(const phs::Model& model, std::span<const double> memory) {
   values_.clear();
   for (const auto& hold : model.holds()) {
-    if (memory.size() < hold->memory.size())
-      require_size("memory of the sampled controllers", memory.size(), hold->memory.size());
-    const auto own = memory.first(hold->memory.size());
+    if (memory.size() < hold->fresh.size())
+      require_size("memory of the sampled controllers", memory.size(), hold->fresh.size());
+    const auto own = memory.first(hold->fresh.size());
     values_[hold->name].assign(own.begin(), own.end());
     memory = memory.subspan(own.size());
   }

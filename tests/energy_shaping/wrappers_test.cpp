@@ -40,16 +40,15 @@ double rate_after(const phs::Model& model) {
 
 TEST(Wrappers, ASampledControllerOfThePlantIsSampled) {
   const auto arm = test::arm(1, 0, 0);
-  EXPECT_NEAR(rate_after(*sampled_arm(arm)), 1, 1e-12);
+  const auto plant = sampled_arm(arm);
+  EXPECT_NEAR(rate_after(*plant), 1, 1e-12);
 
   const auto nothing = phs::law([](auto, auto, auto, auto u) { u[0] = 0.0; });
-  // Each has a plant of its own: the held numbers of a run would still be there for the next.
-  const auto tanked = with_tank(sampled_arm(arm), "joint_0.torque", nothing, {});
+  const auto tanked = with_tank(plant, "joint_0.torque", nothing, {});
   EXPECT_NEAR(rate_after(*tanked), 1, 1e-12);
 
   const PotentialLoop loop(arm, joint_springs(1));
   const auto held = std::make_shared<const std::vector<double>>(1, 0.0);
-  const auto plant = sampled_arm(arm);
   EXPECT_NEAR(rate_after(DrivenPlant(loop, *plant, {}, held)), 1, 1e-12);
 }
 

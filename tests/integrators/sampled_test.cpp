@@ -123,12 +123,11 @@ TEST(Sampled, MeanFlowsCountTheEnergyExactly) {
     const auto model = sampled_mass(T, mean, 0, 12);  // d T/m = 1.5: too strong for its rate
     const auto method = make_integrator("gauss4", *model, T / 4);
     phs::State s(model->description(), {0, 2});
-    const auto hold = model->holds().at(0);
     double sampled = 0, scale = 0, most = 0;
     for (int i = 0; i < 24; ++i) {
       const double q = s.x[0] + s.lo[0], v = (s.x[1] + s.lo[1]) / Mass::m;
       for (int j = 0; j < 4; ++j) ASSERT_EQ(method->step(s), Outcome::ok);
-      const double u = hold->memory[0], flow = mean ? (s.x[0] + s.lo[0] - q) / T : v;
+      const double u = method->sampler().memory()[0], flow = mean ? (s.x[0] + s.lo[0] - q) / T : v;
       sampled += T * u * flow;
       scale += std::fabs(T * u * flow);
       const double H = s.x[1] * s.x[1] / (2 * Mass::m);
@@ -273,6 +272,26 @@ TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
   EXPECT_EQ(refusal([&] { outer.add("servo", model); }),
             "network 'outer': member 'servo' has sampled controllers inside, expected them in the "
             "outermost network");
+}
+
+// A model is shared by runs, and what a controller holds belongs to each of them.
+TEST(Sampled, RunsOfOneModelSideBySideHaveTheBitsTheyHaveAlone) {
+  const auto model = sampled_mass(0.25, false, 0, 1);
+  const auto after = [&](double start, integrators::Integrator* other) {
+    const auto method = make_integrator("gauss4", *model, 0.0625);
+    phs::State s(model->description(), {0, start}), aside(model->description(), {5, -1});
+    for (int i = 0; i < 10; ++i) {
+      EXPECT_EQ(method->step(s), Outcome::ok);
+      if (other) {
+        EXPECT_EQ(other->step(aside), Outcome::ok);
+      }
+    }
+    return s;
+  };
+  const auto other = make_integrator("gauss4", *model, 0.0625);
+  EXPECT_TRUE(after(2, nullptr) == after(2, other.get()));
+  EXPECT_FALSE(after(2, nullptr) == after(3, nullptr)) << "the control: what is held matters";
+  EXPECT_EQ(model->holds().at(0)->fresh, std::vector<double>{0}) << "the model is as it was";
 }
 
 }  // namespace

@@ -168,7 +168,7 @@ TEST(PhaseSequence, AnEventAtTheLastInstantIsOfTheLastState) {
     r.final_state.x[1] = jb;
     r.final_state.step = 80;
     r.simulated_s = 4;
-    r.held = std::vector<double>(p->assembly.model->holds()[0]->memory.size(), 0.0);
+    r.held = std::vector<double>(p->assembly.model->holds()[0]->fresh.size(), 0.0);
     phases.done(r);
     EXPECT_EQ(phases.next(), nullptr);
     const auto whole = phases.finish();

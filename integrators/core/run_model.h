@@ -1,0 +1,53 @@
+#pragma once
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "phs/system/system.h"
+
+namespace porthos::integrators {
+
+/// A model for one run: its evaluators read what the sampled controllers hold in this run. The
+/// model it stands for must outlive it.
+class RunModel final : public phs::ModelFor<RunModel> {
+ public:
+  using Memory = std::shared_ptr<std::vector<double>>;
+
+  explicit RunModel(const phs::Model& model) : model_(model) {
+    for (const auto& hold : model.holds())
+      memories_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
+    held_.assign(memories_.begin(), memories_.end());
+  }
+  /// A part of `whole` that has the same sampled controllers.
+  RunModel(const phs::Model& part, const RunModel& whole)
+      : model_(part), memories_(whole.memories_), held_(whole.held_) {}
+  const phs::Description& description() const override { return model_.description(); }
+  std::vector<phs::HoldPtr> holds() const override { return model_.holds(); }
+  template <class T>
+  std::unique_ptr<phs::System<T>> make_system() const {
+    auto system = model_.instantiate<T>();
+    system->use_held(held_);
+    return system;
+  }
+  /// One for each of holds().
+  const std::vector<Memory>& memories() const { return memories_; }
+
+ private:
+  const phs::Model& model_;
+  std::vector<Memory> memories_;
+  std::vector<phs::HeldPtr> held_;
+};
+
+/// The model of a run, and what keeps it. A model without sampled controllers is its own; so is one
+/// of a run already, of which this is a part (the method within a step control).
+struct OfRun {
+  explicit OfRun(const phs::Model& m) : model(&m) {
+    if (m.holds().empty() || dynamic_cast<const RunModel*>(&m)) return;
+    kept = std::make_shared<RunModel>(m);
+    model = kept.get();
+  }
+  const phs::Model* model;
+  std::shared_ptr<const RunModel> kept;
+};
+
+}  // namespace porthos::integrators
