@@ -40,15 +40,14 @@ struct Closing {
   double value, limit;
 };
 std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
-  const auto a = now.pose(l.body), b = now.pose(l.link);
-  const Vec3<phs::Quad> on_a{phs::Quad(l.on_body.x), phs::Quad(l.on_body.y),
-                             phs::Quad(l.on_body.z)},
-      on_b{phs::Quad(l.on_link.x), phs::Quad(l.on_link.y), phs::Quad(l.on_link.z)};
-  const auto va = now.twist(l.body), vb = now.twist(l.link);
-  return {{{"distance", "m", length((a.r + a.R * on_a) - (b.r + b.R * on_b)), l.reach},
-           {"relative speed", "m/s",
-            length(a.R * (va.v + cross(va.w, on_a)) - b.R * (vb.v + cross(vb.w, on_b))), l.speed},
-           {"relative rate", "rad/s", length(a.R * va.w - b.R * vb.w), l.rate}}};
+  const auto X_WB = now.pose(l.body), X_WL = now.pose(l.link);  // body, link
+  const auto V_B = now.twist(l.body), V_L = now.twist(l.link);  // each in its own axes
+  const auto p_B = Instant::lifted(l.on_body), p_L = Instant::lifted(l.on_link);
+  const auto p_LB_W = (X_WB.r + X_WB.R * p_B) - (X_WL.r + X_WL.R * p_L);
+  const auto v_LB_W = X_WB.R * (V_B.v + cross(V_B.w, p_B)) - X_WL.R * (V_L.v + cross(V_L.w, p_L));
+  return {{{"distance", "m", length(p_LB_W), l.reach},
+           {"relative speed", "m/s", length(v_LB_W), l.speed},
+           {"relative rate", "rad/s", length(X_WB.R * V_B.w - X_WL.R * V_L.w), l.rate}}};
 }
 
 void check(const Latch& l, const Instant& now) {

@@ -192,16 +192,16 @@ class PartsSystem final : public phs::Forwarding<T> {
 
   // --- soft latches -----------------------------------------------------------------------------
   struct Ends {
-    Transform<T> on_link, on_body;  ///< ports in the world
-    Mat3<T> A, B;                   ///< the frames' axes
-    Vec3<T> d;                      ///< from A to B
+    Transform<T> X_WA, X_WB;  ///< the ports in the world: A on the link, B on the body
+    Mat3<T> R_WA, R_WB;       ///< axes of the latch there
+    Vec3<T> p_AB_W;           ///< from A to B, in the world's axes
   };
   Ends ends(size_t k) const {
     const auto &a = placed_.a[k], &b = placed_.b[k];
     Ends e{world(a), world(b), {}, {}, {}};
-    e.A = e.on_link.R * Mat3<T>(a.axes);
-    e.B = e.on_body.R * Mat3<T>(b.axes);
-    e.d = e.on_body.r - e.on_link.r;
+    e.R_WA = e.X_WA.R * Mat3<T>(a.axes);
+    e.R_WB = e.X_WB.R * Mat3<T>(b.axes);
+    e.p_AB_W = e.X_WB.r - e.X_WA.r;
     return e;
   }
   static double tip_stiffness(const SoftLatch& l, int i) {
@@ -211,9 +211,9 @@ class PartsSystem final : public phs::Forwarding<T> {
   T elastic_energy(size_t k) const {
     const SoftLatch& l = parts_.latches[k];
     const Ends e = ends(k);
-    T U = T(0.5) * dot(e.d, along_both(e.A, e.B, l.stiffness, e.d));
+    T U = T(0.5) * dot(e.p_AB_W, along_both(e.R_WA, e.R_WB, l.stiffness, e.p_AB_W));
     for (int i = 0; i < 3; ++i) {
-      const Vec3<T> apart = column_of(e.A, i) - column_of(e.B, i);
+      const Vec3<T> apart = column_of(e.R_WA, i) - column_of(e.R_WB, i);
       U = U + T(0.5 * tip_stiffness(l, i)) * dot(apart, apart);
     }
     return U;
@@ -222,15 +222,15 @@ class PartsSystem final : public phs::Forwarding<T> {
     for (size_t k = 0; k < parts_.latches.size(); ++k) {
       const SoftLatch& l = parts_.latches[k];
       const Ends e = ends(k);
-      const Vec3<T> fa = e.A * scaled(l.stiffness, e.A.tmul(e.d)),
-                    fb = e.B * scaled(l.stiffness, e.B.tmul(e.d));
-      const Vec3<T> f = T(-0.5) * (fa + fb);  // on B
-      Vec3<T> turn = zero<T>();               // on B
+      const Vec3<T> f_A = e.R_WA * scaled(l.stiffness, e.R_WA.tmul(e.p_AB_W)),
+                    f_B = e.R_WB * scaled(l.stiffness, e.R_WB.tmul(e.p_AB_W));
+      const Vec3<T> f = T(-0.5) * (f_A + f_B);  // on B
+      Vec3<T> turn = zero<T>();                 // on B
       for (int i = 0; i < 3; ++i)
-        turn += T(tip_stiffness(l, i)) * cross(column_of(e.B, i), column_of(e.A, i));
-      const Vec3<T> half_d = T(0.5) * e.d;
-      push(placed_.b[k], e.on_body, turn + cross(half_d, fb), f);
-      push(placed_.a[k], e.on_link, cross(half_d, fa) - turn, -f);
+        turn += T(tip_stiffness(l, i)) * cross(column_of(e.R_WB, i), column_of(e.R_WA, i));
+      const Vec3<T> half_d = T(0.5) * e.p_AB_W;
+      push(placed_.b[k], e.X_WB, turn + cross(half_d, f_B), f);
+      push(placed_.a[k], e.X_WA, cross(half_d, f_A) - turn, -f);
     }
   }
   /// Twist of B relative to A at the midpoint, from the ports' twists in y_, in the world's axes.
@@ -239,13 +239,14 @@ class PartsSystem final : public phs::Forwarding<T> {
       const T* y = y_.data() + at.u;
       return Motion<T>{X.R * Vec3<T>{y[0], y[1], y[2]}, X.R * Vec3<T>{y[3], y[4], y[5]}};
     };
-    const Motion<T> a = twist(placed_.a[k], e.on_link), b = twist(placed_.b[k], e.on_body);
-    const Vec3<T> half_d = T(0.5) * e.d;
+    const Motion<T> a = twist(placed_.a[k], e.X_WA), b = twist(placed_.b[k], e.X_WB);
+    const Vec3<T> half_d = T(0.5) * e.p_AB_W;
     return {b.w - a.w, (b.v - cross(b.w, half_d)) - (a.v + cross(a.w, half_d))};
   }
   Force<T> damper(size_t k, const Ends& e, const Motion<T>& v) const {
     const SoftLatch& l = parts_.latches[k];
-    return {along_both(e.A, e.B, l.turning_damping, v.w), along_both(e.A, e.B, l.damping, v.v)};
+    return {along_both(e.R_WA, e.R_WB, l.turning_damping, v.w),
+            along_both(e.R_WA, e.R_WB, l.damping, v.v)};
   }
   T loss(size_t k) const {
     const Ends e = ends(k);
@@ -258,9 +259,9 @@ class PartsSystem final : public phs::Forwarding<T> {
     for (size_t k = 0; k < parts_.latches.size(); ++k) {
       const Ends at = ends(k);
       const Force<T> r = damper(k, at, relative(k, at));
-      const Vec3<T> half_d = T(0.5) * at.d;
-      push(placed_.b[k], at.on_body, cross(half_d, r.f) - r.n, -r.f);
-      push(placed_.a[k], at.on_link, cross(half_d, r.f) + r.n, r.f);
+      const Vec3<T> half_d = T(0.5) * at.p_AB_W;
+      push(placed_.b[k], at.X_WB, cross(half_d, r.f) - r.n, -r.f);
+      push(placed_.a[k], at.X_WA, cross(half_d, r.f) + r.n, r.f);
     }
   }
 

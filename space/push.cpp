@@ -55,13 +55,14 @@ void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, do
   const auto q = x.first(size_t(m_.nq()));
   for (size_t k = 0; k < parts_.thrusters.size(); ++k) thrust(k, q, when);
   if (parts_.torquers.empty()) return;
-  const auto base = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
-  const Vec3d B = base.tmul(magnetic_field(planet_, R, t));
+  const auto R_WB = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
+  const Vec3d field_B = R_WB.tmul(magnetic_field(planet_, R, t));
   for (size_t k = 0; k < parts_.torquers.size(); ++k) {
     Push& push = pushes_[parts_.thrusters.size() + k];
-    const Vec3d n = torque_of<double>(parts_.torquers[k], wheels_[k], t, x, size_t(m_.nq()), B);
+    const Vec3d n =
+        torque_of<double>(parts_.torquers[k], wheels_[k], t, x, size_t(m_.nq()), field_B);
     for (int c = 0; c < 3; ++c) push.force[size_t(c)] = n[c];  // the base's own freedoms come first
-    push.torque = base * n;
+    push.torque = R_WB * n;
   }
 }
 
@@ -73,20 +74,19 @@ void OrbitPush::thrust(size_t k, std::span<const double> q, double when) {
   push.on_centre = push.torque = {0, 0, 0};
   if (on == 0) return;
   on_.place(q);
-  const Pose& nozzle = nozzle_[k];
+  const Pose& X_NT = nozzle_[k];  // thruster in its node; N: node, B: base, W: inertial axes
   const size_t at = size_t(nozzle_node_[k]);
-  const Vec3d own = nozzle.R * (on * t.direction);  // in the node's axes
-  const Vec3d F = on_.axes(at) * own;               // in the base's
+  const Vec3d F_N = X_NT.R * (on * t.direction), F_B = on_.axes(at) * F_N;
   const auto& nodes = m_.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) {
-    const Vec3d share = on_.axes(i).tmul((-1 / m_.total_mass()) * F);
+    const Vec3d share = on_.axes(i).tmul((-1 / m_.total_mass()) * F_B);
     on_.wrench(i) += {cross(nodes[i].inertia.mc, share), nodes[i].inertia.m * share};
   }
-  on_.wrench(at) += Force<double>{cross(nozzle.r, own), own};
+  on_.wrench(at) += Force<double>{cross(X_NT.r, F_N), F_N};
   on_.project();
   std::copy(on_.joint_forces().begin(), on_.joint_forces().end(), push.force.begin());
   push.torque = on_.torque();
-  push.on_centre = on_.base() * F;
+  push.on_centre = on_.base() * F_B;
 }
 
 void OrbitPush::momentum_rates(std::span<const double> q, std::span<const double> joint_forces,

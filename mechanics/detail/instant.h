@@ -49,9 +49,8 @@ struct Instant {
     if (b.node < 0) return {{Real(0), Real(0), Real(0)}, {Real(0), Real(0), Real(0)}};
     return lifted(b.pose).to_child(w.V[size_t(b.node)]);
   }
-  static Transform<Real> lifted(const Pose& x) {
-    return {Mat3<Real>(x.R), {Real(x.r.x), Real(x.r.y), Real(x.r.z)}};
-  }
+  static Vec3<Real> lifted(const Vec3d& a) { return {Real(a.x), Real(a.y), Real(a.z)}; }
+  static Transform<Real> lifted(const Pose& x) { return {Mat3<Real>(x.R), lifted(x.r)}; }
 };
 
 inline Vec3d lowered(const Vec3<phs::Quad>& a) { return {double(a.x), double(a.y), double(a.z)}; }
