@@ -36,7 +36,8 @@ class ShapedPotential {
     g.resize(n_);
     K.resize(n_ * n_);
     for (size_t i = 0; i < n_; ++i) xd_[i] = q[i];
-    phs::along_each(xd_, [&](size_t j) {
+    auto coordinates = std::span(xd_).first(n_);
+    phs::along_each(coordinates, [&](size_t j) {
       dual_->gradient(xd_, ed_);
       for (size_t i = 0; i < n_; ++i) {
         g[i] = ed_[i].v;

@@ -98,10 +98,10 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
 /// The conditions of a matched loop, in the order in which they mean something.
 class Checks {
  public:
-  Checks(MatchedSystem<double>& s, const Region& region, size_t actuators, Certificate& c)
+  Checks(MatchedSystem<double>& s, const Region& region, size_t n, size_t actuators, Certificate& c)
       : s_(s),
         region_(region),
-        n_(size_t(s.description().nx) / 2),
+        n_(n),
         m_(actuators),
         coordinates_(region, n_),
         c_(c),
@@ -246,7 +246,7 @@ std::vector<double> MatchedLoop::state(std::span<const double> q, std::span<cons
 void MatchedLoop::check() {
   MatchedSystem<double> s(*this);
   const Vec rest(rest_.begin(), rest_.begin() + long(shaping_->size()));
-  Checks checks(s, options_.region, actuated_.size(), certificate_);
+  Checks checks(s, options_.region, rest.size(), actuated_.size(), certificate_);
   checks.shape(rest);
   if (!certificate_.holds()) return;  // nothing else means anything without it
   checks.matching(*plant_->instantiate<double>(), options_.matching);

@@ -182,7 +182,7 @@ def module(m, more):
     classes = [v for v in vars(m).values() if isinstance(v, type)]
     for c in classes:
         if issubclass(c, Exception):
-            out.append(f"\nclass {c.__name__}(ValueError):\n{quoted(c.__doc__ or '', '    ')}    ...\n")
+            out.append(f"\nclass {c.__name__}({c.__base__.__name__}):\n{quoted(c.__doc__ or '', '    ')}    ...\n")
         else:
             out.append("\n" + class_(c))
     functions = [v for v in vars(m).values() if inspect.isbuiltin(v)]

@@ -277,6 +277,17 @@ class Reversible final : public Controlled {
   double rho_ = 1, G_ = 0, value_ = 1;
 };
 
+/// A step control on the model of its run.
+template <class Control>
+std::unique_ptr<Integrator> make(Declaration d, const std::string& method, const phs::Model& model,
+                                 double h, const Options& o, const ControlOptions& control) {
+  make_integrator(method, model, h, o);  // refuses what the method cannot take
+  const OfRun run(model);
+  auto made = std::make_unique<Control>(std::move(d), method, *run.model, h, o, control);
+  made->keep_model(run.kept);
+  return made;
+}
+
 }  // namespace
 
 const char* to_string(StepControl c) {
@@ -298,15 +309,6 @@ StepControl step_control_of(const std::string& name) {
                         "', expected one of fixed, time_transformed, reversible");
 }
 
-namespace {
-
-std::unique_ptr<Integrator> kept(std::unique_ptr<Integrator> made, const OfRun& run) {
-  made->keep_model(run.kept);
-  return made;
-}
-
-}  // namespace
-
 std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
                                                   const phs::Model& model, double h,
                                                   const ControlOptions& control, const Options& o) {
@@ -315,10 +317,7 @@ std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
   d.passivity_exact = d.passivity_exact == Claim::holds ? Claim::unknown : d.passivity_exact;
   if (d.quadratic_invariants == Claim::holds) d.quadratic_invariants = Claim::unknown;
   d.source += "; Hairer, Lubich, Wanner 2006, VIII.2.1";
-  make_integrator(method, model, h, o);  // refuses what the method cannot take
-  const OfRun run(model);
-  return kept(std::make_unique<TimeTransformed>(std::move(d), method, *run.model, h, o, control),
-              run);
+  return make<TimeTransformed>(std::move(d), method, model, h, o, control);
 }
 
 std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs::Model& model,
@@ -331,9 +330,7 @@ std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs
   d.title += ", reversible step control";
   d.symplectic = Claim::fails;
   d.source += "; Hairer, Soderlind 2005, SIAM J. Sci. Comput. 26";
-  make_integrator(method, model, h, o);
-  const OfRun run(model);
-  return kept(std::make_unique<Reversible>(std::move(d), method, *run.model, h, o, control), run);
+  return make<Reversible>(std::move(d), method, model, h, o, control);
 }
 
 std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,

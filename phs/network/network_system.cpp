@@ -26,22 +26,21 @@ class NetworkSystem final : public System<T> {
         y_(u_.size()),
         e_(size_t(p_.nx())),
         Gu_(e_.size()),
-        work_(e_.size()) {
+        work_(e_.size()),
+        held_(p_.controls.size()) {
     size_t most_invariants = 0;
     for (const auto& m : p_.members) {
       systems_.push_back(m.model->template instantiate<T>());
       most_invariants = std::max(most_invariants, size_t(m.model->description().invariant_count()));
     }
-    held_.resize(p_.controls.size());
     for (size_t i = 0; i < p_.controls.size(); ++i) {
       const auto& c = p_.controls[i];
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
       seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
       unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
-      if (c.hold) {
-        sampled_.push_back(i);
-        held_[i] = std::shared_ptr<const std::vector<double>>(c.hold, &c.hold->fresh);
-      }
+      if (!c.hold) continue;
+      sampled_.push_back(i);
+      held_[i] = HeldPtr(c.hold, &c.hold->fresh);
     }
     invariants_.resize(most_invariants);
   }
@@ -92,8 +91,7 @@ class NetworkSystem final : public System<T> {
     flows(t, x, e, {});
     for (size_t i = 0; i < systems_.size(); ++i) {
       if (!p_.members[i].active) continue;
-      const In Gu = inputs(i, x);
-      const In dx_i = state(i, dx);
+      const In Gu = inputs(i, x), dx_i = state(i, dx);
       for (size_t k = 0; k < Gu.size(); ++k) Gu_[k] = dx_i[k] - Gu[k];
       systems_[i]->efforts(t, state(i, x), In(Gu_).first(Gu.size()), state(i, e));
     }
@@ -125,8 +123,7 @@ class NetworkSystem final : public System<T> {
     for (size_t k = 0; k < u.size(); ++k) u_[size_t(p_.open[k])] = u[k];
     for (size_t i = 0; i < systems_.size(); ++i) {
       if (p_.members[i].nu == 0) continue;
-      const In g = inputs(i, x);
-      std::copy(g.begin(), g.end(), state(i, Gu).begin());
+      std::ranges::copy(inputs(i, x), state(i, Gu).begin());
     }
   }
   void output(In x, In e, Out y) override {
@@ -327,8 +324,7 @@ class NetworkSystem final : public System<T> {
     add_inputs(x, out);
   }
   static T secant(const Plan::Law& l, T y) {
-    const T tiny(1e-30);
-    const T away = select(abs(y) < tiny, tiny, y);
+    const T tiny(1e-30), away = select(abs(y) < tiny, tiny, y);
     return (*l.law)(away) / away;
   }
 

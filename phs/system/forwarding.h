@@ -132,7 +132,8 @@ class Forwarding : public System<T>, public Tunable<T> {
     return x.first(n_);
   }
   static void clear(Out values) { std::fill(values.begin(), values.end(), T(0.0)); }
-  /// For clone(): the copy, with this one's turn angles, the holds it reads, the inner's parameters.
+  /// For clone(): the copy, with this one's turn angles, the holds it reads, the inner's
+  /// parameters.
   std::unique_ptr<System<T>> alike(std::unique_ptr<Forwarding> copy) const {
     if (!turns_.empty()) copy->set_turn_angles(turns_);
     if (!held_.empty()) copy->use_held(held_);

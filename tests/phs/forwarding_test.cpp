@@ -69,6 +69,10 @@ class Probe final : public phs::System<double>, public phs::Tunable<double> {
   }
   void invariants(In x, Out values) override { answer("invariants", 10 * sum(x), values); }
   void flow(int k, double t, double h, Out x) override { answer("flow", k + t + h, x); }
+  void use_held(std::span<const phs::HeldPtr> memories) override {
+    ++calls_["use_held"];
+    held = (*memories[0])[0];
+  }
   void set_turn_angles(In angles) override {
     ++calls_["set_turn_angles"];
     turn = angles[0];
@@ -92,7 +96,7 @@ class Probe final : public phs::System<double>, public phs::Tunable<double> {
     return Out(&gain, 1);
   }
 
-  double turn = 0, gain = 3;
+  double turn = 0, gain = 3, held = 0;
 
  private:
   static double sum(In a) {
@@ -179,6 +183,8 @@ std::vector<double> call_all(phs::System<double>& s) {
   } catch (const InvalidArgument&) {
   }
   s.set_turn_angles(In(u));
+  const auto held = std::make_shared<const std::vector<double>>(1, 9);
+  s.use_held(std::vector<phs::HeldPtr>{held});
   s.sample(7, 8, x, memory);
   keep(memory);
   if (const auto r = s.resolvent()) {
@@ -216,7 +222,7 @@ TEST(Forwarding, EveryMemberReachesTheSystemInside) {
   Probe probe(direct);
   EXPECT_EQ(call_all(plain), call_all(probe)) << "the same arguments, the same answers";
   const auto members = virtuals_of_system();
-  EXPECT_EQ(members.size(), 16u);
+  EXPECT_EQ(members.size(), 17u);
   for (const auto& name : members) EXPECT_EQ(calls[name], 1) << name;
   EXPECT_GE(calls["parameters"], 1);
 
@@ -227,7 +233,7 @@ TEST(Forwarding, EveryMemberReachesTheSystemInside) {
   std::string dropped;
   for (const auto& name : members)
     if (seen[name] == 0) dropped += name + " ";
-  EXPECT_EQ(dropped, "efforts flow powers resolvent sample set_turn_angles stored ");
+  EXPECT_EQ(dropped, "efforts flow powers resolvent sample set_turn_angles stored use_held ");
 }
 
 TEST(Forwarding, StateAndBooksOfItsOwnComeBehindTheInner) {
@@ -260,14 +266,16 @@ TEST(Forwarding, StateAndBooksOfItsOwnComeBehindTheInner) {
   EXPECT_EQ(c[2].re[0], 1.0);
 }
 
-TEST(Forwarding, ClonesHaveTheTurnsAndParameters) {
+TEST(Forwarding, ClonesHaveTheTurnsTheHoldsAndParameters) {
   const phs::Description d = probe_description();
   std::map<std::string, int> calls;
   Plain plain(calls, d);
   plain.set_turn_angles(std::vector<double>{6.5});
   plain.probe().gain = 11;
+  plain.use_held(std::vector{std::make_shared<const std::vector<double>>(1, 4)});
   const auto copy = plain.clone();
   EXPECT_EQ(static_cast<Plain&>(*copy).probe().turn, 6.5);
+  EXPECT_EQ(static_cast<Plain&>(*copy).probe().held, 4);
   EXPECT_EQ(phs::parameters_of(*copy)[0], 11);
 }
 

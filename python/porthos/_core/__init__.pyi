@@ -13,6 +13,10 @@ class InvalidArgument(ValueError):
     """A user's mistake: the text names what was wrong, its value and what was expected (and file:line for files)."""
     ...
 
+class IoError(OSError):
+    """A file that cannot be written: its name and the reason of the operating system."""
+    ...
+
 class Dual:
     """Forward-mode derivative along one direction: v + d eps with eps^2 = 0.
 
