@@ -22,6 +22,7 @@ std::shared_ptr<phs::Model> made(const es::PlantPtr& p) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_designs(py::module_& m) {
   const py::object none = py::none();
   py::class_<es::InertiaWheelPendulum>(m, "InertiaWheelPendulum",

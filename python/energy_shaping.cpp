@@ -75,6 +75,7 @@ es::Region region_of(const std::vector<double>& lower, const std::vector<double>
   return r;
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_loops(py::module_& m) {
   py::class_<es::ClosedLoop, phs::Model, std::shared_ptr<es::ClosedLoop>>(
       m, "ClosedLoop",

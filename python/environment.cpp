@@ -70,6 +70,7 @@ py::object flags(py::handle self, std::span<const std::uint8_t> f) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_environment(py::module_& m) {
   py::class_<Environment>(
       m, "Environment",

@@ -87,6 +87,7 @@ py::object number(py::array_t<double> y) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_kinematics(py::module_& m) {
   using py::arg;
   const py::object none = py::none();

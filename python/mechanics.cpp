@@ -98,6 +98,7 @@ void bind_specs(py::module_& m) {
   m.def("joint_type_names", &joint_type_names, "Names of all joint types a user may ask for.");
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_mechanism(py::module_& m) {
   py::class_<Remark>(m, "Remark", "Something noticed in the input that does not stop a run.")
       .def_readonly("where", &Remark::where, "'file:line', may be empty.")

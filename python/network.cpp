@@ -47,6 +47,7 @@ std::vector<Network::End> ends_of(py::handle list) {
   return ends;
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_elements(py::module_& m) {
   py::class_<Potential>(
       m, "Potential",
@@ -156,6 +157,7 @@ size of the violation are named.)");
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_network(py::module_& m) {
   bind_elements(m);
   bind_linear(m);

@@ -188,6 +188,7 @@ void bind_reader(py::module_& m) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_scene(py::module_& m) {
   py::class_<Limits>(
       m, "Limits",

@@ -19,6 +19,7 @@ namespace {
 using namespace phs;
 using ModelPtr = std::shared_ptr<const Model>;
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_description(py::module_& m) {
   py::enum_<BlockKind>(
       m, "BlockKind",
@@ -165,6 +166,7 @@ auto of_two(const char* second, size_t (Evaluator::*n)() const, size_t (Evaluato
   };
 }
 
+// NOLINTNEXTLINE(readability-function-size): a list of bindings
 void bind_evaluator(py::module_& m) {
   using py::arg;
   const py::object none = py::none();

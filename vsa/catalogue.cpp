@@ -21,6 +21,7 @@ std::vector<double> list(const Values& v, const char* key) {
   return found == v.end() ? std::vector<double>{} : found->second;
 }
 
+// NOLINTNEXTLINE(readability-function-size): a table
 std::vector<Family> make_families() {
   return {
       {"series_elastic",

@@ -38,6 +38,7 @@ template std::vector<Quad> CompositionTable::gammas<Quad>() const;
 // Published to 15 … 32 digits; refined here by Newton's method on the order conditions, the
 // smallest correction where they leave freedom. The corrections stay below 2e-15, but for Yoshida's
 // order 8 (1e-12).
+// NOLINTNEXTLINE(readability-function-size): a table
 const std::vector<CompositionTable>& symmetric_compositions() {
   static const std::vector<CompositionTable> all{
       {"suzuki4",
