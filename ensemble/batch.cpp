@@ -12,8 +12,8 @@
 
 #include "ensemble/lane_team.h"
 
-// The thread sanitizer does not see what comes before what inside Debian's oneTBB: under it the
-// tasks have threads of their own.
+// The thread sanitizer does not see the synchronisation inside Debian's oneTBB. Under it the tasks
+// run in separate threads.
 #ifdef __has_feature
 #if __has_feature(thread_sanitizer)
 #define PORTHOS_THREAD_SANITIZER
@@ -48,7 +48,7 @@ void in_parallel(int threads, int count, const std::function<void(int)>& work) {
   for (const auto& t : thrown)
     if (t) std::rethrow_exception(t);
 #else
-  // More threads than the machine has are allowed, if asked for.
+  // Permits more threads than the machine has, if the caller requests them.
   const oneapi::tbb::global_control allow(oneapi::tbb::global_control::max_allowed_parallelism,
                                           size_t(std::max(n, threads_of(0))));
   oneapi::tbb::task_arena arena(n);

@@ -11,61 +11,62 @@
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
-/// Many runs of one model by one method: over SIMD lanes and threads, with the bits each run has
+/// Many runs of one model by one method, over SIMD lanes and threads. Each run has the same bits as
 /// alone.
 namespace porthos::ensemble {
 
-/// One run of a batch. Made when a lane is free for it and gone when it has ended, so that a batch
-/// of any length needs the memory of as many runs as are at work. One thread calls its functions;
-/// those of other runs are called meanwhile.
+/// One run of a batch. It is created when a lane is free for it and destroyed when it has ended, so
+/// a batch of any length needs the memory of the current runs only. One thread calls its functions;
+/// other threads call those of other runs at the same time.
 class BatchRun {
  public:
   virtual ~BatchRun() = default;
 
-  phs::State start;              ///< where it begins
-  std::int64_t steps = 0;        ///< how many it takes
-  std::int64_t every = 0;        ///< steps from see() to see(); 0: at the end only
-  std::int64_t look = 0;         ///< see() is called after every so many too; 0: no
+  phs::State start;              ///< start state
+  std::int64_t steps = 0;        ///< number of steps
+  std::int64_t every = 0;        ///< steps between calls of see(); 0: at the end only
+  std::int64_t look = 0;         ///< a second interval of calls of see(); 0: none
   bool wants_port_work = false;  ///< whether book() is called
   std::vector<double>
-      parameters;  ///< of the model (phs/system/tunable.h), for this run; empty: as they are
+      parameters;  ///< of the model (phs/system/tunable.h), for this run; empty: unchanged
 
-  /// Called first, by the thread that runs it: the place for work that others need not wait for.
+  /// Called first, by the thread of the run: the place for work that other runs need not wait for.
   virtual void prepare() {}
   /// Energy through each of the model's powers in a step [J], after every step.
   virtual void book(std::span<const double> works) { (void)works; }
-  /// After every `every` and every `look` steps and after the last. @return whether to go on
+  /// After every `every` and every `look` steps, and after the last step. @return whether to
+  /// continue
   virtual bool see(const phs::State& state) {
     (void)state;
     return true;
   }
-  /// Once, at the end: the last good state, and `ok` unless a step from there failed.
+  /// Called once, at the end: the last good state, and `ok` unless the step from there failed.
   virtual void end(const phs::State& last, integrators::Outcome outcome) = 0;
 };
 
-/// Gives the next run, null when there is none left. Called by one thread at a time.
+/// Returns the next run, or null if there is none. Called by one thread at a time.
 using Source = std::function<std::unique_ptr<BatchRun>()>;
 
-/// What a batch is free to choose: no bit of a run depends on it.
+/// Options of a batch. No bit of a run depends on them, except through `method`.
 struct BatchOptions {
   int threads = 0;    ///< 0: as many as the machine has
   bool lanes = true;  ///< off: one state at a time, the same bits (a control)
   integrators::Options method = {};
-  const std::atomic<bool>* stop = nullptr;  ///< set: runs at work are dropped without end()
+  const std::atomic<bool>* stop = nullptr;  ///< when set, current runs are dropped without end()
 };
 
-/// Works through all runs of a source. A lane whose run has ended, early or not, takes the next one
-/// at once. Which runs share lanes and threads changes no bit of any of them. Memory: that of the
-/// runs at work. Methods without lanes and models with sampled controllers (on one thread) go one
-/// state at a time, as does a run from the step on whose implicit equations need Newton's
-/// iteration.
-/// @throws InvalidArgument as make_integrator, and for a run whose start or parameters have another
-///   size than the model's; what a run's functions throw goes through after the other threads have
+/// Executes all runs of a source. A lane whose run has ended, early or not, takes the next one at
+/// once. The bits of a run do not depend on the runs that share its lanes and threads. Memory: that
+/// of the current runs. Methods without lanes and models with sampled controllers (on one thread)
+/// integrate one state at a time. So does a run from the step on whose implicit equations need
+/// Newton's iteration.
+/// @throws InvalidArgument as make_integrator, and for a run whose start or parameters do not have
+///   the model's size. Exceptions from a run's functions pass through after the other threads have
 ///   stopped
 void simulate_batch(const phs::Model& model, const std::string& method, double step,
                     const Source& source, const BatchOptions& options = {});
 
-/// How a run ended.
+/// The result of a run.
 struct BatchResult {
   phs::State state;
   integrators::Outcome outcome = integrators::Outcome::ok;
@@ -76,14 +77,15 @@ std::vector<BatchResult> simulate_batch(const phs::Model& model, const std::stri
                                         std::span<const std::vector<double>> starts,
                                         const BatchOptions& options = {});
 
-/// work(0) … work(count - 1), each once, over threads (0: as many as the machine has).
+/// Calls work(0) … work(count - 1), each once, over `threads` threads (0: as many as the machine
+/// has).
 void in_parallel(int threads, int count, const std::function<void(int)>& work);
-/// member(stopped) once in each of some threads (0: as many as the machine has), until all have
-/// returned. stopped() is true once `stop` is set or another member has thrown; what was thrown
-/// first goes through.
+/// Calls member(stopped) once in each of `threads` threads (0: as many as the machine has) and
+/// waits for all. stopped() is true once `stop` is set or another member has thrown. The first
+/// exception passes through.
 void in_team(int threads, const std::atomic<bool>* stop,
              const std::function<void(const std::function<bool()>& stopped)>& member);
-/// What `threads` = 0 stands for.
+/// The number of threads, with 0 replaced by that of the machine.
 int threads_of(int threads);
 
 }  // namespace porthos::ensemble

@@ -10,7 +10,7 @@
 namespace porthos::ensemble {
 namespace {
 
-/// Offsets in u of the ports of these names; of all for none.
+/// Offsets in u of the ports with these names; of all ports if there are no names.
 std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::string>& names) {
   std::vector<int> at;
   if (names.empty())
@@ -24,7 +24,7 @@ std::vector<int> offsets_of(const phs::Description& d, const std::vector<std::st
 
 }  // namespace
 
-/// The way of one environment under one action.
+/// One step of one environment under one action.
 class Environment::Turn final : public BatchRun {
  public:
   Turn(Environment& e, size_t at) : e_(e), at_(at) {

@@ -17,41 +17,41 @@ namespace porthos::ensemble {
 
 class LaneTeam;
 
-/// How many environments, and what a step of theirs is.
+/// The number of environments and the definition of their steps.
 struct EnvironmentOptions {
   int count = 1;  ///< environments side by side
   std::string method = "gauss4";
   double step = 0.01;  ///< of the method [s]
-  int substeps = 1;    ///< steps an action is held for
+  int substeps = 1;    ///< steps for which an action is held
   std::uint64_t seed = 0;
-  std::int64_t longest = 0;  ///< actions after which an episode is cut off; 0: never
+  std::int64_t longest = 0;  ///< maximum number of actions per episode; 0: no limit
   int threads = 1;           ///< 0: as many as the machine has
-  /// Ports that actions drive, by name; empty: all of them. The others are at 0.
+  /// Names of the ports that actions drive; empty: all. The other inputs are 0.
   std::vector<std::string> ports = {};
-  /// State numbers that are observed; empty: all of them.
+  /// Indices of observed state numbers; empty: all.
   std::vector<int> observed = {};
-  bool outputs = false;  ///< whether y of the ports that are driven is observed after them
-  /// Where an episode begins: changes x (nx numbers, `start` of the environment at first), with
-  /// random numbers of the episode's own.
+  bool outputs = false;  ///< whether y of the driven ports is observed, after the state
+  /// Changes the start state x of an episode (nx numbers, initially the environment's `start`),
+  /// with random numbers of the episode.
   std::function<void(Stream& random, std::span<double> x)> begin = {};
-  /// Whether an episode has ended at x, by reaching or leaving something. Called by any thread.
+  /// Whether the episode ends at x, by reaching or leaving a set. Called by any thread.
   std::function<bool(std::span<const double> x)> ended = {};
 };
 
 /// Environments for learning and planning: reset, act, observe, over a batch.
 ///
-/// An action is a row of port inputs u, held over `substeps` steps; rewards are the caller's, from
-/// observations and actions. A step depends on an environment's state and its action alone: on no
-/// thread, lane, neighbour or earlier step, so that planners may put states back. Random numbers
-/// belong to (seed, environment, episode): the same seed and actions give the same bits. An
-/// environment whose episode ends — reached, cut off, or the method failed — begins the next in the
-/// same step; its last observation is in final_observations().
+/// An action is a row of port inputs u, held over `substeps` steps. The caller computes rewards
+/// from observations and actions. A step depends only on the environment's state and its action,
+/// and not on threads, lanes, neighbours or earlier steps. So planners may restore states. Random
+/// numbers depend on (seed, environment, episode): the same seed and actions give the same bits. If
+/// an episode ends (goal, limit of length, or failure of the method), the environment starts the
+/// next episode in the same step. final_observations() then has its last observation.
 ///
-/// All arrays are contiguous, a row per environment: count × action_size() and so on. They stay
-/// valid, and are written by reset() and step(). Use from one thread.
+/// All arrays are contiguous, with one row per environment: count × action_size() and so on. They
+/// stay valid; reset() and step() overwrite them. Use from one thread.
 class Environment {
  public:
-  /// @param start  state numbers an episode begins from, nx
+  /// @param start  state numbers at the start of an episode, nx
   /// @throws InvalidArgument for unknown ports or state numbers, sizes that do not fit, a model
   ///   with sampled controllers, and as integrators::make_integrator
   Environment(std::shared_ptr<const phs::Model> model, std::vector<double> start,
@@ -61,32 +61,32 @@ class Environment {
   int count() const { return o_.count; }
   int action_size() const { return int(driven_.size()); }
   int observation_size() const { return int(observed_.size() + (o_.outputs ? driven_.size() : 0)); }
-  /// Seconds from action to action.
+  /// Seconds between actions.
   double interval() const { return o_.step * o_.substeps; }
   const phs::Model& model() const { return model_.plant(); }
 
-  /// Begins the first episode of a seed in every environment; without one, the next episode.
+  /// Starts the first episode of a seed in every environment; without a seed, the next episode.
   void reset(std::optional<std::uint64_t> seed = {});
   /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number
   ///   that is not finite
   void step(std::span<const double> actions);
 
   std::span<const double> observations() const { return observations_; }
-  /// Of the environments whose episode ended in the last step, what was observed at its end; else
-  /// as observations().
+  /// For environments whose episode ended in the last step, the last observation of that episode;
+  /// for the others the same as observations().
   std::span<const double> final_observations() const { return final_; }
-  /// 1 where an episode ended in the last step: by `ended` or a failure; by its length; by a
-  /// failure.
+  /// 1 if an episode ended in the last step: terminated by `ended` or a failure, truncated by its
+  /// length, failed by a failure.
   std::span<const std::uint8_t> terminated() const { return terminated_; }
   std::span<const std::uint8_t> truncated() const { return truncated_; }
   std::span<const std::uint8_t> failed() const { return failed_; }
   /// H of each environment [J].
   std::span<const double> energies() const { return energies_; }
-  /// Steps taken in the episode, and its number.
+  /// Number of steps in the current episode, and the number of the episode.
   std::span<const std::int64_t> lengths() const { return lengths_; }
   std::span<const std::int64_t> episodes() const { return episodes_; }
 
-  /// The state of an environment, and another one put in its place (its episode goes on).
+  /// The state of an environment. set_state() replaces it and continues the episode.
   const phs::State& state(int environment) const { return states_[size_t(environment)]; }
   void set_state(int environment, const phs::State& state);
 
@@ -101,7 +101,7 @@ class Environment {
   EnvironmentOptions o_;
   std::vector<int> driven_, observed_;
   std::uint64_t seed_;
-  std::unique_ptr<phs::System<double>> plant_;  ///< for observing
+  std::unique_ptr<phs::System<double>> plant_;  ///< for observations
   integrators::TurnKeeper<double> keeper_;      ///< of its turns
   std::vector<double> e_, y_;
   std::vector<std::unique_ptr<LaneTeam>> teams_;

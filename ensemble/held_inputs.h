@@ -6,9 +6,9 @@
 
 namespace porthos::ensemble {
 
-/// A model whose inputs are held: its parameters (phs/system/tunable.h) are the numbers u its ports
-/// are fed, nu of them, 0 at first. Their work is booked as the power "inputs". What the plant
-/// declares as invariants is none under inputs.
+/// A model whose inputs are held. Its parameters (phs/system/tunable.h) are the nu inputs u of its
+/// ports, initially 0. Their work is booked as the power "inputs". The plant's declared invariants
+/// are dropped, because inputs change them.
 class HeldInputs : public phs::ModelFor<HeldInputs> {
  public:
   explicit HeldInputs(std::shared_ptr<const phs::Model> plant);

@@ -10,13 +10,13 @@ using integrators::Outcome;
 
 namespace {
 
-/// Whether a run is shown its state after so many steps.
+/// Whether see() is called after this number of steps.
 bool is_seen(const BatchRun& r, std::int64_t taken) {
   const auto whole = [&](std::int64_t n) { return n > 0 && taken % n == 0; };
   return taken >= r.steps || whole(r.every) || whole(r.look);
 }
 
-/// The step a run is next looked at.
+/// The step at which the run is called next.
 std::int64_t next_look(const BatchRun& r, std::int64_t step) {
   const std::int64_t taken = step - r.start.step;
   if (taken >= r.steps) return step;
@@ -27,7 +27,7 @@ std::int64_t next_look(const BatchRun& r, std::int64_t step) {
   return r.start.step + next;
 }
 
-/// Tells the run what happened. @return whether it goes on
+/// Calls book() and see() of the run. @return whether it continues
 bool hand_over(BatchRun& r, const phs::State& s, std::span<const double> works) {
   const std::int64_t taken = s.step - r.start.step;
   const bool last = taken >= r.steps;
@@ -51,7 +51,7 @@ LaneTeam::LaneTeam(const phs::Model& model, std::string method, double step,
   if (lanes) lanes_ = integrators::make_lane_integrator(method_, model, step, options);
   if (!lanes_) return;
   run_.resize(size_t(lanes_->width));
-  parameters_ = phs::parameters_of(lanes_->system());  // empty lanes are evaluated with the others
+  parameters_ = phs::parameters_of(lanes_->system());  // empty lanes are evaluated too
   for (size_t i = 0; i < parameters_.size(); ++i) parameters_[i] = Lanes(given_[i]);
 }
 
@@ -125,7 +125,7 @@ void LaneTeam::alone(BatchRun& r, phs::State s, std::span<const double> memory) 
   }
   Outcome o = Outcome::ok;
   bool more =
-      memory.empty() ? hand_over(r, s, {}) : true;  // of a stuck lane's state it has been told
+      memory.empty() ? hand_over(r, s, {}) : true;  // a stuck lane's state was already handed over
   while (more) {
     if (stopped_()) return;
     if ((o = made->step(s)) != Outcome::ok) break;

@@ -9,14 +9,14 @@
 
 namespace porthos::ensemble {
 
-/// The lanes of one thread, and the runs in them.
+/// The lanes of one thread, and their runs.
 class LaneTeam {
  public:
   /// The model must outlive it. @throws InvalidArgument as make_integrator
   LaneTeam(const phs::Model& model, std::string method, double step, integrators::Options options,
            bool lanes = true);
 
-  /// Works until the source is empty and every run has ended, or until stopped() says so.
+  /// Works until the source is empty and every run has ended, or until stopped() returns true.
   void work(const Source& next, const std::function<bool()>& stopped);
 
  private:
@@ -25,8 +25,8 @@ class LaneTeam {
   /// Puts the next run into a lane. @return whether there was one
   bool fill(int lane, const Source& next);
   void check(const BatchRun& run) const;
-  /// Runs by the integrator of one state, from `state` and the memory of a stuck lane (empty: from
-  /// the start).
+  /// Continues a run with the integrator of one state, from `state` and the memory of a stuck lane
+  /// (empty: from the start).
   void alone(BatchRun& run, phs::State state, std::span<const double> memory);
   void arrived(int lane);
 
@@ -37,7 +37,7 @@ class LaneTeam {
   size_t powers_;
   std::unique_ptr<integrators::LaneIntegrator> lanes_;  ///< null: one state at a time
   std::span<Lanes> parameters_;
-  std::vector<double> given_;                   ///< the parameters as they are
+  std::vector<double> given_;                   ///< the model's own parameters
   std::vector<std::unique_ptr<BatchRun>> run_;  ///< in each lane
   phs::State state_;
   std::vector<double> port_work_;

@@ -8,7 +8,8 @@
 namespace porthos::ensemble {
 namespace {
 
-/// Of dimension 2 on: degree s and inner coefficients a of the primitive polynomial, and m_1 … m_s.
+/// From dimension 2 on: degree s and inner coefficients a of the primitive polynomial, and m_1 …
+/// m_s.
 struct Row {
   int s;
   unsigned a;
@@ -62,7 +63,7 @@ Sobol::Sobol(int dimensions, std::uint64_t seed) {
                           " dimensions, expected at most " + std::to_string(most_dimensions));
   direction_.resize(size_t(dimensions * digits));
   for (int d = 0; d < dimensions; ++d) {
-    // v_i = m_i / 2^i, kept with its point in front of the highest bit.
+    // v_i = m_i / 2^i, stored with the binary point before the highest bit.
     std::uint64_t* v = &direction_[size_t(d * digits)];
     for (int i = 0; i < digits; ++i) {
       const int s = d == 0 ? digits : table[d - 1].s;

@@ -24,7 +24,7 @@ namespace {
 
 using Family = Entries (*)();
 
-/// The families, and whether the catalogue has been read.
+/// The families, and whether the catalogue has been used.
 struct Families {
   std::vector<Family> all{
       gauss_entries,

@@ -50,7 +50,7 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
     });
   }
 
-  // Root → leaf: accelerations; gravity enters as an upward acceleration of the world.
+  // Root → leaf: accelerations. Gravity enters as an upward acceleration of the world.
   const Vec3<T> g(m.gravity());
   const Motion<T> world{{T(0.0), T(0.0), T(0.0)}, -g};
   for (size_t i = 0; i < nodes.size(); ++i) {

@@ -6,8 +6,8 @@ namespace porthos::mechanics {
 /// Forward dynamics by the articulated-body algorithm, O(n): M(q) v̇ + C(q, v) v + ∂V/∂q = τ +
 /// loads. M is never formed.
 /// @param q  configuration, size nq;  v  joint rates, size nv [rad/s | m/s];  vdot  written, size
-///   nv; of a free or ball
-///           joint the derivative of the components of its body-frame twist
+///   nv: accelerations; for a free or ball joint, the time derivatives of the components of its
+///   body-frame twist
 /// @param loads  joint forces and body wrenches
 /// Allocates nothing.  Source: Featherstone 2008, table 7.1.
 template <class T>

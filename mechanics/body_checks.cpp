@@ -14,20 +14,20 @@ Eigen::Vector3d eigenvalues(const Sym3<double>& S) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-/// Real files hold rounded digits: a triangle inequality broken by less than this is rounding.
+/// Files hold rounded digits: a triangle inequality violated by less than this is rounding.
 constexpr double triangle_slack = 1e-6;
 
-/// And a body is a point whose radius of gyration is below this: its moments are rounding, of
-/// either sign.
+/// A body whose radius of gyration is below this is a point: its moments are rounding of either
+/// sign.
 constexpr double point_radius = 1e-7;    // m
-constexpr double point_inertia = 1e-18;  // kg m^2, of a body whose mass is rounding too
+constexpr double point_inertia = 1e-18;  // kg m^2, for a body whose mass is rounding as well
 
-/// By how much principal moments may be wrong by rounding.
+/// The possible rounding error of principal moments.
 double inertia_slack(double mass, double largest) {
   return std::max({triangle_slack * largest, point_radius * point_radius * mass, point_inertia});
 }
 
-/// Orthonormal and right-handed to the digits files are written with.
+/// Orthonormal and right-handed to the digits of typical files.
 bool is_rotation(const Mat3<double>& R) {
   const auto near = [](double a, double b) { return std::fabs(a - b) < 1e-6; };
   return near(dot(R.x, R.x), 1) && near(dot(R.y, R.y), 1) && near(dot(R.z, R.z), 1) &&

@@ -12,8 +12,8 @@
 namespace porthos::mechanics {
 namespace {
 
-/// Parents before children; each child right after its parent's earlier branches (depth first, in
-/// the order added).
+/// Parents before children, depth first in the order added: each child follows its parent's earlier
+/// branches.
 std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
   std::map<std::string, const BodySpec*> by_name;
   std::map<std::string, std::vector<const BodySpec*>> children;
@@ -40,7 +40,7 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
     const auto& c = children[b->name];
     stack.insert(stack.end(), c.rbegin(), c.rend());
   }
-  if (order.size() < bodies.size()) {  // whoever was not reached hangs on a cycle
+  if (order.size() < bodies.size()) {  // unreached bodies hang on a cycle
     std::set<const BodySpec*> reached(order.begin(), order.end());
     for (const auto& b : bodies)
       if (!reached.count(&b))
@@ -49,7 +49,7 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
   return order;
 }
 
-/// Whether the joint carries the node.
+/// Whether the joint carries the node, directly or through other joints.
 bool carried_by(const Mechanism& m, int node, const std::string& joint) {
   for (; node >= 0; node = m.nodes()[size_t(node)].parent)
     for (const auto& c : m.coordinates())
@@ -57,8 +57,8 @@ bool carried_by(const Mechanism& m, int node, const std::string& joint) {
   return false;
 }
 
-/// Every freedom must move some inertia: not at each configuration (a wrist may be singular at
-/// zero), but at one of those tried.
+/// Every freedom must move some inertia at one of the configurations tried. It need not do so at
+/// each of them: a wrist may be singular at zero.
 void check_moving_inertia(const Mechanism& m) {
   std::vector<double> q = m.neutral();
   std::mt19937_64 rng(1);
@@ -88,7 +88,7 @@ Mat3<double> rotation_from_rpy(double roll, double pitch, double yaw) {
   sincos(E(roll), sr, cr);
   sincos(E(pitch), sp, cp);
   sincos(E(yaw), sy, cy);
-  // A right angle written with 15 or more digits is meant to be exact.
+  // Right angles written with 15 or more digits are meant to be exact.
   for (E* t : {&sr, &cr, &sp, &cp, &sy, &cy})
     if (std::fabs(double(*t)) < 1e-14) *t = 0;
   return Mat3<double>(Mat3<E>{{cy * cp, sy * cp, -sp},
@@ -114,13 +114,12 @@ std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<c
   const std::vector<double> p(q.size(), 0.0);
   passes::sines(m, w, q.data());
   field_detail::factor(m, w, q.data(), p.data(), false);
-  // Leaf to root: a pivot of zero spoils what is above it.
+  // Leaf to root: a zero pivot makes everything above it invalid.
   for (auto c = m.coordinates().rbegin(); c != m.coordinates().rend(); ++c)
     for (int k = 0; k < c->nv; ++k) {
       const double D_inverse = w.D_inverse[size_t(c->v + k)];
       const double scale = norm(w.U[size_t(c->v + k)].n) + norm(w.U[size_t(c->v + k)].f);
-      // What is left after an elimination that should give zero is rounding, 1e-16 of what was
-      // there.
+      // If an elimination should give zero, what remains is rounding, 1e-16 of the initial value.
       if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
           1 / D_inverse < 1e-250)
         return c->joint;
@@ -156,7 +155,8 @@ Mechanism MechanismBuilder::build() const {
   if (m.nodes_.empty())
     throw InvalidArgument("mechanism '" + name_ + "' has no moving bodies: every joint is fixed");
   check_moving_inertia(m);
-  // With a rotor at every joint: nothing for gravity to pull, and no centre of mass.
+  // With a rotor at every joint the mass can be zero: gravity has no effect, and there is no centre
+  // of mass.
   if (m.total_mass_ == 0)
     throw InvalidArgument("mechanism '" + name_ + "' has no mass: every moving body is massless");
   return m;

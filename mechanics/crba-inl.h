@@ -6,7 +6,7 @@
 namespace porthos::mechanics {
 namespace crba_detail {
 
-/// Rigid inertia from the child's to the parent's frame: ten numbers instead of 21.
+/// Transforms a rigid inertia from the child's to the parent's frame; 10 numbers instead of 21.
 template <class T>
 RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
   // I' = R I Rᵀ - r× (R mc)× - (R mc + m r)× r×
@@ -33,7 +33,7 @@ template <class T>
   passes::place_bodies(m, w, q.data());
   for (auto& e : M) e = T(0.0);
 
-  // A_i holds the composite inertia in its rigid form; only mass, first moment and I are used.
+  // A_i holds the composite inertia in its rigid form: only mass, first moment and I are used.
   std::span<ArticulatedInertia<T>> C(w.A);
   const auto load = [&](size_t i) { return RigidInertia<T>{C[i].M.xx, C[i].H.x, C[i].I}; };
   const auto store = [&](size_t i, const RigidInertia<T>& r) {

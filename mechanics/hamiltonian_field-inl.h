@@ -5,8 +5,8 @@
 namespace porthos::mechanics {
 namespace field_detail {
 
-/// Root → leaf: X_i, and w.g_i = weight of body i and the external wrench on it; leaf → root
-/// happens in `factor`.
+/// Root → leaf: X_i, and w.g_i = weight of body i plus its external wrench. `factor` sums w.g_i
+/// over subtrees, leaf → root.
 template <class T>
 void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
                  std::span<const Force<T>> wrench) {
@@ -23,8 +23,8 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
   }
 }
 
-/// Leaf → root: articulated inertias and momentum bias; with loads, their subtree sums too. Without
-/// loads nobody needed X_i before, and it is made here, when it is first used.
+/// Leaf → root: articulated inertias and momentum bias; with loads, also their subtree sums.
+/// Without loads X_i does not exist yet; it is computed here, where it is first used.
 template <class T>
 void factor(const Mechanism& m, Workspace<T>& w, const T* q, const T* p, bool loaded) {
   const auto& nodes = m.nodes();
@@ -62,10 +62,10 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
   passes::sines(m, w, q.data());
   if (loaded) field_detail::load_bodies(m, w, q.data(), loads.wrench);
 
-  // The elimination destroys A_i; its momentum form h_i = A_i V_i + b_i is wanted below. After the
-  // elimination of S, A_i' V' + b_i' with V' = X_i V_λ is the same h_i, for V = V' + S D⁻¹ (u - Uᵀ
-  // V'): the momentum of the subtree needs no old A. A rotor's own momentum is in D and u alone; h
-  // is that of the bodies.
+  // The code below needs h_i = A_i V_i + b_i, but the elimination overwrites A_i. After the
+  // elimination of S, A_i' V' + b_i' with V' = X_i V_λ is the same h_i, because V = V' + S D⁻¹ (u -
+  // Uᵀ V'). So the momentum of the subtree does not need the old A. A rotor's own momentum is in D
+  // and u only; h is that of the bodies.
   field_detail::factor(m, w, q.data(), p.data(), loaded);
 
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -79,7 +79,7 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       passes::back_substitute<Joint>(n, w, V, w.rate.data());
       w.V[i] = V;
 
-      // Of a root or a free joint, carried is zero or nothing is left of A: h = b.
+      // At a root carried = 0, and at a free joint the remaining A is 0: h = b.
       const Force<T> h =
           root || Joint::nv == 6 ? w.b[i] : passes::left_times<Joint>(n, w.A[i], carried) + w.b[i];
       T load[Joint::nv];

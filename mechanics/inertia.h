@@ -50,7 +50,7 @@ struct ArticulatedInertia {
     M = M + b.M;
     return *this;
   }
-  /// Adds a rigid body; its zeros are not added.
+  /// Adds a rigid body; skips its zero entries.
   PORTHOS_INLINE ArticulatedInertia& operator+=(const RigidInertia<double>& r) {
     const T m(r.m);
     const Vec3<T> mc(r.mc);
@@ -66,7 +66,7 @@ struct ArticulatedInertia {
     M.zz += m;
     return *this;
   }
-  /// A v where row and column of rotation about z are zero.
+  /// A v for an A whose row and column of rotation about z are zero.
   PORTHOS_INLINE Force<T> times_free_about_z(const Motion<T>& v) const {
     const Vec3<T>&w = v.w, &u = v.v;
     return {{I.xx * w.x + I.xy * w.y + (H.x.x * u.x + H.y.x * u.y + H.z.x * u.z),
@@ -104,8 +104,8 @@ struct ArticulatedInertia {
     M.yz -= W.f.y * U.f.z;
     M.zz -= W.f.z * U.f.z;
   }
-  /// The same where nobody asks for row and column of rotation about z afterwards: they are left as
-  /// they were.
+  /// The same, but leaves the row and column of rotation about z unchanged, for callers that do not
+  /// use them afterwards.
   PORTHOS_INLINE void subtract_free_about_z(const Force<T>& U, T s) {
     const Force<T> W = s * U;
     I.xx -= W.n.x * U.n.x;
@@ -124,7 +124,7 @@ struct ArticulatedInertia {
     M.yz -= W.f.y * U.f.z;
     M.zz -= W.f.z * U.f.z;
   }
-  /// The same where only rows and columns below k are asked for afterwards.
+  /// The same for callers that use only rows and columns below k afterwards.
   template <int k>
   PORTHOS_INLINE void subtract_below(const Force<T>& U, T s) {
     const Force<T> W = s * U;
@@ -150,8 +150,8 @@ struct ArticulatedInertia {
   }
 };
 
-/// Adds the off-origin terms after a rotation: the inertia seen from a frame from which its own
-/// origin lies at r.
+/// Adds the off-origin terms after a rotation: the inertia in a frame in which the old origin is at
+/// r.
 template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>& I,
                                                 const Mat3<T>& H, const Sym3<T>& M) {
@@ -173,15 +173,15 @@ PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>&
   return a;
 }
 
-/// Xᵀ A X: an articulated inertia from the child's to the parent's frame.
+/// Xᵀ A X: transforms an articulated inertia from the child's to the parent's frame.
 template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> to_parent(const Transform<T>& X,
                                                const ArticulatedInertia<T>& A) {
   return translated(X.r, rotated(X.R, A.I), X.R * A.H * X.R.transposed(), rotated(X.R, A.M));
 }
 
-/// The same for an A whose row and column of rotation about z are zero, as a revolute joint leaves
-/// it.
+/// The same for an A whose row and column of rotation about z are zero, as after the elimination of
+/// a revolute joint.
 template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X,
                                                             const ArticulatedInertia<T>& A) {

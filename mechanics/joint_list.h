@@ -11,11 +11,11 @@
 #include "mechanics/joints/revolute.h"
 #include "mechanics/joints/spherical.h"
 
-/// The joint lists: one line makes a new joint known to the builder, the kernels, the URDF reader
-/// and every test.
+/// The joint lists. One line adds a joint type to the builder, the kernels, the URDF reader and
+/// every test.
 namespace porthos::mechanics {
 
-/// Types as a value.
+/// A list of types as a value.
 template <class... J>
 struct TypeList {
   static constexpr int size = sizeof...(J);
@@ -33,7 +33,7 @@ using ChainJoints = TypeList<Continuous,  //
                              Planar,      //
                              Fixed>;
 
-/// Calls f(J{}) with the primitive whose place in the list is `type`.
+/// Calls f(J{}) with the primitive joint at index `type` of the list.
 template <class F, class... J>
 [[gnu::always_inline]] inline void visit_joint(int type, TypeList<J...>, F&& f) {
   int i = 0;
@@ -50,7 +50,7 @@ void for_each_joint(TypeList<J...>, F&& f) {
   (f(J{}), ...);
 }
 
-/// Names of all joint types a user may ask for.
+/// Names of all joint types that a user can choose.
 inline std::vector<std::string> joint_type_names() {
   std::vector<std::string> names;
   const auto add = [&](auto j) { names.emplace_back(decltype(j)::name); };
@@ -59,7 +59,7 @@ inline std::vector<std::string> joint_type_names() {
   return names;
 }
 
-/// Freedoms of a joint type, from the joint lists; -1 if there is no such type.
+/// Degrees of freedom of a joint type, from the joint lists; -1 for an unknown type.
 inline int freedoms(std::string_view type) {
   int n = -1;
   for_each_joint(PrimitiveJoints{}, [&](auto J) {
@@ -73,7 +73,7 @@ inline int freedoms(std::string_view type) {
   return n;
 }
 
-/// After the parameters of a lambda: it is inlined whatever its size.
+/// Placed after the parameters of a lambda: inlines it whatever its size.
 #define PORTHOS_INLINE_CALL __attribute__((always_inline))
 
 /// f(constant k) for k = 0 … n-1, unrolled; `descending` for n-1 … 0.

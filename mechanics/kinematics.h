@@ -15,11 +15,11 @@ template <class T>
 Transform<T> body_pose(const Mechanism& m, const BodyFrame& body,
                        std::span<const Transform<T>> node_pose);
 
-/// The axes a Jacobian's rows are written in; both are about the body frame's origin.
+/// The axes of a Jacobian's rows. In both cases the reference point is the body frame's origin.
 enum class JacobianAxes { body, world };
 
-/// Jacobian of a body frame: its twist is J v, [angular; linear], the linear part that of the
-/// frame's origin.
+/// Jacobian of a body frame: its twist is J v, [angular; linear]. The linear part is the velocity
+/// of the frame's origin.
 /// @param q  size nq;  J written, 6 × nv column-major. Cost: the path to the root.
 template <class T>
 void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const BodyFrame& body,

@@ -7,7 +7,7 @@
 namespace porthos::mechanics {
 namespace {
 
-/// The frame of a body port in the node its link is part of.
+/// The frame of a body port, relative to the node that contains its link.
 BodyFrame port_frame(const Mechanism& m, const BodyPort& port) {
   const auto refuse = [&](const std::string& why) {
     throw InvalidArgument("body port '" + port.name + "': " + why);
@@ -34,7 +34,7 @@ void add_ports(phs::Description& d, const Mechanism& m, const std::vector<BodyFr
   for (size_t i = 0; i < m.nodes().size(); ++i) {
     const JointCoordinates* first = nullptr;
     int nv = 0;
-    std::string effort, rate;  // of a joint that turns and slides: "N m; N"
+    std::string effort, rate;  // for a joint that rotates and translates: "N m; N"
     for (const auto& c : m.coordinates()) {
       if (c.node != int(i)) continue;
       effort = !first || c.effort_unit == first->effort_unit ? c.effort_unit : "N m; N";

@@ -125,7 +125,7 @@ class MechanicalSystem : public phs::System<T> {
       });
   }
   void output(In x, In e, Out y) override {
-    // y = Gᵀ e = joint rates when e is the gradient: the transpose of lift, by its rows.
+    // If e is the gradient, y = Gᵀ e = joint rates: the transpose of lift, row by row.
     for (const auto& n : m_.nodes())
       visit_joint(n.type, [&](auto J) {
         using Joint = decltype(J);
@@ -144,7 +144,7 @@ class MechanicalSystem : public phs::System<T> {
         }
       });
     if (ports_.empty()) return;
-    // The twists those joint rates give the bodies: the transpose of joint_forces, pass by pass.
+    // The body twists of those joint rates: the transpose of joint_forces, pass by pass.
     passes::place_bodies(m_, w_, x.data());
     passes::twists(m_, w_, y.data());
     T* out = y.data() + m_.nv();
@@ -193,7 +193,7 @@ class MechanicalSystem : public phs::System<T> {
   static Transform<T> pose(const BodyFrame& frame) {
     return {Mat3<T>(frame.pose.R), Vec3<T>(frame.pose.r)};
   }
-  /// What the body ports put on each moving body, about the origin of its frame.
+  /// The wrenches of the body ports on each moving body, about the origin of its frame.
   void collect_wrenches(In u) {
     for (auto& f : wrench_) f = passes::zero_force<T>();
     const T* in = u.data() + m_.nv();
@@ -203,7 +203,7 @@ class MechanicalSystem : public phs::System<T> {
       wrench_[size_t(frame.node)] += pose(frame).to_parent(f);
     }
   }
-  /// Joint forces that do what all ports do together: τ + Σ Jᵀ w, leaf → root.
+  /// Joint forces equivalent to all ports together: τ + Σ Jᵀ w, leaf → root.
   In joint_forces(In x, In u) {
     passes::place_bodies(m_, w_, x.data());
     collect_wrenches(u);

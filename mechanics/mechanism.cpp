@@ -1,4 +1,4 @@
-// What a Mechanism finds by name.
+// Look-up by name in a Mechanism.
 #include "mechanics/mechanism.h"
 
 namespace porthos::mechanics {

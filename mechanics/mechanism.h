@@ -16,7 +16,7 @@ namespace porthos::mechanics {
 using Vec3d = Vec3<double>;
 using Pose = Transform<double>;
 
-/// A coordinate block of the mechanism: where a joint's numbers stand in q (and p) and in v (and
+/// A coordinate block of the mechanism: the offsets of a joint's numbers in q (and p) and in v (and
 /// tau).
 struct JointCoordinates {
   std::string
@@ -29,7 +29,7 @@ struct JointCoordinates {
   std::string unit, momentum_unit, effort_unit, rate_unit;
 };
 
-/// A body of the user's, in the frame the user gave it. Bodies on fixed joints share a node.
+/// A body with the frame in which the user gave it. Bodies on fixed joints share a node.
 struct BodyFrame {
   std::string name;
   int node;   ///< -1: fixed to the world
@@ -49,18 +49,17 @@ struct JointProperties {
   double rotor_inertia = 0;            ///< see JointSpec; the kernels read Node's
 };
 
-/// Something noticed in the input that does not stop a run.
+/// A remark on the input that does not prevent a run.
 struct Remark {
   std::string where;  ///< "file:line", may be empty
   std::string text;
 };
 
-/// An articulated mechanism: an immutable tree of bodies, shared by threads. Made by
-/// MechanismBuilder.
+/// An articulated mechanism: an immutable tree of bodies, shared between threads. MechanismBuilder
+/// makes it.
 ///
-/// q = joint coordinates, v = joint rates (body-frame twists of ball and free joints, [angular;
-/// linear]),
-/// p = momenta conjugate to q, of the same size as q.
+/// q = joint coordinates, v = joint rates (for ball and free joints body-frame twists, [angular;
+/// linear]), p = momenta conjugate to q, of the same size as q.
 class Mechanism {
  public:
   const std::string& name() const { return name_; }
@@ -77,11 +76,11 @@ class Mechanism {
   const std::vector<JointCoordinates>& coordinates() const { return coordinates_; }
   const std::vector<BodyFrame>& bodies() const { return bodies_; }
   const std::vector<JointProperties>& joint_properties() const { return properties_; }
-  /// Faults of the input that do not reach the dynamics or that the user accepted.
+  /// Faults of the input that do not affect the dynamics or that the user accepted.
   const std::vector<Remark>& remarks() const { return remarks_; }
   int angle_count() const { return angles_; }
 
-  /// The coordinates of the block of that name. @throws InvalidArgument naming the known ones.
+  /// The coordinate block of that name. @throws InvalidArgument naming the known ones.
   const JointCoordinates& coordinate(std::string_view name) const;
   /// The body of that name. @throws InvalidArgument naming the known ones.
   const BodyFrame& body(std::string_view name) const;
@@ -102,7 +101,7 @@ class Mechanism {
   int nq_ = 0, nv_ = 0, angles_ = 0;
 };
 
-/// Scratch of the kernels for one mechanism and scalar: one per thread, allocated once.
+/// Scratch memory of the kernels for one mechanism and scalar: one per thread, allocated once.
 template <class T>
 struct Workspace {
   explicit Workspace(const Mechanism& m)
@@ -122,8 +121,8 @@ struct Workspace {
         sine(angle.size()),
         cosine(angle.size()) {}
 
-  /// Tells it the turns of a state's angle blocks, by which helical joints have advanced. Of a
-  /// longer list the first ones are taken; without any they stand in the angles themselves.
+  /// Sets the turns of a state's angle blocks, which advance helical joints. Ignores excess entries
+  /// of `turns`; missing entries count as zero turns (the angles then contain their turns).
   void set_turns(std::span<const std::int64_t> turns) {
     for (size_t k = 0; k < turn_angle.size(); ++k)
       turn_angle[k] = T(k < turns.size() ? double(turns[k]) * phs::two_pi_hi : 0.0);
@@ -141,7 +140,7 @@ struct Workspace {
   std::vector<T> D_inverse, u;
   std::vector<T> rate, mu;             ///< joint rates and momenta, size nv
   std::vector<T> turn_angle;           ///< 2π·turns of each angle block
-  std::vector<T> angle, sine, cosine;  ///< of each angle block, filled up to whole packs
+  std::vector<T> angle, sine, cosine;  ///< of each angle block, padded to whole packs
 };
 
 }  // namespace porthos::mechanics

@@ -48,7 +48,7 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);
       if constexpr (std::is_same_v<Joint, Free>) {
-        // In the root's placement: L = ½ Im(π ξ̄) + x × P, then the placement itself.
+        // In the root's placement L = ½ Im(π ξ̄) + x × P; then the placement itself.
         const T *x = q.data() + n.q, *y = p.data() + n.q;
         const auto xi = Quaternion<T>::load(x + 3), pi = Quaternion<T>::load(y + 3);
         const Vec3<T> r{x[0], x[1], x[2]}, P{y[0], y[1], y[2]};
@@ -75,8 +75,8 @@ Momentum<T> momentum(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
 template <class T>
 void centroidal_momentum_matrix(const Mechanism& m, Workspace<T>& w, std::span<const T> q,
                                 std::span<T> A) {
-  // Column j: the momentum of the whole for a unit rate of freedom j, which is that of the subtree
-  // it moves.
+  // Column j: the total momentum for a unit rate of freedom j, equal to that of the subtree it
+  // moves.
   const auto& nodes = m.nodes();
   passes::place_bodies(m, w, q.data());
   for (size_t i = 0; i < nodes.size(); ++i) w.A[i] = ArticulatedInertia<T>(nodes[i].inertia);
@@ -168,7 +168,7 @@ MomentumScale momentum_scale(const Mechanism& m, Workspace<double>& w, std::span
   forward_kinematics<double>(m, w, q, pose);
   passes::twists(m, w, v.data());
   const Vec3d from =
-      pose.empty() ? Vec3d{0, 0, 0} : pose[0].r;  // far from the origin differences stay exact
+      pose.empty() ? Vec3d{0, 0, 0} : pose[0].r;  // keeps differences exact far from the origin
   MomentumScale s{0, 0};
   Particle all{0, {0, 0, 0}, {0, 0, 0}};
   for (size_t i = 0; i < pose.size(); ++i) {

@@ -9,7 +9,7 @@
 /// The passes over the tree that the algorithms share.
 namespace porthos::mechanics::passes {
 
-/// The sizes a kernel was promised, for its assertions: builds without them look at nothing.
+/// Size check for the kernels' assertions; compiled out where assertions are off.
 template <class A>
 bool sized(const A& array, size_t n) {
   return array.size() == n;
@@ -18,13 +18,13 @@ template <class A>
 bool sized_or_none(const A& array, size_t n) {
   return array.empty() || array.size() == n;
 }
-/// Coordinates q and a workspace of the mechanism they are used with.
+/// Whether q and the workspace fit the mechanism.
 template <class T>
 bool fits(const Mechanism& m, const Workspace<T>& w, std::span<const T> q) {
   return sized(q, size_t(m.nq())) && sized(w.X, m.nodes().size());
 }
 
-/// Sine and cosine of every angle. Doubles go four at a time, which changes no bit.
+/// Sine and cosine of every angle. Doubles are evaluated four at a time, with identical bits.
 template <class T>
 void sines(const Mechanism& m, Workspace<T>& w, const T* q) {
   for (const Node& n : m.nodes())
@@ -52,7 +52,7 @@ template <class J, class T>
     w.X[i] = J::place(n, q + n.q, {});
   }
 }
-/// X of one body for any scalar, alone.
+/// X of a single body, for any scalar.
 template <class J, class T>
 Transform<T> place(const Node& n, const T* q, T turn_angle) {
   Angle<T> a{T(0.0), T(1.0), turn_angle};
@@ -71,15 +71,14 @@ void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
   }
 }
 
-/// Whether the elimination of the joint leaves nothing in the row and column of its rotation about
-/// z.
+/// Whether the elimination of the joint zeroes the row and column of rotation about z.
 template <class J>
 bool freed_about_z(const Node& n) {
   return J::frees_rotation_about_z && n.rotor_inertia == 0;
 }
 
-/// Leaf → root: the articulated inertia of body i before its joint is eliminated: its own and what
-/// its children passed on.
+/// Leaf → root: the articulated inertia of body i before its joint is eliminated, its own plus the
+/// contributions of its children.
 template <class T>
 [[gnu::always_inline]] inline ArticulatedInertia<T>& collected(const Node& n, Workspace<T>& w,
                                                                size_t i) {
@@ -87,10 +86,10 @@ template <class T>
   return w.A[i];
 }
 
-/// Leaf → root at one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
+/// Leaf → root, one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
 ///   U = A S,  D = Sᵀ U + rotor inertia,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
-/// f: joint momenta (Hamiltonian field) or joint forces (ABA). Without a rotor A S = 0 afterwards;
-/// with one it is not.
+/// f: joint momenta (Hamiltonian field) or joint forces (ABA). Afterwards A S = 0, except with a
+/// rotor.
 template <class J, class T>
 [[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, const T* f, bool root,
                                              ArticulatedInertia<T>& A, Force<T>& b) {
@@ -99,7 +98,7 @@ template <class J, class T>
     Force<T> U = J::template column<k>(n, A);
     if constexpr (J::nv == 6)
       for (int r = k + 1; r < 6; ++r)
-        U[r] = T(0.0);  // already eliminated; A keeps no track of those rows
+        U[r] = T(0.0);  // already eliminated; A does not update those rows
     T D = J::template project<k>(n, U);
     if constexpr (J::nv == 1)
       if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
@@ -112,27 +111,27 @@ template <class J, class T>
     if constexpr (J::nv == 6)
       A.template subtract_below<k>(U, D_inverse);
     else if (k == 0 && root)
-      return;  // of the world's own inertia nobody asks
+      return;  // the inertia passed to the world is never used
     else if (freed_about_z<J>(n))
       A.subtract_free_about_z(U, D_inverse);
     else
       A.subtract(U, D_inverse);
   });
-  // With all six freedoms gone no inertia is left and b is f itself: set exactly, not to the
-  // rounding of it.
+  // After the elimination of all six freedoms no inertia remains and b equals f. Set it exactly,
+  // without rounding.
   if constexpr (J::nv == 6)
     for (int k = 0; k < 6; ++k) b[k] = f[size_t(n.v + k)];
 }
 
-/// What is left of A_i goes to the parent; the first of its children to report brings the parent's
-/// own inertia in.
+/// Adds the remaining A_i to the parent. The first child to do so also adds the parent's own
+/// inertia.
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_to_parent(const Mechanism& m, const Node& n,
                                                   const Transform<T>& X, Workspace<T>& w,
                                                   const ArticulatedInertia<T>& A) {
   const size_t parent = size_t(n.parent);
   const RigidInertia<double>& own = m.nodes()[parent].inertia;
-  if constexpr (J::nv == 6) {  // nothing is left of A
+  if constexpr (J::nv == 6) {  // the remaining A is zero
     if (n.last_child) w.A[parent] = ArticulatedInertia<T>(own);
   } else {
     ArticulatedInertia<T> B = freed_about_z<J>(n) ? to_parent_free_about_z(X, A) : to_parent(X, A);
@@ -144,8 +143,8 @@ template <class J, class T>
   }
 }
 
-/// Root → leaf at one body: the joint rates from the eliminated freedoms and the parent's motion in
-/// the body frame; v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
+/// Root → leaf, one body: joint rates from the eliminated freedoms and the parent's motion v in the
+/// body frame. v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
 template <class J, class T>
 [[gnu::always_inline]] inline void back_substitute(const Node& n, const Workspace<T>& w,
                                                    Motion<T>& v, T* rate) {
@@ -156,7 +155,7 @@ template <class J, class T>
   });
 }
 
-/// A v with what `eliminate` left of A.
+/// A v with the A that `eliminate` left.
 template <class J, class T>
 [[gnu::always_inline]] inline Force<T> left_times(const Node& n, const ArticulatedInertia<T>& A,
                                                   const Motion<T>& v) {
@@ -177,7 +176,7 @@ template <class J, class T>
   unroll<J::nv>([&](auto k) { J::template add<k>(n, rates[n.v + k], v); });
 }
 
-/// a += V × S rates. (Of several freedoms the product as a whole: the single ones would need more.)
+/// a += V × S rates. (With several freedoms, one product of the sums: single products cost more.)
 template <class J, class T>
 [[gnu::always_inline]] inline void add_velocity_product(const Node& n, const Motion<T>& V,
                                                         const T* rates, Motion<T>& a) {
@@ -209,7 +208,7 @@ void twists(const Mechanism& m, Workspace<T>& w, const T* v) {
   }
 }
 
-/// The momentum or weight of a rigid body, in the scalar T.
+/// The rigid inertia of a body in the scalar T.
 template <class T>
 RigidInertia<T> rigid(const Node& n) {
   return {T(n.inertia.m), Vec3<T>(n.inertia.mc), Sym3<T>(n.inertia.I)};

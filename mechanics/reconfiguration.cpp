@@ -34,7 +34,7 @@ bool carries(const MechanismBuilder& parts, const std::string& carrier, std::str
   return false;
 }
 
-/// What a latch limits, as it is.
+/// A quantity that a latch limits, with its current value.
 struct Closing {
   const char *what, *unit;
   double value, limit;
@@ -122,7 +122,7 @@ Impact release(MovingMechanism& moving, const std::string& name) {
   body.joint.name = name;
   body.joint.type = "free";
   Impact r = change(moving, std::move(next));
-  // The joint that held the body is no more, so a lock of it cannot be undone.
+  // The joint that held the body no longer exists, so its lock cannot be undone.
   std::erase_if(moving.locked, [&](const auto& lock) { return lock.second.free.name == name; });
   return r;
 }

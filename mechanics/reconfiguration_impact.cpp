@@ -1,4 +1,4 @@
-// The motion of the changed mechanism: positions that stay, and the rates nearest to the old ones.
+// The motion of the changed mechanism: the same positions, and the rates nearest to the old ones.
 #include <algorithm>
 #include <cmath>
 
@@ -38,7 +38,7 @@ Quaternion<Real> quaternion(const Mat3<Real>& R) {
   return Quaternion<Real>::load(q);
 }
 
-/// Inertia of a body about its frame's origin, in its frame's axes, from what the user gave.
+/// Inertia of a body about its frame's origin, in its frame's axes, from the user's input.
 RigidInertia<Real> inertia_of(const MassProperties& given) {
   const auto& g = given.inertia;
   const Mat3<Real> E(given.axes);
@@ -67,8 +67,8 @@ RigidInertia<Real> inertia_of(const MassProperties& given) {
 
 Real power(const Force<Real>& f, const Motion<Real>& v) { return dot(f.n, v.w) + dot(f.f, v.v); }
 
-/// The coordinates of the new mechanism: those of joints that stay; of unlocked joints, as they
-/// were; of freed bodies, their pose.
+/// The coordinates of the new mechanism: unchanged for joints that stay, the stored ones for
+/// unlocked joints, and the pose for freed bodies.
 phs::State positions(const MovingMechanism& before, const Instant& from,
                      const MechanicalModel& to) {
   const auto& a = before.model->description();
@@ -99,7 +99,7 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
       std::copy_n(l->second.q.begin() + long(k), n, s.x.begin() + long(at));
       std::copy_n(l->second.lo.begin() + long(k), n, s.lo.begin() + long(at));
       k += n;
-    } else {  // a body that has become free
+    } else {  // a body that became free
       const auto body = std::find_if(before.parts.bodies().begin(), before.parts.bodies().end(),
                                      [&](const BodySpec& x) { return x.name == c.joint; });
       if (body == before.parts.bodies().end())
@@ -119,7 +119,7 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
   return s;
 }
 
-/// The rates nearest to the old motion, see the header.
+/// Computes the rates nearest to the old motion, see the header.
 Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
               const MechanicalModel& model, phs::State& s) {
   Instant to(model, s);
@@ -176,8 +176,7 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
   for (const Real& x : from.q) q.push_back(double(x));
   for (const Real& x : from.v) v.push_back(double(x));
   r.scale = momentum_scale(from.m, w, q, v);
-  // What spins as one piece about its centre has Σ m|v| = 0, and its points have momenta all the
-  // same.
+  // A rigid body that spins about its centre has Σ m|v| = 0, although its points have momenta.
   double mass = 0;
   for (const auto& n : from.m.nodes()) mass += n.inertia.m;
   const Real T = kinetic_energy<Real>(from.m, from.w, from.q, from.p);

@@ -4,9 +4,9 @@
 #include "mechanics/detail/tree_linearisation.h"
 #include "mechanics/detail/unpivoted_lu.h"
 
-// Variations here are co-moving: of components in the body's own frame, then written in world axes.
-// A displacement of the child by the twist ζ changes what crosses the joint by  δ(X V) = -ζ × X V
-// and  δ(Xᵀ h) = Xᵀ (ζ ×* h).
+// Variations here are co-moving: they are those of components in the body's own frame, written in
+// world axes. A displacement of the child by the twist ζ changes the quantities that cross the
+// joint: δ(X V) = -ζ × X V and  δ(Xᵀ h) = Xᵀ (ζ ×* h).
 //
 // A joint of one freedom, S in world axes, δq = r_q + z δv:
 //   s_i = s_λ + (S, 0) δv + β δq                        β = (V × S, γ × S_ω)
@@ -204,7 +204,7 @@ class TreeResolvent final : public phs::Resolvent, TreeLinearisation<weight> {
     linearise<J>(i, q, p);
     condense<2 * J::nq + J::nv>(i);
   }
-  /// Fills B and H, G in N, Λ, and Ω in W.
+  /// Fills B and H; puts G into N, and Ω into W; fills Λ.
   template <class J>
   void linearise(size_t i, const double* q, const double* p) {
     const Node& n = m_.nodes()[i];
@@ -263,7 +263,7 @@ class TreeResolvent final : public phs::Resolvent, TreeLinearisation<weight> {
       }
     }
   }
-  /// N, W and K from G, Λ, Ω, B and H; P of the parent.
+  /// Computes N, W and K from G, Λ, Ω, B and H; adds to P of the parent.
   template <size_t size>
   void condense(size_t i) {
     const Node& n = m_.nodes()[i];
@@ -328,7 +328,7 @@ class TreeResolvent final : public phs::Resolvent, TreeLinearisation<weight> {
   }
 
   std::vector<Up> c_;    ///< f_i = P s_i + c
-  std::vector<Down> s_;  ///< apart from the bodies: a solve reads no P
+  std::vector<Down> s_;  ///< separate from the bodies: a solve does not read P
   std::vector<Hinge> hinge_;
   std::vector<General> general_;
   JointJacobian jacobian_;

@@ -7,15 +7,15 @@
 
 namespace porthos::mechanics {
 
-/// (I - z J)⁻¹ r in O(n), J the exact Jacobian of a mechanism's field with its joint springs and
+/// (I - z J)⁻¹ r in O(n). J is the exact Jacobian of a mechanism's field with its joint springs and
 /// dampers.
 ///
-/// The field is a recursion over the tree, hence its linearisation too. A body hands its child the
-/// variation s = (δV, δγ) of twist and gravity; the child answers with that of its subtree's
-/// momentum and weight, f = (δh, δg) = P s + c. A joint is eliminated like one of the
-/// articulated-body algorithm: D gains z²K + z d + J from its spring, damper and rotor, and P ← P
-/// κ D⁻¹ σᵀ goes to the parent. All in world axes about one point: no transforms. Turn angles are
-/// read from `turn_angle` at each factorisation; both references must outlive the solver.
+/// The field is a recursion over the tree, so its linearisation is one too. A body passes the
+/// variation s = (δV, δγ) of twist and gravity to its child. The child returns the variation of the
+/// momentum and weight of its subtree, f = (δh, δg) = P s + c. A joint is eliminated as in the
+/// articulated-body algorithm: D gains z²K + z d + J from its spring, damper and rotor, and P ← P -
+/// κ D⁻¹ σᵀ goes to the parent. Everything is in world axes about one point, so there are no
+/// transforms. `turn_angle` is read at each factorisation; both references must outlive the solver.
 std::unique_ptr<phs::Resolvent> make_resolvent(const Mechanism& m,
                                                const std::vector<double>& turn_angle);
 

@@ -5,7 +5,7 @@
 /// docs/mathematics.md).
 namespace porthos::mechanics {
 
-/// w + v·(i, j, k).
+/// The quaternion w + v·(i, j, k).
 template <class T>
 struct Quaternion {
   T w;
@@ -35,11 +35,11 @@ Quaternion<T> operator*(const Quaternion<T>& a, const Vec3<T>& u) {
 
 /// c = 1 - 1/|ξ|², so that x/|ξ|² = x - c x.
 ///
-/// Why not x·(1/|ξ|²): on the unit sphere |ξ|² and its inverse stand next to 1, where doubles are
-/// twice as dense below as above. Their rounding is biased by 3e-17 on average, always the same
-/// way, and fed a linear loss of energy, 5e-18 of it per second, in a free-floating arm (where |ξ|²
-/// then stood). Here |ξ|² - 1 is summed in halves, so that nothing is rounded near 1; no bias is
-/// seen at 5e-20 (tests/mechanics/bias_test.cpp).
+/// The form x·(1/|ξ|²) has a biased rounding error: on the unit sphere |ξ|² and its inverse are
+/// next to 1, where doubles are twice as dense below as above. The bias is 3e-17 on average and
+/// always has the same sign. In a free-floating arm, which used that form then, it caused a
+/// linear loss of energy of 5e-18 per second (relative). Here |ξ|² - 1 is summed in halves, so
+/// nothing is rounded near 1. No bias is visible at 5e-20 (tests/mechanics/bias_test.cpp).
 template <class T>
 T norm_defect(const Quaternion<T>& q) {
   const T half(0.5);
@@ -67,7 +67,7 @@ template <class T>
 Vec3<T> body_momentum(const Quaternion<T>& xi, const Quaternion<T>& pi) {
   return T(0.5) * (xi.w * pi.v - pi.w * xi.v - cross(xi.v, pi.v));
 }
-/// The lift of a body momentum with ξ·π = 0:  π = (2/|ξ|²) ξ ∘ m.
+/// The lift of a body momentum m, with ξ·π = 0:  π = (2/|ξ|²) ξ ∘ m.
 template <class T>
 Quaternion<T> lift_momentum(const Quaternion<T>& xi, const Vec3<T>& m) {
   return xi * (T(2.0) * (m - norm_defect(xi) * m));

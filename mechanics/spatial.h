@@ -4,8 +4,8 @@
 /// Spatial algebra (Featherstone 2008, chapter 2). Spatial vectors are [angular; linear].
 namespace porthos::mechanics {
 
-/// Every operation here is a handful of multiplications: a call, and the copies of its 9 to 21
-/// numbers, would cost more.
+/// Every operation here is a few multiplications. A call, with copies of its 9 to 21 numbers, would
+/// cost more.
 #define PORTHOS_INLINE [[gnu::always_inline]] inline
 
 using phs::abs;
@@ -14,7 +14,7 @@ using phs::select;
 using phs::sincos;
 using phs::sqrt;
 
-/// A vector of 3-space.
+/// A vector in 3-space.
 template <class T>
 struct Vec3 {
   T x, y, z;
@@ -50,7 +50,7 @@ template <class T>
 PORTHOS_INLINE T norm(const Vec3<T>& a) {
   return sqrt(dot(a, a));
 }
-/// Whether all three numbers are.
+/// Whether all three numbers are finite.
 inline bool finite(const Vec3<double>& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
@@ -109,10 +109,10 @@ struct Sym3 {
   PORTHOS_INLINE Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
 };
 
-/// R m Rᵀ for a rotation R with columns x y z. As R Rᵀ = 1 it is zz·1 + p xᵀ + x pᵀ + q yᵀ + y qᵀ
-/// with p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications instead of
-/// 45. In wider numbers than those the placements were given in, R Rᵀ is 1 only to the rounding of
-/// these: there it is the congruence, whatever R is.
+/// R m Rᵀ for a rotation R with columns x y z. Because R Rᵀ = 1, it equals zz·1 + p xᵀ + x pᵀ + q
+/// yᵀ + y qᵀ with p = ½(xx - zz) x + xy y + xz z and q = ½(yy - zz) y + yz z: 35 multiplications
+/// instead of 45. In scalars wider than double, R Rᵀ is 1 only to the double rounding of the
+/// placements, so there the congruence is computed as it stands, for any R.
 template <class T>
 PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
   const Vec3<T>&x = R.x, &y = R.y, &z = R.z;
@@ -184,8 +184,8 @@ PORTHOS_INLINE Force<T> cross(const Motion<T>& v, const Force<T>& f) {
   return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
 }
 
-/// v × S for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z, times s; its zeros are not
-/// computed.
+/// v × S times s for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z; skips the zeros of
+/// S.
 template <int axis, class T>
 PORTHOS_INLINE void add_cross_unit(const Motion<T>& v, T s, Motion<T>& a) {
   const auto add = [s](const Vec3<T>& b, Vec3<T>& c) {  // c += b × e s
@@ -216,11 +216,11 @@ struct Transform {
   Mat3<T> R;
   Vec3<T> r;
 
-  /// A twist from the parent's to the child's frame: X v.
+  /// Transforms a twist from the parent's to the child's frame: X v.
   PORTHOS_INLINE Motion<T> to_child(const Motion<T>& m) const {
     return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))};
   }
-  /// A wrench from the child's to the parent's frame: Xᵀ f.
+  /// Transforms a wrench from the child's to the parent's frame: Xᵀ f.
   PORTHOS_INLINE Force<T> to_parent(const Force<T>& g) const {
     const Vec3<T> f = R * g.f;
     return {R * g.n + cross(r, f), f};

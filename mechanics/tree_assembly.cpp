@@ -33,7 +33,7 @@ Mat3<double> frame_with_z(const Vec3d& axis) {
 
 Pose inverse(const Pose& p) { return {p.R.transposed(), -p.R.tmul(p.r)}; }
 
-/// The rigid inertia of a body seen from the frame in which the body's own frame stands at `pose`.
+/// The rigid inertia of a body in the frame in which the body's own frame has the given pose.
 RigidInertia<double> inertia_in(const MassProperties& m, const Pose& pose) {
   using E = long double;  // rounded once
   const Mat3<E> R = Mat3<E>(pose.R) * Mat3<E>(m.axes);
@@ -54,7 +54,7 @@ void add_to(RigidInertia<double>& a, const RigidInertia<double>& b) {
   a = {a.m + b.m, a.mc + b.mc, a.I + b.I};
 }
 
-/// A primitive of the list by its name; -1 if there is none.
+/// The index of a primitive joint by name; -1 if there is none.
 int primitive_index(std::string_view name) {
   int index = -1, i = 0;
   for_each_joint(PrimitiveJoints{}, [&](auto J) {
@@ -112,8 +112,8 @@ class TreeAssembly {
     add_to(r_.nodes[size_t(node_)].inertia, inertia_in(mass, here_));
   }
 
-  /// Only the inertia of a whole moving body enters the dynamics: a faulty link merged into a sound
-  /// body is a remark, a faulty moving body an error that names the link to mend.
+  /// Only the inertia of a whole moving body enters the dynamics. A faulty link merged into a sound
+  /// body gives a remark. A faulty moving body is an error that names the link to correct.
   void check_inertias(const std::vector<const BodySpec*>& order, bool accept_unphysical) {
     std::map<int, const BodySpec*> culprit;
     for (const auto* b : order) {
@@ -161,8 +161,8 @@ class TreeAssembly {
     return cross(first, second);
   }
 
-  /// One primitive joint after the frame here_ of node_; afterwards node_ is the new node and here_
-  /// the user's frame in it.
+  /// Appends one primitive joint after the frame here_ of node_. Afterwards node_ is the new node
+  /// and here_ the user's frame in it.
   void append(std::string_view primitive, const Vec3d& axis, const char* suffix) {
     const int type = primitive_index(primitive);
     const bool oriented = primitive != "spherical" && primitive != "free";

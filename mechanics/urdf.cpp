@@ -39,7 +39,7 @@ class Assembler {
   }
 
  private:
-  /// Fixes the locked joints where they start.
+  /// Fixes the locked joints at their start positions.
   void lock() {
     std::set<std::string> coordinates;
     for (const std::string& name : options_.locked) {
@@ -60,7 +60,8 @@ class Assembler {
     return std::any_of(m_.joints.begin(), m_.joints.end(),
                        [&](const Joint& j) { return j.spec.name == name; });
   }
-  /// Where a locked joint holds its link. The joint is asked itself, as the joint of a body alone.
+  /// The pose at which a locked joint holds its link, computed from a mechanism of that joint
+  /// alone.
   Pose held(const Joint& j, std::set<std::string>& coordinates) const {
     BodySpec b;
     b.name = "body";
@@ -136,7 +137,7 @@ class Assembler {
       fail(given, "has an <inertial>, expected no " + key + " besides");
   }
 
-  /// Something at `line` is called like the one at the line `first`.
+  /// Refuses a duplicate name: `what` at `line`, first used at the line `first`.
   [[noreturn]] void twice(const std::string& what, int line, int first) const {
     log_.fail(line, what + " stands in line " + std::to_string(first) +
                         " already, expected another name");
@@ -160,7 +161,7 @@ class Assembler {
     }
     return root ? *root : refuse_cycle(0);
   }
-  /// `i` has no way up to a root.
+  /// Refuses link `i`, which has no path to a root.
   [[noreturn]] std::size_t refuse_cycle(std::size_t i) const {
     std::set<std::size_t> seen;
     while (seen.insert(i).second) i = parent(i);  // ends on the cycle itself
@@ -188,7 +189,7 @@ class Assembler {
     return order;
   }
 
-  /// Gives every link its mass properties. A link that never moves needs none, and one that fixed
+  /// Gives every link its mass properties. A link that never moves needs none. A link that fixed
   /// joints tie to a link with mass is a frame.
   void settle_masses(const std::vector<std::size_t>& order) {
     std::vector<bool> moves(m_.links.size()), has_mass(m_.links.size());
@@ -250,7 +251,7 @@ class Assembler {
       return builder.build();
     } catch (const MasslessPart& e) {
       throw MasslessPart(log_.file() + ": " + e.what(), e.joint, e.links);
-    } catch (const InvalidArgument& e) {  // faults of the whole have no line, but they have a file
+    } catch (const InvalidArgument& e) {  // faults of the whole have no line, but a file
       if (std::string_view(e.what()).starts_with(log_.file() + ":")) throw;
       log_.fail(e.what());
     }
@@ -272,7 +273,7 @@ class Assembler {
     }
     return b;
   }
-  /// A root link named "world" on a fixed base is the inertial frame itself, as many files mean it.
+  /// On a fixed base, a root link named "world" is the inertial frame itself, as in many files.
   bool is_world(const Link& root) const {
     if (root.name != "world") return false;
     if (free_base_)

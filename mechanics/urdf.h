@@ -7,57 +7,57 @@
 
 namespace porthos::mechanics {
 
-/// How to read a URDF file.
+/// Options for reading a URDF file.
 struct UrdfOptions {
-  enum class Base { fixed, free } base = Base::fixed;  ///< how the root link is carried
+  enum class Base { fixed, free } base = Base::fixed;  ///< how the root link is mounted
   Vec3d gravity{0, 0, 0};
-  /// What a link without <inertial> is that moves and has no fixed joint to a link with one: an
-  /// error (the default), or a massless frame by the user's explicit choice. On a fixed joint it is
-  /// a frame, which is noted.
+  /// Treatment of a moving link without <inertial> that no fixed joint ties to a link with one: an
+  /// error (the default), or a massless frame by the user's explicit choice. With such a fixed
+  /// joint it is a frame, and a note says so.
   enum class NoInertia { error, massless } links_without_inertia = NoInertia::error;
-  /// Mass properties for links the file gives none or no mass, by link name; naming a link that has
-  /// mass is an error.
+  /// Mass properties by link name, for links without mass in the file. Naming a link that has mass
+  /// is an error.
   std::map<std::string, MassProperties> link_inertia;
-  /// Rotor (armature) inertia [kg m² | kg] by joint name, see JointSpec: URDF has no key for it. A
-  /// name the file does not have is an error.
+  /// Rotor (armature) inertia [kg m² | kg] by joint name, see JointSpec; URDF has no key for it. A
+  /// name that is not in the file is an error.
   std::map<std::string, double> rotor_inertia;
-  /// Joints held where they start, as if they were fixed; a name the file does not have is an
-  /// error.
+  /// Joints to hold at their start position as if they were fixed. A name that is not in the file
+  /// is an error.
   std::vector<std::string> locked;
-  /// Where: coordinates of locked joints, by the names of their blocks ("j", "j.angle",
-  /// "j.position"), of an attitude by that of the joint too; absent: neutral.
+  /// Coordinates of locked joints, by the names of their blocks ("j", "j.angle", "j.position"); an
+  /// attitude also by the joint's name. Absent: neutral.
   std::map<std::string, std::vector<double>> locked_at;
   bool accept_unphysical_inertia = false;  ///< see MechanismBuilder::accept_unphysical_inertia
   bool use_damping =
       true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
 };
 
-/// Something read but not simulated, or worth knowing.
+/// A part of the file that is not simulated, or a remark.
 using UrdfNote = Remark;
 
-/// A URDF file as a mechanism, and what of it was not taken as it stands.
+/// A URDF file as a mechanism, with notes on what was not taken over unchanged.
 struct UrdfResult {
   Mechanism mechanism;
   std::vector<UrdfNote>
-      notes;  ///< unknown tags and attributes, mimic, limits, friction, ignored geometry counts
+      notes;  ///< unknown tags and attributes, mimic, limits, friction, counts of ignored geometry
   std::string root_link;
   MechanismBuilder parts;  ///< what the mechanism was built from, for reconfiguration.h
 };
 
-/// Name of the free joint a free base gets, and of its coordinate blocks "base.position" and
+/// Name of the free joint of a free base; its coordinate blocks are "base.position" and
 /// "base.attitude".
 inline constexpr const char* base_joint_name = "base";
 
 /// Reads a mechanism from a URDF file. Visual and collision geometry is not needed and not read.
-/// Taken with a note: a lower limit above the upper one (no limit), a parent "world" that is not
-/// declared (the inertial frame), a robot without a name (the file's), <mimic> (ignored), tags and
-/// attributes that are not known.
+/// These are accepted with a note: a lower limit above the upper one (no limit), an undeclared
+/// parent "world" (the inertial frame), a robot without a name (the file's name), <mimic>
+/// (ignored), unknown tags and attributes.
 /// @throws InvalidArgument "file:line: ..." for a missing file, broken XML, missing or malformed
 ///   numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder
 ///   refuses; MasslessPart for links without <inertial> that move
 UrdfResult read_urdf(const std::string& path, const UrdfOptions& options = {});
 
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; `name` replaces the file name in messages.
 UrdfResult parse_urdf(const std::string& text, const std::string& name,
                       const UrdfOptions& options = {});
 

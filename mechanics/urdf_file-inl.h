@@ -7,13 +7,13 @@
 
 #include "mechanics/urdf.h"
 
-/// A URDF file as its text says it, before it is known to be a tree. Private to the reader:
-/// urdf_file.cpp makes a File of XML, urdf.cpp a mechanism of a File.
+/// The contents of a URDF file, before the check that it is a tree. Private to the reader:
+/// urdf_file.cpp makes a File from XML, urdf.cpp a mechanism from a File.
 namespace porthos::mechanics::urdf {
 
 inline std::string named(std::string_view s) { return "'" + std::string(s) + "'"; }
 
-/// The file's name and what is noted about it.
+/// The file's name and the notes about it.
 class Log {
  public:
   explicit Log(std::string file) : file_(std::move(file)) {}
@@ -27,7 +27,7 @@ class Log {
     throw InvalidArgument(file_ + ": " + text);
   }
   void note(int line, std::string text) { notes_.push_back({at(line), std::move(text)}); }
-  /// For what comes in numbers: one note for all of a kind, at the first of them.
+  /// For frequent remarks: one note for all of a kind, at the line of the first.
   void count(int line, const std::string& kind, const char* fate) {
     ++tallies_.try_emplace(kind + ": " + fate, Tally{line, 0}).first->second.times;
   }
@@ -64,7 +64,7 @@ struct File {
   std::vector<Link> links;
   std::vector<Joint> joints;
 };
-/// Reads XML. What is wrong with a single tag is refused here, what is wrong with the whole later.
+/// Reads XML. Errors within a single tag are refused here, errors of the whole file later.
 File read_file(Log& log, const std::string& text, const UrdfOptions& options);
 
 }  // namespace porthos::mechanics::urdf

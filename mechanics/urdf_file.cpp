@@ -19,7 +19,7 @@ using tinyxml2::XMLElement;
 
 constexpr std::string_view blanks = " \t\r\n";
 
-/// "joint 'elbow': " for anything inside that joint.
+/// "joint 'elbow': " for an element inside that joint.
 std::string owner(const XMLElement& inside) {
   for (const XMLElement* e = &inside; e; e = e->Parent() ? e->Parent()->ToElement() : nullptr) {
     const std::string_view tag = e->Name();
@@ -30,7 +30,7 @@ std::string owner(const XMLElement& inside) {
   return "";
 }
 
-/// The attribute as the file shows it, cut if long: <origin xyz="0 0">
+/// The attribute as in the file, shortened if long: <origin xyz="0 0">
 std::string shown(const XMLElement& e, const XMLAttribute& a) {
   std::string value = a.Value();
   if (value.size() > 60) value = value.substr(0, 57) + "...";
@@ -39,7 +39,7 @@ std::string shown(const XMLElement& e, const XMLAttribute& a) {
 
 std::string tag(const XMLElement& e) { return "<" + std::string(e.Name()) + ">"; }
 
-/// A finite number that is all of `word`, whatever the locale.
+/// The finite number that all of `word` spells, in any locale.
 std::optional<double> finite_number(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   const auto x = as_number(word);
@@ -70,7 +70,7 @@ class FileReader {
   static bool among(Names names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   }
-  /// Messages at an element or attribute of it, after the name of the link or joint it is in.
+  /// Messages at an element or its attribute, after the name of the link or joint that contains it.
   [[noreturn]] void fail(const XMLElement& e, const std::string& text) const {
     log_.fail(e.GetLineNum(), owner(e) + text);
   }
@@ -108,7 +108,7 @@ class FileReader {
     return detail == all.npos ? words : words + " (" + all.substr(detail + 2) + ")";
   }
 
-  /// Nothing is ignored in silence: each attribute, child and text of `e` not listed is noted.
+  /// Ignores nothing silently: notes each attribute, child and text of `e` that is not listed.
   void expect(const XMLElement& e, Names attributes, Names once = {}, Names many = {}) {
     for (auto* a = e.FirstAttribute(); a; a = a->Next()) {
       const std::string_view name = a->Name();
@@ -139,14 +139,14 @@ class FileReader {
     }
   }
 
-  /// Of the robot; without one it is called like its file.
+  /// The robot's name; without one, the file's name.
   std::string name_of(const XMLElement& robot) {
     if (const char* name = robot.Attribute("name"); name && *name) return name;
     std::string stem = std::filesystem::path(log_.file()).stem().string();
     note(robot, "<robot> has no name, called like its file: " + named(stem));
     return stem;
   }
-  /// A parent "world" that is no link of the file is the inertial frame.
+  /// An undeclared parent "world" is the inertial frame.
   void declare_world(File& m) {
     const auto is_world = [](const Link& l) { return l.name == "world"; };
     if (std::any_of(m.links.begin(), m.links.end(), is_world)) return;
@@ -233,7 +233,7 @@ class FileReader {
     const Pose frame = origin(e);
     const Sym3<double> I{i("ixx"), i("ixy"), i("ixz"), i("iyy"), i("iyz"), i("izz")};
     const MassProperties m{scalar(mass, "value"), frame.r, I, frame.R};
-    // A gram is not spread over metres: the usual cause is a tensor in kg mm^2.
+    // One gram does not extend over metres; the usual cause is a tensor in kg mm^2.
     const double radius = std::sqrt(std::max({I.xx, I.yy, I.zz, 0.0}) / m.mass);
     if (m.mass > 0 && m.mass < 1 && radius > 1)
       note(inertia, "a mass of " + number(m.mass) + " kg with a radius of gyration of " +
@@ -308,7 +308,7 @@ class FileReader {
     const int line = l->GetLineNum();
     if (effort || velocity) log_.count(line, "<limit> effort or velocity", "not enforced");
     const auto lower = optional_scalar(*l, "lower"), upper = optional_scalar(*l, "upper");
-    if (lower && upper && *lower > *upper)  // what Bullet writes for "none"
+    if (lower && upper && *lower > *upper)  // Bullet writes this for "none"
       note(*l, "its lower limit " + number(*lower) + " is above the upper one, " + number(*upper) +
                    ": taken as no limit");
     else if (freedoms(spec.type) == 1) {

@@ -8,15 +8,15 @@
 
 namespace porthos {
 
-/// A user's mistake: the text names what was wrong, its value and what was expected (and file:line
-/// for files).
+/// A mistake of the user. The text names what was wrong, its value and what was expected; for files
+/// it also gives file:line.
 struct InvalidArgument : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// What the machine refused: a file that cannot be written, a full disk. The text has the file and
-/// the reason of the operating system. Nobody's input is at fault, so nothing that handles wrong
-/// input catches it.
+/// A failure of the operating system: a file that cannot be written, a full disk. The text has the
+/// file and the system's reason. Handlers of wrong input do not catch it, because the input is not
+/// at fault.
 struct IoError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -28,8 +28,8 @@ inline void require_size(const char* what, std::size_t got, std::size_t expected
                           " entries, expected " + std::to_string(expected));
 }
 
-/// A whole number kept as a double, as the memory of methods in checkpoints is.
-/// @throws InvalidArgument if it is none from least to most
+/// A whole number that was stored as a double, as in the checkpoint memory of a method.
+/// @throws InvalidArgument if x is not in [least, most]
 template <class I = int>
 I whole(double x, double least = -1e9, double most = 1e9) {
   if (!(x >= least && x <= most))
@@ -37,15 +37,15 @@ I whole(double x, double least = -1e9, double most = 1e9) {
   return static_cast<I>(x);
 }
 
-/// "<file:line>: " before a sentence, or nothing where no place is known.
+/// "<file:line>: " as the start of a sentence; empty if `where` is empty.
 inline std::string in_file(const std::string& where) { return where.empty() ? "" : where + ": "; }
 
-/// One name more of a list "a, b, c".
+/// Appends a name to a list "a, b, c".
 inline void add_to_list(std::string& list, std::string_view name) {
   if (!list.empty()) list += ", ";
   list += name;
 }
-/// "a, b, c": what `name` gives of each element of a range.
+/// "a, b, c": `name` applied to each element of a range.
 template <class Range, class Name>
 std::string listed(const Range& range, Name name) {
   std::string list;
@@ -53,7 +53,7 @@ std::string listed(const Range& range, Name name) {
   return list;
 }
 
-/// The element of a range that has a name.
+/// The element of a range with a given name; `name_of` gives the name of an element.
 /// @throws InvalidArgument "<there is none> '<name>', expected one of <the names>"
 template <class Range, class Name>
 auto& find_named(Range& range, std::string_view name, const std::string& there_is_none,
@@ -64,14 +64,14 @@ auto& find_named(Range& range, std::string_view name, const std::string& there_i
   throw InvalidArgument(there_is_none + " '" + std::string(name) + "', expected one of " +
                         (known.empty() ? "(none)" : known));
 }
-/// The same by the member `name`.
+/// The same, where an element's name is its member `name`.
 template <class Range>
 auto& find_named(Range& range, std::string_view name, const std::string& there_is_none) {
   return find_named(
       range, name, there_is_none, [](const auto& element) -> auto& { return element.name; });
 }
 
-/// The number a whole text is, or none.
+/// The number that the whole text spells, or none.
 inline std::optional<double> as_number(std::string_view text) {
   double x = 0;
   const char* const end = text.data() + text.size();
@@ -80,7 +80,7 @@ inline std::optional<double> as_number(std::string_view text) {
   return x;
 }
 
-/// A number for the text of an error: at most so many significant digits, no trailing zeros.
+/// A number for an error text: at most `digits` significant digits, no trailing zeros.
 inline std::string number(double x, int digits = 9) {
   std::array<char, 32> text;
   constexpr auto general = std::chars_format::general;

@@ -12,7 +12,7 @@ constexpr double obliquity = 0.40909280422232897;  // 23.4392911 degrees, J2000
 
 double length(const Vec3d& v) { return mechanics::norm(v); }
 
-/// From the ecliptic to the equator.
+/// Rotates from the ecliptic to the equator.
 PointState<double> tilted(const PointState<double>& s) {
   const double c = std::cos(obliquity), n = std::sin(obliquity);
   const auto turn = [&](const Vec3d& a) {
@@ -21,7 +21,8 @@ PointState<double> tilted(const PointState<double>& s) {
   return {turn(s.r), turn(s.v)};
 }
 
-/// From the mean anomaly, by Kepler's equation; Newton's iteration, for small eccentricities.
+/// The true anomaly from the mean one by Kepler's equation; Newton's iteration, for small
+/// eccentricities.
 double true_anomaly(double mean, double e) {
   double E = mean;
   for (int i = 0; i < 10; ++i) E -= (E - e * std::sin(E) - mean) / (1 - e * std::cos(E));

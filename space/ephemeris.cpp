@@ -37,7 +37,7 @@ JulianDate date_of(const std::string& utc) {
     refuse_date(utc, "which is no date");
   double u1, u2, a1, a2;
   JulianDate tt;
-  // Positive: a year so far ahead that leap seconds are not known; the date is taken all the same.
+  // Positive: a year too far ahead for known leap seconds; the date is accepted nevertheless.
   if (eraDtf2d("UTC", year, month, d, hour, minute, second, &u1, &u2) < 0 ||
       eraUtctai(u1, u2, &a1, &a2) < 0 || eraTaitt(a1, a2, &tt.day, &tt.fraction) != 0)
     refuse_date(utc, "which the calendar does not have");

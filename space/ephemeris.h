@@ -5,8 +5,8 @@
 
 #include "space/environment.h"
 
-/// Sun and Moon by date, from ERFA (the free edition of the IAU's SOFA), where Porthos was built
-/// with it.
+/// Sun and Moon by date, from ERFA (the free edition of the IAU's SOFA), if Porthos was built with
+/// it.
 namespace porthos::space {
 
 /// Whether this build has ERFA.
@@ -16,21 +16,21 @@ bool has_ephemerides();
 struct JulianDate {
   double day = 0, fraction = 0;
 };
-/// "2026-01-01T00:00:00", UTC, as TT. @throws InvalidArgument for anything else, or a build without
-/// ERFA
+/// Converts "2026-01-01T00:00:00" from UTC to TT. @throws InvalidArgument for any other format, or
+/// in a build without ERFA
 JulianDate date_of(const std::string& utc);
 
-/// Whose place is asked for.
+/// The bodies with an ephemeris.
 enum class Luminary { sun, moon };
 
-/// Position relative to the Earth's centre, GCRS axes [m], straight from ERFA: the Sun by eraEpv00
-/// (VSOP2000, some 10 km), the Moon by eraMoon98 (Meeus 1998, some 10 arc seconds). TT stands for
-/// TDB, which is off by 2 ms.
+/// Position relative to the Earth's centre, GCRS axes [m], directly from ERFA: the Sun by eraEpv00
+/// (VSOP2000, about 10 km), the Moon by eraMoon98 (Meeus 1998, about 10 arc seconds). TT is used
+/// for TDB, which differs by 2 ms.
 Vec3d luminary_position(Luminary which, const JulianDate& epoch, double t);
 
-/// The same by Chebyshev polynomials over days, fitted when a time first falls into a piece: a kick
-/// of the splitting asks for it at every node, and ERFA's series has thousands of terms. What comes
-/// out depends on t alone, so a run continues bit for bit.
+/// The same by Chebyshev polynomials over days, fitted when a time first falls into a piece. A kick
+/// of the splitting needs the position at every node, and ERFA's series has thousands of terms. The
+/// result depends on t alone, so a resumed run has the same bits.
 class DatedEphemeris final : public Ephemeris {
  public:
   /// @throws InvalidArgument as date_of()
@@ -44,11 +44,11 @@ class DatedEphemeris final : public Ephemeris {
   JulianDate epoch_;
   double length_;  ///< of a piece [s]
   mutable std::mutex guard_;
-  mutable double piece_;  ///< not a number: none yet
+  mutable double piece_;  ///< NaN: none yet
   mutable std::array<Vec3d, terms> c_;
 };
 
-/// A third body that moves so. @throws InvalidArgument as date_of()
+/// A third body with this ephemeris. @throws InvalidArgument as date_of()
 ThirdBody dated_body(Luminary which, const std::string& utc);
 
 }  // namespace porthos::space

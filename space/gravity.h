@@ -3,20 +3,20 @@
 
 #include "mechanics/spatial.h"
 
-/// Gravity besides the central 1/r: zonal harmonics and third bodies, per unit of mass.
+/// Gravity beyond the central 1/r: zonal harmonics and third bodies, per unit of mass.
 namespace porthos::space {
 
 using mechanics::Mat3;
 using mechanics::Vec3;
 
-/// J_2 … J_6 of a planet that is symmetric about its axis. All zero: a point.
+/// J_2 … J_6 of a planet that is symmetric about its axis. All zero: a point mass.
 using Zonals = std::array<double, 5>;
 
 /// Potential [J/kg] and acceleration [m/s²] of the zonal harmonics at r, relative to the planet's
 /// centre:
 ///   V = (μ/r) Σ J_n (a/r)ⁿ P_n(k·r/r),
-/// a: the radius the J_n belong to, k: the unit axis. Regular at the poles. Source: Vallado 2013,
-/// section 8.6.
+/// a: the reference radius of the J_n, k: the unit axis. Regular at the poles. Source: Vallado
+/// 2013, section 8.6.
 template <class T>
 T zonal_field(T mu, T a, const Vec3<T>& k, const Zonals& J, const Vec3<T>& r,
               Vec3<T>& acceleration) {
@@ -42,9 +42,9 @@ T zonal_field(T mu, T a, const Vec3<T>& k, const Zonals& J, const Vec3<T>& r,
   return V;
 }
 
-/// Acceleration [m/s²] at r of a body of parameter mu at s, both relative to the centre of the
-/// planet, less the planet's own acceleration by it:  -(μ/|r-s|³) (r + f(q) s). Nothing nearly
-/// equal is subtracted, however far the body is. Source: Battin 1999, section 8.4.
+/// Acceleration [m/s²] at r by a body of parameter mu at s, both relative to the centre of the
+/// planet, minus the planet's own acceleration by it:  -(μ/|r-s|³) (r + f(q) s). No nearly equal
+/// numbers are subtracted, however distant the body is. Source: Battin 1999, section 8.4.
 template <class T>
 Vec3<T> third_body_acceleration(T mu, const Vec3<T>& s, const Vec3<T>& r) {
   const Vec3<T> d = r - s;

@@ -3,28 +3,28 @@
 
 #include "space/link_forces.h"
 
-/// The gravity of a distant centre on a mechanism, as far as it differs from link to link.
+/// The gravity gradient of a distant centre on a mechanism: the part that differs between links.
 namespace porthos::space {
 
-/// Expansion about the centre of mass to second order: with R the position of the centre of mass, u
-/// = R/|R|, r_i that of link i's own centre relative to it and I_i the link's inertia about its
-/// own,
+/// Expansion about the centre of mass to second order. R is the position of the centre of mass, u =
+/// R/|R|, r_i the position of link i's own centre relative to it, and I_i the link's inertia about
+/// its own centre:
 ///   force  f_i = m_i (μ/|R|³) (3 u uᵀ - 1) r_i,
 ///   torque about its centre  n_i = 3 (μ/|R|³) u × I_i u,
 ///   V = -(μ/2|R|³) (tr I - 3 u·I u),   I = Σ I_i + m_i (|r_i|² 1 - r_i r_iᵀ).
-/// Everything is computed relative to the base, in its axes: no position of 7000 km meets one of a
-/// millimetre. Σ f_i = 0, so the translation of the whole is not touched; the reaction on the
-/// centre of mass is -∂V/∂R. Bodies that are free beside the base are part of the whole: their
-/// relative motion is then that of Hill, Clohessy and Wiltshire. Source: MacCullagh; Hughes 1986,
-/// section 8.1, for one body; here for each link.
+/// Everything is computed relative to the base, in its axes, so that positions of 7000 km are never
+/// combined with those of a millimetre. Σ f_i = 0, so the translation of the whole is unaffected;
+/// the reaction on the centre of mass is -∂V/∂R. Bodies that float beside the base belong to the
+/// whole: their relative motion is then that of Hill, Clohessy and Wiltshire. Source: MacCullagh;
+/// Hughes 1986, section 8.1, for one body; here applied to each link.
 template <class T>
 class GravityGradient {
  public:
   /// @throws InvalidArgument as LinkForces
   explicit GravityGradient(const Mechanism& m) : on_(m) {}
 
-  /// At coordinates q and centre of mass R [m, inertial], |R| > 0. Cost: about a third of a field
-  /// evaluation.
+  /// Evaluates at coordinates q and centre of mass R [m, inertial], |R| > 0. Cost: about a third of
+  /// a field evaluation.
   void evaluate(double mu, std::span<const T> q, const Vec3<T>& R);
   /// V [J].
   T energy() const { return energy_; }
@@ -32,16 +32,16 @@ class GravityGradient {
   const Vec3<T>& reaction() const { return reaction_; }
   /// Torque about the centre of mass, inertial axes [N m].
   const Vec3<T>& torque() const { return on_.torque(); }
-  /// Joint forces, size nv; of the base: the torque, and the force that keeps the sum over all
-  /// trees zero.
+  /// Joint forces, size nv. Those of the base are the torque, and the force that makes the sum over
+  /// all trees zero.
   std::span<const T> joint_forces() const { return on_.joint_forces(); }
-  /// What they add to p', size nq.
+  /// Their contribution to p', size nq.
   void momentum_rates(std::span<const T> q, std::span<T> p_dot) const {
     on_.momentum_rates(q, p_dot);
   }
-  /// Energy of the expansion's third order [J], from masses and inertias (a link's own third
-  /// moments are left out, no model gives them): what is neglected, over energy() about |r|/|R|
-  /// small.
+  /// Energy of the expansion's third order [J], from masses and inertias (without a link's own
+  /// third moments, which no model provides). It estimates the neglected part, which is smaller
+  /// than energy() by about |r|/|R|.
   T next_order(double mu, std::span<const T> q, const Vec3<T>& R);
 
   void set_turn_angles(std::span<const T> angles) { on_.set_turn_angles(angles); }

@@ -4,7 +4,7 @@
 #include "mechanics/spatial.h"
 #include "phs/error.h"
 
-/// The motion of a point about a fixed centre, r'' = -μ r/|r|³, without a step error.
+/// The motion of a point about a fixed centre, r'' = -μ r/|r|³, without a discretisation error.
 namespace porthos::space {
 
 using mechanics::Vec3;
@@ -18,8 +18,8 @@ struct PointState {
 namespace kepler_detail {
 
 /// The universal functions G_1, G_2, G_3 of (β, s): G_n = sⁿ c_n(βs²) with Stumpff's c_n; G_0 = 1 -
-/// β G_2. Series where βs² is small (the closed forms of G_2, G_3 cancel there), half arguments
-/// beyond.
+/// β G_2. Series for small βs² (where the closed forms of G_2, G_3 cancel), half arguments
+/// otherwise.
 template <class T>
 void universal_functions(T beta, T s, T& G1, T& G2, T& G3) {
   const T x = beta * s * s;
@@ -55,16 +55,16 @@ void universal_functions(T beta, T s, T& G1, T& G2, T& G3) {
 
 }  // namespace kepler_detail
 
-/// The state after the time dt, of any size and sign: ellipse, parabola, hyperbola by one formula.
-/// T: double, long double or Quad. The error is a few roundings of T, times how much the motion
-/// amplifies a rounding of the start (of a large dt: the phase error of a period known to
-/// rounding).
+/// The state after the time dt, of any size and sign, by one formula for ellipse, parabola and
+/// hyperbola. T: double, long double or Quad. The error is a few roundings of T, times the factor
+/// by which the motion amplifies a rounding of the start (for large dt: the phase error due to the
+/// rounding of the period).
 ///
-/// The universal Kepler equation is solved by Laguerre's iteration inside a bracket, to stagnation;
-/// Newton's or Laguerre's alone may leave the root at high eccentricity. Position and velocity are
-/// moved by their increments (f - 1, g, f', g' - 1), so that a short step costs no digits. Source:
-/// Stumpff 1947; Conway 1986 (Celest. Mech. 39); Wisdom, Hernandez 2015 (MNRAS 453), equations 15
-/// to 27.
+/// The universal Kepler equation is solved by Laguerre's iteration inside a bracket, to stagnation.
+/// Without the bracket, Newton's or Laguerre's iteration may leave the root at high eccentricity.
+/// Position and velocity are updated by increments (f - 1, g, f', g' - 1), so a short step loses no
+/// digits. Source: Stumpff 1947; Conway 1986 (Celest. Mech. 39); Wisdom, Hernandez 2015 (MNRAS
+/// 453), equations 15 to 27.
 /// @throws InvalidArgument if no root is found: the start is at the centre, or not finite
 template <class T>
 PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {
@@ -80,7 +80,7 @@ PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {
   // 2π in three doubles, for every T
   const T two_pi =
       T(6.283185307179586232) + (T(2.4492935982947064e-16) + T(-5.989539619436679e-33));
-  if (beta > zero) {  // whole revolutions change nothing
+  if (beta > zero) {  // remove whole revolutions
     const T period = two_pi * mu / (beta * phs::sqrt(beta));
     if (phs::abs(time) > T(0.5) * period) {
       const T turns = T(std::floor(phs::to_double(time / period) + 0.5));
@@ -93,7 +93,7 @@ PointState<T> kepler_flow(T mu, const PointState<T>& start, T dt) {
     universal_functions(beta, s, G1, G2, G3);
     return r0 * s + eta * G2 + zeta * G3;
   };
-  // The left side rises with s at the rate r > 0: bracket the root, then close in.
+  // The left side increases with s at the rate r > 0: bracket the root, then refine.
   const T direction = time < zero ? -one : one;
   T near = zero, far = direction * two_pi / phs::sqrt(phs::abs(beta));
   if (beta <= zero) {

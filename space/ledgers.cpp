@@ -16,7 +16,7 @@ LongSum split(OrbitReal x) { return {double(x), double(x - OrbitReal(double(x)))
 }  // namespace
 
 void append(LedgerReport& to, const LedgerReport& next) {
-  // Of the defect since the start no more is known than this bound.
+  // Only this bound is known for the defect since the start.
   to.largest_defect = std::max(to.largest_defect, std::fabs(to.defect) + next.largest_defect);
   to.change += next.change;
   to.defect += next.defect;

@@ -8,24 +8,24 @@
 #include "phs/system/archive.h"
 #include "space/orbit.h"
 
-/// The ledger of a spacecraft in orbit. Energy stands in three places, each with a ledger of its
-/// own; none is a total.
+/// The energy balance of a spacecraft in orbit. Energy is stored in three places, each with its own
+/// ledger; none of them is a total.
 ///
 ///   orbital    E = m (v²/2 - μ/r)            defect = E - E(0) - Σ works on the orbit
 ///   internal   H of the mechanism            defect = H - H(0) - Σ its own works
 ///                                            - work of the gradient   (the run's ledger)
 ///   coupling   V of the gravity gradient     defect = V - V(0) + its work on the orbit
 ///                                            + its work on the internal motion
-/// and where the planet is no point
+/// and, if the planet is not a point mass,
 ///   harmonics  V of the zonal harmonics      defect = V - V(0) + its work on the orbit
 ///
-/// A kick changes momenta at fixed positions, so its work on either side is known to rounding and
-/// the first two defects show the errors of the Kepler flow and of the internal integrator alone.
+/// A kick changes momenta at fixed positions, so its work on both sides is known to rounding. The
+/// first two defects thus show only the errors of the Kepler flow and of the internal integrator.
 /// The others show the error of the splitting. The angular momentum about the centre of mass has a
 /// ledger too: L - L(0) - Σ torque impulses.
 namespace porthos::space {
 
-/// A sum of double length that checkpoints can hold.
+/// A sum of double length that fits into checkpoints.
 struct LongSum {
   double value = 0, low = 0;
   void add(double x);
@@ -36,17 +36,16 @@ struct LongSum {
 struct LedgerReport {
   std::string name;
   double initial = 0, change = 0, defect = 0, largest_defect = 0;
-  double scale = 0;  ///< what a relative defect is relative to
-  double turned_over =
-      0;  ///< Σ of the sizes of the works that went through, kick by kick; 0: not kept
+  double scale = 0;        ///< the scale of relative defects
+  double turned_over = 0;  ///< Σ of the magnitudes of the works, kick by kick; 0: not computed
   std::vector<std::pair<std::string, double>> works;
   double relative() const { return scale > 0 ? largest_defect / scale : largest_defect; }
 };
 
-/// What follows it: works and changes add up, the largest are those of both.
+/// Appends a following ledger: works and changes add up, the largest values cover both.
 void append(LedgerReport& to, const LedgerReport& next);
 
-/// What a run in orbit reports besides its energy.
+/// The report of a run in orbit besides its energy.
 struct SpaceReport {
   LedgerReport orbital, coupling, harmonics;
   double gradient_work = 0;     ///< on the internal motion [J]
@@ -54,32 +53,32 @@ struct SpaceReport {
   double angular_momentum = 0;  ///< about the centre of mass, largest size [kg m²/s]
   double angular_impulse = 0;   ///< of the gradient's torque, size [kg m²/s]
   double angular_defect = 0;    ///< largest |L - L(0) - Σ impulses| over the largest |L|
-  double next_order = 0;  ///< largest third order (neglected) over the second's largest energy
+  double next_order = 0;        ///< largest third-order energy (neglected) over second-order one
 };
 
-/// The ledger of a run whose mechanism has changed in between: the ledgers go on.
+/// The ledger of a run whose mechanism changed in between: the ledgers continue.
 void append(SpaceReport& to, const SpaceReport& next);
 
-/// Kept by the split integrator, step by step, in constant memory.
+/// The split integrator updates it step by step, in constant memory.
 class SpaceLedgers {
  public:
-  /// What the state says now.
+  /// The values at a state.
   struct Reading {
     OrbitReal orbital;
     double gradient, zonal;  ///< potential energies
     Vec3<OrbitReal> L;       ///< angular momentum about the centre of mass
-    double next_order = 0;   ///< energy of the expansion's third order, where it was taken
+    double next_order = 0;   ///< energy of the expansion's third order, if computed
   };
   /// Before the first step.
   void start(const Reading& r);
   bool started() const { return data_.started != 0; }
   void kick(const OrbitWorks& on_orbit, double on_internal, const Vec3<double>& impulse,
             double by_plates = 0);
-  /// At the end of a step.
+  /// Call it at the end of a step.
   void look(const Reading& r);
   SpaceReport report() const;
-  /// What stands in the ledger now: energy and defect of the orbital ledger, the coupling, the
-  /// harmonics [J], and the size of what is left of the angular momentum [kg m²/s].
+  /// The current ledger: energy and defect of the orbital ledger, the coupling, the harmonics [J],
+  /// and the magnitude of the defect of the angular momentum [kg m²/s].
   static constexpr size_t reading_size = 7;
   std::array<double, reading_size> now() const;
 

@@ -53,7 +53,7 @@ void LinkForces<T>::place(std::span<const T> q) {
     w_.g[i] = {zero, zero};
     if (i == 0) {
       pose_[i] = {Mat3<T>::identity(), zero};
-    } else if (nodes[i].parent < 0) {  // another tree, as the base sees it
+    } else if (nodes[i].parent < 0) {  // another tree, relative to the base
       const auto& X = w_.X[i];
       pose_[i] = {{base_.tmul(X.R.x), base_.tmul(X.R.y), base_.tmul(X.R.z)},
                   base_.tmul(X.r - w_.X[0].r)};
@@ -84,7 +84,8 @@ void LinkForces<T>::project() {
     const Node& n = nodes[i];
     auto& g = w_.g[i];
     if (i == 0) {
-      // The rest of the sum of all forces, rounding, acts at the centre of mass and is left out.
+      // The sum of all forces is zero up to rounding; the remainder acts at the centre of mass and
+      // is dropped.
       const Vec3<T> rest = g.f + others;
       const Vec3<T> t = g.n - cross(centre_, rest);
       put(size_t(n.v), t, -others);

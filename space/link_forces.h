@@ -4,7 +4,7 @@
 
 #include "mechanics/hamiltonian_field.h"
 
-/// Forces on the links of what floats together, seen from its centre of mass.
+/// Forces on the links of a floating system, relative to its centre of mass.
 namespace porthos::space {
 
 using mechanics::Mat3;
@@ -14,10 +14,10 @@ using mechanics::Vec3;
 /// Offsets of the free base's blocks in q and in p: position, then attitude.
 inline constexpr int base_position = 0, base_attitude = 3;
 
-/// Poses relative to the common centre of mass, in the axes of the first body (the base), and what
-/// wrenches on the links give to the joints. The forces must sum to zero, which they do to rounding
-/// in a frame that falls with the centre of mass; the rest is not let into the translation: the
-/// linear momenta of all trees keep their sum of zero exactly.
+/// Poses relative to the common centre of mass, in the axes of the first body (the base), and the
+/// joint forces of wrenches on the links. The forces must sum to zero. In a frame that falls with
+/// the centre of mass they do so to rounding. The remainder does not enter the translation: the
+/// linear momenta of all trees sum to exactly zero.
 template <class T>
 class LinkForces {
  public:
@@ -30,23 +30,24 @@ class LinkForces {
   ///   uniform gravity
   explicit LinkForces(const Mechanism& m);
 
-  /// At coordinates q: poses; all wrenches zero.
+  /// At coordinates q: computes poses and sets all wrenches to zero.
   void place(std::span<const T> q);
   const std::vector<Link>& links() const { return links_; }
   const Mat3<T>& base() const { return base_; }  ///< base to inertial
   const Mat3<T>& axes(size_t i) const { return pose_[i].R; }
-  /// The link's own centre from the common one, link's axes [m].
+  /// Position of the link's own centre relative to the common one, link's axes [m].
   Vec3<T> centre(size_t i) const {
     return pose_[i].R.tmul(pose_[i].r - centre_) + Vec3<T>(links_[i].c);
   }
-  /// On link i about its node's origin, in its axes. Set or added to between place() and project().
+  /// The wrench on link i about its node's origin, in its axes. Set it or add to it between place()
+  /// and project().
   mechanics::Force<T>& wrench(size_t i) { return w_.g[i]; }
 
-  /// Wrenches to joint forces; uses the wrenches up.
+  /// Converts the wrenches to joint forces; overwrites the wrenches.
   void project();
   std::span<const T> joint_forces() const { return force_; }
   const Vec3<T>& torque() const { return torque_; }  ///< about the centre of mass, inertial axes
-  /// What they add to p', size nq.
+  /// Their contribution to p', size nq.
   void momentum_rates(std::span<const T> q, std::span<T> p_dot) const;
   void set_turn_angles(std::span<const T> angles);
 

@@ -69,8 +69,8 @@ std::optional<double> OrbitMotion::drift_above_surface(OrbitPoint& p, OrbitReal 
       return {};  // at the centre
     }
   };
-  // Below the surface, or beyond a pericentre: where an orbit with one below has passed the surface
-  // before.
+  // The point is below the surface, or it is past a pericentre below the surface, so that the orbit
+  // has already crossed the surface.
   const bool sank = sinks(p);
   const auto beyond = [&](const std::optional<OrbitPoint>& a) {
     return !a || mechanics::norm(a->r) < radius || (sank && !sinks(*a));
@@ -175,8 +175,7 @@ void OrbitMotion::kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<Orbit
         air.density * expl(-(altitude - OrbitReal(air.altitude)) / OrbitReal(air.scale_height));
     const V wind = OrbitReal(*planet.rotation_rate) * cross(V(planet.axis), p.r);
     V& drag = a[size_t(OrbitSource::drag)];
-    for (int i = 0; i < 8;
-         ++i) {  // the change of one kick is 1e-6 of v and less: converges at once
+    for (int i = 0; i < 8; ++i) {  // one kick changes v by 1e-6 of it at most: converges at once
       const V through = p.v + OrbitReal(0.5) * change - wind;
       drag = (-density * OrbitReal(air.area_coefficient) / (2 * m) * mechanics::norm(through)) *
              through;

@@ -6,15 +6,15 @@
 
 #include "space/environment.h"
 
-/// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by everything
-/// else.
+/// The centre of mass of a spacecraft on its orbit: the exact Kepler flow, and kicks by all other
+/// forces.
 namespace porthos::space {
 
 struct SplitScheme;
 class Surfaces;
 
-/// The scalar orbits are moved in: a 64-bit significand, stored as value + low word. One rounding
-/// of a 7000 km position is then 4e-13 m, where a double's is 9e-10 m.
+/// The scalar of orbits: a 64-bit significand, stored as value + low word. One rounding of a 7000
+/// km position is then 4e-13 m, instead of 9e-10 m for a double.
 using OrbitReal = long double;
 using OrbitPoint = PointState<OrbitReal>;
 
@@ -22,14 +22,14 @@ using OrbitPoint = PointState<OrbitReal>;
 OrbitPoint load_point(std::span<const double> x, std::span<const double> lo);
 void store_point(const OrbitPoint& p, std::span<double> x, std::span<double> lo);
 
-/// What changes the orbital energy besides the centre of gravity.
+/// Sources that change the orbital energy besides the central gravity.
 enum class OrbitSource { zonal, gradient, third_body, drag, sunlight, thrust, count };
 inline constexpr size_t orbit_sources = size_t(OrbitSource::count);
 const char* to_string(OrbitSource s);
 /// Work on the orbital motion by each source [J].
 using OrbitWorks = std::array<OrbitReal, orbit_sources>;
 
-/// The motion of a centre of mass: exact Kepler flow, kicks by everything else, works by source.
+/// The motion of a centre of mass: exact Kepler flow, kicks by all other forces, works by source.
 class OrbitMotion {
  public:
   /// @throws InvalidArgument as Environment::validate(), or for a mass that is not positive
@@ -37,20 +37,20 @@ class OrbitMotion {
   const Environment& environment() const { return environment_; }
   double mass() const { return mass_; }
 
-  /// The Kepler flow over dt, exactly.
+  /// The exact Kepler flow over dt.
   void drift(OrbitPoint& p, OrbitReal dt) const { p = kepler_flow(mu_, p, dt); }
 
-  /// drift(), unless the way leads below the planet's surface: then p stays, and the time until
-  /// there is returned [s]. The whole way is looked at, so that a fall through the planet between
-  /// two steps is seen. |dt|: less than half a revolution.
+  /// drift(), unless the path goes below the planet's surface. Then p is unchanged, and the time
+  /// until the surface is returned [s]. The whole path is checked, so that a passage through the
+  /// planet between two steps is detected. |dt|: less than half a revolution.
   std::optional<double> drift_above_surface(OrbitPoint& p, OrbitReal dt) const;
 
-  /// The velocity's change over h by everything else, at a fixed position and time t. `gradient`:
+  /// The change of velocity over h by all other forces, at a fixed position and time t. `gradient`:
   /// acceleration of the centre of mass by the gravity gradient. Drag, which depends on the
-  /// velocity, is taken at the mean of both ends (implicit midpoint). works: written; their sum is
-  /// the change of m v²/2 to rounding, whatever the step. surfaces: plates at their attitude, whose
-  /// forces are added; null: none correction: c h³ of a corrected splitting, by which the kick of
-  /// the harmonics a is added to as (a·∂)a
+  /// velocity, is evaluated at the mean of both ends (implicit midpoint). works: written; their sum
+  /// is the change of m v²/2 to rounding, whatever the step. surfaces: plates at their attitude,
+  /// whose forces are added; null: none. correction: c h³ of a corrected splitting, which adds
+  /// (a·∂)a times it to the kick of the harmonics a.
   void kick(OrbitPoint& p, OrbitReal t, OrbitReal h, const Vec3<OrbitReal>& gradient,
             OrbitWorks& works, Surfaces* surfaces = nullptr, OrbitReal correction = 0) const;
 
@@ -58,7 +58,7 @@ class OrbitMotion {
   OrbitReal energy(const OrbitPoint& p) const;
   /// Potential energy of the zonal harmonics at p [J].
   OrbitReal zonal_energy(const OrbitPoint& p) const;
-  /// Whether a kick does anything besides the gravity gradient.
+  /// Whether a kick has other forces than the gravity gradient.
   bool perturbed() const { return perturbed_; }
   /// Position of a third body at t, relative to the planet [m].
   Vec3<OrbitReal> third_body_position(const ThirdBody& body, OrbitReal t) const;
@@ -73,8 +73,8 @@ class OrbitMotion {
   bool zonal_, perturbed_;
 };
 
-/// An orbit alone, with its ledger: E(t) - E(0) = Σ works to rounding, and the zonal potential of
-/// the scheme's order.
+/// An orbit alone, with its ledger: E(t) - E(0) = Σ works to rounding; the zonal potential balances
+/// to the scheme's order.
 class OrbitPropagator {
  public:
   OrbitPropagator(Environment environment, double mass, const PointState<double>& start, double h,
@@ -85,9 +85,9 @@ class OrbitPropagator {
   const OrbitMotion& motion() const { return motion_; }
   /// Work of each source since the start [J].
   double work(OrbitSource s) const { return sum_[size_t(s)] + low_[size_t(s)]; }
-  /// E - E(0) - Σ works [J]: rounding alone.
+  /// E - E(0) - Σ works [J]: rounding only.
   double energy_defect() const;
-  /// V_zonal - V_zonal(0) + work of the zonals [J]: the splitting's error, bounded where it is
+  /// V_zonal - V_zonal(0) + work of the zonals [J]: the error of the splitting, bounded if it is
   /// symplectic.
   double zonal_defect() const;
 

@@ -51,7 +51,7 @@ void validate(const Parts& parts) {
   }
 }
 
-/// The mechanism with a body port at every place.
+/// A body port at each attachment of the parts.
 std::vector<mechanics::BodyPort> ports_of(const Parts& parts) {
   std::vector<mechanics::BodyPort> ports;
   for (const auto& t : parts.thrusters) ports.push_back({t.name + ".nozzle", t.link, t.position});

@@ -6,7 +6,7 @@
 #include "mechanics/mechanical_model.h"
 #include "phs/functions/function.h"
 
-/// Parts of spacecraft that act on its bodies: thrusters, magnetic torquers, soft latches.
+/// Parts of a spacecraft that act on its bodies: thrusters, magnetic torquers, soft latches.
 namespace porthos::space {
 
 using mechanics::Mat3;
@@ -14,8 +14,8 @@ using mechanics::Pose;
 using mechanics::Vec3;
 using mechanics::Vec3d;
 
-/// When something is on: from the first instant to the second, from the third to the fourth, and so
-/// on.
+/// The on-times of a part: from the first instant to the second, from the third to the fourth, and
+/// so on.
 class Schedule {
  public:
   /// Always on.
@@ -26,14 +26,14 @@ class Schedule {
   /// @throws InvalidArgument unless 0 < width < period and 1 <= count <= 1e6
   static Schedule pulses(double start, double period, double width, long count);
 
-  /// 1 inside, 0 outside, and ½ at the instants of switching: a method whose stages fall on both
-  /// ends of its steps, with equal weights, then gives an interval of whole steps its whole
-  /// impulse. At an instant: within rounding of t.
+  /// 1 inside, 0 outside, and ½ at the switching instants (within rounding of t). A method with
+  /// stages of equal weight at both ends of its steps then gives an interval of whole steps its
+  /// exact impulse.
   double at(double t) const;
-  /// Seconds on from 0 to t.
+  /// Total on-time from 0 to t [s].
   double on_time(double t) const;
   const std::vector<double>& switches() const { return switches_; }
-  /// The first switching instant that is no whole number of steps h; negative if all are.
+  /// The first switching instant that is not a whole number of steps h; negative if all are.
   double off_grid(double h) const;
 
  private:
@@ -41,42 +41,42 @@ class Schedule {
   bool always_ = true;
 };
 
-/// A thruster: a constant force along a line fixed in a link while it is on.
+/// A thruster: while it is on, a constant force along a line fixed in a link.
 struct Thruster {
   std::string name, link;
   Vec3d position{0, 0, 0};   ///< in the link's frame [m]
   Vec3d direction{1, 0, 0};  ///< of the force on the link, in its axes; unit
   double thrust = 0;         ///< [N]
   Schedule schedule;
-  double specific_impulse = 0;  ///< [s]; 0: not given. The mass of the links stays what it is.
+  double specific_impulse = 0;  ///< [s]; 0: not given. The mass of the links is constant.
 };
 
 /// A magnetic torquer: a rod on the free base with a dipole m d along a fixed direction d; torque m
-/// d × B. Its dipole is a signal, or what unloads wheels: m = (k/|B|²) d·(h × B), h the momentum
-/// the wheels hold in the base's axes, within a limit by L tanh(m/L). Three rods at right angles
-/// give the torque -k h⊥, h⊥ the part of h across B. Source: Stickler, Alfriend 1976, J. Spacecraft
-/// 13(5), the cross-product law.
+/// d × B. The dipole is a signal, or it unloads wheels: m = (k/|B|²) d·(h × B), h the momentum of
+/// the wheels in the base's axes, limited by L tanh(m/L). Three orthogonal rods give the torque -k
+/// h⊥, h⊥ the part of h orthogonal to B. Source: Stickler, Alfriend 1976, J. Spacecraft 13(5), the
+/// cross-product law.
 struct Torquer {
   std::string name;
   Vec3d direction{1, 0, 0};         ///< in the base's axes; unit
   phs::FunctionPtr dipole;          ///< [A m²] in time; null: it unloads wheels
   double unload = 0;                ///< k [1/s]
   double limit = 0;                 ///< L [A m²]; 0: none
-  std::vector<std::string> wheels;  ///< joints that turn on the base
+  std::vector<std::string> wheels;  ///< joints that rotate on the base
 };
 
-/// A soft latch: springs and dampers in six freedoms between a frame on a link and one on another
-/// body.
+/// A soft latch: springs and dampers in six degrees of freedom between a frame on a link and one on
+/// another body.
 ///
-/// With A, B the frames' axes in the world (columns a_i, b_i) and d from the origin of A to that of
-/// B,
+/// With A, B the frames' axes in the world (columns a_i, b_i) and d the vector from the origin of A
+/// to that of B,
 ///   U = ¼ (dᵀA K Aᵀd + dᵀB K Bᵀd) + ½ Σ g_i |a_i - b_i|²,   g = ½ tr(Q) - Q_i,
-/// K the stiffnesses along the axes, Q those about them: for small turns θ it is ½ dᵀKd + ½ θᵀQθ.
-/// It is the same whichever body is called A, and smooth for turns short of π. Force and moment are
-/// its exact gradients: one wrench on B and the opposite on A, so that momenta are kept to
-/// rounding. The damper acts at the point midway between the origins, on the twist of B relative to
-/// A there. At rest both frames coincide. Source: the energy of turning is -tr(G R) of Fasse,
-/// Broenink 1997 (IEEE T. Robotics 13), as springs between the axes' tips.
+/// where K has the stiffnesses along the axes and Q those about them. For small rotations θ, U is ½
+/// dᵀKd + ½ θᵀQθ. It is symmetric in A and B, and smooth for rotations below π. Force and moment
+/// are its exact gradients: one wrench on B and the opposite on A, so momenta are conserved to
+/// rounding. The damper acts at the midpoint between the origins, on the twist of B relative to A
+/// there. At rest both frames coincide. Source: the energy of rotation is -tr(G R) of Fasse,
+/// Broenink 1997 (IEEE T. Robotics 13), as springs between the tips of the axes.
 struct SoftLatch {
   std::string name, link, body;
   Pose on_link{Mat3<double>::identity(), {0, 0, 0}}, on_body{Mat3<double>::identity(), {0, 0, 0}};
@@ -89,24 +89,24 @@ struct Parts {
   std::vector<Thruster> thrusters = {};
   std::vector<Torquer> torquers = {};
   std::vector<SoftLatch> latches = {};
-  Vec3d field = {0, 0, 0};  ///< magnetic, constant in the world [T]; of torquers
+  Vec3d field = {0, 0, 0};  ///< magnetic, constant in the world [T]; for torquers
   bool any() const { return !thrusters.empty() || !torquers.empty() || !latches.empty(); }
 };
 
-/// Of a wheel on the base: its joint's coordinate, whose momentum p it holds, and its axis in the
-/// base.
+/// A wheel on the base: the coordinate of its joint, whose momentum p is that of the wheel, and its
+/// axis in the base.
 struct WheelAxis {
   int q;
   Vec3d axis;
 };
 
 /// A mechanism with such parts: a port-Hamiltonian system with the mechanism's state and joint
-/// ports (then a body port "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per place).
-/// Each latch is a storage "<name>" and a loss "<name>.damping", each thruster and torquer a source
-/// of its name. Besides, the impulse each source gives is integrated along as observed powers
-/// "<name>.impulse.x" … [N s] (thrusters) and "<name>.angular_impulse.x" … [N m s, about the
-/// world's origin], in world axes: the momenta less these are kept. Cost over the mechanism: one
-/// placing of the bodies, and two passes for body ports.
+/// ports (followed by a body port "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per
+/// attachment). Each latch is a storage "<name>" and a loss "<name>.damping"; each thruster and
+/// torquer is a source with its name. In addition, the impulse of each source is integrated as
+/// observed powers "<name>.impulse.x" … [N s] (thrusters) and "<name>.angular_impulse.x" … [N m s,
+/// about the world's origin], in world axes: the momenta minus these are conserved. Cost beyond the
+/// mechanism: one computation of body poses, and two passes for body ports.
 class PartsModel : public phs::ModelFor<PartsModel> {
  public:
   /// @throws InvalidArgument naming the part: unknown links, a latch between a body and itself,
@@ -121,12 +121,12 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
 
-  /// A frame on a body and its port, which has the same origin and the link's axes.
+  /// A frame on a body and its port, which has the frame's origin and the link's axes.
   struct Mount {
     int node;           ///< of the body
     Pose port;          ///< in the node's frame
     Mat3<double> axes;  ///< of the frame in the port's
-    size_t u;           ///< where the port begins in the input
+    size_t u;           ///< offset of the port in the input
   };
   struct Placed {
     std::vector<Mount> nozzles, a, b;
@@ -141,18 +141,18 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   phs::Description description_;
 };
 
-/// The accounts of thrusters and torquers in a system's ledger, in the order above: works, then
+/// The accounts of thrusters and torquers in a system's ledger, in this order: works, then
 /// impulses.
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
 
-/// Torque of a rod on the base, in its axes [N m]: B the field there in the same axes [T], x the
-/// state, nq its positions.
+/// Torque of a rod on the base, in its axes [N m]. B: the field there in the same axes [T]; x: the
+/// state, whose first nq numbers are positions.
 template <class T>
 Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
                   std::span<const T> x, size_t nq, const Vec3<T>& B);
 
-/// Axes and momenta of wheels on the free base. @throws InvalidArgument beginning with `who` for a
-/// joint that does not turn on it
+/// Axes and momenta of wheels on the free base, by the names `joints`. @throws InvalidArgument
+/// beginning with `who` for a joint that does not rotate on it
 std::vector<WheelAxis> wheel_axes(const mechanics::Mechanism& m, const std::string& who,
                                   const std::vector<std::string>& joints);
 

@@ -1,4 +1,4 @@
-// The system of a mechanism with parts: what each of them does to the motion and to the ledger.
+// The system of a mechanism with parts: their effects on the motion and on the ledger.
 #include <algorithm>
 
 #include "mechanics/kinematics.h"
@@ -15,7 +15,7 @@ using mechanics::Mechanism;
 using mechanics::Motion;
 using mechanics::Transform;
 
-/// f(t) lane by lane.
+/// f(t), lane by lane.
 template <class T, class F>
 T lane_by_lane(const T& t, F f) {
   if constexpr (phs::is_pack<T>) {
@@ -164,7 +164,7 @@ class PartsSystem final : public phs::Forwarding<T> {
     std::copy_n(angles.begin(), w_.turn_angle.size(), w_.turn_angle.begin());
   }
   std::unique_ptr<phs::Resolvent> resolvent() override {
-    if (!parts_.latches.empty()) return nullptr;  // they may be stiffer than the mechanism
+    if (!parts_.latches.empty()) return nullptr;  // latches may be stiffer than the mechanism
     const bool pushed = !parts_.thrusters.empty() || !parts_.torquers.empty();
     return pushed ? this->near_resolvent() : inner_.resolvent();
   }
@@ -176,11 +176,11 @@ class PartsSystem final : public phs::Forwarding<T> {
     inner_.apply_input(x, u_, Gu_);
     for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
   }
-  /// Of a port in the world.
+  /// Pose of a port in the world.
   Transform<T> world(const PartsModel::Mount& at) const {
     return pose_[size_t(at.node)] * Transform<T>{Mat3<T>(at.port.R), Vec3<T>(at.port.r)};
   }
-  /// A wrench given in the world's axes about the port's origin.
+  /// Adds a wrench given in world axes about the port's origin.
   void push(const PartsModel::Mount& at, const Transform<T>& X, const Vec3<T>& moment,
             const Vec3<T>& force) {
     const Vec3<T> n = X.R.tmul(moment), f = X.R.tmul(force);
@@ -233,7 +233,7 @@ class PartsSystem final : public phs::Forwarding<T> {
       push(placed_.a[k], e.X_WA, cross(half_d, f_A) - turn, -f);
     }
   }
-  /// Twist of B relative to A at the midpoint, from the ports' twists in y_, in the world's axes.
+  /// Twist of B relative to A at the midpoint, in world axes, from the ports' twists in y_.
   Motion<T> relative(size_t k, const Ends& e) const {
     const auto twist = [&](const PartsModel::Mount& at, const Transform<T>& X) {
       const T* y = y_.data() + at.u;

@@ -9,29 +9,30 @@
 namespace porthos::space {
 
 /// Field of the planet's dipole at r and t, inertial axes [T]: B0 (a/r)³ (k - 3 (k·u) u), k its
-/// north, B0 the size at the equator and a the planet's radius. A tilted one turns with the planet.
+/// north, B0 the magnitude at the equator and a the planet's radius. A tilted dipole rotates with
+/// the planet.
 /// @throws InvalidArgument for a planet without a dipole
 Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t);
 
 /// Thrusters and torquers of a spacecraft in orbit: kicks at fixed positions. A thrust moves the
-/// centre of mass; on the internal motion, whose linear momentum stays zero, acts what is left of
-/// it there: the thrust on its link and -m_i/m of it on each link's centre.
+/// centre of mass. The internal motion, whose linear momentum stays zero, receives the rest: the
+/// thrust on its link and -m_i/m of it on each link's centre.
 class OrbitPush {
  public:
   /// @throws InvalidArgument as PartsModel; for torquers about a planet without a field
   OrbitPush(const mechanics::Mechanism& m, const Parts& parts, const Planet& planet);
 
-  /// At the state x = (q, p, ...) with the centre of mass at R; the thrusters are as they are at
-  /// `when`, the middle of a step, whatever the instant t of the kick.
+  /// Evaluates at the state x = (q, p, ...) with the centre of mass at R. The thrusters are on or
+  /// off as at `when`, the middle of a step, whatever the instant t of the kick.
   void evaluate(std::span<const double> x, const Vec3d& R, double t, double when);
   size_t count() const { return pushes_.size(); }
-  /// Joint forces of one part, size nv; of the base the torque about the centre of mass, and the
-  /// force that keeps the sum over all that floats zero.
+  /// Joint forces of one part, size nv. Those of the base are the torque about the centre of mass,
+  /// and the force that makes the sum over all floating trees zero.
   std::span<const double> joint_forces(size_t k) const { return pushes_[k].force; }
   /// Force on the centre of mass and torque about it, inertial axes [N, N m].
   const Vec3d& force(size_t k) const { return pushes_[k].on_centre; }
   const Vec3d& torque(size_t k) const { return pushes_[k].torque; }
-  /// Adds what joint forces add to p', size nq.
+  /// Adds the contribution of joint forces to p', size nq.
   void momentum_rates(std::span<const double> q, std::span<const double> joint_forces,
                       std::span<double> p_dot) const;
   void set_turn_angles(std::span<const double> angles);

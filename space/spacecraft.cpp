@@ -18,7 +18,7 @@ phs::Description describe(const phs::Description& internal, const Parts& parts, 
   d.blocks.push_back({"orbit.position", phs::BlockKind::linear, internal.nx, 3, -1, "m", ""});
   d.blocks.push_back({"orbit.velocity", phs::BlockKind::linear, internal.nx + 3, 3, -1, "m/s", ""});
   d.traits.canonical = d.traits.separable = false;
-  d.traits.autonomous = false;  // the orbit drives it: rate is more than (J - R) e
+  d.traits.autonomous = false;  // the orbit drives it: rate() is more than (J - R) e
   d.flows.clear();
   d.powers.push_back({"gravity_gradient", phs::PowerKind::supplied});
   const auto pushes = push_accounts(parts);
@@ -74,7 +74,7 @@ class SpacecraftSystem final : public phs::Forwarding<T> {
     pull(x);
     T power(0.0);
     for (size_t i = 0; i < nq_; ++i) power = power + e[nq_ + i] * pull_[i];
-    values[this->inner_powers()] = power;  // thrusters, torquers and plates: in the split alone
+    values[this->inner_powers()] = power;  // thrusters, torquers, plates: in the split only
   }
   void set_turn_angles(In angles) override {
     phs::Forwarding<T>::set_turn_angles(angles);
@@ -87,7 +87,8 @@ class SpacecraftSystem final : public phs::Forwarding<T> {
     gradient_.evaluate(model_.orbit().environment().planet.mu, x.first(nq_), position(x));
     gradient_.momentum_rates(x.first(nq_), pull_);
   }
-  /// The orbit by central gravity, harmonics and the reaction; the gradient on the internal motion.
+  /// The orbit by central gravity, harmonics and the reaction; the gravity gradient on the internal
+  /// motion.
   void drive(In x, Out dx) {
     const Environment& env = model_.orbit().environment();
     if (!env.third_bodies.empty() || env.atmosphere || env.solar_pressure || model_.parts().any())
@@ -144,7 +145,7 @@ std::vector<double> Spacecraft::state(std::span<const double> internal,
   for (const auto& n : m.nodes())
     if (n.parent < 0)
       for (int k = 0; k < 3; ++k) P[k] += x[nq + size_t(n.q + k)];
-  // The same rates, seen from the centre of mass.
+  // The same rates, relative to the centre of mass.
   auto v = mechanical_->rates(mechanical);
   for (const auto& n : m.nodes()) {
     if (n.parent >= 0) continue;
@@ -164,7 +165,7 @@ std::vector<double> Spacecraft::state(std::span<const double> internal,
   }
   const auto moved = mechanical_->state(q, v);
   std::copy(moved.begin(), moved.end(), mechanical.begin());
-  for (size_t k = 0; k < 3; ++k) {  // rounding until here
+  for (size_t k = 0; k < 3; ++k) {  // zero only up to rounding so far
     double others = 0;
     for (const auto& n : m.nodes())
       if (n.parent < 0 && n.q != 0) others += x[nq + size_t(n.q) + k];

@@ -99,7 +99,7 @@ SpaceLedgers::Reading SplitIntegrator::read(const OrbitPoint& p, bool next_order
 }
 
 Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
-  // ½ Im(π ξ̄) + r × P of each tree; of one alone P is zero
+  // ½ Im(π ξ̄) + r × P of each tree; if there is only one, P is zero
   using Q = mechanics::Quaternion<OrbitReal>;
   Vec3<OrbitReal> L{0, 0, 0};
   for (const size_t root : roots_) {
@@ -114,7 +114,7 @@ Vec3<OrbitReal> SplitIntegrator::angular_momentum() const {
   return L;
 }
 
-/// What momenta that are added at q_ give to the angular momentum about the centre of mass.
+/// The angular momentum about the centre of mass of momenta that are added at q_.
 Vec3d SplitIntegrator::impulse_of(std::span<const double> added) const {
   using Q = mechanics::Quaternion<double>;
   Vec3d sum{0, 0, 0};
@@ -195,7 +195,7 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
   }
   for (size_t i = 0; i < nq_; ++i)
     middle_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + 0.5 * change_[i]);
-  if (correction != 0)  // leaves the rates too
+  if (correction != 0)  // leaves the rates as well
     mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, middle_, {}, delta_, slope_);
   else
     mechanics::rates_from_momenta<double>(model_.mechanism(), w_, q_, middle_);
@@ -213,7 +213,7 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
     phs::compensated_add(inside_.x[nq_ + i], inside_.lo[nq_ + i], change_[i]);
 
   for (size_t k = 0; k < push_.count(); ++k) {
-    // After the kick of all else, at the same place: the works add up exactly.
+    // After all other kicks at the same position, so that the works add up exactly.
     const Vec3<OrbitReal> dv(Vec3d((h / mass) * push_.force(k)));
     const Vec3<OrbitReal> mean = p.v + OrbitReal(0.5) * dv;
     works[size_t(OrbitSource::thrust)] += OrbitReal(mass) * dot(dv, mean);
@@ -268,7 +268,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     }
     auto count = inner_->cost();
     ++count.steps;
-    inner_->set_cost(count);  // advance() leaves that to its caller
+    inner_->set_cost(count);  // advance() leaves counting to its caller
     const auto own = inner_->port_work();
     for (size_t a = 0; a < own.size(); ++a) port_work_.add(a, own[a]);
     if (const auto after = model_.orbit().drift_above_surface(p, dt)) {
@@ -278,7 +278,7 @@ Outcome SplitIntegrator::advance(double t, double h, State& s) {
     }
     here += dt;
   }
-  if (scheme_.kick.back() == 0) pull(p);  // else the last kick was here
+  if (scheme_.kick.back() == 0) pull(p);  // otherwise the last kick was here
   ledgers_.look(read(p, s.step % 64 == 0));
   scatter(s);
   store_point(p, x.subspan(n_internal_), lo.subspan(n_internal_));

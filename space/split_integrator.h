@@ -7,30 +7,29 @@
 
 namespace porthos::space {
 
-/// The methods of the two motions, and how they are composed.
+/// The methods of the two motions, and their composition.
 struct SplitOptions {
   std::string splitting = "lobatto4";  ///< see split_schemes()
   std::string method = "gauss16";      ///< of the internal motion
   integrators::Options options = {};   ///< of that method
 };
 
-/// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991): the
-/// centre of mass drifts by the exact Kepler flow while the internal motion is stepped by a method
-/// of the catalogue; in between, kicks by all that couples them or perturbs the orbit, at fixed
-/// positions. The step is set by the internal motion, not by the orbit. A corrected scheme takes
-/// away what the uncorrected one adds to the energy it keeps, c h² Fᵀ M⁻¹ F with F = -∂V/∂q: half a
-/// step's kick by its slope, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F, at both ends, the first
-/// term by a central difference; on the orbit that of the harmonics. The reaction of the internal
-/// correction on the orbit, 1e-13 of the one there is, is left out.
+/// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991). The
+/// centre of mass drifts by the exact Kepler flow, while a method of the catalogue steps the
+/// internal motion. In between, kicks at fixed positions apply everything that couples them or
+/// perturbs the orbit. The internal motion determines the step size, not the orbit. The uncorrected
+/// scheme adds c h² Fᵀ M⁻¹ F with F = -∂V/∂q to the energy that it conserves. A corrected scheme
+/// removes this by half a step's kick by its gradient, 2c h² [(δ·∂)F + ∂T/∂q(q, F)] with δ = M⁻¹F,
+/// at both ends. The first term is a central difference; on the orbit it is that of the harmonics.
+/// The reaction of the internal correction on the orbit, 1e-13 of the existing one, is neglected.
 ///
 /// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the
-/// centre of mass; its work on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and
+/// centre of mass. Its work on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and
 /// booked (ledgers.h).
 class SplitIntegrator final : public integrators::Integrator {
  public:
   /// The model must outlive it. @throws InvalidArgument for an unknown splitting or method, or a
-  /// splitting that steps
-  ///   backwards for a damped internal motion
+  /// splitting with backward steps for a damped internal motion
   SplitIntegrator(const Spacecraft& model, double h, const SplitOptions& options = {});
 
   integrators::Outcome advance(double t, double h, State& state) override;
@@ -40,9 +39,9 @@ class SplitIntegrator final : public integrators::Integrator {
   integrators::Cost cost() const override;
   void set_cost(const integrators::Cost& c) override;
 
-  /// Why the last step failed, if it is the orbit's: "below the surface at t = ... s".
+  /// Why the last step failed, if the orbit is the reason: "below the surface at t = ... s".
   const std::string& trouble() const { return trouble_; }
-  /// Opens the ledgers at a state, unless they are open; the first step does it otherwise.
+  /// Opens the ledgers at a state unless they are open; otherwise the first step does so.
   void begin(const State& state);
   const SpaceLedgers& ledgers() const { return ledgers_; }
 
@@ -52,7 +51,7 @@ class SplitIntegrator final : public integrators::Integrator {
   void gather(const State& s);
   void scatter(State& s) const;
   void pull(const OrbitPoint& p);
-  /// middle: of the whole step, for what switches between steps.
+  /// middle: of the whole step, for parts that switch between steps.
   void kick(double t, double h, double middle, double correction, OrbitPoint& p);
   void correct(double weight, const OrbitPoint& p);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
@@ -67,13 +66,13 @@ class SplitIntegrator final : public integrators::Integrator {
   OrbitPush push_;
   PlateForces plates_;
   bool has_plates_;
-  std::vector<size_t> roots_;  ///< offsets in q of the base and of what floats beside it
+  std::vector<size_t> roots_;  ///< offsets in q of the base and of bodies that float beside it
   mechanics::Workspace<double> w_;
   size_t n_internal_, nq_;
   State inside_;
   std::vector<double> q_, change_, middle_, place_, turn_angles_;
-  std::vector<double> extra_;  ///< besides the gradient: of the corrector and the plates
-  std::vector<double> delta_, slope_, side_;  ///< of the corrector
+  std::vector<double> extra_;  ///< besides the gradient: by the corrector and the plates
+  std::vector<double> delta_, slope_, side_;  ///< for the corrector
   SpaceLedgers ledgers_;
   std::string trouble_;
   std::vector<double> inner_before_;  ///< memory of the inner method before the step

@@ -10,7 +10,7 @@ namespace {
 constexpr const char* lobatto_source =
     "Laskar, Robutel 2001 (Celest. Mech. Dyn. Astron. 80), S-BAB_n";
 
-/// The drifts are set so that they sum to 1 and the scheme reads the same backwards.
+/// The drifts are set so that they sum to 1 and the scheme is palindromic.
 SplitScheme aba864() {
   const double a[] = {
       0.0711334264982231177779387300061549964174, 0.241153427956640098736487795326289649618,

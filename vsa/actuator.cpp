@@ -136,7 +136,7 @@ T limited(const T& u, double L) {
   return L < HUGE_VAL ? T(L) * tanh(T(u / T(L))) : u;
 }
 
-/// A law of the gear's output, force by rate, behind a lever r: r law(r v).
+/// A law at the gear's output, force(rate), seen through a lever r: r law(r v).
 phs::FunctionPtr behind(phs::FunctionPtr law, double r) {
   if (r == 1) return law;
   return phs::function([law, r](auto v) {
@@ -145,7 +145,7 @@ phs::FunctionPtr behind(phs::FunctionPtr law, double r) {
   });
 }
 
-/// The port a drive acts at, whose flow is the gear's output over r.
+/// The port at which a drive acts; its flow is the gear's output divided by r.
 struct Place {
   std::string port;
   double r = 1;
@@ -181,7 +181,7 @@ void act(phs::Network& n, const std::string& who, const Place& place, size_t at,
   }
 }
 
-/// All but the member and its junctions.
+/// Adds everything but the member and its junctions.
 void act(phs::Network& n, const std::string& name, const std::string& joint_port,
          const Place& theta, const Actuator& a) {
   act(n, name + ".theta", theta, 1, a.theta);
@@ -253,7 +253,7 @@ void attach(phs::Network& n, const std::string& name, const std::string& joint_p
                     name));
   Actuator spring = a;
   spring.theta.inertia = 1;
-  (void)actuator_model(spring);  // every other number is judged as without a body
+  (void)actuator_model(spring);  // checks all other numbers as without a body
   spring.theta = {.kind = Kind::rate};
   spring.damping = 0;
   n.add(name, actuator_model(spring)).feedback(joint_port, name + ".link");

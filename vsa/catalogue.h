@@ -6,11 +6,11 @@
 
 #include "vsa/elastic.h"
 
-/// The families by name with their parameters, and a catalogue of devices whose every number says
-/// where it comes from.
+/// The families by name with their parameters, and a catalogue of devices that states the source of
+/// every number.
 namespace porthos::vsa {
 
-/// Parameters by name. A number is a list of one.
+/// Parameters by name. A number is a list of length one.
 using Values = std::map<std::string, std::vector<double>>;
 
 /// A parameter of a family.
@@ -27,21 +27,21 @@ struct Family {
 };
 /// All of them.
 const std::vector<Family>& families();
-/// A member of a family. @throws InvalidArgument for an unknown family or parameter (lists the
-/// known ones), a missing one,
-///   a list where a number is expected, or a number the family refuses
+/// A member of a family.
+/// @throws InvalidArgument for an unknown family or parameter (lists the known ones), a missing
+/// one, a list where a number is expected, or a number that the family refuses
 ElasticPtr make_elastic(const std::string& family, const Values& values, const Limits& l);
 
-/// Where a number comes from.
+/// The origin of a number.
 enum class Provenance {
-  published,     ///< read in the source that is named
+  published,     ///< read in the named source
   derived,       ///< computed from published numbers by the model
-  recalled,      ///< from memory of the literature, not verified: do not build on it
-  illustrative,  ///< chosen here, so that there is something to run
+  recalled,      ///< from memory of the literature, not verified: do not rely on it
+  illustrative,  ///< chosen here, to have an example to run
 };
 const char* to_string(Provenance p);
 
-/// A number with its unit and where it comes from.
+/// A number with its unit and origin.
 struct Quantity {
   std::string name;
   std::vector<double> value;
@@ -50,19 +50,18 @@ struct Quantity {
   std::string source = {};
 };
 
-/// A device that was built, as far as its numbers are known.
+/// An existing device, with the numbers that are known.
 struct Device {
   std::string name, title;
-  std::string family = {};                ///< empty: no model, its parameters are not public
+  std::string family = {};                ///< empty: no model; its parameters are not public
   std::vector<Quantity> parameters = {};  ///< of the family
-  std::vector<Quantity> datasheet =
-      {};  ///< what is said of the device; nothing is computed from it
+  std::vector<Quantity> datasheet = {};  ///< published data of the device; not used in computations
   Limits limits = {};
   std::vector<Quantity> stops = {};  ///< the limits above, with their provenance
   std::string remark = {};
   std::vector<double> sigma = {};  ///< for the plot of its datasheet, and for tests
   double deflection = 0;           ///< for the same, ± [rad]
-  double theta = 0;  ///< where φ is counted from in an energy that is not translation invariant
+  double theta = 0;                ///< origin of φ in an energy that is not translation invariant
 };
 /// All of them.
 const std::vector<Device>& devices();

@@ -1,5 +1,5 @@
-// The catalogue. A number without a source that was read is `recalled` or `illustrative`, and the
-// page says so.
+// The catalogue. A number whose source was not read is `recalled` or `illustrative`, and the page
+// says so.
 #include <cmath>
 
 #include "vsa/catalogue.h"
@@ -30,8 +30,8 @@ Quantity recall(const char* name, std::vector<double> values, const char* unit) 
   return {name, std::move(values), unit, recalled, userguide};
 }
 
-/// The stops' own stiffnesses are nowhere published: ours end a deflection within some hundredths
-/// of a radian.
+/// The stiffnesses of the stops are not published. The values here stop a deflection within a few
+/// hundredths of a radian.
 void stops(Device& d, double deflection, double stiffness, Provenance of_deflection,
            const char* source) {
   d.limits.deflection = deflection;
@@ -273,7 +273,7 @@ Device vs_joint() {
   return d;
 }
 
-/// A grid as a measurement would give it, of the qbmove's model.
+/// A grid, as from a measurement, computed from the model of the qbmove.
 Device measured() {
   Device d{.name = "qbmove_table", .title = "qbmove Advanced as a table", .family = "tabulated"};
   const double a = 6.7328, k = 0.0222;

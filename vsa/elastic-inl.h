@@ -5,17 +5,17 @@
 #include "vsa/elastic.h"
 #include "vsa/jet.h"
 
-/// Makes an Elastic out of a plain struct with one of
+/// Makes an Elastic from a plain struct that has one of
 ///
-///   template <class T> T energy(const T& phi, const T& sigma) const;              φ = q - θ:
-///   translation invariant template <class T> T energy(const T& q, const T& theta, const T& sigma)
-///   const;
+///   template <class T> T energy(const T& phi, const T& sigma) const;
+///       with φ = q - θ: translation invariant
+///   template <class T> T energy(const T& q, const T& theta, const T& sigma) const;
 ///
-/// and, where its deflection limit is not one of φ itself,
+/// and, if its deflection limit does not apply to φ itself,
 ///
 ///   template <class T> std::array<T, n> strains(const T& phi, const T& sigma) const;
 ///
-/// which must be good for every scalar and for Jets of it.
+/// which must work for every scalar and for Jets of it.
 namespace porthos::vsa {
 
 template <class F>
@@ -23,8 +23,8 @@ inline constexpr bool by_deflection = requires(const F& f, double x) {
   f.energy(x, x);
 };
 
-/// E += ⅓ k depth³ outside [lower, upper]. Where no lane is outside nothing is computed: the same
-/// bits, as it would be 0.
+/// E += ⅓ k depth³ outside [lower, upper]. If no lane is outside, nothing is computed; the bits are
+/// the same, because the term would be 0.
 template <class T>
 void add_stop(T& E, const T& x, double lower, double upper, double k) {
   using phs::any, phs::max;
@@ -120,8 +120,8 @@ ElasticPtr make_elastic(F family, ElasticTraits traits) {
   return std::make_shared<ElasticOf<F>>(std::move(family), std::move(traits));
 }
 
-/// A parameter of a family. @throws InvalidArgument unless the condition holds and the value is
-/// finite
+/// Checks a parameter of a family. @throws InvalidArgument unless the condition holds and the value
+/// is finite
 inline void require(bool condition, const char* family, const char* what, double value,
                     const char* expected) {
   if (!condition || !(std::fabs(value) < HUGE_VAL))

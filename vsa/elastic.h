@@ -9,44 +9,44 @@
 
 /// Elastic energies of actuators
 ///
-///   E(q, θ, σ)     q link angle, θ the motor's equilibrium angle, σ what sets the stiffness
+///   E(q, θ, σ)     q link angle, θ the motor's equilibrium angle, σ the stiffness setting
 ///
-/// One function gives everything an actuator does to the rest of the world: the torque on the link
-/// -∂E/∂q, that on the motor -∂E/∂θ, the effort its stiffness port asks for ∂E/∂σ, the stiffness
-/// ∂²E/∂q². A model that takes those from one energy cannot make energy, whatever moves q, θ and σ
-/// (Visser, Carloni, Stramigioli 2010, ICRA).
+/// One function gives all effects of an actuator on its surroundings: the torque on the link
+/// -∂E/∂q, the torque on the motor -∂E/∂θ, the effort at its stiffness port ∂E/∂σ, and the
+/// stiffness ∂²E/∂q². A model that derives them from one energy cannot generate energy, whatever
+/// moves q, θ and σ (Visser, Carloni, Stramigioli 2010, ICRA).
 namespace porthos::vsa {
 
-/// ∂E/∂(q, θ, σ): [N m, N m, N m per unit of σ]. Efforts a motion has to bring up; what the spring
-/// does is their negative.
+/// ∂E/∂(q, θ, σ): [N m, N m, N m per unit of σ]. These are the efforts that a motion has to supply;
+/// the spring exerts their negatives.
 template <class T>
 struct Slopes {
   T q, theta, sigma;
 };
 
-/// Where deflection and σ end. Beyond, a stop takes up energy as well, ⅓ stiffness · depth³: E is
-/// C² there, and nothing is ever clipped. A family says what its deflection limit is of (spring by
-/// spring, where there are several).
+/// Limits of deflection and σ. Beyond them a stop also stores energy, ⅓ stiffness · depth³: E is C²
+/// there, and nothing is clipped. Each family defines the quantity that its deflection limit
+/// applies to (one per spring if there are several).
 struct Limits {
   double deflection = HUGE_VAL;  ///< [rad], > 0
   double stop_stiffness = 0;     ///< [N m/rad²] where deflection is given, > 0
   double sigma_lower = -HUGE_VAL, sigma_upper = HUGE_VAL;  ///< unit of σ
-  double sigma_stop_stiffness = 0;  ///< [J/σ³]; 0: σ is only checked at the start, and may pass
+  double sigma_stop_stiffness = 0;  ///< [J/σ³]; 0: the range of σ holds at the start only
 };
 
-/// What an elastic energy says of itself.
+/// The description of an elastic energy.
 struct ElasticTraits {
   std::string family;  ///< "cosh", "maccepa", ...
-  std::string title;   ///< a line for people
-  /// what σ is: "half the angle between the motors"; empty: the energy does not depend on σ
+  std::string title;   ///< one line for readers
+  /// the meaning of σ: "half the angle between the motors"; empty: the energy does not depend on σ
   std::string sigma;
   std::string sigma_unit;             ///< "rad", "m", "1"
-  bool translation_invariant = true;  ///< E depends on q - θ alone: ∂E/∂q = -∂E/∂θ to the bit
+  bool translation_invariant = true;  ///< E depends only on q - θ: ∂E/∂q = -∂E/∂θ to the bit
   Limits limits;
 };
 
-/// One energy with its derivatives in every scalar. Immutable, shared by threads. No evaluation
-/// allocates.
+/// One energy with its derivatives in every scalar. Immutable, shared between threads. No
+/// evaluation allocates.
 class Elastic {
  public:
   virtual ~Elastic() = default;
@@ -58,18 +58,18 @@ class Elastic {
   PORTHOS_FOR_EACH_SCALAR(PORTHOS_ELASTIC)
 #undef PORTHOS_ELASTIC
 
-  /// The second derivatives, rows and columns (q, θ, σ), by differentiating twice. [0][0] is the
-  /// stiffness [N m/rad].
+  /// The second derivatives, with rows and columns (q, θ, σ), by differentiating twice. [0][0] is
+  /// the stiffness [N m/rad].
   using Hessian = std::array<std::array<double, 3>, 3>;
   virtual Hessian hessian(double q, double theta, double sigma) const = 0;
   double stiffness(double q, double theta, double sigma) const {
     return hessian(q, theta, sigma)[0][0];
   }
-  /// Deflections the limit is of, at these angles. Empty where there is no limit.
+  /// The deflections that the limit applies to, at these angles. Empty if there is no limit.
   virtual std::vector<double> strains(double q, double theta, double sigma) const = 0;
 
-  /// @throws InvalidArgument for a start: a deflection beyond its limit, σ out of its range, or a
-  ///   number that is not finite. `who` begins the sentence.
+  /// @throws InvalidArgument for a start with a deflection beyond its limit, σ out of its range, or
+  /// a number that is not finite. `who` begins the text.
   void require_inside(const std::string& who, double q, double theta, double sigma) const;
 
  protected:

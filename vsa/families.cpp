@@ -42,7 +42,7 @@ struct AntagonisticExponentialEnergy : AntagonisticExponential {
   }
 };
 
-/// cosh x - 1 = ½ (e^{x/2} - e^{-x/2})²: without the cancellation at small x.
+/// cosh x - 1 = ½ (e^{x/2} - e^{-x/2})², which avoids cancellation at small x.
 struct CoshEnergy : Cosh {
   template <class T>
   static T one(double slope, double force, const T& d) {

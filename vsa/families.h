@@ -3,8 +3,8 @@
 
 #include "vsa/elastic.h"
 
-/// The families of variable-stiffness actuators, each as one energy. φ = q - θ [rad]. K(0) is the
-/// stiffness at φ = 0. Every maker takes the parameters and the limits. @throws InvalidArgument
+/// The families of variable-stiffness actuators, each given by one energy. φ = q - θ [rad]. K(0) is
+/// the stiffness at φ = 0. Every maker takes the parameters and the limits. @throws InvalidArgument
 /// naming a parameter out of range
 namespace porthos::vsa {
 
@@ -16,8 +16,8 @@ struct SeriesElastic {
 };
 ElasticPtr series_elastic(const SeriesElastic& p, const Limits& l = {});
 
-/// Any lever mechanism by its stiffness: E = ½ k(σ) φ², k(σ) = Σ k_i σⁱ, which must be >= 0 over
-/// σ's range.
+/// Any lever mechanism, given by its stiffness: E = ½ k(σ) φ², k(σ) = Σ k_i σⁱ, which must be >= 0
+/// over the range of σ.
 struct VariableLever {
   std::array<double, 4> k;  ///< [N m/rad / σⁱ]
 };
@@ -59,18 +59,17 @@ struct LeverArm {
 };
 ElasticPtr lever_arm(const LeverArm& p, const Limits& l = {});
 
-/// A lever of length L whose pivot stands at σ: E = ½ ks (R α sin φ)², α = σ/(L - σ), K(0) = ks R²
-/// α², from 0 without bound as σ goes to L. Generic: the published devices have a cam (CompAct) or
-/// a planetary gear (vsaUT-II) in it. Source: after Jafari et al. 2011, ICRA (AwAS-II).
+/// A lever of length L with its pivot at σ: E = ½ ks (R α sin φ)², α = σ/(L - σ), K(0) = ks R² α²,
+/// from 0 to infinity as σ goes to L. Generic: the published devices contain a cam (CompAct) or a
+/// planetary gear (vsaUT-II). Source: after Jafari et al. 2011, ICRA (AwAS-II).
 struct MovingPivot {
   double ks;  ///< [N/m], > 0
   double R;   ///< arm of the link [m], > 0
-  double L;   ///< [m]; σ's range must end below
+  double L;   ///< [m]; the range of σ must end below
 };
 ElasticPtr moving_pivot(const MovingPivot& p, const Limits& l);
 
-/// MACCEPA: a spring from the lever's tip to the link, pretensioned by winding it σ = μ onto a
-/// drum:
+/// MACCEPA: a spring from the lever's tip to the link, pretensioned by winding σ = μ onto a drum:
 ///   E = ½ κ [A(φ) + r μ - (C - B)]²,   A = √(B² + C² - 2 B C cos φ).
 /// Source: Van Ham et al. 2007, Robotics and Autonomous Systems 55.
 struct Maccepa {
@@ -80,9 +79,9 @@ struct Maccepa {
 };
 ElasticPtr maccepa(const Maccepa& p, const Limits& l = {});
 
-/// MACCEPA 2.0: the lever replaced by a profile that the cable winds on: E = ½ κ (l(φ) + r μ)²,
+/// MACCEPA 2.0: the lever is replaced by a profile on which the cable winds: E = ½ κ (l(φ) + r μ)²,
 /// l(φ) a table, natural cubic spline (C²). Source: Vanderborght et al. 2011, Autonomous Robots 31;
-/// profiles are the user's.
+/// the user provides the profile.
 struct MaccepaProfile {
   double kappa;                       ///< [N/m], > 0
   double drum;                        ///< r [m], > 0
@@ -90,9 +89,9 @@ struct MaccepaProfile {
 };
 ElasticPtr maccepa_profile(const MaccepaProfile& p, const Limits& l = {});
 
-/// Floating spring between two cams that σ turns against each other (FSJ): E = ½ κ [x(φ + σ) + x(σ
-/// - φ) + x0]². Source: after Wolf, Eiberger, Hirzinger 2011, ICRA. The cams' tables are not
-/// public; x is the user's, C² splines.
+/// Floating spring between two cams that σ rotates against each other (FSJ): E = ½ κ [x(φ + σ) +
+/// x(σ - φ) + x0]². Source: after Wolf, Eiberger, Hirzinger 2011, ICRA. The tables of the cams are
+/// not public; the user provides x, as C² splines.
 struct FloatingSpringCam {
   double kappa;                     ///< [N/m], > 0
   double x0 = 0;                    ///< preload [m]
@@ -100,7 +99,7 @@ struct FloatingSpringCam {
 };
 ElasticPtr floating_spring_cam(const FloatingSpringCam& p, const Limits& l = {});
 
-/// A roller on one cam, its spring preloaded by σ (VS-Joint): E = ½ κ [x(φ) + σ]².
+/// A roller on one cam, with its spring preloaded by σ (VS-Joint): E = ½ κ [x(φ) + σ]².
 /// Source: after Wolf, Hirzinger 2008, ICRA.
 struct PreloadCam {
   double kappa;                     ///< [N/m], > 0
@@ -113,7 +112,7 @@ ElasticPtr preload_cam(const PreloadCam& p, const Limits& l = {});
 ///   E = ½ κ Σ (|s_i| - s0)²,
 ///   s1 = (-h - L sin u1 + a cos q, -d + L cos u1 + a sin q),   s2 = (h + L sin u2 - a cos q, -d +
 ///   L cos u2 - a sin q).
-/// Not translation invariant: neither motor turns the equilibrium alone.
+/// Not translation invariant: neither motor alone rotates the equilibrium.
 /// Source: Mitrovic, Klanke, Vijayakumar 2011, IJRR 30, after Ham et al.
 struct TwoSpringServo {
   double kappa, s0;  ///< [N/m], rest length [m], > 0

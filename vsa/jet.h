@@ -6,7 +6,7 @@
 namespace porthos::vsa {
 
 /// A number with its N partial derivatives, over any scalar T of phs/scalars/scalar.h: forward
-/// differentiation of an energy in doubles, lanes, duals and 113 bits alike. Jet<Jet<T>> has second
+/// differentiation of an energy in doubles, lanes, duals and 113 bits. Jet<Jet<T>> has second
 /// derivatives.
 template <class T, int N>
 struct Jet {
@@ -51,7 +51,7 @@ struct Jet {
   friend auto operator<(const Jet& a, const Jet& b) { return a.v < b.v; }
 };
 
-/// f(a) from its value and slope at a.
+/// f(a) from the value and the slope of f at a.
 template <class T, int N>
 Jet<T, N> chain(const Jet<T, N>& a, const T& value, const T& slope) {
   Jet<T, N> r;
@@ -79,7 +79,7 @@ void sincos(const Jet<T, N>& a, Jet<T, N>& s, Jet<T, N>& c) {
   s = chain(a, sv, cv);
   c = chain(a, cv, -sv);
 }
-/// By a mask of lanes; phs::select does it by a bool.
+/// For a mask of lanes; phs::select handles a bool.
 template <class Mask, class T, int N>
 requires(!std::is_same_v<Mask, bool>) Jet<T, N> select(const Mask& m, const Jet<T, N>& a,
                                                        const Jet<T, N>& b) {
@@ -90,7 +90,7 @@ requires(!std::is_same_v<Mask, bool>) Jet<T, N> select(const Mask& m, const Jet<
   return r;
 }
 
-/// The scalar below all the derivatives.
+/// The scalar underlying nested derivatives.
 template <class T>
 struct Below {
   using type = T;
@@ -98,7 +98,7 @@ struct Below {
 template <class T, int N>
 struct Below<Jet<T, N>> : Below<T> {};
 
-/// One lane of the value, for looking up tables; it never enters a result.
+/// One lane of the value, for table look-up only; it never enters a result.
 template <class T>
 double lane(const T& x, int i) {
   if constexpr (phs::is_pack<T>)
@@ -113,7 +113,7 @@ double lane(const Jet<T, N>& x, int i) {
   return lane(x.v, i);
 }
 
-/// The constant f(0), f(1), ... of the lanes of T.
+/// The constants f(0), f(1), ... as the lanes of a T.
 template <class T, class F>
 T gather(F f) {
   using B = typename Below<T>::type;

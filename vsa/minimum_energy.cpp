@@ -29,7 +29,7 @@ T evaluate(const P& powers, int order, const T& u) {
   return sum;
 }
 
-/// (1 - u²)² P_k(u), P_k of Legendre: at rest at both ends, and nothing there.
+/// (1 - u²)² P_k(u), with Legendre's P_k: zero value and slope at both ends.
 std::array<Powers, unknowns> make_basis() {
   std::array<Powers, unknowns> legendre{}, basis{};
   legendre[0][0] = legendre[1][1] = 1;
@@ -47,7 +47,7 @@ std::array<Powers, unknowns> make_basis() {
   return basis;
 }
 
-/// a x = b, a symmetric; false unless it is positive definite.
+/// Solves a x = b, a symmetric; false unless a is positive definite.
 bool solve(std::array<Coefficients, unknowns> a, Coefficients& b) {
   double* const A = a[0].data();
   phs::dense::cholesky(unknowns, A, A);
@@ -90,7 +90,7 @@ class Search {
     return r;
   }
 
-  /// The best coefficients. @return what is left of the slope, relative to its terms
+  /// Finds the best coefficients. @return the remaining gradient, relative to its terms
   double run(Coefficients& a) const {
     double left = HUGE_VAL;
     for (int sweep = 0; sweep < 60; ++sweep) {
@@ -151,7 +151,7 @@ class Search {
     const double phi = c_.deflection;
     const double torque = torque_of(s, e_.slopes(phi, 0.0, s[0]).sigma);
     const double bend = e_.hessian(phi, 0, s[0])[2][2];
-    // The third derivative, which only Newton's pace depends on.
+    // The third derivative; it affects only the speed of Newton's iteration.
     const double eps = 1e-5 * (std::fabs(c_.to - c_.from) + 1e-3);
     const double third =
         (e_.hessian(phi, 0, s[0] + eps)[2][2] - e_.hessian(phi, 0, s[0] - eps)[2][2]) / (2 * eps);

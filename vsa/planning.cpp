@@ -36,7 +36,7 @@ std::vector<RetuningPoint> constant_energy_path(const Elastic& e, double phi0, d
   for (int i = 1; i <= parts; ++i) {
     const double phi = phi0 + (phi1 - phi0) * i / parts, near = path.back().sigma;
     const auto excess = [&](double s) { return e.energy(phi, 0.0, s) - E; };
-    // The crossing nearest to the last one, from both sides of it.
+    // The crossing nearest to the last one; searched on both sides of it.
     double a = near, b = near;
     const double reach = (l.sigma_upper - l.sigma_lower) / 2000;
     bool found = excess(near) == 0;

@@ -20,14 +20,14 @@ constexpr const char* family = "tabulated";
   throw InvalidArgument(std::string(family) + ": " + why);
 }
 
-/// Torque as a spline in φ whose coefficients are splines in σ, and its integral.
+/// Torque as a spline in φ with coefficients that are splines in σ, and its integral.
 struct TableEnergy {
   struct Cubic {
     double y, b, c, d;
   };
   enum { value, slope, square, cube, before, coefficients };
   std::vector<double> phi,
-      sigma;  ///< where pieces begin; the first and the last piece are those outside
+      sigma;  ///< starts of the pieces; the first and the last piece are outside
   std::vector<Cubic>
       cubics;  ///< [(piece of φ · coefficients + coefficient) · pieces of σ + piece of σ]
 
@@ -130,7 +130,7 @@ void check_torques(const Measurements& m, double tolerance) {
     }
 }
 
-/// ∮ τ dφ + s dσ round each cell.
+/// Checks ∮ τ dφ + s dσ around each cell.
 void check_curl(const Measurements& m, double tolerance) {
   const Splines s{m};
   for (size_t j = 0; j + 1 < s.count; ++j) {
@@ -227,7 +227,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
   std::istringstream file(text);
   const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
                                          "sigma_effort"};
-  std::vector<int> meaning;  // of each column: its place in names
+  std::vector<int> meaning;                                         // index in names, per column
   std::map<std::pair<double, double>, std::array<double, 5>> rows;  // by σ, then deflection
   std::array<bool, 5> there{};
   std::string line;

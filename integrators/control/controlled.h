@@ -6,8 +6,8 @@
 
 namespace porthos::integrators {
 
-/// What both step controls share: the state they left behind, by which they know whether a state
-/// continues a run, and the instants at which a step must end.
+/// Common part of both step controls: the last state, to recognise whether a state continues the
+/// run, and the instants at which a step must end.
 class Controlled : public Integrator {
  public:
   std::string remark() const override { return inner_->remark(); }
@@ -18,7 +18,8 @@ class Controlled : public Integrator {
   bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return true; }
 
-  /// A step of the control's choice; one that would pass an instant is taken again up to there.
+  /// A step of the control's choice. If it would pass an instant, it is repeated up to that
+  /// instant.
   Outcome step(State& s) final {
     if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
     const double t = s.time(h_), next = next_instant(t);
@@ -27,7 +28,7 @@ class Controlled : public Integrator {
     memory_.clear();
     save(memory_);
     const Outcome o = chosen_step(s);
-    // What is left to an instant is no step: it may be rounding.
+    // A remainder before the instant that is only rounding is no step.
     const double short_of = (next - s.time(h_)) / h_;
     if (o != Outcome::ok || short_of > 1e-9) return taken_back_unless_ok(o);
     s = before_;
@@ -65,7 +66,7 @@ class Controlled : public Integrator {
                              [](const auto& b) { return b.kind == phs::BlockKind::angle; })));
   }
   bool continues(const State& s) const { return have_last_ && s.x == last_.x && s.lo == last_.lo; }
-  /// The state after a step, as the caller will hand it back: wrapped.
+  /// Stores the state after a step as the caller will return it: wrapped.
   void leave(const State& s) {
     last_ = s;
     have_last_ = true;
@@ -81,9 +82,9 @@ class Controlled : public Integrator {
 
   std::shared_ptr<const phs::TimeScaleModel> scale_;
   std::unique_ptr<Integrator> inner_, plain_;
-  const Integrator* by_ = nullptr;  ///< which of them took the last step
+  const Integrator* by_ = nullptr;  ///< the one that took the last step
   bool port_work_aside() const { return port_work_.any() && !integrates_power(); }
-  State last_;  ///< x and lo only are compared
+  State last_;  ///< only x and lo are compared
   bool have_last_ = false;
 
  private:
@@ -92,7 +93,7 @@ class Controlled : public Integrator {
     return std::make_shared<phs::RateTimeScale>(model, c.rate == 0 ? 1 / std::fabs(h) : c.rate,
                                                 c.length);
   }
-  /// The first instant beyond t in the direction of the run, infinite if there is none.
+  /// The first instant after t in the direction of the run; infinite if there is none.
   double next_instant(double t) const {
     const auto& instants = options_.instants;
     const double near = 1e-9 * std::fabs(h_);
@@ -104,8 +105,8 @@ class Controlled : public Integrator {
     const auto next = std::lower_bound(instants.begin(), instants.end(), t - near);
     return next == instants.begin() ? sampled : std::fmax(*(next - 1), sampled);
   }
-  /// The plain method up to an instant, where the clock then stands to the bit. The rates of the
-  /// control may jump there: it begins anew.
+  /// Takes the plain method up to an instant; the clock is then exact to the bit. The control
+  /// restarts there, because the rates may jump.
   Outcome step_to(double instant, State& s) {
     const Outcome o = step_off_the_grid(s, s.until(instant, h_));
     if (o != Outcome::ok) return o;

@@ -87,7 +87,7 @@ void EnergyMonitor::begin(const State& s) {
   scale_.see(stored_);
 }
 
-/// The ledger after the works of a step to this state.
+/// The ledger including the works of the step to this state.
 EnergyMonitor::Account EnergyMonitor::booked(const State& s) {
   Account b = account_;
   for (size_t a = 0; a < port_work_sum_.size(); ++a) {
@@ -186,7 +186,7 @@ Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
     if (!std::isfinite(after.defect)) o = Outcome::not_finite;
   } else {
     why = "the step ended with: " + std::string(to_string(o));
-    // It took back what its sampled controllers had read, which its repetition goes by.
+    // It undid the readings of its sampled controllers; the repetition needs them.
     if (sampler_.any()) sampler_.renew(*system_, turns_, s.time(h_), s);
   }
   note(why, o == Outcome::ok ? after.defect : NAN);
@@ -196,7 +196,7 @@ Outcome EnergyMonitor::take(State& s, double h, bool on_grid) {
   return accept(s, after, true);
 }
 
-/// The size of the step to s, of one that was not taken the longest.
+/// The size of the step to s; if no step was taken, the longest.
 double EnergyMonitor::size_of_step_to(const State& s) const {
   const bool known = s.step != before_.step;
   if (!known) return h_;
@@ -226,7 +226,7 @@ Outcome EnergyMonitor::again(State& s, double h, bool on_grid) {
       s.step_off_the_grid(h_, h);
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     why = fault(after, s);
-    if (!why.empty()) break;  // smaller steps do not mend what has gathered before
+    if (!why.empty()) break;  // shorter steps cannot correct an earlier defect
     ++report_.repeated;
     return accept(s, after, false);
   }

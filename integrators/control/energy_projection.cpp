@@ -40,7 +40,7 @@ double EnergyProjection::direction(phs::System<double>& system) {
   system.gradient(x_, e_);
   for (size_t k = 0; k < d_.size(); ++k) d_[k] = e_[moving_[k]];
   size_t rank = 0;
-  for (size_t i = 0; i < invariants_.count(); ++i) {  // Gram-Schmidt, twice for the rounding
+  for (size_t i = 0; i < invariants_.count(); ++i) {  // Gram-Schmidt, twice to reduce rounding
     auto& v = basis_[rank];
     invariants_(i, std::span<const double>(x_).first(n_kept_),
                 std::span<double>(slope_).first(n_kept_));
@@ -52,7 +52,7 @@ double EnergyProjection::direction(phs::System<double>& system) {
         for (size_t k = 0; k < v.size(); ++k) v[k] -= c * basis_[j][k];
       }
     const double left = std::sqrt(dot(v, v));
-    if (!(left > 1e-10 * size)) continue;  // says nothing new
+    if (!(left > 1e-10 * size)) continue;  // linearly dependent
     for (double& number : v) number /= left;
     ++rank;
   }
@@ -74,7 +74,7 @@ bool EnergyProjection::operator()(phs::System<double>& system, phs::State& state
   trial_ = state;
   constexpr int most = 20;  // Newton doubles the digits: 3 or 4 are usual
   for (int i = 0; i < most; ++i) {
-    if (!(slope > 0)) return false;  // the least energy along d is passed
+    if (!(slope > 0)) return false;  // the minimum energy along d is passed
     lambda -= error / slope;
     trial_.x = state.x;
     trial_.lo = state.lo;

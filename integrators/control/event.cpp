@@ -12,7 +12,7 @@ bool wanted(Crossing c, bool rising) {
   return c == Crossing::both || (c == Crossing::rising) == rising;
 }
 
-/// Where the line through two points vanishes.
+/// The zero of the line through two points.
 template <class Point>
 double secant(Point a, Point b) {
   return a.at - a.g * ((b.at - a.at) / (b.g - a.g));
@@ -60,7 +60,7 @@ EventResult EventStepper::run_to(phs::State& state, double end) {
   for (bool more = forward * (end - method_->time(state)) > 0; more;) {
     const EventResult r = step(state, end);
     if (r.outcome != Outcome::ok || r.event >= 0) return r;
-    // A step that was shortened to the end may miss it by a rounding.
+    // A step shortened to the end may miss it by rounding.
     more = !shortened_ && forward * (end - method_->time(state)) > 0;
   }
   return {};
@@ -76,7 +76,7 @@ void EventStepper::go_back(phs::State& state) {
   method_->sampler().restore(held_);
 }
 
-/// Takes the step and keeps what it started from.
+/// Takes the step and stores what it started from.
 Outcome EventStepper::begin(phs::State& state) {
   before_ = state;
   t_ = method_->time(state);
@@ -85,7 +85,7 @@ Outcome EventStepper::begin(phs::State& state) {
   held_.clear();
   method_->sampler().save(held_);
   if (!between(state)) return method_->step(state);
-  // What is left of the step that an event cut short, which is step number state.step.
+  // The rest of the step that an event interrupted, which is step number state.step.
   const double n = double(state.step), h = method_->step_size(), whole = n * h;
   const double left = ((whole - state.origin) - state.origin_lo) + std::fma(n, h, -whole);
   const Outcome o = method_->step_by(state, left);
@@ -123,14 +123,14 @@ EventResult EventStepper::finish(phs::State& state) {
   left_event_ = root.event;
   r.g = root.point.g;
   if (root.point.at < 1) {
-    go_back(state);  // by the method itself, so that its ledger is of this step
+    go_back(state);  // by the method itself: its ledger is then that of this step
     r.outcome = odd_step(state, root.point.at * h_);
   }
   r.trials = trials_;
   return r;
 }
 
-/// Puts the angles of x_ on the branch of the start of the step, or of the start of all.
+/// Unwraps the angles of x_: to the branch at the start of the step, or of the whole run.
 void EventStepper::unwrap(const phs::State& s) {
   for (size_t i = 0; i < angles_.size(); ++i) {
     const std::int64_t here = options_.all_turns ? 0 : before_.turns[i];
@@ -152,7 +152,7 @@ double EventStepper::sampled(const Event& e, double at, const phs::State& after)
   return e.g(t_ + at * h_, x_);
 }
 
-/// g after a step of at·h from the last accepted state.
+/// g after a step of length at·h from the last accepted state.
 double EventStepper::tried(const Event& e, double at) {
   if (at <= 0) return g_of(e, t_, before_);
   tried_ = before_;
@@ -167,7 +167,7 @@ double EventStepper::tried(const Event& e, double at) {
   return g_of(e, trial_->time(tried_), tried_);
 }
 
-/// Looks for the first wanted crossing of an event; false if a re-step failed.
+/// Searches for the first relevant crossing of an event; false if a re-step failed.
 bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   const Event& e = events_[size_t(event)];
   const int n = options_.samples + 1;
@@ -175,7 +175,7 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   for (int i = event == left_event_ ? 1 : 0; i <= n; ++i) {
     const Point p{double(i) / n, sampled(e, double(i) / n, after)};
     if (std::isnan(p.g)) continue;    // no dense output here
-    if (p.g == 0 && i < n) continue;  // no sign: its neighbours tell
+    if (p.g == 0 && i < n) continue;  // no sign: its neighbours decide
     points_.push_back(p);
   }
   for (size_t i = 1; i < points_.size(); ++i) {
@@ -184,11 +184,11 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
     const bool rising = a.g < 0;
     if (!wanted(e.direction, rising)) continue;
     if (earliest.event >= 0 && a.at > earliest.point.at) return true;
-    Point root = b;  // the end of the step where g is 0 there
+    Point root = b;  // the end of the step if g is 0 there
     if (b.g != 0) {
       const double first = guess(e, a, b, after);
-      // The dense output is less accurate than a step: its signs are checked, and the bracket is
-      // widened where they are wrong.
+      // The dense output is less accurate than a step, so its signs are checked. If they are wrong,
+      // the bracket is widened.
       size_t left = i - 1, right = i;
       const auto exact = [&](Point p) {
         return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};
@@ -208,7 +208,7 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   return true;
 }
 
-/// The zero of the dense output, to a few digits: a start value.
+/// The zero of the dense output to a few digits, as a start value.
 double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& after) {
   double at = secant(a, b);
   for (int i = 0; i < 12; ++i) {
@@ -249,7 +249,7 @@ EventStepper::Point EventStepper::refine(const Event& e, Point a, Point b, doubl
     } else
       ++without_progress;
     if (p.g == 0) break;
-    // Two trials without progress so near to 0 are the noise of g.
+    // Two trials without progress so close to 0 are noise of g.
     if (without_progress >= 2 && std::fabs(best.g) < 1e-9 * size) break;
     const double next = p.g == last.g || i % 8 == 7 ? 0.5 * (a.at + b.at) : secant(p, last);
     if (std::fabs(next - at) < 0x1p-53) break;

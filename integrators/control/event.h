@@ -11,68 +11,69 @@ namespace porthos::integrators {
 /// The direction in which g passes through 0.
 enum class Crossing { rising, falling, both };
 
-/// g at time t and state x. x is the value of the state (without its low word); its angles are
-/// continuous over a step, not wrapped: let g be 2π-periodic in them (sin, cos) if the event shall
-/// come round with every turn.
+/// A function g of time t and state x. x is the state without its low word; its angles are
+/// continuous over a step, not wrapped. Make g 2π-periodic in them (sin, cos) if the event shall
+/// occur on every turn.
 struct Event {
   std::function<double(double t, std::span<const double> x)> g;
   Crossing direction = Crossing::both;
 };
 
-/// How events are looked for.
+/// Options of the search for events.
 struct EventOptions {
-  /// Points inside a step where the dense output is looked at, besides its ends: two crossings
-  /// between neighbours are not seen. Methods without dense output are looked at at the ends alone.
+  /// Points inside a step, besides its ends, at which the dense output is evaluated. Two crossings
+  /// between neighbouring points are missed. Without dense output only the ends are used.
   int samples = 4;
-  int most_trials = 60;  ///< re-steps of one search; 4 to 6 are usual
-  /// Whole steps stay multiples of h from time 0: the step after an event ends where the one it cut
-  /// short would have. What happens at whole steps (sampled controllers, switching thrusters) then
-  /// happens when it would without the event.
+  int most_trials = 60;  ///< re-steps per search; 4 to 6 are usual
+  /// Whole steps stay multiples of h from time 0: the step after an event ends where the
+  /// interrupted step would have ended. What happens at whole steps (sampled controllers, switching
+  /// thrusters) then happens at the same times as without the event.
   bool to_grid = false;
-  /// x has its angles with all turns since the start: g may ask how far a joint has turned.
+  /// The angles of x include all turns since the start, so that g can depend on how far a joint
+  /// turned.
   bool all_turns = false;
 };
 
 /// How a step of an EventStepper ended.
 struct EventResult {
   Outcome outcome = Outcome::ok;  ///< not ok: the state is the last good one
-  int event = -1;                 ///< which of the events, -1: none in this step
-  bool rising = false;            ///< g went from below 0 to above
-  double g = 0;                   ///< what is left of it at the event state
+  int event = -1;                 ///< index of the event, -1: none in this step
+  bool rising = false;            ///< g changed from negative to positive
+  double g = 0;                   ///< the remaining g at the event state
   int trials = 0;                 ///< re-steps taken to find it
 };
 
 /// Steps a run and stops it at events.
 ///
-/// An event state is a step: the method is run again from the last accepted state with the step
-/// length at which g vanishes, found by a bracketed secant from a start value of the dense output.
-/// It has the method's order and its structure, and the run goes on from it; the interpolated state
-/// is looked at but never continued. At rounding, g(event) is as near to 0 as neighbouring step
-/// lengths allow.
+/// An event state is the result of a step. The method is run again from the last accepted state
+/// with the step length at which g vanishes. A bracketed secant method finds that length, starting
+/// from the dense output. The event state thus has the order and structure of the method, and the
+/// run continues from it. Interpolated states are only evaluated, never continued. At convergence
+/// g(event) is as close to 0 as neighbouring step lengths allow.
 ///
-/// A state handed back after an event may have been changed by the caller (a bounce); its g counts
-/// as 0 there, with the sign it has at the next sample.
+/// The caller may change the state after an event (a bounce). Its g then counts as 0, with the sign
+/// that g has at the next sample.
 class EventStepper {
  public:
-  /// make: gives the integrator, called twice (the run's and one for trials). The model is the one
-  /// it steps.
+  /// make: creates the integrator; it is called twice (for the run and for trials). The model is
+  /// the one that is integrated.
   /// @throws InvalidArgument for an event without g, samples < 0 or most_trials < 1; for sampled
   ///   controllers without to_grid
   EventStepper(const phs::Model& model, const std::function<std::unique_ptr<Integrator>()>& make,
                std::vector<Event> events, const EventOptions& options = {});
 
-  /// One step, shortened to the earliest event in it, and to the time `end`, which lies ahead.
+  /// One step, shortened to the earliest event in it or to the time `end`, which must lie ahead.
   [[nodiscard]] EventResult step(phs::State& state);
   [[nodiscard]] EventResult step(phs::State& state, double end);
-  /// Steps to the next event or to the time `end`, whichever is first; ends exactly there. Both lie
-  /// ahead.
+  /// Steps to the next event or to the time `end`, whichever is first, and ends exactly there. Both
+  /// lie ahead.
   [[nodiscard]] EventResult run_to(phs::State& state, double end);
 
   Integrator& method() { return *method_; }
   double time(const phs::State& state) const { return method_->time(state); }
 
  private:
-  /// A place inside the step, as a fraction of it, with g of the event in question.
+  /// A point inside the step, as a fraction of it, with g of the event there.
   struct Point {
     double at = 0, g = 0;
   };
@@ -81,12 +82,12 @@ class EventStepper {
     bool rising = false;
     Point point;
   };
-  /// Whether a state stands between two whole steps, after an event.
+  /// Whether a state lies between two whole steps, after an event.
   bool between(const phs::State& s) const;
-  /// Puts method and state back to the start of the step.
+  /// Resets method and state to the start of the step.
   void go_back(phs::State& state);
   Outcome begin(phs::State& state);
-  /// A step of size h from before_, and the clock after it.
+  /// A step of size h from before_, with the clock after it.
   Outcome odd_step(phs::State& state, double h);
   EventResult finish(phs::State& state);
   void unwrap(const phs::State& s);
@@ -100,9 +101,9 @@ class EventStepper {
   std::unique_ptr<Integrator> method_, trial_;
   std::vector<Event> events_;
   EventOptions options_;
-  std::vector<size_t> angles_;  ///< where the angle blocks stand in x
-  bool shortened_ = false;      ///< the last step, to its `end`
-  int left_event_ = -1;         ///< the event whose state the step began with
+  std::vector<size_t> angles_;  ///< offsets of the angle blocks in x
+  bool shortened_ = false;      ///< the last step was shortened, to its `end`
+  int left_event_ = -1;         ///< the event at whose state the step began
   phs::State before_, tried_;
   double t_ = 0, h_ = 0;  ///< time of before_, size of the step
   Outcome tried_outcome_ = Outcome::ok;

@@ -19,8 +19,6 @@ const Declaration& controllable(const std::string& method) {
   return d;
 }
 
-// --- time transformation -------------------------------------------------------------------------
-
 class TimeTransformed final : public Controlled {
  public:
   TimeTransformed(Declaration d, const std::string& method, const phs::Model& model, double h,
@@ -77,7 +75,7 @@ class TimeTransformed final : public Controlled {
     return o;
   }
 
-  /// In physical time: the method itself. A lossless system keeps its p_t; others owe a new one.
+  /// In physical time: the method itself. A lossless system keeps its p_t; others need a new one.
   Outcome advance(double t, double h, State& s) override {
     const bool ours = continues(s);
     const Outcome o = plain_->advance(t, h, s);
@@ -178,8 +176,6 @@ class TimeTransformed final : public Controlled {
   std::vector<double> fresh_;
 };
 
-// --- reversible controller -----------------------------------------------------------------------
-
 class Reversible final : public Controlled {
  public:
   Reversible(Declaration d, const std::string& method, const phs::Model& model, double h,
@@ -210,7 +206,7 @@ class Reversible final : public Controlled {
     return o;
   }
 
-  /// A step of a given h is one of another eps = h rho_{n+1/2}, so rho goes on as if it had been
+  /// A given h is a step with another eps = h rho_{n+1/2}; rho continues as if that eps were
   /// chosen.
   Outcome advance(double, double h, State& s) override {
     begin_if_new(s);
@@ -246,7 +242,7 @@ class Reversible final : public Controlled {
     evaluate(s.time(h_), s);
     rho_ = 1 / value_;
   }
-  /// One step of the method by h = eps / half, and rho on to its end.
+  /// One step of the method by h = eps / half; advances rho to its end.
   Outcome move(double half, double eps, double h, State& s) {
     if (!(half > 0) || !std::isfinite(half)) return Outcome::failed;
     const double t = s.time(h_);

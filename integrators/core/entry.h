@@ -13,11 +13,12 @@ template <class T>
 using Maker = std::function<std::unique_ptr<BasicIntegrator<T>>(
     const Declaration&, const phs::Model&, T h, const Options&)>;
 
-/// Of a state per SIMD lane; may return null where a system or the options do not allow it.
+/// Makes a method with one state per SIMD lane; returns null if a system or the options do not
+/// allow it.
 using LaneMaker = std::function<std::unique_ptr<LaneIntegrator>(
     const Declaration&, const phs::Model&, double h, const Options&)>;
 
-/// A method of the catalogue: what it says of itself and how it is made for each scalar it takes.
+/// A method of the catalogue: its declaration and its maker for each supported scalar.
 struct Entry {
   Declaration declaration;
   Maker<double> make_double;
@@ -42,7 +43,7 @@ template <class MakerOfAny>
 Entry entry(Declaration d, MakerOfAny make) {
   return {std::move(d), make, make, make};
 }
-/// The same with a state per lane.
+/// The same, with one state per lane.
 inline Entry with_lanes(Entry e, LaneMaker lanes) {
   e.make_lanes = std::move(lanes);
   return e;
@@ -51,7 +52,7 @@ inline Entry with_lanes(Entry e, LaneMaker lanes) {
   [](const Declaration& d, const phs::Model& m, auto h, const Options& o) { \
     return function(d, m, h, o);                                            \
   }
-/// An entry of a method that works in double alone.
+/// An entry for a method that works in double only.
 inline Entry double_entry(Declaration d, Maker<double> make) {
   return {std::move(d), std::move(make), nullptr, nullptr, nullptr};
 }

@@ -13,15 +13,15 @@
 #include "phs/system/state.h"
 #include "phs/system/system.h"
 
-/// Time integrators. They know the system contract of phs/ and nothing of mechanics.
+/// Time integrators. They depend on the system contract of phs/ and not on mechanics.
 namespace porthos::integrators {
 
-/// What a method says of a property. The test suite checks every `holds` and, with a negative
+/// A method's claim about a property. The test suite checks every `holds` and, with a negative
 /// control, every `fails`.
 enum class Claim { holds, fails, unknown };
 const char* to_string(Claim c);
 
-/// What a method asks of a system, beyond a field to evaluate.
+/// What a method requires of a system, beyond a field to evaluate.
 struct Needs {
   bool canonical = false;     ///< x = (q, p), J = [0 I; -I 0]
   bool lossless = false;      ///< R = 0
@@ -30,29 +30,29 @@ struct Needs {
   bool flows = false;         ///< partial flows (Description::flows), or a separable H
 };
 
-/// What a method keeps, for lossless systems unless said otherwise.
+/// The properties of a method, for lossless systems unless stated otherwise.
 struct Declaration {
   std::string name = {};           ///< "gauss16": the name in scenes
-  std::string title = {};          ///< a line for people
+  std::string title = {};          ///< one line for readers
   std::string family = {};         ///< heading in the docs
-  int order = 0;                   ///< 0: varies with a tolerance
+  int order = 0;                   ///< 0: set by a tolerance
   Claim symmetric = Claim::fails;  ///< step(h) then step(-h) is the identity
   Claim symplectic = Claim::fails;
-  Claim energy_exact = Claim::fails;  ///< H kept to rounding for any H
+  Claim energy_exact = Claim::fails;  ///< H conserved to rounding for any H
   Claim passivity_exact =
       Claim::fails;  ///< the discrete power balance closes to rounding for any H
-  Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic invariants kept to rounding
+  Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic ones conserved to rounding
   bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint
   bool rival = false;     ///< another library's method, for comparison
   Needs needs = {};
   std::string source = {};
 };
 
-/// How a step ended. Anything but `ok` leaves the state as it was.
+/// How a step ended. Any outcome but `ok` leaves the state unchanged.
 enum class Outcome { ok, not_converged, not_finite, failed };
 const char* to_string(Outcome o);
 
-/// What a run has cost since the integrator was made.
+/// The cost of a run since the integrator was made.
 struct Cost {
   std::int64_t steps = 0;
   std::int64_t evaluations = 0;     ///< of the field (or its parts) for one state
@@ -60,31 +60,31 @@ struct Cost {
   std::int64_t factorisations = 0;  ///< of a Newton matrix
 };
 
-/// How an implicit method solves its equations. automatic: fixed point while it contracts, else
-/// Newton by the cheapest solver that converges: the system's own O(n) elimination, else dense up
-/// to 100 state numbers, else Krylov.
+/// How an implicit method solves its equations. automatic: fixed-point iteration while it
+/// contracts, else Newton with the cheapest solver that converges: the system's own O(n)
+/// elimination, else dense up to 100 state numbers, else Krylov.
 enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
 const char* to_string(Solver s);
 
-/// What is chosen besides method and step. Each method takes what it knows of.
+/// Options besides method and step. Each method uses those that apply to it.
 struct Options {
-  double rtol = 1e-12, atol = 1e-14;  ///< of methods that work to a tolerance
+  double rtol = 1e-12, atol = 1e-14;  ///< of tolerance-controlled methods
   int max_sweeps = 100;               ///< of implicit iterations
-  Solver solver = Solver::automatic;  ///< of the implicit methods that have a choice
+  Solver solver = Solver::automatic;  ///< of implicit methods with a choice
   bool lanes = true;      ///< evaluate stages as SIMD lanes (same bits as scalar stages)
   bool port_work = true;  ///< integrate the powers of each step; off: port_work() is empty
   bool wrap = true;       ///< keep angles in [-π, π]; off only as a negative control
   double binding = 0;     ///< ω of Tao's methods [1/s]; 0: their own choice
-  /// 0: iterate to stagnation. Otherwise stop when a sweep moves no stage by more than this,
-  /// relative. What is left is biased, so the energy drifts slowly: for errors far above rounding
-  /// it halves the work, below it is a control.
+  /// 0: iterate to stagnation. Otherwise stop when no sweep moves a stage by more than this,
+  /// relative. The remaining error is biased, so the energy drifts slowly. For tolerances far above
+  /// rounding this halves the work; smaller ones serve as a control.
   double iteration_tolerance = 0;
-  /// Rising times at which the system jumps [s], ends of steps: what a method carries along from
-  /// step to step (a library's history, the variable of a step control) begins anew there.
+  /// Ascending times at which the system jumps [s]; they are ends of steps. There a method restarts
+  /// what it carries from step to step (a library's history, the variable of a step control).
   std::vector<double> instants = {};
 };
 
-/// A method at work on one system with one step size. One object per thread. step() allocates
+/// A method applied to one system with one step size. One object per thread. step() allocates
 /// nothing. T = double for runs; Dual gives the exact Jacobian of a step, Quad a 113-bit run of the
 /// same method.
 template <class T>
@@ -96,27 +96,27 @@ class BasicIntegrator {
   T step_size() const { return h_; }
 
   /// Advances the state by one step h. On any outcome but `ok` the state is unchanged, and the
-  /// method goes on from it as if it were new.
+  /// method continues from it as from a new state.
   [[nodiscard]] virtual Outcome step(State& state);
-  /// One step of another size (to land on an event, or on the end of a run); the clock's origin
-  /// moves to its end. Sampled controllers hold through the step after it; whole steps from there
-  /// would miss their instants and throw InvalidArgument, unless the clock is put back to whole
-  /// steps (EventOptions::to_grid).
+  /// One step of another size, to an event or to the end of a run; the clock's origin moves to its
+  /// end. Sampled controllers hold through the next step. Whole steps from there would miss their
+  /// instants and throw InvalidArgument, unless the clock returns to whole steps
+  /// (EventOptions::to_grid).
   [[nodiscard]] virtual Outcome step_by(State& state, T h);
-  /// The time of a state that step() has brought here [s].
+  /// The time of a state that step() produced [s].
   virtual T time(const State& state) const { return state.time(h_); }
 
-  /// The map alone: x + lo moves by one step h from time t. No clock, no wrapping. Unchanged unless
-  /// `ok`.
+  /// The bare map: x + lo moves by one step h from time t, without clock and wrapping. The state is
+  /// unchanged unless `ok`.
   [[nodiscard]] virtual Outcome advance(T t, T h, State& state) = 0;
-  /// advance() with turns and port work.
+  /// advance() with turn counts and port work.
   [[nodiscard]] Outcome advance_with_port_work(T t, T h, State& state);
-  /// Tells the systems at work the turn counts of the state.
+  /// Passes the turn counts of the state to the systems in use.
   virtual void tell_turns(const State& state) { turns_.synchronise(state, *system_); }
 
-  /// Dense output inside the step just taken: x at the fraction theta in [0, 1] of it, given the
-  /// state after it; angles on the branch of that state. False where the method has none. Never
-  /// continue a run from it: step_by instead.
+  /// Dense output inside the last step: x at the fraction theta in [0, 1] of it, given the state
+  /// `after` it, with angles on the branch of that state. Returns false if the method has none.
+  /// Never continue a run from this x; use step_by().
   virtual bool interpolate(const State& after, T theta, std::span<T> x) const {
     (void)after;
     (void)theta;
@@ -124,38 +124,36 @@ class BasicIntegrator {
     return false;
   }
 
-  /// What the next step depends on besides the state (start values of the iteration), for
-  /// checkpoints and ways back.
+  /// What the next step depends on besides the state (start values of the iteration). For
+  /// checkpoints and for going back.
   std::vector<double> memory() const {
     std::vector<double> m;
     save(m);
     return m;
   }
-  /// Appends it to m; allocates nothing where m has room.
+  /// Appends it to m; allocates only if the capacity of m is too small.
   void save(std::vector<double>& m) const { save_carried(*this, m); }
   /// Puts memory() back. @throws InvalidArgument if the size does not fit.
   void restore(std::span<const double> memory) { load_carried(*this, memory, "integrator memory"); }
-  /// The numbers of memory().
+  /// The numbers of memory(), for an archive.
   virtual void carry(Archive& archive) { (void)archive; }
-  /// Takes over the model of its run, which it is made on.
+  /// Takes ownership of the model of its run.
   void keep_model(std::shared_ptr<const phs::Model> model) { kept_ = std::move(model); }
   const std::shared_ptr<const phs::Model>& kept_model() const { return kept_; }
-  /// Renews the outputs of sampled controllers; memory of its own, for checkpoints.
+  /// Updates the outputs of sampled controllers; it has its own memory for checkpoints.
   Sampler<T>& sampler() { return sampler_; }
-  /// What the method has to say of how it went ("Newton, dense"), for reports. Empty: nothing
-  /// unusual.
+  /// The method's remark on its run, for reports ("Newton, dense"). Empty: nothing unusual.
   virtual std::string remark() const { return {}; }
 
-  /// Energy that went through each of the system's powers (Description::powers) in the last step
-  /// [J].
+  /// Energy through each of the system's powers (Description::powers) in the last step [J].
   virtual std::span<const T> port_work() const { return port_work_.of_step(); }
-  /// Whether they are integrated with the method's own weights: the balance then closes as well as
-  /// the method does, by two Gauss points inside the step (order 4) otherwise.
+  /// Whether the powers are integrated with the method's own weights. Then the energy balance is as
+  /// exact as the method. Otherwise two Gauss points inside the step are used (order 4).
   virtual bool integrates_power() const { return false; }
-  /// Whether a force that jumps at the ends of steps is seen from the inside of each step.
+  /// Whether each step evaluates a force that jumps at the ends of steps from its inside.
   virtual bool sees_inside() const { return integrates_power(); }
 
-  /// Whether steps are of sizes of its own choice rather than step_size().
+  /// Whether the method chooses its own step sizes instead of step_size().
   virtual bool varies() const { return false; }
   virtual Cost cost() const { return cost_; }
   virtual void set_cost(const Cost& c) { cost_ = c; }
@@ -171,9 +169,9 @@ class BasicIntegrator {
         sampler_(model, phs::to_double(h)),
         n_(size_t(model.description().nx)) {}
 
-  /// step_by() with the sampled controllers as they are.
+  /// step_by() without renewing the sampled controllers.
   [[nodiscard]] Outcome step_off_the_grid(State& state, T h);
-  /// What the samplers renewed for a step goes with it if it fails.
+  /// Undoes the samplers' renewal for a step that failed.
   Outcome taken_back_unless_ok(Outcome o) {
     if (o != Outcome::ok) sampler_.take_back();
     return o;
@@ -195,20 +193,20 @@ using Integrator = BasicIntegrator<double>;
 /// The scalars a method is instantiated for.
 #define PORTHOS_FOR_EACH_STEP_SCALAR(X) X(double) X(porthos::phs::Dual) X(porthos::phs::Quad)
 
-/// All methods, in the order of docs and `porthos methods`.
+/// All methods, in the order of the docs and of `porthos methods`.
 const std::vector<Declaration>& catalogue();
 /// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known
 /// ones
 const Declaration& declaration_of(const std::string& method);
 
-/// Why a method cannot take a system, or nothing if it can.
+/// Why a method cannot integrate a system, or nothing if it can.
 std::optional<std::string> misfit(const Declaration& method, const phs::Description& system);
 
-/// A method by its catalogue name on a system, step h [s]. The model must outlive it. T = double,
-/// Dual or Quad.
+/// A method by its catalogue name, for a system and step h [s]. The model must outlive it. T =
+/// double, Dual or Quad.
 /// @throws InvalidArgument for an unknown name (lists the known ones), a step that is zero or not
-///   finite, a system the method cannot take (see misfit), a scalar it cannot take (rivals work in
-///   double), or a sampled controller whose period is not a whole number of steps
+///   finite, a system or scalar that the method does not support (misfit; rivals work in double),
+///   or a sampled controller whose period is not a whole number of steps
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& method,
                                                           const phs::Model& model, T h,

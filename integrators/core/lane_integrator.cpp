@@ -43,7 +43,7 @@ void LaneIntegrator::put(int lane, const phs::State& state) {
 void LaneIntegrator::load(int lane, const phs::State& start, std::int64_t until) {
   require_size("start state", start.x.size(), n_);
   Run& r = run_[size_t(lane)];
-  // Lanes that have had no run yet must stand somewhere where the system can be evaluated.
+  // Lanes without a run so far need a state at which the system can be evaluated.
   const bool first = in(Phase::idle) == lane_bit(width) - 1;
   for (int l = 0; l < width; ++l)
     if (first || l == lane) put(l, start);
@@ -88,7 +88,7 @@ void LaneIntegrator::port_work(int lane, std::span<double> to) const {
   for (size_t a = 0; a < port_work_.size(); ++a) to[a] = port_work_[a][lane];
 }
 
-/// Counts the steps that are done, wraps angles, stops or begins the next.
+/// Counts finished steps, wraps angles, stops lanes or starts their next step.
 void LaneIntegrator::ended(const Ended& e) {
   for_each_lane(e.failed(), [&](int l) { run_[size_t(l)].phase = Phase::stuck; });
   if (!e.done) return;

@@ -6,13 +6,13 @@
 #include "phs/scalars/scalar.h"
 #include "phs/system/archive.h"
 
-/// How a method that is written once over the scalar T tells its lanes apart. A Pack has a lane for
-/// each of its numbers; any other scalar is one lane.
+/// How a method written once over the scalar T addresses its lanes. A Pack has one lane per number;
+/// any other scalar is one lane.
 namespace porthos::integrators {
 
 using phs::select;
 
-/// Lanes, a bit each.
+/// A set of lanes, one bit each.
 using LaneSet = unsigned;
 inline constexpr LaneSet lane_bit(int lane) { return 1u << lane; }
 
@@ -28,7 +28,7 @@ auto mask_of(LaneSet lanes) {
     return lanes != 0;
   }
 }
-/// The same for a set that is not empty, which costs nothing where there is one lane.
+/// The same for a set that is not empty; free of cost if there is only one lane.
 template <class T>
 auto mask_of_some(LaneSet lanes) {
   if constexpr (phs::is_pack<T>)
@@ -52,14 +52,14 @@ void for_each_lane(LaneSet lanes, F f) {
   for (; lanes; lanes &= lanes - 1) f(std::countr_zero(lanes));
 }
 
-/// Lanes whose step ended with a round of work: it is done, or the method cannot take it.
+/// Lanes whose step ended in a round of work: it is done or has failed.
 struct Ended {
   LaneSet done = 0, not_converged = 0, not_finite = 0;
   LaneSet failed() const { return not_converged | not_finite; }
   bool any() const { return (done | failed()) != 0; }
 };
 
-/// The size of a T, lane by lane: magnitude() gives it.
+/// The type of magnitude(): the size of a T, lane by lane.
 template <class T>
 using Size = std::conditional_t<phs::is_pack<T>, T, double>;
 template <int W, bool native>
@@ -77,7 +77,7 @@ double in_lane(const T& x, int lane) {
   }
 }
 
-/// One lane of a number to or from an archive.
+/// Saves or loads one lane of a number.
 template <class T>
 void carry_lane(Archive& a, T& x, int lane) {
   if constexpr (phs::is_pack<T>) {

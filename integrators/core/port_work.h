@@ -7,14 +7,14 @@
 
 namespace porthos::integrators {
 
-/// The ledger of one step: ∫ power dt [J] of each of a system's powers, by the weights of the
-/// method where it keeps them itself (Kotyczka, Lefevre 2019), else by two Gauss points on the
-/// cubic between both ends of the step: inside it, so that a thruster that switches at its ends is
-/// seen as it is.
+/// The energy balance of one step: ∫ power dt [J] of each of a system's powers. It uses the
+/// method's own weights if the method integrates the powers itself (Kotyczka, Lefevre 2019).
+/// Otherwise it uses two Gauss points on the cubic through both ends of the step. They lie inside
+/// it, so they see the right side of a thruster that switches at its ends.
 template <class T>
 class PortWork {
  public:
-  /// on: whether to keep a ledger at all
+  /// on: whether to integrate the powers at all
   explicit PortWork(const phs::Description& d, bool on = true)
       : power_(on ? d.powers.size() : 0), of_step_(power_.size()) {
     if (!any()) return;
@@ -44,7 +44,7 @@ class PortWork {
     for (size_t a = 0; a < of_step_.size(); ++a) of_step_[a] += weight * power_[a];
   }
 
-  /// For methods that do not keep a ledger: around a step, with the state in x + lo.
+  /// For methods that do not integrate powers: call it before a step, with the state in x + lo.
   void before(phs::System<T>& s, T t, T h, const std::vector<T>& x, const std::vector<T>& lo) {
     for (size_t i = 0; i < x.size(); ++i) x0_[i] = x[i] + lo[i];
     s.field(t + hair(t, h), x0_, {}, f0_);

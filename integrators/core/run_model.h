@@ -7,8 +7,8 @@
 
 namespace porthos::integrators {
 
-/// A model for one run: its evaluators read what the sampled controllers hold in this run. The
-/// model it stands for must outlive it.
+/// A model for one run: its evaluators read the values that the sampled controllers hold in this
+/// run. The underlying model must outlive it.
 class RunModel final : public phs::ModelFor<RunModel> {
  public:
   using Memory = std::shared_ptr<std::vector<double>>;
@@ -18,7 +18,7 @@ class RunModel final : public phs::ModelFor<RunModel> {
       memories_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
     held_.assign(memories_.begin(), memories_.end());
   }
-  /// A part of `whole` that has the same sampled controllers.
+  /// A part of `whole` with the same sampled controllers.
   RunModel(const phs::Model& part, const RunModel& whole)
       : model_(part), memories_(whole.memories_), held_(whole.held_) {}
   const phs::Description& description() const override { return model_.description(); }
@@ -38,8 +38,8 @@ class RunModel final : public phs::ModelFor<RunModel> {
   std::vector<phs::HeldPtr> held_;
 };
 
-/// The model of a run, and what keeps it. A model without sampled controllers is its own; so is one
-/// of a run already, of which this is a part (the method within a step control).
+/// The model of a run, and its owner. A model without sampled controllers is used as it is. So is
+/// one that already belongs to a run (the method inside a step control).
 struct OfRun {
   explicit OfRun(const phs::Model& m) : model(&m) {
     if (m.holds().empty() || dynamic_cast<const RunModel*>(&m)) return;

@@ -11,12 +11,12 @@
 
 namespace porthos::integrators {
 
-/// Renews the outputs of a model's sampled controllers at their instants: at steps of a run of
-/// constant step h, or by the clock. A new sampler takes them back to their start.
+/// Updates the outputs of a model's sampled controllers at their instants: by counting steps of
+/// constant size h, or by the clock. A new sampler resets them to their start.
 template <class T>
 class Sampler {
  public:
-  /// model: a RunModel, where it has sampled controllers at all.
+  /// model: a RunModel if it has sampled controllers.
   /// @throws InvalidArgument for a period that is not a whole number of steps, or another model
   Sampler(const phs::Model& model, double h) : holds_(model.holds()) {
     if (holds_.empty()) return;
@@ -39,9 +39,10 @@ class Sampler {
     before_ = memory();
   }
   bool any() const { return !holds_.empty(); }
-  /// Instants are multiples of the periods, at which steps of any size must end: next_instant().
+  /// Instants are multiples of the periods. Steps may have any size but must end at next_instant().
   void go_by_the_clock() { by_clock_ = true; }
-  /// The first multiple of a period after t, in the direction of the run; infinite without any.
+  /// The first multiple of a period after t, in the direction of the run; infinite if there is
+  /// none.
   double next_instant(double t, bool backwards) const {
     double next = backwards ? -HUGE_VAL : HUGE_VAL;
     for (const auto& hold : holds_) {
@@ -51,16 +52,15 @@ class Sampler {
     }
     return next;
   }
-  /// @throws InvalidArgument if there is any
+  /// @throws InvalidArgument if there are sampled controllers that count steps
   void refuse(const char* what) const {
     if (any() && !by_clock_)
       throw InvalidArgument("the controller '" + holds_[0]->name + "' is sampled: " + what +
                             " would miss its instants, expected steps of one size");
   }
 
-  /// Before the step that begins at this state.
-  /// @throws InvalidArgument if whole steps are no longer counted from time 0: the instants would
-  ///   be missed
+  /// Call it before the step that begins at this state.
+  /// @throws InvalidArgument if steps are no longer counted from time 0, which would miss instants
   void renew(phs::System<T>& system, TurnKeeper<T>& turns, T t, const phs::BasicState<T>& s) {
     before_.clear();
     save(before_);
@@ -77,7 +77,7 @@ class Sampler {
     }
   }
 
-  /// As if the last renewal had not been: for a step that failed.
+  /// Undoes the last renewal, after a step that failed.
   void take_back() { restore(before_); }
 
   std::vector<double> memory() const {
@@ -106,12 +106,12 @@ class Sampler {
     return std::fabs(n - std::round(n)) <= near_;
   }
 
-  static constexpr double near_ = 1e-9;  ///< of a period: the clock's rounding
+  static constexpr double near_ = 1e-9;  ///< of a period: rounding of the clock
   bool by_clock_ = false;
   std::vector<phs::HoldPtr> holds_;
   std::vector<RunModel::Memory> memories_;
-  std::vector<std::int64_t> every_;  ///< steps from instant to instant
-  std::vector<double> before_;       ///< the last renewal
+  std::vector<std::int64_t> every_;  ///< steps between instants
+  std::vector<double> before_;       ///< memory before the last renewal
   std::vector<T> x_;
 };
 

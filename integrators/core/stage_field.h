@@ -8,15 +8,15 @@
 
 namespace porthos::integrators {
 
-/// A system evaluated at up to V points at once: as lanes where T is double, one after another
-/// otherwise, with the same bits. `used` says how many points count; lanes beyond must hold a point
-/// too and come back as the last one's value.
+/// A system evaluated at up to V points at once: as lanes if T is double, otherwise one after
+/// another, with the same bits. `used` is the number of points. Lanes beyond it must hold a point
+/// too; they return the value of the last one.
 template <class T, int V>
 class StageField {
  public:
   using Lanes = StageLanes<T, V>;
 
-  /// one: the evaluator of single points, owned and told its turns by the integrator
+  /// one: the evaluator of single points; the integrator owns it and sets its turns
   StageField(const phs::Model& model, phs::System<T>& one, bool lanes)
       : one_(one),
         turns_(model.description()),
@@ -39,7 +39,8 @@ class StageField {
       if (all_) return all_->field(Lanes(t) + dt, Y, {}, F);
     each(Y, F, used, [&](int i) { one_.field(t + dt[i], point_, {}, value_); });
   }
-  /// powers(a, i) of the first `used` points, where the field is F; E is scratch.
+  /// Calls `take` for the powers(a, i) of the first `used` points, where the field is F; E is
+  /// scratch.
   template <class Take>
   void powers(T t, const Lanes& dt, std::span<const Lanes> Y, std::span<const Lanes> F,
               std::span<Lanes> E, int used, Take take) {

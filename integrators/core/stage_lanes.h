@@ -7,7 +7,7 @@
 /// Stage data lane by lane: machine lanes for double, a plain array for the other scalars.
 namespace porthos::integrators {
 
-/// W numbers of a scalar that has no lanes, used as a Pack is.
+/// W numbers of a scalar without lanes, with the interface of a Pack.
 template <class T, int W>
 struct StageArray {
   T v[W];
@@ -32,7 +32,7 @@ struct StageArray {
   StageArray& operator+=(const StageArray& b) { return *this = *this + b; }
 };
 
-/// How many stages one machine register holds: eight with AVX-512, else four.
+/// The number of stages per machine register: eight with AVX-512, else four.
 inline constexpr int stage_lanes = phs::native_lanes >= 8 ? 8 : 4;
 
 template <class T, int W>

@@ -4,10 +4,10 @@
 
 #include "phs/scalars/scalar.h"
 
-/// When an implicit iteration is done. Shared by every implicit method.
+/// The stopping rule of all implicit iterations.
 namespace porthos::integrators {
 
-/// The size of a number, derivative included; NaN stays NaN.
+/// The size of a number, including its derivative; NaN stays NaN.
 inline double magnitude(double x) { return std::fabs(x); }
 inline double magnitude(phs::Quad x) { return double(phs::abs(x)); }
 inline double magnitude(phs::Dual x) { return std::fabs(x.v) + std::fabs(x.d); }
@@ -17,13 +17,13 @@ inline constexpr double unit_roundoff = 0x1p-53;
 template <>
 inline constexpr double unit_roundoff<phs::Quad> = 0x1p-113;
 
-/// What a sweep did.
+/// The effect of one sweep.
 struct Sweep {
   bool finite = true, changed = false;
-  bool improved = false;  ///< some component moved less than ever before in this step
+  bool improved = false;  ///< some component made its smallest move in this step
   double change = 0;      ///< largest move, relative to its component's size
 
-  /// Moves below this much cannot be told from none.
+  /// Moves smaller than the noise count as the noise.
   void blur(double noise) {
     if (noise > change) {
       change = noise;
@@ -32,23 +32,23 @@ struct Sweep {
   }
 };
 
-/// Sweeps go on to stagnation. A tolerance would stop on one side of the solution and bias the
-/// energy.
+/// Iterates to stagnation. A tolerance would stop on one side of the solution and bias the energy.
 ///
-/// They go on while some component still moves less than ever before; one sweep of grace, then they
-/// stop. With many components one or another sets a record in its noise for long, so four sweeps
-/// without a record of the largest move end it too. None of this counts above `settled`: there a
-/// contraction that oscillates needs patience, and a pause is no solution.
+/// The iteration continues while the move of some component is the smallest in this step, then for
+/// one more sweep. With many components, one or another sets such a record within its noise for
+/// long. So it also ends after four sweeps without a record of the largest move. These rules apply
+/// only below `settled`: above it, a contraction that oscillates needs patience, and a pause does
+/// not mean convergence.
 class Stagnation {
  public:
   enum class Verdict {
     go_on,
     exact,      ///< nothing changed: a fixed point
-    stagnated,  ///< as good as it gets
+    stagnated,  ///< no further progress possible
     diverges,   ///< no progress far from a solution
     not_finite
   };
-  /// settled: relative move below which only noise is left; tolerance: see
+  /// settled: relative move below which only noise remains; tolerance: see
   /// Options::iteration_tolerance
   explicit Stagnation(double settled, double tolerance = 0)
       : settled_(settled), tolerance_(tolerance) {}
@@ -57,7 +57,7 @@ class Stagnation {
     return Stagnation(unit_roundoff<T> * 1e5, tolerance);
   }
 
-  /// patience: sweeps without a record, far from a solution, before they diverge
+  /// patience: sweeps without a record, far from a solution, before divergence is declared
   void restart(int patience = 10) {
     patience_ = patience;
     smallest_ = HUGE_VAL;
@@ -69,10 +69,10 @@ class Stagnation {
     noise_known_ = false;
   }
 
-  /// Whether the moves, small already, have all but stopped shrinking above `settled`: slow
-  /// contraction, or rounding that the equations magnify, as a stiff spring does that of a
-  /// difference of angles. Asked for once between restarts; who can tell then says how large moves
-  /// by noise are.
+  /// Whether the moves are small but have almost stopped shrinking above `settled`. The cause is
+  /// either slow contraction or rounding that the equations amplify (as a stiff spring does for a
+  /// difference of angles). It is asked once between restarts; the caller then answers with
+  /// set_noise().
   bool wants_noise() const {
     return !noise_known_ && last_ > settled_ && last_ < small * settled_ && ratio_ > 0.3;
   }
@@ -95,13 +95,13 @@ class Stagnation {
     grace_ = s.improved || since_record_ == 0 ? 1 : grace_ - 1;
     return grace_ < 0 || since_record_ >= 4 ? Verdict::stagnated : Verdict::go_on;
   }
-  /// Whether the moves have become small enough for only noise to be left.
+  /// Whether the moves are so small that only noise remains.
   bool settled() const { return last_ <= std::max(settled_, noise_); }
-  /// The last move over the one before: the contraction where it is steady.
+  /// The last move divided by the one before: the contraction rate if it is steady.
   double ratio() const { return ratio_; }
 
  private:
-  static constexpr double small = 1e5;  ///< of `settled`: above, nothing is noise
+  static constexpr double small = 1e5;  ///< times `settled`: larger moves are not noise
 
   double settled_, tolerance_;
   double noise_ = 0;

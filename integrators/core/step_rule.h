@@ -7,27 +7,27 @@
 #include "integrators/core/lane_integrator.h"
 #include "integrators/core/lane_set.h"
 
-/// A method written once, for one state and for a state per SIMD lane. It is a template over the
+/// A method written once, for one state or one state per SIMD lane. It is a template over the
 /// scalar T: double, Dual or Quad for one state, the Pack of LaneIntegrator for lanes. Its members:
 ///   Rule(const Workplace<T>&)
-///   integrates_power               whether round() leaves the step's works in Workplace::works
-///   LaneSet begin(lanes, at)  first values for a step of these lanes; returns those it cannot take
-///   Ended round(lanes, at)    the work all lanes do together, and which steps ended with it. Where
-///                             a step failed, the lane remembers what it did before the step
-///   T move(k)                 what a step that is done adds to number k of its state
-///   void forget(lanes, at)    nothing of earlier steps counts; the field is finite in these lanes
-///   void carry(archive, lane) what a lane remembers; of one state it is loaded, too
-/// It does not branch on a T: select(mask_of<T>(lanes), a, b) tells lanes apart.
+///   integrates_power               whether round() writes the step's works to Workplace::works
+///   LaneSet begin(lanes, at)  sets first values for a step of these lanes; returns those that fail
+///   Ended round(lanes, at)    one round of work for all lanes; returns the steps that ended. If
+///                             a step failed, the lane's memory is that before the step
+///   T move(k)                 what a finished step adds to number k of its state
+///   void forget(lanes, at)    drops what earlier steps left; the field is finite in these lanes
+///   void carry(archive, lane) the memory of a lane; it is loaded for one state only
+/// It does not branch on a T: select(mask_of<T>(lanes), a, b) distinguishes lanes.
 namespace porthos::integrators {
 
-/// Where a step begins.
+/// The start of a step.
 template <class T>
 struct StepStart {
   T t, h;
   std::span<const T> x, lo;
 };
 
-/// What a method works with; all of it belongs to the integrator.
+/// The objects that a method uses; the integrator owns them.
 template <class T>
 struct Workplace {
   const phs::Model& model;
@@ -37,7 +37,7 @@ struct Workplace {
   Cost& cost;
 };
 
-/// One state.
+/// The integrator of one state.
 template <template <class> class Rule, class T>
 class OneState final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
@@ -67,8 +67,8 @@ class OneState final : public BasicIntegrator<T> {
   Rule<T> rule_;
 };
 
-/// A state per lane, by a rule over LaneIntegrator::Lanes. more: what the rule's constructor takes
-/// besides.
+/// One state per lane, by a rule over LaneIntegrator::Lanes. more: further constructor arguments of
+/// the rule.
 template <class Rule>
 class StatePerLane final : public LaneIntegrator {
  public:
@@ -104,7 +104,7 @@ class StatePerLane final : public LaneIntegrator {
   Rule rule_;
 };
 
-/// The entry of a rule in the catalogue, for every scalar and for lanes.
+/// The catalogue entry of a rule, for every scalar and for lanes.
 template <template <class> class Rule>
 Entry entry_by_rule(Declaration declaration) {
   return with_lanes(

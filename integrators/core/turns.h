@@ -6,7 +6,7 @@
 
 namespace porthos::integrators {
 
-/// Tells a system the turn counts of a state when they have changed.
+/// Passes the turn counts of a state to a system when they have changed.
 template <class T>
 class TurnKeeper {
  public:

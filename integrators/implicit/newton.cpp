@@ -43,7 +43,7 @@ void SimplifiedNewton::choose_solvers(const phs::Model& model, Solver solver) {
       own_field_ = field_in_duals(model);
       field_ = own_field_.get();
     }
-    try {  // a system without a gradient in duals says so here, not in the middle of a run
+    try {  // throws here, not in the middle of a run, if a gradient has no duals
       std::vector<phs::Dual> x(d_.size()), f(d_.size());
       (*field_)(0, x, f);
     } catch (const InvalidArgument&) {
@@ -58,10 +58,10 @@ void SimplifiedNewton::choose_solvers(const phs::Model& model, Solver solver) {
 }
 
 void SimplifiedNewton::diagonalise(std::span<const double> A) {
-  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Many zero eigenvalues, of
-  // methods with fewer degrees than nodes, have no well-defined eigenvectors: A = U C on its range,
-  // and C U has the others, with vectors
-  // v = U z, w = yᵀ C / λ from its own z and y.
+  // A = Σ_k 2 Re(v_k λ_k w_kᵀ) over the pairs, plus the real ones. Methods of lower degree than
+  // their number of nodes have many zero eigenvalues, whose eigenvectors are not well defined. So A
+  // = U C on its range, and C U has the other eigenvalues, with vectors v = U z, w = yᵀ C / λ from
+  // its own z and y.
   using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   const auto s = Eigen::Index(s_);
   const Matrix a =
@@ -96,7 +96,7 @@ void SimplifiedNewton::diagonalise(std::span<const double> A) {
     }
     ++lane;
   }
-  for (; lane < 4; ++lane) {  // to spare: they solve with a right-hand side of zero
+  for (; lane < 4; ++lane) {  // spare lanes solve with a right-hand side of zero
     lambda_.re.set(lane, lambda_.re[0]);
     lambda_.im.set(lane, lambda_.im[0]);
   }
@@ -129,7 +129,7 @@ void SimplifiedNewton::solve(std::span<double> r) {
   }
   resolvent().solve(d_);
   for (size_t k = 0; k < d_.size(); ++k) {
-    const Complex4 e = d_[k] - before_[k];  // what the solve is beyond the identity
+    const Complex4 e = d_[k] - before_[k];  // the solve without the identity
     for (size_t i = 0; i < s_; ++i) {
       const phs::Pack4 x = back_[i].re * e.re - back_[i].im * e.im;
       r[k * s_ + i] += (x[0] + x[1]) + (x[2] + x[3]);

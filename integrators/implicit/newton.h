@@ -7,30 +7,30 @@
 #include "integrators/core/integrator.h"
 #include "integrators/implicit/resolvents.h"
 
-/// Simplified Newton iteration of implicit Runge-Kutta-like methods, and when to use it.
+/// Simplified Newton iteration of implicit Runge-Kutta-like methods, and the rule for its use.
 namespace porthos::integrators {
 
 /// r ← (I - h A ⊗ J)⁻¹ r for a method's s × s matrix A, J ≈ Df frozen at one point.
 ///
-/// A is diagonalised once, so the s·nx equations fall apart into complex ones of size nx, one for
-/// each conjugate pair and one for each real eigenvalue, solved side by side as lanes (Hairer,
-/// Wanner 1996, IV.8). J has no say in the limit of the iteration, which is that of the residual it
-/// is given.
+/// A is diagonalised once, so the s·nx equations decouple into complex ones of size nx: one for
+/// each conjugate pair and one for each real eigenvalue. They are solved side by side as lanes
+/// (Hairer, Wanner 1996, IV.8). J does not affect the limit of the iteration, which the given
+/// residual determines.
 class SimplifiedNewton {
  public:
-  /// A row-major. field: whose Jacobian the dense and the Krylov solver take; of the model itself
-  /// if null. It must outlive this.
+  /// A row-major. field: the map whose Jacobian the dense and the Krylov solver use; null: the
+  /// model's field. It must outlive this object.
   /// @throws InvalidArgument if A has more than four distinct pairs and real eigenvalues, or the
-  ///   system does not offer the solver asked for
+  ///   system does not support the chosen solver
   SimplifiedNewton(const phs::Model& model, std::span<const double> A, Solver solver,
                    DualField* field = nullptr);
 
-  /// The solvers at hand in the order of trial; of the automatic choice see Solver. None where the
+  /// The available solvers in the order of trial; for the automatic choice see Solver. Empty if the
   /// system has no resolvent and its field cannot be evaluated in duals.
   const std::vector<Solver>& solvers() const { return solvers_; }
-  /// Whether `solver` stands factored for steps of size h.
+  /// Whether `solver` is factored for steps of size h.
   bool ready(Solver solver, double h) const { return solver == frozen_ && h == h_; }
-  /// Freezes J at (t, x), with the turns of the state x belongs to.
+  /// Fixes J at (t, x), with the turns of the state that x belongs to.
   void freeze(Solver solver, double t, double h, std::span<const double> x,
               const std::vector<std::int64_t>& turns);
   void forget() { frozen_ = Solver::automatic; }
@@ -40,7 +40,7 @@ class SimplifiedNewton {
   std::int64_t evaluations() const;
   std::int64_t factorisations() const { return factorisations_; }
 
-  /// Where J was frozen; a factorisation is made again from it.
+  /// The point where J was frozen; loading it repeats the factorisation.
   void carry(Archive& a);
 
  private:
@@ -69,14 +69,14 @@ class SimplifiedNewton {
   std::vector<std::int64_t> turns_;
 };
 
-/// What a solve may be off by, of a residual it was given: it works in double, and (I - h A ⊗ J)⁻¹
-/// r is the difference of two numbers of the size of r. Where Newton wanders to where r is
-/// enormous, the move may come out as nothing at all; that is no convergence, so this counts as a
-/// move.
+/// The possible error of a solve for a given residual r. The solve works in double, and (I - h A ⊗
+/// J)⁻¹ r is the difference of two numbers of the size of r. If Newton's iteration reaches a point
+/// where r is enormous, the computed move may be zero. That is no convergence, so this error counts
+/// as a move.
 inline double solver_noise(double residual) { return 0x1p-53 * residual; }
 
-/// The parts of a number that Newton's linear solve takes one after another: a derivative obeys the
-/// equations linearised, with the same matrix.
+/// The parts of a number that Newton's linear solve treats one after another. A derivative obeys
+/// the linearised equations, with the same matrix.
 template <class T>
 inline constexpr int newton_parts = std::is_same_v<T, phs::Dual> ? 2 : 1;
 template <class T>
@@ -98,12 +98,12 @@ void set_part(T& x, int part, double value) {
   }
 }
 
-/// Which solver a step begins with. Fixed point until three steps running are slow or one fails;
-/// then Newton, with a trial of the fixed point every 32 steps, and ever more rarely as the trials
-/// fail. It depends on counts of sweeps only.
+/// The solver that a step begins with. Fixed-point iteration until three consecutive steps are slow
+/// or one fails; then Newton, with a trial of the fixed point every 32 steps, and less often as
+/// trials fail. It depends on counts of sweeps only.
 class SolverChoice {
  public:
-  static constexpr int slow_sweeps = 30;   ///< at 0.3 a sweep: Newton is cheaper
+  static constexpr int slow_sweeps = 30;   ///< at a factor 0.3 per sweep: Newton is cheaper
   static constexpr int trial_sweeps = 20;  ///< a trial must end by then
 
   bool newton() const { return newton_ && wait_ > 0; }
@@ -129,7 +129,8 @@ class SolverChoice {
       rung_ = 0;
     }
   }
-  /// No Newton converged, the fixed point may have: it is not tried again for a while.
+  /// No Newton solver converged, although the fixed point may have: Newton is not retried for a
+  /// while.
   void newton_failed() {
     newton_ = false;
     slow_ = -interval_;

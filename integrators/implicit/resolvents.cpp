@@ -129,7 +129,7 @@ class Krylov final : public DualResolvent {
   }
 
  private:
-  /// w = (I - z J) d, by one product for the real and one for the imaginary part of every lane in
+  /// w = (I - z J) d, with one product each for the real and the imaginary part of every lane in
   /// use.
   void apply(const C* d, C* w) {
     std::copy_n(d, n_, w);
@@ -154,7 +154,7 @@ class Krylov final : public DualResolvent {
     for (size_t i = 0; i < n_; ++i) sum += a[i].norm2();
     return sqrt(sum);
   }
-  /// b = a / length; a lane that is zero stays zero.
+  /// b = a / length; a zero lane stays zero.
   void scale(const C* a, C* b, Pack4 length) const {
     const Pack4 zero(0.0), one(1.0);
     const Pack4 s = select(length > zero, one / select(length > zero, length, one), zero);
@@ -171,7 +171,7 @@ class Krylov final : public DualResolvent {
       if (g.norm2()[lane] > tolerance * tolerance * start[lane] * start[lane]) return false;
     return true;
   }
-  /// The Givens rotation that takes (a, b), b >= 0, to (√(|a|² + b²), 0); a becomes that.
+  /// The Givens rotation that maps (a, b), b >= 0, to (√(|a|² + b²), 0); a becomes that.
   void make_turn(size_t k, C& a, Pack4 b) {
     const C length{sqrt(a.norm2() + b * b), Pack4(0.0)};
     c_[k] = quotient(a, length);

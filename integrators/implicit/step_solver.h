@@ -5,18 +5,18 @@
 #include "integrators/core/stagnation.h"
 #include "integrators/implicit/newton.h"
 
-/// How the equations of an implicit step are solved. Shared by every implicit method.
+/// The solution of an implicit step's equations. Shared by all implicit methods.
 namespace porthos::integrators {
 
-/// The loop of an implicit step, by its parts:
-///   guess(predicted)   puts the unknowns to their first values, with or without a prediction from
-///                      the step before
-///   sweep(distance)    one sweep; distance: how far the unknowns are from the start of the step,
-///                      in the units of Sweep
+/// The parts of the loop of an implicit step:
+///   guess(predicted)   sets the unknowns to first values, with or without a prediction from the
+///                      step before
+///   sweep(distance)    one sweep; distance: of the unknowns from the start of the step, in the
+///                      units of Sweep
 ///   between()          called before each further sweep
 ///   noise()            the largest move that may be rounding only, in the units of Sweep; 0 if not
 ///                      known
-///   finish()           brings what the sweeps see up to what the last of them moved
+///   finish()           updates what the sweeps read after the last of them
 template <class Guess, class SweepOnce, class Between, class Noise, class Finish>
 struct Iteration {
   Guess guess;
@@ -28,15 +28,15 @@ struct Iteration {
 template <class G, class S, class B, class N, class F>  // which Clang 14 does not deduce by itself
 Iteration(G, S, B, N, F)->Iteration<G, S, B, N, F>;
 
-/// An iteration between its sweeps: the one state machine of all implicit methods, of one state or
-/// of a lane.
+/// The state of an iteration between its sweeps: the one state machine of all implicit methods, for
+/// one state or one lane.
 class Iterating {
  public:
-  /// What the last sweep calls for.
+  /// The action after a sweep.
   enum class Next {
     sweep,
-    guess_again,  ///< the prediction was further off than none at all: first values without it
-    finish,       ///< as good as it gets: finish(), then done
+    guess_again,  ///< the prediction was worse than none: start without it
+    finish,       ///< no further progress: finish(), then done
     done,         ///< a fixed point
     diverges,
     not_finite
@@ -68,12 +68,12 @@ class Iterating {
            : verdict == diverges  ? Next::diverges
                                   : Next::not_finite;
   }
-  /// Whether there are no sweeps left. Then it is good enough if only noise seems left.
+  /// Whether the sweeps are used up. The result is good enough if only noise seems to remain.
   bool ran_out() const { return sweeps_ >= most_; }
   bool settled() const { return stagnation_.settled(); }
 
   int sweeps() const { return sweeps_; }
-  bool dropped() const { return dropped_; }  ///< so was the prediction
+  bool dropped() const { return dropped_; }  ///< so the prediction was dropped
   const Stagnation& stagnation() const { return stagnation_; }
 
  private:
@@ -85,10 +85,10 @@ class Iterating {
 /// How an iteration ended.
 struct Iterated {
   Outcome outcome = Outcome::not_converged;
-  bool ran_out = false;  ///< of sweeps, before stagnation; ok if only noise seemed left
+  bool ran_out = false;  ///< of sweeps, before stagnation; ok if only noise seems to remain
 };
 
-/// Sweeps to stagnation, from a prediction where there is a good one.
+/// Sweeps to stagnation, from a prediction if there is a good one.
 template <class... Parts>
 Iterated iterate(const Iteration<Parts...>& parts, Iterating& iteration, bool predicted,
                  int most_sweeps, int patience = 10) {
@@ -120,13 +120,13 @@ Iterated iterate(const Iteration<Parts...>& parts, Iterating& iteration, bool pr
   return {Outcome::ok, true};
 }
 
-/// What the solver remembers from step to step.
+/// What the solver keeps from step to step.
 struct SolverMemory {
   int distrust = 0;      ///< steps left without a prediction
-  int fresh_sweeps = 0;  ///< of the last iteration with a J of its own
+  int fresh_sweeps = 0;  ///< of the last iteration that froze its own J
   SolverChoice choice;
 
-  /// For the next step: whether it begins with the prediction.
+  /// For the next step: whether it starts from the prediction.
   bool trusts(bool have_prediction) {
     if (distrust == 0) return have_prediction;
     --distrust;
@@ -135,23 +135,23 @@ struct SolverMemory {
   void dropped_prediction() { distrust = 16; }
 };
 
-/// Solves steps by the fixed point while it contracts, else by Newton (see Solver). Of the
-/// equations it asks guess, sweep and finish as above — a sweep by Newton where newton() says so —
-/// and
-///   freeze(newton, solver)   freezes J where the unknowns are now
-///   newton_step()            the step size J is frozen for
-///   noise()                  of moves by Newton, as above, where it is offered
+/// Solves steps by fixed-point iteration while it contracts, else by Newton (see Solver). Of the
+/// equations it requires guess, sweep and finish as above, where a sweep is one of Newton if
+/// newton() is not null, and
+///   freeze(newton, solver)   freezes J at the current unknowns
+///   newton_step()            the step size for which J is frozen
+///   noise()                  of Newton's moves, as above; optional
 class StepSolver {
  public:
   StepSolver(Stagnation stagnation, const Options& o, size_t n)
       : iteration_(stagnation), asked_(o.solver), most_sweeps_(o.max_sweeps), n_(n) {}
 
-  /// Without, all is done by the fixed point.
+  /// Without it, everything is solved by fixed-point iteration.
   void set_newton(std::unique_ptr<SimplifiedNewton> newton) {
     if (!newton->solvers().empty()) newton_ = std::move(newton);
   }
   bool has_newton() const { return newton_ != nullptr; }
-  /// The Newton iteration at work, or null.
+  /// The Newton iteration in use, or null.
   SimplifiedNewton* newton() const {
     return solver_ == Solver::fixed_point ? nullptr : newton_.get();
   }
@@ -167,7 +167,7 @@ class StepSolver {
   }
 
   void carry(Archive& a) { carry(a, memory_); }
-  /// With what a lane remembers instead.
+  /// With the memory of a lane instead.
   void carry(Archive& a, SolverMemory& memory) {
     a(memory.distrust);
     if (!newton_) return;
@@ -177,8 +177,9 @@ class StepSolver {
   }
 
  private:
-  /// When a Newton iteration takes a new J. always: an iteration that contracts badly gets one at
-  /// every sweep, and more patience — far from linear, Newton's method wanders before it converges.
+  /// When a Newton iteration computes a new J. always: an iteration that contracts badly computes
+  /// one at every sweep and gets more patience, because on strongly nonlinear equations
+  /// Newton's method wanders before it converges.
   enum class Refresh { some, always };
   static constexpr int some_refreshes = 8;
 
@@ -187,7 +188,7 @@ class StepSolver {
                      Refresh refresh = Refresh::some);
   template <class Equations>
   Outcome by_newton(Equations& e, bool predicted, Solver solver);
-  /// What a factorisation costs, in sweeps, about.
+  /// The approximate cost of a factorisation, in sweeps.
   int worth_of_a_factorisation(Solver solver) const {
     return solver == Solver::newton_articulated ? 2
            : solver == Solver::newton_dense     ? 2 + int(n_) / 8
@@ -200,8 +201,8 @@ class StepSolver {
   size_t n_;
   std::unique_ptr<SimplifiedNewton> newton_;  ///< null: fixed point only
   SolverMemory memory_;
-  Solver solver_ = Solver::fixed_point;  ///< at work
-  bool ran_out_ = false;                 ///< so did the last iteration
+  Solver solver_ = Solver::fixed_point;  ///< in use
+  bool ran_out_ = false;                 ///< the last iteration ran out of sweeps
   bool fresh_ = false;                   ///< J was frozen in this iteration
 };
 
@@ -218,7 +219,7 @@ Outcome StepSolver::solve(Equations& e, bool have_prediction, Cost& cost) {
         memory_.choice.trial() ? std::min(SolverChoice::trial_sweeps, most_sweeps_) : most_sweeps_;
     o = iterate_by(e, predicted, Solver::fixed_point, limit);
     all_tried = limit == most_sweeps_ && !ran_out_;
-    if (ran_out_) o = Outcome::not_converged;  // Newton goes further than "only noise seems left"
+    if (ran_out_) o = Outcome::not_converged;  // Newton gets closer than "only noise"
     memory_.choice.fixed_point_was(o == Outcome::ok, iteration_.sweeps());
     if (o == Outcome::ok) return o;
   }
@@ -236,8 +237,8 @@ Outcome StepSolver::solve(Equations& e, bool have_prediction, Cost& cost) {
   return o;
 }
 
-/// With the J of an earlier step if it still serves, else with its own, in the end with a new one
-/// at every sweep.
+/// First with the J of an earlier step if it is still useful, then with its own J, finally with a
+/// new one at every sweep.
 template <class Equations>
 Outcome StepSolver::by_newton(Equations& e, bool predicted, Solver solver) {
   Outcome o = iterate_by(e, predicted, solver, most_sweeps_);
@@ -271,7 +272,7 @@ Outcome StepSolver::iterate_by(Equations& e, bool predicted, Solver solver, int 
   };
   const auto guess = [&](bool with) {
     e.guess(with);
-    // What was frozen at a prediction goes with it.
+    // A J frozen at a prediction is dropped with that prediction.
     if (newton && (fresh_ || !newton_->ready(solver, e.newton_step()))) freeze();
   };
   const auto sweep = [&](double& distance) { return e.sweep(distance); };

@@ -10,7 +10,7 @@
 namespace porthos::integrators {
 namespace {
 
-/// The step of one state, by fixed point or Newton.
+/// The step of one state, by fixed-point iteration or Newton.
 template <class T, int W>
 class Collocation final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
@@ -87,7 +87,7 @@ class Collocation final : public BasicIntegrator<T> {
   bool integrates_power() const override { return true; }
 
  private:
-  /// What the solver works on.
+  /// The equations that the solver works on.
   struct Equations {
     Collocation& method;
     const State& state;
@@ -137,11 +137,11 @@ class Collocation final : public BasicIntegrator<T> {
     field_.field(t_, step_.ch[c], step_.Y[c], F_[c], std::min(V, step_.s - c * V));
   }
 
-  /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solution for that
-  /// one's distance from it: in stiff directions f turns the rounding of Y into much, and the solve
-  /// turns it back, so that L is good to the rounding of Y in every direction. (The update from the
-  /// stages instead of f, Hairer, Wanner 1996, IV.8, does no more in stiff directions and loses in
-  /// the others.)
+  /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solve of the
+  /// distance from that value. In stiff directions f amplifies the rounding of Y, and the solve
+  /// reduces it again, so L is accurate to the rounding of Y in every direction. (The update from
+  /// the stages instead of f, Hairer, Wanner 1996, IV.8, is no better in stiff directions and worse
+  /// in the others.)
   void improve() {
     cost_.evaluations += step_.s;
     ++cost_.sweeps;
@@ -184,16 +184,16 @@ class Collocation final : public BasicIntegrator<T> {
     distance = moves.distance;
     Sweep p = moves.in_lane(0);
     if (solver_.newton()) {
-      // Newton's solve spreads its noise over all components, where single records mean nothing.
+      // Newton's solve spreads its noise over all components, so single records mean nothing.
       p.improved = false;
       for (size_t k = 0; k < n_; ++k) p.blur(noise_[k] / size_[k]);
     }
     return p;
   }
 
-  /// What Newton's move comes to by rounding alone: that of stage values off by a few units in
-  /// their last places, this way and that. A spring as stiff as a shaft makes much of the rounding
-  /// of two angles; no sweep gets below it.
+  /// The size of Newton's move that is due to rounding alone: computed from stage values perturbed
+  /// by a few units in their last places. A spring as stiff as a shaft amplifies the rounding of
+  /// two angles; no sweep gets below this size.
   double noise_of_newton(const State& state) {
     const int s = step_.s;
     const auto field = [&] {

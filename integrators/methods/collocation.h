@@ -7,13 +7,14 @@
 
 namespace porthos::integrators {
 
-/// What a table is made of for steps in T.
+/// The number type of the tables for steps in T.
 template <class T>
 using TableReal = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
 
-/// The step of every method that a CollocationTable describes: Gauss, HBVM, Lobatto pairs. All
-/// stages at once, as SIMD lanes; iterated to stagnation from the extrapolated polynomial of the
-/// step before; compensated state. A table with mu_p needs a canonical system.
+/// The step of every method that a CollocationTable describes: Gauss, HBVM, Lobatto pairs. It
+/// evaluates all stages at once as SIMD lanes, and iterates to stagnation from the extrapolated
+/// polynomial of the last step. The state is compensated. A table with mu_p requires a canonical
+/// system.
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_collocation(const Declaration& declaration,
                                                      CollocationTable<TableReal<T>> table,

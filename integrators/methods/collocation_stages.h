@@ -12,13 +12,13 @@
 
 namespace porthos::integrators {
 
-/// The arithmetic of a collocation step with s <= W stages, but for the field and Newton: of one
-/// state, or of a state per lane where T is a Pack.
+/// The arithmetic of a collocation step with s <= W stages, without the field and Newton: for one
+/// state, or for one state per lane if T is a Pack.
 ///
-/// Of one state, stage data stand component by component in chunks of V lanes: Y[c][k] holds the
-/// k-th state number of stages cV … cV + V - 1; lanes beyond s repeat the last stage and carry no
-/// weight. A chunk fills a machine register, and one field evaluation serves all its stages. Of a
-/// state per lane, the lanes are taken: a chunk is one stage of all states.
+/// For one state, stage data are stored by component in chunks of V lanes: Y[c][k] holds the k-th
+/// state number of stages cV … cV + V - 1. Lanes beyond s repeat the last stage with weight zero. A
+/// chunk fills a machine register, and one field evaluation serves all its stages. With one state
+/// per lane, the lanes are used up: a chunk is one stage of all states.
 template <class T, int W>
 class CollocationStages {
  public:
@@ -53,9 +53,9 @@ class CollocationStages {
   }
 
   int chunks() const { return per_lane ? s : W / V; }
-  /// Of one state: the lanes of all chunks, those to spare too.
+  /// For one state: the lanes of all chunks, including spare ones.
   int rows() const { return per_lane ? s : W; }
-  /// The stage a row stands for.
+  /// The stage that belongs to a row.
   int row(int i) const { return std::min(i, s - 1); }
   static T at(const Stages& a, size_t k, int i) {
     if constexpr (per_lane)
@@ -64,7 +64,7 @@ class CollocationStages {
       return a[size_t(i / V)][k][i % V];
   }
 
-  /// Weights for a step of size h, extrapolation from a step of size `before`.
+  /// Sets the weights for a step of size h, with extrapolation from a step of size `before`.
   void adapt_to(Real h, Real before) {
     if (have_weights_ && h == h_of_weights && before == h_of_extrapolation_) return;
     Real B[W], weights[W];
@@ -77,7 +77,7 @@ class CollocationStages {
       set(ch, i, h * c);
       table.polynomial(1 + ratio * c, stages(B));
       for (int j = 0; j < s; ++j) set(nu_[j], i, B[j] - 1);
-      // L = h b f: of the slope's polynomial
+      // L = h b f: of the polynomial's slope
       table.slope(1 + ratio * c, stages(B));
       for (int j = 0; j < s; ++j) set(slope_[j], i, ratio * table.b[size_t(row(i))] * B[j]);
     }
@@ -86,7 +86,7 @@ class CollocationStages {
     have_weights_ = true;
   }
 
-  /// First values of Y in some lanes: extrapolated in those predicted, else the state x + lo.
+  /// Sets first values of Y in some lanes: extrapolated in `predicted` ones, else the state x + lo.
   void guess(std::span<const T> x, std::span<const T> lo, LaneSet lanes, LaneSet predicted) {
     const auto all = mask_of<T>(lanes), with = mask_of<T>(predicted);
     for (int c = 0; c < chunks(); ++c)
@@ -97,26 +97,26 @@ class CollocationStages {
       }
     for (Size<T>& move : smallest_) move = select(all, Size<T>(HUGE_VAL), move);
   }
-  /// L as the step before predicts it, for Newton.
+  /// Predicts L from the last step, for Newton.
   void guess_slopes(bool predicted) {
     for (int c = 0; c < chunks(); ++c)
       for (size_t k = 0; k < n_; ++k)
         L[c][k] = predicted ? combination(c, k, slope_, L_before) : Lanes(T(0.0));
   }
 
-  /// Y from L, all of it.
+  /// Computes all of Y from L.
   void renew(std::span<const T> x, std::span<const T> lo) {
     for (int c = 0; c < chunks(); ++c)
       for (size_t k = 0; k < n_; ++k) Y[c][k] = value(x[k], lo[k], c, k, mu_of(k), L);
   }
 
-  /// What a sweep moved.
+  /// The moves of one sweep.
   struct Moves {
     Size<T> total = 0.0;     ///< not finite if any move is
     Size<T> change = 0.0;    ///< the largest, relative to its component's size
     Size<T> distance = 0.0;  ///< largest distance of a stage from the start of the step, likewise
-    Size<T> moved = 0.0;     ///< 1: something has
-    Size<T> records = 0.0;   ///< 1: some component less than ever before in this step
+    Size<T> moved = 0.0;     ///< 1: something moved
+    Size<T> records = 0.0;   ///< 1: some component made its smallest move in this step
 
     Sweep in_lane(int lane) const {
       using integrators::in_lane;
@@ -126,7 +126,8 @@ class CollocationStages {
               .change = in_lane(change, lane)};
     }
   };
-  /// Y from L in some lanes. take_size(k, size): the size of a component, the scale of its moves.
+  /// Updates Y from L in some lanes. take_size(k, size) receives the size of component k, the scale
+  /// of its moves.
   template <class TakeSize>
   Moves sweep(std::span<const T> x, std::span<const T> lo, LaneSet lanes,
               const TakeSize& take_size) {
@@ -162,7 +163,7 @@ class CollocationStages {
     return m;
   }
 
-  /// Σ L_i, outer pairs first as the weights are symmetric.
+  /// Σ L_i, outer pairs first because the weights are symmetric.
   T sum(size_t k) const {
     T all(0.0);
     for (int i = 0; i < s / 2; ++i) all += at(L, k, i) + at(L, k, s - 1 - i);
@@ -239,14 +240,14 @@ class CollocationStages {
     return sum;
   }
 
-  size_t n_, momenta_;  ///< numbers in a state; where those that use mu_p begin
+  size_t n_, momenta_;  ///< numbers in a state; offset of those that use mu_p
   std::array<Weights, W> mu_p_, nu_, slope_;
   bool have_weights_ = false;
   Real h_of_extrapolation_ = 0;
   std::vector<Size<T>> smallest_;
 };
 
-/// Newton's iteration for the table, where it has one. @return whether it has
+/// Sets up Newton's iteration for the table, if it has one. @return whether it has
 template <class Real>
 bool offer_newton(StepSolver& solver, const CollocationTable<Real>& t, const phs::Model& model,
                   const Options& o) {

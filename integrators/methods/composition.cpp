@@ -32,8 +32,8 @@ class Composition final : public BasicIntegrator<T> {
   Outcome advance(T t, T h, State& s) override {
     std::copy(s.x.begin(), s.x.end(), x_.begin());
     std::copy(s.lo.begin(), s.lo.end(), lo_.begin());
-    // The middle step closes the sum, so that the clock and the base agree on h to its last
-    // rounding.
+    // The middle step is set so that the sum is exact: clock and base then agree on h to the last
+    // bit.
     const size_t stages = gamma_.size(), middle = stages / 2;
     T outer(0.0), taken(0.0);
     port_work_.restart();
@@ -44,7 +44,7 @@ class Composition final : public BasicIntegrator<T> {
       if (o != Outcome::ok) {
         std::copy(x_.begin(), x_.end(), s.x.begin());
         std::copy(lo_.begin(), lo_.end(), s.lo.begin());
-        base_->restore(fresh_);  // what it remembers is of stages that are taken back
+        base_->restore(fresh_);  // its memory is of stages that are undone
         return o;
       }
       taken += step;
@@ -71,7 +71,7 @@ class Composition final : public BasicIntegrator<T> {
   std::vector<Real> gamma_;
   std::unique_ptr<BasicIntegrator<T>> base_;
   std::vector<T> x_, lo_;      ///< the state before the step
-  std::vector<double> fresh_;  ///< memory of a base that has taken no step
+  std::vector<double> fresh_;  ///< memory of a base before its first step
 };
 
 }  // namespace

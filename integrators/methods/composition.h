@@ -6,8 +6,8 @@ namespace porthos::integrators {
 
 struct Entry;
 
-/// Ψ(γ_s h) ∘ … ∘ Ψ(γ_1 h) of a symmetric method Ψ of the catalogue, the base. Whatever each base
-/// step keeps the whole keeps; the error expansion of a symmetric base has odd powers of h only, so
+/// Ψ(γ_s h) ∘ … ∘ Ψ(γ_1 h) of a symmetric method Ψ of the catalogue, the base. It conserves what
+/// each base step conserves. The error expansion of a symmetric base has odd powers of h only, so
 /// few conditions on γ raise the order.
 /// @throws InvalidArgument if the base does not declare itself symmetric and of even order
 template <class T>

@@ -7,15 +7,15 @@
 
 namespace porthos::integrators {
 
-/// f̄(x0, δ) = (J - R)(m) ∇̄H(x0, x0 + δ) and what drives the system, at m = x0 + δ/2
-/// (System::rate): with x1 = x0 + h f̄ the step of a discrete gradient method (see
+/// f̄(x0, δ) = (J - R)(m) ∇̄H(x0, x0 + δ) plus the system's sources, at m = x0 + δ/2
+/// (System::rate). x1 = x0 + h f̄ is then the step of a discrete gradient method (see
 /// discrete_gradient.h).
 template <class T>
 class DiscreteField {
  public:
   using Rule = DiscreteGradientRule;
 
-  /// invariants: which to keep; null: none
+  /// invariants: those to conserve; null: none
   DiscreteField(Rule rule, const phs::Model& model, phs::System<T>& system, bool lanes,
                 std::shared_ptr<const InvariantGradients> invariants, int most_panels = 81)
       : rule_(rule),
@@ -46,19 +46,19 @@ class DiscreteField {
     if (rule_ == Rule::gonzalez) H0_ = system_.hamiltonian(middle_);
     std::fill(panels_.begin(), panels_.end(), 1);
   }
-  /// f̄ with the middle of the step at time t.
+  /// f̄, with the middle of the step at time t.
   void operator()(T t, std::span<const T> delta, std::span<T> f) {
     discrete_gradient(delta);
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + T(0.5) * delta[k]);
     system_.rate(t, middle_, gradient_, f);
   }
-  /// The works of the step just evaluated: powers at ∇̄H, so that the balance closes for any H.
+  /// The works of the last evaluated step: powers at ∇̄H, so that the balance closes for any H.
   void book(T t, T h, PortWork<T>& works) {
     works.restart();
     works.add_at(system_, t, h, middle_, gradient_);
   }
 
-  /// Of ∇H or the field, since the last call.
+  /// Evaluations of ∇H or the field since the last call.
   int evaluations() { return std::exchange(evaluations_, 0) + mean_.evaluations(); }
 
  private:
@@ -77,7 +77,7 @@ class DiscreteField {
     }
   }
 
-  /// ∇H(m) + (H(x1) - H(x0) - ∇H(m)·δ) v / (v·δ), where v is δ less its part along the symmetries.
+  /// ∇H(m) + (H(x1) - H(x0) - ∇H(m)·δ) v / (v·δ), where v is δ minus its part along the symmetries.
   void correct_middle(std::span<const T> delta, bool resolved) {
     for (size_t k = 0; k < n_; ++k) gradient_[k] = mean_.middle(k);
     std::vector<T>& v = part_;
@@ -85,18 +85,18 @@ class DiscreteField {
     find_symmetries(delta);
     for (const auto& z : symmetries_) remove(z, v);
     const T remainder = remainder_of_H(delta, resolved);
-    // Where ε = |v|/|δ| is small, as in a spin that hardly nutates, the remainder falls like ε² (H
-    // has a critical point on the invariants' level there) and its rounding u would come back as
-    // u/ε: let the correction fade at ε = κ.
+    // Where ε = |v|/|δ| is small, as in a spin with little nutation, the remainder falls like ε² (H
+    // has a critical point on the invariants' level there). Its rounding u would be amplified to
+    // u/ε, so the correction is faded out at ε = κ.
     const T length2 = dot(v, v), kappa2 = T(256 * unit_roundoff<T>) * dot(delta, delta);
     if (!(length2 > T(0.0))) return;
     const T factor = remainder / (length2 + kappa2 * (kappa2 / length2));
     for (size_t k = 0; k < n_; ++k) gradient_[k] += factor * v[k];
   }
 
-  /// J∇C at the middle for every invariant C, orthogonal to each other. H does not change along
-  /// them, and C(x1) - C(x0) =
-  /// ∇C(m)·δ = -h ∇̄H·J∇C(m) vanishes with the part of ∇̄H along them.
+  /// J∇C at the middle for every invariant C, made orthogonal to each other. H does not change
+  /// along them, and C(x1) - C(x0) = ∇C(m)·δ = -h ∇̄H·J∇C(m) vanishes with the part of ∇̄H along
+  /// them.
   void find_symmetries(std::span<const T> delta) {
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + T(0.5) * delta[k]);
     for (size_t i = 0; i < symmetries_.size(); ++i) {
@@ -113,15 +113,15 @@ class DiscreteField {
     for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
     return sum;
   }
-  /// Takes v's part along z off it.
+  /// Removes the part of v along z.
   static void remove(const std::vector<T>& z, std::vector<T>& v) {
     const T length2 = dot(z, z);
     if (!(length2 > T(0.0))) return;
     const T along = dot(z, v) / length2;
     for (size_t k = 0; k < v.size(); ++k) v[k] -= along * z[k];
   }
-  /// H(x1) - H(x0) - ∇H(m)·δ as an integral, unless the difference itself says that H is not
-  /// smooth: a kink between two nodes shows in nothing else.
+  /// H(x1) - H(x0) - ∇H(m)·δ as an integral, unless the difference itself shows that H is not
+  /// smooth. Nothing else shows a kink between two nodes.
   T remainder_of_H(std::span<const T> delta, bool resolved) {
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + delta[k]);
     const T H1 = system_.hamiltonian(middle_);
@@ -136,8 +136,8 @@ class DiscreteField {
     return resolved && !(magnitude(difference - integral) > rounding) ? integral : difference;
   }
 
-  /// One coordinate after another from x0 to x1; both_ways: the mean over the order and its
-  /// reverse.
+  /// Slopes for one coordinate after another from x0 to x1; both_ways: the mean over this order and
+  /// its reverse.
   void coordinate_slopes(std::span<const T> delta, double scale, bool both_ways) {
     std::fill(part_.begin(), part_.end(), T(0.0));
     std::fill(offset_.begin(), offset_.end(), T(0.0));

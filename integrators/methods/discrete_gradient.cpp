@@ -14,13 +14,13 @@ using Rule = DiscreteGradientRule;
 using phs::Dual;
 
 /// f̄ as a function of the middle m, δ = 2 (m - x0). Newton's matrix for δ = h f̄ is then I - (h/2)
-/// ∂f̄/∂m: where f̄ is the field at m, that of the midpoint rule.
+/// ∂f̄/∂m. If f̄ is the field at m, this is the matrix of the midpoint rule.
 class MiddleField final : public DualField {
  public:
   MiddleField(Rule rule, const phs::Model& model, std::shared_ptr<const InvariantGradients> kept)
       : system_(model.instantiate<Dual>()),
         keeper_(model.description()),
-        field_(rule, model, *system_, false, std::move(kept), 3),  // a Jacobian needs no more
+        field_(rule, model, *system_, false, std::move(kept), 3),  // enough panels for a Jacobian
         start_(size_t(model.description().nx), 0.0),
         x0_(start_.size()),
         lo_(start_.size(), Dual(0.0)),
@@ -38,7 +38,7 @@ class MiddleField final : public DualField {
       delta_[k] = Dual(2.0) * (m[k] - x0_[k]);
     }
     field_.start_at(x0_,
-                    lo_);  // every product alike: a run that goes on from a checkpoint is the same
+                    lo_);  // each product alike: a resumed run then has the same bits
     field_(Dual(t), delta_, f);
     return field_.evaluations();
   }
@@ -51,7 +51,7 @@ class MiddleField final : public DualField {
   std::vector<Dual> x0_, lo_, delta_;
 };
 
-/// The unknown is δ itself, so its digits do not depend on the size of x.
+/// The unknown is δ itself, so its precision does not depend on the size of x.
 template <class T>
 class DiscreteGradient final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
@@ -63,7 +63,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
       : Base(d, model, h, o),
         invariants_(rule == Rule::gonzalez ? std::make_shared<InvariantGradients>(model) : nullptr),
         field_(rule, model, *system_, o.lanes, invariants_),
-        // gonzalez: the amplified rounding of its correction is noise too
+        // gonzalez: the amplified rounding of its correction counts as noise too
         solver_(Stagnation(unit_roundoff<T> * (rule == Rule::gonzalez ? 1e7 : 1e5),
                            o.iteration_tolerance),
                 o, n_),
@@ -104,20 +104,20 @@ class DiscreteGradient final : public BasicIntegrator<T> {
   bool integrates_power() const override { return true; }
 
  private:
-  /// What the solver works on.
+  /// The equations that the solver works on.
   struct Equations {
     DiscreteGradient& method;
     const State& state;
     T t, h;
     void guess(bool predicted) { method.guess(t, h, state, predicted); }
     Sweep sweep(double& distance) { return method.sweep_once(t, h, state, distance); }
-    void finish() {}  // δ is what the last sweep made it
+    void finish() {}  // δ is up to date after the last sweep
     void freeze(SimplifiedNewton& newton, Solver solver) { method.freeze(*this, newton, solver); }
     double newton_step() const { return phs::to_double(h); }
   };
 
-  /// δ = h f(x0); for Newton, which does as well from there and goes further in stiff directions,
-  /// 0.
+  /// δ = h f(x0). For Newton 0: it converges equally well from there, and better in stiff
+  /// directions.
   void guess(T t, T h, const State& s, bool predicted) {
     std::fill(smallest_.begin(), smallest_.end(), HUGE_VAL);
     std::fill(delta_.begin(), delta_.end(), T(0.0));
@@ -181,7 +181,7 @@ class DiscreteGradient final : public BasicIntegrator<T> {
 
   std::shared_ptr<const InvariantGradients> invariants_;  ///< of gonzalez
   DiscreteField<T> field_;
-  std::unique_ptr<MiddleField> middle_;  ///< for Newton; the solver holds on to it
+  std::unique_ptr<MiddleField> middle_;  ///< for Newton; the solver refers to it
   StepSolver solver_;
   std::vector<T> delta_, next_;
   std::vector<double> smallest_, noise_, residual_, point_;

@@ -15,8 +15,8 @@ Entries hbvm_entries() {
              .family = "Energy-preserving",
              .order = 2 * r,
              .symmetric = Claim::holds,
-             // to the order-32 quadrature: rounding at steps that resolve the motion, not at every
-             // step
+             // exact to the order-32 quadrature: to rounding at steps that resolve the motion, not
+             // at every step
              .energy_exact = Claim::fails,
              .needs = {.canonical = true},
              .source = std::move(source)},

@@ -7,7 +7,7 @@ namespace {
 
 using Vec = std::vector<double>;
 
-/// Gradients of all invariants at a point, one dual evaluation per coordinate that matters.
+/// Gradients of all invariants at a point, with one dual evaluation per relevant coordinate.
 class Probe {
  public:
   explicit Probe(const phs::Model& model)
@@ -38,7 +38,7 @@ double largest(const Vec& v) {
   return m;
 }
 
-/// The coordinates the invariants depend on: those with a slope at a point like any other.
+/// The coordinates that the invariants depend on: those with a slope at a generic point.
 std::vector<size_t> active(Probe& probe, const phs::Description& d) {
   std::vector<size_t> all(size_t(d.nx)), found;
   Vec x(all.size());
@@ -66,7 +66,7 @@ InvariantGradients::InvariantGradients(const phs::Model& model) {
   Probe probe(model);
   const auto coordinates = active(probe, d);
 
-  Vec x(size_t(d.nx), 0.0);  // where the entries come out as they are written: ½, 1, …
+  Vec x(size_t(d.nx), 0.0);  // here the entries are exact: ½, 1, …
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::rotation) x[size_t(b.at)] = 1;
   auto a = probe(x, coordinates);

@@ -7,15 +7,15 @@
 
 namespace porthos::integrators {
 
-/// ∇C = a + A x of the linear and quadratic invariants C a model declares, component by component:
-/// the constants a and A taken from the model once, by dual numbers, for methods that ask for ∇C at
-/// every sweep.
+/// ∇C = a + A x for each component of the linear and quadratic invariants C that a model declares.
+/// The constants a and A are computed once, by dual numbers, for methods that need ∇C at every
+/// sweep.
 class InvariantGradients {
  public:
   explicit InvariantGradients(const phs::Model& model);
   size_t count() const { return a_.size(); }
 
-  /// ∇C_i at x. Sizes: the state's.
+  /// ∇C_i at x. Sizes: that of the state.
   template <class T>
   void operator()(size_t i, std::span<const T> x, std::span<T> gradient) const {
     for (size_t k = 0; k < x.size(); ++k) gradient[k] = T(a_[i][k]);

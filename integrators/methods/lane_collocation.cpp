@@ -5,7 +5,7 @@
 
 namespace porthos::integrators {
 
-/// The step of a state per lane, by the fixed point; each lane has an iteration of its own.
+/// The step of one state per lane, by fixed-point iteration; each lane has its own iteration.
 class LaneCollocation {
   using Pack = LaneIntegrator::Lanes;
   static constexpr int most_stages = 16;
@@ -42,8 +42,8 @@ class LaneCollocation {
     return newton;
   }
 
-  /// One evaluation of every stage of every lane: a sweep for those that iterate, the last one for
-  /// those that have stagnated.
+  /// One evaluation of every stage of every lane: a sweep for lanes that iterate, the last
+  /// evaluation for those that have stagnated.
   Ended round(LaneSet lanes, const StepStart<Pack>& at) {
     for (size_t i = 0; i < size_t(step_.s); ++i) {
       work_.system.field(at.t + Pack(step_.ch[i]), step_.Y[i], {}, step_.L[i]);
@@ -83,7 +83,7 @@ class LaneCollocation {
   struct Lane {
     explicit Lane(double tolerance) : iteration(Stagnation::of<double>(tolerance)) {}
     Iterating iteration;
-    SolverMemory memory, before;  ///< before: as it was when the step began
+    SolverMemory memory, before;  ///< before: at the start of the step
     bool have_before = false;
     bool finishing = false;  ///< the next evaluation is the last
   };
@@ -96,7 +96,7 @@ class LaneCollocation {
       Lane& l = lane_[size_t(i)];
       Next next = l.iteration.after(moves.in_lane(i), moves.distance[i], [] { return 0.0; });
       if ((next == Next::sweep || next == Next::guess_again) && l.iteration.ran_out())
-        // Newton goes further than "only noise seems left".
+        // Newton gets closer than "only noise seems to remain".
         next = l.iteration.settled() && !solver_.has_newton() ? Next::finish : Next::diverges;
       if (next == Next::guess_again)
         again |= lane_bit(i);
@@ -136,7 +136,7 @@ class LaneCollocation {
   size_t n_;
   double h_;
   CollocationStages<Pack, most_stages> step_;
-  StepSolver solver_;  ///< does not solve: it says what Newton would do, and how memory is laid out
+  StepSolver solver_;  ///< not used to solve: decides when Newton is due, and lays out the memory
   std::vector<Pack> F_;
   std::vector<Lane> lane_;
 };

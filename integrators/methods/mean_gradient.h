@@ -10,13 +10,14 @@
 
 namespace porthos::integrators {
 
-/// The gradient of H along the segment x + lo + a + τ d, τ in [0, 1]: its value in the middle and
+/// The gradient of H along the segment x + lo + a + τ d, τ in [0, 1]: its value in the middle, and
 /// the excess of its mean over that value, ∫ (∇H - ∇H(middle)) dτ, in which nothing cancels as d →
 /// 0.
 ///
-/// Gauss with 7 points on 1, 3, 9 … most_panels equal panels (odd, so that the middle is a node).
-/// Where the parts P_5 and P_6 of g(τ) = ∇H · d on a panel lie below u^(5/14) and u^(6/14) of the
-/// terms of g, geometric decay puts the first part the rule errs on, P_14, below their rounding u.
+/// Gauss with 7 points on 1, 3, 9 … most_panels equal panels (an odd number, so that the middle is
+/// a node). The panels suffice where the parts P_5 and P_6 of g(τ) = ∇H · d on a panel are below
+/// u^(5/14) and u^(6/14) of the terms of g. With geometric decay, P_14, the first part that the
+/// rule integrates wrongly, is then below their rounding u.
 template <class T>
 class MeanGradient {
   static constexpr int nodes = 7, W = 8;
@@ -47,9 +48,9 @@ class MeanGradient {
     std::copy(x.begin(), x.end(), x_.begin()), std::copy(lo.begin(), lo.end(), lo_.begin());
   }
 
-  /// scale: the size of what changes of H are made of in this step; smaller parts than its rounding
-  /// are none. panels: to begin with; left as needed, for the next sweep of the same step. Returns
-  /// whether the panels resolve H.
+  /// scale: the size of the terms of changes of H in this step; parts below its rounding count as
+  /// zero. panels: the initial number; on return the number needed, for the next sweep of the same
+  /// step. Returns whether the panels resolve H.
   bool along(std::span<const T> a, std::span<const T> d, double scale, int& panels) {
     for (;; panels *= 3) {
       if (sum(a, d, scale, panels)) return true;
@@ -58,7 +59,7 @@ class MeanGradient {
   }
   const T& middle(size_t k) const { return middle_[k]; }
   const T& excess(size_t k) const { return excess_[k]; }
-  /// Since the last call.
+  /// Evaluations since the last call.
   int evaluations() { return std::exchange(evaluations_, 0); }
 
  private:
@@ -81,7 +82,7 @@ class MeanGradient {
     return resolved;
   }
 
-  /// A panel's part of the excess; whether the rule is exact on it.
+  /// Adds a panel's part of the excess. Returns whether the rule is exact on it.
   bool add(std::span<const T> d, double scale, int panels) {
     std::array<T, nodes> g;
     g.fill(T(0.0));
@@ -102,7 +103,7 @@ class MeanGradient {
       sixth += p6_[i] * g[i];
     }
     const double unit = std::max(terms, scale), odd = magnitude(fifth), even = magnitude(sixth);
-    // Not finite: no more panels would help, and the iteration will notice.
+    // Not finite: more panels would not help, and the iteration detects it.
     if (!(odd + even < HUGE_VAL)) return true;
     return odd <= most_odd_ * unit && even <= most_even_ * unit;
   }

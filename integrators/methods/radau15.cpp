@@ -14,8 +14,8 @@ namespace {
 
 using phs::Quad;
 
-/// Stage data stand component by component in chunks of V lanes, as in the Gauss methods. Stage 0
-/// is the start of the step: its row of a is 0, so it is one lane like the others.
+/// Stage data are stored by component in chunks of V lanes, as in the Gauss methods. Stage 0 is the
+/// start of the step. Its row of a is 0, so it can be a lane like the others.
 template <class T>
 class Radau15 final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
@@ -31,9 +31,9 @@ class Radau15 final : public BasicIntegrator<T> {
   using Coefficients =
       std::array<std::array<Lanes, chunks>, s>;  ///< by stage summed over, then row
 
-  /// Bound of the last coefficient of a step: an eighth-order quantity, whose square and more is
-  /// the error. Rein and Spiegel's 1e-9, and for 113 bits the power 7/16 of round-off with the same
-  /// margin.
+  /// Bound of the last coefficient of a step. It is an eighth-order quantity; the error is its
+  /// square or less. Rein and Spiegel's 1e-9; for 113 bits the power 7/16 of round-off with the
+  /// same margin.
   static constexpr double bound = std::is_same_v<T, Quad> ? 1e-17 : 1e-9;
   static constexpr double smallest_factor = 0.25, largest_factor = 4;
   static constexpr std::int64_t most_steps = 1'000'000;  ///< inside one advance()
@@ -65,14 +65,14 @@ class Radau15 final : public BasicIntegrator<T> {
     const Real whole = real(h);
     const double size = std::fabs(double(whole));
     Real done = 0;
-    // The first stage is the start; the last is before the end.
+    // The first stage is at the start; the last is before the end.
     if (jumps_at(options_.instants, phs::to_double(t))) t += hair(t, h);
     x_ = state.x;
     lo_ = state.lo;
     for (std::int64_t taken = 0; taken < most_steps; ++taken) {
       const double left = std::fabs(double(whole - done));
       const double asked = adaptive_ && next_ > 0 ? next_ : size;
-      // The last steps before the end of h are of equal size: no sliver is left over.
+      // The last two steps before the end of h have equal size, so that no tiny step remains.
       const double step = asked > 0.999 * left ? left : asked > 0.5 * left ? 0.5 * left : asked;
       const bool last = step == left;
       const Real dt = last ? whole - done : Real(std::copysign(step, double(whole)));
@@ -131,7 +131,7 @@ class Radau15 final : public BasicIntegrator<T> {
   void adapt_to(Real dt) {
     if (dt != h_of_weights_) {
       hb_ = table_.weights(dt);
-      if constexpr (std::is_same_v<Real, double>)  // left out, it pulls the energy one way, slowly
+      if constexpr (std::is_same_v<Real, double>)  // without it the energy drifts slowly
         for (size_t j = 0; j < s; ++j)
           hb_lo_[j] = std::fma(dt, table_.b[j], -hb_[j]) + dt * table_.b_lo[j];
       for (int i = 0; i < s; ++i) {
@@ -224,9 +224,10 @@ class Radau15 final : public BasicIntegrator<T> {
     phs::compensated_add(x_[k], lo_[k], sum);
   }
 
-  /// What the step size may be multiplied by. The last coefficient of component k, times dt, is
-  /// held against the way the component may go in the step; ways far below the longest of its half
-  /// (q or p) and below a thousandth of the component itself are noise.
+  /// The factor by which the step size may change. The last coefficient of component k, times dt,
+  /// is compared with the largest change that the component may have in the step. Changes far below
+  /// the largest one in its half (q or p) and below a thousandth of the component itself count as
+  /// noise.
   double factor_after(double dt) {
     double worst = 0;
     for (size_t from = 0; from < n_; from += half_) {
@@ -260,14 +261,14 @@ class Radau15 final : public BasicIntegrator<T> {
   size_t half_;
   std::vector<T> x_, lo_;
   std::vector<double> smallest_;
-  std::array<Real, s> hb_, hb_lo_{};  ///< weights, and what their rounding took off
+  std::array<Real, s> hb_, hb_lo_{};  ///< weights, and their rounding errors
   std::array<Lanes, chunks> ch_;
   Coefficients ha_, nu_;
   Real h_of_weights_ = 0;
   Stages Y_, F_, before_;  ///< before_: rates of the last step
   bool have_before_ = false;
   Real h_before_ = 0;
-  double next_ = 0;  ///< size of the next step of its own, 0: try the whole h
+  double next_ = 0;  ///< size of its next internal step, 0: try the whole h
 };
 
 }  // namespace

@@ -5,7 +5,7 @@ namespace porthos::integrators {
 
 struct Entry;
 
-/// The classical Runge-Kutta method, order 4: a baseline that keeps nothing.
+/// The classical Runge-Kutta method, order 4: a baseline that conserves nothing.
 std::vector<Entry> rk4_entries();
 
 }  // namespace porthos::integrators

@@ -87,7 +87,7 @@ class Splitting final : public BasicIntegrator<T> {
   }
 
  private:
-  /// The flow moves the rounded state; its move goes on top of the low word.
+  /// The flow moves the rounded state; the resulting change is added to x + lo.
   void flow(int part, T dt, State& s) {
     std::copy(s.x.begin(), s.x.end(), y_.begin());
     system_->flow(part, clock_[size_t(part)], dt, y_);
@@ -116,9 +116,9 @@ class Splitting final : public BasicIntegrator<T> {
     system_->field(clock_[0], s.x, {}, y_);
     ++cost_.evaluations;
   }
-  /// The last kick of a step and the first of the next share their force, unless an angle was
-  /// wrapped in between. It is recognised by q itself, so that a restart, which evaluates it anew,
-  /// gives the same bits.
+  /// The last kick of a step and the first of the next share one force evaluation, unless an angle
+  /// was wrapped in between. The check compares q itself, so a restart, which evaluates the force
+  /// anew, gives the same bits.
   bool force_is_of(const State& s) const {
     if (!have_force_ || !(autonomous_ || same(t_of_force_, clock_[0]))) return false;
     for (size_t i = 0; i < n_ / 2; ++i)
@@ -128,7 +128,7 @@ class Splitting final : public BasicIntegrator<T> {
 
   bool offered_, autonomous_;
   std::vector<PartialStep<Real>> program_;
-  std::vector<T> clock_;       ///< of each part
+  std::vector<T> clock_;       ///< one per part
   std::vector<T> x_, lo_, y_;  ///< the state before the step; a flow or field
   std::vector<T> q_of_force_, force_;
   std::vector<std::int64_t> turns_of_force_;

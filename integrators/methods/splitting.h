@@ -8,13 +8,13 @@ struct Entry;
 
 /// Splitting methods: the exact flows of the parts of H, one after another.
 ///
-/// The parts are those the system offers (phs::Description::flows), else of a canonical separable H
-/// = T(p) + V(q)
+/// The parts are those that the system offers (phs::Description::flows). Otherwise they are those
+/// of a canonical separable H = T(p) + V(q):
 ///   kick   p -= h ∂V/∂q     drift   q += h ∂T/∂p
-/// Time-dependent parts: offered flows keep a clock each; kicks see the time of the drift. Undamped
-/// systems only.
+/// Time-dependent parts: each offered flow has its own clock; kicks use the time of the drift. For
+/// undamped systems only.
 
-/// One flow of a step: part k over coefficient · h.
+/// One flow of a step: part k over the time coefficient · h.
 template <class Real>
 struct PartialStep {
   int part;
@@ -29,8 +29,8 @@ std::vector<PartialStep<Real>> splitting_program(const std::vector<Real>& gamma,
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_splitting(const Declaration&, const CompositionTable*,
                                                    const phs::Model&, T h, const Options&);
-/// The explicit Störmer-Verlet method, kick-drift-kick, of a canonical separable system, whatever
-/// flows it offers.
+/// The explicit Störmer-Verlet method (kick-drift-kick) for a canonical separable system, even if
+/// it offers other flows.
 template <class T>
 std::unique_ptr<BasicIntegrator<T>> make_kick_drift_kick(const Declaration&, const phs::Model&, T h,
                                                          const Options&);

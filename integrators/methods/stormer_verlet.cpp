@@ -12,9 +12,9 @@ template <class T>
 class StormerVerlet {
   /// A quaternion block and its multiplier.
   struct Rotation {
-    size_t q;  ///< offset of ξ in q; π stands at the same place in p
+    size_t q;  ///< offset of ξ in q; π has the same offset in p
     T kappa = T(0.0);
-    T lambda = T(0.0);  ///< multiplier of the first kick, kept as the next start value
+    T lambda = T(0.0);  ///< multiplier of the first kick; the next start value
     T lambda_before = T(0.0);
   };
 
@@ -64,7 +64,7 @@ class StormerVerlet {
       const T p_half = start_[n_ + i] + half_h * f0_[n_ + i];
       const T q_next = start_[i] + half_h * (f0_[i] + f1_[i]);
       const Size<T> moves = magnitude(p_half - p0) + magnitude(q_next - q1);
-      change = select(change > moves, change, moves);  // a NaN is taken
+      change = select(change > moves, change, moves);  // takes a NaN over
       size = phs::max(size, phs::max(magnitude(p_half), magnitude(q_next)));
       p0 = select(now, p_half, p0);
       p1 = select(now, p_half, p1);
@@ -73,8 +73,9 @@ class StormerVerlet {
     for (auto& r : rotations_) {
       T excess(-1.0);
       for (size_t k = 0; k < 4; ++k) excess += x1_[r.q + k] * x1_[r.q + k];
-      // ∂|ξ'|²/∂λ = -h² κ to leading order. The move of λ is carried into p½ and q' at once: left
-      // to the next sweeps it would arrive two sweeps late and the iteration would oscillate.
+      // ∂|ξ'|²/∂λ = -h² κ to leading order. The change of λ is applied to p½ and q' at once.
+      // Through the following sweeps it would act two sweeps late, and the iteration would
+      // oscillate.
       const T d = excess / (s.h * s.h * r.kappa);
       r.lambda = select(now, r.lambda + d, r.lambda);
       for (size_t k = 0; k < 4; ++k) {
@@ -113,7 +114,7 @@ class StormerVerlet {
     int sweeps = 0;
   };
 
-  /// Puts lanes where their steps begin.
+  /// Sets the lanes to the start of their steps.
   void stand(LaneSet lanes, const StepStart<T>& s) {
     const auto now = mask_of<T>(lanes);
     for (size_t i = 0; i < 2 * n_; ++i) {
@@ -123,7 +124,7 @@ class StormerVerlet {
     }
   }
 
-  /// Whether a lane's iteration ends with this sweep.
+  /// Decides whether a lane's iteration ends with this sweep.
   void judge(int lane, double change, double size, Ended& e) {
     using enum Stagnation::Verdict;
     LaneIteration& i = iteration_[size_t(lane)];
@@ -137,7 +138,7 @@ class StormerVerlet {
   }
 
   /// The second kick: f1 at (q', p½), with the multiplier that makes ξ'·π' = 0. It starts from the
-  /// p½ that enters the state, ½h f0 away: the one of the last sweep differs along ξ by the
+  /// p½ that enters the state, ½h f0 away. The p½ of the last sweep differs from it along ξ by the
   /// rounding of λ, which has a factor 1/(hκ).
   void finish() {
     for (const auto& r : rotations_) {
@@ -165,8 +166,8 @@ class StormerVerlet {
     }
   }
 
-  /// κ from the field at the zero configuration, so that it belongs to the system and not to a
-  /// state: ξ' = ½ ξ∘ω with ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a
+  /// κ from the field at the zero configuration, so that it depends on the system and not on a
+  /// state. ξ' = ½ ξ∘ω with ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a
   /// quarter of the mean inverse inertia.
   void scale_rotations() {
     std::vector<T>&x = x0_, &f = f0_;
@@ -202,13 +203,13 @@ std::unique_ptr<BasicIntegrator<T>> make_stormer_verlet(const Declaration& d,
   if (system.traits.separable && !quaternions) return make_kick_drift_kick<T>(d, model, h, o);
   return std::make_unique<OneState<StormerVerlet, T>>(d, model, h, o);
 }
-/// None where H is separable, or the system has powers to be booked.
+/// Null if H is separable or the system has powers to integrate.
 std::unique_ptr<LaneIntegrator> make_stormer_verlet_lanes(const Declaration&,
                                                           const phs::Model& model, double h,
                                                           const Options& o) {
   const auto& d = model.description();
   const bool ledger =
-      o.port_work && !d.powers.empty();  // of its own it keeps none: one state at a time
+      o.port_work && !d.powers.empty();  // the method has no ledger of its own: one state at a time
   if (d.traits.separable || ledger) return nullptr;
   return std::make_unique<StatePerLane<StormerVerlet<LaneIntegrator::Lanes>>>(model, h, o);
 }

@@ -30,7 +30,7 @@ void TaoMap<T>::weigh(const phs::Model& model) {
     if (b.kind == phs::BlockKind::rotation) x_[size_t(b.at)] = T(1.0);
   for (const auto& b : d.blocks) {
     if (b.at < 0 || size_t(b.at + b.size) > n) continue;
-    // Along a quaternion itself H does not change: three directions carry the block.
+    // H does not change along the quaternion itself, so three directions represent the block.
     const int first = b.kind == phs::BlockKind::rotation ? 1 : 0;
     T inverse(0.0);
     system->field(T(0.0), x_, {}, f_);
@@ -69,7 +69,7 @@ void TaoMap<T>::flow_of_half(phs::System<T>& system, T sign, T t, T dt, std::spa
   }
 }
 
-/// φC: (d_q, d_p/m) turns by 2ωt, z stays.
+/// φC: rotates (d_q, d_p/m) by 2ωt and leaves z unchanged.
 template <class T>
 void TaoMap<T>::bind(T dt, std::span<T> d) const {
   const size_t n = m_.size();
@@ -91,7 +91,7 @@ void TaoMap<T>::advance(phs::System<T>& system, T t, T h, std::span<T> z, std::s
     else
       return T(double(gamma_[i])) * h;
   };
-  // Time moves with φC; the last φA of a sub-step and the first of the next are one.
+  // Time moves with φC. The last φA of a sub-step and the first of the next are merged.
   flow_of_half(system, T(1.0), t, T(0.5) * part_of_h(0), z, lo, d);
   for (size_t i = 0; i < gamma_.size(); ++i) {
     const T step = part_of_h(i), next = i + 1 < gamma_.size() ? part_of_h(i + 1) : T(0.0);
@@ -161,7 +161,7 @@ PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 Entries tao_entries() {
   const auto tao = [](std::string name, std::string title, int order,
                       const CompositionTable* composition) {
-    // What holds in the doubled phase space does not hold in the original one.
+    // Properties in the doubled phase space do not carry over to the original one.
     return entry({.name = std::move(name),
                   .title = std::move(title),
                   .family = "Explicit, doubled phase space",

@@ -36,7 +36,7 @@ Rival::Rival(const Declaration& d, const phs::Model& model, double h, const Opti
     : Integrator(d, model, h, without_wrap(o)), y_(n_), dual_turns_(model.description()) {
   require_tolerance(d, "rtol", o.rtol, o.rtol >= round_off,
                     "of at least 2.2e-16, the unit round-off");
-  // It has the unit of the state, so no least value of it makes sense for every system.
+  // It has the unit of the state, so no lower bound suits every system.
   require_tolerance(d, "atol", o.atol, o.atol > 0, "above 0");
 }
 
@@ -73,7 +73,7 @@ Outcome Rival::advance(double t, double h, phs::State& s) {
 }
 
 bool Rival::continues(double t, double h, const phs::State& s) const {
-  // The clock of a state is origin + n h, the library's a sum: they differ by roundings.
+  // The clock of a state is origin + n h, the library's clock is a sum: they differ by rounding.
   const double rounding = 1e-15 * (std::fabs(t) + std::fabs(h) + std::fabs(s.origin));
   return running_ && (h < 0) == backwards_ && std::fabs(t - left_at_) <= rounding &&
          s.x == left_.x && s.lo == left_.lo && s.turns == left_.turns;
@@ -107,9 +107,9 @@ bool Rival::use_duals(const phs::Model& model) {
   dual_f_.resize(n_);
   try {
     dual_system_->field(0.0, dual_x_, {}, dual_f_);
-  } catch (const InvalidArgument&) {  // a user's system whose gradient is not written out
+  } catch (const InvalidArgument&) {  // a user's system without an explicit gradient
     dual_system_.reset();
-  } catch (...) {  // of x = 0, which may be no state of this system
+  } catch (...) {  // x = 0 may be no valid state of this system
   }
   return dual_system_ != nullptr;
 }

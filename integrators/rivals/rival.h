@@ -6,48 +6,48 @@
 
 namespace porthos::integrators {
 
-/// What the methods of other libraries share. They work to Options::rtol and atol; a "step" of
-/// length h is as many inner steps as the library likes, stopped exactly at its end, and h may be
-/// negative. Their histories know nothing of a wrap and of low words: angles are not wrapped, low
+/// Common part of the methods of other libraries. They work to Options::rtol and atol. A "step" of
+/// length h is as many inner steps as the library chooses, stopped exactly at its end; h may be
+/// negative. Their histories do not support wrapping or low words: angles are not wrapped, and low
 /// words become zero.
 ///
-/// A trial inside a step that is infinite or NaN makes the library try a shorter inner step, not
-/// the run fail. Cost::evaluations counts every evaluation of the field, each Dual column of a
+/// If a trial inside a step is infinite or NaN, the library tries a shorter inner step and the run
+/// continues. Cost::evaluations counts every evaluation of the field, and each Dual column of a
 /// Jacobian as one.
 class Rival : public Integrator {
  public:
-  /// Goes on with the library's own history if the state is the one it left; otherwise starts anew
-  /// from it.
+  /// Continues with the library's own history if the state is the last one; otherwise restarts from
+  /// it.
   Outcome advance(double t, double h, phs::State& s) final;
   void tell_turns(const phs::State& s) override;
-  /// The library's own words about the last step, where it had any.
+  /// The library's own message about the last step, if any.
   std::string remark() const override { return remark_; }
   bool sees_inside() const override { return true; }
 
  protected:
-  /// @throws InvalidArgument for tolerances that no method in double can work to
+  /// @throws InvalidArgument for tolerances that no method in double can meet
   Rival(const Declaration& d, const phs::Model& model, double h, const Options& o);
 
-  /// Starts anew from y_ at time t, towards t + h. False: the library refused.
+  /// Restarts from y_ at time t, towards t + h. False: the library refused.
   virtual bool start(double t, double h) = 0;
   /// Integrates to exactly `end` and leaves the state in y_. False: the library gave up.
   virtual bool go_to(double end) = 0;
 
-  /// dy = f(t, y), for callbacks from C: no exception passes, it is thrown again by advance().
-  /// False: there was one, or dy is not finite. The library may then try a shorter inner step
-  /// unless that is hopeless().
+  /// dy = f(t, y), for callbacks from C. An exception does not pass through; advance() throws it
+  /// again. False: there was an exception, or dy is not finite. The library may then try a shorter
+  /// inner step unless that is hopeless().
   bool field(double t, const double* y, double* dy) noexcept;
-  /// An exception, or so many evaluations that were not finite that the library is creeping up to a
-  /// singularity.
+  /// There was an exception, or so many evaluations were not finite that the library is approaching
+  /// a singularity.
   bool hopeless() const { return error_ || not_finite_ > most_not_finite; }
-  /// The last evaluation was not finite, and another try is not hopeless.
+  /// The last evaluation was not finite, but another try is not hopeless.
   bool stopped_by_field() const { return !last_finite_ && !hopeless(); }
 
-  /// Prepares jacobian() and time_derivative(). False where the system takes no duals.
+  /// Prepares jacobian() and time_derivative(). False if the system does not support duals.
   bool use_duals(const phs::Model& model);
-  /// J(i, j) = ∂f_i/∂y_j at J[i + n j], one Dual evaluation a column. False as field().
+  /// J(i, j) = ∂f_i/∂y_j at J[i + n j], one Dual evaluation per column. False as in field().
   bool jacobian(double t, const double* y, double* J) noexcept;
-  /// dfdt = ∂f/∂t, zero without an evaluation for an autonomous system. False as field().
+  /// dfdt = ∂f/∂t; for an autonomous system zero, without an evaluation. False as in field().
   bool time_derivative(double t, const double* y, double* dfdt) noexcept;
 
   std::vector<double> y_;
@@ -63,11 +63,11 @@ class Rival : public Integrator {
 
   bool running_ = false;  ///< the library's history ends in left_
   phs::State left_;
-  double left_at_ = 0;  ///< time of left_ by the library's clock
+  double left_at_ = 0;  ///< time of left_ on the library's clock
   bool backwards_ = false;
-  /// A time at which the library evaluates, kept inside the step: see inside.h.
+  /// Moves a time of an evaluation into the step: see inside.h.
   double inside(double t) const { return std::clamp(t, from_, to_); }
-  double from_ = 0, to_ = 0;  ///< ends of the step, a hair inside
+  double from_ = 0, to_ = 0;  ///< ends of the step, moved inside by a hair
   int not_finite_ = 0;        ///< evaluations of this step that were infinite or NaN
   bool last_finite_ = true;   ///< the last evaluation of this step was finite
   std::exception_ptr error_;  ///< thrown by an evaluation of this step
@@ -77,8 +77,8 @@ class Rival : public Integrator {
   std::vector<phs::Dual> dual_x_, dual_f_;
 };
 
-/// The entry of a rival, from its class; `extra` goes on to the constructor. It claims no
-/// structure, its accuracy follows the tolerance, not h, and its history does not go into a
+/// The catalogue entry of a rival, from its class; `extra` goes to the constructor. It claims no
+/// structure. Its accuracy depends on the tolerance, not on h. Its history is not part of a
 /// checkpoint.
 template <class Method, class... Extra>
 Entry rival_entry(std::string name, std::string title, std::string source, Extra... extra) {

@@ -14,7 +14,7 @@
 
 #include "integrators/rivals/rival.h"
 
-/// What the solvers of SUNDIALS have in common. Private to sundials.cpp.
+/// The common part of the SUNDIALS solvers. Private to sundials.cpp.
 namespace porthos::integrators {
 
 struct SundialsFree {
@@ -32,7 +32,7 @@ template <void (*free)(void**)>
 struct FreeSolver {
   void operator()(void* solver) const { free(&solver); }
 };
-/// The last member of its class: freed before what it was given.
+/// Declare it last in its class: it is then freed before the objects it uses.
 template <void (*free)(void**)>
 using OwnedSolver = std::unique_ptr<void, FreeSolver<free>>;
 
@@ -44,7 +44,7 @@ inline Owned<SUNContext> make_context() {
 
 inline constexpr long most_inner_steps = 1'000'000;  // in one step
 
-/// What the solvers share: context, state vector, dense matrix, callbacks, counters.
+/// The common part of the solvers: context, state vector, dense matrix, callbacks, counters.
 class Sundials : public Rival {
  protected:
   Sundials(const Declaration& d, const phs::Model& model, double h, const Options& o)
@@ -54,21 +54,20 @@ class Sundials : public Rival {
     require(context_ && vector_ ? 0 : -1, "allocation");
   }
 
-  /// Setting up cannot fail but for lack of memory or a mistake of ours.
+  /// Set-up can fail only by lack of memory or an error in this code.
   void require(int flag, const char* what) const {
     if (flag < 0)
       throw std::runtime_error("method '" + declaration_.name + "': SUNDIALS' " + what + " failed");
   }
 
-  /// The solver's counters since it was last started: Newton or fixed-point iterations,
-  /// factorisations.
+  /// The solver's counters since its last start: Newton or fixed-point iterations, factorisations.
   struct Counts {
     long iterations = 0, factorisations = 0;
   };
   virtual bool restart(double t) = 0;
   virtual bool integrate(double end) = 0;
-  /// Below it the clock stands still while the state moves on: SUNDIALS would follow a singularity
-  /// to overflow.
+  /// With smaller inner steps the clock stands still while the state moves, and SUNDIALS would
+  /// follow a singularity to overflow.
   static double least_inner_step(double end) {
     return std::numeric_limits<double>::epsilon() * std::fabs(end);
   }
@@ -77,8 +76,8 @@ class Sundials : public Rival {
   SUNContext context() const { return context_.get(); }
   /// A view of y_.
   N_Vector vector() const { return vector_.get(); }
-  /// For the implicit methods: a matrix with its LU solver, and the exact Jacobian where the system
-  /// takes duals. False: it does not, SUNDIALS takes differences.
+  /// For the implicit methods: a matrix with its LU solver, and the exact Jacobian if the system
+  /// supports duals. Returns false if it does not; SUNDIALS then uses differences.
   bool use_newton(const phs::Model& model) {
     const auto n = sunindextype(n_);
     matrix_.reset(SUNDenseMatrix(n, n, context()));
@@ -89,7 +88,7 @@ class Sundials : public Rival {
 
   /// User data of every callback.
   void* self() { return static_cast<Sundials*>(this); }
-  /// 1: try a shorter inner step
+  /// The return value of callbacks; 1: try a shorter inner step.
   int answer(bool ok) const { return ok ? 0 : hopeless() ? -1 : 1; }
   static int right_hand_side(double t, N_Vector y, N_Vector dy, void* self) {
     auto& me = *static_cast<Sundials*>(self);
@@ -102,7 +101,7 @@ class Sundials : public Rival {
     auto& me = *static_cast<Sundials*>(self);
     return me.answer(me.jacobian(t, N_VGetArrayPointer(y), SUNDenseMatrix_Data(J)));
   }
-  /// Takes down what SUNDIALS would print to stderr.
+  /// Stores what SUNDIALS would print to stderr.
   static void listen(int code, const char* module, const char*, char* text, void* self) {
     if (code < 0) static_cast<Sundials*>(self)->remark_ = std::string(module) + ": " + text;
   }
@@ -121,7 +120,7 @@ class Sundials : public Rival {
     return ok;
   }
 
-  Owned<SUNContext> context_;  // first: freed after all that was made in it
+  Owned<SUNContext> context_;  // first: freed after everything made in it
   Owned<N_Vector> vector_;
 
  protected:

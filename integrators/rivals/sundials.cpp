@@ -70,8 +70,8 @@ class Arkode final : public Sundials {
                                 implicit ? right_hand_side : nullptr, t, vector(), context()));
     void* const a = solver_.get();
     require(a ? 0 : -1, "allocation");
-    // Used only to step back by a rounding to the end; the default interpolant costs an evaluation
-    // every inner step.
+    // It is used only to step back to the end by a rounding error. The default interpolant costs an
+    // evaluation at every inner step.
     require(ARKStepSetInterpolantType(a, ARK_INTERP_LAGRANGE), "choice of an interpolant");
     require(ARKStepSetOrder(a, order_), "choice of an order");
     require(ARKStepSStolerances(a, options_.rtol, options_.atol), "setting of tolerances");
@@ -83,8 +83,8 @@ class Arkode final : public Sundials {
     if (exact_) require(ARKStepSetJacFn(a, dense_jacobian), "setting of the Jacobian");
   }
 
-  /// A new solver: ARKStepReInit keeps the sign of the last inner step and then refuses to turn
-  /// back (6.4.1).
+  /// Makes a new solver, because ARKStepReInit keeps the sign of the last inner step and then
+  /// refuses to reverse (6.4.1).
   bool restart(double t) override {
     make_solver(t);
     reached_ = t;
@@ -98,7 +98,7 @@ class Arkode final : public Sundials {
       const int flag = ARKStepEvolve(solver_.get(), end, vector(), &now, ARK_ONE_STEP);
       if (flag < 0) {
         if (shorten(end)) continue;
-        if (remark_.empty()) remark_ = "ARKODE: " + name_of(flag);  // not every failure is told
+        if (remark_.empty()) remark_ = "ARKODE: " + name_of(flag);  // some failures are silent
         return false;
       }
       reached_ = now;
@@ -108,8 +108,8 @@ class Arkode final : public Sundials {
     remark_ = "ARKODE: the limit of inner steps was reached";
     return false;
   }
-  /// ARKODE's explicit steps give up at the first stage that is not finite. Starts anew from the
-  /// last good state, for half the way to that stage.
+  /// ARKODE's explicit steps give up at the first stage that is not finite. Restarts from the last
+  /// good state with half the distance to that stage.
   bool shorten(double end) {
     const double step = 0.5 * (refused_at_ - reached_);
     if (kind_ != Kind::explicit_pair || !stopped_by_field() || reached_ + step == reached_)
@@ -140,14 +140,14 @@ class Arkode final : public Sundials {
 
   Kind kind_;
   int order_;
-  bool exact_ = false;  ///< the Jacobian is
+  bool exact_ = false;  ///< the Jacobian is exact
   double reached_ = 0;  ///< the end of the last good inner step
   std::vector<double> good_;
   OwnedSolver<ARKStepFree> solver_;
 };
 
-/// F(t, y, y') = y' - f(t, y): the form that constrained systems will need, tried here on
-/// unconstrained ones.
+/// F(t, y, y') = y' - f(t, y): the form that constrained systems need, tested here on unconstrained
+/// ones.
 class Ida final : public Sundials {
  public:
   Ida(const Declaration& d, const phs::Model& model, double h, const Options& o)

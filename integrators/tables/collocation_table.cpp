@@ -31,7 +31,7 @@ Quad slope(int n, Quad x) {
   return n * (p[n - 1] - x * p[n]) / (1 - x * x);
 }
 
-/// Newton's method in 113 bits from a start in double; f returns value over slope.
+/// Newton's method in 113 bits from a double start value; f returns value divided by slope.
 template <class F>
 Quad root(double start, F f) {
   Quad x = start;
@@ -39,8 +39,8 @@ Quad root(double start, F f) {
   return x;
 }
 
-/// Nodes on [-1, 1], ascending and symmetric, with weights of sum 2 — and the square of the
-/// discrete norm of P_{s-1}.
+/// Nodes on [-1, 1], ascending and symmetric, with weights of sum 2, and the square of the discrete
+/// norm of P_{s-1}.
 struct Quadrature {
   std::vector<Quad> x, w;
   Quad last_norm;
@@ -58,8 +58,8 @@ Quadrature gauss_quadrature(int s) {
   return q;
 }
 
-/// The ends and the zeros of P'_{s-1}; exact to one degree less than Gauss, which shows in the norm
-/// of P_{s-1}.
+/// The ends and the zeros of P'_{s-1}. It is exact to one degree less than Gauss, so the discrete
+/// norm of P_{s-1} differs.
 Quadrature lobatto_quadrature(int s) {
   const int n = s - 1;
   Quadrature q{std::vector<Quad>(size_t(s), Quad(0)), {}, Quad(2) / n};
@@ -88,7 +88,7 @@ T integral(int r, const T* c, const T& x, const Legendre<T>& p) {
   return sum;
 }
 
-/// A table of `quadrature` with the slope's Legendre expansion cut to r terms; μ in 113 bits.
+/// A table of `quadrature` with the slope's Legendre expansion truncated to r terms; μ in 113 bits.
 template <class T>
 CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Quad>& mu) {
   const auto& [x, w, last_norm] = quadrature;
@@ -112,8 +112,8 @@ CollocationTable<T> expansion(const Quadrature& quadrature, int r, std::vector<Q
   return t;
 }
 
-/// Of a pair with a + b = 1, rounds the larger and sets the other to 1 - it: exact by Sterbenz'
-/// lemma.
+/// For a pair with a + b = 1, rounds the larger and sets the other to 1 minus it, which is exact by
+/// Sterbenz' lemma.
 template <class T>
 void round_pair(Quad exact, bool first, T& a, T& b) {
   if (first) {

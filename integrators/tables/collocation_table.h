@@ -6,7 +6,8 @@
 
 namespace porthos::integrators {
 
-/// A collocation-like method with s stages in the form that keeps its invariants in floating point:
+/// A collocation-like method with s stages, in the form that conserves its invariants in floating
+/// point:
 ///   L_i = (h b_i) f(Y_i),   Y_i = y + Σ_j μ_ij L_j,   y' = y + Σ_i L_i,   μ_ij = a_ij / b_j
 /// (Antoñana, Makazaga, Murua 2017, arXiv:1702.03354). Computed in 113-bit arithmetic and rounded
 /// once.
@@ -16,18 +17,19 @@ struct CollocationTable {
   std::vector<T> c;     ///< nodes
   std::vector<T> b;     ///< weights
   std::vector<T> mu;    ///< s × s row-major
-  std::vector<T> mu_p;  ///< of the momenta in a partitioned method; empty: the same
-  /// Row j: what L_j gives to the Legendre coefficients of the polynomial's slope, degree 0 first.
+  std::vector<T> mu_p;  ///< for the momenta of a partitioned method; empty: the same
+  /// Row j: the contributions of L_j to the Legendre coefficients of the polynomial's slope, degree
+  /// 0 first.
   std::vector<T> legendre;
 
-  /// h·b_i, rounded symmetrically with the outermost pair set so that the sum is h. Size s.
+  /// h·b_i, rounded symmetrically; the outermost pair is set so that the sum is h. Size s.
   void weights(T h, std::span<T> hb) const;
   /// The polynomial of the step at its fraction theta: y(theta) = y + Σ_j B_j L_j. Writes B, size
   /// s.
   void polynomial(T theta, std::span<T> B) const;
-  /// Its slope there: dy/dtheta = Σ_j B_j L_j.
+  /// Its derivative: dy/dtheta = Σ_j B_j L_j.
   void slope(T theta, std::span<T> B) const;
-  /// Of the polynomial; s but for HBVM.
+  /// Degree of the polynomial; s except for HBVM.
   int degree() const { return int(legendre.size()) / s; }
 };
 

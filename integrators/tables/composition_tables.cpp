@@ -10,7 +10,8 @@ namespace {
 
 using phs::Quad;
 
-/// x as a multiple of the unit of T: adding 1.5·2^k leaves a Quad no bits below 2^(k - 112).
+/// x rounded to a multiple of the unit of T: adding 1.5·2^k removes all bits of a Quad below 2^(k -
+/// 112).
 template <class T>
 Quad to_unit(Quad x) {
   const Quad shifter = Quad(1.5) * (std::is_same_v<T, Quad> ? Quad(0x1p3) : Quad(0x1p61));
@@ -35,8 +36,8 @@ std::vector<T> CompositionTable::gammas() const {
 template std::vector<double> CompositionTable::gammas<double>() const;
 template std::vector<Quad> CompositionTable::gammas<Quad>() const;
 
-// Published to 15 … 32 digits; refined here by Newton's method on the order conditions, the
-// smallest correction where they leave freedom. The corrections stay below 2e-15, but for Yoshida's
+// Published to 15 … 32 digits. Refined here by Newton's method on the order conditions; if they
+// leave freedom, by the smallest correction. The corrections are below 2e-15, except for Yoshida's
 // order 8 (1e-12).
 // NOLINTNEXTLINE(readability-function-size): a table
 const std::vector<CompositionTable>& symmetric_compositions() {

@@ -2,27 +2,27 @@
 #include <string>
 #include <vector>
 
-/// Coefficients of compositions, sequences γ_1 … γ_s that read the same backwards and sum to 1.
+/// Coefficients of compositions: palindromic sequences γ_1 … γ_s with sum 1.
 namespace porthos::integrators {
 
-/// What stands in the middle of a palindrome; it is derived, so that the sum is 1.
+/// The middle of a palindrome, derived so that the sum is 1.
 enum class Centre {
   one,  ///< γ = 1 - 2Σ, once
   two   ///< γ = 1/2 - Σ, twice
 };
 
-/// A palindromic composition by the half of its coefficients that is independent.
+/// A palindromic composition, given by the independent half of its coefficients.
 struct CompositionTable {
   std::string name;   ///< of the method: "yoshida4"
-  std::string title;  ///< for people
+  std::string title;  ///< for readers
   int order;
   Centre centre;
   std::vector<const char*> outer;  ///< γ_1 … γ_m before the middle, decimals to 42 places
   std::string source;
 
   int stages() const { return 2 * int(outer.size()) + (centre == Centre::one ? 1 : 2); }
-  /// All γ, rounded to a common unit (2^-51 of double, 2^-109 of Quad) so that they sum to 1
-  /// without rounding.
+  /// All γ, rounded to a common unit (2^-51 for double, 2^-109 for Quad) so that their sum is
+  /// exactly 1.
   template <class T>
   std::vector<T> gammas() const;
 };
@@ -35,7 +35,7 @@ const std::vector<CompositionTable>& symmetric_compositions();
 /// any number of parts (McLachlan 1995).
 const std::vector<CompositionTable>& adjoint_compositions();
 
-/// @throws InvalidArgument if no table has that name
+/// @throws InvalidArgument if there is no table of that name
 const CompositionTable& composition_table(const std::string& name);
 
 }  // namespace porthos::integrators

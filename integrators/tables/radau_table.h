@@ -5,24 +5,24 @@
 
 namespace porthos::integrators {
 
-/// Collocation with eight stages at the left Radau nodes on [0, 1], c_0 = 0, order 15. All in 113
-/// bits, rounded once.
+/// Collocation with eight stages at the left Radau nodes on [0, 1], c_0 = 0, order 15. Computed in
+/// 113 bits, rounded once.
 template <class T>
 struct RadauTable {
   static constexpr int s = 8;
   std::array<T, s> c, b;
-  std::array<double, s> b_lo;  ///< what rounding took off b
+  std::array<double, s> b_lo;  ///< rounding error of b
   std::array<std::array<T, s>, s> a;
-  /// Of the polynomial sum_j l_j(theta) F_j: row m has the coefficients of theta^m.
+  /// The polynomial sum_j l_j(theta) F_j: row m has the coefficients of theta^m.
   std::array<std::array<T, s>, s> power;
 
-  /// h b_j, with the largest one set so that their sum is h but for its own rounding.
+  /// h b_j, with the largest set so that their sum is h up to its own rounding.
   std::array<T, s> weights(T h) const;
   /// The integral of l_j over [1, theta], for j = 0 .. 7.
   std::array<T, s> beyond(T theta) const;
 };
 
-/// The one table, made at its first use. T = double or Quad.
+/// The single table, made at its first use. T = double or Quad.
 template <class T>
 const RadauTable<T>& radau_table();
 

@@ -3,17 +3,18 @@
 
 #include "mechanics/builder.h"
 
-/// What MechanismBuilder asks of a body and its joint. Private to the building of mechanisms.
+/// Checks that MechanismBuilder applies to a body and its joint. Private to the building of
+/// mechanisms.
 namespace porthos::mechanics {
 
 [[noreturn]] void refuse(const BodySpec& b, const std::string& text);
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text);
 
-/// What is wrong with an inertia about the centre of mass, or "".
+/// The fault of an inertia about the centre of mass, or "".
 std::string inertia_fault(double mass, const Sym3<double>& inertia);
 double smallest_principal_moment(const Sym3<double>& inertia);
-/// Principal moments below zero by rounding become zero. @return the smallest of them, 0: there was
-/// none
+/// Sets principal moments that are negative by rounding to zero. @return the smallest of them; 0 if
+/// none was
 double lift_to_zero(MassProperties& m);
 
 /// Finite numbers, a mass of 0 or more, axes that are rotations.

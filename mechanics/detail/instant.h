@@ -7,7 +7,7 @@
 #include "mechanics/reconfiguration.h"
 #include "phs/scalars/scalar.h"
 
-/// What reconfigurations compute with. Private to reconfiguration*.cpp.
+/// The state that reconfigurations compute with. Private to reconfiguration*.cpp.
 namespace porthos::mechanics {
 
 /// A mechanism at one instant, in 113 bits.
@@ -64,7 +64,7 @@ inline Transform<phs::Quad> inverse(const Transform<phs::Quad>& x) {
 }
 inline double length(const Vec3<phs::Quad>& a) { return double(phs::sqrt(dot(a, a))); }
 
-/// From one mechanism to the next: positions, rates and the ledger of the event, see
+/// Replaces the mechanism by the next one: positions, rates and the ledger of the event, see
 /// reconfiguration.h.
 Impact change(MovingMechanism& moving, MechanismBuilder next);
 

@@ -3,8 +3,8 @@
 
 namespace porthos::mechanics {
 
-/// The Jacobian of what one joint does, by duals: of (q', p') by its arguments, of its momentum
-/// μ(q, p) and of its placement, as the child's displacement twist ζ in its own axes.
+/// The Jacobian of one joint's functions, by duals: of (q', p') with respect to its arguments, of
+/// its momentum μ(q, p), and of its placement, as the child's displacement twist ζ in its own axes.
 struct JointJacobian {
   using Dual = phs::Dual;
   static constexpr int most_q = 7, most_v = 6;

@@ -4,13 +4,13 @@
 
 #include "mechanics/mechanical_model.h"
 
-/// What a MechanicalModel says of itself. Private to mechanical_*.cpp.
+/// The description of a MechanicalModel. Private to mechanical_*.cpp.
 namespace porthos::mechanics {
 
 inline constexpr const char* base_storage = "base.kinetic";
 /// Whether the node's joint is of this type.
 bool is_type(const Node& n, std::string_view name);
-/// The frames of body ports in the nodes their links are part of.
+/// The frames of body ports, relative to the nodes that contain their links.
 std::vector<BodyFrame> port_frames(const Mechanism& m, const std::vector<BodyPort>& ports);
 
 phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports);

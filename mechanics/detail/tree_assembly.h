@@ -5,7 +5,7 @@
 
 namespace porthos::mechanics {
 
-/// The parts of a Mechanism that come from its bodies and joints.
+/// The parts of a Mechanism that derive from its bodies and joints.
 struct AssembledTree {
   std::vector<Node> nodes;
   std::vector<JointCoordinates> coordinates;
@@ -15,8 +15,8 @@ struct AssembledTree {
   int nq = 0, nv = 0, angles = 0;
 };
 
-/// Builds them from bodies of which each comes after its parent. @throws InvalidArgument as
-/// MechanismBuilder::build()
+/// Builds them from bodies in an order where each comes after its parent. @throws InvalidArgument
+/// as MechanismBuilder::build()
 AssembledTree assemble_tree(const std::vector<const BodySpec*>& order, bool accept_unphysical);
 
 }  // namespace porthos::mechanics

@@ -9,8 +9,9 @@
 
 namespace porthos::mechanics {
 
-/// Where a mechanism's field is linearised: poses, twists and subtree momenta in world axes, and of
-/// each body P, by which its momentum answers to a variation. `weight`: gravity turns with a body.
+/// The point at which a mechanism's field is linearised: poses, twists and subtree momenta in world
+/// axes, and for each body P, the response of its momentum to a variation. `weight`: there is
+/// gravity, whose direction varies in the body's frame.
 template <bool weight>
 class TreeLinearisation {
  protected:
@@ -22,7 +23,7 @@ class TreeLinearisation {
   using Down = std::array<C, cols>;
 
   struct Body {
-    Transform<double> E;  ///< pose in the world, about the point of reference
+    Transform<double> E;  ///< pose in the world, about the reference point
     Motion<double> V;
     Force<double> h, g;
     std::array<Down, rows> P;
@@ -31,8 +32,8 @@ class TreeLinearisation {
   TreeLinearisation(const Mechanism& m, const std::vector<double>& turn_angle)
       : m_(m), turn_angle_(turn_angle), nq_(size_t(m.nq())), w_(m), bodies_(m.nodes().size()) {}
 
-  /// The point of the linearisation: poses, twists, subtree momenta and weights, and P of the
-  /// bodies alone.
+  /// Sets the point of linearisation: poses, twists, subtree momenta and weights, and P of the
+  /// single bodies.
   void move_to(std::span<const double> x) {
     std::copy(turn_angle_.begin(), turn_angle_.end(), w_.turn_angle.begin());
     rates_from_momenta<double>(m_, w_, x.first(nq_), x.subspan(nq_));
@@ -41,7 +42,7 @@ class TreeLinearisation {
       Body& b = bodies_[i];
       if (nodes[i].parent >= 0)
         b.E = bodies_[size_t(nodes[i].parent)].E * w_.X[i];
-      else  // about the first root: far from the world's origin the inertias would drown in m r²
+      else  // about the first root: far from the world's origin m r² would swamp the inertias
         b.E = {w_.X[i].R, w_.X[i].r - w_.X[0].r};
       b.V = b.E.to_parent(w_.V[i]);
       const auto I = to_parent(b.E, ArticulatedInertia<double>(nodes[i].inertia));
@@ -68,7 +69,7 @@ class TreeLinearisation {
     const int parent = m_.nodes()[i].parent;
     return parent < 0 ? passes::zero_motion<double>() : bodies_[size_t(parent)].V;
   }
-  /// What a displacement ζ of body i adds to s_i and to f_up.
+  /// The contribution of a displacement ζ of body i to s_i and to f_up.
   std::array<double, cols> shift_of_s(size_t i, const Motion<double>& zeta) const {
     const Motion<double> a = cross(carried(i), zeta);
     const Vec3<double> b = cross(m_.gravity(), zeta.w);

@@ -5,8 +5,8 @@
 
 namespace porthos::mechanics {
 
-/// LU in place, the diagonal inverted. Without pivoting: for an N near the identity in δq and δp,
-/// and like a mass matrix in δv.
+/// LU in place, with the diagonal inverted. No pivoting is needed, because N is near the identity
+/// in δq and δp and similar to a mass matrix in δv.
 inline void decompose(std::vector<phs::Complex4>& N, size_t n) {
   for (size_t k = 0; k < n; ++k) {
     N[k * n + k] = N[k * n + k].inverse();

@@ -6,8 +6,8 @@
 
 namespace porthos::mechanics {
 
-/// One link of a chain joint: a primitive, which of the user's axes it uses and the suffix of its
-/// coordinate's name.
+/// One link of a chain joint: a primitive joint, the user's axis that it uses, and the suffix of
+/// its coordinate's name.
 enum class ChainAxis { first, second, third };
 struct ChainLink {
   std::string_view primitive;
@@ -15,7 +15,7 @@ struct ChainLink {
   const char* suffix;
 };
 
-/// Unlimited rotation: a revolute joint under the name URDF gives it.
+/// Unlimited rotation: URDF's name for a revolute joint.
 struct Continuous {
   static constexpr std::string_view name = "continuous";
   static constexpr std::array chain{ChainLink{"revolute", ChainAxis::first, ""}};
@@ -38,7 +38,7 @@ struct Planar {
                                     ChainLink{"revolute", ChainAxis::first, ".angle"}};
 };
 
-/// No freedom: the builder merges the body into its parent.
+/// No degree of freedom: the builder merges the body into its parent.
 struct Fixed {
   static constexpr std::string_view name = "fixed";
   static constexpr std::array<ChainLink, 0> chain{};

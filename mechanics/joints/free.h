@@ -3,10 +3,10 @@
 
 namespace porthos::mechanics {
 
-/// Six freedoms. q = (position of the child origin in the parent frame, quaternion child to
-/// parent), p = (momentum P conjugate to the position, in parent axes; lift π). Joint rates: the
+/// Six degrees of freedom. q = (position of the child origin in the parent frame, quaternion child
+/// to parent), p = (momentum P conjugate to the position, in parent axes; lift π). Joint rates: the
 /// child's twist relative to the parent in its own axes, [angular; linear]. For a body free in the
-/// world P is the linear momentum of its whole tree.
+/// world, P is the linear momentum of its whole tree.
 struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
   static constexpr std::string_view name = "free";
   static constexpr int nq = 7;

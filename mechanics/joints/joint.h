@@ -6,9 +6,9 @@
 #include "mechanics/rotation.h"
 #include "phs/system/description.h"
 
-/// What a joint is to the kernels.
+/// The interface of a joint type to the kernels.
 ///
-/// The builder turns the child frame so that a joint's axis is always z. A primitive joint has nv
+/// The builder rotates the child frame so that a joint's axis is always z. A primitive joint has nv
 /// degrees of freedom with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and
 /// provides
 ///
@@ -24,28 +24,27 @@
 ///                     momentum h and the load Sᵀg + τ. Of plain joints q' = rates and
 ///                     p' = Sᵀ(g - V ×* h) + τ.
 ///
-/// A joint of several freedoms is eliminated one S_k at a time, so the recursions know only single
-/// freedoms. A chain joint (universal, planar, ...) is a row of primitives with massless bodies
-/// between.
+/// The kernels eliminate a joint of several freedoms one S_k at a time, so the recursions handle
+/// only single freedoms. A chain joint (universal, planar, ...) is a series of primitives with
+/// massless bodies between them.
 namespace porthos::mechanics {
 
 /// The constants of one moving body and its joint, in the frames the kernels use.
 struct Node {
-  int type = 0;      ///< index in PrimitiveJoints
-  int parent = -1;   ///< node index, -1 for the world
-  int q = 0;         ///< offset in q and in p
-  int v = 0;         ///< offset in v
-  int turn = -1;     ///< index among the angle blocks, -1 if the joint has none
-  bool leaf = true;  ///< no node hangs on it
-  bool last_child =
-      true;  ///< of its parent's: the first to report when the tree is walked from the leaves
+  int type = 0;                 ///< index in PrimitiveJoints
+  int parent = -1;              ///< node index, -1 for the world
+  int q = 0;                    ///< offset in q and in p
+  int v = 0;                    ///< offset in v
+  int turn = -1;                ///< index among the angle blocks, -1 if the joint has none
+  bool leaf = true;             ///< no child nodes
+  bool last_child = true;       ///< of its parent's children: the first one visited from the leaves
   Transform<double> placement;  ///< joint frame in the parent's frame at q = 0
   double pitch = 0;             ///< helical: advance per radian [m/rad]
   double rotor_inertia = 0;     ///< adds to the joint's own entry of M; joints of one freedom
   RigidInertia<double> inertia;
 };
 
-/// What one coordinate block of a joint means.
+/// The meaning of one coordinate block of a joint.
 struct CoordinateBlock {
   phs::BlockKind kind;
   int size;
@@ -77,7 +76,7 @@ struct AxisJoint {
   }
 };
 
-/// Joints whose coordinates are their own joint rates' integrals: q' = v, μ = p.
+/// Joints whose joint rates are the derivatives of their coordinates: q' = v, μ = p.
 template <int n>
 struct PlainCoordinates {
   static constexpr bool lifted = false;
@@ -96,7 +95,7 @@ struct PlainCoordinates {
   }
 };
 
-/// An angle block's numbers: sine and cosine of the angle, and 2π times its turns.
+/// The numbers of an angle block: sine and cosine of the angle, and 2π times its turns.
 template <class T>
 struct Angle {
   T sine, cosine, turns;

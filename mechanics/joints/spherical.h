@@ -34,8 +34,7 @@ struct Spherical : AxisJoint<0, 1, 2> {
     (Quaternion<T>::load(q) * (T(0.5) * Vec3<T>{v[0], v[1], v[2]})).store(q_dot);
   }
   /// Torque at fixed body momentum m: t = load - V_lin × h_lin - (V_ang - ω) × m, ω the joint's own
-  /// rate. On a root
-  /// V_ang = ω, so the last term is exactly zero.
+  /// rate. On a root V_ang = ω, so the last term is exactly zero.
   template <class T>
   static void field(const T* q, const T* p, const T* v, const Motion<T>& V, const Force<T>& h,
                     const T* load, T* q_dot, T* p_dot) {

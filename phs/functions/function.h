@@ -4,10 +4,10 @@
 
 #include "phs/scalars/scalar.h"
 
-/// Laws of elements: real functions that can be evaluated in every scalar.
+/// Laws of elements: real functions that can be evaluated in every scalar type.
 namespace porthos::phs {
 
-/// y = f(x). Immutable, shared by threads (but for Held, see elements.h).
+/// y = f(x). Immutable, shared between threads (except Held, see elements.h).
 class Function {
  public:
   virtual ~Function() = default;
@@ -17,7 +17,7 @@ class Function {
 };
 using FunctionPtr = std::shared_ptr<const Function>;
 
-/// A generic callable as a Function, e.g. function([](auto v) { return 0.2 * v; }): it must take
+/// A generic callable as a Function, e.g. function([](auto v) { return 0.2 * v; }). It must accept
 /// any scalar.
 template <class F>
 FunctionPtr function(F f) {
@@ -35,7 +35,7 @@ FunctionPtr function(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
-/// An energy U(z) with its slope U'(z): a spring, a limit, any potential of one coordinate.
+/// An energy U(z) with its slope U'(z): a spring, an end stop, any potential of one coordinate.
 struct Potential {
   FunctionPtr energy;  ///< [J]
   FunctionPtr slope;   ///< [N | N m]: the force that resists

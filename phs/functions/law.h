@@ -10,9 +10,8 @@
 /// Laws of controllers, continuous or sampled.
 namespace porthos::phs {
 
-/// u = κ(t, x, y): x the state of the system the controller acts on, its angles with all their
-/// turns, y the output of the port (then those of sensors), u the input there. Immutable, shared by
-/// threads.
+/// u = κ(t, x, y). x: state of the controlled system, with its angles unwrapped. y: output of the
+/// port, then those of the sensors. u: input at the port. Immutable, shared between threads.
 class Law {
  public:
   virtual ~Law() = default;
@@ -45,15 +44,15 @@ LawPtr law(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
-/// The zero-order hold of a sampled controller, as its model has it. Its memory is of a run: the
-/// values held, then whatever the controller remembers of the last instant. The integrator of that
-/// run owns and renews it (integrators/core/sampler.h), the evaluators made for the run read it.
+/// The zero-order hold of a sampled controller, as part of a model. Its memory belongs to a run:
+/// the held values, then whatever the controller remembers of the last instant. The integrator of
+/// that run owns and updates it (integrators/core/sampler.h); the evaluators of the run read it.
 struct Hold {
   std::string name;
   double period;              ///< [s]
   std::vector<double> fresh;  ///< memory before the first instant
 };
-/// The memory of one hold, shared by the evaluators of a run.
+/// The memory of one hold, shared between the evaluators of a run.
 using HeldPtr = std::shared_ptr<const std::vector<double>>;
 using HoldPtr = std::shared_ptr<Hold>;
 

@@ -5,13 +5,14 @@
 
 namespace porthos::phs {
 
-/// Natural cubic spline through (x_i, y_i): value and slope are continuous, the curvature too, and
-/// is 0 at both ends. Outside it goes on as a straight line (`linear`) or stays at the end value.
+/// Natural cubic spline through (x_i, y_i): value, slope and curvature are continuous, and the
+/// curvature is 0 at both ends. Outside it continues as a straight line (`linear`) or keeps the end
+/// value (`held`).
 class Spline {
  public:
   enum class Outside { linear, held };
-  /// @throws InvalidArgument unless x rises, both are finite and of one length >= 2; `what` names
-  ///   the pair
+  /// @throws InvalidArgument unless x rises and both are finite and of one length >= 2; `what` is
+  ///   their name in the text
   Spline(std::vector<double> x, const std::vector<double>& y, Outside outside, const char* what);
 
   template <class T>
@@ -38,9 +39,9 @@ class Spline {
     double x, y, b, c, d;  ///< y + b δ + c δ² + d δ³ at x + δ
     double before;         ///< integral up to x
   };
-  /// The first and the last are those outside.
+  /// The first and the last piece are the parts outside.
   const std::vector<Piece>& pieces() const { return pieces_; }
-  /// Which of them x lies on.
+  /// The index of the piece that contains x.
   size_t piece_at(double x) const {
     size_t low = 0, high = pieces_.size();
     while (high - low > 1) {

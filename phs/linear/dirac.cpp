@@ -119,16 +119,16 @@ Dirac compose(const Dirac& a, const Dirac& b, const std::vector<std::pair<int, i
   // Rows of D_a and D_b in the flows and efforts (f, e) of a's shared ports ...
   Real M(rows, 2 * shared.size()), outer = Real::Zero(rows, 2 * left);
   M << columns(a.F(), in_a), columns(a.E(), in_a), -columns(b.F(), in_b), columns(b.E(), in_b);
-  // ... and of the ports left: F's columns first, E's after them.
+  // ... and of the remaining ports: F's columns first, then E's.
   const auto na = Eigen::Index(left_a.size()), nb = Eigen::Index(left_b.size());
   outer.block(0, 0, a.ports(), na) = columns(a.F(), left_a);
   outer.block(0, left, a.ports(), na) = columns(a.E(), left_a);
   outer.block(a.ports(), na, b.ports(), nb) = columns(b.F(), left_b);
   outer.block(a.ports(), left + na, b.ports(), nb) = columns(b.E(), left_b);
 
-  // Combinations of rows in which the shared (f, e) cancel. Where junctions close a loop they are
-  // too many, but the space they span in the ports left has exactly that many dimensions: an
-  // orthonormal basis of it.
+  // Combinations of rows in which the shared (f, e) cancel. If junctions close a loop, there are
+  // too many of them, but their span in the remaining ports has exactly the right dimension: take
+  // an orthonormal basis of it.
   Real kept = outer;
   if (!shared.empty()) {
     Svd eliminate(M, Eigen::ComputeFullU);

@@ -29,7 +29,7 @@ std::string entry(const std::string& matrix, Index i, Index j) {
   return matrix + "(" + std::to_string(i) + "," + std::to_string(j) + ")";
 }
 
-/// The axioms, one refusal each.
+/// One check with its error text per axiom.
 struct Judge {
   const std::string& name;
 

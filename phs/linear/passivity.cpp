@@ -11,8 +11,8 @@
 namespace porthos::phs {
 namespace {
 
-/// What the parabola through (t_i, p_i), (t_i+1, p_i+1) and sample k has between the first two
-/// beyond the trapezoid: -h³/6 times its second divided difference.
+/// The integral, beyond the trapezoid, of the parabola through (t_i, p_i), (t_i+1, p_i+1) and
+/// sample k between the first two: -h³/6 times its second divided difference.
 std::optional<double> beyond_trapezoid(std::span<const double> t, std::span<const double> p,
                                        size_t i, size_t k) {
   if (k >= t.size() || t[k] == t[i] || t[k] == t[i + 1]) return {};  // no such sample, or a jump
@@ -40,8 +40,8 @@ PassivityReport passivity(std::span<const double> t, std::span<const double> p,
       const double trapezoid = h * (p[i] + p[i + 1]) / 2;
       const auto before = i > 0 ? beyond_trapezoid(t, p, i, i - 1) : std::nullopt;
       const auto after = beyond_trapezoid(t, p, i, i + 2);
-      // With one parabola its whole correction is the error stated, with none the trapezoid's own
-      // difference.
+      // With one parabola the stated error is its whole correction; with none it is the trapezoid's
+      // own difference.
       const double b = before.value_or(after.value_or(0)), a = after.value_or(b);
       r.supplied += trapezoid + (a + b) / 2;
       r.quadrature += before && after   ? std::fabs(a - b) / 2

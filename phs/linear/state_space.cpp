@@ -15,13 +15,13 @@ namespace {
 using ComplexNumber = std::complex<double>;
 using Real = Eigen::MatrixXd;
 
-constexpr double factored = 1e-12;  // of what went through a factorisation or eigensolver
-constexpr double infinity = 1e6;    // frequencies from there on, in units of |A|/|E|
+constexpr double factored = 1e-12;  // relative rounding after a factorisation or eigensolver
+constexpr double infinity = 1e6;    // higher frequencies count as infinite, in units of |A|/|E|
 
 constexpr const char* singular_pencil =
     "transfer function: the pencil sE - A is singular for every s, so that u does not determine x";
 
-/// Solves M X = B with rows and columns of M scaled to size 1, or nothing where M is singular to
+/// Solves M X = B with rows and columns of M scaled to size 1. Returns nothing if M is singular to
 /// rounding.
 std::optional<Real> solve(Real M, Real B) {
   const auto inverse = [](double size) { return size > 0 ? 1 / size : 1.0; };
@@ -34,7 +34,7 @@ std::optional<Real> solve(Real M, Real B) {
   return Real(c.asDiagonal() * lu.solve(B));
 }
 
-/// X + iY as the real matrix that does the same to real and imaginary parts, one above the other.
+/// X + iY as a real matrix that acts on stacked real and imaginary parts.
 Real embedded(const Real& X, const Real& Y) {
   Real both(2 * X.rows(), 2 * X.cols());
   both << X, -Y, Y, X;
@@ -43,7 +43,7 @@ Real embedded(const Real& X, const Real& Y) {
 
 struct Response {
   Real re, im;
-  double size;  // of the terms that the response is the sum of
+  double size;  // of the terms that the response sums
 };
 
 std::optional<Response> response(const StateSpace& g, ComplexNumber s) {
@@ -56,14 +56,15 @@ std::optional<Response> response(const StateSpace& g, ComplexNumber s) {
                   C.norm() * x->norm() + D.norm()};
 }
 
-/// The size of the poles if E and A were numbers.
+/// The size of the pole if E and A were scalars.
 double natural_frequency(const StateSpace& g) {
   const double frequency = view(g.A).norm() / std::max(view(g.E).norm(), 1e-300);
   return frequency > 0 ? frequency : 1;
 }
 
-/// Finite roots of det(sE - A), both real, from the eigenvalues 1/(s - shift) of (A - shift E)⁻¹E,
-/// or nothing where the pencil is singular to rounding at three shifts, so that every s is one.
+/// Finite roots of det(sE - A), E and A real, from the eigenvalues 1/(s - shift) of (A - shift
+/// E)⁻¹E. Returns nothing if the pencil is singular to rounding at three shifts: then every s is a
+/// root.
 std::optional<std::vector<ComplexNumber>> roots(const Real& E, const Real& A, double frequency) {
   for (const double part : {0.7310585786300049, 1.6180339887498949, -0.4142135623730951}) {
     const double shift = part * frequency;
@@ -79,9 +80,9 @@ std::optional<std::vector<ComplexNumber>> roots(const Real& E, const Real& A, do
   return {};
 }
 
-/// ω >= 0 where an eigenvalue of T + T* may equal γ on the line s = σ + iω, among others: s runs
-/// through the eigenvalues of the pencil whose kernel is (x, w, u), (sE - A) x = B u, (-sEᵀ - Aᵀ) w
-/// = Cᵀu, Cx + Bᵀw + (D + Dᵀ - γ)u = 0.
+/// Frequencies ω >= 0 that include all those where an eigenvalue of T + T* equals γ on the line s =
+/// σ + iω. s runs through the eigenvalues of the pencil whose kernel is (x, w, u): (sE - A) x = B
+/// u, (-sEᵀ - Aᵀ) w = Cᵀu, Cx + Bᵀw + (D + Dᵀ - γ)u = 0.
 std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   const auto n = g.A.rows, m = g.D.rows;
   const Real E = view(g.E), A = view(g.A) - sigma * E, B = view(g.B), C = view(g.C), D = view(g.D);
@@ -102,8 +103,8 @@ std::vector<double> crossings(const StateSpace& g, double sigma, double gamma) {
   return omega;
 }
 
-/// One point inside each gap of the frequencies, one beyond them, and 0. Frequencies closer than
-/// rounding are one.
+/// One point inside each gap between the frequencies, one beyond them, and 0. Frequencies that
+/// differ by rounding only are merged.
 std::vector<double> between(std::vector<double> omega) {
   std::erase_if(omega, [](double w) { return !std::isfinite(w); });
   std::sort(omega.begin(), omega.end());
@@ -127,7 +128,7 @@ ComplexMatrix transfer(const StateSpace& g, ComplexNumber s) {
       for (int j = 0; j < T.cols; ++j) T(i, j) = {r->re(i, j), r->im(i, j)};
     return T;
   }
-  // A pole is a special s; where a second, arbitrary one fails too, no s will do.
+  // A pole is a special s. If a second, arbitrary s fails too, every s fails.
   if (!response(g, natural_frequency(g) * ComplexNumber(0.7310585786300049, 0.4142135623730951)))
     throw InvalidArgument(singular_pencil);
   std::ostringstream text;
@@ -148,7 +149,7 @@ HermitianMinimum lowest_hermitian_part(const StateSpace& g, double sigma) {
     const auto r = response(g, {sigma, omega});
     if (!r) return;
     ++low.evaluations;
-    // Embedded, T + T* has the same eigenvalues, each twice.
+    // The embedded T + T* has the same eigenvalues, each twice.
     const Real hermitian = embedded(r->re + r->re.transpose(), r->im - r->im.transpose());
     const Eigen::SelfAdjointEigenSolver<Real> solver(hermitian, Eigen::EigenvaluesOnly);
     if (solver.eigenvalues()(0) < low.value) {
@@ -162,7 +163,7 @@ HermitianMinimum lowest_hermitian_part(const StateSpace& g, double sigma) {
   for (const ComplexNumber s : poles(g)) start.push_back(std::abs(s));
   for (const double omega : start) look(omega);
   for (const double omega : between(start)) look(omega);
-  for (int i = 0; i < 50; ++i) {  // converges quadratically: a handful
+  for (int i = 0; i < 50; ++i) {  // converges quadratically, in a few iterations
     const double level = low.value - factored * low.size;
     for (const double omega : between(crossings(g, sigma, level))) look(omega);
     if (low.value >= level) break;
@@ -180,7 +181,7 @@ PositiveReality positive_reality(const StateSpace& g) {
     p.rightmost_pole = std::max(p.rightmost_pole, s.real());
   }
   p.pole_limit =
-      1e-7 * largest;  // a double root, as a free body has at 0, moves by the root of rounding
+      1e-7 * largest;  // rounding moves a double root (a free body at 0) by its square root
   if (nearest <= p.pole_limit) p.sigma = largest > 0 ? 1e-3 * largest : 1.0;
   p.minimum = lowest_hermitian_part(g, p.sigma);
   p.limit = 10 * factored * p.minimum.size;
@@ -200,8 +201,8 @@ std::optional<Matrix> smallest_storage(const StateSpace& g) {
   Real Z(2 * n, 2 * n);
   Z << F, P, -Q, -F.transpose();
 
-  // Newton's iteration for the sign of Z: eigenvalues go to ±1 as their real parts say. Scaled by
-  // |det Z| at first.
+  // Newton's iteration for the sign of Z: each eigenvalue converges to ±1, the sign of its real
+  // part. The first iterations are scaled by |det Z|.
   const Real identity = Real::Identity(2 * n, 2 * n);
   double change = INFINITY;
   for (int i = 0; i < 60 && change > factored; ++i) {

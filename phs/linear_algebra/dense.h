@@ -3,10 +3,10 @@
 
 #include "phs/scalars/scalar.h"
 
-/// Small dense matrices of any scalar, row by row, for kernels: no branch on a T, no allocation.
+/// Small dense row-major matrices of any scalar, for kernels: no branch on a T, no allocation.
 namespace porthos::phs::dense {
 
-/// A = L Lᵀ, the lower triangle of A read. A matrix that is not positive makes NaN.
+/// A = L Lᵀ; reads the lower triangle of A. A matrix that is not positive definite gives NaN.
 template <class T>
 void cholesky(std::size_t n, const T* A, T* L) {
   using phs::sqrt;
@@ -22,7 +22,7 @@ void cholesky(std::size_t n, const T* A, T* L) {
   }
 }
 
-/// x = (L Lᵀ)⁻¹ b; x may be b.
+/// x = (L Lᵀ)⁻¹ b; x may alias b.
 template <class T>
 void solve(std::size_t n, const T* L, const T* b, T* x) {
   for (std::size_t i = 0; i < n; ++i) {

@@ -8,8 +8,8 @@
 
 namespace porthos::phs {
 
-/// LU of complex matrices of one size, one per lane, with one order of rows for all. Allocates when
-/// made only.
+/// LU of complex n × n matrices, one per lane, with one row order for all lanes. Allocates only in
+/// the constructor.
 class LaneLu {
  public:
   explicit LaneLu(size_t n) : n_(n), lu_(n * n), row_(n), r_(n) {}
@@ -21,7 +21,7 @@ class LaneLu {
   void factor() {
     for (size_t k = 0; k < n_; ++k) row_[k] = k;
     for (size_t k = 0; k < n_; ++k) {
-      // The pivot is the largest by the sum of the lanes' squares.
+      // The pivot is the entry with the largest sum of squares over the lanes.
       size_t pivot = k;
       double largest = -1;
       for (size_t i = k; i < n_; ++i) {

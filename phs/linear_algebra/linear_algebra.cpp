@@ -57,7 +57,7 @@ Spectrum spectrum(std::size_t n, std::span<const double> A, double tolerance) {
     const Eigen::Index rank = (sigma.array() > zero).count();
     if (rank == M.rows()) break;
     s.zeros += int(M.rows() - rank);
-    const Eigen::MatrixXd V = svd.matrixV().leftCols(rank);  // across the null space
+    const Eigen::MatrixXd V = svd.matrixV().leftCols(rank);  // orthogonal to the null space
     M = (V.transpose() * M * V).eval();
   }
   s.rest = eigenvalues(M);

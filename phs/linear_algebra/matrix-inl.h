@@ -3,7 +3,7 @@
 
 #include "phs/linear_algebra/matrix.h"
 
-/// Matrix as Eigen sees it, for the sources of this room.
+/// Conversions between Matrix and Eigen, for sources only.
 namespace porthos::phs {
 
 template <class T>

@@ -7,7 +7,7 @@
 
 namespace porthos::phs {
 
-/// A dense matrix, row by row: for describing linear systems and interconnections, not for kernels.
+/// A dense row-major matrix, for describing linear systems and interconnections, not for kernels.
 template <class T>
 struct BasicMatrix {
   int rows = 0, cols = 0;

@@ -21,7 +21,7 @@ using In = std::span<const T>;
 template <class T>
 using Out = std::span<T>;
 
-/// One number that its input alone moves: x' = u, y = ∂H/∂x.
+/// A single state number that only its input changes: x' = u, y = ∂H/∂x.
 struct Store {
   template <class T>
   void structure(In<T>, In<T>, Out<T> Je) const {
@@ -138,8 +138,8 @@ struct Motor {
   }
 };
 
-/// x = φ: φ' = -R i + V - k n ω; the flow port "shaft" takes ω and answers -k n i. Rotor friction
-/// is the network's.
+/// x = φ: φ' = -R i + V - k n ω. The flow port "shaft" takes ω and returns -k n i. The rotor
+/// friction belongs to the joint.
 struct Drive {
   DcMotor m;
 

@@ -8,8 +8,8 @@
 #include "phs/system/system.h"
 
 /// Elements that close or join the ports of a Network: resistive laws, potentials, sources, and
-/// small systems with a state of their own. Quantities are SI; "rate" and "force" stand for
-/// whatever the port carries.
+/// small systems with a state. Quantities are SI. "rate" and "force" stand for the flow and effort
+/// of the port.
 namespace porthos::phs {
 
 // --- resistive laws: force = law(rate), with rate · law(rate) >= 0 -------------------------------
@@ -17,9 +17,9 @@ namespace porthos::phs {
 /// force = damping · rate. @throws InvalidArgument if damping < 0
 FunctionPtr viscous(double damping);
 
-/// Dry friction with the Stribeck effect, made smooth: the force rises to its breakaway value
-/// within about `smoothing` of rest and cannot hold a load at rest. Passive by construction, as
-/// force and rate have one sign.
+/// Dry friction with the Stribeck effect, smoothed: the force rises to its breakaway value within
+/// about `smoothing` of rest, so it cannot hold a load at rest. Passive by construction, because
+/// force and rate have the same sign.
 ///   force = (coulomb + (breakaway - coulomb) exp(-(rate/stribeck)²)) tanh(rate/smoothing)
 ///           + viscous · rate
 /// Source: after Armstrong-Helouvry, Dupont, Canudas de Wit 1994, survey, model of section 2.1,
@@ -39,11 +39,11 @@ FunctionPtr friction(const Friction& f);
 /// U = ½ k (z - rest)² + ¼ k3 (z - rest)⁴. @throws InvalidArgument if k < 0 or k3 < 0, where U
 /// would have no minimum
 Potential spring(double k, double rest = 0, double k3 = 0);
-/// A force measured at some elongations: a natural cubic spline between them (force and its slope
-/// continuous), linear outside.
-/// @throws InvalidArgument unless there are two points or more with rising z, all finite
+/// A measured spring: forces at some elongations z. Between them a natural cubic spline (force and
+/// its slope continuous), outside linear.
+/// @throws InvalidArgument unless z and force are finite, of one length >= 2, and z rises
 Potential tabulated_spring(const std::vector<double>& z, const std::vector<double>& force);
-/// U = ⅓ k d³, d the depth beyond a limit: U'' is continuous, and nothing is felt between the
+/// U = ⅓ k d³, d the depth beyond a limit: U'' is continuous, and there is no force between the
 /// limits.
 /// @throws InvalidArgument unless lower < upper and k > 0
 Potential soft_limits(double lower, double upper, double k);
@@ -54,12 +54,12 @@ Potential soft_limits(double lower, double upper, double k);
 FunctionPtr constant(double value);
 /// amplitude · sin(2π frequency t + phase)
 FunctionPtr sine(double amplitude, double frequency_Hz, double phase = 0);
-/// Values at times, a natural cubic spline between them, the first and last value outside.
+/// Values at times t: a natural cubic spline between them, outside the first and last value.
 /// @throws InvalidArgument as tabulated_spring()
 FunctionPtr profile(const std::vector<double>& t, const std::vector<double>& value);
 
-/// A value held until it is set again: the zero-order hold of a sampled controller. One per run:
-/// set between steps only.
+/// A value that stays constant until it is set again: the zero-order hold of a sampled controller.
+/// Use one object per run, and set it between steps only.
 class Held {
  public:
   Held();
@@ -73,8 +73,7 @@ class Held {
 
 // --- systems with a state ------------------------------------------------------------------------
 
-/// Units of what a port carries: of the rate that flows, of the effort against it, and of their
-/// integrals.
+/// Units of a port: of its flow (rate), its effort, and their integrals.
 struct Domain {
   const char *flow, *effort, *displacement, *momentum;
 };
@@ -90,7 +89,7 @@ std::shared_ptr<const Model> spring_element(const Potential& potential, const Do
 /// @throws InvalidArgument unless mass > 0
 std::shared_ptr<const Model> inertia_element(double mass, const Domain& d = rotation);
 
-/// Direct-current motor. Torque k i against back-emf k ω.
+/// Direct-current motor with torque k i and back-emf k ω.
 struct DcMotor {
   double inductance = 0;     ///< L [H], > 0
   double resistance = 0;     ///< R [Ohm], >= 0
@@ -99,14 +98,14 @@ struct DcMotor {
   double rotor_inertia = 0;  ///< [kg m²] on the rotor's side; see the two models
   double friction = 0;       ///< viscous [N m s/rad] on the rotor's side, >= 0
 };
-/// With its rotor. States: flux L i, momentum of the rotor seen at the shaft. Ports "supply"
-/// (effort in: V -> A) and "shaft" (effort in: N m -> rad/s). Joins a joint through a spring, or
-/// stands alone.
+/// A motor with its rotor. States: flux L i, momentum of the rotor as seen at the shaft. Ports
+/// "supply" (effort in: V -> A) and "shaft" (effort in: N m -> rad/s). Connect it to a joint
+/// through a spring, or use it alone.
 std::shared_ptr<const Model> dc_motor(const DcMotor& m);
-/// The drive of a rigid gear: no rotor of its own (give gear² · rotor_inertia to the joint as its
-/// rotor inertia; dc_drive ignores the number). State: flux. Ports "supply" and "shaft" (flow in:
-/// rad/s -> the torque against it, - gear k i), for Network::feedback with a joint. Rotor friction
-/// is the joint's damping: gear² · friction.
+/// A motor on a rigid gear, without a rotor of its own. Give gear² · rotor_inertia to the joint as
+/// its rotor inertia; dc_drive ignores rotor_inertia. State: flux. Ports "supply" and "shaft" (flow
+/// in: rad/s -> the reaction torque - gear k i), for Network::feedback with a joint. Give the rotor
+/// friction to the joint as damping: gear² · friction.
 std::shared_ptr<const Model> dc_drive(const DcMotor& m);
 
 }  // namespace porthos::phs

@@ -28,7 +28,7 @@ void require_new_name(const Plan& p, const std::string& name) {
     refuse(p, "two elements are named '" + name + "', expected names that differ");
 }
 
-/// The coordinates of an encoder, in the network's state.
+/// Offsets of an encoder's coordinates in the network's state.
 std::vector<int> encoder_of(const Plan& p, const std::string& name, const FoundPort& port,
                             const std::vector<std::string>& coordinates) {
   if (coordinates.empty()) return {};

@@ -1,4 +1,4 @@
-// From what a Network has collected to its model: the algebraic loop, the description.
+// Builds the model from what a Network has collected: the algebraic loop, the description.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ void describe(Plan& p) {
   const bool alone = p.members.size() == 1;
   d.storages.clear();
   d.traits = {};
-  // What couples a member to itself adds G (K - D) Gᵀ to its J, by its skew part.
+  // Coupling a member to itself adds the skew part of G (K - D) Gᵀ to its J.
   const bool same_structure = alone && p.skew.empty();
   d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
   d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
@@ -154,9 +154,9 @@ std::shared_ptr<const NetworkModel> Network::build() const {
         refuse(*p, "the controller '" + c.name +
                        "' acts on a port with feedthrough, expected an element with a state "
                        "between them");
-    if (!c.hold) continue;  // each network its own
+    if (!c.hold) continue;  // each network has its own hold
     std::vector<double> fresh(size_t(c.size), 0.0);
-    fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no reading before the first
+    fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no encoder reading yet
     c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
   }
   solve_loop(*p);

@@ -1,5 +1,5 @@
-// What a composition keeps: the members' invariants no joined port touches, and the linear
-// Casimirs.
+// The invariants of a composition: the members' invariants that no joined port changes, and the
+// linear Casimirs.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -16,10 +16,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int samples = 3;
-constexpr double zero = 1e-9;     // of numbers of size 1
+constexpr double zero = 1e-9;     // tolerance for numbers of size 1
 constexpr int most_states = 400;  // for Casimirs: their search is cubic
 
-/// Numbers of the member's input that something acts on.
+/// The member's inputs that something acts on.
 std::vector<int> acted_on(const Plan& p, const Plan::Member& m) {
   std::vector<int> rows;
   const auto note = [&](int row) {
@@ -31,7 +31,7 @@ std::vector<int> acted_on(const Plan& p, const Plan::Member& m) {
   return rows;
 }
 
-/// Whether each of a member's invariants stays: ∇I is to be seen by no port and no potential.
+/// Whether each of a member's invariants is conserved: no port and no potential may act along ∇I.
 std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
   const Description& d = m.model->description();
   std::vector<bool> ok(size_t(d.invariant_count()), true);
@@ -62,8 +62,8 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
   return ok;
 }
 
-/// Columns that a Casimir's gradient must be normal to: (J - R)(x) at some states, and what sources
-/// and controllers push on.
+/// Columns that a Casimir's gradient must be orthogonal to: (J - R)(x) at some states, and the
+/// directions in which sources and controllers act.
 MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
   const auto f = model.instantiate<double>();
   const int n = p.nx();
@@ -120,7 +120,7 @@ void find_casimirs(Plan& p) {
   const MatrixXd kernel = lu.kernel();
   for (int c = 0; c < kernel.cols(); ++c) {
     VectorXd v = kernel.col(c) / kernel.col(c).cwiseAbs().maxCoeff();
-    for (int i = 0; i < v.size(); ++i) {  // numbers that are meant to be whole, are
+    for (int i = 0; i < v.size(); ++i) {  // round near-integers
       const double whole = std::round(v[i]);
       if (std::fabs(v[i] - whole) < 1e-12) v[i] = whole;
     }

@@ -1,4 +1,4 @@
-// The junctions of a Network: what sets inputs by outputs and makes or loses no power.
+// The junctions of a Network: they set inputs from outputs and conserve power.
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +20,7 @@ void claim(Plan& p, const FoundPort& f, const std::string& junction) {
   for (int i = 0; i < f.port->size; ++i) p.joint[size_t(f.row + i)] = junction;
 }
 
-/// The storages at two ports that both want to set the same thing.
+/// Refuses two ports that would both set the same quantity.
 [[noreturn]] void refuse_constraint(const Plan& p, const std::string& where, const FoundPort& a,
                                     const FoundPort& b) {
   const bool flow = a.port->kind == PortKind::effort_in;
@@ -81,7 +81,7 @@ void junction(Plan& p, const std::string& name, const std::vector<Network::End>&
   for (size_t i = 0; i < ports.size(); ++i) {
     if (int(i) == sets) continue;
     require_match(p, c, ports[i], where, true);
-    // As in a feedback: flows drive, efforts act back.
+    // As in feedback(): flows drive, efforts act back.
     const double sign =
         (carrier == PortKind::effort_in ? 1 : -1) * ends[i].sign * ends[size_t(sets)].sign;
     for (int k = 0; k < c.port->size; ++k) {

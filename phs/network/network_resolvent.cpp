@@ -12,7 +12,7 @@ using Plan = Network::Plan;
 using Numbers = std::span<const double>;
 using Written = std::span<double>;
 constexpr size_t most_inputs = 128;       ///< W has as many columns
-constexpr int most_states_of_an_lu = 32;  ///< of a member without a resolvent of its own
+constexpr int most_states_of_an_lu = 32;  ///< of a member without its own resolvent
 
 /// (I - z J)⁻¹ of a small system, J by duals.
 class SmallResolvent final : public Resolvent {
@@ -36,7 +36,7 @@ class SmallResolvent final : public Resolvent {
   std::vector<Dual> x_, f_;
 };
 
-/// The inputs that depend on the state, and the outputs they depend on. One list serves as both.
+/// The state-dependent inputs and the outputs they depend on, in one list.
 std::vector<int> coupled_rows(const Plan& p) {
   std::vector<bool> row(size_t(p.nu()), false);
   for (const auto& b : p.B) row[size_t(b.row)] = row[size_t(b.col)] = true;
@@ -46,7 +46,7 @@ std::vector<int> coupled_rows(const Plan& p) {
     for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
     for (const int sensor : c.sensors) row[size_t(sensor)] = true;
   }
-  for (const auto& m : p.M)  // M is the identity but for loops
+  for (const auto& m : p.M)  // M is the identity unless there are loops
     if (row[size_t(m.col)]) row[size_t(m.row)] = true;
   std::vector<int> list;
   for (size_t k = 0; k < row.size(); ++k)
@@ -58,7 +58,7 @@ class NetworkResolvent final : public Resolvent {
   /// An input or a spring: a column of G, and its row of V.
   struct Column {
     size_t member;
-    int row;  ///< among the inputs; of a spring its number
+    int row;  ///< an input's row, or a spring's number
     bool spring = false;
   };
 
@@ -108,7 +108,7 @@ class NetworkResolvent final : public Resolvent {
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
     }
     law_x_.resize(most_);
-    // Says here, not in the middle of a run, that a gradient has no duals.
+    // Throws here, not in the middle of a run, if a gradient has no duals.
     for (size_t i = 0; i < dual_.size(); ++i)
       dual_[i]->gradient(state(i, std::span<const Dual>(xd_)), std::span(ed_).first(size(i)));
   }
@@ -196,7 +196,7 @@ class NetworkResolvent final : public Resolvent {
                           Written(y_).subspan(size_t(m.u), size_t(m.nu)));
     }
   }
-  /// G, and H: ∂y/∂x of the same rows.
+  /// G, and H = ∂y/∂x for the same rows.
   void find_columns() {
     for (size_t l = 0; l < columns_.size(); ++l) {
       const Column& c = columns_[l];
@@ -225,7 +225,7 @@ class NetworkResolvent final : public Resolvent {
       for (size_t l = 0; l < inputs_; ++l)
         H_[l * nx_ + size_t(s.q)] += bend(s) * G_[l * nx_ + size_t(s.q)];
   }
-  /// V = (B + M D) H + M X, D = ∂v/∂y and X = ∂v/∂x; springs behind.
+  /// V = (B + M D) H + M X with D = ∂v/∂y and X = ∂v/∂x; the springs' rows follow.
   void find_rows(double t) {
     std::fill(D_.begin(), D_.end(), 0.0);
     std::fill(X_.begin(), X_.end(), 0.0);

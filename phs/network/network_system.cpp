@@ -82,8 +82,7 @@ class NetworkSystem final : public System<T> {
     flows(t, x, e, {});
     add_inputs(x, dx);
   }
-  /// What an output sees of e must not depend on the inputs, so a first e without regard to them
-  /// gives the inputs.
+  /// Outputs see no part of e that depends on inputs: efforts without inputs give the inputs.
   void efforts(T t, In x, In dx, Out e) override {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->efforts(t, state(i, x), state(i, dx), state(i, e));
@@ -107,7 +106,7 @@ class NetworkSystem final : public System<T> {
       systems_[i]->apply_dissipation(state(i, x), state(i, e), state(i, Re));
     through_ports(x, e, p_.sym, T(-1.0), Re);
     if (p_.laws.empty()) return;
-    // A law that is not linear: R(x) has its secant at the flow of x.
+    // A nonlinear law enters R(x) as its secant at the flow of x.
     gradient(x, e_);
     outputs(x, e_);
     for (size_t k = 0; k < p_.laws.size(); ++k) v_[k] = secant(p_.laws[k], y_[row(p_.laws[k])]);
@@ -177,7 +176,7 @@ class NetworkSystem final : public System<T> {
     for (size_t i = 0; i < sampled_.size(); ++i) held_[sampled_[i]] = memories[i];
   }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
-    if constexpr (requires { to_double(T(0.0)); }) {  // lanes have no clock of their own
+    if constexpr (requires { to_double(T(0.0)); }) {  // a Pack has no single clock
       const auto& c = p_.controls[sampled_[i]];
       const size_t n = size_t(c.size);
       gradient(x, e_);
@@ -245,12 +244,12 @@ class NetworkSystem final : public System<T> {
   }
   T elongation(const Plan::Spring& s, In x) const { return unwrapped(size_t(s.q), x); }
 
-  /// y_ = Gᵀe of the members whose ports take part.
+  /// y_ = Gᵀe of the members with active ports.
   void outputs(In x, In e) {
     for (size_t i = 0; i < systems_.size(); ++i)
       if (p_.members[i].active) systems_[i]->output(state(i, x), state(i, e), ports(i, Out(y_)));
   }
-  /// y_ = Gᵀe + F u and u_ = (K - D) y + v, the user's inputs u included.
+  /// y_ = Gᵀe + F u and u_ = (K - D) y + v, including the user's inputs u.
   void flows(T t, In x, In e, In u) {
     outputs(x, e);
     std::fill(v_.begin(), v_.end(), T(0.0));
@@ -287,7 +286,6 @@ class NetworkSystem final : public System<T> {
   static Out port(const Plan::Control& c, std::vector<T>& v) {
     return Out(v).subspan(size_t(c.row), size_t(c.size));
   }
-  /// κ(t, x, y)
   Out law(const Plan::Control& c, T t, In x, In y) {
     const auto& m = p_.members[size_t(c.member)];
     const Out own = Out(unwrapped_).first(size_t(m.nx)), kappa = Out(kappa_).first(size_t(c.size));
@@ -299,13 +297,11 @@ class NetworkSystem final : public System<T> {
     (*c.law)(t, In(own), In(seen), kappa);
     return kappa;
   }
-  /// G u_ of one member.
   In inputs(size_t i, In x) {
     const Out Gu = Out(work_).first(size_t(p_.members[i].nx));
     systems_[i]->apply_input(state(i, x), ports(i, In(u_)), Gu);
     return Gu;
   }
-  /// dx += G u_
   void add_inputs(In x, Out dx) {
     for (size_t i = 0; i < systems_.size(); ++i) {
       if (p_.members[i].nu == 0) continue;
@@ -333,7 +329,7 @@ class NetworkSystem final : public System<T> {
   std::vector<std::unique_ptr<System<T>>> systems_;
   std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
   std::vector<size_t> sampled_;  ///< the controls with a hold
-  std::vector<HeldPtr> held_;    ///< by control; what the holds among them hold
+  std::vector<HeldPtr> held_;    ///< by control; set where it has a hold
 };
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 namespace porthos::phs {
 
-/// A complex number over a real scalar; over a Pack, as many complex numbers as it has lanes.
+/// A complex number over a real scalar; over a Pack, one complex number per lane.
 template <class T>
 struct Complex {
   T re, im;

@@ -13,7 +13,7 @@ T derivative(const F& f, T x) {
   return f(BasicDual<T>(x, T(1.0))).d;
 }
 
-/// Calls at(k) for each coordinate k of x, a container of duals, while x points along k.
+/// Calls at(k) for each coordinate k of x, a container of duals seeded along k during the call.
 template <class Duals, class F>
 void along_each(Duals& x, F at) {
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -25,8 +25,8 @@ void along_each(Duals& x, F at) {
   }
 }
 
-/// gradient = ∂H/∂x in double or in lanes: H in duals, once per coordinate and lane. `duals` has
-/// the size of x.
+/// gradient = ∂H/∂x in double or in lanes: evaluates H in duals once per coordinate and lane.
+/// `duals` has the size of x.
 template <class T, class F>
 void gradient_by_duals(const F& H, std::span<const T> x, std::span<Dual> duals,
                        std::span<T> gradient) {
@@ -37,7 +37,8 @@ void gradient_by_duals(const F& H, std::span<const T> x, std::span<Dual> duals,
     });
   }
 }
-/// Whether gradient_by_duals serves a scalar: of a dual or of 113 bits it would lose digits.
+/// Whether gradient_by_duals supports a scalar. With Dual or the 113-bit float it would lose
+/// digits.
 template <class T>
 inline constexpr bool has_gradient_by_duals = std::is_same_v<T, double> || is_pack<T>;
 

@@ -3,9 +3,9 @@
 
 namespace porthos::phs {
 
-/// v + d ε with ε² = 0 over a scalar T: the derivative along one direction, in lanes, in 113 bits,
-/// of duals again. Systems are instantiated in Dual, the one over double; the others serve code
-/// that needs a gradient inside an evaluation in T. How a direction is seeded: derivative.h.
+/// v + d ε with ε² = 0 over a scalar T: d is the derivative along one direction. T may be a Pack,
+/// the 113-bit float or again a dual. Systems are instantiated in Dual, the one over double. The
+/// others serve code that needs a gradient inside an evaluation in T. Seeding: see derivative.h.
 template <class T>
 struct BasicDual {
   T v = T(0.0);  ///< value

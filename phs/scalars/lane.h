@@ -1,10 +1,10 @@
 #pragma once
 #include "phs/scalars/scalar.h"
 
-/// Scalars one lane at a time, whether they have one or several.
+/// Access to one lane of a scalar; a scalar that is no Pack has one lane.
 namespace porthos::phs {
 
-/// One lane of x; x itself where it has one alone.
+/// One lane of x; x itself if it is no Pack.
 template <class T>
 auto lane_of(const T& x, int lane) {
   if constexpr (is_pack<T>) {
@@ -14,7 +14,7 @@ auto lane_of(const T& x, int lane) {
     return x;
   }
 }
-/// Sets one lane of x; x itself where it has one alone.
+/// Sets one lane of x; x itself if it is no Pack.
 template <class T, class U>
 void set_lane(T& x, int lane, U value) {
   if constexpr (is_pack<T>) {

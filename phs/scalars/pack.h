@@ -4,9 +4,9 @@
 #include <type_traits>
 
 /// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one
-/// number. Each lane performs exactly the IEEE operations the scalar kernel performs, so lane k
-/// equals the scalar run bit for bit. Comparisons give a mask; kernels use select(mask, a, b) and
-/// never branch on a Pack.
+/// number. Each lane performs exactly the IEEE operations of the scalar kernel, so lane k equals
+/// the scalar run bit for bit. Comparisons give a mask. Kernels use select(mask, a, b) and never
+/// branch on a Pack.
 namespace porthos::phs {
 
 #if defined(__AVX512F__)
@@ -43,8 +43,8 @@ struct NativeVector<8> {
 };
 
 #if defined(__AVX512F__)
-/// Square roots by built-in: <immintrin.h> costs half a second of every compilation. 4: round as
-/// the machine is set.
+/// Square roots by compiler built-in, because <immintrin.h> adds half a second to every
+/// compilation. 4: use the current rounding mode.
 inline NativeVector<8>::type sqrt512(NativeVector<8>::type x) {
 #if defined(__clang__)
   return __builtin_ia32_sqrtpd512(x, 4);
@@ -54,7 +54,7 @@ inline NativeVector<8>::type sqrt512(NativeVector<8>::type x) {
 }
 #endif
 
-/// A mask of W lanes, one register where the machine has one that wide, else two halves.
+/// A mask of W lanes: one register if the machine has one that wide, else two halves.
 template <int W, bool native = (W <= native_lanes)>
 struct Mask {
   typename NativeVector<W>::mask m;

@@ -1,8 +1,8 @@
 #pragma once
 
-/// The 113-bit float of reference solutions, with libquadmath's names for its functions: GCC's and
-/// Clang's __float128, or, where long double has these 113 bits already (aarch64), a type of its
-/// own around it, so that the list of scalars has both.
+/// The 113-bit float of reference solutions, with libquadmath's names for its functions. It is the
+/// __float128 of GCC and Clang. Where long double already has 113 bits (aarch64), it is a class
+/// around long double, so that the list of scalars can hold both types.
 #if defined(__SIZEOF_FLOAT128__)
 
 namespace porthos::phs {
@@ -80,7 +80,7 @@ inline Quad logq(Quad x) { return std::log(wide(x)); }
 inline Quad tanhq(Quad x) { return std::tanh(wide(x)); }
 inline Quad powq(Quad x, Quad y) { return std::pow(wide(x), wide(y)); }
 inline Quad strtoflt128(const char* text, char** end) { return std::strtold(text, end); }
-/// `format` has libquadmath's Q, which is L for a long double.
+/// `format` has libquadmath's length modifier Q, which is L for a long double.
 inline int quadmath_snprintf(char* text, unsigned long size, const char* format, Quad x) {
   std::string f = format;
   std::replace(f.begin(), f.end(), 'Q', 'L');

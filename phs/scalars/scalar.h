@@ -7,7 +7,7 @@
 #include "phs/scalars/pack.h"
 #include "phs/scalars/quad.h"
 
-/// The closed list of scalars. One source of the mathematics serves them all.
+/// The closed list of scalars. The same source of the mathematics serves them all.
 ///
 ///   double         one state
 ///   Pack4, Pack8   SIMD lanes: eight Gauss stages, or an ensemble

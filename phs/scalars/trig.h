@@ -5,8 +5,8 @@
 ///
 /// Reduction: x = k π/2 + r with π/2 in three 33-bit pieces, so that every k·piece is exact for |k|
 /// < 2²⁰. Polynomials on |r| <= π/4: the minimax coefficients of Sun's fdlibm 5.3 (k_sin.c,
-/// k_cos.c), which keep the result within 1 ulp. Beyond 1e5 rad (never reached by a wrapped angle)
-/// the C library is asked, lane by lane.
+/// k_cos.c), with an error below 1 ulp. Beyond 1e5 rad, which a wrapped angle never reaches, each
+/// lane uses the C library.
 namespace porthos::phs {
 
 inline constexpr double trig_fast_limit = 1e5;
@@ -65,7 +65,7 @@ void sincos_fast(T x, T& s, T& c) {
 inline void sincos(double x, double& s, double& c) {
   if (std::fabs(x) <= trig_fast_limit) return trig::sincos_fast(x, s, c);
   s = std::sin(x);
-  c = std::cos(x);  // also the way of inf and NaN
+  c = std::cos(x);  // inf and NaN come here too
 }
 template <int W, bool n>
 void sincos(Pack<double, W, n> x, Pack<double, W, n>& s, Pack<double, W, n>& c) {

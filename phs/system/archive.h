@@ -8,16 +8,15 @@
 
 namespace porthos {
 
-/// What must survive a restart, as a list of doubles. One function `carry(Archive&)` of a class
-/// names its numbers once and serves to count, to save and to load them, so order and size cannot
-/// differ.
+/// What must survive a restart, as a list of doubles. A class names its numbers once, in a function
+/// `carry(Archive&)`. That function counts, saves and loads them, so order and size cannot differ.
 class Archive {
  public:
   /// Counts the numbers.
   Archive() = default;
-  /// Appends them; allocates nothing where there is room.
+  /// Appends them to `to`; allocates only if its capacity is too small.
   explicit Archive(std::vector<double>& to) : to_(&to) {}
-  /// Takes them from the front.
+  /// Reads them from the front of `from`.
   explicit Archive(std::span<const double> from) : from_(from), loads_(true) {}
 
   bool loads() const { return loads_; }
@@ -29,14 +28,14 @@ class Archive {
   void operator()(bool& x) {
     one(x, [&](double y) { x = y != 0; });
   }
-  /// Whole numbers. @throws InvalidArgument if one is loaded that is none from least to most
+  /// Whole numbers. @throws InvalidArgument if a loaded one is not in [least, most]
   void operator()(int& x, double least = -1e9, double most = 1e9) {
     one(x, [&](double y) { x = whole(y, least, most); });
   }
   void operator()(std::int64_t& x, double least = -0x1p53, double most = 0x1p53) {
     one(double(x), [&](double y) { x = whole<std::int64_t>(y, least, most); });
   }
-  /// Of other scalars the nearest double.
+  /// Other scalars are stored as the nearest double.
   void operator()(phs::Quad& x) {
     one(phs::to_double(x), [&](double y) { x = y; });
   }
@@ -72,14 +71,14 @@ class Archive {
   std::size_t size_ = 0;
 };
 
-/// Saves what an object carries, by its carry(Archive&), which changes nothing then.
+/// Saves what an object carries. Its carry(Archive&) does not change the object here.
 template <class X>
 void save_carried(const X& object, std::vector<double>& to) {
   Archive a(to);
   const_cast<X&>(object).carry(a);
 }
-/// Loads it. @param from  what save_carried() gave; `what` names it. @throws InvalidArgument if its
-/// size does not fit
+/// Loads what save_carried() saved. @param from  those numbers; `what` names them in an error
+/// @throws InvalidArgument if its size does not fit
 template <class X>
 void load_carried(X& object, std::span<const double> from, const char* what) {
   Archive count;

@@ -104,8 +104,8 @@ class Checker {
     }
   }
 
-  /// What roundings can make of a gradient: a hundred times what one rounding of each number of the
-  /// state makes of it, so that a state where the masses are ill conditioned accuses nobody.
+  /// A bound for the rounding error of a gradient: a hundred times the effect of one rounding of
+  /// each number of the state. It keeps a state with ill-conditioned masses from failing the check.
   double rounding_of_gradient(Vec x, const Vec& e) {
     for (size_t i = 0; i < x.size(); ++i) x[i] *= 1 + (i % 2 ? 1 : -1) * 0x1p-52;
     Vec moved(x.size());
@@ -113,7 +113,7 @@ class Checker {
     return 100 * norm(sub(moved, e));
   }
 
-  /// J e = (e_p, -e_q), and a slope ∂H/∂q·a that no p changes.
+  /// J e = (e_p, -e_q), and the slope ∂H/∂q·a must not depend on p.
   void traits(const Vec& x) {
     const size_t n = x.size(), half = n / 2;
     Vec e = random(d_.nx), Je(n);
@@ -137,7 +137,7 @@ class Checker {
     note("separable", x, relative(a - b, norm(e) * norm(along) + std::fabs(a) + std::fabs(b)));
   }
 
-  /// What the field and the rate must be.
+  /// The axioms of the field and of the rate.
   void motion(const Vec& x, const Vec& u, const Vec& e, const Vec& Je, const Vec& Re, const Vec& Gu,
               const Vec& y) {
     const size_t n = x.size();
@@ -156,8 +156,8 @@ class Checker {
     note("field", x, relative(norm(sub(dx, with_input)), terms + of_effort(sources, e)));
     balance(x, e, dx, y, u, norm(e) * norm(Re));
   }
-  /// The size of a rate where an effort stands beside it. What has none carries no energy (an orbit
-  /// that drives the rest) and may be of any size: it is no scale for what has.
+  /// The norm of a rate over the entries with a nonzero effort. The other entries carry no energy
+  /// (an orbit that drives the rest) and may have any size, so they give no scale.
   static double of_effort(Vec rate, const Vec& e) {
     for (size_t i = 0; i < e.size(); ++i)
       if (e[i] == 0) rate[i] = 0;
@@ -193,8 +193,8 @@ class Checker {
     note("power balance", x, relative(left, scale));
   }
 
-  /// Smallest eigenvalue of R below zero, relative to the largest: random vectors alone would miss
-  /// a weak one.
+  /// The smallest eigenvalue of R if below zero, relative to the largest. Random vectors alone
+  /// would miss a small negative one.
   double dissipation_defect(const Vec& x) {
     const size_t n = x.size();
     Vec R(n * n);
@@ -225,7 +225,7 @@ class Checker {
     Vec e(x.size()), Je(x.size());
     f_->gradient(x, e);
     f_->apply_structure(x, e, Je);
-    Vec taking_part = x;  // an orbit that drives the rest does not
+    Vec taking_part = x;  // without an orbit that drives the rest
     for (size_t i = 0; i < x.size(); ++i)
       if (e[i] == 0 && Je[i] == 0) taking_part[i] = 0;
     const double terms = norm(taking_part) * norm(Je);
@@ -262,7 +262,7 @@ class Checker {
   std::unique_ptr<System<double>> f_;
   std::unique_ptr<System<Dual>> dual_;
   CheckReport report_;
-  std::string refusal_;  ///< of the field
+  std::string refusal_;  ///< why the field cannot be evaluated
 };
 
 }  // namespace
@@ -297,8 +297,7 @@ CheckReport check(const Model& model, const CheckOptions& options) {
 
 std::optional<std::string> false_trait(const Model& model) {
   for (const AxiomResult& a : Checker(model, {.samples = 3}).run_traits().axioms)
-    if (!a.holds() &&
-        std::isfinite(a.worst))  // a state where nothing can be evaluated tells nothing
+    if (!a.holds() && std::isfinite(a.worst))  // else the state could not be evaluated
       return "system '" + model.description().name + "' says it is " + a.axiom + ", but " +
              (a.axiom == "canonical" ? "its J is not [0 I; -I 0]"
                                      : "its slope over q changes with p: H is not T(p) + V(q)");

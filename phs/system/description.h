@@ -2,12 +2,12 @@
 #include <string>
 #include <vector>
 
-/// What a port-Hamiltonian system says of itself: the meaning of its state numbers, its ports and
+/// The description of a port-Hamiltonian system: the meaning of its state numbers, its ports and
 /// its invariants.
 namespace porthos::phs {
 
 /// linear: any real number. angle: 2π-periodic, kept in (-π, π] plus a turn count (State::turns).
-/// rotation: a quaternion (w, x, y, z), body to parent, whose conjugate block is its T*R⁴ lift π.
+/// rotation: a quaternion (w, x, y, z), body to parent; its conjugate block is its T*R⁴ lift π.
 enum class BlockKind { linear, angle, rotation };
 
 /// A slice of the state vector.
@@ -16,12 +16,12 @@ struct Block {
   BlockKind kind;
   int at;             ///< offset of the slice in x
   int size;           ///< 1 for an angle, 4 for a rotation
-  int momentum = -1;  ///< offset of the conjugate slice, or -1 where there is none
+  int momentum = -1;  ///< offset of the conjugate slice, or -1 if there is none
   std::string unit;   ///< "rad", "m", "1", ...
   std::string momentum_unit;
 };
 
-/// effort in, flow out (a force or torque drives; a rate answers), or the other way round.
+/// effort_in: a force or torque is the input, a rate the output. flow_in: the other way round.
 enum class PortKind { effort_in, flow_in };
 
 /// A power port. Sign: u . y is the power flowing *into* the system [W].
@@ -31,21 +31,21 @@ struct Port {
   int size;
   int at;  ///< offset of this port in u and in y
   std::string input_unit, output_unit;
-  bool required = false;  ///< means nothing unless it is joined to something
+  bool required = false;  ///< must be joined: Network::build() refuses it open
 };
 
-/// A power that changes the stored energy: supplied adds to it, dissipated (heat, never negative if
-/// passive) takes away. observed: no part of this balance, integrated along for the ledger of
+/// A power that changes the stored energy. supplied adds energy, dissipated removes it (heat; never
+/// negative if passive). observed is no part of this balance: it is integrated for the ledger of
 /// another system.
 enum class PowerKind { supplied, dissipated, observed };
 struct PowerAccount {
   std::string name;  ///< "elbow.damping", "motor.supply", ...
   PowerKind kind;
-  bool control = false;  ///< a controller's: it may be asked whether it is passive
+  bool control = false;  ///< a controller's power: may be checked for passivity
 };
 
-/// A quantity the unforced, undamped field keeps. degree: 1 linear, 2 quadratic in x, 0 any other
-/// function.
+/// A quantity that the unforced, undamped field conserves. degree: 1 linear in x, 2 quadratic in x,
+/// 0 any other function.
 struct Invariant {
   std::string name;  ///< "angular_momentum", "quaternion_norm.base", ...
   int size, at;      ///< number of components, offset in the vector of all invariants
@@ -53,12 +53,12 @@ struct Invariant {
   std::string unit;
 };
 
-/// A part of H whose flow a system can take exactly, for splitting methods.
+/// A part of H whose flow the system can compute exactly, for splitting methods.
 struct PartialFlow {
   std::string name;  ///< "kinetic", "potential", "kepler", ...
 };
 
-/// What a system promises of its structure; the checker holds it to that, methods rely on it.
+/// Structural properties that a system claims. check() tests them and methods rely on them.
 struct Traits {
   bool autonomous = true;
   bool canonical = false;  ///< x = (q, p) in two halves and J = [0 I; -I 0]
@@ -66,7 +66,7 @@ struct Traits {
   bool lossless = true;    ///< R = 0
 };
 
-/// What a system says of itself: its state, ports, powers and invariants, by name.
+/// A system's name, state, ports, powers and invariants.
 struct Description {
   std::string name;
   int nx = 0;  ///< numbers in the state
@@ -77,7 +77,7 @@ struct Description {
   Traits traits;
   std::vector<PartialFlow> flows = {};  ///< in the order a splitting composes them; empty: none
 
-  /// The ledger of the energy: d/dt Σ storages = Σ supplied - Σ dissipated.
+  /// The energy balance: d/dt Σ storages = Σ supplied - Σ dissipated.
   std::vector<std::string> storages = {"energy"};  ///< parts of H
   std::vector<PowerAccount> powers = {};           ///< with all open ports at u = 0
 

@@ -11,7 +11,7 @@
 
 namespace porthos::phs {
 
-/// Whether a storage is an energy of motion, whose zero is rest: "kinetic", "links.kinetic",
+/// Whether a storage is a kinetic energy, which is zero at rest: "kinetic", "links.kinetic",
 /// "shaped kinetic".
 inline bool is_kinetic(std::string_view storage) {
   constexpr std::string_view kinetic = "kinetic";
@@ -20,13 +20,13 @@ inline bool is_kinetic(std::string_view storage) {
   return storage.empty() || storage.back() == '.' || storage.back() == ' ';
 }
 
-/// What the energy error of a run is relative to: the largest kinetic energy plus the range every
-/// other stored energy has covered. It sees neither the zero of a potential nor the origin of the
-/// world.
+/// The scale of a run's relative energy error: the largest kinetic energy plus the range of every
+/// other stored energy. It depends neither on the zero of a potential nor on the origin of the
+/// world frame.
 ///
-/// In a system without a storage called kinetic nobody knows which zero means something: there
-/// every energy counts by its largest size. Ranges below 1e-14 of the energies themselves are below
-/// what doubles tell apart, and count as that much.
+/// Without a storage called kinetic, the zero of each energy is unknown: every energy then counts
+/// with its largest magnitude. The scale is at least 1e-14 of the magnitudes of the energies,
+/// because doubles cannot resolve smaller ranges.
 class EnergyScale {
  public:
   explicit EnergyScale(const Description& d) : low_(d.storages.size()), high_(d.storages.size()) {
@@ -47,21 +47,21 @@ class EnergyScale {
 
   /// [J]
   double value() const { return value_with({}); }
-  /// What it would be with one more state in it.
+  /// The scale if one more state had been seen.
   double value_with(std::span<const double> stored) const {
     double sum = std::max(kinetic_J_, kinetic_of(stored));
     for (std::size_t k = 0; k < low_.size(); ++k)
       if (!kinetic_[k]) sum += part(k, stored);
     return std::max(sum, 1e-14 * size(stored));
   }
-  /// What storage k adds, if it is not kinetic.
+  /// The contribution of storage k, if it is not kinetic.
   double part(std::size_t k, std::span<const double> stored = {}) const {
     return some_kinetic_ ? highest(k, stored) - lowest(k, stored) : largest(k, stored);
   }
   bool has_kinetic() const { return some_kinetic_; }
   double kinetic_J() const { return kinetic_J_; }  ///< the largest
-  /// Σ of the largest sizes of the energies, zeros of potentials and all: their rounding is
-  /// relative to it.
+  /// Sum of the largest magnitudes of all energies, with the zeros of potentials as they are.
+  /// Rounding errors are relative to it.
   double size(std::span<const double> stored = {}) const {
     double sum = 0;
     for (std::size_t k = 0; k < low_.size(); ++k) sum += largest(k, stored);

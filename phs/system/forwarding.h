@@ -7,11 +7,11 @@
 
 #include "phs/system/tunable.h"
 
-/// Systems around other systems.
+/// Systems that wrap other systems.
 namespace porthos::phs {
 
-/// The solver of an inner system, for a system whose state begins with the inner's: the rest is
-/// left as it is, and what the outer system adds to the field is not in J.
+/// The inner system's solver, for a system whose state begins with the inner state. It leaves the
+/// rest of the state unchanged. Its J lacks what the outer system adds to the field.
 class InnerResolvent final : public Resolvent {
  public:
   InnerResolvent(std::unique_ptr<Resolvent> inner, size_t n) : inner_(std::move(inner)), n_(n) {}
@@ -25,19 +25,19 @@ class InnerResolvent final : public Resolvent {
   size_t n_;
 };
 
-/// Forwards every member of System to an inner system: a wrapper overrides what it changes, and
-/// drops nothing.
+/// Forwards every member of System to an inner system. A wrapper overrides only what it changes.
 ///
-/// The state may be longer than the inner's, which it begins with: the base passes that part on and
-/// gives zeros for the rest. It does likewise with the ledger, and takes the declared invariants by
-/// name. A wrapper that changes the field changes rate(), efforts() and resolvent() too.
+/// The state may be longer than the inner state, with which it begins. The base class forwards that
+/// part and gives zeros for the rest. It treats the ledger in the same way and takes over declared
+/// invariants by name. A wrapper that changes field() must also change rate(), efforts() and
+/// resolvent().
 template <class T>
 class Forwarding : public System<T>, public Tunable<T> {
  public:
   using In = std::span<const T>;
   using Out = std::span<T>;
 
-  /// description: the wrapper's own. It must outlive this.
+  /// description: the wrapper's own. It must outlive this object.
   Forwarding(std::unique_ptr<System<T>> inner, const Description& description)
       : inner_(std::move(inner)),
         d_(description),
@@ -53,7 +53,7 @@ class Forwarding : public System<T>, public Tunable<T> {
   }
 
   const Description& description() const override { return d_; }
-  /// A wrapper makes one of its own type; see alike().
+  /// A wrapper returns its own type; see alike().
   std::unique_ptr<System<T>> clone() const override = 0;
 
   T hamiltonian(In x) override { return inner_->hamiltonian(head(x)); }
@@ -126,13 +126,13 @@ class Forwarding : public System<T>, public Tunable<T> {
   size_t inner_powers() const { return powers_; }
   In turn_angles() const { return turns_; }
 
-  /// The part of a vector that is the inner's.
+  /// The inner system's part of a vector.
   template <class Span>
   Span head(Span x) const {
     return x.first(n_);
   }
   static void clear(Out values) { std::fill(values.begin(), values.end(), T(0.0)); }
-  /// For clone(): the copy, with this one's turn angles, the holds it reads, the inner's
+  /// For clone(): gives the copy this object's turn angles and holds and the inner system's
   /// parameters.
   std::unique_ptr<System<T>> alike(std::unique_ptr<Forwarding> copy) const {
     if (!turns_.empty()) copy->set_turn_angles(turns_);
@@ -141,7 +141,7 @@ class Forwarding : public System<T>, public Tunable<T> {
     std::copy(from.begin(), from.end(), parameters_of(*copy->inner_).begin());
     return copy;
   }
-  /// The inner's solver where this field is not the inner's, or has more state behind it.
+  /// The inner solver for a field that differs from the inner field or has a longer state.
   std::unique_ptr<Resolvent> near_resolvent() {
     auto own = inner_->resolvent();
     if (!own) return nullptr;
@@ -159,11 +159,11 @@ class Forwarding : public System<T>, public Tunable<T> {
   size_t n_, storages_, powers_;
   std::vector<T> all_, turns_;
   std::vector<HeldPtr> held_;
-  std::vector<Kept> kept_;  ///< invariants, those of the inner that are declared here too
+  std::vector<Kept> kept_;  ///< inner invariants that are also declared here
 };
 
-/// A system with inputs u(t, x) of its own making at all its ports, none of which stays open.
-/// Ledger: the plant's, then the power of the inputs. The state is the plant's.
+/// A plant whose inputs u(t, x) the wrapper computes at all ports; no port stays open. State: the
+/// plant's. Ledger: the plant's, then the power of the inputs.
 template <class T>
 class Driven : public Forwarding<T> {
  public:
@@ -199,7 +199,7 @@ class Driven : public Forwarding<T> {
   std::unique_ptr<Resolvent> resolvent() override { return this->near_resolvent(); }
 
  protected:
-  /// u(t, x), as many numbers as the plant has inputs. It stays until the next call.
+  /// u(t, x), one number per input of the plant. Valid until the next call.
   virtual In inputs(T t, In x) = 0;
 
  private:

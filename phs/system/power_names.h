@@ -5,8 +5,8 @@
 
 namespace porthos::phs {
 
-/// Names of the powers by which a system gains or loses energy ("shoulder.damper, elbow.drive"), in
-/// sentences; at most three.
+/// Names of the powers by which a system gains or loses energy, for messages: "shoulder.damper,
+/// elbow.drive". At most three.
 inline std::string power_names(const Description& d, bool losses_only) {
   std::string names;
   int n = 0;

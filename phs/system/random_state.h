@@ -7,8 +7,8 @@
 
 namespace porthos::phs {
 
-/// A state with normal numbers of the given deviation; rotation blocks are unit quaternions ξ with
-/// ξ·π = 0.
+/// A state of normally distributed numbers with standard deviation `spread`. Rotation blocks are
+/// unit quaternions ξ with ξ·π = 0.
 template <class Generator>
 std::vector<double> random_state(const Description& d, double spread, Generator& generator) {
   std::normal_distribution<double> normal;

@@ -5,18 +5,18 @@
 
 namespace porthos::phs {
 
-/// The solves of an implicit method's Newton iteration: (I - z J)⁻¹ r for four complex numbers z at
-/// once, one per lane, with J = Df(x) or what the system thinks stiff of it. J decides how fast the
-/// iteration contracts, never its limit.
+/// The linear solves of an implicit method's Newton iteration: (I - z J)⁻¹ r for four complex
+/// numbers z at once, one per lane. J is Df(x) or its stiff part, as the system chooses. J affects
+/// how fast the iteration contracts, never its limit.
 ///
-/// A system that knows a cheap elimination offers it (System::resolvent); others are served by a
-/// dense or a Krylov solver of the integrators. Neither function allocates.
+/// A system with a cheap elimination offers it (System::resolvent). For the others the integrators
+/// have dense and Krylov solvers. Neither function allocates.
 class Resolvent {
  public:
   virtual ~Resolvent() = default;
-  /// Whether J is all of Df, so that no other solver can contract better.
+  /// Whether J is the whole Df, so that no other solver can contract faster.
   virtual bool exact() const { return false; }
-  /// Freezes J at (t, x), size nx, for the four z.
+  /// Fixes J at (t, x), x of size nx, for the four z.
   virtual void factor(double t, std::span<const double> x, const Complex4& z) = 0;
   /// r ← (I - z J)⁻¹ r, size nx.
   virtual void solve(std::span<Complex4> r) = 0;

@@ -8,7 +8,7 @@
 
 namespace porthos::phs {
 
-/// s = a + b rounded, e = its rounding error exactly (Knuth 1969, TwoSum).
+/// s = a + b rounded; e = its exact rounding error (Knuth 1969, TwoSum).
 template <class T>
 void two_sum(T a, T b, T& s, T& e) {
   s = a + b;
@@ -24,9 +24,9 @@ void compensated_add(T& x, T& lo, std::type_identity_t<T> d) {
   two_sum(s, e + lo, x, lo);
 }
 
-/// A state of double-length numbers x + lo, with the turns taken off its angle blocks and an
-/// integer clock: t = origin + (step - origin_step)·h, never a running sum while h stays. T:
-/// double, or the scalars of step maps.
+/// A state of double-length numbers x + lo. Whole turns are removed from its angle blocks. The
+/// clock counts steps: t = origin + (step - origin_step)·h, so no sum accumulates while h is
+/// constant. T: double or the scalars of step maps.
 template <class T>
 struct BasicState {
   std::vector<T> x;                  ///< value, size nx
@@ -44,12 +44,13 @@ struct BasicState {
   }
   /// The time [s] when every step since origin_step had size h.
   T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }
-  /// How long it is from time(h) to an instant [s]: to the last bit where the last step was off the
-  /// grid.
+  /// The duration from time(h) to an instant [s]; exact to the last bit if the last step was off
+  /// the grid.
   T until(double instant, T h) const {
     return origin_step == step ? T((instant - origin) - origin_lo) : T(instant) - time(h);
   }
-  /// Counts a step of size `taken` that differs from the h before: its end becomes the new origin.
+  /// Counts a step of size `taken`, which differs from the h before. Its end becomes the new
+  /// origin.
   void step_off_the_grid(double h, double taken) {
     const double n = double(step - origin_step), p = n * h;
     double s, e, d;
@@ -68,7 +69,7 @@ inline constexpr double two_pi_lo = 2.449293598294706355e-16;  ///< 2π - two_pi
 inline constexpr double pi_hi = 3.141592653589793238462643383279502884197;
 
 /// Brings every angle block back into [-π, π] with a two-word 2π. Returns true if any turn count
-/// changed. Angles beyond 1e15, inf and NaN are left alone: those are the integrator's to report.
+/// changed. Leaves angles beyond 1e15, inf and NaN alone; the integrator reports those.
 inline bool wrap_angles(const Description& d, State& s) {
   bool changed = false;
   size_t a = 0;
@@ -76,8 +77,7 @@ inline bool wrap_angles(const Description& d, State& s) {
     if (b.kind != BlockKind::angle) continue;
     double &x = s.x[size_t(b.at)], &lo = s.lo[size_t(b.at)];
     while (std::fabs(x) > pi_hi && std::fabs(x) < 1e15) {
-      double n = std::round(
-          x / two_pi_hi);  // rounded, of a large x by a turn too few or too many: go round again
+      double n = std::round(x / two_pi_hi);  // a large x may be off by one turn: repeat
       if (n == 0) n = x > 0 ? 1 : -1;
       const double p = n * two_pi_hi, p_lo = std::fma(n, two_pi_hi, -p) + n * two_pi_lo;
       double hi, e;

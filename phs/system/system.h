@@ -18,13 +18,12 @@
 /// with J = -Jᵀ and R = Rᵀ >= 0, so the balance holds by structure.
 namespace porthos::phs {
 
-/// One system evaluated in the scalar T: an immutable model seen through a workspace of its own.
-/// Use one object per thread; `clone` gives another. One virtual call per whole evaluation, static
-/// inside. No evaluation allocates.
+/// One system evaluated in the scalar T: an immutable model with its own workspace. Use one object
+/// per thread; `clone` makes another. Each whole evaluation is one virtual call, static inside. No
+/// evaluation allocates.
 ///
 /// Sizes: x, e, dx have nx numbers, u and y have nu, invariants have
-/// description().invariant_count().
-/// An empty u means u = 0.
+/// description().invariant_count(). An empty u means u = 0.
 template <class T>
 class System {
  public:
@@ -38,10 +37,10 @@ class System {
   virtual void gradient(std::span<const T> x, std::span<T> e) = 0;
   /// dx = (J - R) e + G u at time t, plus the system's own sources.
   virtual void field(T t, std::span<const T> x, std::span<const T> u, std::span<T> dx) = 0;
-  /// The same for any efforts e instead of ∂H/∂x(x), as discrete gradients put them in. A resistive
-  /// law that is not linear is taken at these efforts.
+  /// The same with given efforts e instead of ∂H/∂x(x), as discrete gradients need it. A nonlinear
+  /// resistive law is evaluated at these efforts.
   virtual void rate(T t, std::span<const T> x, std::span<const T> e, std::span<T> dx) = 0;
-  /// e = ∂H/∂x(x) where dx = field(t, x, {}) is at hand: read off it if J allows, else gradient().
+  /// e = ∂H/∂x(x), given dx = field(t, x, {}): read from dx if J allows it, else by gradient().
   virtual void efforts(T t, std::span<const T> x, std::span<const T> dx, std::span<T> e) {
     (void)t;
     (void)dx;
@@ -66,8 +65,8 @@ class System {
   }
   /// The declared invariants, one after another.
   virtual void invariants(std::span<const T> x, std::span<T> values) = 0;
-  /// Moves x by the exact flow of part k of H (Description::flows) over h from time t. Undamped, no
-  /// input.
+  /// Moves x by the exact flow of part k of H (Description::flows) over h from time t, without
+  /// damping and inputs.
   virtual void flow(int k, T t, T h, std::span<T> x) {
     (void)t;
     (void)h;
@@ -75,34 +74,35 @@ class System {
     throw InvalidArgument("system '" + description().name + "' has no partial flow " +
                           std::to_string(k));
   }
-  /// 2π·turns of each angle block in block order, for what is not 2π-periodic. Called by
-  /// integrators after a wrap.
+  /// Sets 2π·turns of each angle block, in block order, for terms that are not 2π-periodic.
+  /// Integrators call it after a wrap.
   virtual void set_turn_angles(std::span<const T>) {}
-  /// From now on reads what the sampled controllers hold there, one memory for each of
-  /// Model::holds(). Before: as before their first instant.
+  /// From now on, reads the values of the sampled controllers from `memories`, one for each of
+  /// Model::holds(). Before the first call, the values before their first instant hold.
   virtual void use_held(std::span<const HeldPtr> memories) { (void)memories; }
-  /// Takes hold number i of Model::holds() to the instant t: `memory`, of the last instant, becomes
-  /// that of this one.
+  /// Advances hold number i of Model::holds() to the sampling instant t: updates `memory` from the
+  /// last instant to this one.
   virtual void sample(std::size_t i, T t, std::span<const T> x, std::span<double> memory) {
     (void)i;
     (void)t;
     (void)x;
     (void)memory;
   }
-  /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr where it has
-  /// none. It belongs to this object, whose turn angles it reads, and must not outlive it.
+  /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr if it has none.
+  /// It reads the turn angles of this object and must not outlive it.
   virtual std::unique_ptr<Resolvent> resolvent() { return nullptr; }
 };
 
-/// A system before a scalar is chosen: immutable, shared by threads.
+/// A system before a scalar is chosen: immutable, shared between threads.
 class Model {
  public:
   virtual ~Model() = default;
   virtual const Description& description() const = 0;
-  /// The sampled controllers in it. Empty: none. What they hold belongs to a run, not to the model.
+  /// The sampled controllers in it; empty: none. The values they hold belong to a run, not to the
+  /// model.
   virtual std::vector<HoldPtr> holds() const { return {}; }
 
-  /// The evaluator for scalar T; it refers to this model, which must outlive it.
+  /// The evaluator for scalar T. It refers to this model, which must outlive it.
   template <class T>
   std::unique_ptr<System<T>> instantiate() const {
     std::unique_ptr<System<T>> s;
@@ -119,7 +119,7 @@ class Model {
   virtual void make(std::unique_ptr<System<Pack8>>&) const = 0;
 };
 
-/// Fills Model's six `make` overloads from one template: Derived has
+/// Implements Model's six `make` overloads by one template. Derived has
 ///   template <class T> std::unique_ptr<System<T>> make_system() const;
 template <class Derived>
 class ModelFor : public Model {

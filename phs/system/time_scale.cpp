@@ -62,7 +62,7 @@ class RateEvaluator : public TimeScale<T> {
   double per_rate2_;
   size_t angles_ = 0;
   std::vector<std::unique_ptr<System<Dual>>>
-      systems_;  ///< one a lane: each may stand on turns of its own
+      systems_;  ///< one per lane: each may have its own turn angles
   std::vector<Dual> x_, e_, turned_;
 };
 

@@ -7,10 +7,10 @@
 #include "phs/system/system.h"
 #include "phs/system/user_model.h"
 
-/// How long a step may be at a state: sigma(x) > 0, the rate of physical against fictitious time.
+/// State-dependent step sizes: sigma(x) > 0, the rate of physical time against fictitious time.
 namespace porthos::phs {
 
-/// sigma in the scalar T. e = ∂H/∂x(x) is at hand wherever sigma is asked for.
+/// sigma in the scalar T. Callers pass e = ∂H/∂x(x) with x.
 template <class T>
 class TimeScale {
  public:
@@ -22,7 +22,7 @@ class TimeScale {
   virtual void set_turn_angles(std::span<const T>) {}
 };
 
-/// A time scale before a scalar is chosen: immutable, shared by threads.
+/// A time scale before a scalar is chosen: immutable, shared between threads.
 class TimeScaleModel {
  public:
   virtual ~TimeScaleModel() = default;
@@ -39,7 +39,7 @@ class TimeScaleModel {
 #undef PORTHOS_MAKE
 };
 
-/// Fills the `make` overloads from one template, as ModelFor does.
+/// Implements the `make` overloads by one template, as ModelFor does.
 template <class Derived>
 class TimeScaleFor : public TimeScaleModel {
  protected:
@@ -56,7 +56,7 @@ class TimeScaleFor : public TimeScaleModel {
 ///   template <class T> T value(std::span<const T> x) const;
 ///
 /// and may have  template <class T> void gradient(std::span<const T> x, std::span<T> g) const;
-/// without it duals give the gradient, one evaluation a coordinate, in double and lanes only.
+/// Otherwise duals give the gradient, with one evaluation per coordinate, in double and lanes only.
 template <class S>
 class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
  public:
@@ -94,23 +94,26 @@ class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
   S scale_;
 };
 
-/// How fast the coordinates that have a momentum move, in units of a rate:
+/// A time scale from the speed of the coordinates that have a momentum, measured as a rate:
 ///
 ///   sigma = 1 / sqrt(1 + w²/rate²),
 ///   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
 ///
-/// Between 0 and 1, even in p (time-reversible), O(n). Its gradient -sigma³/rate² D²H·(0, W q') is
-/// one gradient of H in duals, along the direction (0, W q'). Linear coordinates count only where a
-/// length is given, and what has no momentum (a motor's current) does not.
+/// It lies between 0 and 1, is even in p (time-reversible), and costs O(n). Its gradient is
+/// -sigma³/rate² D²H·(0, W q'): one gradient of H in duals along the direction (0, W q'). Linear
+/// coordinates count only if a length is given. Coordinates without a momentum (a motor's current)
+/// do not count.
 class RateTimeScale : public TimeScaleFor<RateTimeScale> {
  public:
-  /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this.
-  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, or nothing counts
+  /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this
+  /// object.
+  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, or no coordinate
+  /// counts
   RateTimeScale(const Model& model, double rate, double length = 0);
 
   const Model& model() const { return model_; }
   double rate() const { return rate_; }
-  /// A rate q' = ∂H/∂p: where its p stands in x, and the factor of q'² in w².
+  /// A rate q' = ∂H/∂p: the offset of its p in x, and the factor of q'² in w².
   struct Rate {
     size_t momentum;
     double weight;

@@ -6,8 +6,8 @@
 namespace porthos::phs {
 namespace {
 
-/// That of the original system for steps of sigma(x) dtau: the slope of sigma, which is no stiff
-/// part, is left out, and t and p_t are left as they are.
+/// The original system's resolvent for steps of sigma(x) dtau. It omits the slope of sigma, which
+/// is not stiff, and leaves t and p_t unchanged.
 class TransformedResolvent final : public Resolvent {
  public:
   TransformedResolvent(std::unique_ptr<Resolvent> base, const TimeTransformedModel& m,
@@ -154,7 +154,7 @@ class TransformedSystem final : public System<T> {
   std::unique_ptr<System<T>> base_;
   std::unique_ptr<TimeScale<T>> scale_;
   size_t n_;
-  bool closed_;  ///< lossless and autonomous: nothing is gained or lost
+  bool closed_;  ///< lossless and autonomous: g = 0
   std::vector<T> x_, e_, k_, a_, b_, gain_, turns_;
 };
 

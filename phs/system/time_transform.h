@@ -11,21 +11,21 @@ namespace porthos::phs {
 ///   K(x, t, p_t) = sigma(x) (H(x) + p_t),    x' = sigma J ∂H + (H + p_t) J ∂sigma,
 ///     t' = sigma,    p_t' = 0,
 ///
-/// so steps of constant size in tau, by any method that keeps structure, are steps of varying size
-/// in t and keep the structure of K. Started with p_t = -H(x), K stays 0 and x runs through the
-/// solution of the original system.
+/// so constant steps in tau are variable steps in t, and a structure-preserving method preserves
+/// the structure of K. With p_t = -H(x) at the start, K stays 0 and x follows the solution of the
+/// original system.
 ///
-/// What the original system gains or loses, g = x' - J ∂H (damping, a drive that depends on t), is
-/// paid out of p_t: x' += sigma g, p_t' = -g·∂K/∂x. That is a skew structure matrix too: K is kept,
-/// and K = 0 stays true.
+/// What the original system gains or loses, g = x' - J ∂H (damping, a time-dependent drive), is
+/// balanced by p_t: x' += sigma g, p_t' = -g·∂K/∂x. This structure matrix is skew too, so K is
+/// conserved and K = 0 stays true.
 ///
-/// State, of n + 2 numbers: x with t put in after its first half and p_t at the end for a canonical
-/// system, which is canonical again if it is lossless and autonomous; else (x, t, p_t). No ports,
-/// no declared invariants besides K. The ledger is that of the original system, its powers per
-/// tau.
+/// State, of n + 2 numbers: for a canonical system, x with t inserted after its first half and p_t
+/// at the end. That system is canonical again if the original is lossless and autonomous. For
+/// others: (x, t, p_t). It has no ports and no declared invariants besides K. The ledger is that of
+/// the original system, with powers per tau.
 class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
  public:
-  /// Model and scale must outlive this.
+  /// Model and scale must outlive this object.
   TimeTransformedModel(const Model& model, const TimeScaleModel& scale);
 
   const Description& description() const override { return description_; }
@@ -34,7 +34,7 @@ class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
 
   size_t time_at() const { return half_; }
   size_t energy_at() const { return n_ + 1; }  ///< of p_t
-  /// Where number i of x stands.
+  /// The offset of number i of x.
   size_t position(size_t i) const { return i < half_ ? i : i + 1; }
 
   template <class T>

@@ -6,17 +6,17 @@
 
 #include "phs/system/system.h"
 
-/// Numbers of a system that differ from run to run of the same model: gains, masses, inputs held
-/// for a while.
+/// Numbers of a system that differ between runs of the same model: gains, masses, inputs held for a
+/// while.
 namespace porthos::phs {
 
-/// What an evaluator (System<T>) derives from besides if it has such numbers. In lanes, each lane
-/// may have its own.
+/// A second base class of an evaluator (System<T>) that has such numbers. In lanes, each lane may
+/// have its own.
 template <class T>
 class Tunable {
  public:
   virtual ~Tunable() = default;
-  /// The numbers this object works with, to be read and written, always as many.
+  /// The numbers this object uses, for reading and writing. Their count is constant.
   virtual std::span<T> parameters() = 0;
 };
 
@@ -27,8 +27,8 @@ std::span<T> parameters_of(System<T>& s) {
   return tunable ? tunable->parameters() : std::span<T>();
 }
 
-/// A model with its parameters at given values: the model of one run. Refers to the model, which
-/// must outlive it.
+/// A model with given parameter values: the model of one run. It refers to the model, which must
+/// outlive it.
 class TunedModel : public ModelFor<TunedModel> {
  public:
   /// @throws InvalidArgument if the model has another number of parameters

@@ -31,7 +31,7 @@
 ///       default: one storage, H
 ///   template <class T> void powers     (T t, std::span<const T> x, std::span<const T> e,
 ///       std::span<T> values) const;
-///       default: "dissipation" eᵀRe and "drive", where there are such
+///       default: "dissipation" eᵀRe and "drive", if they exist
 ///
 /// y = Gᵀe is derived from `input`, so ports are collocated by construction.
 namespace porthos::phs {
@@ -73,7 +73,7 @@ concept HasInvariants = requires(const S& s, std::span<const T> x, std::span<T> 
   s.invariants(x, o);
 };
 
-/// Says what a user's class lacks, as the first line of the compiler's error.
+/// Names the member that a user's class lacks, in the first line of the compiler's error.
 template <class S>
 consteval bool is_user_system() {
   static_assert(
@@ -91,7 +91,7 @@ consteval bool is_user_system() {
   return true;
 }
 
-/// The model of a user's system S, in every scalar. What S leaves out has the default of the list
+/// The model of a user's system S, in every scalar. Members that S lacks have the defaults listed
 /// above.
 template <class S>
 class UserModel : public ModelFor<UserModel<S>> {

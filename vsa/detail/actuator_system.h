@@ -8,7 +8,7 @@
 /// The system of an actuator. Private to actuator.cpp.
 namespace porthos::vsa {
 
-/// Where the numbers of an actuator stand; -1: it has none such.
+/// Offsets of the numbers of an actuator; -1: it does not have them.
 struct Layout {
   struct Axis {
     Drive::Kind kind = Drive::Kind::fixed;
@@ -42,7 +42,8 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.momentum >= 0) H = H + kinetic(a, x);
     return H;
   }
-  // Entries are written one by one: filling nine numbers first would cost as much as the spring.
+  // Entries are written one by one, because filling nine numbers first would cost as much as the
+  // spring.
   void gradient(In x, Out e) override {
     know(x);
     e[0] = slopes_.q;
@@ -72,7 +73,7 @@ class ActuatorSystem final : public phs::System<T> {
     }
     if (!u.empty()) add_input(u, dx);
   }
-  void efforts(T, In x, In, Out e) override { gradient(x, e); }  // known from the field, mostly
+  void efforts(T, In x, In, Out e) override { gradient(x, e); }  // usually known from the field
   void rate(T t, In x, In e, Out dx) override {
     apply_structure(x, e, dx);
     for (const auto& a : l_.axes) {
@@ -123,7 +124,7 @@ class ActuatorSystem final : public phs::System<T> {
   void invariants(In, Out) override {}
 
  private:
-  /// The slopes at x, unless they are those of the last x, bit for bit.
+  /// Computes the slopes at x, unless x is bit for bit the last one.
   void know(In x) {
     const bool sigma_too = l_.axes[1].at >= 0;
     if (known_ && (sigma_too ? same<3>(x) : same<2>(x))) return;
@@ -159,7 +160,7 @@ class ActuatorSystem final : public phs::System<T> {
       if (a.port >= 0) dx[input_of(a)] = dx[input_of(a)] + u[size_t(a.port)];
   }
   const Layout& l_;
-  std::array<T, 3> at_{};  ///< where slopes_ are
+  std::array<T, 3> at_{};  ///< the point of slopes_
   Slopes<T> slopes_{};
   bool known_ = false;
 };

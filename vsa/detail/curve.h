@@ -7,7 +7,7 @@
 
 namespace porthos::vsa {
 
-/// A natural cubic spline (C²) that Jets can run through. Linear outside its table.
+/// A natural cubic spline (C²) that accepts Jets. Linear outside its table.
 class Curve {
  public:
   /// @throws InvalidArgument as phs::Spline

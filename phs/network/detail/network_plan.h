@@ -5,11 +5,11 @@
 
 #include "phs/network/network.h"
 
-/// What a Network has collected, and what build() makes of it. Private to network*.cpp.
+/// What a Network has collected, and what build() derives from it. Private to network*.cpp.
 namespace porthos::phs {
 
 struct Network::Plan {
-  /// value += factor · (number `col` of another vector), into number `row`
+  /// value[row] += factor · other[col], where `other` is another vector
   struct Term {
     int row, col;
     double factor;
@@ -17,11 +17,11 @@ struct Network::Plan {
   struct Member {
     std::string name;
     std::shared_ptr<const Model> model;
-    int x = 0, nx = 0, u = 0, nu = 0;  ///< where its state and its inputs stand
-    int angle = 0, angles = 0;         ///< where its turn angles stand
+    int x = 0, nx = 0, u = 0, nu = 0;  ///< offsets and sizes of its state and inputs
+    int angle = 0, angles = 0;         ///< offset and count of its turn angles
     bool active = false;               ///< something acts on its ports
     bool main = false;                 ///< its names get no prefix
-    int stored = 0, powers = 0;        ///< where its ledger begins
+    int stored = 0, powers = 0;        ///< offsets of its ledger
   };
   struct Law {
     std::string name;
@@ -43,12 +43,12 @@ struct Network::Plan {
     LawPtr law;
     HoldPtr hold = nullptr;         ///< null: continuous
     std::vector<int> sensors = {};  ///< rows of the outputs it sees besides its port's
-    /// per component the coordinate whose differences are its mean flow; empty: the flow itself
+    /// per component, the coordinate whose change gives the mean flow; empty: the flow itself
     std::vector<int> encoder = {};
   };
   struct Spring {
     std::string name;
-    int q, p;  ///< in the state
+    int q, p;  ///< offsets in the state
     int turn;  ///< its angle, -1 for none
     Potential U;
   };
@@ -69,19 +69,19 @@ struct Network::Plan {
   std::vector<Control> controls;
   std::vector<Spring> springs;
   std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
-  std::vector<std::string> joint;  ///< per input: the junction its port takes part in, or empty
+  std::vector<std::string> joint;  ///< per input: the junction that its port is part of, or empty
 
   // made by build()
   Description description;
   std::vector<Term> B, M;       ///< u = B Gᵀe + M v; M empty: the identity
   std::vector<Term> skew, sym;  ///< parts of B
-  std::vector<int> open;        ///< inputs the network leaves to the user
+  std::vector<int> open;        ///< inputs left open for the user
   std::vector<int> turn_of;     ///< per number of the state: its angle, or -1
   std::vector<Kept> kept;
   std::vector<Casimir> casimirs;
   std::vector<std::string> casimir_texts;
 
-  /// Inputs that something pushes on whatever the state is.
+  /// Inputs that a source or a controller drives.
   std::vector<int> pushed() const {
     std::vector<int> rows;
     for (const auto& s : sources) rows.push_back(s.row);

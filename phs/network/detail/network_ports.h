@@ -4,8 +4,7 @@
 
 #include "phs/network/detail/network_plan.h"
 
-/// How the parts of a Network find ports by name and refuse what does not fit. Private to
-/// network*.cpp.
+/// How the parts of a Network find ports by name and check them. Private to network*.cpp.
 namespace porthos::phs {
 
 [[noreturn]] void refuse(const Network::Plan& p, const std::string& why);
@@ -18,14 +17,14 @@ struct FoundPort {
   int row;  ///< of its first input
 };
 
-/// @throws InvalidArgument that lists the ports there are
+/// @throws InvalidArgument that lists the known ports
 FoundPort find_port(const Network::Plan& p, const std::string& name);
-/// The same with `row` at one component of the port.
+/// The same, with `row` at one component of the port.
 FoundPort find_component(const Network::Plan& p, const std::string& name, int component);
 
-/// Inputs of ports, one after another.
+/// The input rows of the ports, concatenated.
 std::vector<int> rows_of(const std::vector<FoundPort>& ports);
-/// n x n, and finite.
+/// Requires that m is n x n and finite.
 void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std::string& what);
 
 }  // namespace porthos::phs
