@@ -3,7 +3,7 @@
 
 namespace porthos::apps {
 
-/// What `porthos actuators` prints: the devices of the catalogue as a table.
+/// The text of `porthos actuators`: the devices of the catalogue as a table.
 std::string actuators_text();
 /// The catalogue as the page docs/actuators.md (`porthos actuators --markdown`).
 std::string actuators_markdown();

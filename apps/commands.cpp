@@ -38,8 +38,8 @@ namespace fs = std::filesystem;
 std::atomic<bool> stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// A signal asks the run to save and stop. A second one changes nothing: wrappers such as timeout
-/// send two at once.
+/// A signal makes the run save and stop. A second one has no effect: wrappers such as timeout send
+/// two at once.
 void stop_on_signals() {
   struct sigaction action {};
   action.sa_handler = [](int) { stop = true; };
@@ -182,7 +182,7 @@ int compare_command(const Arguments& a) {
   options.duration = seconds("duration", a.duration);
   options.budget_s = seconds("budget", a.budget).value_or(options.budget_s);
   scene::check(options);
-  scene::make_folder(out);  // a folder that cannot be written is better known before than after
+  scene::make_folder(out);  // finds a folder that cannot be written before the run
   options.stop = &stop;
   Progress progress;
   stop_on_signals();
@@ -203,7 +203,7 @@ int compare_command(const Arguments& a) {
 
 int ensemble_command(const Arguments& a) {
 #ifdef PORTHOS_MPI
-  const adapters::MpiRank rank;  // the others than 0 leave the talking to it
+  const adapters::MpiRank rank;  // only rank 0 prints
 #endif
   scene::EnsembleOptions options;
   options.out = a.out.value_or("results/" + name_of(a.scene));

@@ -11,7 +11,7 @@
 namespace porthos::apps {
 namespace {
 
-/// An option as a shell completes it: --step, and whether a value follows.
+/// An option for completion by a shell: --step, and whether a value follows.
 struct Option {
   std::string name, what;
   bool value, method;  ///< method: its values are names of methods
@@ -81,7 +81,7 @@ complete -o filenames -F _porthos porthos
       all, cases, methods());
 }
 
-/// Text inside single quotes of a shell, and without what zsh would take for a mark.
+/// Text for single quotes of a shell, without characters that are special for zsh.
 std::string plain(std::string text) {
   std::string out;
   for (const char c : text)

@@ -5,8 +5,8 @@
 
 namespace porthos::apps {
 
-/// What `porthos ensemble` prints: how many cases passed, how the errors are spread, what failed,
-/// where the results are.
+/// The text of `porthos ensemble`: how many cases passed, the distribution of the errors, the
+/// failures, and the place of the results.
 std::string ensemble_text(const scene::Ensemble& ensemble, const scene::EnsembleReport& report,
                           const std::string& out);
 

@@ -1,6 +1,6 @@
-// Before anything else runs: has this processor the instructions that the program was compiled to?
-// Compiled for every x86-64, alone, and without the C++ library, so that this code itself runs
-// there.
+// Checks, before anything else runs, whether this processor has the instructions for which the
+// program was compiled. This file is compiled for every x86-64, alone, and without the C++ library,
+// so that this code itself runs on every processor.
 #include <unistd.h>
 
 #include "apps/cpu_features.h"
@@ -10,7 +10,7 @@ namespace {
 void say(const char* text) {
   size_t size = 0;
   while (text[size]) ++size;
-  // Nobody is there to tell of a write that fails.
+  // A failed write cannot be reported.
   if (write(STDERR_FILENO, text, size) < 0) return;
 }
 

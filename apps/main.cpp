@@ -130,7 +130,7 @@ void add_commands(CLI::App& app, Arguments& a) {
   actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
 }
 
-/// What was wrong with the arguments, in our words where CLI11's do not say it.
+/// The message for wrong arguments; our own where CLI11's is unclear.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
   if (first && *first != '-' && app.get_subcommands(named).empty()) {
@@ -158,7 +158,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   return methods_command(a);
 }
 
-/// The build, and what its parts mean for its licence.
+/// The build, and the consequences of its parts for its licence.
 std::string version() {
   std::string text = porthos::scene::version_text();
 #ifdef PORTHOS_GSL_RIVALS

@@ -3,7 +3,7 @@
 
 namespace porthos::apps {
 
-/// What `porthos methods` prints: the catalogue as a table.
+/// The text of `porthos methods`: the catalogue as a table.
 std::string methods_text();
 /// The same as the page docs/methods.md, with sources (`porthos methods --markdown`).
 std::string methods_markdown();

@@ -14,7 +14,7 @@ class Progress {
 
   /// @param fraction  0 to 1;  spent, left  wall-clock seconds
   void update(double fraction, double spent, double left);
-  /// Takes the bar away, so that what follows starts on a clean line.
+  /// Removes the bar, so that the next output starts on a clean line.
   void finish();
 
  private:

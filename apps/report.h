@@ -5,9 +5,9 @@
 
 namespace porthos::apps {
 
-/// Writes out/report.html of what is in `out`. A page that cannot be made is said on stderr and
-/// costs no run its verdict.
-/// @return whether it was written; false without a word where there is no template
+/// Writes out/report.html from the results in `out`. If the page cannot be made, a message goes to
+/// stderr, and the verdict of the run does not change.
+/// @return whether it was written; false without a message if there is no template
 bool make_report(const std::string& out);
 
 /// porthos report DIR [--out FILE]

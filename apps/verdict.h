@@ -5,7 +5,7 @@
 
 namespace porthos::apps {
 
-/// What `porthos run` prints: checks, energy, cost, where the results are, verdict. has_page:
+/// The text of `porthos run`: checks, energy, cost, place of the results, verdict. has_page:
 /// report.html is among the results.
 std::string verdict_text(const scene::RunReport& report, const std::string& out, bool has_page);
 

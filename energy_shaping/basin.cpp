@@ -45,8 +45,8 @@ class ShapedPotential {
       }
     });
   }
-  /// Newton's method from q; false where it does not converge or leaves the region by more than it
-  /// is wide.
+  /// Newton's method from q; false if it does not converge or leaves the region by more than the
+  /// region's width.
   bool refine(Vec& q, const Region& r) {
     Vec g, K;
     for (int i = 0; i < 50; ++i) {
@@ -124,7 +124,7 @@ class Grid {
   std::vector<size_t> stride_;
 };
 
-/// V_d at the nodes, each taken once.
+/// V_d at the nodes, each computed once.
 class GridPotential {
  public:
   GridPotential(const Grid& grid, ShapedPotential& V)
@@ -140,7 +140,7 @@ class GridPotential {
   Vec value_;
 };
 
-/// The pass of a flood: its level and the node it is set by.
+/// The saddle of a flood: its level and the node that determines it.
 struct Pass {
   double level = HUGE_VAL;
   size_t summit;
@@ -149,7 +149,8 @@ struct Pass {
 /// Raises the level from the node `start` until the flood reaches the border or one of `others`.
 Pass flood(const Grid& grid, GridPotential& at, size_t n, size_t start,
            const std::vector<size_t>& others) {
-  // The lowest level at which a path from the start reaches each node, and the node it is set by.
+  // The lowest level at which a path from the start reaches each node, and the node that determines
+  // it.
   using Entry = std::pair<double, std::pair<size_t, size_t>>;  // level, node, summit
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   std::vector<bool> done(grid.nodes(), false);

@@ -5,7 +5,7 @@
 
 namespace porthos::energy_shaping {
 
-/// What a certificate says of a condition; a figure without a bound is reported.
+/// The result for a condition of a certificate; a figure without a bound is reported.
 enum class Finding { holds, fails, reported };
 
 /// One line of a certificate: a condition with its number and bound, or a figure that is reported
@@ -15,12 +15,12 @@ struct CertificateItem {
   Finding finding = Finding::reported;
   double value = 0;
   double bound = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
-  std::string text;                                         ///< what was looked at, in a few words
+  std::string text;                                         ///< what was checked, in a few words
   std::vector<double> numbers;                              ///< further figures: eigenvalues, ...
-  std::vector<double> at;  ///< the state or coordinates where the worst was found; may be empty
+  std::vector<double> at;  ///< state or coordinates of the worst value; may be empty
 };
 
-/// What was verified of a closed loop, and how.
+/// The verified conditions of a closed loop, and how they were verified.
 class Certificate {
  public:
   explicit Certificate(std::string title = {}) : title_(std::move(title)) {}

@@ -17,8 +17,8 @@ namespace {
 
 using Vec = std::vector<double>;
 
-/// A random state of the region, at momenta of rates up to region.rate where the plant says what
-/// they are.
+/// A random state of the region, with momenta of rates up to region.rate if the plant relates
+/// momenta to rates.
 Vec random_state_of(const ClosedLoop& loop, const Region& r, std::mt19937_64& generator) {
   const auto* matched = dynamic_cast<const MatchedLoop*>(&loop);
   if (!matched) {
@@ -75,8 +75,8 @@ void linearised(const ClosedLoop& loop, Certificate& c) {
       parts.push_back(l.imag());
     }
   }
-  // The bound is the rounding of eigenvalues: what is slower and stable cannot be told from what is
-  // not.
+  // The bound is the rounding of eigenvalues: slower stable modes cannot be distinguished from
+  // unstable ones.
   c.at_most(
       "rightmost eigenvalue", rightmost, -1e-12 * size,
       s.zeros ? fmt::format("linearised at rest, {} zeros apart", s.zeros) : "linearised at rest");
@@ -125,8 +125,8 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
   const auto at_start = [&](size_t s) {
     return o.starts.size() > 1 ? fmt::format(", start {}", s + 1) : "";
   };
-  // Where some directions have no stiffness (a floating base, a quaternion's sign), there is no one
-  // state to be off from.
+  // If some directions have no stiffness (a floating base, a quaternion's sign), there is no single
+  // state from which a distance could be measured.
   const bool whole = !loop.certificate().has("directions without stiffness") ||
                      loop.certificate().item("directions without stiffness").value == 0;
   for (size_t s = 0; s < o.starts.size(); ++s)
@@ -148,7 +148,7 @@ void runs(const ClosedLoop& loop, const CertifyOptions& o, Certificate& c) {
                      : fmt::format("H_d left, relative; {:g} s", run.duration),
              {},
              {}});
-      // A hold may let H_d rise; the law in continuous time must not.
+      // With a hold H_d may rise; with the law in continuous time it must not.
       const double allowed = 1e-11 * std::max(H0, std::fabs(rest));
       const std::string rise = name + ", rise of H_d";
       if (period == 0 && run.limits.empty())

@@ -13,11 +13,11 @@ namespace porthos::energy_shaping {
 struct CriticalPoint {
   std::vector<double> q;
   double value = 0;    ///< V_d
-  int descending = 0;  ///< directions V_d falls in: 0 a minimum, 1 a pass
+  int descending = 0;  ///< directions in which V_d falls: 0 a minimum, 1 a saddle
 };
 
 /// Critical points of V_d(q) = H_d(q, 0) inside the region, by Newton's method from `starts` points
-/// of it, by rising value. What no start leads to is not found.
+/// of it, ordered by value. Points that no start leads to are not found.
 std::vector<CriticalPoint> critical_points(const ClosedLoop& loop, const Region& region,
                                            int starts = 400);
 
@@ -28,21 +28,22 @@ struct Basin {
   std::vector<double> at;       ///< where it would leave
   std::string method;
 };
-/// Up to 3 coordinates: flood from the rest point over a grid (the lowest pass on any path to the
-/// region's boundary or to another critical point, of those critical_points() finds), the pass
-/// refined by Newton's method, on the boundary lowered by the second differences of the grid. A
-/// pass narrower than the grid is missed. More coordinates are refused.
+/// Up to 3 coordinates: flood fill from the rest point over a grid. It finds the lowest saddle on
+/// any path to the region's boundary or to another of the critical points found by
+/// critical_points(). The saddle is refined by Newton's method; on the boundary it is lowered by
+/// the second differences of the grid. A saddle narrower than the grid is missed. More coordinates
+/// are refused.
 Basin basin(const ClosedLoop& loop, const Region& region, int cells = 0);
 
-/// Where a closed loop is looked at, and how closely.
+/// Where a closed loop is checked, and how closely.
 struct CertifyOptions {
-  Region region;                                 ///< of coordinates and rates looked at
+  Region region;                                 ///< of coordinates and rates to check
   std::vector<std::vector<double>> starts = {};  ///< states that runs start from
   std::vector<double> periods = {0};  ///< of the controller in those runs [s]; 0: continuous
   RunOptions run = {};                ///< duration, step, method, limits
   double settled =
       1e-2;  ///< a run has settled if H_d - H_d(rest) came down to this part of its start
-  /// The same plant with other parameters: each is run from each start under the law as designed.
+  /// The same plant with other parameters: each is run from each start under the original law.
   std::vector<std::shared_ptr<const phs::Model>> plants = {};
 };
 

@@ -7,7 +7,7 @@
 #include "phs/system/system.h"
 
 /// A controller here is an object that gives the closed loop as a port-Hamiltonian system, with the
-/// energy H_d it was shaped to have, and a certificate.
+/// shaped energy H_d and a certificate.
 namespace porthos::energy_shaping {
 
 /// A closed loop evaluated in T; hamiltonian() is H_d.
@@ -21,12 +21,12 @@ class LoopSystem : public phs::System<T> {
   virtual std::span<T> gains() { return {}; }
 };
 
-/// Immutable, shared by threads. State: that of the plant, or the plant's with the controller's
-/// behind it.
+/// Immutable, shared by threads. The state is that of the plant, or the plant's followed by the
+/// controller's.
 ///
-/// The field of this model is the *target* dynamics (J_d - R_d) ∂H_d/∂x. That the plant under the
-/// law moves so is what the constructor has verified; run the plant itself with `law` to see it
-/// (run.h).
+/// The field of this model is the *target* dynamics (J_d - R_d) ∂H_d/∂x. The constructor has
+/// verified that the plant under the law moves in the same way; run the plant itself with `law` to
+/// see it (run.h).
 class ClosedLoop : public phs::Model {
  public:
   ClosedLoop(std::shared_ptr<const phs::Model> plant, std::vector<double> rest)
@@ -34,7 +34,7 @@ class ClosedLoop : public phs::Model {
 
   const phs::Model& plant() const { return *plant_; }
   const std::shared_ptr<const phs::Model>& shared_plant() const { return plant_; }
-  /// x*: where the loop is to rest.
+  /// x*: the desired rest state of the loop.
   const std::vector<double>& rest() const { return rest_; }
   const Certificate& certificate() const { return certificate_; }
   /// Offsets in the plant's u that the law writes.
@@ -71,7 +71,7 @@ class ClosedLoopFor : public ClosedLoop {
 #undef PORTHOS_MAKE
 };
 
-/// The box of coordinates and rates that conditions are checked in.
+/// The box of coordinates and rates in which conditions are checked.
 struct Region {
   std::vector<double> lower, upper;  ///< of each coordinate
   double rate = 1;                   ///< |q'_i| up to this
@@ -79,11 +79,11 @@ struct Region {
   unsigned seed = 1;
 };
 
-/// Offsets in u of the ports of these names; a port with one number each. @throws InvalidArgument
-/// listing the known ones
+/// Offsets in u of the ports of these names; each port must have one number. @throws
+/// InvalidArgument listing the known ones
 std::vector<int> port_offsets(const phs::Description& plant, const std::vector<std::string>& ports);
 
-/// Throws InvalidArgument with one sentence for the first failing item of a certificate.
+/// Throws InvalidArgument for the first failing item of a certificate, if any.
 void refuse_failure(const Certificate& certificate);
 
 }  // namespace porthos::energy_shaping

@@ -4,7 +4,7 @@
 
 #include "energy_shaping/closed_loop.h"
 
-/// Derivatives that the certificates are made of, by dual numbers. Not for kernels.
+/// Derivatives for the certificates, by dual numbers. Not for kernels.
 namespace porthos::energy_shaping {
 
 /// The Jacobian of the closed loop's field at x, row by row, exact.

@@ -3,13 +3,13 @@
 
 #include "energy_shaping/matched_loop.h"
 
-/// Ready-made designs with closed forms. Each function checks the design's own conditions (a
-/// sentence where one fails), then MatchedLoop checks the matching, the masses and the Hessian over
-/// a region by number.
+/// Ready-made designs with closed forms. Each function checks the design's own conditions (with a
+/// message if one fails). Then MatchedLoop checks the matching, the masses and the Hessian
+/// numerically over a region.
 ///
-/// A plant not given is the design's own, from formulas. Give one, a MechanicalModel say, and the
-/// same law is matched to it: the conditions then hold of that plant or the constructor says which
-/// does not.
+/// If no plant is given, it is the design's own, from formulas. If one is given, for example a
+/// MechanicalModel, the same law is matched to it: the conditions then hold for that plant, or the
+/// constructor says which does not.
 namespace porthos::energy_shaping {
 
 using LoopPtr = std::shared_ptr<const MatchedLoop>;

@@ -28,7 +28,7 @@ struct ElasticForm {
   static constexpr int n = 2 * F::n, m = F::n;
   static constexpr size_t N = size_t(F::n);
   ElasticJoints<F> j;
-  double weight = 1;                       ///< of V: 0 where it is compensated
+  double weight = 1;                       ///< of V: 0 if it is compensated
   std::array<double, N> spring{}, rest{};  ///< ½ spring (θ - rest)² on top
   std::string name = std::string(j.arm.name) + " with elastic joints";
   std::array<std::pair<std::string, std::string>, size_t(n)> coordinates = [this] {

@@ -101,7 +101,7 @@ class TankedSystem final : public phs::Forwarding<T> {
     for (size_t i = 0; i < n_; ++i) dx[i] = dx[i] - w_[i];
     dx[n_] = dx[n_] - valve_ * e[n_];
   }
-  /// That of t = 0 where the law depends on time; skew at any t.
+  /// The structure at t = 0 if the law depends on time; it is skew at any t.
   void apply_structure(In x, In e, Out Je) override {
     plant_.apply_structure(x.first(n_), e.first(n_), Je.first(n_));
     couple(T(0.0), x);

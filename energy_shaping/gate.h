@@ -3,7 +3,7 @@
 
 namespace porthos::energy_shaping {
 
-/// 0 up to a, smoothly to 1 at b: how a tank's bounds close its valves.
+/// 0 up to a, rising smoothly to 1 at b: closes the valves of a tank near its bounds.
 template <class T>
 T gate(T x, double a, double b) {
   const T s = phs::max(phs::min((x - T(a)) / T(b - a), T(1.0)), T(0.0));

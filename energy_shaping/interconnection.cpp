@@ -66,7 +66,7 @@ Interconnection::Interconnection(std::shared_ptr<const phs::Model> plant,
   if (options.refuse) refuse_failure(certificate_);
 }
 
-/// What the plant loses at x*, and the directions that it damps.
+/// Checks the power that the plant loses at x*, and the directions that it damps.
 void Interconnection::check_obstacle(const InterconnectionOptions& o) {
   const size_t n = o.rest.size();
   const auto plant = plant_->instantiate<double>();
@@ -100,7 +100,7 @@ void Interconnection::check_obstacle(const InterconnectionOptions& o) {
                       damped);
 }
 
-/// ξ* that holds x*: Gauss and Newton.
+/// Finds the ξ* that holds x*, by Gauss-Newton iteration.
 double Interconnection::find_rest(const InterconnectionOptions& o) {
   const size_t n = o.rest.size(), nc = size_t(controller_->description().nx), N = n + nc;
   const auto loop = loop_->instantiate<double>();
@@ -128,7 +128,7 @@ double Interconnection::find_rest(const InterconnectionOptions& o) {
   return scale;
 }
 
-/// Casimirs are linear: their gradients from their values at unit states.
+/// Casimirs are linear, so their gradients follow from their values at unit states.
 int Interconnection::tie() {
   const size_t n = size_t(plant_->description().nx), nc = size_t(controller_->description().nx),
                N = n + nc;

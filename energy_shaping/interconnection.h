@@ -14,12 +14,12 @@ namespace porthos::energy_shaping {
 struct InterconnectionOptions {
   struct Join {
     std::string plant, controller;  ///< ports, one that takes an effort and one that takes a flow
-    double damping = 0;             ///< injected besides, -d y on each number of the plant's
+    double damping = 0;             ///< injected too, -d y on each number of the plant's port
   };
   std::vector<Join> joins;
   std::vector<double> rest;  ///< x* of the plant
   double tolerance = 1e-9;
-  bool refuse = true;  ///< throw where a condition fails
+  bool refuse = true;  ///< throw if a condition fails
 };
 
 /// Control by interconnection (Ortega, van der Schaft, Maschke, Escobar 2002; van der Schaft,
@@ -27,15 +27,15 @@ struct InterconnectionOptions {
 /// two tie the controller's state to the
 /// plant's, ξ = F x + κ, and on each leaf κ the energy is a function of the plant's state alone,
 ///   H_d(x) = H(x) + H_c(F x + κ).
-/// The constructor finds ξ* that holds x*, the ties, and looks at H_d on the leaf of (x*, ξ*).
+/// The constructor finds the ξ* that holds x* and the ties, and checks H_d on the leaf of (x*, ξ*).
 ///
-/// The dissipation obstacle: ties exist only along directions without damping, R Fᵀ = 0, and a
-/// plant that loses power at x* would have to be fed for ever, which no passive controller of
-/// finite energy does. Both are in the certificate.
+/// The dissipation obstacle: ties exist only along directions without damping, R Fᵀ = 0. A plant
+/// that loses power at x* would have to be supplied for ever, which a passive controller of finite
+/// energy cannot do. Both are in the certificate.
 class Interconnection {
  public:
-  /// @throws InvalidArgument for joins that do not fit, and with the first condition that fails and
-  ///   its number
+  /// @throws InvalidArgument for ports that cannot be joined, and with the first condition that
+  /// fails and its number
   Interconnection(std::shared_ptr<const phs::Model> plant,
                   std::shared_ptr<const phs::Model> controller, InterconnectionOptions options);
 
@@ -44,8 +44,8 @@ class Interconnection {
   const Certificate& certificate() const { return certificate_; }
   /// F, controller states × plant states.
   const phs::Matrix& ties() const { return F_; }
-  /// The loop's state on the leaf of the rest point where the plant is at x: start the controller
-  /// so.
+  /// The loop's state on the leaf of the rest point with the plant at x: start the controller from
+  /// it.
   std::vector<double> start(std::span<const double> x) const;
   /// H_d(x) [J].
   double energy(std::span<const double> x) const;
@@ -53,7 +53,8 @@ class Interconnection {
 
  private:
   void check_obstacle(const InterconnectionOptions& options);
-  /// Finds ξ*. Returns what "relative" means at the rest point: the size of the energy's gradient.
+  /// Finds ξ*. Returns the scale of relative errors at the rest point: the size of the energy's
+  /// gradient.
   double find_rest(const InterconnectionOptions& options);
   /// Finds F. Returns how many of the controller's states it ties.
   int tie();
@@ -65,10 +66,10 @@ class Interconnection {
   Certificate certificate_;
 };
 
-/// A tank of energy between bounds, and what fills it.
+/// A tank of energy between bounds, and its supply.
 struct TankOptions {
   double level = 1;              ///< at the start [J]
-  double least = 0.1, most = 2;  ///< bounds it keeps [J]
+  double least = 0.1, most = 2;  ///< bounds of its level [J]
   double damping = 0;            ///< d of -d y at the port
   double fill = 1;  ///< share of that damping's power that goes into the tank, in [0, 1]
 };

@@ -14,7 +14,7 @@ namespace {
   throw InvalidArgument("energy shaping '" + design + "': " + why);
 }
 
-/// What can be told of a plant from its description.
+/// Checks a plant as far as its description allows.
 void check_description(const phs::Description& d, const Shaping& s, size_t actuators) {
   if (!d.traits.canonical || !d.traits.autonomous)
     refuse_design(s.name(), "plant '" + d.name + "' must be canonical, x = (q, p), and autonomous");

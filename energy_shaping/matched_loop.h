@@ -4,17 +4,17 @@
 
 namespace porthos::energy_shaping {
 
-/// How closely the matching equations must hold, and where they are looked at.
+/// How closely the matching equations must hold, and where they are checked.
 struct MatchingOptions {
   Region region;
   double matching =
       1e-10;  ///< bound of the relative residuals; 1e-6 is usual for numerical designs
-  /// Throw where a condition fails. Off: the object is made all the same and its certificate says
-  /// what fails, for controls and for looking into a design.
+  /// Throw if a condition fails. If off, the object is made in any case and its certificate says
+  /// what fails, for negative controls and for examining a design.
   bool refuse = true;
 };
 
-/// Worst relative residual of the matching equations and where it is.
+/// Worst relative residual of the matching equations and its place.
 struct MatchingResidual {
   double kinetic = 0, potential = 0;
 };
@@ -25,16 +25,17 @@ struct MatchingResidual {
 ///
 ///   u = (GᵀG)⁻¹Gᵀ (∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p) - Kv Gᵀ ∂H_d/∂p
 ///
-/// The plant's friction stays in: (D M⁻¹M_d), which is neither symmetric nor >= 0 by itself
-/// (Gomez-Estern, van der Schaft 2004); its symmetric part joins G Kv Gᵀ in R_d, the skew part J_d.
+/// The plant's friction remains: (D M⁻¹M_d), which is neither symmetric nor >= 0 in general
+/// (Gomez-Estern, van der Schaft 2004). Its symmetric part is added to G Kv Gᵀ in R_d, the skew
+/// part to J_d.
 ///
-/// Coordinates are kept whole (no wrapping), as V_d need not be 2π-periodic. The ports are the
-/// actuated ones, for an input v on top of the law: y = Gᵀ ∂H_d/∂p, H_d' <= yᵀv.
+/// Coordinates are not wrapped, because V_d need not be 2π-periodic. The ports are the actuated
+/// ones, for an input v added to the law: y = Gᵀ ∂H_d/∂p, H_d' <= yᵀv.
 ///
-/// The constructor checks over the region and refuses, with the reason and the worst point: the
-/// plant's form, M_d > 0, the matching equations, the rest point and the Hessian of V_d, Kv and the
-/// damping with the plant's friction. Cost of a field: n + 1 gradients of the plant and n + 1
-/// evaluations of the design (more with Skew::solved).
+/// The constructor checks the following over the region and refuses a failure with the reason and
+/// the worst point: the plant's form, M_d > 0, the matching equations, the rest point and the
+/// Hessian of V_d, Kv and the damping with the plant's friction. Cost of a field: n + 1 gradients
+/// of the plant and n + 1 evaluations of the design (more with Skew::solved).
 class MatchedLoop : public ClosedLoopFor<MatchedLoop> {
  public:
   MatchedLoop(std::shared_ptr<const phs::Model> plant, std::shared_ptr<const Shaping> shaping,

@@ -120,8 +120,8 @@ class MatchedSystem final : public LoopSystem<T> {
   }
 
   // --- for the checks (double, Dual) -------------------------------------------------------------
-  /// What the law has to make up for: ∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p in f_[n…]; the sizes of
-  /// its terms in s_.
+  /// The force that the law must provide: ∂H/∂q - M_d M⁻¹ ∂H_d/∂q + J2 ∂H_d/∂p in f_[n…]; the sizes
+  /// of its terms in s_.
   void forces(In x) {
     plant_->gradient(x, e_);
     target_mass(x);

@@ -1,4 +1,4 @@
-// The conditions of a MatchedLoop, by number.
+// Numerical checks of the conditions of a MatchedLoop.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ class Coordinates {
   size_t n_;
 };
 
-/// Keeps the worst value (by a NaN, then by size) and where it was.
+/// Keeps the worst value (a NaN first, then the largest) and its place.
 struct Worst {
   double value;
   Vec at;
@@ -95,7 +95,7 @@ MatchingResidual residual_at(MatchedSystem<double>& s, Vec x) {
   return {relative(norm(moving), moving_size), relative(norm(still), still_size)};
 }
 
-/// The conditions of a matched loop, in the order in which they mean something.
+/// The conditions of a matched loop, in an order in which each assumes the previous ones.
 class Checks {
  public:
   Checks(MatchedSystem<double>& s, const Region& region, size_t n, size_t actuators, Certificate& c)
@@ -127,7 +127,7 @@ class Checks {
     c_.at_least("rank of G", rank.value, 1e-14, "least over greatest eigenvalue of GᵀG", rank.at);
   }
 
-  /// The plant is what the method takes it for, and the matching equations hold.
+  /// The plant has the form that the method assumes, and the matching equations hold.
   void matching(phs::System<double>& plant, double tolerance) {
     Worst quadratic{0, {}}, kinetic{0, {}}, potential{0, {}}, skew{0, {}}, passive{0, {}};
     std::mt19937_64 generator(region_.seed);
@@ -248,7 +248,7 @@ void MatchedLoop::check() {
   const Vec rest(rest_.begin(), rest_.begin() + long(shaping_->size()));
   Checks checks(s, options_.region, rest.size(), actuated_.size(), certificate_);
   checks.shape(rest);
-  if (!certificate_.holds()) return;  // nothing else means anything without it
+  if (!certificate_.holds()) return;  // the other conditions assume it
   checks.matching(*plant_->instantiate<double>(), options_.matching);
   checks.rest_point(*shaping_, rest);
 }

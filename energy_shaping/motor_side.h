@@ -70,8 +70,8 @@ struct MotorSide {
   }
 };
 
-/// @throws InvalidArgument where V_d has no minimum at the rest point: Kp and K must exceed the
-///   Hessian of V
+/// @throws InvalidArgument if V_d has no minimum at the rest point: Kp and K must exceed the
+/// Hessian of V
 template <class F>
 LoopPtr motor_side(const ElasticJoints<F>& j, const ElasticGains<F>& gain,
                    std::array<double, size_t(2 * F::n)> damping = {}) {

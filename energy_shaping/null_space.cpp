@@ -18,8 +18,8 @@ namespace {
   throw InvalidArgument("null-space posture of '" + name + "': " + why);
 }
 
-/// Coordinates with the task met and the posture's energy least, from q on: Newton's steps with a
-/// multiplier per task row.
+/// Coordinates that meet the task with the least energy of the posture, from q on: Newton's method
+/// with a multiplier per task row.
 std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
   const auto& m = loop.task().mechanical().mechanism();
   const auto& pose = loop.task().parts().poses[0];
@@ -28,7 +28,7 @@ std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
   mechanics::Workspace<double> w(m);
   std::vector<mechanics::Transform<double>> poses(m.nodes().size());
   std::vector<double> A(N * N), b(N);
-  for (int round = 0; round < 2000; ++round) {  // far postures: each round a tenth of the way
+  for (int round = 0; round < 2000; ++round) {  // far postures: a tenth of the way per round
     projector.place(q);
     mechanics::forward_kinematics<double>(m, w, q, poses);
     const auto X = mechanics::body_pose<double>(m, pose.frame, poses);
@@ -75,7 +75,7 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   take_task(task, plant->mechanism());
   const std::string& name = task.name;
   const size_t n = size_t(plant->mechanism().nv());
-  auto start = task;  // to look the pose up: it need not rest yet
+  auto start = task;  // to find the pose: no rest needed yet
   start.tolerance = HUGE_VAL;
   task_ = std::make_shared<const PotentialLoop>(plant, start);
   const auto q = settle(*this, task.rest);
@@ -92,7 +92,7 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   certify(name);
 }
 
-/// Refuses what is no task with a posture, and finds the task's rows.
+/// Refuses a shaping that is not a task with a posture, and finds the task's rows.
 void NullSpaceLoop::take_task(const PotentialShaping& task, const mechanics::Mechanism& m) {
   const std::string& name = task.name;
   const size_t n = size_t(m.nv());
@@ -160,7 +160,7 @@ void NullSpaceLoop::certify(const std::string& name) {
   double rate = 0;
   for (const double v : f) rate = std::max(rate, std::fabs(v));
   certificate_.at_most("rest point", rate / scale, 1e-9, "field over the posture's force");
-  // The tank's level is free; every other mode is to decay.
+  // The tank's level is free; every other mode must decay.
   const auto modes = phs::eigenvalues(rest_.size(), field_jacobian(*this, rest_));
   size_t decaying = 0;
   std::vector<double> real;

@@ -7,18 +7,18 @@
 
 namespace porthos::energy_shaping {
 
-/// A posture for the freedoms that a task leaves, and the tank that pays for keeping it out of the
-/// task.
+/// A posture for the degrees of freedom that a task leaves, and the tank that supplies the energy
+/// for keeping it out of the task.
 struct NullSpacePosture {
   std::vector<double> stiffness;  ///< K_n of each joint [N m/rad | N/m]; one number: all
   std::vector<double> rest;       ///< q_n; need not agree with the task
   double level = 1;               ///< energy in the tank at the start [J]
-  double least = 0.1, most = 2;   ///< bounds it keeps [J]
+  double least = 0.1, most = 2;   ///< bounds of its level [J]
   double fill = 0.5;  ///< share of the injected damping's power that goes into the tank, in [0, 1]
 };
 
-/// A redundant arm that holds its hand at a place by a spring and its posture by another that the
-/// hand does not feel:
+/// A redundant arm that holds its hand in a pose by a spring, and its posture by another spring
+/// that does not act on the hand:
 ///
 ///   τ = -∂U_x - Kd q' - (1 - α Jᵀ J̄ᵀ) K_n (q - q_n),   J̄ = M⁻¹Jᵀ (J M⁻¹Jᵀ)⁻¹
 ///
@@ -30,23 +30,23 @@ struct NullSpacePosture {
 ///   H_d = T + U_x + ½ (q - q_n)ᵀK_n(q - q_n) + E,
 ///   p' = ... + c,  E' = -cᵀq' - r,   c = α Jᵀ J̄ᵀ K_n (q - q_n) - fill Kd q'
 ///
-/// which is skew, so that the loop is port-Hamiltonian and H_d never rises. α is 1 until E comes
-/// near `least`, where it goes to 0 and the posture becomes a plain spring; r >= 0 is a valve that
-/// lets out what would pass `most`. Both bounds hold for every motion that starts within them.
+/// which is skew, so the loop is port-Hamiltonian and H_d never rises. α is 1 until E comes near
+/// `least`, where it goes to 0 and the posture becomes a plain spring. r >= 0 is a valve that
+/// releases the energy above `most`. Both bounds hold for every motion that starts within them.
 ///
-/// At rest the hand is where it should be, whatever the posture asks; on the way the joints'
-/// damping moves it.
+/// At rest the hand is at its target for any posture; during the motion the joints' damping
+/// displaces it.
 ///
-/// State: (q, p, E). rest() is the posture nearest q_n, in the norm of K_n, with the task met, and
-/// a level where α is 1. Needs joints of one freedom and a mechanism fixed to the world. At a
-/// singularity of J the law is not a number. Cost of a field: that of PotentialLoop, and a mass
-/// matrix and its factors.
+/// State: (q, p, E). rest() is the posture nearest q_n, in the norm of K_n, that meets the task,
+/// and a level at which α is 1. Needs joints of one degree of freedom and a mechanism fixed to the
+/// world. At a singularity of J the law is not a number. Cost of a field: that of PotentialLoop,
+/// and a mass matrix and its factors.
 class NullSpaceLoop : public ClosedLoopFor<NullSpaceLoop> {
  public:
   /// task: one pose, position or attitude or both (the springs > 0 are the task), damping, and a
   /// rest near which to look.
-  /// @throws InvalidArgument for a task that leaves no freedom or is not one pose, and as
-  ///   PotentialLoop
+  /// @throws InvalidArgument for a task that leaves no degree of freedom or is not one pose, and as
+  /// PotentialLoop
   NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> plant, PotentialShaping task,
                 NullSpacePosture posture);
 

@@ -1,4 +1,4 @@
-// The system of a null-space posture: the task's, the posture's force and the tank.
+// The system of a null-space posture: the task, the posture's force and the tank.
 #include <algorithm>
 #include <cmath>
 

@@ -50,7 +50,7 @@ struct Chebyshev {
     p.c[0] = -p(0.0);
     return p;
   }
-  /// The last coefficients over the largest: how well it resolves.
+  /// The last coefficients relative to the largest: a measure of the resolution.
   double tail() const {
     double largest = 1e-300, last = 0;
     for (const double x : c) largest = std::max(largest, std::fabs(x));
@@ -86,7 +86,7 @@ struct FourierDesign {
   throw InvalidArgument("numerical matching '" + o.name + "': " + why);
 }
 
-/// What the quadratures need of the plant.
+/// The quantities of the plant that the quadratures need.
 class Probe {
  public:
   Probe(const phs::Model& plant, size_t r)
@@ -178,7 +178,8 @@ class FourierMatching {
     }
   }
 
-  /// ∂V/∂r = V0 + Vc cos s + Vs sin s, read off three values of s and held against a fourth.
+  /// ∂V/∂r = V0 + Vc cos s + Vs sin s, determined from three values of s and checked against a
+  /// fourth.
   double harmonic(double x, int which) {
     const double half_turn = std::acos(-1.0);
     const double at[] = {probe_.slope(x, 0), probe_.slope(x, half_turn / 2),

@@ -5,8 +5,8 @@
 
 namespace porthos::energy_shaping {
 
-/// Matching of two coordinates with one actuator where no closed form is at hand: the masses depend
-/// on the unactuated coordinate r alone, the actuated one s enters V as a0(r) + a1(r) cos s + a2(r)
+/// Matching of two coordinates with one actuator without a closed form. The masses depend on the
+/// unactuated coordinate r alone; the actuated coordinate s enters V as a0(r) + a1(r) cos s + a2(r)
 /// sin s (a pendubot, a cart-pole, ...).
 ///
 /// With λ = M⁻¹M_d e_r the matching equations are  λ_r (M_d)_rr' = λᵀM'λ  (J2 being solved for) and

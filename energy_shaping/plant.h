@@ -10,8 +10,8 @@
 
 namespace porthos::energy_shaping {
 
-/// A mechanical plant from its formulas, for those that are no mechanism (a normal form after an
-/// input change, say):
+/// A mechanical plant from its formulas, for plants that are no mechanism (for example a normal
+/// form after an input change):
 ///
 ///   H = ½ pᵀM(q)⁻¹p + V(q),   p' = -∂H/∂q - D q' + G(q) u
 ///

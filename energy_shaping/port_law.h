@@ -14,8 +14,8 @@
 #include "phs/functions/law.h"
 #include "phs/network/network.h"
 
-/// The laws of this room as controllers of a network, on the ports of the plant: continuous, or
-/// sampled with what the hold injects in the ledger.
+/// The laws of this folder as controllers of a network, on the ports of the plant: continuous, or
+/// sampled with the energy injected by the hold in the ledger.
 namespace porthos::energy_shaping {
 
 /// The law of one port.
@@ -25,10 +25,10 @@ struct PortLaw {
 };
 
 /// One law over all inputs of a plant, shared by the controllers of its ports. An evaluator needs
-/// memory, a Law has none: evaluators are kept here, lent for the time of one evaluation, and
-/// remember the last one, so that several ports at the same state cost one evaluation. Safe for
-/// threads; no allocation once there is an evaluator for each of them. Source: Callable with
-/// template <class T> auto evaluator() const, giving a movable f(T t, span<const T> x, span<T> u).
+/// memory but a Law has none. So evaluators are stored here and lent for one evaluation; they
+/// remember the last one, so several ports at the same state cost one evaluation. Thread-safe; no
+/// allocation once there is an evaluator for each thread. Source: Callable with template <class T>
+/// auto evaluator() const, giving a movable f(T t, span<const T> x, span<T> u).
 template <class Source>
 class SharedLaw {
  public:
@@ -40,7 +40,7 @@ class SharedLaw {
   void operator()(const T& t, std::span<const T> x, size_t at, std::span<T> u) const {
     auto e = borrow<T>();
     if (!e->remembers(t, x)) {
-      e->valid = false;  // should the law throw
+      e->valid = false;  // if the law throws
       e->f(t, x, std::span<T>(e->u));
       e->t = t;
       e->x.assign(x.begin(), x.end());
@@ -112,14 +112,14 @@ std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
   return laws;
 }
 
-/// Those of a closed loop; the laws keep it. limits: largest |u| of each actuated input, in the
-/// order of loop->actuated(); empty: none.
+/// The laws of a closed loop, which they keep alive. limits: largest |u| of each actuated input, in
+/// the order of loop->actuated(); empty: none.
 /// @throws InvalidArgument for limits of the wrong number or sign
 std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop,
                                std::vector<double> limits = {});
 
-/// Puts laws on the ports of a member of a network. Books: `name`, and `name`.hold of a sampled
-/// one; over several ports `name`.<port> and `name`.<port>.hold.
+/// Puts laws on the ports of a member of a network. Rows in the ledger: `name`, and `name`.hold of
+/// a sampled one; with several ports `name`.<port> and `name`.<port>.hold.
 /// @throws InvalidArgument as Network::control does; an encoder, as it belongs to one port
 phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,
                       const std::vector<PortLaw>& laws, const phs::Network::Control& how = {});

@@ -112,7 +112,7 @@ phs::Description describe(const mechanics::MechanicalModel& model, const Potenti
   if (p.zero_momentum) d.traits.canonical = false;
   d.storages = {"kinetic", "shaped potential"};
   d.powers = {{"damping", phs::PowerKind::dissipated}};
-  // Momenta and quaternions' norms stay; what the shaping breaks goes.
+  // Momenta and quaternions' norms stay invariants; those the shaping breaks are removed.
   std::vector<phs::Invariant> kept;
   const bool external = [&] {
     for (size_t a = 0; a < p.actuated.size(); ++a)
@@ -130,8 +130,8 @@ phs::Description describe(const mechanics::MechanicalModel& model, const Potenti
     else
       kept.push_back(i);
   }
-  // Offsets in `values` are the plant's: either all invariants stay or, momenta gone, none is
-  // declared.
+  // Offsets in `values` are the plant's: either all invariants stay, or, if momenta are removed,
+  // none is declared.
   d.invariants = momenta_first && !p.zero_momentum ? kept : std::vector<phs::Invariant>{};
   return d;
 }

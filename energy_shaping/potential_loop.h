@@ -8,15 +8,15 @@
 
 namespace porthos::energy_shaping {
 
-/// A spring at a joint of one freedom: U = ½ k (q - rest)², or k (1 - cos(q - rest)), which cannot
-/// unwind.
+/// A spring at a joint of one degree of freedom: U = ½ k (q - rest)², or k (1 - cos(q - rest)),
+/// which cannot unwind.
 struct JointSpring {
   std::string port;  ///< "shoulder.torque"
   double stiffness = 0, rest = 0;
   bool periodic = false;
 };
 
-/// A spring between a body and a place in the world, of a link's point and of its attitude:
+/// A spring between a body and the world, for the position of a link's point and for its attitude:
 ///   U = ½ k |r - position|² + tr(A (1 - R_dᵀR)),  A = diag(a)
 /// The trace potential is smooth on all of SO(3), one value for a quaternion and its negative: it
 /// never unwinds. Its critical points are R_d and three half turns away from it, with U = 2 (a_j +
@@ -37,42 +37,43 @@ struct PortDamping {
   std::vector<double> damping;  ///< one number for all, or one each
 };
 
-/// What a mechanism shall feel.
+/// The desired potential and damping of a mechanism.
 struct PotentialShaping {
   std::string name = "potential shaping";
   std::vector<JointSpring> joints;
   std::vector<PoseSpring> poses;
   std::vector<PortDamping> damping;
-  /// Takes the plant's own potential (gravity, joint springs) away, so that H_d = T + U. Otherwise
+  /// Compensates the plant's own potential (gravity, joint springs), so that H_d = T + U. Otherwise
   /// it stays in H_d.
   bool compensate = true;
-  /// A constant generalised force at the actuators that balances the plant's potential at the rest
-  /// point, in place of compensation: PD with constant gravity (Takegaki, Arimoto 1981). Needs
+  /// A constant generalised force at the actuators balances the plant's potential at the rest
+  /// point, instead of compensation: PD with constant gravity (Takegaki, Arimoto 1981). Needs a
   /// stiffness above the plant's Hessian.
   bool constant_compensation = false;
   /// Ports with an actuator; empty: every joint port.
   std::vector<std::string> actuators;
-  /// For a base that floats without actuators: the loop is that of total momentum zero, where the
-  /// base follows the joints, v_b = -M_bb⁻¹M_bj v_j, and joint torques can hold what depends on its
-  /// pose: τ = -J*ᵀ∂U (J* the generalised Jacobian, Umetani, Yoshida 1989). The momentum is a
-  /// Casimir of the loop. Needs one free root and joints of one freedom.
+  /// For a base that floats without actuators: the loop is that of total momentum zero, in which
+  /// the base follows the joints, v_b = -M_bb⁻¹M_bj v_j. Joint torques can then realise springs
+  /// that depend on its pose: τ = -J*ᵀ∂U (J* the generalised Jacobian, Umetani, Yoshida 1989). The
+  /// momentum is a Casimir of the loop. Needs one free root and joints of one degree of freedom.
   bool zero_momentum = false;
   std::vector<double> rest;  ///< rest coordinates, nq numbers
-  double tolerance = 1e-9;   ///< of what no actuator can do, and of the rest point
+  double tolerance = 1e-9;   ///< of forces no actuator can make, and of the rest point
 };
 
 /// A mechanism with potential shaping and damping injection: the plant's own structure with
 ///   H_d = H + U (- V),  R_d = R + G Kd Gᵀ,  u = -∂U - Kd y
-/// where U needs G⊥∂U = 0: what the actuators cannot do is found and refused. With zero_momentum
-/// J_d is that of the reduced system, and the plant moves as the target on total momentum 0.
+/// where U needs G⊥∂U = 0: a force that the actuators cannot make is found and refused. With
+/// zero_momentum J_d is that of the reduced system, and the plant moves as the target if the total
+/// momentum is 0.
 ///
 /// (The law with the opposite sign of ∂U and the plant's damping subtracted again, met in
 /// textbooks, makes a saddle.) Cost of a field: two of the plant, the kinematics, and a mass matrix
 /// with zero_momentum.
 class PotentialLoop : public ClosedLoopFor<PotentialLoop> {
  public:
-  /// @throws InvalidArgument naming the port, link or number at fault, a force no actuator can make
-  ///   with the worst coordinates, or a rest point that is none
+  /// @throws InvalidArgument naming the port, link or number at fault, a force that no actuator can
+  /// make with the worst coordinates, or a point that is not a rest point
   PotentialLoop(std::shared_ptr<const mechanics::MechanicalModel> plant, PotentialShaping shaping);
 
   const phs::Description& description() const override { return description_; }

@@ -23,7 +23,7 @@ class DrivenPlant::Evaluator final : public phs::Driven<T> {
   std::unique_ptr<phs::System<T>> clone() const override {
     return this->alike(std::make_unique<Evaluator>(m_));
   }
-  /// A law costs more than the plant's gradient.
+  /// A law costs more than the plant's gradient, so it is not evaluated for the efforts.
   void efforts(T t, In x, In dx, Out e) override {
     if (m_.held_) return phs::Driven<T>::efforts(t, x, dx, e);
     this->gradient(x, e);

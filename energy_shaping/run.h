@@ -7,10 +7,9 @@
 
 namespace porthos::energy_shaping {
 
-/// The plant under a law, as a model for any integrator: continuously, or with the inputs held.
-/// Coordinates are kept whole (no wrapping), as laws need not be periodic. Its energy is the
-/// plant's; what the actuators do is booked as the power "actuators". Keeps references to the loop
-/// and the plant.
+/// The plant under a law, as a model for any integrator, either continuous or with held inputs.
+/// Coordinates are not wrapped, because laws need not be periodic. Its energy is the plant's; the
+/// work of the actuators is the power "actuators". Keeps references to the loop and the plant.
 class DrivenPlant : public phs::ModelFor<DrivenPlant> {
  public:
   /// limits: largest |u| of each actuated input, in the order of loop.actuated(); empty: none.
@@ -40,7 +39,7 @@ struct RunOptions {
   double period = 0;                ///< of the controller [s], a multiple of step; 0: continuous
   std::vector<double> limits = {};  ///< as DrivenPlant
   const phs::Model* plant =
-      nullptr;        ///< another plant than the one the loop was made for; null: that one
+      nullptr;        ///< a plant other than that of the loop; null: the loop's plant
   double record = 0;  ///< between records [s]; 0: every step
 };
 
@@ -55,7 +54,7 @@ struct Run {
       0;  ///< ∫ ∂H_dᵀ R_d ∂H_d dt, by Simpson's rule over pairs of steps, trapezoids at an odd end
   double injected =
       0;  ///< H_d(end) - H_d(0) + dissipated: what sampling, limits and another plant put in [J]
-  bool finished = true;  ///< false: the integrator gave up or left the finite numbers
+  bool finished = true;  ///< false: the integrator failed or gave non-finite numbers
   std::string outcome = "ok";
 };
 /// @throws InvalidArgument for a period that is no multiple of the step, or sizes that do not fit

@@ -10,10 +10,10 @@
 #include "phs/error.h"
 #include "phs/scalars/derivative.h"
 
-/// What a designer writes down: the energy the closed loop shall have.
+/// The interface of a design: the desired energy of the closed loop.
 namespace porthos::energy_shaping {
 
-/// A number of a design that may be tuned, and swept over lanes.
+/// A tunable number of a design, which may differ between SIMD lanes.
 struct Gain {
   std::string name;  ///< "kv"
   double value = 0;
@@ -21,7 +21,7 @@ struct Gain {
 
 inline constexpr int max_coordinates = 8;  ///< of a shaped plant
 
-/// Where J2 of the closed loop comes from.
+/// Source of J2 of the closed loop.
 enum class Skew {
   zero,   ///< J2 = 0
   given,  ///< the design's own

@@ -5,7 +5,7 @@
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/potential_loop.h"
 
-/// Help with choosing gains.
+/// Tools for choosing gains.
 namespace porthos::energy_shaping {
 
 /// One run of a sweep.
@@ -19,7 +19,7 @@ struct SweepResult {
   bool finite = true;
 };
 
-/// What a sweep of gains runs, and how its runs are judged.
+/// What a sweep of gains runs, and how the runs are judged.
 struct SweepOptions {
   std::vector<double> start;  ///< the state each run starts from
   double duration = 20, step = 0.01;
@@ -27,9 +27,9 @@ struct SweepOptions {
   int threads = 0;  ///< 0: as many as the machine has
 };
 
-/// Closed-loop runs of a loop with other gains, by Runge-Kutta's method of order 4, eight runs in
-/// SIMD lanes at a time. The energy H_d of each run is that of its own gains. Results in the order
-/// of `gains`, the same for any number of threads.
+/// Runs a closed loop with different gains by the Runge-Kutta method of order 4, eight runs in SIMD
+/// lanes at a time. The energy H_d of each run is that of its own gains. Results are in the order
+/// of `gains` and the same for any number of threads.
 /// @throws InvalidArgument for a loop without gains (ClosedLoop::gain_names) or rows of the wrong
 ///   size
 std::vector<SweepResult> sweep(const ClosedLoop& loop,
@@ -38,16 +38,16 @@ std::vector<SweepResult> sweep(const ClosedLoop& loop,
 
 /// All combinations of the values of each gain, the last one fastest.
 std::vector<std::vector<double>> grid_of(const std::vector<std::vector<double>>& values);
-/// `count` values from low to high, even in their logarithms.
+/// `count` values from low to high, equally spaced in their logarithms.
 std::vector<double> logarithmic(double low, double high, int count);
 
 /// The run that settles first among those with peak <= limit, or -1.
 int fastest(const std::vector<SweepResult>& results, double limit);
 
-/// Joint springs and dampers of a bandwidth and damping ratio at the rest point: k = M_jj ω², d = 2
-/// ζ M_jj ω, with M_jj the mass the joint feels there while the others stand still (with a floating
-/// base that follows: less the base's part). Joints of one freedom that are not in `skip`. @param
-/// bandwidth [rad/s]
+/// Joint springs and dampers with a given bandwidth and damping ratio at the rest point: k = M_jj
+/// ω², d = 2 ζ M_jj ω. M_jj is the mass that the joint feels there while the others stand still
+/// (with a following floating base: minus the base's part). For joints of one degree of freedom
+/// that are not in `skip`. @param bandwidth [rad/s]
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip = {});

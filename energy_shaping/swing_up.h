@@ -10,9 +10,9 @@ namespace porthos::energy_shaping {
 /// q'² - mgl cos q with q = 0 hanging. Along it d/dt ½ (E - E_d)² = -k q'² (E - E_d)². The viscous
 /// friction b is cancelled, dry friction is not.
 ///
-/// At exact rest at the bottom u = 0 for ever: every law of the energy alone is stuck there.
-/// `stuck` says so, and with a `kick` the law pushes by that much as long as |q| and |q'| are below
-/// `still`.
+/// At exact rest at the bottom u = 0 for ever: no law of the energy alone can leave this state.
+/// `stuck` detects it. With a `kick` the law pushes by that amount as long as |q| and |q'| are
+/// below `still`.
 struct EnergySwingUp {
   double inertia = 1;       ///< I [kg m²]
   double mgl = 1;           ///< [N m]
@@ -26,7 +26,7 @@ struct EnergySwingUp {
     return 0.5 * inertia * rate * rate - mgl * std::cos(q);
   }
   double target() const { return mgl; }
-  /// Whether the law without a kick does nothing although the energy is not there yet.
+  /// Whether the law without a kick does nothing although the energy is not yet reached.
   bool stuck(double q, double rate) const {
     return rate == 0 && std::sin(q) == 0 && std::cos(q) > 0;
   }

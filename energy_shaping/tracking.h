@@ -8,7 +8,7 @@
 
 namespace porthos::energy_shaping {
 
-/// Where the joints are to be: q_d(t) with two derivatives, each of size() numbers. Immutable,
+/// Desired positions of the joints: q_d(t) with two derivatives, each of size() numbers. Immutable,
 /// shared by threads.
 class Trajectory {
  public:
@@ -47,8 +47,8 @@ std::shared_ptr<const Trajectory> sines(std::vector<double> centre, std::vector<
 /// theorem, not LaSalle's. Not a ClosedLoop, whose H_d is a function of the state alone.
 class PdPlus {
  public:
-  /// @throws InvalidArgument for joints of several freedoms, a trajectory of other joints, gains of
-  ///   the wrong number or sign
+  /// @throws InvalidArgument for joints of several degrees of freedom, a trajectory of other
+  /// joints, gains of the wrong number or sign
   PdPlus(std::shared_ptr<const mechanics::MechanicalModel> plant,
          std::shared_ptr<const Trajectory> trajectory, std::vector<double> kp,
          std::vector<double> kd);
@@ -63,7 +63,7 @@ class PdPlus {
   std::vector<PortLaw> port_laws() const;
   /// H_e [J].
   double error_energy(double t, std::span<const double> x);
-  /// e'ᵀKd e' [W], the rate H_e falls at.
+  /// e'ᵀKd e' [W], the rate at which H_e falls.
   double error_power(double t, std::span<const double> x);
   /// The largest |e_i| [rad | m].
   double error(double t, std::span<const double> x);

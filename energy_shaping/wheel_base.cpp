@@ -103,8 +103,8 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
   refuse_failure(certificate_);
 }
 
-/// On random states, without limits: p_w' = τ_w with a wheel's angle in nothing, and H_d' against
-/// the damping.
+/// Checks at random states, without limits: p_w' = τ_w, that nothing depends on a wheel's angle,
+/// and H_d' against the damping.
 void WheelBase::check(const WheelBaseOptions& options) {
   const auto& plant = shaped_->mechanical();
   const auto f = plant.instantiate<double>();

@@ -9,7 +9,7 @@
 
 namespace porthos::energy_shaping {
 
-/// Which actuators a floating base has in place of a whole wrench.
+/// The actuators that make the wrench on a floating base.
 struct WheelBaseOptions {
   std::string base_port = "base.wrench";
   /// their ports, "wheel_x.torque": axisymmetric wheels on the base, three axes or more
@@ -27,11 +27,11 @@ struct WheelBaseOptions {
 /// A wheel's momentum is p_w = I_w (θ' + aᵀω), and p_w' = τ_w. With the wheels' part taken out of
 /// the energy,
 ///   H_d = H - Σ p_w²/(2 I_w) + U (- V),    H_d' = -(damping of the shaped loop),
-/// whatever spin the wheels have and at any total momentum: spin enters the base's motion as a
-/// gyroscopic term, which has no power. So the base comes to rest where H_d is least and the wheels
-/// keep what they took up. Without thrusters a shaping without force (an attitude alone) is held
-/// the same way. Not a ClosedLoop: the wheels' angles turn on at rest, and H_d is no function of
-/// them.
+/// for any spin of the wheels and any total momentum: spin enters the base's motion as a gyroscopic
+/// term, which has no power. So the base comes to rest where H_d is least, and the wheels keep the
+/// momentum they took up. Without thrusters a shaping without force (an attitude alone) is held in
+/// the same way. Not a ClosedLoop: the wheels keep turning at rest, and H_d does not depend on
+/// their angles.
 class WheelBase {
  public:
   /// shaped: made for the plant with the base port among its actuators and no spring or damping at
@@ -43,15 +43,15 @@ class WheelBase {
 
   const PotentialLoop& shaped() const { return *shaped_; }
   const Certificate& certificate() const { return certificate_; }
-  /// u of the plant at its state x: force, no moment, wheels, joints. Makes an evaluator each time;
-  /// port_laws() keep theirs.
+  /// u of the plant at its state x: force, no moment, wheels, joints. Makes a new evaluator for
+  /// each call; port_laws() keep theirs.
   void law(std::span<const double> x, std::span<double> u) const;
   /// As controllers of a network (port_law.h): the base's port, the wheels' and those of the shaped
   /// joints.
   std::vector<PortLaw> port_laws() const;
   /// H_d [J].
   double hamiltonian(std::span<const double> x) const;
-  /// The power H_d falls by [W].
+  /// The rate at which H_d falls [W].
   double dissipation(std::span<const double> x) const;
 
   struct Parts {

@@ -7,8 +7,8 @@
 
 #include "phs/error.h"
 
-/// Numpy arrays as they are: nothing is converted or copied on the way in. What does not fit is
-/// refused in one sentence with name, got and expected.
+/// Numpy arrays as they are: inputs are neither converted nor copied. An array that does not fit is
+/// refused with a message that names it, what was given and what was expected.
 namespace porthos::python {
 
 namespace py = pybind11;
@@ -21,8 +21,8 @@ class Rows {
   bool batched() const { return batched_; }
   size_t count() const { return size_t(rows_); }
 
-  /// The numbers of an input of `item` per state; the first one says whether the call is batched.
-  /// None: null if optional.
+  /// The numbers of an input with shape `item` per state; the first input determines whether the
+  /// call is batched. None: null if optional.
   const double* in(const char* name, py::handle array, const Shape& item, bool optional = false);
   const double* in(const char* name, py::handle array, size_t n, bool optional = false) {
     return in(name, array, Shape{py::ssize_t(n)}, optional);
@@ -42,7 +42,7 @@ class Rows {
   py::array check(const char* name, py::handle array, const Shape& item);
   bool known_ = false, batched_ = false;
   py::ssize_t rows_ = 1;
-  std::string first_;         ///< the array that said how many states there are
+  std::string first_;         ///< the array that determined the number of states
   std::vector<Known> taken_;  ///< memory of this call
 };
 
@@ -57,7 +57,7 @@ py::array_t<T> view(const T* data, const Shape& shape, py::handle owner) {
   return a;
 }
 
-/// A vector handed to numpy without a copy.
+/// A vector passed to numpy without a copy.
 template <class T>
 py::array_t<T> as_array(std::vector<T> values, const Shape& shape) {
   auto* kept = new std::vector<T>(std::move(values));

@@ -1,4 +1,4 @@
-// What the batches are measured against: C++ loops over the same kernels, for the tests of speed.
+// References for the tests of speed of batches: C++ loops over the same kernels.
 #include <chrono>
 #include <random>
 

@@ -13,7 +13,7 @@ namespace porthos::python {
 
 using SharedMechanism = std::shared_ptr<const mechanics::Mechanism>;
 
-/// The scratch of the kernels, kept from call to call: one per thread for each of the last few
+/// The scratch of the kernels, kept between calls: one per thread for each of the last few
 /// mechanisms.
 struct Scratch {
   explicit Scratch(const SharedMechanism& m) : mechanism(m), one(*m), eight(*m) {}

@@ -16,7 +16,7 @@ namespace {
 
 using namespace mechanics;
 
-/// Wrenches of the moving bodies out of 6 numbers each.
+/// Wrenches of the moving bodies from 6 numbers each.
 template <class T>
 std::span<const Force<T>> wrenches(Scratch& s, std::span<const T> numbers) {
   if (numbers.empty()) return {};
@@ -27,7 +27,7 @@ std::span<const Force<T>> wrenches(Scratch& s, std::span<const T> numbers) {
   return {w.data(), n};
 }
 
-/// A matrix that a kernel writes column by column, handed out row by row.
+/// A matrix that a kernel writes column by column, returned row by row.
 template <class T, class F>
 void by_rows(Scratch& s, size_t rows, size_t cols, std::span<T> out, F kernel) {
   auto& a = s.pick<T>(s.numbers, s.packs, rows * cols);

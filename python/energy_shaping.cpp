@@ -43,7 +43,7 @@ void bind_certificate(py::module_& m) {
       .def("__bool__", &es::Certificate::holds);
 }
 
-/// What the runs of a loop give, as arrays.
+/// The results of a run of a loop, as arrays.
 py::dict run_of(const es::Run& r) {
   const auto table = [](const std::vector<std::vector<double>>& rows) {
     std::vector<double> a;

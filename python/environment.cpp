@@ -25,7 +25,7 @@ std::function<void(Stream&, std::span<double>)> begin_of(const py::object& f) {
   if (f.is_none()) return {};
   return [kept = keep(f)](Stream& random, std::span<double> x) {
     const py::gil_scoped_acquire gil;
-    const auto stream = std::make_shared<Stream*>(&random);  // until this call is over
+    const auto stream = std::make_shared<Stream*>(&random);  // until this call ends
     const py::cpp_function uniform([stream](size_t n) {
       if (!*stream) throw InvalidArgument("uniform(n) belongs to one call of begin, which is over");
       std::vector<double> u(n);

@@ -1,4 +1,4 @@
-// Methods at work on a model, step by step.
+// Methods applied to a model, step by step.
 #include "integrators/core/integrator.h"
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ void require_ok(Outcome o, const Method& m, const State& s) {
                     m.integrator->declaration().name, m.integrator->time(s), to_string(o)));
 }
 
-/// Steps, and the states at every `every`-th of them.
+/// Takes steps, and returns the states at every `every`-th of them.
 py::tuple run(Method& m, State& s, std::int64_t steps, std::int64_t every) {
   if (steps < 0 || every < 1)
     throw InvalidArgument(fmt::format(

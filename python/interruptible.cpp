@@ -20,7 +20,8 @@ void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& wor
   std::exception_ptr failure, interruption;
   std::thread worker([&] {
     try {
-      // One thread state for all callbacks of this run: without it each would make its own.
+      // One thread state for all callbacks of this run: without it each callback would make its
+      // own.
       const py::gil_scoped_acquire known;
       const py::gil_scoped_release released;
       work(stop);

@@ -29,7 +29,7 @@ auto from_keywords(const C& prototype = {}) {
   });
 }
 
-/// Numbers from a sequence, of that many. @throws InvalidArgument with name, got and expected
+/// n numbers from a sequence. @throws InvalidArgument with name, got and expected
 std::vector<double> numbers(const char* name, py::handle sequence, size_t n);
 mechanics::Vec3d vector3(const char* name, py::handle sequence);
 /// Rows of a 3 × 3 array, or of a list of lists.

@@ -65,7 +65,7 @@ py::tuple body_pose_of(const SharedMechanism& m, py::object q, const std::string
   return py::make_tuple(R, x);
 }
 
-/// A function of two arrays (or one, of n2 = 0) that gives numbers of the shape `item`.
+/// A function of two arrays (or one, if n2 = 0) that gives numbers of the shape `item`.
 template <class F>
 py::array_t<double> simple(const SharedMechanism& m, const char* a, py::handle qa, size_t na,
                            const char* b, py::handle qb, size_t nb, py::handle out,

@@ -5,8 +5,9 @@
 
 #include "phs/scalars/scalar.h"
 
-/// Many states through one kernel: eight at a time in SIMD lanes, the last few as one more pack or
-/// singly. Lanes give the bits of one state, so that a batch equals its rows evaluated one by one.
+/// Evaluates one kernel for many states: eight at a time in SIMD lanes, the last few as one more
+/// pack or singly. Lanes give the same bits as one state, so a batch equals its rows evaluated one
+/// by one.
 namespace porthos::python {
 
 /// An array of rows: n numbers per state, null for an input that is not given.

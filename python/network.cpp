@@ -1,4 +1,4 @@
-// Systems joined through their power ports, and the elements that close or join them.
+// Systems joined through their power ports, and the elements that terminate or join them.
 #include "phs/network/network.h"
 
 #include <pybind11/stl.h>

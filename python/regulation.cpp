@@ -1,5 +1,4 @@
-// Arms with freedoms to spare, floating bases on wheels, moving targets, and what helps to choose
-// gains.
+// Redundant arms, floating bases with wheels, moving targets, and tools for choosing gains.
 #include <pybind11/stl.h>
 
 #include "energy_shaping/null_space.h"
@@ -23,7 +22,7 @@ const Numbers& state_of(const phs::Model& m, const Numbers& x) {
   return x;
 }
 
-/// The method control() of what has port_laws().
+/// The method control() of classes that have port_laws().
 template <class C>
 void bind_control(py::class_<C, std::shared_ptr<C>>& c) {
   c.def(

@@ -1,4 +1,5 @@
-// Dual and Quad in Python: what a system or law written in Python is evaluated in, besides floats.
+// Dual and Quad in Python: the scalars, besides floats, in which a system or law written in Python
+// is evaluated.
 #include "python/scalars.h"
 
 #include <pybind11/operators.h>
@@ -37,7 +38,7 @@ T power(T x, double n) {
   return phs::exp(T(n) * phs::log(x));
 }
 
-/// Arithmetic among themselves and with floats, and the functions numpy calls on object arrays:
+/// Arithmetic with each other and with floats, and the functions numpy calls on object arrays:
 /// np.sin(x) is x.sin().
 template <class P, class Class>
 void arithmetic(Class& c) {

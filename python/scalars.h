@@ -9,13 +9,14 @@
 #include "phs/error.h"
 #include "phs/scalars/scalar.h"
 
-/// Numbers between C++ scalars and Python code: float64 and longdouble arrays, object arrays of
-/// Dual and Quad. Lanes are taken one by one. Python code gets copies, which it may keep.
+/// Conversion of numbers between C++ scalars and Python code: float64 and longdouble arrays, object
+/// arrays of Dual and Quad. Lanes are converted one by one. Python code gets copies, which it may
+/// keep.
 namespace porthos::python {
 
 namespace py = pybind11;
 
-/// A Python object in the hands of C++ threads: let go of under the GIL.
+/// A Python object held by C++ threads: released with the GIL.
 using Kept = std::shared_ptr<PyObject>;
 inline Kept keep(py::object o) {
   return Kept(o.release().ptr(), [](PyObject* p) {
@@ -60,7 +61,7 @@ py::object to_python(std::span<const T> x) {
   }
 }
 
-/// One number from what Python code returned. `who` begins the sentence.
+/// One number from a value that Python code returned. `who` begins the error message.
 template <class T>
 T from_python(py::handle h, const std::string& who) {
   try {
@@ -87,7 +88,7 @@ T from_python(py::handle h, const std::string& who) {
   }
 }
 
-/// As many numbers as `to` takes. @throws InvalidArgument if there are fewer or more
+/// Fills `to` with numbers. @throws InvalidArgument if there are fewer or more
 template <class T>
 void from_python(py::handle h, std::span<T> to, const std::string& who) {
   const auto expect = [&](py::ssize_t got) {

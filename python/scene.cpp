@@ -26,7 +26,7 @@ namespace {
 using namespace scene;
 using py::arg;
 
-/// A run's options with the flag and the figures of interruptibly().
+/// A run's options with the stop flag and the progress of interruptibly().
 template <class Options>
 void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
   o.stop = &stop;

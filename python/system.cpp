@@ -111,8 +111,8 @@ void bind_description(py::module_& m) {
       });
 }
 
-/// A model seen through workspaces of its own, for one state and for eight. One evaluation at a
-/// time: the lock is taken without the GIL, as a system written in Python takes the GIL inside.
+/// A model with evaluators of its own, for one state and for eight. One evaluation at a time: the
+/// lock is taken without the GIL, because a system written in Python takes the GIL inside.
 class Evaluator {
  public:
   explicit Evaluator(ModelPtr m) : model_(std::move(m)), one_(model_->instantiate<double>()) {}

@@ -16,7 +16,7 @@ namespace {
 
 using phs::Dual;
 
-/// Calls f(lane) for every lane; of packs each is an evaluation in double.
+/// Calls f(lane) for every lane; for packs each lane is an evaluation in double.
 template <class T, class F>
 void each_lane(F f) {
   for (int lane = 0; lane < phs::lanes<T>; ++lane) f(lane);
@@ -58,8 +58,8 @@ void put_lane(py::handle result, T& out, int lane, const std::string& who) {
     out.set(lane, from_python<double>(result, who));
 }
 
-/// An object with the methods of phs/system/user_model.h, which return what the C++ ones write.
-/// Methods it lacks have the same defaults. Every evaluation takes the GIL.
+/// An object with the methods of phs/system/user_model.h, which return what the C++ methods write.
+/// Missing methods have the same defaults. Every evaluation takes the GIL.
 class PythonSystem {
  public:
   explicit PythonSystem(py::object object) {

@@ -19,8 +19,8 @@ std::string number(const Json& j, const char* format = "{:.2g}") {
   return j.is_number() ? fmt::format(fmt::runtime(format), j.get<double>()) : "not known";
 }
 
-/// The first comment of a model file, on one line, cut if long: authors say there where their
-/// numbers are from.
+/// The first comment of a model file, on one line, cut if long: authors often state the source of
+/// their numbers there.
 std::string first_comment(const std::string& urdf) {
   const auto begin = urdf.find("<!--"), end = urdf.find("-->", begin == urdf.npos ? 0 : begin);
   if (begin == urdf.npos || end == urdf.npos) return "";

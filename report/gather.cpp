@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t most_buckets = 3000, most_frames = 2000;
 
-/// Everything of one results folder, as far as it can be read. What cannot is named under
+/// The content of one results folder, as far as it can be read. Unreadable parts are named under
 /// "missing".
 class Gathered {
  public:
@@ -65,7 +65,7 @@ class Gathered {
 
  private:
   void miss(const std::string& what) { missing_.push_back(what); }
-  /// Runs f; what it throws is named, and the rest of the report goes on.
+  /// Runs f; an error it throws is named, and the rest of the report continues.
   template <class F>
   void attempt(const char* what, F f) {
     try {
@@ -87,7 +87,7 @@ class Gathered {
            s["energy"].contains("drift_is_significant");
   }
 
-  /// The scene and what it was assembled to, from the texts in the results.
+  /// Reads the scene and assembles it, from the texts in the results.
   void understand(const std::string& scene_text, const std::string& urdf) {
     texts_ = {scene_text, urdf};
     if (scene_text.empty()) return miss("the results hold no scene: no playback");
@@ -141,8 +141,8 @@ class Gathered {
     });
   }
 
-  /// Each phase has a mechanism of its own: the events are applied again to the states the phases
-  /// ended in.
+  /// Each phase has a mechanism of its own: the events are applied again to the final states of the
+  /// phases.
   void several_phases() {
     int count = 0;
     while (fs::exists(folder_ / fmt::format("phase_{}", count + 1) / "run.h5")) ++count;
@@ -181,8 +181,7 @@ class Gathered {
       });
   }
 
-  /// Whether an event was at that time, as the summary tells, which knows when those happened that
-  /// wait.
+  /// Whether an event happened at that time, by the summary, which has the times of waiting events.
   bool happened(const scene::Event& e, double at) const {
     const auto near = [&](double t) { return std::fabs(t - at) <= 1e-9 * at; };
     if (!summary_.is_object() || !summary_.contains("events")) return near(e.at);

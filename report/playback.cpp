@@ -91,8 +91,8 @@ class Clip {
     }
   }
 
-  /// Places are kept relative to the first body that is free in the world, so that a float is
-  /// enough however far it has drifted.
+  /// Positions are stored relative to the first body that is free in the world, so that a float is
+  /// accurate enough however far the body has drifted.
   void frame(size_t f) {
     const size_t nq = size_t(m_.nq()), angles = size_t(m_.angle_count());
     for (size_t a = 0; a < angles; ++a) w_.turn_angle[a] = phs::two_pi_hi * turns_[f * angles + a];

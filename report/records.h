@@ -10,7 +10,7 @@
 
 namespace porthos::report {
 
-/// The time series a run left behind, by the names docs/results.md gives them, wherever they stand.
+/// The time series of a run, by their names in docs/results.md, from any source.
 class Records {
  public:
   virtual ~Records() = default;
@@ -31,11 +31,12 @@ class Records {
   virtual void read(const std::string& name, const Piece& f) const = 0;
 };
 
-/// Of a finished run. @throws InvalidArgument if the file cannot be opened or is no run of Porthos
+/// Records of a finished run. @throws InvalidArgument if the file cannot be opened or is no run of
+/// Porthos
 std::unique_ptr<Records> open_run_file(const std::filesystem::path& path);
 
-/// Of a run under way or cut off: the log in its checkpoint folder, as far as it has come, with the
-/// model it is of.
+/// Records of a run that is in progress or was interrupted: the log in its checkpoint folder, as
+/// far as it was written, with its model.
 /// @throws InvalidArgument if it cannot be read
 std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
                                   scene::Extrema extrema);

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view data_mark = "@PORTHOS_DATA@";
 
-/// Text inside <script>: no '<' may stand there, and JSON knows < by another name.
+/// Text inside <script>: it must not contain '<', which JSON can write as an escape.
 std::string in_script(const std::string& json) {
   std::string text;
   text.reserve(json.size() + json.size() / 64);

@@ -10,7 +10,7 @@ namespace porthos::report {
 /// installation put it. Empty if there is none.
 std::filesystem::path find_template();
 
-/// What to do where there is no template, one sentence.
+/// Advice, in one sentence, if there is no template.
 std::string no_template_text();
 
 /// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of
@@ -18,7 +18,7 @@ std::string no_template_text();
 /// folder holds no results at all
 std::string report_json(const std::filesystem::path& folder);
 
-/// Fills the template and writes `out` (aside first, then renamed).
+/// Fills the template and writes `out` (under a temporary name, then renamed).
 /// @throws InvalidArgument if a file cannot be read or written, or the template has no place for
 ///   the data
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& out,

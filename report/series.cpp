@@ -105,7 +105,7 @@ std::vector<float> Thinned::length(const std::string& name) const {
   });
 }
 
-/// Change per step: of time, the mean step between two records; of sweeps, how many a step took.
+/// Change per step: for time, the mean step between two records; for sweeps, the sweeps of a step.
 std::vector<float> Thinned::rate(const std::string& name) const {
   std::vector<double> steps;
   records_.read("step", [&](std::int64_t, std::int64_t rows, int, const double* v) {
@@ -120,7 +120,7 @@ std::vector<float> Thinned::rate(const std::string& name) const {
   });
   const auto known = std::find_if(out.begin(), out.end(), [](float x) { return !std::isnan(x); });
   if (known != out.end())
-    std::fill(out.begin(), known, *known);  // the first record has none before it
+    std::fill(out.begin(), known, *known);  // the first record has no predecessor
   return out;
 }
 

@@ -24,8 +24,8 @@ Mat3<double> columns(const Eigen::Matrix3d& m) {
 }
 
 /// The homogeneous box with the body's mass and principal moments: a² = 6 (I_y + I_z - I_x) / m.
-/// Moments that break the triangle inequality have none: null. A side is at least a twentieth of
-/// the longest.
+/// For moments that break the triangle inequality there is no box: null. A side is at least a
+/// twentieth of the longest.
 Json box_of(const mechanics::MassProperties& m) {
   if (!(m.mass > 0)) return nullptr;
   Eigen::Matrix3d I;

@@ -73,7 +73,7 @@ Acrobot Acrobot::of(const phs::Model& model, double g) {
     plant->gradient(x, e);
     return e;
   };
-  // M⁻¹ at a stretched and at a folded elbow, inverted.
+  // The numbers come from M at a stretched and at a folded elbow, by inverting M⁻¹.
   const auto mass = [&](double q2, double M[3]) {
     const auto a = gradient(0, q2, 1, 0), b = gradient(0, q2, 0, 1);
     const double det = a[2] * b[3] - a[3] * b[2];

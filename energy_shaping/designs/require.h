@@ -7,8 +7,8 @@
 
 namespace porthos::energy_shaping {
 
-/// States a condition of a design: need(holds, "a > 0", {a}) throws one sentence with the condition
-/// and the numbers.
+/// Checks a condition of a design: need(holds, "a > 0", {a}) throws an error with the condition and
+/// the numbers.
 class Requirement {
  public:
   explicit Requirement(std::string design) : design_(std::move(design)) {}

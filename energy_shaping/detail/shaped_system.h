@@ -139,7 +139,7 @@ class ShapedSystem final : public LoopSystem<T> {
       if (p_.actuated[j]) u[j] = tau_[j] - T(p_.damping[j]) * y_[j];
   }
 
-  /// What the loop asks of each freedom, by springs and compensation, per unit of v; for the check.
+  /// Generalised force of springs and compensation per unit of v, for the check.
   In wanted(In x) {
     forces(x);
     if (p_.compensate) {
@@ -159,7 +159,7 @@ class ShapedSystem final : public LoopSystem<T> {
   mechanics::Transform<T> pose_of(const Parts::Pose& p) const {
     return mechanics::body_pose<T>(m_, p.frame, poses_);
   }
-  /// U(q), and -V where it is compensated.
+  /// U(q), minus V where it is compensated.
   T shaped(In x) {
     T U(0.0);
     for (const auto& s : p_.joints) {

@@ -4,8 +4,8 @@
 
 namespace porthos::report {
 
-/// What a run knows of the factors by which the credibility of a simulation is judged, named after
-/// NASA-STD-7009A (2016), section 4.4. Nothing is graded: levels are a reviewer's.
+/// What a run states about the credibility factors of a simulation, named after NASA-STD-7009A
+/// (2016), section 4.4. Nothing is graded: a reviewer assigns levels.
 /// @param summary  summary.json;  comparison  compare.json of the same scene or null;  scene may be
 ///   null
 /// @return array of {factor, stands: "stated" | "partly" | "not stated", text}

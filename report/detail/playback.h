@@ -6,10 +6,10 @@
 
 namespace porthos::report {
 
-/// What is to be played back: a mechanism and the records of its motion.
+/// The input of a playback: a mechanism and the records of its motion.
 struct Stage {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
-  std::vector<mechanics::BodySpec> bodies;  ///< it was built from
+  std::vector<mechanics::BodySpec> bodies;  ///< its bodies as built
   std::string urdf;
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
   const Records* records = nullptr;

@@ -16,17 +16,16 @@ std::string base64(const void* bytes, size_t size);
 std::string base64(const std::vector<float>& v);
 std::string base64(const std::vector<double>& v);
 
-/// A run's records thinned out so that no peak is lost: all of them where they are few; else of
-/// each bucket of consecutive records the least and the greatest value of every series, in the
-/// order they came. Buckets are equally long and, near the start, equally long on a logarithmic
-/// axis.
+/// A run's records reduced so that no peak is lost. Few records are all kept; otherwise each bucket
+/// of consecutive records keeps the smallest and the largest value of every series, in their order.
+/// Buckets are equally long and, near the start, equally long on a logarithmic axis.
 class Thinned {
  public:
-  /// most: buckets; whatever has no more than twice as many records is taken whole.
+  /// most: number of buckets; a run with at most twice as many records is kept whole.
   Thinned(const Records& records, std::int64_t most);
 
-  /// {"t": …, "groups": …}: time, what is stored, supplied and dissipated, errors, steps and
-  /// sweeps; times of several phases follow each other.
+  /// {"t": …, "groups": …}: time, stored, supplied and dissipated energy, errors, steps and sweeps;
+  /// the times of several phases follow each other.
   Json json() const;
   std::int64_t records() const { return count_; }
   size_t points() const { return t_.size(); }

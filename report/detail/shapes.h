@@ -4,8 +4,8 @@
 
 namespace porthos::report {
 
-/// What each body is drawn as, in its own frame: the box of equal mass and inertia, and the
-/// primitive shapes of a URDF's <visual> (or <collision>) where it has any.
+/// The shapes that represent each body, in its own frame: the box of equal mass and inertia, and
+/// the primitive shapes of a URDF's <visual> (or <collision>), if it has any.
 /// @param bodies  as the mechanism was built;  urdf  text of the model, may be empty
 /// @return array of {name, parent, joint, mass, com, box: {size, p, q}, visuals: [{kind, size, p,
 ///   q, colour}], joints: [[x, y, z], …]}, a place and quaternion (w, x, y, z) each; joints: where

@@ -13,7 +13,7 @@ namespace {
 
 using mechanics::Mechanism;
 
-/// How to read the model: with the locked joints where they start.
+/// Options for reading the model: locked joints are at their start values.
 mechanics::UrdfOptions reading_of(const Scene& scene) {
   mechanics::UrdfOptions o = scene.urdf;
   for (const auto& [name, start] : scene.joints) {
@@ -34,7 +34,7 @@ mechanics::UrdfOptions reading_of(const Scene& scene) {
   return o;
 }
 
-/// A refusal of something massless that moves, with the ways out that a scene has.
+/// The error for a massless part that moves, with the remedies that a scene has.
 InvalidArgument with_ways_out(const mechanics::MasslessPart& e, const Scene& scene) {
   std::string ways;
   const auto add = [&](const std::string& way) { ways += (ways.empty() ? "" : ", or ") + way; };
@@ -46,7 +46,7 @@ InvalidArgument with_ways_out(const mechanics::MasslessPart& e, const Scene& sce
   return InvalidArgument(e.what() + (ways.empty() ? "" : ": " + ways));
 }
 
-/// A refusal names the part; the line is that of its element.
+/// An error names the part and the line of its element.
 std::shared_ptr<const phs::Model> with_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
     const space::Parts& parts) {

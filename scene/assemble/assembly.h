@@ -13,7 +13,7 @@
 #include "scene/read/scene.h"
 #include "space/spacecraft.h"
 
-/// From a scene to what is run.
+/// Makes the model to be run from a scene.
 namespace porthos::scene {
 
 /// The integrator of a scene, with the step h instead of the scene's.
@@ -23,29 +23,30 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
 
 /// Everything a run needs, put together from a scene.
 struct Assembly {
-  std::shared_ptr<const phs::Model> model;  ///< what is run
-  /// The mechanism in it, whose state is the first of the model's; null in a system without one.
+  std::shared_ptr<const phs::Model> model;  ///< the model to be run
+  /// The mechanism in it, whose state comes first in the model's state; null in a system without
+  /// one.
   std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
-  mechanics::MechanismBuilder parts;                    ///< what the mechanism was built from
+  mechanics::MechanismBuilder parts;                    ///< builder of the mechanism
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   std::string splitting;  ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;
-  /// Of what floats, where it moves apart from the rest: `initial` is relative to it, and uniform
-  /// gravity is in its motion instead of in the model.
+  /// Centre of mass of the floating bodies, if it is taken out of the equations: then `initial` is
+  /// relative to it, and uniform gravity acts on it instead of in the model.
   std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
 };
 
-/// A method of the catalogue on what was assembled, steps of one size: in orbit it steps the
-/// internal motion of the split.
+/// A method of the catalogue for the assembly, with steps of one size. In orbit it steps the
+/// internal motion of the splitting.
 /// @throws InvalidArgument as integrators::make_integrator
 std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembly,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options = {});
 
-/// @throws InvalidArgument naming a joint of [initial] the model does not have, and whatever the
-///   URDF reader refuses.
+/// @throws InvalidArgument naming a joint of [initial] that the model does not have, and for
+/// everything the URDF reader refuses.
 Assembly assemble(const Scene& scene);
 
 /// The mechanism with the scene's elements and actuators at its joints; itself if there are none.
@@ -53,17 +54,17 @@ Assembly assemble(const Scene& scene);
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene);
 
-/// A system of the user's own instead of a model file, from the state x at time 0: run() and the
+/// A system of the user's own instead of a model file, from the state x at time 0. run() and the
 /// verdict take it with a Scene whose method, step, duration and record_every are set. @throws
-/// InvalidArgument if x has another size
+/// InvalidArgument if x has the wrong size
 Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const double> x);
 
-/// Where a run begins: `initial` and `centre` of an assembly.
+/// The start of a run: `initial` and `centre` of an assembly.
 struct Beginning {
   phs::State state;
   std::optional<CentreOfMass> centre;
 };
-/// The start of a scene that differs from the one of the assembly in its [initial] alone.
+/// The start of a scene that differs from the scene of the assembly in its [initial] alone.
 /// @throws InvalidArgument as assemble
 Beginning start_of(const Scene& scene, const Assembly& assembly);
 

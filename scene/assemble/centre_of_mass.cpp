@@ -72,7 +72,7 @@ CentreOfMass take_centre_out(const Mechanism& m, std::span<double> q, std::span<
       v[rate + k] = double(v_wide[rate + k] - back[int(k)]);
       moved[int(k)] = q_wide[at + k] - q[at + k];
     }
-    if (first) taken.start = axes * moved;  // c as the first root was moved: it comes back exactly
+    if (first) taken.start = axes * moved;  // moved as the first root: restored exactly
     first = false;
   });
   return taken;
@@ -121,7 +121,7 @@ const phs::State& WorldView::operator()(double t, const phs::State& s) {
     const WideVec own = in_body(n, q_, V);
     for (size_t k = 0; k < 3; ++k) v_[size_t(n.v) + linear_of_free + k] = own[int(k)];
   });
-  // Momenta are linear in the rates: these are what V adds to them.
+  // Momenta are linear in the rates; these are the momenta that V adds.
   mechanics::momenta_from_rates<WideReal>(*mechanism_, *workspace_, q_, v_, p_);
   world_ = s;
   const auto add = [&](size_t i, WideReal more) {

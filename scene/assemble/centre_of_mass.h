@@ -14,13 +14,13 @@ namespace porthos::scene {
 struct Scene;
 struct Assembly;
 
-/// The centre of mass of all that floats in a scene where nothing from outside acts but uniform
-/// gravity. It moves in closed form, R(t) = R + V t + g t²/2, and is taken out of the equations:
-/// a run integrates the motion relative to it, whose linear momentum is zero and whose bits do not
-/// depend on R, V and g. Results show places and momenta in the world again (WorldView). Why this
-/// is exact: docs/mathematics.md.
+/// The centre of mass of all floating bodies in a scene where uniform gravity is the only external
+/// force. It moves in closed form, R(t) = R + V t + g t²/2, and is taken out of the equations: a
+/// run integrates the motion relative to it, whose linear momentum is zero and whose bits do not
+/// depend on R, V and g. Results show positions and momenta in the world again (WorldView).
+/// docs/mathematics.md shows why this is exact.
 struct CentreOfMass {
-  using Real = long double;  ///< what moves the whole and what moves inside are added in 64 bits
+  using Real = long double;  ///< common and internal motion are added with 64 bits
   using Vec = mechanics::Vec3<Real>;
 
   Vec start{0, 0, 0}, start_velocity{0, 0, 0};  ///< R, V: at t = 0, world axes [m, m/s]
@@ -37,33 +37,35 @@ struct CentreOfMass {
   double work_of_gravity_J(double t) const {
     return double(Real(mass) * dot(gravity, position(t) - start));
   }
-  /// The momentum of everything in the world, about its origin, from that about the centre of mass.
+  /// The total momentum about the world's origin, from the momentum m about the centre of mass.
   mechanics::Momentum<double> in_world(double t, const mechanics::Momentum<double>& m) const;
 };
 
-/// Why the centre of mass of a scene stays in the equations: one clause; empty where it is out.
+/// The reason why the centre of mass of a scene stays in the equations: one clause; empty if it is
+/// taken out.
 std::string why_centre_stays(const Scene& scene);
 
-/// Whether the total linear momentum is what it should be by the structure of the state, so that no
-/// method can be wrong about it: the centre of mass is out and there is one tree.
+/// Whether the structure of the state makes the total linear momentum exact for every method: the
+/// centre of mass is taken out and there is one tree.
 bool linear_momentum_is_structure(const Assembly& a);
 
-/// Moves a start q, v of a floating mechanism into the frame of its centre of mass. Returns that of
-/// the start, without gravity.
+/// Moves a start q, v of a floating mechanism into the frame of its centre of mass. Returns the
+/// centre of mass of the start, without gravity.
 CentreOfMass take_centre_out(const mechanics::Mechanism& m, std::span<double> q,
                              std::span<double> v);
-/// Leaves no rounding in the linear momentum of a state of that frame: it is zero.
+/// Removes the rounding error in the linear momentum of a state of that frame, which is zero.
 void settle_momentum(const mechanics::Mechanism& m, phs::State& s);
 
-/// States of an assembly as the world sees them. All momenta of a tree contain its velocity, so
-/// each state costs one momentum pass. Not for two threads at once.
+/// States of an assembly in the world frame. All momenta of a tree contain its velocity, so each
+/// state costs one momentum pass. Not thread-safe.
 class WorldView {
  public:
   explicit WorldView(const Assembly& a);
-  /// The state at time t [s], until the next call; `s` itself where the centre of mass is not
-  /// apart.
+  /// The state at time t [s], valid until the next call; `s` itself if the centre of mass is not
+  /// taken out.
   const phs::State& operator()(double t, const phs::State& s);
-  /// What the centre of mass added to the rates v in the last call; empty where it is not apart.
+  /// The contribution of the centre of mass to the rates v in the last call; empty if it is not
+  /// taken out.
   std::span<const CentreOfMass::Real> added_rates() const { return v_; }
 
  private:

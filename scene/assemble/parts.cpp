@@ -55,7 +55,7 @@ std::vector<double> switches_of(const Scene& scene) {
 void check_switching(const Scene& scene, double h) {
   for (const Element& e : scene.elements) {
     if (!e.thruster) continue;
-    if (scene.step_control != integrators::StepControl::fixed) continue;  // which ends steps there
+    if (scene.step_control != integrators::StepControl::fixed) continue;  // it ends steps there
     const double t = e.thruster->schedule.off_grid(h);
     if (t >= 0)
       throw InvalidArgument(fmt::format(

@@ -6,15 +6,15 @@
 
 namespace porthos::scene {
 
-/// The parts of a scene that act on the mechanism itself: all of them in free space, the soft
-/// latches alone in orbit, where thrusters and torquers are kicks of the splitting.
+/// The parts of a scene that act on the mechanism itself: in free space all of them, in orbit only
+/// the soft latches, because thrusters and torquers are kicks of the splitting there.
 space::Parts parts_of(const Scene& scene);
 /// Thrusters and torquers of a scene in orbit.
 space::Parts orbit_parts_of(const Scene& scene);
 
 /// @throws InvalidArgument for a thruster that switches between steps of one size h
 void check_switching(const Scene& scene, double h);
-/// When thrusters switch after the start [s], in rising order.
+/// The times at which thrusters switch after the start [s], in increasing order.
 std::vector<double> switches_of(const Scene& scene);
 
 }  // namespace porthos::scene

@@ -1,4 +1,4 @@
-// Where a run begins: the start values of a scene in the state of its model.
+// The start of a run: the start values of a scene as a state of its model.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ struct Start {
 /// Coordinates that one number and one rate describe.
 bool is_single(const JointCoordinates& c) { return c.nq == 1 && c.nv == 1; }
 
-/// Uniform in [-bound, bound) from the top 53 bits: the standard's distributions differ between
-/// libraries.
+/// Uniform in [-bound, bound) from the top 53 bits. The distributions of the standard library
+/// differ between implementations.
 double symmetric_uniform(std::mt19937_64& rng, double bound) {
   const double unit = double(rng() >> 11) * 0x1p-53;
   return bound * (2 * unit - 1);
@@ -39,7 +39,7 @@ void put_random(const RandomStart& random, const Mechanism& m, Start& s) {
   }
 }
 
-/// Why nothing of this name can be given a start.
+/// The reason why a start cannot be given for this name.
 std::string no_start(const std::string& name, const Mechanism& m) {
   std::string known, own;
   for (const auto& c : m.coordinates()) {
@@ -56,7 +56,7 @@ void store(const Vec3d& a, std::vector<double>& to, int offset) {
   for (int k = 0; k < 3; ++k) to[size_t(offset + k)] = a[k];
 }
 
-/// As seen from the base's origin: relative motion has no rounding of a common one.
+/// Relative to the base's origin, so that relative motion has no rounding error of a common one.
 BaseStart seen_from(const BaseStart& base, BaseStart b) {
   b.position -= base.position;
   b.linear_velocity -= base.linear_velocity;
@@ -64,8 +64,8 @@ BaseStart seen_from(const BaseStart& base, BaseStart b) {
 }
 
 /// Rates of ball and free joints are the twist in the child's own axes: a velocity in the parent's
-/// is turned into them.
-/// @param position  null: it cannot move away
+/// axes is rotated into them.
+/// @param position  null: the joint has no translation
 void put_motion(const BaseStart& b, const JointCoordinates& attitude,
                 const JointCoordinates* position, Start& s) {
   std::copy_n(b.attitude_wxyz, 4, s.q.begin() + attitude.q);
@@ -121,7 +121,7 @@ bool is_locked(const Scene& scene, const std::string& name) {
 Beginning start_of(const Scene& scene, const Assembly& a) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
   const bool apart = why_centre_stays(scene).empty();
-  // What the mechanism and its parts make up, without the orbit.
+  // The model of the mechanism and its parts, without the orbit.
   const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
   Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
   if (scene.random) put_random(*scene.random, *a.mechanism, start);
@@ -145,7 +145,7 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   CentreOfMass centre;
   if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);
-  x.resize(size_t(internal.description().nx), 0.0);  // elements start empty
+  x.resize(size_t(internal.description().nx), 0.0);  // elements start without stored energy
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
     std::copy(own.begin(), own.end(),
               x.begin() + dynamic_cast<const phs::NetworkModel&>(internal).offset(name));

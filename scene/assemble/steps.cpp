@@ -10,10 +10,10 @@
 namespace porthos::scene {
 namespace {
 
-/// Whether a number of steps is whole but for the rounding of the two times it is made of.
+/// Whether a number of steps is whole up to the rounding of the two times it is computed from.
 bool is_whole(double n) { return std::fabs(n - std::round(n)) <= 1e-9 * n; }
 
-/// The longest time that goes into both a whole number of times, as far as their rounding can tell.
+/// The longest time of which both are whole multiples, up to their rounding.
 double common(double a, double b) {
   const double rounding = 1e-9 * std::max(a, b);
   while (b > rounding) {
@@ -24,8 +24,7 @@ double common(double a, double b) {
   return a;
 }
 
-/// When something happens that steps have to end at: events, switches, and the periods of sampled
-/// controllers [s].
+/// The times at which steps must end [s]: events, switches, and the periods of sampled controllers.
 std::vector<double> instants(const Scene& s) {
   std::vector<double> all = switches_of(s);
   for (const Event& e : s.events)

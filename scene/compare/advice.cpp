@@ -9,7 +9,7 @@
 namespace porthos::scene {
 namespace {
 
-/// Value of y where log x is between log x1 and log x2 as it says, linear in logarithms.
+/// Value of y at x, interpolated between (x1, y1) and (x2, y2) linearly in logarithms.
 double between(double x, double x1, double x2, double y1, double y2) {
   if (!(x1 > 0 && x2 > 0 && y1 > 0 && y2 > 0) || x1 == x2) return y2;
   const double f = std::clamp(std::log(x / x1) / std::log(x2 / x1), 0.0, 1.0);
@@ -21,8 +21,8 @@ bool drifts(const Comparison& c, const Trial& t) {
          t.report.energy.growth_exponent > 0.75;
 }
 
-/// Where the trials, from coarse to fine, first get below the target and stay there for the one
-/// after.
+/// Where the trials, from coarse to fine, first get below the target and are still below it in the
+/// next trial.
 std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double target) {
   std::vector<const Trial*> known;
   for (const Trial& t : m.trials)
@@ -55,7 +55,7 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
   return {};
 }
 
-/// Two digits, downwards: a finer step is on the safe side.
+/// Rounds down to two digits: a finer step is on the safe side.
 double two_digits_down(double x) {
   const double unit = std::pow(10.0, std::floor(std::log10(x)) - 1);
   return std::floor(x / unit * (1 + 1e-12)) * unit;

@@ -6,18 +6,18 @@
 
 namespace porthos::scene {
 
-/// For methods whose energy error speaks of their accuracy. What a method needs for an error: read
-/// off between the two trials that enclose it, linear in the logarithms.
+/// What a method needs for an error, for methods whose error says how accurate they are:
+/// interpolated between the two trials that enclose the error, linearly in logarithms.
 struct Reach {
   const MethodTrials* of = nullptr;
   double step_s = 0, rtol = 0;  ///< one of the two
   double iteration_tolerance = 0;
   double cpu_s = 0;
-  bool at_most = false;  ///< the coarsest trial already does better: less may do
+  bool at_most = false;  ///< the coarsest trial is already better: less may be enough
   bool drifts = false;   ///< the nearest trial has an energy error that grows steadily
 };
 
-/// What to take for an error.
+/// Advice for a target error.
 struct Advice {
   double target = 0;
   std::vector<Reach> reaching;  ///< cheapest first

@@ -26,15 +26,15 @@ constexpr std::int64_t pilot_steps = 200;  // of the largest step
 constexpr std::int64_t records = 1000;
 constexpr int most_tries = 10;
 
-// CPU seconds for pilots: then a method that was found will do; for saying that there is none; for
-// the confirmation.
+// CPU seconds for pilots: after the first limit a method that was found is accepted; after the
+// second it is reported that there is none; the third is for the confirmation.
 constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
 
-constexpr double late_extremes = 10;  // by which the error may jump after the longer pilot
+constexpr double late_extremes = 10;  // possible jump of the error after the longer pilot
 constexpr double may_be_rounding = 1e-12;
-constexpr double rounding = 1e-17;  // no error can be asked to be smaller
+constexpr double rounding = 1e-17;  // smaller errors cannot be required
 
-/// A method with a step that has been tried.
+/// A method with a step that was tried.
 struct Candidate {
   Declaration method;
   double step = 0;
@@ -55,28 +55,28 @@ class MethodChoice {
                               pilot_steps, scale_);
     pilot_s_ = std::min(scene_.duration, double(pilot_steps) * largest_step_);
     auto tried = pilots();
-    if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // it may do better
+    if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // may do better
     for (const Candidate& c : tried)
       if (auto confirmed = confirm(c)) return put_in(*confirmed, tried);
     refuse();
   }
 
  private:
-  /// What the methods step: in orbit the internal motion alone.
+  /// The system the methods step: in orbit the internal motion alone.
   const phs::Description& stepped() const {
     return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
         .description();
   }
-  /// In orbit the step is that of the splitting too, whose error stands in the coupling ledger and
-  /// not in the energy.
+  /// In orbit the step is also that of the splitting, whose error is in the coupling ledger and not
+  /// in the energy.
   bool coupled(const Trial& t) const {
     return !t.report.space || !(t.report.space->coupling.relative() >
                                 scene_.verify.coupling.value_or(*default_limits(true).coupling));
   }
 
-  /// What sources and losses do is booked by the method's own weights, which may close over a
-  /// motion that is wrong: there half the step must not move the end of a pilot by more than a
-  /// thousandth, as a verdict by step halving has it.
+  /// The method's own weights book the works of sources and losses, so the ledger may close for a
+  /// wrong motion. With sources or losses, halving the step must not move the end of a pilot by
+  /// more than a thousandth, as in a verdict by step halving.
   bool resolved(const Trial& t) {
     if (stepped().powers.empty()) return true;
     const Trial half = run_trial(
@@ -90,7 +90,7 @@ class MethodChoice {
                     unwrapped(d, half.report.final_state)) <= 1e-3;
   }
 
-  /// Those that reach the target, the cheapest first.
+  /// The candidates that reach the target, the cheapest first.
   std::vector<Candidate> pilots() {
     std::vector<Candidate> reaching;
     for (const Declaration& d : integrators::catalogue()) {
@@ -106,7 +106,7 @@ class MethodChoice {
     return reaching;
   }
 
-  /// The largest step that is expected to do.
+  /// The largest step that is expected to reach the target.
   Candidate pilot(const Declaration& d) {
     double h = largest_step_, before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
@@ -118,14 +118,15 @@ class MethodChoice {
       }
       if (c.measured < may_be_rounding && c.measured > 0.5 * before) break;  // no step does better
       before = c.measured;
-      // By the order, but by no more than what brings a factor of 1e6, and not below rounding.
+      // By the order of the method, but by no more than a factor of 1e6 in the error, and not below
+      // rounding.
       const double wanted = std::max({target_ / c.expected, rounding / c.measured, 1e-6});
       h *= std::clamp(0.95 * std::pow(wanted, 1.0 / d.order), 0.1, 0.9);
     }
     return {.method = d};
   }
 
-  /// The choice, tried over a longer time; with a shorter step where that turned out worse.
+  /// Tries the choice over a longer time, with a shorter step if the error turned out larger.
   std::optional<Candidate> confirm(Candidate c) {
     double longer = pilot_s_;
     while (longer < scene_.duration && c.cpu_s * 2 * longer < confirmation_s * scene_.duration)
@@ -161,15 +162,15 @@ class MethodChoice {
     c.reaches = c.expected <= target_;
     while (c.reaches && t.report.cpu_s < 0.05 && t.timed < 4) spent_ += time_again(assembly_, t);
     c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
-    // What is in reach should be so at a price: half the error is worth four times the work.
+    // A compromise of error and cost: half the error is worth four times the work.
     const auto price = [](const Candidate& x) { return x.expected * std::sqrt(x.cpu_s); };
     if (!(best_.expected < HUGE_VAL) || price(c) < price(best_)) best_ = c;
     return c;
   }
 
-  /// The error after `times` the duration of a trial, the worst that is to be expected: it grows at
-  /// least like a random walk, and a chaotic motion has its extremes still to come (`safety`). A
-  /// trial of the whole duration saw all but what lies between its records.
+  /// The worst error expected after `times` the duration of a trial. It grows at least like a
+  /// random walk, and a chaotic motion may have larger extremes later (`safety`). A trial of the
+  /// whole duration misses only what lies between its records.
   static double carried_on(const Trial& t, double error, double times, double safety) {
     if (times <= 1) return 2 * error;
     const double growth = t.early_energy_error > 0
@@ -234,7 +235,7 @@ Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene) {
     if (name == "record_every") s.record_every = std::stod(value);
     if (name == "choice") s.choice = value;
   }
-  if (s.choice.empty()) s.choice = "left to auto";  // the run was not: the difference names it
+  if (s.choice.empty()) s.choice = "left to auto";  // if the run was not: the difference says so
   return s;
 }
 
@@ -249,7 +250,7 @@ Scene with_method_kept(const Scene& scene, const fs::path& out) {
     Checkpoint c;
     c.fingerprint = fingerprint(chosen);
     write_checkpoint(own, c);
-    // Whoever is first wins: a folder with something in it is not replaced.
+    // The first process wins: a folder that is not empty is not replaced.
     std::error_code taken;
     fs::rename(own, folder, taken);
     if (taken) fs::remove_all(own);

@@ -8,23 +8,23 @@
 /// method = "auto": a method and a step for an energy error, found by short pilot runs.
 namespace porthos::scene {
 
-/// The scene with method, step and a record distance put in, and why in `choice`; a scene that
-/// states its method as it is.
+/// The scene with method, step and a record distance filled in, and the reason in `choice`. A scene
+/// that states its method is returned unchanged.
 ///
-/// Pilots: every symplectic method of order 4 or more that fits; of an energy-exact one the energy
-/// says nothing about the step. Each looks for the largest step whose energy error, carried on to
-/// the whole duration by the growth it shows, stays below the target. The one that needs the least
-/// CPU time is then tried over a longer time, and its step shortened if need be. All of it takes
-/// about two seconds.
+/// Pilots are run with every symplectic method of order 4 or more that fits; the energy of an
+/// energy-exact method says nothing about the step. For each method the largest step is searched
+/// whose energy error, extrapolated to the whole duration by its observed growth, stays below the
+/// target. The method that needs the least CPU time is then tried over a longer time, and its step
+/// is shortened if necessary. All of it takes about two seconds.
 /// @throws InvalidArgument if the system has damping, or no method is expected to reach the target;
 ///   says what is in reach
 Scene with_method_chosen(const Scene& scene, const Assembly& assembly);
 
-/// The same with the choice of a run that is to be continued.
+/// The same with the choice of a run that is to be resumed.
 Scene with_method_of(const Checkpoint& checkpoint, const Scene& scene);
 
-/// The same where many processes run cases of one scene into a folder, perhaps on different
-/// machines: the choice is made once, kept in folder/parts/choice, and every process goes by it.
+/// The same for many processes that run cases of one scene into a folder, perhaps on different
+/// machines: the choice is made once and stored in folder/parts/choice, and every process uses it.
 /// @throws InvalidArgument as with_method_chosen(); for a choice that was made for another scene
 Scene with_method_kept(const Scene& scene, const std::filesystem::path& folder);
 

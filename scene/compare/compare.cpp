@@ -16,10 +16,10 @@ namespace {
 using integrators::Outcome;
 using Clock = std::chrono::steady_clock;
 
-/// Shares of the budget for what comes before the trials, and for taking their times again.
+/// Shares of the budget for the preparations and for repeated timings.
 constexpr double sensitivity_share = 0.08, reference_share = 0.08, timing_share = 0.25;
 constexpr int timings = 3;
-constexpr std::int64_t first_steps = 100;  // in which a step must prove itself
+constexpr std::int64_t first_steps = 100;  // that a step must complete
 
 /// 1, 2 or 5 times a power of ten, at most x.
 double round_down(double x) {
@@ -83,11 +83,11 @@ class ComparisonRun {
   void tell(double least_fraction = 0) const {
     if (!options_.progress) return;
     const double f = std::clamp(std::max(passed() / options_.budget_s, least_fraction), 0.0, 1.0);
-    const double pace = wall() / std::max(passed(), 1e-9);  // other programs take their share
+    const double pace = wall() / std::max(passed(), 1e-9);  // other programs use the processor too
     options_.progress(f, wall(), std::max(0.0, pace * left()));
   }
 
-  /// What the methods step: in orbit the internal motion alone.
+  /// The system the methods step: in orbit the internal motion alone.
   const phs::Description& stepped() const {
     return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
         .description();
@@ -110,13 +110,13 @@ class ComparisonRun {
       }
   }
 
-  /// High orders at coarse errors: there the sweeps to rounding are most of the work.
+  /// Methods of high order with large errors: there the sweeps to rounding are most of the work.
   static bool has_short_sweeps(const MethodTrials& m) {
     return m.method.family == "Gauss collocation" && m.method.order >= 8 && !m.short_sweeps;
   }
 
-  /// A step that works, how long trials may be, how long trajectories mean something, and the exact
-  /// one until then.
+  /// Finds a step that works, the duration of trials, the time for which trajectories can be
+  /// compared, and the reference at that time.
   void prepare() {
     c_.step_s = find_step(assembly_, guess_, first_steps, scale_);
     if (!options_.duration) shorten();
@@ -138,7 +138,7 @@ class ComparisonRun {
     }
   }
 
-  /// How long small deviations stay small.
+  /// The time for which small deviations stay small.
   double time_of_growth() try {
     c_.sensitivity = sensitivity(assembly_, scale_,
                                  {.step = c_.step_s,
@@ -172,8 +172,8 @@ class ComparisonRun {
         c_.duration_s, c_.scene_duration_s, options_.budget_s));
   }
 
-  /// The next trial of the method that has had the least so far, if it fits into the budget. False:
-  /// nothing left.
+  /// Runs the next trial of the method that has used the least time so far, if it fits into the
+  /// budget. False: nothing left.
   bool try_one() {
     size_t best = ladders_.size();
     double least = HUGE_VAL;
@@ -202,9 +202,9 @@ class ComparisonRun {
     return true;
   }
 
-  /// Times the trial again that was timed least, the shortest of them first: what disturbed a
-  /// timing (another program, a clock that rose) has passed by then. False: nothing left, or no
-  /// time.
+  /// Repeats the timing of the trial that was timed least often, the shortest first: a disturbance
+  /// of a timing (another program, a changed clock rate) has ended by then. False: nothing left, or
+  /// no time.
   bool time_once_more() {
     Trial* next = nullptr;
     for (auto& m : c_.methods)
@@ -231,7 +231,7 @@ class ComparisonRun {
     if (i + 1 < c_.methods.size() && c_.methods[i + 1].short_sweeps) shorten_sweeps(i);
   }
 
-  /// The last trial again, with sweeps that stop at the error it had.
+  /// Repeats the last trial with sweeps that stop at its error.
   void shorten_sweeps(size_t i) {
     const Trial& full = c_.methods[i].trials.back();
     const double error = c_.error_of(full);

@@ -13,16 +13,16 @@
 /// Speed against error: every method that fits a scene, over a range of steps or tolerances.
 namespace porthos::scene {
 
-/// A deviation may grow by this factor before trajectories are no longer compared.
+/// Trajectories are compared until a deviation has grown by this factor.
 inline constexpr double trajectory_growth = 1e4;
 
-/// What a comparison tries, and how long.
+/// Methods and duration of a comparison.
 struct CompareOptions {
   std::vector<std::string> methods = {};  ///< names of the catalogue; empty: all that fit
   double budget_s = 120;                  ///< CPU seconds for everything
   /// [s]; if not given, the scene's, shortened if the budget asks for it
   std::optional<double> duration = {};
-  const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: return what there is
+  const std::atomic<bool>* stop = nullptr;  ///< set by Ctrl-C: return the results so far
   /// Fraction done, wall seconds spent, wall seconds left at most.
   std::function<void(double, double, double)> progress = {};
 };
@@ -32,12 +32,13 @@ struct MethodTrials {
   integrators::Declaration method;
   std::vector<Trial> trials;
   bool cut_short = false;  ///< finer trials did not fit into the budget
-  /// Each trial repeats one of the same method above, its sweeps stopped at the error that one had.
+  /// Each trial repeats one of the same method above, with its sweeps stopped at the error of that
+  /// one.
   bool short_sweeps = false;
   std::string label() const { return method.name + (short_sweeps ? " short" : ""); }
 };
 
-/// Every trial of a comparison, and what it was held against.
+/// Every trial of a comparison, and its reference.
 struct Comparison {
   std::string title;
   double step_s = 0;                            ///< the trials began here
@@ -54,20 +55,20 @@ struct Comparison {
   double budget_s = 0, cpu_s = 0, wall_s = 0;
   bool interrupted = false;
 
-  /// Whether the error says how accurate the method is: the energy error of one that keeps any
-  /// energy does not.
+  /// Whether the error says how accurate the method is. The energy error of an energy-exact method
+  /// does not.
   bool speaks_of(const integrators::Declaration& method) const {
     return !by_energy || method.energy_exact != integrators::Claim::holds;
   }
-  /// What the comparison is about; NaN where a trial has none.
+  /// The error that is compared; NaN if a trial has none.
   double error_of(const Trial& t) const;
 };
 
 /// @throws InvalidArgument for an unknown method, or a budget or duration that is not positive
 void check(const CompareOptions& options);
 
-/// Trials run one after another on the calling thread. Their numbers are the same every time; how
-/// many fit into the budget is not.
+/// Trials run one after another on the calling thread. Their numbers are the same every time; the
+/// number of trials that fit into the budget is not.
 /// @throws InvalidArgument as check() does
 Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOptions& options);
 

@@ -14,7 +14,7 @@
 namespace porthos::scene {
 namespace {
 
-using Json = nlohmann::ordered_json;  // writes numbers that are not finite as null
+using Json = nlohmann::ordered_json;  // writes non-finite numbers as null
 
 Json number_or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
 Json number_or_null(double tolerance) { return tolerance > 0 ? Json(tolerance) : Json(nullptr); }
@@ -120,8 +120,8 @@ std::vector<std::string> row(const MethodTrials& m, const Trial& t) {
           t.trajectory_error ? digits(*t.trajectory_error) : "-"};
 }
 
-/// A failed trial's reason is long and must not widen a column: it is cut off the table and put
-/// back as a line's end.
+/// A failed trial's reason is long and must not widen a column: it is removed from the table and
+/// appended at the end of its line.
 std::string rows_text(const Comparison& c) {
   TextRows rows{{"method", "step", "CPU [s]", "steps", "evaluations", "energy", "growth",
                  "lin. mom.", "ang. mom.", "|quat.|", "trajectory"}};

@@ -7,13 +7,13 @@ namespace porthos::scene {
 namespace {
 
 constexpr std::int64_t first_digit = 4, last_digit = 13;  // tolerances 1e-4 … 1e-13
-constexpr double outputs = 256;                           // of a run that works to a tolerance
+constexpr double outputs = 256;                           // of a run with a tolerance
 constexpr double fewest_steps = 8;                        // in a trial
 constexpr size_t most_rungs = 40;
 constexpr double round_off = 1e-11;  // below this an error may be rounding
 constexpr double useless = 0.1;      // an error that needs no coarser trial
 
-/// Steps shrink by what cuts the error thirtyfold, at most in half.
+/// Steps shrink by the factor that reduces the error thirtyfold, at most by half.
 double ratio_of(int order) {
   return order > 0 ? std::clamp(std::pow(30.0, 1.0 / order), 1.2, 2.0) : 2.0;
 }
@@ -80,12 +80,12 @@ void Ladder::finer(const Rung& r) {
   no_better_ = r.good && r.error > 0.5 * best_ && best_ < round_off ? no_better_ + 1 : 0;
   if (r.good) best_ = std::min(best_, r.error);
   if (no_better_ >= (best_ < 1e-14 ? 1 : 2) || best_ == 0) return end();
-  // The first trial decides: if it was good, there is something to be found on the coarse side.
+  // The first trial decides: if it was good, coarser steps are worth trying.
   const bool good_start = phase_ == Phase::first && r.good && !tolerance_;
   if (good_start && r.error < useless && below(r.n) >= fewest_)
     return seek(Phase::coarser, below(r.n));
   seek(Phase::finer, above(r.n));
-  // A step that breaks down is far off: halve it.
+  // A step that breaks down is far too long: halve it.
   if (!r.good && !tolerance_) n_ = std::max(n_, 2 * r.n);
 }
 

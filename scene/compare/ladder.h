@@ -7,10 +7,10 @@
 
 namespace porthos::scene {
 
-/// Which settings of a method a comparison tries, one after another: from the first guess to
-/// coarser ones until the method breaks down, then to finer ones until rounding takes over. Steps
-/// are time/n, so that all meet at `time`; of methods that work to a tolerance it is relative
-/// tolerances from 1e-4 to 1e-13.
+/// The settings of a method that a comparison tries, one after another: from the first guess to
+/// coarser ones until the method breaks down, then to finer ones until rounding dominates. Steps
+/// are time/n, so that all end at `time`; methods with a tolerance take relative tolerances from
+/// 1e-4 to 1e-13.
 class Ladder {
  public:
   /// @param time  [s] that all steps divide;  duration  [s] of a trial;  guess  [s] step of the
@@ -18,12 +18,13 @@ class Ladder {
   Ladder(const integrators::Declaration& method, double time, double duration, double guess);
 
   const integrators::Declaration& method() const { return method_; }
-  /// The next setting, or nothing when all that is worth trying has been tried.
+  /// The next setting; empty when all useful settings have been tried.
   std::optional<Setting> next() const;
-  /// CPU seconds the next trial is going to take, by those before it; 0 for the first.
+  /// Estimated CPU seconds of the next trial, from the previous ones; 0 for the first.
   double predicted_s() const;
   double spent_s() const { return spent_; }
-  /// Learns from a trial of next(). error: what the comparison is about; NaN where there is none.
+  /// Takes the result of a trial of next(). error: the error that is compared; NaN if there is
+  /// none.
   void take(const Trial& trial, double error);
   /// Adds to what the method has cost.
   void also_spent(double cpu_s) { spent_ += cpu_s; }

@@ -8,12 +8,12 @@
 
 namespace porthos::scene {
 
-/// A step at which gauss8 takes `steps` steps from the start without trouble: the largest of guess,
-/// guess/2, guess/4, … that does. `scale` sees the states passed. @throws InvalidArgument if there
-/// is none
+/// A step with which gauss8 takes `steps` steps from the start without failure: the largest of
+/// guess, guess/2, guess/4, … that works. `scale` sees the states passed. @throws InvalidArgument
+/// if there is none
 double find_step(const Assembly& assembly, double guess, std::int64_t steps, StateScale& scale);
 
-/// How long the growth of small deviations is followed.
+/// Limits for following the growth of small deviations.
 struct SensitivityOptions {
   double step = 0, duration = 0;  ///< [s]
   std::int64_t most_steps = 20000;
@@ -22,7 +22,7 @@ struct SensitivityOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// How a small deviation at the start grows, seen over some time.
+/// The growth of a small deviation at the start over some time.
 struct Sensitivity {
   double step_s = 0, observed_s = 0;
   double growth = 1;  ///< of the deviation over that time
@@ -36,9 +36,9 @@ struct Sensitivity {
   double time_of_growth(double factor) const;
 };
 
-/// A tangent vector along a run of gauss16, carried by dual numbers through the very steps, so that
-/// it is neither too small for rounding nor too large to be linear. Its start is a fixed
-/// pseudo-random direction, its size is taken by `scale`.
+/// Carries a tangent vector along a run of gauss16 by dual numbers through the actual steps, so it
+/// is neither too small for rounding nor too large to be linear. It starts in a fixed pseudo-random
+/// direction; `scale` measures its size.
 Sensitivity sensitivity(const Assembly& assembly, const StateScale& scale,
                         const SensitivityOptions& options);
 

@@ -14,8 +14,8 @@ using integrators::Outcome;
 using phs::Quad;
 
 constexpr int reference_stages = 12;
-constexpr double unit = 1e-19;    // of the numbers that are handed on
-constexpr double agreed = 1e-17;  // nothing in double is nearer than this to anything
+constexpr double unit = 1e-19;    // of the numbers passed on
+constexpr double agreed = 1e-17;  // differences in double are not smaller
 constexpr int most_halvings = 5;
 
 std::unique_ptr<integrators::BasicIntegrator<Quad>> make(const Assembly& a, Quad h) {
@@ -47,7 +47,7 @@ std::optional<std::vector<long double>> run(const Assembly& a, double time, std:
   const double start = thread_cpu_now();
   for (std::int64_t i = 0; i < n; ++i) {
     if (stop && stop->load(std::memory_order_relaxed)) return {};
-    // After two steps it is known what the rest will take.
+    // After two steps the total time can be estimated.
     if (i >= 2 && (thread_cpu_now() - start) * double(n) / double(i) > cpu_limit) return {};
     if (method->step(s) != Outcome::ok) return {};
   }
@@ -79,7 +79,7 @@ std::optional<ReferenceState> converge(const Assembly& a, const StateScale& scal
     }
     if (before) {
       const double error = std::max(distance(scale, *x, *before), unit);
-      if (best && !(error < 0.5 * best->error)) break;  // rounding is all that is left
+      if (best && !(error < 0.5 * best->error)) break;  // only rounding is left
       best.emplace();
       best->time = o.time;
       best->x = *x;

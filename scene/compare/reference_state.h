@@ -6,13 +6,13 @@
 
 namespace porthos::scene {
 
-/// A state of the exact motion as far as it could be found out, and how far that is.
+/// A state of the exact motion, as far as it could be computed, and its accuracy.
 struct ReferenceState : KnownState {
   std::string made_by;  ///< "Gauss collocation, 12 stages, 113 bits, step 0.05 s"
   double error = 0;     ///< difference of the last two runs, one with twice the step of the other
 };
 
-/// Where a reference is wanted, and what it may cost.
+/// The time of a reference, and its allowed cost.
 struct ReferenceOptions {
   double time = 0;  ///< [s]
   double step = 0;  ///< [s] at which gauss methods converge; time is a multiple of it
@@ -21,7 +21,7 @@ struct ReferenceOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Runs with steps 2h, h, h/2, … until two agree as well as they can. Nothing if none did.
+/// Runs with steps 2h, h, h/2, … until two agree as well as they can. Empty if none did.
 std::optional<ReferenceState> reference_state(const Assembly& assembly, const StateScale& scale,
                                               const ReferenceOptions& options);
 

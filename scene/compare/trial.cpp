@@ -15,7 +15,7 @@ namespace {
 using integrators::Outcome;
 
 constexpr double short_s = 0.05;  // trials below this are repeated,
-constexpr int most_repeats = 5;   // so often at most
+constexpr int most_repeats = 5;   // at most so often
 
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& s) {
   integrators::Options o;

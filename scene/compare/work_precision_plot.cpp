@@ -224,8 +224,8 @@ class Plot {
     svg_->marker(l.shape, d.x, d.y, rival ? 3.6 : 3.2, rival ? "#ffffff" : l.colour, l.colour);
   }
 
-  /// The name beside the line, where there is room for it: on no dot and no other name, if possible
-  /// on no line. The legend names every line anyway.
+  /// Writes the name beside the line if there is room for it: on no dot and no other name, and if
+  /// possible on no line. The legend names every line in any case.
   void label(const Line& l) {
     const std::string name = l.of->label();
     const double w = 1.08 * text_width(name, label_size);

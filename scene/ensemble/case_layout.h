@@ -12,14 +12,14 @@
 
 namespace porthos::scene {
 
-/// Where the numbers of a last state go, by their names: "elbow", "p(elbow)", "base.attitude[0]".
+/// Columns of the numbers of a last state, by their names: "elbow", "p(elbow)", "base.attitude[0]".
 ///
-/// A case whose mechanism changes ends in one of several. There is a column for every number that
-/// any of them has, those of the start first: so that a name means the same in every case, whatever
-/// happened in it.
+/// A case whose mechanism changes ends in one of several mechanisms. There is a column for every
+/// number of any of them, those of the start first. So a name means the same in every case,
+/// whatever happened in it.
 class StateColumns {
  public:
-  /// @param models  the systems a case may end in, that of the start first
+  /// @param models  the systems in which a case may end, that of the start first
   explicit StateColumns(std::span<const std::shared_ptr<const phs::Model>> models);
 
   const std::vector<std::string>& numbers() const { return numbers_; }
@@ -30,7 +30,7 @@ class StateColumns {
   /// @throws InvalidArgument for a number that has no column
   void put(const phs::Description& d, const phs::State& s, std::span<double> x,
            std::span<double> lo, std::span<std::int64_t> turns) const;
-  /// A joint that is locked keeps its position; it has no momentum.
+  /// A locked joint keeps its position; it has no momentum.
   void put_locked(const std::string& joint, const mechanics::LockedJoint& at, std::span<double> x,
                   std::span<double> lo, std::span<std::int64_t> turns) const;
 
@@ -39,8 +39,8 @@ class StateColumns {
   std::map<std::string, size_t> number_at_, angle_at_;
 };
 
-/// What is kept of a case of an ensemble: a row of 8-byte numbers, integers by their bits, the last
-/// a digest of the others.
+/// The results of a case of an ensemble: a row of 8-byte numbers, integers by their bits; the last
+/// is a digest of the others.
 struct CaseLayout {
   size_t columns, nx, turns, events;
   CaseLayout(size_t columns_, const StateColumns& state, size_t events_);
@@ -52,19 +52,19 @@ struct CaseLayout {
   size_t x() const { return inputs + columns; }
   size_t low() const { return x() + nx; }
   size_t turn() const { return low() + nx; }  ///< integers
-  /// When each event happened [s] and what it dissipated [J]; NaN: it never did.
+  /// The time of each event [s] and the energy it dissipated [J]; NaN: it never happened.
   size_t event_time() const { return turn() + turns; }
   size_t event_loss() const { return event_time() + events; }
   size_t digest() const { return event_loss() + events; }
   size_t size() const { return digest() + 1; }
 
-  /// Completes a row by its digest.
+  /// Sets the digest of a row.
   void seal(std::span<double> row) const;
   bool sound(std::span<const double> row) const;
 };
 
-/// How a case ended: an integrators::Outcome, that it could not begin, or that an event could not
-/// be.
+/// How a case ended, in addition to integrators::Outcome: it could not begin, or an event was
+/// impossible.
 inline constexpr int case_refused = 4, case_event_refused = 5;
 const char* case_status(int status);
 

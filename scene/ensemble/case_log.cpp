@@ -78,7 +78,7 @@ void CaseLog::find_end() {
 }
 
 CaseLog::Place CaseLog::append(std::span<const double> row) {
-  // Handed to the operating system at once: a process that is killed loses no case that was done.
+  // Passed to the operating system at once: a killed process loses no finished case.
   if (std::fseek(file_.get(), 0, SEEK_END) != 0 ||
       std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size() ||
       std::fflush(file_.get()) != 0)

@@ -12,8 +12,9 @@
 
 namespace porthos::scene {
 
-/// Append-only file of the cases that are done, in the order they were. While it is open no second
-/// process can open it. What a crash left of a row at its end is cut off: that case is done again.
+/// Append-only file of the finished cases, in the order in which they finished. While it is open no
+/// other process can open it. An incomplete row at its end, left by a crash, is removed, and its
+/// case is run again.
 class CaseLog {
  public:
   /// Starts a log, or continues one.
@@ -27,7 +28,7 @@ class CaseLog {
   Place append(std::span<const double> row);
   void sync();
   void read(Place place, std::span<double> row) const;
-  /// Every sound row there was: seen(row, place).
+  /// Calls seen(row, place) for every valid row.
   template <class Seen>
   void each(Seen seen) const {
     std::vector<double> row(layout_.size());

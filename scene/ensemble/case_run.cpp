@@ -12,10 +12,10 @@ namespace {
 
 using integrators::Outcome;
 
-/// As the dataset "passed" has it: 0 failed, 1 passed, 2 not judged.
+/// Number in the dataset "passed": 0 failed, 1 passed, 2 not judged.
 std::int64_t number_of(Verdict v) { return v == Verdict::pass ? 1 : v == Verdict::fail ? 0 : 2; }
 
-/// What is kept of a case, as it is filled in.
+/// The results of a case while they are filled in.
 class CaseRow {
  public:
   CaseRow(const Ensemble& e, std::int64_t index, std::span<const double> values)
@@ -25,7 +25,7 @@ class CaseRow {
     std::fill_n(row_.begin() + long(l_.event_time()), 2 * l_.events, std::nan(""));
   }
 
-  /// Where it ended: a state of this assembly.
+  /// Sets the final state, of this assembly.
   void end(const Assembly& a, double time, const phs::State& reached) {
     WorldView view(a);
     const phs::State& last = view(time, reached);
@@ -79,7 +79,7 @@ class CaseRow {
   std::vector<double> row_;
 };
 
-/// The scene of a case: that of the ensemble, as it was read, with the numbers of the case.
+/// The scene of a case: the ensemble's scene as read, with the numbers of the case.
 Scene scene_of(const Ensemble& e, std::span<const double> values) {
   const Scene& nominal = e.scene();
   Scene s = read_variation(nominal, e.sampler().replacements(values));
@@ -106,7 +106,7 @@ class LaneCase final : public ensemble::BatchRun {
   LaneCase(const Ensemble& e, std::int64_t index, const CaseDone& done)
       : e_(e), index_(index), done_(done) {}
 
-  /// A case whose numbers the model refuses takes no step.
+  /// A case whose numbers the model refuses takes no steps.
   void prepare() override {
     values_ = e_.sampler().values(index_);
     assembly_ = e_.assembly();

@@ -48,7 +48,7 @@ CaseStore::CaseStore(const Ensemble& ensemble, const fs::path& out, Part part, b
     throw InvalidArgument(
         fmt::format("{} holds an unfinished ensemble: use --resume to continue it, or remove {}",
                     folder_.parent_path().string(), folder_.string()));
-  if (part.whole())  // the logs of the parts are continued by the whole
+  if (part.whole())  // the whole continues the logs of the parts
     for (const auto& path : paths)
       if (path != own)
         logs_.push_back(std::make_unique<CaseLog>(path, ensemble.layout(), ensemble.identity()));
@@ -72,7 +72,7 @@ void CaseStore::take_in(int log) {
 
 void CaseStore::add(std::span<const double> row) {
   const std::int64_t i = integer(row[ensemble_.layout().index]);
-  if (has(i)) return;  // done twice, with the same bits
+  if (has(i)) return;  // done twice, same bits
   place_[size_t(i)] = {int(logs_.size()) - 1, own_->append(row)};
   ++done_;
   if (part_.has(i)) ++part_done_;

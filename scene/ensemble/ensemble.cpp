@@ -16,8 +16,8 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
       .rtol = s.rtol, .port_work = !d.powers.empty(), .iteration_tolerance = s.iteration_tolerance};
 }
 
-/// Whether the cases of a scene are steps of one size by one method and nothing else, which lanes
-/// take.
+/// Whether the cases of a scene consist only of steps of one size by one method, so that lanes can
+/// take them.
 bool is_plain(const Scene& s) {
   return s.events.empty() && !s.monitor && !s.orbit &&
          s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&
@@ -25,7 +25,7 @@ bool is_plain(const Scene& s) {
                       [](const Element& e) { return e.thruster || e.torquer; });
 }
 
-/// The systems a case may end in.
+/// The systems in which a case may end.
 std::vector<std::shared_ptr<const phs::Model>> systems_of(const Scene& s, const Assembly& a) {
   if (s.events.empty()) return {a.model};
   return rehearse(s, a);

@@ -13,9 +13,9 @@
 /// Ensembles: the runs of a scene's [ensemble], by one process, by parts of a job array, or by the
 /// ranks of MPI.
 ///
-/// A case is known by its index alone, and what is kept of it does not depend on who runs it, when,
-/// or beside what others. Cases that are done go to a log each process has for itself,
-/// out/parts/K_of_N.bin; when none is missing they become ensemble.h5, in the order of their index.
+/// A case is identified by its index alone, and its results do not depend on who runs it, when, or
+/// with which other cases. Finished cases go to a log of each process, out/parts/K_of_N.bin; when
+/// none is missing they become ensemble.h5, in the order of their index.
 namespace porthos::scene {
 
 /// A scene with its ensemble, ready to be run. Immutable; shared by threads.
@@ -31,9 +31,9 @@ class Ensemble {
   const CaseSampler& sampler() const { return sampler_; }
   const StateColumns& state_columns() const { return state_columns_; }
   const CaseLayout& layout() const { return layout_; }
-  /// Whether all cases are of one model, which they share: they differ in their start alone.
+  /// Whether all cases share one model: they differ in their start alone.
   bool one_model() const { return one_model_; }
-  /// Whether the cases may share lanes. The others are run as `porthos run` runs them, one to a
+  /// Whether the cases may share SIMD lanes. The others are run as by `porthos run`, one per
   /// thread.
   bool in_lanes() const { return in_lanes_; }
   /// What must agree for a log of cases to be continued, or to be joined.
@@ -44,8 +44,8 @@ class Ensemble {
     bool lanes = true;  ///< off: a control
     const std::atomic<bool>* stop = nullptr;
   };
-  /// Runs cases: next() gives their indices (-1: none left), done(row) takes what is kept of them.
-  /// Both are called by one thread at a time, but not by the same.
+  /// Runs cases: next() gives their indices (-1: none left), done(row) receives their results. Each
+  /// is called by one thread at a time, but not always by the same.
   void work(const std::function<std::int64_t()>& next,
             const std::function<void(std::span<const double>)>& done,
             const WorkOptions& options) const;
@@ -63,7 +63,7 @@ class Ensemble {
   bool one_model_, in_lanes_;
 };
 
-/// Part k of n, from 1: the cases whose index leaves the rest k - 1 when divided by n.
+/// Part k of n, from 1: the cases whose index has the remainder k - 1 when divided by n.
 struct Part {
   std::int64_t k = 1, n = 1;
   bool has(std::int64_t index) const { return index % n == k - 1; }
@@ -72,17 +72,17 @@ struct Part {
 /// "2/8". @throws InvalidArgument "--part: ..." if it is none
 Part part_of(const std::string& text);
 
-/// The cases of an ensemble that are done, in out/parts.
+/// The finished cases of an ensemble, in out/parts.
 class CaseStore {
  public:
-  /// Takes in every log in the folder, and appends to the one of `part`.
-  /// @throws InvalidArgument for a log of another ensemble, one that is in use, or without `resume`
-  ///   one of this part
+  /// Reads every log in the folder, and appends to the log of `part`.
+  /// @throws InvalidArgument for a log of another ensemble, one that is in use, or, without
+  /// `resume`, one of this part
   CaseStore(const Ensemble& ensemble, const std::filesystem::path& out, Part part, bool resume);
 
   void add(std::span<const double> row);
   bool has(std::int64_t index) const { return place_[size_t(index)].log >= 0; }
-  /// The first case of the part from `from` on that is not done; -1: none.
+  /// The first unfinished case of the part, from `from` on; -1: none.
   std::int64_t missing(std::int64_t from) const;
   std::int64_t done() const { return done_; }        ///< of all cases
   std::int64_t of_part() const { return of_part_; }  ///< how many cases the part has
@@ -113,24 +113,24 @@ class CaseStore {
 inline constexpr double quantile_levels[] = {0, 0.05, 0.25, 0.5, 0.75, 0.95, 1};
 struct Spread {
   double quantiles[std::size(quantile_levels)] = {};
-  std::int64_t worst = -1;  ///< the case of the largest
+  std::int64_t worst = -1;  ///< the case with the largest
 };
 
-/// An event over the cases.
+/// Statistics of an event over the cases.
 struct EventSpread {
   std::string name;
-  std::int64_t happened = 0;  ///< in so many cases
+  std::int64_t happened = 0;  ///< number of cases
   Spread time;                ///< of those [s]
 };
 
 /// How the cases of an ensemble ended.
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
-  std::int64_t not_judged = 0;                   ///< none of their checks tells of the motion
-  std::map<std::string, std::int64_t> failures;  ///< cases that did not run to their end, by why
-  Spread energy, linear, angular;   ///< of the cases that did: relative errors, maxima over the run
-  std::vector<EventSpread> events;  ///< as the scene has them, in all cases
-  std::vector<std::int64_t> not_passed;        ///< the first ten
+  std::int64_t not_judged = 0;                   ///< none of their checks is telling
+  std::map<std::string, std::int64_t> failures;  ///< cases that did not reach their end, by reason
+  Spread energy, linear, angular;        ///< of the others: relative errors, maxima over the run
+  std::vector<EventSpread> events;       ///< in the order of the scene, over all cases
+  std::vector<std::int64_t> not_passed;  ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;
   std::int64_t run_here = 0;  ///< cases this process (and its ranks) ran
@@ -141,12 +141,12 @@ struct EnsembleReport {
   }
 };
 
-/// Which cases are run, where, and how.
+/// Selects which cases are run, where, and how.
 struct EnsembleOptions {
   std::string out = "results";
   Part part = {};
   bool resume = false;
-  bool join = false;  ///< run nothing, put together what parts have left
+  bool join = false;  ///< run nothing, join the results of the parts
   int threads = 0;
   bool lanes = true;
   const std::atomic<bool>* stop = nullptr;
@@ -168,13 +168,12 @@ class CaseProgress {
   double start_, last_ = 0;
 };
 
-/// Runs the cases that are missing and, when the whole ensemble is there, writes ensemble.h5,
-/// ensemble.json and ensemble.svg: the same bytes for any number of threads, parts, ranks and
-/// interruptions.
+/// Runs the missing cases. When the ensemble is complete, writes ensemble.h5, ensemble.json and
+/// ensemble.svg: the same bytes for any number of threads, parts, ranks and interruptions.
 /// @throws InvalidArgument as Ensemble and CaseStore
 EnsembleReport run_ensemble(const Ensemble& ensemble, const EnsembleOptions& options);
 
-/// Writes the results if every case is there, and removes the logs then.
+/// Writes the results if every case is finished, and then removes the logs.
 EnsembleReport finish_ensemble(const Ensemble& ensemble, CaseStore& store,
                                const EnsembleOptions& options);
 

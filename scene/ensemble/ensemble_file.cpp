@@ -127,7 +127,7 @@ Spread spread_of(const std::vector<std::pair<double, std::int64_t>>& unsorted) {
   return s;
 }
 
-/// What the cases of a store come to.
+/// The report over the cases of a store.
 EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   EnsembleReport r;
   const CaseLayout& l = e.layout();
@@ -231,7 +231,7 @@ void write_ensemble(const std::filesystem::path& folder, const Ensemble& e, cons
 EnsembleReport finish_ensemble(const Ensemble& e, CaseStore& store, const EnsembleOptions& o) {
   EnsembleReport r = report_of(e, store);
   if (r.done < r.cases) return r;
-  // A last part does not write what --join is for: another may be writing it too.
+  // The last part does not write what --join writes: another process may be writing it too.
   if (!o.part.whole()) return r;
   write_ensemble(o.out, e, store, r);
   r.complete = true;

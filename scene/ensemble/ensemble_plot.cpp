@@ -24,7 +24,7 @@ struct Histogram {
   std::vector<std::int64_t> count = {};
 };
 
-/// The decades all errors lie in. An error of exactly 0 counts at the left end.
+/// The decades that contain all errors. An error of exactly 0 counts at the left end.
 struct Axis {
   int low = -17, high = -12;
   int bins() const { return (high - low) * bins_per_decade; }

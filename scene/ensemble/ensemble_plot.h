@@ -5,7 +5,7 @@
 
 namespace porthos::scene {
 
-/// How the errors of the cases are spread, as an SVG document: a histogram per invariant on a
+/// The distribution of the errors of the cases, as an SVG document: a histogram per invariant on a
 /// logarithmic axis, with the median, the 95 % quantile and the limit of the verdict.
 std::string ensemble_plot(const Ensemble& ensemble, const CaseStore& store,
                           const EnsembleReport& report);

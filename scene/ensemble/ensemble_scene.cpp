@@ -86,7 +86,7 @@ class EnsembleReader {
                          draws, ensemble::Sobol::most_dimensions));
   }
 
-  /// A quantity, or one per joint for a '*'.
+  /// Adds a quantity, or one per joint for a '*'.
   void add(const std::string& key, const toml::source_region& at, const toml::node& node) {
     Quantity q{key, distribution(key, node), file_.at(at)};
     const size_t star = key.find('*');
@@ -167,7 +167,8 @@ class EnsembleReader {
     e_.cases = std::int64_t(e_.rows.size());
   }
 
-  /// Refuses a quantity the scene has no place for, in the words of whoever misses it.
+  /// Refuses a quantity that has no place in the scene, with the message of the reader that refuses
+  /// it.
   void try_out(const Quantity& q) const {
     static const Names first = {"initial",  "environment", "model",  "element",
                                 "actuator", "body",        "planet", "orbit"};
@@ -186,7 +187,7 @@ class EnsembleReader {
       const Scene s = read_variation(scene_, std::span(&r, 1));
       is_of_start(q.key) ? (void)start_of(s, assembly_) : (void)assemble(s);
     } catch (const InvalidArgument& error) {
-      std::string why = error.what();  // a number put in its place stands nowhere in the file
+      std::string why = error.what();  // a replaced number has no place in the file
       if (const std::string nowhere = scene_.path + ":1:1: "; why.starts_with(nowhere))
         why.erase(0, nowhere.size());
       refuse(q.where, fmt::format("\"{}\" with {:g}: {}", q.key, r.values[0], why));

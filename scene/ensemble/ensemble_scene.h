@@ -9,14 +9,13 @@
 #include "scene/assemble/assembly.h"
 #include "scene/read/variation.h"
 
-/// The [ensemble] of a scene: many runs of it that differ in some of its numbers. Keys:
-/// docs/ensemble.md.
+/// The [ensemble] of a scene: many runs that differ in some of its numbers. Keys: docs/ensemble.md.
 namespace porthos::scene {
 
 /// A key of the scene that differs from case to case.
 struct Quantity {
   std::string key;                           ///< see Replacement
-  ensemble::Distribution distribution = {};  ///< unused where a table says the values
+  ensemble::Distribution distribution = {};  ///< unused if a table has the values
   std::string where = {};                    ///< "file:line:column"
   int size() const { return distribution.size(); }
 };
@@ -30,25 +29,24 @@ struct EnsembleScene {
   std::string table_path, table_text;  ///< of a CSV file; empty: sampled
   std::vector<std::vector<double>> rows = {};  ///< of it, one per case
 
-  /// Numbers a case is made of: those of each quantity, one after another.
+  /// How many numbers define a case: those of each quantity, one after another.
   int columns() const;
   /// "initial.base.attitude_wxyz[0]", …
   std::vector<std::string> column_names() const;
 };
 
 /// Reads [ensemble] of a scene that has been read, and tries each quantity on it.
-/// @throws InvalidArgument with one sentence "file:line:column: …", for a missing table, unknown
-///   keys, a quantity the scene has no place for, a distribution that is empty or unknown, a broken
-///   table
+/// @throws InvalidArgument "file:line:column: …", for a missing table, unknown keys, a quantity
+/// that has no place in the scene, a distribution that is empty or unknown, a broken table
 EnsembleScene read_ensemble(const Scene& scene, const Assembly& assembly);
 
-/// The numbers of each case, by its index alone.
+/// The numbers of each case, determined by its index alone.
 class CaseSampler {
  public:
   explicit CaseSampler(const EnsembleScene& e);
   /// Size EnsembleScene::columns().
   std::vector<double> values(std::int64_t index) const;
-  /// What they replace in the scene.
+  /// The replacements in the scene for `values`.
   std::vector<Replacement> replacements(std::span<const double> values) const;
 
  private:

@@ -40,8 +40,8 @@ bool write_attribute(hid_t object, const std::string& name, double value) {
 }  // namespace
 
 Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
-  // After a failed close HDF5 before 1.14 stumbles over its own freed file in its exit handler
-  // (h5py issue 914), so it gets none: our files are closed by their owners.
+  // After a failed close, HDF5 before 1.14 fails in its exit handler on a file it has already freed
+  // (h5py issue 914). So the handler is not installed; the owners close our files.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
@@ -81,7 +81,7 @@ Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
   }
   const hid_t type = kind == Kind::real ? H5T_IEEE_F64LE : H5T_STD_I64LE;
   const Owned access(H5Pcreate(H5P_DATASET_ACCESS));
-  H5Pset_chunk_cache(access, 1, 0, 1);  // whole chunks are written once: a cache would only grow
+  H5Pset_chunk_cache(access, 1, 0, 1);  // whole chunks are written once: a cache has no use
   const hid_t id = H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, access);
   require(id >= 0);
   return Dataset(this, id, columns);

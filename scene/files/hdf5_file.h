@@ -19,8 +19,8 @@ class Hdf5File {
 
   void group(const std::string& name);
 
-  /// A chunked, shuffled and deflated dataset of rows × columns, or of `rows` numbers
-  /// for columns = 0.
+  /// A chunked, shuffled and deflated dataset of rows × columns; columns = 0 makes a vector of
+  /// `rows` numbers.
   enum class Kind { real, integer };
   class Dataset {
    public:
@@ -51,7 +51,7 @@ class Hdf5File {
   void attribute(const std::string& object, const std::string& name, const std::string& text);
   void attribute(const std::string& object, const std::string& name, double value);
 
-  /// Finishes the file and brings it to the disk.
+  /// Completes the file and flushes it to the disk.
   void close();
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 #include <hdf5.h>
 
-/// For the two files that speak to HDF5: never included by a public header.
+/// For the two files that call HDF5; no public header includes it.
 namespace porthos::scene {
 
 /// Closes an id of any kind.

@@ -11,15 +11,15 @@
 namespace porthos::scene {
 namespace {
 
-/// A file from somewhere may declare any size: none is allocated that the bytes behind it cannot
-/// fill (deflate shrinks 1032 times at most).
+/// An unknown file may declare any size. Memory is allocated only for as much data as the stored
+/// bytes can hold (deflate compresses at most 1032 times).
 bool is_filled(hid_t data, hid_t type, const std::vector<hsize_t>& shape) {
   double bytes = double(H5Tget_size(type));
   for (const hsize_t n : shape) bytes *= double(n);
   return bytes <= 1032.0 * double(H5Dget_storage_size(data));
 }
 
-/// What a dataset is, or false if it is nothing that Hdf5File writes.
+/// Describes a dataset; false if Hdf5File does not write such a dataset.
 bool describe(hid_t data, Hdf5Reader::Dataset& d) {
   using Kind = Hdf5Reader::Kind;
   const Owned type(H5Dget_type(data)), space(H5Dget_space(data));
@@ -46,7 +46,7 @@ bool describe(hid_t data, Hdf5Reader::Dataset& d) {
   return true;
 }
 
-/// The one text of fixed length behind `read`, without the zeros it is filled up with.
+/// The single text of fixed length that `read` reads, without its zero padding.
 std::string fixed_text(hid_t type, hid_t space, const std::function<herr_t(void*)>& read) {
   if (H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1) return {};
   std::string text(H5Tget_size(type), '\0');

@@ -7,11 +7,11 @@
 
 namespace porthos::scene {
 
-/// An HDF5 file as Hdf5File writes them, for reading. Ids are closed by their owners.
+/// Reads an HDF5 file as written by Hdf5File. Ids are closed by their owners.
 class Hdf5Reader {
  public:
-  /// @throws InvalidArgument "cannot read <path>: ..." as every function here: no such file, not
-  ///   HDF5, cut off, damaged, or no such dataset
+  /// @throws InvalidArgument "cannot read <path>: ..." as every function here: there is no such
+  /// file or dataset, or the file is not HDF5, truncated or damaged
   explicit Hdf5Reader(const std::filesystem::path& path);
   ~Hdf5Reader();
   Hdf5Reader(const Hdf5Reader&) = delete;
@@ -21,22 +21,22 @@ class Hdf5Reader {
   struct Dataset {
     Kind kind = Kind::real;
     std::vector<std::int64_t> shape;  ///< rows, or rows and columns
-    bool filled = true;               ///< false: more is declared than the file holds
+    bool filled = true;               ///< false: the file declares more data than it holds
     std::int64_t size() const;
   };
-  /// Every dataset by its path ("state/elbow"), in the order of the names.
+  /// Every dataset by its path ("state/elbow"), ordered by name.
   const std::map<std::string, Dataset>& datasets() const { return datasets_; }
-  /// @throws InvalidArgument for an unknown name, with those that are like it
+  /// @throws InvalidArgument for an unknown name; the message lists similar names
   const Dataset& dataset(const std::string& name) const;
 
   /// The whole dataset, row by row. to: dataset(name).size() numbers.
   void read(const std::string& name, double* to) const;
   void read(const std::string& name, std::int64_t* to) const;
-  /// Some rows of it only: rows × columns numbers.
+  /// Reads some rows only: rows × columns numbers.
   void read_rows(const std::string& name, std::int64_t first, std::int64_t rows, double* to) const;
   std::string text(const std::string& name) const;
 
-  /// Attributes of a dataset or group ("/": of the file).
+  /// Attributes of a dataset or group ("/" is the file).
   std::map<std::string, std::string> texts(const std::string& object) const;
   std::map<std::string, double> numbers(const std::string& object) const;
 

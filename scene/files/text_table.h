@@ -8,7 +8,8 @@ namespace porthos::scene {
 
 using TextRows = std::vector<std::vector<std::string>>;
 
-/// Rows as lines of text in columns two blanks apart, each line after `indent`. No trailing blanks.
+/// Rows as lines of text: columns are two blanks apart, `indent` precedes each line, and no line
+/// ends in blanks.
 inline std::string aligned(const TextRows& rows, const std::string& indent = "") {
   std::vector<std::size_t> width;
   for (const auto& row : rows) {

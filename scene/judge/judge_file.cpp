@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 
 double speed_of(const CentreOfMass::Vec& v) { return double(std::sqrt(dot(v, v))); }
 
-/// A model with the works of given torques in its ledger. The torques are known at records only:
-/// nothing integrates it.
+/// A model with the works of given torques in its ledger. The torques are known only at the
+/// records, so it is not integrated.
 class UnderTorques : public phs::ModelFor<UnderTorques> {
  public:
   UnderTorques(std::shared_ptr<const phs::Model> model, const std::vector<std::string>& joints)
@@ -73,7 +73,7 @@ void add_notes(RunReport& r, const std::string& file, size_t rows, size_t powers
         "rows, whose error stands in the defect of the balance");
 }
 
-/// How far the centre of mass leaves the course of free fall, over its greatest speed.
+/// Checks the deviation of the centre of mass from free fall, relative to its greatest speed.
 void check_centre(RunReport& r, const Scene& scene, double off_course, double fastest) {
   r.linear_momentum_error = fastest > 0 ? off_course / fastest : off_course;
   const double limit = scene.verify.linear_momentum.value_or(1e-10);
@@ -156,7 +156,7 @@ RunReport judge_file(const JudgeOptions& o) {
   judge(r, scene, method, meter);
   if (centre_out) {
     check_centre(r, scene, off_course, fastest);
-    a.centre.reset();  // the records are of the world as they are
+    a.centre.reset();  // the records are in the world frame
   }
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;
   write_results(o.out, scene, a, r, log_path);

@@ -13,11 +13,11 @@ struct JudgeOptions {
   std::string out;  ///< results folder
 };
 
-/// The verdict for a trajectory another program made: energy, momenta, attitude norm, growth law
-/// and the balance with the work of the torques, as of a run of our own; run.h5 and summary.json go
-/// into the folder.
-/// @throws InvalidArgument in one sentence with file and line: a missing column, a value that is no
-///   number, time that does not go forward, a map that does not fit the model
+/// The verdict for a trajectory of another program: energy, momenta, attitude norm, growth law and
+/// the balance with the work of the torques, as for a run of Porthos. run.h5 and summary.json are
+/// written into the folder.
+/// @throws InvalidArgument with file and line: a missing column, a value that is not a number, time
+/// that does not increase, a map that does not fit the model
 RunReport judge_file(const JudgeOptions& options);
 
 }  // namespace porthos::scene

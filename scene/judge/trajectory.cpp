@@ -15,7 +15,7 @@ using mechanics::JointCoordinates;
 using mechanics::Vec3d;
 using phs::BlockKind;
 
-/// The columns of one coordinate: by the map, else by the names Porthos would give them.
+/// The columns of one coordinate: by the map, otherwise by the names of Porthos.
 class Finder {
  public:
   Finder(const TrajectoryTable& table, const TrajectoryMap& map) : table_(table), map_(map) {}
@@ -68,7 +68,7 @@ class Finder {
   const TrajectoryMap& map_;
 };
 
-/// What a map may name and the model does not have is a mistake.
+/// Refuses coordinates of the map that the model does not have.
 void require_known_coordinates(const TrajectoryMap& map, const mechanics::Mechanism& m) {
   const std::string known = listed(m.coordinates(), [](const auto& c) { return c.name; });
   for (const auto& [key, where] : map.where) {

@@ -39,8 +39,8 @@ TrajectoryMap::Columns columns_of(const File& file, const toml::table& t, const 
   return all;
 }
 
-/// The text with the tables of [columns] emptied, line by line: places in messages stay what they
-/// are.
+/// The text with the tables of [columns] emptied line by line, so that places in messages stay
+/// right.
 std::string without_columns(const std::string& text) {
   std::string rest;
   bool inside = false;

@@ -7,10 +7,10 @@
 
 namespace porthos::scene {
 
-/// What the columns of a trajectory made elsewhere mean: a TOML file with [columns], and of a scene
-/// [model], [environment], [[element]] and [verify]. docs/judge.md.
+/// The meaning of the columns of another program's trajectory: a TOML file with [columns], and, as
+/// in a scene, [model], [environment], [[element]] and [verify]. docs/judge.md.
 struct TrajectoryMap {
-  /// Column names by coordinate of the model, one or as many as the coordinate has numbers.
+  /// Column names by coordinate of the model: one, or as many as the coordinate has numbers.
   using Columns = std::map<std::string, std::vector<std::string>>;
   std::string path, text;  ///< of the file; empty: none
   std::string time;        ///< empty: "time" or "t"
@@ -26,8 +26,8 @@ struct TrajectoryMap {
 /// @throws InvalidArgument as read_scene(), for [columns]
 TrajectoryMap read_trajectory_map(const std::string& path);
 
-/// The scene around the trajectory: the map's text without [columns], with a clock. @throws
-/// InvalidArgument as read_scene()
+/// The scene of the trajectory: the map's text without [columns], with a clock.
+/// @throws InvalidArgument as read_scene()
 Scene scene_of(const TrajectoryMap& map, const std::string& urdf, bool free_base, double step,
                double duration);
 

@@ -32,7 +32,7 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   }
 }
 
-/// The one the line of names has most of.
+/// The separator that is most frequent in the line of names.
 char separator_of(std::string_view names) {
   char best = ',';
   for (const char c : {',', ';', '\t'})

@@ -9,21 +9,21 @@
 
 namespace porthos::scene {
 
-/// Columns of numbers by name, from a file another program wrote: CSV with the names in its first
-/// line, or HDF5, whose datasets are columns "name" and, with several numbers a row, "name[0]",
+/// Columns of numbers by name, from a file of another program: CSV with the names in its first
+/// line, or HDF5, whose datasets are columns "name" or, with several numbers per row, "name[0]",
 /// "name[1]", ...
 class TrajectoryTable {
  public:
-  /// @throws InvalidArgument with file and line: no such file, no names, no rows, a row that is
-  ///   longer or shorter
+  /// @throws InvalidArgument with file and line: no such file, no names, no rows, a row that is too
+  /// long or too short
   explicit TrajectoryTable(const std::filesystem::path& path);
 
   std::size_t rows() const { return rows_; }
   bool has(const std::string& column) const { return columns_.count(column) > 0; }
-  /// @throws InvalidArgument for a column that is not there (names the nearest one), and with file
-  ///   and line for what is no finite number in it
+  /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
+  /// for a value in it that is not a finite number
   std::vector<double> column(const std::string& name) const;
-  /// Where a row is: "run.csv:17", or "run.h5: row 16".
+  /// Place of a row: "run.csv:17", or "run.h5: row 16".
   std::string at(std::size_t row) const;
 
  private:
@@ -31,7 +31,7 @@ class TrajectoryTable {
     std::string dataset;         ///< of HDF5
     std::size_t at = 0, of = 1;  ///< which number of a row
     std::vector<double> values = {};
-    std::map<std::size_t, std::string> no_number = {};  ///< what stands there, by row
+    std::map<std::size_t, std::string> no_number = {};  ///< the text there, by row
   };
   void read_csv(const std::string& text);
   void read_hdf5();

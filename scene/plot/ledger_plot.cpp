@@ -13,7 +13,7 @@ namespace {
 
 using colour::grid, colour::ink, colour::soft;
 
-// Page and panels [px]; legends stand right of them.
+// Page and panels [px]; legends are to the right of them.
 constexpr double width = 1180, left = 96, right = 850, legend_x = 872, legend_row = 19;
 constexpr double first_top = 96, gap = 46, below = 64;
 constexpr const char* palette[] = {"#1d5c96", "#6fa8dc", "#2f8f5b", "#9bcf8f",
@@ -68,7 +68,7 @@ class LedgerPlot {
            below;
   }
 
-  /// Opens a panel of some height for a range of values.
+  /// Begins a panel of the given height for a range of values.
   void panel(double height, Range r, const std::string& what) {
     top_ = bottom_ == 0 ? first_top : bottom_ + gap;
     bottom_ = top_ + height;

@@ -10,7 +10,7 @@ struct LedgerLine {
   std::vector<double> value;  ///< [J]
 };
 
-/// The ledger of a run, thinned out for a picture.
+/// The ledger of a run, reduced for a picture.
 struct LedgerSeries {
   std::vector<double> t;  ///< [s]
   std::vector<LedgerLine> stored, supplied, dissipated;

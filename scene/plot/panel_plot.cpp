@@ -10,7 +10,7 @@
 namespace porthos::scene {
 namespace {
 
-/// Where the coordinates of a panel's hinges stand in the state, root to tip.
+/// Indices of the coordinates of a panel's hinges in the state, root to tip.
 std::vector<size_t> hinges(const mechanics::Mechanism& m, const mechanics::Panel& p) {
   std::vector<size_t> at;
   for (int i = 1; i <= p.segments; ++i)
@@ -19,8 +19,8 @@ std::vector<size_t> hinges(const mechanics::Mechanism& m, const mechanics::Panel
   return at;
 }
 
-/// Height of the tip over the plane of the root: pieces of l/2, l, ..., l, l/2, turned by the sum
-/// of the hinges before.
+/// Height of the tip over the plane of the root: segments of l/2, l, ..., l, l/2, each rotated by
+/// the sum of the previous hinge angles.
 double tip(const mechanics::Panel& p, const std::vector<size_t>& at, std::span<const double> x) {
   const double l = p.length / p.segments;
   double turn = 0, z = 0;

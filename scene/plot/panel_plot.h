@@ -8,8 +8,8 @@ struct Scene;
 struct Assembly;
 struct RunReport;
 
-/// What flexible panels do, as SVG: how far the tip of each is off its plane [m], and the rates of
-/// the base [rad/s]. At no more than 1500 records.
+/// The motion of flexible panels as SVG: the distance of the tip of each from its plane [m], and
+/// the rates of the base [rad/s]. At most 1500 records.
 std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunReport& report,
                        const std::filesystem::path& log);
 

@@ -45,8 +45,8 @@ class Canvas {
     svg_.raw(fmt::format(f, std::forward<A>(a)...));
   }
 
-  /// Whole decades around the data, at most six below its top: a zero crossing is no reason to show
-  /// 10⁻²⁵.
+  /// Whole decades around the data, at most six below its maximum: a zero crossing should not
+  /// extend the axis to 10⁻²⁵.
   void find_range() {
     double highest = 0, lowest = HUGE_VAL;
     for (const auto& p : e_.points()) {
@@ -63,7 +63,7 @@ class Canvas {
     high_ = static_cast<int>(std::ceil(std::log10(highest) + 0.05));
     low_ = std::min(static_cast<int>(std::floor(std::log10(lowest))), high_ - 2);
   }
-  /// A limit far above the errors would flatten them; the legend names it all the same.
+  /// A limit far above the errors would flatten them; the legend names it in any case.
   bool limit_fits(double highest) const {
     return *labels_.limit > 0 && *labels_.limit<1e6 * highest&& * labels_.limit> 1e-4 * highest;
   }
@@ -113,7 +113,7 @@ class Canvas {
               unit.empty() ? "simulated time" : "simulated time [" + unit + "]");
   }
 
-  /// Round times of daily life for a logarithmic axis.
+  /// Round everyday times for a logarithmic axis.
   std::vector<Tick> landmarks() const {
     static const Tick all[] = {{1, "1 s"},      {10, "10 s"},     {60, "1 min"},
                                {600, "10 min"}, {3600, "1 h"},    {36000, "10 h"},
@@ -195,7 +195,7 @@ class Canvas {
     return decade >= low_ && decade <= high_;
   }
 
-  /// A row between head and plot.
+  /// A row between title and plot.
   void legend() {
     double at = left;
     constexpr double y0 = 98, size = 12.5;

@@ -8,7 +8,7 @@ namespace porthos::scene {
 
 struct RunReport;
 
-/// One column of a decimated series: range of |error| and root mean square of all before.
+/// One column of a decimated series: range of |error| and root mean square up to it.
 struct EnvelopePoint {
   double t = 0, low = 0, high = 0, rms = 0;
 };
@@ -19,7 +19,8 @@ class Envelope {
  public:
   /// first: time of the first record after 0; the axis is logarithmic when last/first > 100.
   Envelope(double first, double last);
-  /// In order of time; t = 0 has no place on a logarithmic axis and is left out of the picture.
+  /// Adds errors in order of time. t = 0 has no place on a logarithmic axis and is left out of the
+  /// picture.
   void add(double t, double error);
   bool logarithmic() const { return logarithmic_; }
   double first() const { return first_; }
@@ -34,7 +35,7 @@ class Envelope {
   std::vector<EnvelopePoint> points_;
 };
 
-/// The words of an energy plot.
+/// The texts of an energy plot.
 struct PlotLabels {
   std::string title, subtitle;
   std::optional<double> limit;  ///< of the verdict

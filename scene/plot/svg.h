@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-/// What the pictures of the results have in common. Pixels, y downwards.
+/// Code shared by the pictures of the results. Pixels, y downwards.
 namespace porthos::scene {
 
 namespace colour {
@@ -16,14 +16,14 @@ inline constexpr const char* alarm = "#c8472f";
 std::string power_of_ten(int exponent);
 /// "3·10⁻¹²", "10⁻¹²"
 std::string scientific(double x);
-/// The step 1, 2 or 5 times a power of ten that divides a span into about so many parts.
+/// The step 1, 2 or 5 times a power of ten that divides a span into about `parts` parts.
 double round_step(double span, int parts);
 /// Rough width of a text in px.
 double text_width(const std::string& text, double size);
 /// The part of a text that fits, with an ellipsis. Cuts between characters, never inside one.
 std::string fit_text(const std::string& text, double size, double room);
 
-/// An SVG document in the making. `more`: further attributes, with a blank in front.
+/// An SVG document under construction. `more`: further attributes, with a leading blank.
 class Svg {
  public:
   Svg(double width, double height);
@@ -39,7 +39,7 @@ class Svg {
   /// points: "x,y x,y …"
   void polyline(const std::string& points, const std::string& colour, double width,
                 const char* more = "");
-  /// shape: 0 disc, 1 square, 2 triangle, 3 diamond, and again; of about the same area.
+  /// shape: 0 disc, 1 square, 2 triangle, 3 diamond, then repeating; all of about the same area.
   void marker(size_t shape, double x, double y, double r, const std::string& fill,
               const std::string& stroke);
 

@@ -82,7 +82,7 @@ class TracePlot {
   }
   void line(const TracePanel& p, const TraceLine& l, size_t i) {
     const char* c = palette[i % std::size(palette)];
-    const char* dash = i % 2 ? R"( stroke-dasharray="7 4")" : "";  // equal lines are both seen
+    const char* dash = i % 2 ? R"( stroke-dasharray="7 4")" : "";  // shows both of two equal lines
     std::string points;
     const size_t every = std::max<size_t>(1, l.t.size() / 1500);
     const auto flush = [&] {

@@ -4,7 +4,7 @@
 
 namespace porthos::scene {
 
-/// A line of a panel, over the times of its own.
+/// A line of a panel, over times of its own.
 struct TraceLine {
   std::string name;
   std::vector<double> t = {}, value = {};  ///< not finite: left out
@@ -21,7 +21,7 @@ struct TracePanel {
 std::string trace_plot(const std::vector<TracePanel>& panels, const std::string& title,
                        const std::string& subtitle);
 
-/// One entry of every vector of `rows`, as a line.
+/// A line from one entry of every vector of `rows`.
 TraceLine column(const std::string& name, const std::vector<double>& t,
                  const std::vector<std::vector<double>>& rows, std::size_t entry);
 

@@ -82,7 +82,7 @@ void read_limits(const Table& t, vsa::Limits& l) {
   l.sigma_upper = range[1];
 }
 
-/// The parameters of a family: numbers, and arrays where it asks for one.
+/// The parameters of a family: numbers, or arrays where the family needs one.
 vsa::Values read_parameters(const Table& t, const std::string& family) {
   vsa::Values v;
   for (const auto& f : vsa::families()) {

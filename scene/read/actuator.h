@@ -21,22 +21,22 @@ struct JointActuator {
   std::string where;  ///< "file:line:column"
   vsa::Actuator actuator;
   std::optional<double>
-      theta;         ///< start [rad]; none: where the spring is at rest, the joint's angle
+      theta;         ///< start [rad]; none: the joint's angle, where the spring is at rest
   double sigma = 0;  ///< start
   std::string table, table_text;  ///< name and content of the CSV file it was read from, if any
 };
 
-/// Reads the [[actuator]] tables; tables of measurements are looked for from `folder`.
+/// Reads the [[actuator]] tables; tables of measurements are searched from `folder`.
 /// @throws InvalidArgument as read_scene()
 std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder);
 
-/// Puts them at the joints of the member "mechanism" of a network.
+/// Adds the actuators at the joints of the member "mechanism" of a network.
 /// @throws InvalidArgument naming file and line, for an unknown joint or one that an actuator or
-///   motor drives already
+/// motor already drives
 void add_actuators(phs::Network& n, const mechanics::MechanicalModel& model,
                    const std::vector<JointActuator>& actuators);
 
-/// Their states at the start by name, with the mechanism's coordinates at q.
+/// Start states of the actuators by name, with the mechanism's coordinates at q.
 /// @throws InvalidArgument naming file and line, for a deflection or σ beyond its limits
 std::vector<std::pair<std::string, std::vector<double>>> start_actuators(
     const mechanics::MechanicalModel& model, const std::vector<JointActuator>& actuators,

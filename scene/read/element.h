@@ -23,27 +23,27 @@ struct JointPlace {
   int q;  ///< among the mechanism's coordinates
 };
 /// @throws InvalidArgument beginning with `where` and `who`: the joint is unknown or has several
-///   freedoms
+/// degrees of freedom
 JointPlace joint_place(const mechanics::MechanicalModel& model, const std::string& where,
                        const std::string& who, const std::string& joint);
 
-/// What an element at a joint is added to.
+/// The network and the place in it to which an element at a joint is added.
 struct JointElement {
   phs::Network& network;
   const mechanics::MechanicalModel& model;
   JointPlace place;
 };
 
-/// Something that acts at a joint of the model, or on links: a [[element]] of the scene,
+/// An element that acts at a joint of the model, or on links: an [[element]] of the scene,
 /// docs/scene.md. Its types are the files of elements/.
 struct Element {
-  std::string type, name, joint;  ///< joint: empty for one on links
+  std::string type, name, joint;  ///< joint: empty for an element on links
   std::string where;              ///< "file:line:column"
-  /// Puts this element at its joint, given itself; empty for one on links.
+  /// Adds the element, passed as first argument, at its joint; empty for an element on links.
   std::function<void(const Element&, const JointElement&)> add = {};
 
-  // What others than the network ask of it.
-  double rate = 0;  ///< [Hz], of a sampled one; 0: continuous
+  // Used outside the network.
+  double rate = 0;  ///< [Hz], of a sampled controller; 0: continuous
   std::optional<phs::DcMotor> motor;
   std::optional<double> wheel_gain;  ///< [N m s/rad], of a reaction wheel
   std::string turning_wheel;         ///< joint of a wheel whose momentum it moves, or empty
@@ -60,8 +60,8 @@ std::vector<Element> read_elements(const Table& scene);
 phs::FunctionPtr read_signal(const Table& t, const std::string& unit);
 
 /// Puts the elements at the joints of the member "mechanism" of a network.
-/// @throws InvalidArgument naming file and line, for an unknown joint, one of several freedoms, or
-///   limits without bounds
+/// @throws InvalidArgument naming file and line, for an unknown joint, a joint of several degrees
+/// of freedom, or limits without bounds
 void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements);
 

@@ -16,7 +16,7 @@ double limit(const Table& t, const char* key) {
   return t.has(key) ? t.not_negative(key) : std::numeric_limits<double>::infinity();
 }
 
-/// A time, or what the event waits for.
+/// Reads a time, or the condition the event waits for.
 void read_moment(const Table& t, Event& e) {
   for (const auto& [key, to] : {std::pair{"above", &e.above}, {"below", &e.below}})
     if (t.has(key)) *to = t.number(key);

@@ -9,8 +9,8 @@ namespace porthos::scene {
 
 class Table;
 
-/// Start of a body that is free in the world: velocity of its origin in the world frame, body
-/// rates.
+/// Start of a body that is free in the world: the velocity of its origin is in the world frame, its
+/// angular velocity in the body frame.
 struct BaseStart {
   mechanics::Vec3d position{0, 0, 0}, linear_velocity{0, 0, 0}, angular_velocity{0, 0, 0};
   double attitude_wxyz[4] = {1, 0, 0,
@@ -20,27 +20,27 @@ struct BaseStart {
 /// Reads its keys. @throws InvalidArgument as read_scene()
 BaseStart read_base_start(const Table& t);
 
-/// Reads mass, com and inertia about it. @throws InvalidArgument as read_scene()
+/// Reads mass, com and the inertia about com. @throws InvalidArgument as read_scene()
 mechanics::MassProperties read_mass_properties(const Table& t);
 
-/// A body besides the model, free in the world: a [[body]] of the scene.
+/// A body in addition to the model, free in the world: a [[body]] of the scene.
 struct FreeBody {
   std::string name, where;
   mechanics::MassProperties mass;
   BaseStart start;
 };
 
-/// A change of the mechanism at a time: an [[event]] of the scene.
+/// A change of the mechanism at a given time: an [[event]] of the scene.
 struct Event {
   enum class Type { capture, release, lock, unlock, engage, disengage } type;
-  double at = 0;           ///< [s]; infinite for one that waits for something
-  std::string name;        ///< of the body that is released, the joint, or the soft latch
-  mechanics::Latch latch;  ///< of a capture; its limits of an engagement
-  /// What an event without a time waits for, at whole steps: a lock for its joint to pass an angle,
-  /// a capture or engagement until it is possible.
+  double at = 0;           ///< [s]; infinite for an event that waits for a condition
+  std::string name;        ///< of the released body, the joint, or the soft latch
+  mechanics::Latch latch;  ///< of a capture; for an engagement only its limits are used
+  /// Condition of an event without a time, checked at whole steps: a lock waits until its joint
+  /// passes an angle, a capture or engagement until its limits hold.
   std::optional<double> above, below;
   bool within_reach = false;
-  double after = 0;  ///< [s]: it does not happen before
+  double after = 0;  ///< [s]: the event does not happen before this time
   bool waits() const { return above || below || within_reach; }
   std::string where;
 };
@@ -52,8 +52,8 @@ std::vector<FreeBody> read_bodies(const Table& scene);
 /// In the order of their times. @throws InvalidArgument as read_scene()
 std::vector<Event> read_events(const Table& scene);
 
-/// Changes the mechanism. @throws InvalidArgument of mechanics::capture and its like, with file and
-/// line
+/// Changes the mechanism. @throws InvalidArgument as mechanics::capture and similar functions, with
+/// file and line
 mechanics::Impact apply(mechanics::MovingMechanism& moving, const Event& e);
 
 }  // namespace porthos::scene

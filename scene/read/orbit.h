@@ -16,7 +16,7 @@ struct OrbitScene {
   std::string where;                    ///< "file:line:column" of [orbit]
 };
 
-/// Reads [orbit] and [planet]; nothing if there is neither. @throws InvalidArgument as read_scene()
+/// Reads [orbit] and [planet]; empty if there is neither. @throws InvalidArgument as read_scene()
 std::optional<OrbitScene> read_orbit(const Table& scene);
 
 }  // namespace porthos::scene

@@ -36,7 +36,7 @@ void planet(const Table& t, space::Planet& p) {
   if (t.has("rotation_rate")) p.rotation_rate = t.number("rotation_rate");
 }
 
-/// From position and velocity, or from elements; a circle where nothing is said of its shape.
+/// Start from position and velocity, or from elements; a circle if no shape is given.
 space::PointState<double> start_of(const Table& t, const space::Planet& p) {
   const bool vectors = t.has("position") || t.has("velocity");
   for (const char* key : {"altitude", "semi_major_axis", "eccentricity", "inclination", "node",

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double most_steps = 1e15;
 
-// --- values both a file and a command line can give: `where` is "file:line:column" or "--step" ---
+// --- values from a file or from a command line: `where` is "file:line:column" or "--step" ---
 
 void check_method(const std::string& method, const std::string& where) {
   Names known;
@@ -21,7 +21,7 @@ void check_method(const std::string& method, const std::string& where) {
     refuse(where, fmt::format("method is '{}', expected one of {}", method, joined(known)));
 }
 
-/// What a step control asks of a method, said where the scene says so.
+/// Checks that the method suits the step control; the message names the place in the scene.
 void check_control(const Scene& s, const std::string& where) {
   if (s.step_control == integrators::StepControl::fixed) return;
   const char* control = to_string(s.step_control);
@@ -51,7 +51,7 @@ void check_step_count(double step, double duration, const std::string& where) {
                               duration, duration / step, step, most_steps));
 }
 
-/// A thousand records, in whole steps.
+/// The interval, in whole steps, that gives about a thousand records.
 double default_record_every(double step, double duration) {
   if (step == 0) return 0;  // auto has not chosen yet
   return std::max(1.0, std::round(duration / 1000 / step)) * step;

@@ -20,69 +20,69 @@ namespace porthos::scene {
 
 /// Start values of one joint.
 struct JointStart {
-  double position = 0, velocity = 0;     ///< of one freedom [rad | m], [rad/s | m/s]
+  double position = 0, velocity = 0;     ///< of one degree of freedom [rad | m], [rad/s | m/s]
   std::optional<BaseStart> motion = {};  ///< of a ball or a free joint, in the joint's frame
   bool translates = false;               ///< the motion has a position or a linear velocity
   std::string where = {};                ///< "file:line"
 };
 
-/// Seeded random joint states on top of nothing else: uniform in ± the bounds.
+/// Seeded random joint states for joints without stated values: uniform in ± the bounds.
 struct RandomStart {
   std::uint64_t seed = 1;
   double joint_position = 0, joint_velocity = 0;
 };
 
-/// What a record keeps the smallest and the largest value of, over all steps since the record
-/// before.
+/// The quantities whose smallest and largest values since the previous record are stored in a
+/// record, over all steps.
 enum class Extrema { none, state, all };
 
-/// Limits of the verdict. An absent one is not checked; where none is stated, default_limits()
-/// apply.
+/// Limits of the verdict. A limit that is not stated is not checked; if none is stated,
+/// default_limits() apply.
 struct Limits {
   using Limit = std::optional<double>;
   Limit energy = {}, linear_momentum = {}, angular_momentum = {}, quaternion_norm = {};
   Limit balance = {}, symmetry = {}, step_halving = {};
   Limit orbital = {}, coupling = {};  ///< of spacecraft in orbit
-  bool any() const;                   ///< whether one is stated
+  bool any() const;                   ///< whether a limit is stated
 };
 
-/// A method that is chosen by pilot runs, see compare/auto_method.h.
+/// Name for a method chosen by pilot runs, see compare/auto_method.h.
 inline constexpr const char* auto_method = "auto";
 
-/// What a scene file says, with its defaults.
+/// The content of a scene file, with defaults.
 struct Scene {
   std::string path;  ///< as given; its folder resolves relative paths
   std::string text;  ///< whole text, for provenance
   std::string title;
 
   std::string urdf_path, urdf_text;  ///< resolved path and content
-  mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, stated inertias
-  std::map<std::string, double> mass_factor;  ///< of links: their mass and inertia are times this
+  mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
+  std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
 
   BaseStart base;
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
-  std::vector<Element> elements;             ///< at the joints, besides what the model file has
-  std::vector<FreeBody> bodies;              ///< besides the model
+  std::vector<Element> elements;             ///< at the joints, in addition to the model file
+  std::vector<FreeBody> bodies;              ///< in addition to the model
   std::vector<mechanics::Panel> panels;      ///< flexible ones, on links of the model
   mechanics::Vec3d magnetic_field{0, 0, 0};  ///< constant in the world [T]; in orbit the planet's
   std::vector<Event> events;                 ///< in the order of their times
   std::vector<JointActuator> actuators;
-  std::optional<OrbitScene> orbit;  ///< around a planet, else in free space or on the ground
+  std::optional<OrbitScene> orbit;  ///< around a planet; empty in free space or on the ground
 
   std::string method =
       "gauss16";    ///< or "auto" until a method is chosen, see compare/auto_method.h
-  double step = 0;  ///< [s]; of "auto" the first guess, 0: none
-  std::optional<double> target_energy_error;  ///< of "auto": over the whole run, relative
-  std::string choice;                         ///< what auto chose and why, once it has
-  double rtol = 1e-12;                        ///< of rivals that work to a tolerance
+  double step = 0;  ///< [s]; with "auto" the first guess, 0: none
+  std::optional<double> target_energy_error;  ///< with "auto": over the whole run, relative
+  std::string choice;                         ///< the choice of "auto" and its reason, once made
+  double rtol = 1e-12;                        ///< of rivals that take a tolerance
   double iteration_tolerance =
       0;  ///< of implicit methods, see integrators::Options; 0: to rounding
   integrators::StepControl step_control = integrators::StepControl::fixed;
   double control_rate = 0;    ///< [rad/s], see integrators::ControlOptions
   double control_length = 0;  ///< [m]
 
-  std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance while the run runs
+  std::optional<integrators::MonitorOptions> monitor;  ///< watches the balance during the run
 
   double duration =
       0;  ///< [s]; the last step is shorter where the steps do not add up, see assemble/steps.h
@@ -94,8 +94,8 @@ struct Scene {
 
   Limits verify;
 
-  /// The energy error a method is looked for: the stated one, else the limit of the verdict, else
-  /// 1e-9.
+  /// The energy error for which a method is searched: the stated one, else the limit of the
+  /// verdict, else 1e-9.
   double target() const {
     if (target_energy_error) return *target_energy_error;
     return verify.energy && *verify.energy > 0 ? *verify.energy : 1e-9;
@@ -107,7 +107,7 @@ struct Scene {
 /// unit, a value out of range.
 Scene read_scene(const std::string& path);
 
-/// The limits of a scene that states none; docs/scene.md says why these.
+/// The limits of a scene that states none; docs/scene.md gives the reasons.
 Limits default_limits(bool in_orbit);
 
 /// Command-line overrides; a bad one is refused like a bad key.

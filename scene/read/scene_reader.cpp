@@ -48,7 +48,7 @@ class Reader {
     for (const Replacement& r : replacements) replace(root_, r.key, r.values);
     const Table top(file_, root_, "the scene", "", *schema_of("scene"));
     s_.title = top.has("title") ? top.text("title", "text") : scene_name();
-    // What decides a run must be stated; everything else has a default.
+    // Keys that determine a run must be stated; all others have a default.
     model(top.section("model"));
     if (top.has("environment")) environment(top.section("environment"));
     if (top.has("initial")) initial(top.section("initial"));
@@ -155,8 +155,8 @@ class Reader {
     s_.random = random;
   }
 
-  /// Of a joint of one freedom: position and velocity; of a ball or a free joint: the keys of a
-  /// base.
+  /// Start of a joint. A joint of one degree of freedom has position and velocity; a ball or a free
+  /// joint has the keys of a base.
   static JointStart joint_start(const Table& t) {
     JointStart start;
     if (t.has("attitude_wxyz") || t.has("angular_velocity") || t.has("linear_velocity") ||
@@ -183,7 +183,7 @@ class Reader {
     s_.base.where = initial.at_key("base");
   }
 
-  /// What a scene in orbit cannot have besides.
+  /// Refuses features that cannot be combined with an orbit.
   void check_orbit_scene() const {
     const std::string& where = s_.orbit->where;
     const auto& b = s_.base;

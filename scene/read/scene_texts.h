@@ -5,14 +5,14 @@
 
 namespace porthos::scene {
 
-/// The texts a results file keeps of what was run.
+/// The input texts that a results file stores.
 struct SceneTexts {
   std::string scene, urdf;
 };
 
-/// A scene from texts that were kept, as read_scene(): neither file is opened, and the first need
-/// not name the second. `path` stands for the scene file in messages, and tables of measured
-/// actuators are looked for beside it. @throws InvalidArgument as read_scene()
+/// A scene from stored texts, as by read_scene(). Neither file is opened, and the scene need not
+/// name the model file. `path` stands for the scene file in messages; tables of measured actuators
+/// are searched beside it. @throws InvalidArgument as read_scene()
 Scene read_scene_again(const std::string& path, const SceneTexts& kept);
 
 }  // namespace porthos::scene

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-/// What may stand in a scene file, as data: the readers take the keys, units, words and defaults of
-/// a table from here, and so do the JSON schema for editors and docs/scene_reference.md.
+/// The keys of a scene file as data. The readers take the keys, units, words and defaults of a
+/// table from here, and so do the JSON schema for editors and docs/scene_reference.md.
 namespace porthos::scene {
 
 /// One key of a table.
@@ -24,33 +24,33 @@ struct SchemaKey {
   };
   std::string name;
   Kind kind;
-  std::string unit;       ///< "s", "rad or m", "" without one
+  std::string unit;       ///< "s", "rad or m", "" without a unit
   std::string otherwise;  ///< the default as text; "required" if there is none
-  std::string what;       ///< one line for people
+  std::string what;       ///< a description of one line
   std::vector<std::string> words =
-      {};                  ///< of a word: those there are; of a number: words that stand for one
-  int count = 0;           ///< of numbers; 1 of named: numbers by name instead of tables
-  std::string table = {};  ///< of a table, of tables and of named tables: which, by id
+      {};         ///< of a word: the allowed ones; of a number: words that stand for a number
+  int count = 0;  ///< how many numbers; 1 for named: numbers by name instead of tables
+  std::string table = {};  ///< of a table, of tables and of named tables: the id of the table
 };
 
-/// A table, or one of several a word chooses: [[element]] by its type.
+/// A table, or one of several that a word selects: [[element]] by its type.
 struct SchemaTable {
   std::string id;       ///< "integrator", "initial.base", "element.spring"
   std::string heading;  ///< "[integrator]", "[[element]] type = \"spring\""
   std::string what;
   std::vector<SchemaKey> keys;
 
-  /// @throws std::logic_error if there is none: a reader asks for what it has not declared
+  /// @throws std::logic_error if there is none: a reader asked for an undeclared key
   const SchemaKey& key(const std::string& name) const;
 };
 
-/// "scene" is the first: the tables of the file.
+/// All tables. The first, "scene", holds the tables of the file.
 const std::vector<SchemaTable>& schema();
 
 /// The table with an id, or null.
 const SchemaTable* schema_of(const std::string& id);
 
-/// The unit of a key as messages say it: " of N m/rad or N/m"; empty without one.
+/// The unit of a key as used in messages: " of N m/rad or N/m"; empty without a unit.
 std::string of_unit(const SchemaKey& key);
 
 /// A JSON schema (draft 7) of scene files.

@@ -6,8 +6,8 @@
 
 #include "scene/read/schema.h"
 
-/// Keys of the tables of a scene, one call each: name, unit, default ("required": there is none)
-/// and a line for people.
+/// Keys of the tables of a scene, one call each: name, unit, default ("required" if there is none)
+/// and a description of one line.
 namespace porthos::scene::keys {
 
 using KeyKind = SchemaKey::Kind;
@@ -58,7 +58,7 @@ inline SchemaKey axes(const char* name, const char* unit, const char* what) {
   return {name, KeyKind::axes, unit, "0", what, {}, 3};
 }
 
-/// Of a signal in time, see read_signal().
+/// Keys of a signal in time, see read_signal().
 inline Keys signal_keys(const char* unit) {
   return {
       number("constant", unit, "one of the three", "always the same"),
@@ -66,7 +66,7 @@ inline Keys signal_keys(const char* unit) {
       table("profile", "profile", "one of the three", "{ times, values }, straight between them")};
 }
 
-/// Of a body or a free base.
+/// Keys of the start of a body or a free base.
 inline Keys motion(bool of_body) {
   return {numbers("position", 3, "m", "[0, 0, 0]", "in the world"),
           numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "quaternion to the world; normalised"),
@@ -86,9 +86,10 @@ inline Keys mass(const std::string& inertia) {
 
 namespace porthos::scene {
 
-/// What is run and how: the tables every scene may have once.
+/// Tables that say what is run and how; a scene may have each of them once.
 std::vector<SchemaTable> run_tables();
-/// What there may be several of, but for elements; the orbit, and tables inside others.
+/// Tables of which a scene may have several, except elements; the tables of the orbit, and tables
+/// inside others.
 std::vector<SchemaTable> part_tables();
 
 }  // namespace porthos::scene

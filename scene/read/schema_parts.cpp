@@ -4,7 +4,7 @@
 namespace porthos::scene {
 namespace {
 
-/// waits: something may take the place of a time.
+/// waits: the event may wait for a condition instead of a time.
 SchemaTable event(const char* type, const char* what, bool waits, const keys::Keys& own) {
   using namespace keys;
   return {fmt::format("event.{}", type), fmt::format("[[event]] type = \"{}\"", type), what,
@@ -13,7 +13,7 @@ SchemaTable event(const char* type, const char* what, bool waits, const keys::Ke
                          "when, a whole number of steps")},
                  own)};
 }
-/// Of events that may wait until their limits hold.
+/// Keys of events that may wait until their limits hold.
 keys::Keys reaching() {
   using namespace keys;
   return {

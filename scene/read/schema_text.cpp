@@ -16,7 +16,7 @@ Json reference(const std::string& id) {
   return {{"$ref", "#/definitions/" + id}};
 }
 
-/// One of the tables a word chooses: those whose id begins with "<id>.<word>".
+/// One of the tables that a word selects: those whose id begins with "<id>.<word>".
 Json one_of(const std::string& id) {
   Json list = Json::array();
   for (const auto& t : schema())
@@ -74,7 +74,7 @@ Json object_of(const SchemaTable& t) {
   Json properties = Json::object(), needed = Json::array();
   for (const auto& k : t.keys) {
     Json v = value_of(k);
-    // Beside a "$ref" a description is not looked at in draft 7.
+    // In draft 7 a description beside a "$ref" is ignored.
     if (v.contains("$ref")) v = {{"allOf", Json::array({v})}};
     v["description"] = described(k);
     properties[k.name] = v;

@@ -9,8 +9,8 @@
 
 #include "phs/error.h"
 
-// toml++ 3.3 asserts what some damaged texts break: it would abort, and with NDEBUG go on
-// undefined. Here it throws, in every build, and parse_toml() says it.
+// toml++ 3.3 asserts conditions that some damaged texts violate: it would abort, and with NDEBUG
+// continue with undefined behaviour. Here it throws in every build, and parse_toml() reports it.
 namespace porthos::scene {
 struct TomlAssertion : std::logic_error {
   using std::logic_error::logic_error;
@@ -23,8 +23,7 @@ struct TomlAssertion : std::logic_error {
 #include <toml++/toml.h>
 #pragma pop_macro("NDEBUG")
 
-/// Places in a TOML file, and the sentences of what is refused there. Private to the readers of a
-/// scene.
+/// Places in a TOML file, and the messages for refused input. Private to the readers of a scene.
 namespace porthos::scene {
 
 using Names = std::vector<std::string_view>;
@@ -34,14 +33,14 @@ std::string joined(const Names& names);
 std::string types_of(const std::string& id);
 /// The known name that takes the fewest edits from `name`.
 std::string_view nearest(std::string_view name, const Names& known);
-/// What stands in the file, for "expected ..." sentences.
+/// Description of the value in the file, for "expected ..." messages.
 std::string found(const toml::node& n);
 
 /// where: "file:line:column", or "--step" of a command line
 [[noreturn]] void refuse(const std::string& where, const std::string& sentence);
 void check_seconds(const char* name, double seconds, const std::string& where);
 
-/// A sentence of what f() calls gets the place in the file in front, where it has none.
+/// Calls f(). An error message without a place gets the place in the file in front.
 template <class F>
 auto at_line(const std::string& where, F f) {
   try {
@@ -60,11 +59,10 @@ struct File {
   }
 };
 
-/// @throws InvalidArgument with the place, if the text is no TOML
+/// @throws InvalidArgument with the place, if the text is not TOML
 toml::table parse_toml(std::string_view text, const File& file);
 
-/// Puts numbers in the place of those of a key, see variation.h. @throws InvalidArgument if it has
-/// no place
+/// Replaces the numbers of a key, see variation.h. @throws InvalidArgument if it has no place
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values);
 
 }  // namespace porthos::scene

@@ -14,24 +14,24 @@
 #include "scene/read/schema.h"
 #include "scene/read/toml_file-inl.h"
 
-/// Reading TOML: every refusal names file, line, column, key, what was found and what was expected.
-/// Private to the readers of a scene.
+/// Reading TOML: every error message names file, line, column, key, what was found and what was
+/// expected. Private to the readers of a scene.
 namespace porthos::scene {
 
 using mechanics::Vec3d;
 
-/// Reads typed values. Keys, units, words and defaults are those of the table's schema; every
-/// refusal names file, line, column, key, what was found and what was expected.
+/// Reads typed values. Keys, units, words and defaults are those of the table's schema. Every error
+/// message names file, line, column, key, what was found and what was expected.
 class Table {
  public:
-  /// @param label   how people call it: "[run]"
+  /// @param label   the table's name in messages: "[run]"
   /// @param prefix  goes before the keys in messages: "base."
   Table(const File& file, const toml::table& t, std::string label, std::string prefix,
         const SchemaTable& schema)
       : Table(file, t, std::move(label), std::move(prefix), names_of(schema)) {
     schema_ = &schema;
   }
-  /// A table with the user's own names for keys.
+  /// A table whose keys are names chosen by the user.
   Table(const File& file, const toml::table& t, std::string label, std::string prefix, Names known)
       : file_(file),
         t_(t),
@@ -42,7 +42,7 @@ class Table {
   }
 
   bool has(const char* key) const { return t_.contains(key); }
-  /// Where the value of a key stands, and the key itself; of one that is missing, its table.
+  /// Place of a key's value and the key itself; for a missing key, the place of its table.
   std::string at(const char* key) const {
     return has(key) ? file_.at(node(key).source()) : where();
   }
@@ -79,14 +79,14 @@ class Table {
     const std::string otherwise = default_of(key, alternatives(words));
     return otherwise.substr(1, otherwise.size() - 2);  // without its quotes
   }
-  /// Of a table without a schema.
+  /// One of `words`, in a table without a schema.
   std::string choice(const char* key, const std::vector<std::string>& words) const {
     const std::string word = text(key, alternatives(words));
     if (std::find(words.begin(), words.end(), word) == words.end())
       fail(key, fmt::format("is \"{}\", expected {}", word, alternatives(words)));
     return word;
   }
-  /// A number; where it misses, the default of the schema, if that is one.
+  /// A number; if the key is missing, the default of the schema if that is a number.
   double number(const char* key) const {
     const std::string unit = of_unit(of(key));
     if (has(key)) return number(key, unit);
@@ -104,7 +104,7 @@ class Table {
   double positive_or(const char* key, double otherwise) const {
     return above_0(key, number_or(key, otherwise));
   }
-  /// In another unit than the schema's: that of a signal. @param unit " of seconds", or empty
+  /// A number in another unit than the schema's, for signals. @param unit " of seconds", or empty
   double number(const char* key, const std::string& unit) const {
     if (!has(key)) missing(key, fmt::format("a number{}", unit));
     return finite(node(key), prefix_ + key, unit);
@@ -127,7 +127,7 @@ class Table {
   std::array<double, count> numbers(const char* key) const {
     return numbers<count>(key, of_unit(of(key)));
   }
-  /// @param what they are, instead of the schema's unit: " p1, p2, p3"
+  /// @param what  meaning of the numbers, instead of the schema's unit: " p1, p2, p3"
   template <size_t count>
   std::array<double, count> numbers(const char* key, const std::string& what) const {
     const std::string several = fmt::format("{} numbers{}", count, what);
@@ -143,7 +143,7 @@ class Table {
       x[i] = finite(a[i], fmt::format("{}{}[{}]", prefix_, key, i), what);
     return x;
   }
-  /// Three numbers; where they miss, the default of the schema, if that is "[x, y, z]".
+  /// Three numbers; if the key is missing, the default of the schema if that is "[x, y, z]".
   Vec3d vector(const char* key) const {
     Vec3d v{0, 0, 0};
     if (has(key)) {
@@ -190,7 +190,7 @@ class Table {
   bool is_number(const char* key) const { return has(key) && node(key).is_number(); }
   std::string found_at(const char* key) const { return found(node(key)); }
 
-  /// The keys of this table, in the order of the file's alphabet.
+  /// The keys of this table, in alphabetical order.
   std::string where() const { return file_.at(t_.source()); }
   const std::string& label() const { return label_; }
 
@@ -217,8 +217,8 @@ class Table {
       refuse(file_.path + ":1:1", fmt::format("there is no [{}], expected {}", key, expected));
     return {file_, raw(key, expected), fmt::format("[{}]", key), "", inner};
   }
-  /// Calls f(word, table) for each [[key]], whose text `by` is the word: a name, or one of the
-  /// types for which the schema has tables of their own.
+  /// Calls f(word, table) for each [[key]]. The word is the value of its key `by`: a name, or one
+  /// of the types that have their own tables in the schema.
   template <class F>
   void each_of(const char* key, const char* by, F f) const {
     if (!has(key)) return;
@@ -243,7 +243,7 @@ class Table {
       f(word, Table(file_, t, label, "", *inner));
     }
   }
-  /// Calls f(name, where, table) for each of the user's own names in the table `key`.
+  /// Calls f(name, where, table) for each name, chosen by the user, in the table `key`.
   template <class F>
   void each(const char* key, F f) const {
     if (!has(key)) return;
@@ -265,7 +265,7 @@ class Table {
     for (const SchemaKey& k : t.keys) names.push_back(k.name);
     return names;
   }
-  /// The default of a key that misses; refuses where there is none to take.
+  /// The default of a missing key; throws if there is none.
   std::string default_of(const char* key, const std::string& expected) const {
     const std::string& otherwise = of(key).otherwise;
     const bool word = otherwise == "true" || otherwise == "false" || otherwise.starts_with('"');
@@ -285,7 +285,7 @@ class Table {
            fmt::format("unknown key '{}' in {}, the nearest known one is '{}' (known: {})",
                        key.str(), label_, nearest(key.str(), known_), joined(known_)));
   }
-  /// The value of a key; one that is missing is refused.
+  /// The value of a key; throws if the key is missing.
   const toml::node& node(const char* key) const {
     const toml::node* n = t_.get(key);
     if (!n) missing(key, "one");

@@ -112,7 +112,7 @@ void replace(toml::table& root, const std::string& key, const std::vector<double
       return;
     }
     if (!table->contains(name)) {
-      if (place)  // a vector that was left at its default
+      if (place)  // a vector left at its default
         table->insert(name, toml::array{0.0, 0.0, 0.0});
       else
         table->insert(name, toml::table{});

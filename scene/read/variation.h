@@ -8,9 +8,9 @@
 /// A scene with some of its numbers replaced: one case of an ensemble.
 namespace porthos::scene {
 
-/// Other numbers for a key of the scene: its tables and keys with dots between them, the place in
-/// an array in brackets, from 0: "initial.joints.joint_1.velocity",
-/// "initial.base.angular_velocity[2]", "element[0].stiffness". More than one number replace a whole
+/// New numbers for a key of the scene. The key consists of its tables and keys with dots between
+/// them and array indices in brackets, from 0: "initial.joints.joint_1.velocity",
+/// "initial.base.angular_velocity[2]", "element[0].stiffness". Several numbers replace a whole
 /// array.
 struct Replacement {
   std::string key;
@@ -20,9 +20,9 @@ struct Replacement {
 /// Whether a replacement changes the start of a run and nothing else.
 bool is_of_start(const std::string& key);
 
-/// A scene with the numbers of `replacements` in the place of its own, from the texts that were
-/// read for it. Tables and keys that are not there are added.
-/// @throws InvalidArgument as read_scene; for a key that has no place in it
+/// The scene with the numbers of `replacements` instead of its own, read again from its stored
+/// texts. Missing tables and keys are added.
+/// @throws InvalidArgument as read_scene; for a key that has no place in the scene
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements);
 
 }  // namespace porthos::scene

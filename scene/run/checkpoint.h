@@ -10,7 +10,7 @@
 
 namespace porthos::scene {
 
-/// Everything a run is continued from, bit for bit.
+/// Everything needed to continue a run, bit for bit.
 struct Checkpoint {
   NamedTexts fingerprint;
   integrators::Outcome outcome =
@@ -23,15 +23,15 @@ struct Checkpoint {
   double cpu_s = 0, wall_s = 0;
 };
 
-/// Writes folder/state.bin: aside, to the disk, renamed. A crash at any moment leaves the old one
-/// or the new one.
+/// Writes folder/state.bin under a temporary name, flushes it and renames it. A crash at any moment
+/// leaves either the old file or the new one.
 void write_checkpoint(const std::filesystem::path& folder, const Checkpoint& checkpoint);
 
-/// Whether there is one to resume from.
+/// Whether there is a checkpoint to resume from.
 bool has_checkpoint(const std::filesystem::path& folder);
 
-/// @throws InvalidArgument with one sentence, if there is none, or it is truncated, damaged or of
-/// another format version
+/// @throws InvalidArgument if there is no checkpoint, or it is truncated, damaged or of another
+/// format version
 Checkpoint read_checkpoint(const std::filesystem::path& folder);
 
 }  // namespace porthos::scene

@@ -6,7 +6,7 @@
 namespace porthos::scene {
 namespace {
 
-/// Names of their own for what may be called the same.
+/// Makes names unique.
 class Links {
  public:
   std::string operator()(const std::string& name) {
@@ -39,7 +39,7 @@ void add_errors(std::vector<Column>& all, const RecordLayout& l) {
   all.push_back({"quaternion_norm_error", "1", l.quaternion()});
 }
 
-/// The ledger. What is observed is an impulse: N s, N m s.
+/// Adds the ledger. Observed quantities are impulses: N s, N m s.
 void add_ledger(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
   Links storage, power;
   for (size_t k = 0; k < d.storages.size(); ++k)
@@ -54,7 +54,7 @@ void add_ledger(std::vector<Column>& all, const phs::Description& d, const Recor
   }
 }
 
-/// Of each real series that is watched, the smallest and the largest values.
+/// Adds the smallest and the largest values of each watched real series.
 void add_extrema(std::vector<Column>& all, const RecordLayout& l) {
   const size_t known = all.size();
   size_t from = l.plain();

@@ -22,7 +22,7 @@ std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& la
 /// The names behind the columns of "turns".
 std::vector<std::string> turn_names(const phs::Description& d);
 
-/// The name in run.h5 of what is called so: '/' would open a group.
+/// The name in run.h5 for a name: '/' is replaced, because it would open a group.
 std::string link_name(std::string name);
 
 }  // namespace porthos::scene

@@ -20,7 +20,7 @@ bool are_one(const mechanics::Mechanism& m, const space::SoftLatch& l) {
   return m.body(l.link).node == m.body(l.body).node;
 }
 
-/// The limits of an event between the places of a soft latch.
+/// The limits of an event, between the points of a soft latch.
 mechanics::Latch limits_of(const Scene& scene, const Event& e) {
   mechanics::Latch l = e.latch;
   if (e.type != Event::Type::engage) return l;
@@ -32,7 +32,7 @@ mechanics::Latch limits_of(const Scene& scene, const Event& e) {
   return l;
 }
 
-/// A joint's coordinate with all its turns.
+/// A joint's coordinate, full turns included.
 double angle(const mechanics::MechanicalModel& model, const phs::State& s, const Event& e) {
   std::string known;
   size_t turn = 0;

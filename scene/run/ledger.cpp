@@ -13,7 +13,7 @@ namespace {
 
 double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
 
-/// An error without any scale stays absolute.
+/// The relative error; without a scale it stays absolute.
 double relative(double error, double scale) { return scale > 0 ? error / scale : error; }
 
 }  // namespace
@@ -106,7 +106,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.defect_J = energy_.change();
 }
 
-/// What is of a fixed size.
+/// Carries the members of fixed size.
 void Ledger::carry(Archive& a) {
   auto totals = std::bit_cast<Numbers>(totals_);
   a(std::span<double>(totals));

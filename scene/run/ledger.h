@@ -13,17 +13,17 @@
 
 namespace porthos::scene {
 
-/// The ledger of a run: stored energies, works through every power, the statistics of what does not
-/// add up.
+/// The ledger of a run: stored energies, works of every power, and the statistics of the energy
+/// error.
 ///
-/// The energy error is the defect of the balance, H - H(start) - supplied + dissipated: H -
-/// H(start) where nothing is supplied or dissipated. Works come from the method, step by step, with
-/// its own weights (integrators/core/port_work.h), and are summed in double length.
+/// The energy error is the defect of the balance, H - H(start) - supplied + dissipated; it is H -
+/// H(start) where nothing is supplied or dissipated. The method computes the works, step by step,
+/// with its own weights (integrators/core/port_work.h); they are summed in double length.
 class Ledger {
  public:
   explicit Ledger(const phs::Description& d);
 
-  /// Books a step: works of each of the system's powers [J].
+  /// Adds a step. works: of each of the system's powers [J].
   void book(std::span<const double> works) {
     for (size_t a = 0; a < works.size(); ++a) {
       phs::compensated_add(sum_[a], low_[a], works[a]);
@@ -32,12 +32,12 @@ class Ledger {
         turned_over_ += std::fabs(works[a]);
     }
   }
-  /// Books a record. @return the energy error [J]. regular: as in ErrorStatistics.
+  /// Adds a record. @return the energy error [J]. regular: as in ErrorStatistics.
   double add(double t, const Measured& m, bool regular);
-  /// Books a look between records, which counts in everything but means and statistics. @return the
-  /// energy error [J]. Allocates nothing.
+  /// Adds a measurement between records, which is part of everything except means and statistics.
+  /// @return the energy error [J]. Allocates nothing.
   double look(const Measured& m);
-  /// Of each of the system's powers since the start [J].
+  /// Work of each of the system's powers since the start [J].
   const std::vector<double>& port_work() const { return sum_; }
 
   /// Fills energy, momentum, quaternion and balance entries of a report.

@@ -89,7 +89,7 @@ void Meter::read(const phs::State& s) {
 Meter::Values Meter::values() {
   Values v;
   system_->stored(x_, stored_);
-  // Of our own models the parts are the whole; a system of the user's own is asked for it.
+  // For mechanical models the parts make up the whole; a system of the user's own is asked for it.
   if (mechanical_)
     for (const Real e : stored_) v.energy += e;
   else

@@ -9,40 +9,41 @@
 
 namespace porthos::scene {
 
-/// What a state says against the start of the run.
+/// The measurements of a state, relative to the start of the run.
 struct Measured {
   double energy_change_J = 0;    ///< H - H(start)
   std::vector<double> stored_J;  ///< of each of the system's storages
-  /// momentum - momentum(start), world axes; 0 where not an invariant. Angular: about where the
-  /// centre of mass was at the start, so that a place far from the origin puts no lever arm between
-  /// the state's rounding and the error.
+  /// momentum - momentum(start), world axes; 0 where not an invariant. The angular momentum is
+  /// about the centre of mass at the start, so a position far from the origin does not multiply the
+  /// state's rounding by a lever arm.
   std::array<double, 3> linear{}, angular{};
   double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
   mechanics::MomentumScale scale{0, 0};  ///< of this state, see Meter::measure
   bool finite() const;
 };
 
-/// Between records every so many steps are looked at. A look takes about as long as seven
-/// evaluations of the field (at 64 bits, without vectors): this keeps looks at two or three percent
-/// of a run, explicit or implicit. It goes by counts alone, so that a run looks at the same steps
-/// on every machine.
+/// Number of steps between measurements that are made between records. A measurement takes about as
+/// long as seven evaluations of the field (with 64 bits, without SIMD), so measurements take two or
+/// three percent of a run, explicit or implicit. The number depends on counts alone, so a run is
+/// measured at the same steps on every machine.
 inline std::int64_t steps_to_a_look(const integrators::Cost& c) {
   return c.evaluations >= 16 * c.steps ? 16 : 64;
 }
 
-/// In lanes, where a step costs a fraction of that and a look does not: as rarely as of explicit
-/// methods.
+/// The same in lanes, where a step costs a fraction but a measurement does not: as rarely as for
+/// explicit methods.
 inline constexpr std::int64_t steps_to_a_look_in_lanes = 64;
 
-/// Measures states in extended precision from value + low word, so that a measurement adds no noise
-/// of its own. What it returns is overwritten by the next one.
+/// Measures states in extended precision from value + low word, so that the measurement adds no
+/// noise. The next measurement overwrites the returned object.
 class Meter {
  public:
   explicit Meter(const Assembly& assembly);
 
-  /// Everything, as a record takes it.
+  /// Measures everything, for a record.
   const Measured& measure(const phs::State& state);
-  /// Without the scale of the momenta, which stays that of the last record. Allocates nothing.
+  /// The same without the scale of the momenta, which stays that of the last record. Allocates
+  /// nothing.
   const Measured& look(const phs::State& state);
 
   double initial_J() const { return double(start_.energy); }
@@ -64,8 +65,8 @@ class Meter {
     Vector linear{}, angular{};
     double quaternion_norm = 0;
   };
-  /// Nothing that free bodies in free space keep depends on where they are: measured from their
-  /// centre, a place far from the origin costs no digits.
+  /// Measures positions from the centre of mass of free bodies in free space. Their invariants do
+  /// not depend on the position, so a position far from the origin costs no digits.
   void measure_from_centre(const phs::State& start);
   void read(const phs::State& state);  ///< sets x_ and the turns of the system
   Values values();                     ///< of x_; leaves stored_

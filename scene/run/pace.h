@@ -4,8 +4,7 @@
 
 namespace porthos::scene {
 
-/// Says when to look at the clock: every so many steps that about a hundredth of a second lies
-/// between.
+/// Says when to read the clock: after a number of steps that takes about a hundredth of a second.
 class Pace {
  public:
   using Clock = std::chrono::steady_clock;

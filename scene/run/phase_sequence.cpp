@@ -41,8 +41,8 @@ void check(const Scene& s) {
   }
 }
 
-/// Where a phase that begins at `from` ends at the latest: at the next event that has a time, or
-/// with the run.
+/// The latest end of a phase that begins at `from`: the next event that has a time, or the end of
+/// the run.
 double end_after(const Scene& s, double from) {
   double end = s.duration;
   for (const Event& e : s.events)
@@ -57,8 +57,8 @@ bool on_ground(const mechanics::MechanismBuilder& parts) {
   });
 }
 
-/// The scene of a phase: what acts at joints that are locked rests with them, and so does a torquer
-/// whose wheels are all locked: there is no momentum left to unload.
+/// The scene of a phase. What acts at locked joints is inactive, and so is a torquer whose wheels
+/// are all locked, because there is no momentum to unload.
 Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
                const Latching& latching, double end) {
   Scene s = scene;
@@ -71,7 +71,7 @@ Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
   return s;
 }
 
-/// Without the orbit.
+/// The model that is stepped, without the orbit.
 const phs::Model& stepped(const Assembly& a) {
   return a.spacecraft ? a.spacecraft->internal() : *a.model;
 }
@@ -237,7 +237,7 @@ PhaseSequence::PhaseSequence(const Scene& scene, const Assembly& assembly)
   happen_at_once();
 }
 
-/// Whether an event that waits need not wait.
+/// Whether a waiting event can happen at once.
 bool PhaseSequence::can_happen(const Event& e) const {
   return Latching::margin(scene_, moving_, moving_.state, from_, e) >= 0;
 }
@@ -255,7 +255,7 @@ void PhaseSequence::happen(const Event& e) {
   assembled_ = false;
 }
 
-/// What a start or another event has brought about.
+/// Applies the events whose conditions hold at the start or after another event.
 void PhaseSequence::happen_at_once() {
   for (;;) {
     const auto e = std::find_if(waiting_.begin(), waiting_.end(),
@@ -265,7 +265,7 @@ void PhaseSequence::happen_at_once() {
   }
 }
 
-/// The mechanism as it is now, for a run up to `end`.
+/// Assembles the mechanism in its current form for a run up to `end`.
 void PhaseSequence::assemble(double end) {
   phase_.scene = phase_of(scene_, moving_, latching_, end);
   phase_.assembly = assembly_of_phase(phase_.scene, whole_assembly_, moving_, motors_, orbit_);
@@ -320,7 +320,7 @@ RunReport PhaseSequence::finish() {
   RunReport& r = whole_.report();
   r.phases = count_;
   if (broken_off_) return r;
-  // What happened at the last instant has left another mechanism, which no phase has run.
+  // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
   motors_.put_back(stepped(phase_.assembly), moving_.state);
   orbit_.put_back(moving_.state);

@@ -23,13 +23,13 @@ std::string cpu_model() {
   return "unknown";
 }
 
-/// Digests say too little to be shown to people.
+/// Whether a text is a digest, which is not shown to people.
 bool is_digest(const std::string& name) {
   return name == "scene file" || name == "model" || name == "table of cases" ||
          name.rfind("file ", 0) == 0;
 }
 
-/// Digests of the files a scene reads besides its own and the model's, by their names in it.
+/// Digests of the files a scene reads in addition to its own and the model's, by their names in it.
 NamedTexts tables_of(const Scene& scene) {
   NamedTexts list;
   for (const JointActuator& a : scene.actuators)

@@ -6,7 +6,7 @@
 
 #include "scene/read/scene.h"
 
-/// Where a result came from.
+/// The provenance of a result.
 namespace porthos::scene {
 
 /// SHA-256, 64 hexadecimal digits.
@@ -17,12 +17,12 @@ std::string sha256(std::string_view bytes);
 using NamedTexts = std::vector<std::pair<std::string, std::string>>;
 NamedTexts provenance(const Scene& scene);
 
-/// What must agree for a checkpoint to be continued bit for bit: every file the scene reads, what
-/// was asked for, and the program with its revision.
+/// What must agree so that a checkpoint can be continued bit for bit: every file the scene reads,
+/// the options of the run, and the program with its revision.
 NamedTexts fingerprint(const Scene& scene);
 
-/// What differs between two fingerprints, for people: "the method was gauss16 and is gauss8 now".
-/// Empty: nothing.
+/// The differences between two fingerprints, for people: "the method was gauss16 and is gauss8
+/// now". Empty if there are none.
 std::string difference(const NamedTexts& before, const NamedTexts& now);
 
 }  // namespace porthos::scene

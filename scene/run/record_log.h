@@ -13,7 +13,7 @@
 
 namespace porthos::scene {
 
-/// Columns of the space ledgers, see space::SpaceLedgers::now(); none unless in orbit.
+/// Columns of the space ledgers, see space::SpaceLedgers::now(); none if not in orbit.
 struct LedgerColumn {
   const char *name, *unit;
 };
@@ -21,9 +21,9 @@ const std::vector<LedgerColumn>& ledger_columns();
 
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too),
 /// energy error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored
-/// energies [J], works [J], sweeps of the implicit iteration since the start, the ledgers of a
-/// spacecraft in orbit; then the smallest and the largest value of each watched column over the
-/// steps since the record before (angles with their turns).
+/// energies [J], works [J], sweeps of the implicit iteration since the start, and the ledgers of a
+/// spacecraft in orbit. The smallest and the largest value of each watched column over the steps
+/// since the previous record follow (angles with their turns).
 struct RecordLayout {
   size_t nx, turns, storages, powers, ledgers;
   std::vector<size_t> watched;  ///< columns
@@ -43,8 +43,8 @@ struct RecordLayout {
   size_t size() const { return plain() + 2 * watched.size(); }
 };
 
-/// One row. works: of each of the system's powers since the start; `energy_error` contains them.
-/// ledgers: layout.ledgers numbers of a spacecraft's. row: written, layout.plain() numbers.
+/// Fills one row. works: of each of the system's powers since the start; `energy_error` includes
+/// them. ledgers: layout.ledgers numbers of a spacecraft. row: written, layout.plain() numbers.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
                  std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
@@ -53,13 +53,14 @@ void fill_record(const RecordLayout& layout, double time, const phs::State& stat
 void turns_of(const RecordLayout& layout, std::span<const double> row,
               std::span<std::int64_t> turns);
 
-/// The extrema of the window under way.
+/// The extrema of the current window.
 class Window {
  public:
   Window(const phs::Description& d, const RecordLayout& layout);
   bool watches() const { return !low_.empty(); }
   void restart();
-  /// A row of the layout, as fill_record() leaves it; only its watched columns are read.
+  /// Updates the extrema by a row of the layout from fill_record(); only its watched columns are
+  /// read.
   void see(std::span<const double> row);
   void put(std::span<double> row) const;
 
@@ -68,27 +69,26 @@ class Window {
 
  private:
   RecordLayout layout_;
-  std::vector<size_t> turn_;  ///< per watched column, its turns' column; 0: no angle
+  std::vector<size_t> turn_;  ///< per watched column, column of its turns; 0: no angle
   std::vector<double> low_, high_;
 };
 
-/// FNV-1a over 8-byte words: finds damage, keeps no enemy out. digest: goes on from what it is.
+/// FNV-1a over 8-byte words: detects damage, not manipulation. digest: continued from its value.
 void digest_into(std::uint64_t& digest, std::span<const double> words);
 
-/// How far a log had come when a checkpoint was written.
+/// The extent of a log when a checkpoint was written.
 struct LogMark {
   std::int64_t records = 0;
   std::uint64_t digest = 0;
 };
 
-/// Append-only file of records. While it is open no second process can open it.
+/// Append-only file of records. While it is open no other process can open it.
 class RecordLog {
  public:
-  /// Starts an empty log, or continues one: cuts it to the mark and checks what is left against the
-  /// digest.
-  /// @throws IoError if the file cannot be written, InvalidArgument if it is in use, too short for
-  ///   the mark or
-  /// damaged
+  /// Starts an empty log, or continues one: truncates it to the mark and checks the rest against
+  /// the digest.
+  /// @throws IoError if the file cannot be written, InvalidArgument if it is in use, damaged, or
+  /// too short for the mark
   RecordLog(const std::filesystem::path& path, const RecordLayout& layout);
   RecordLog(const std::filesystem::path& path, const RecordLayout& layout, const LogMark& mark);
 

@@ -15,7 +15,7 @@
 namespace porthos::scene {
 namespace {
 
-/// A dataset and the columns of the log it is filled from.
+/// A dataset and the columns of the log from which it is filled.
 struct Series {
   Column column;
   Hdf5File::Dataset data;
@@ -100,7 +100,7 @@ class RunFile {
   Hdf5File file_;  // closed last
   RecordLayout layout_;
   std::int64_t records_;
-  std::set<std::string> groups_{"supplied", "dissipated"};  ///< there are
+  std::set<std::string> groups_{"supplied", "dissipated"};  ///< that exist
   std::vector<Series> series_;
   std::vector<double> reals_;
   std::vector<std::int64_t> integers_;

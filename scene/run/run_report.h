@@ -10,44 +10,44 @@
 
 namespace porthos::scene {
 
-/// One line of the verdict: a quantity beside its limit.
+/// One line of the verdict: a quantity and its limit.
 struct Check {
   std::string name;
   double value = 0, limit = 0;
   bool pass = false;
-  /// false: it holds whatever the step, by the method's structure or because it is of the model
-  /// alone, so that a pass says nothing of the motion.
+  /// false: the check holds with any step, by the method's structure or because it tests the model
+  /// alone. So a pass says nothing about the motion.
   bool telling = true;
 };
 
-/// A check that has no meaning for this run, and why.
+/// A check without meaning for this run, and the reason.
 struct NotApplicable {
   std::string name, why;
 };
 
-/// Of the checks of a run: see docs/results.md.
+/// The verdict on the checks of a run, see docs/results.md.
 enum class Verdict { pass, fail, not_judged };
 const char* to_string(Verdict v);  ///< "pass", "fail", "not judged"
 
 /// Errors of the energy over a run, measured in extended precision from value + low word.
 struct EnergyReport {
   double initial_J = 0;
-  /// Errors are relative to it: the largest kinetic energy plus the range that each other stored
-  /// energy covered, which sees neither the zero of a potential nor the origin; the energy turned
-  /// over by sources and losses where that is more.
+  /// Errors are relative to this: the largest kinetic energy plus the range of each other stored
+  /// energy, which does not depend on the zero of a potential or the origin; or the energy turned
+  /// over by sources and losses if that is more.
   double scale_J = 0;
-  double max_abs_error_J = 0, max_rel_error = 0;  ///< over records and the looks between them
+  double max_abs_error_J = 0, max_rel_error = 0;  ///< at the records and between them
   double rms_rel_error = 0;                       ///< over records
   double growth_exponent =
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
   double drift_per_s = 0;  ///< mean relative change per second
   bool drift_is_significant =
       false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
-  /// What the scale is made of: the largest kinetic energy, then the range of each other storage.
+  /// The parts of the scale: the largest kinetic energy, then the range of each other storage.
   std::vector<std::pair<std::string, double>> scale_parts = {};
 };
 
-/// What summary.json holds of a run.
+/// The content of summary.json of a run.
 struct RunReport {
   std::string title, method;
   integrators::StepControl step_control = integrators::StepControl::fixed;
@@ -59,26 +59,26 @@ struct RunReport {
   double linear_momentum_error = 0, angular_momentum_error = 0,
          quaternion_norm_error = 0;                                     ///< relative, maxima
   double stored_J = 0, supplied_J = 0, dissipated_J = 0, defect_J = 0;  ///< balance over the run
-  double turned_over_J = 0;  ///< Σ of the sizes of all works, step by step
+  double turned_over_J = 0;  ///< Σ of the absolute works, step by step
   using Named = std::vector<std::pair<std::string, double>>;
   Named storages;       ///< change of each stored energy [J]
-  Named ports, losses;  ///< energy in through each source, lost in each dissipating element [J]
-  std::vector<MomentumRow> momentum;        ///< of wheels, last the total; empty without wheels
+  Named ports, losses;  ///< energy supplied by each source, lost in each dissipating element [J]
+  std::vector<MomentumRow> momentum;        ///< of wheels, the total last; empty without wheels
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
   std::vector<NotApplicable> not_applicable;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
-  std::string trouble;  ///< what ended a run whose outcome is not ok, where more is known than that
-  int until = -1;       ///< which of RunOptions::until ended it, -1: none
+  std::string trouble;  ///< why the run ended, if more is known than its outcome
+  int until = -1;       ///< event of RunOptions::until that ended it, -1: none
   int phases = 0;       ///< runs between events, see phases.h; 0: a scene without any
   bool interrupted = false;
-  phs::State final_state;  ///< the last good one; relative to Assembly::centre where there is one
+  phs::State final_state;  ///< the last good one; relative to Assembly::centre if there is one
   std::vector<double>
       held;  ///< memory of the sampled controllers there, in the order of Model::holds()
-  /// fail: it did not reach its end, or a check does not hold. not_judged: none of the checks could
-  /// have told a wrong motion from a right one.
+  /// fail: the run did not reach its end, or a check does not hold. not_judged: none of the checks
+  /// could have detected a wrong motion.
   Verdict verdict() const;
   bool passed() const { return verdict() == Verdict::pass; }
 };

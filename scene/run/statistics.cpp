@@ -9,7 +9,7 @@
 namespace porthos::scene {
 namespace {
 
-constexpr double enough = 8;  // increments that make a level count
+constexpr double enough = 8;  // increments needed to use a level
 constexpr size_t fewest_levels = 3;
 
 }  // namespace

@@ -5,17 +5,16 @@
 
 namespace porthos::scene {
 
-/// Statistics of a series of errors taken at equal distances in time. O(log n) memory for n
-/// records.
+/// Statistics of a series of errors at equal intervals of time. O(log n) memory for n records.
 ///
 /// For every j the squares of the non-overlapping increments over 2^j records are summed:
 ///   S_j = mean (e((i+1) 2^j) - e(i 2^j))²,
-/// whose growth with 2^j tells a bounded error (S constant), a random walk (S ~ τ) and a drift (S ~
-/// τ²) apart.
+/// whose growth with 2^j distinguishes a bounded error (S constant), a random walk (S ~ τ) and a
+/// drift (S ~ τ²).
 class ErrorStatistics {
  public:
-  /// regular: one record distance after the one before. A last record at another distance counts in
-  /// the maximum, the mean square and the end value only.
+  /// regular: one record interval after the previous one. A last record at another interval is part
+  /// of the maximum, the mean square and the end value only.
   void add(double error, bool regular = true);
 
   std::int64_t count() const { return static_cast<std::int64_t>(count_); }
@@ -27,9 +26,10 @@ class ErrorStatistics {
   /// NaN for fewer than 3 such levels.
   double growth_exponent() const;
 
-  /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, s_j their standard
-  /// deviation and n_j their number: three standard errors of a random walk with these increments.
-  /// Level 0 alone would take a slow oscillation seen for less than a period for a drift.
+  /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, with s_j their
+  /// standard deviation and n_j their number: three standard errors of a random walk with these
+  /// increments. Level 0 alone would take a slow oscillation seen for less than a period for a
+  /// drift.
   bool drift_is_significant() const;
 
   std::vector<double> memory() const;  ///< everything, for checkpoints

@@ -9,7 +9,7 @@
 namespace porthos::scene {
 namespace {
 
-using Json = nlohmann::ordered_json;  // writes numbers that are not finite as null
+using Json = nlohmann::ordered_json;  // writes non-finite numbers as null
 
 Json slice(std::span<const double> values, int at, int size) {
   if (size == 1) return values[size_t(at)];
@@ -23,7 +23,8 @@ double angle(const phs::State& s, int at, size_t turn) {
   return static_cast<double>(x + two_pi * static_cast<long double>(s.turns[turn]));
 }
 
-/// inner: as it was run. Rates are of that, so that they have no rounding of a common velocity.
+/// inner: the state as integrated. Rates are computed from it, so they have no rounding error of a
+/// common velocity.
 Json final_state(const Assembly& a, double t, const phs::State& inner) {
   WorldView view(a);
   const phs::State& s = view(t, inner);
@@ -132,7 +133,7 @@ Json ledgers(const RunReport& r) {
           {"neglected_next_order", s.next_order}};
 }
 
-/// What the method did not have to work for: the motion of the centre of mass from 0 to t.
+/// The part that the method did not integrate: the motion of the centre of mass from 0 to t.
 Json centre_of_mass(const CentreOfMass& c, double t) {
   const auto list = [](const CentreOfMass::Vec& a) {
     return Json{double(a.x), double(a.y), double(a.z)};
@@ -167,7 +168,7 @@ Json not_applicable(const RunReport& r) {
   return list;
 }
 
-/// What the reader of the model file took in its own way or left out.
+/// Notes of the reader of the model file on what it interpreted or left out.
 Json model_notes(const Assembly& a) {
   Json list = Json::array();
   for (const auto& note : a.notes) list.push_back(note.where + ": " + note.text);
@@ -214,7 +215,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["notes"] = r.notes;
   j["model_notes"] = model_notes(assembly);
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
-  // A title or a joint name that is no UTF-8 must not cost the summary.
+  // A title or a joint name that is not UTF-8 must not prevent the summary.
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -13,7 +13,8 @@ using integrators::Declaration;
 using integrators::Outcome;
 using Limit = std::optional<double>;
 
-/// What a method keeps whatever the step: a check of it cannot tell a step that is too long.
+/// The quantities a method keeps with any step: a check of these cannot detect a step that is too
+/// long.
 struct Kept {
   bool energy, quadratic;
   Kept(const Declaration& d, const Scene& scene, const RunReport& r)
@@ -59,7 +60,7 @@ class Judge {
     if (limit) r_.not_applicable.push_back({name, why});
   }
 
-  /// Only what is an invariant is checked, or what is left of it when the impulses are taken off.
+  /// Checks the momenta that are invariants, or what remains after the impulses are subtracted.
   void momenta() {
     const bool pushed = !r_.impulses.rows.empty() && !r_.space;
     if (pushed && others_push()) {
@@ -72,7 +73,7 @@ class Judge {
         pushed && std::any_of(r_.impulses.rows.begin(), r_.impulses.rows.end(),
                               [](const ImpulseRow& row) { return row.type == "thruster"; });
     const char* const no_invariant = "it is no invariant of this system";
-    // Every method of the catalogue keeps what is linear in the state.
+    // Every method of the catalogue keeps linear invariants.
     if (thrust)
       check("linear_momentum (less impulses)", limits_.linear_momentum, r_.impulses.linear_left,
             false);
@@ -96,7 +97,7 @@ class Judge {
       cannot("angular_momentum", limits_.angular_momentum, no_invariant);
     tell_propellant();
   }
-  /// Whether the momentum changes by more than thrusters and torquers.
+  /// Whether other causes than thrusters and torquers change the momentum.
   bool others_push() const {
     return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||
            mechanics::norm(scene_.urdf.gravity) > 0;
@@ -122,8 +123,8 @@ class Judge {
     cannot("coupling", limits_.coupling, why);
   }
 
-  /// A pass must mean something: where all that was asked holds with any step, the energy is judged
-  /// too if it does not.
+  /// A pass must be meaningful: if all requested checks hold with any step, the energy is judged
+  /// too, unless it also holds with any step.
   void choose() {
     if (r_.checks.empty() || limits_.step_halving || kept_.energy || limits_.energy ||
         std::any_of(r_.checks.begin(), r_.checks.end(), [](const Check& c) { return c.telling; }))

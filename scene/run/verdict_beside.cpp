@@ -1,4 +1,4 @@
-// What is judged beside the run, by steps and states of its own.
+// Checks that take steps and states of their own, in addition to the run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,19 +20,21 @@ using integrators::Declaration;
 using integrators::Outcome;
 
 constexpr std::int64_t steps_beside = 100;
-/// Going forth and back by a symmetric method leaves rounding only: far below this, far above it if
-/// it is not symmetric.
+/// Steps forwards and backwards by a symmetric method leave rounding only, far below this limit; by
+/// a method that is not symmetric they leave far more.
 constexpr double symmetry_limit = 1e-9;
-/// A trajectory that half the step changes by more than a thousandth of its size is not resolved.
+/// If halving the step changes a trajectory by more than a thousandth of its size, it is not
+/// resolved.
 constexpr double step_halving_limit = 1e-3;
 
-/// Whether a pass would mean nothing: all that was checked holds with any step.
+/// Whether a pass would be meaningless: all checks made hold with any step.
 bool tells_nothing(const RunReport& r) {
   return !r.checks.empty() &&
          std::none_of(r.checks.begin(), r.checks.end(), [](const Check& c) { return c.telling; });
 }
 
-/// Names a clock's reading as the origin, so that steps of another size go on from there.
+/// Makes the current time the origin of the clock, so that steps of another size continue from
+/// there.
 void take_as_origin(phs::State& s, double h) {
   const double n = double(s.step - s.origin_step), p = n * h;
   double sum, rest;
@@ -75,7 +77,7 @@ class Beside {
     try {
       const auto report = phs::check(*a_.model, {.sizes = sizes()});
       take(report, "");
-      // What needs the splitting has a port-Hamiltonian system inside that does not.
+      // A system that needs the splitting contains a port-Hamiltonian system that does not.
       if (a_.spacecraft && std::any_of(report.axioms.begin(), report.axioms.end(), [](auto& x) {
             return x.axiom == "field" && !x.applies();
           })) {
@@ -149,8 +151,8 @@ class Beside {
     }
   }
 
-  /// The size of the motion, block by block: the larger of start and end, 1 for angles and for what
-  /// stayed at 0.
+  /// The size of the motion for each block: the larger of start and end, or 1 for angles and for
+  /// values that stayed at 0.
   std::vector<double> sizes() const {
     const phs::Description& d = a_.model->description();
     std::vector<double> size(size_t(d.nx), 1.0);
@@ -180,16 +182,17 @@ class Beside {
     std::vector<long double> place;
     double time;
   };
-  /// Where n steps of h lead from the start; nothing if one fails.
+  /// The end of n steps of h from the start; empty if one fails.
   std::optional<End> go(StateScale& scale, double h, std::int64_t n, double rtol = 1) const {
     Scene with = scene_;
-    with.rtol = std::max(std::min(rtol, with.rtol), 2.3e-16);  // what a rival takes
+    with.rtol = std::max(std::min(rtol, with.rtol), 2.3e-16);  // a rival's minimum
     phs::State s = a_.initial;
     const auto integrator = make_integrator(with, *a_.model, h);
     if (!forward(scale, *integrator, s, n)) return {};
     return End{place(s), integrator->time(s)};
   }
-  /// Steps of the control's choice, half as long everywhere, the last one to the very time.
+  /// Steps chosen by the step control, half as long everywhere; the last one ends exactly at
+  /// `time`.
   std::optional<End> go_to(StateScale& scale, double time) const {
     Scene finer = scene_;
     if (finer.control_rate == 0) finer.control_rate = 1 / scene_.step;
@@ -209,10 +212,10 @@ class Beside {
     return true;
   }
 
-  /// Steps with h and back with -h: how far from the start. Infinite if a step fails.
+  /// Steps with h and then with -h: the distance from the start. Infinite if a step fails.
   struct Return {
     double off;          ///< from the start
-    double of_rounding;  ///< what a rounding at the turn makes on the way back
+    double of_rounding;  ///< effect of a rounding error at the turn after the way back
   };
   Return forth_and_back() const {
     StateScale scale(a_.model->description());
@@ -224,7 +227,7 @@ class Beside {
     for (size_t k = 0; k < s.x.size(); ++k) rounded.x[k] *= 1 + (k % 2 ? 1 : -1) * 0x1p-52;
     const auto come_back = [&](phs::State& from) {
       const auto back = make_integrator(scene_, *a_.model, -scene_.step);
-      // A controlled method finds its steps again by what it knew.
+      // A method with step control repeats its steps only with its memory.
       if (!fixed_) back->restore(forth->memory());
       return forward(scale, *back, from, steps_);
     };

@@ -48,7 +48,7 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       ledger_(assembly.model->description()),
       good_{state_, {}, {}, ledger_} {}
 
-/// The scene's method, under its monitor if there is one.
+/// The scene's method, with its monitor if there is one.
 std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
   auto method = make_integrator(scene_, *assembly_.model, scene_.step);
   if (!scene_.monitor) return method;
@@ -58,8 +58,8 @@ std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
                                                       scene_.step, std::move(options));
 }
 
-/// What stops the run at an instant: of an event, or the end where steps vary. Or takes it from one
-/// back to whole steps.
+/// The stepper that stops the run at the instant of an event, or at the end if steps vary; or that
+/// returns from such an instant to whole steps.
 std::unique_ptr<integrators::EventStepper> WatchedRun::make_events(
     std::vector<integrators::Event> until) {
   if (until.empty() && fixed_ && assembly_.initial.origin_step == 0) return nullptr;
@@ -106,8 +106,8 @@ bool WatchedRun::ended() const {
   return fixed_ ? state_.step >= steps_.total && time() >= end_ : time() >= scene_.duration;
 }
 
-/// Whether the last step reached a record time: exactly where the steps are fixed, else it may lie
-/// behind by up to a step.
+/// Whether the last step reached a record time: exactly if the steps are fixed; otherwise the step
+/// may end up to a step later.
 bool WatchedRun::at_record() const {
   if (fixed_) return steps_.at_record(state_.step) && !off_the_grid();
   const auto count = [&](double t) { return std::floor(t / scene_.record_every); };
@@ -131,8 +131,8 @@ Outcome WatchedRun::fixed_step() {
   return o;
 }
 
-/// A step of the control's choice; one that would pass an event or the end is taken again up to
-/// there.
+/// A step chosen by the step control; a step that would pass an event or the end is repeated up to
+/// it.
 Outcome WatchedRun::controlled_step() {
   before_ = state_;
   const auto r = events_->step(state_, scene_.duration);
@@ -168,8 +168,8 @@ void WatchedRun::not_finite() {
   recall();
 }
 
-/// Measures and hands out. A state whose energy is not a number is a failure, and the last record
-/// the last good state.
+/// Measures and passes the record on. A state whose energy is not a number is a failure; the last
+/// record is then the last good state.
 void WatchedRun::record() {
   const Measured& m = meter_.measure(state_);
   if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();

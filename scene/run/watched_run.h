@@ -14,56 +14,55 @@
 
 namespace porthos::scene {
 
-/// Takes each record of a run: a row of WatchedRun::layout().
+/// Receives each record of a run: a row of WatchedRun::layout().
 using RecordSink = std::function<void(std::span<const double>)>;
 
-/// A run at work, without files: integrator, meter, ledger, monitor and the clock of its steps.
-/// What `porthos run` writes, what a phase between events is, a case of an ensemble and a run in
-/// memory are all this loop:
+/// A run in progress, without files: integrator, meter, ledger, monitor and the clock of its steps.
+/// `porthos run`, a phase between events, a case of an ensemble and a run in memory all use this
+/// loop:
 ///
 ///     WatchedRun run(scene, assembly, until, sink);
 ///     for (run.begin(); run.goes_on();) run.step();
 ///
-/// The same bits whoever drives it. A step allocates nothing; a record allocates what its sink
-/// does.
+/// It gives the same bits for every caller. A step allocates nothing; a record allocates only in
+/// its sink.
 class WatchedRun {
  public:
-  /// The scene states its method, and has no events: those are between runs. Scene and assembly
-  /// must outlive it.
-  /// @param until   end the run, see RunOptions::until
-  /// @param record  may be empty: then no rows are made
-  /// @throws InvalidArgument for step, duration or record distance that are no positive numbers,
-  ///   and as make_integrator()
+  /// The scene must state its method and have no events, which are handled between runs. Scene and
+  /// assembly must outlive the run.
+  /// @param until   events that end the run, see RunOptions::until
+  /// @param record  may be empty: then no rows are written
+  /// @throws InvalidArgument if step, duration or record distance are not positive, and as
+  /// make_integrator()
   WatchedRun(const Scene& scene, const Assembly& assembly, std::vector<integrators::Event> until,
              RecordSink record);
   WatchedRun(const WatchedRun&) = delete;
 
-  /// Opens the ledger and takes the first record. Not for a run that restore() continues.
+  /// Opens the ledger and takes the first record. Not for a run continued by restore().
   void begin();
   bool goes_on() const { return outcome_ == integrators::Outcome::ok && !ended(); }
-  /// A step with its ledger, and the record or the look it is due for. After a failure the state is
-  /// the last good one.
+  /// Takes a step, updates the ledger, and makes the record or intermediate measurement that is
+  /// due. After a failure the state is the last good one.
   void step();
 
-  /// Fills what the next steps depend on; the rest of a checkpoint belongs to who writes it.
+  /// Stores what the next steps depend on; the writer of the checkpoint fills the rest.
   void save(Checkpoint& checkpoint) const;
-  /// Continues where save() was called. @throws InvalidArgument if a size does not fit
+  /// Continues from where save() was called. @throws InvalidArgument if a size does not fit
   void restore(const Checkpoint& checkpoint);
   /// Whether a run of this method can be continued.
   bool resumable() const { return integrator_->declaration().resumable; }
 
   const RecordLayout& layout() const { return layout_; }
   integrators::Outcome outcome() const { return outcome_; }
-  double fraction() const;  ///< of the run that is done
+  double fraction() const;  ///< completed part of the run
   std::int64_t steps() const { return state_.step; }
   bool has_steps() const { return steps_.total > 0; }
 
   /// Everything but the clocks, the notes, momenta and impulses (MomentumLedger) and the verdict.
   RunReport report() const;
-  /// What a reader should know besides: how numbers were taken, joints beyond limits, the
-  /// iteration.
+  /// Adds notes for the reader: how numbers were used, joints beyond limits, the iteration.
   void add_notes(RunReport& report) const;
-  /// The checks that need no run beside this one, see verdict.h.
+  /// Makes the checks that need no additional run, see verdict.h.
   void judge(RunReport& report) const;
 
  private:
@@ -88,19 +87,19 @@ class WatchedRun {
   const Assembly& assembly_;
   const RecordSink record_;
   const bool fixed_;                                   ///< steps of the scene's size
-  std::unique_ptr<integrators::Integrator> own_;       ///< null: the one of events_
+  std::unique_ptr<integrators::Integrator> own_;       ///< null: events_ owns it
   std::unique_ptr<integrators::EventStepper> events_;  ///< null: all steps are whole ones
   integrators::Integrator* integrator_;
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   space::SplitIntegrator* split_;        ///< null: not in orbit
   Meter meter_;
-  WorldView view_;  ///< records show the world
+  WorldView view_;  ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
   const Measured unmeasured_{};
   Window window_;
-  phs::State state_, before_;  ///< before_: of the step just taken, where steps vary
-  const Steps steps_;          ///< where they are fixed
+  phs::State state_, before_;  ///< before_: start of the last step, if steps vary
+  const Steps steps_;          ///< if they are fixed
   const double end_;           ///< [s]
   Ledger ledger_;
   struct Moment {

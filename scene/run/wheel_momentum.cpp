@@ -77,7 +77,7 @@ void MomentumLedger::see_impulses(std::span<const double> record,
     start_ = now;
     from_ = to_;
   }
-  if (scene_.orbit) return;  // there the space ledgers keep this balance
+  if (scene_.orbit) return;  // the space ledgers keep this balance
   const auto left = [](const auto& a, const auto& b, const auto& given) {
     return mechanics::norm((a - b) - given);
   };

@@ -19,40 +19,41 @@ struct RunReport;
 /// An angular momentum over a run, at its records [N m s].
 struct MomentumRow {
   std::string name;
-  double start = 0, end = 0, largest = 0;  ///< largest: of its size
+  double start = 0, end = 0, largest = 0;  ///< largest: absolute value
 };
 
-/// What a thruster or torquer has given over a run, in world (in orbit: inertial) axes.
+/// Impulse of a thruster or torquer over a run, in world (in orbit: inertial) axes.
 struct ImpulseRow {
   std::string name, type;  ///< type: "thruster" or "torquer"
   /// [N s], [N m s]; about the world's origin, in orbit the centre of mass
   std::array<double, 3> impulse{}, angular{};
-  double on_s = 0;  ///< seconds on, of a thruster
-  /// thrust time / (specific impulse g0); 0 where that is not given. Masses stay as they are.
+  double on_s = 0;  ///< time on, of a thruster [s]
+  /// thrust time / (specific impulse g0); 0 where the latter is not given. Masses stay constant.
   double propellant_kg = 0;
 };
 struct Impulses {
   std::vector<ImpulseRow> rows;
-  /// Largest |P - P(0) - Σ impulses| and the same of L at the records, over the largest |P|, |L|;
-  /// of free space only.
+  /// Largest |P - P(0) - Σ impulses| and the same for L at the records, over the largest |P|, |L|;
+  /// in free space only.
   double linear_left = 0, angular_left = 0;
 };
 
-/// What the records of a run say of the momenta its wheels hold and its thrusters give.
+/// Momenta of the wheels and impulses of the thrusters, from the records of a run.
 ///
-/// Of the wheels: per wheel the momentum conjugate to its joint, that is its whole angular momentum
-/// about its axis, a·I(ω_base + a ω_wheel), signed; and last "total", the size of the angular
-/// momentum of all bodies about the world's origin, without sign. Nothing where no wheel is an
-/// element. Of thrusters and torquers: from the observed works and the states.
+/// For each wheel: the momentum conjugate to its joint, that is its whole angular momentum about
+/// its axis, a·I(ω_base + a ω_wheel), signed. The last row, "total", is the magnitude of the
+/// angular momentum of all bodies about the world's origin. Without a wheel among the elements
+/// there are no rows. Impulses of thrusters and torquers come from the observed works and the
+/// states.
 class MomentumLedger {
  public:
   /// The scene and the assembly must outlive it.
   MomentumLedger(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
-  /// Whether there is anything to keep a ledger of.
+  /// Whether there are wheels, thrusters or torquers.
   bool any() const { return !wheels_.empty() || !given_.rows.empty(); }
-  /// Books a record, a row of the layout. Allocates nothing.
+  /// Adds a record, a row of the layout. Allocates nothing.
   void see(std::span<const double> record);
-  /// Books every record of a log.
+  /// Adds every record of a log.
   void read(const std::filesystem::path& log);
   /// Sets `momentum` and `impulses`.
   void fill(RunReport& report) const;

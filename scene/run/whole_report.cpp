@@ -8,11 +8,11 @@
 namespace porthos::scene {
 namespace {
 
-constexpr double momentum_limit = 1e-14;  // across an event: the rounding of the state behind it
+constexpr double momentum_limit = 1e-14;  // across an event: rounding of the state after it
 
 double size(const mechanics::Vec3d& a) { return std::hypot(a.x, a.y, a.z); }
 
-/// The entry of a name, made at the end where there is none.
+/// The entry of a name; if missing it is appended.
 double& entry(RunReport::Named& list, const std::string& name) {
   for (auto& [known, value] : list)
     if (known == name) return value;
@@ -71,12 +71,12 @@ void WholeReport::add_energy(const EnergyReport& p, bool first) {
   e.max_abs_error_J = std::max(e.max_abs_error_J, p.max_abs_error_J);
   for (const auto at :
        {&EnergyReport::max_rel_error, &EnergyReport::rms_rel_error, &EnergyReport::growth_exponent})
-    e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records to tell
+    e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records
   if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
   e.drift_is_significant |= p.drift_is_significant;
 }
 
-/// A wheel that is locked keeps its last row.
+/// A locked wheel keeps its last row.
 void WholeReport::add_momentum(const MomentumRow& m) {
   for (MomentumRow& known : r_.momentum)
     if (known.name == m.name) {
@@ -121,7 +121,7 @@ void WholeReport::add(const Event& e, const mechanics::Impact& i, bool on_ground
   worst({"momentum_across_events", jump, momentum_limit, jump <= momentum_limit, false});
 }
 
-/// A check of one phase is one of the run; what no phase can check is listed.
+/// A check made in one phase is a check of the run; checks that no phase can make are listed.
 void WholeReport::cannot(const NotApplicable& n) {
   const auto same = [&](const auto& known) { return known.name == n.name; };
   if (std::none_of(r_.checks.begin(), r_.checks.end(), same) &&

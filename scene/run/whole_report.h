@@ -4,15 +4,15 @@
 
 namespace porthos::scene {
 
-/// The errors and ledger of all phases of a run in one report: the worst errors, the sums of the
-/// works, plastic losses among the losses, the momenta across events among the checks.
+/// The errors and the ledger of all phases of a run in one report: the largest errors, the sums of
+/// the works, plastic losses among the losses, and the momenta across events among the checks.
 class WholeReport {
  public:
   explicit WholeReport(const Scene& scene);
 
   /// @param from  when the phase began [s]
   void add(const RunReport& phase, double from);
-  /// @param on_ground  the ground takes a part of the momenta, which are no invariants then
+  /// @param on_ground  the ground takes a part of the momenta, which are then no invariants
   void add(const Event& event, const mechanics::Impact& impact, bool on_ground);
   RunReport& report() { return r_; }
   const RunReport& report() const { return r_; }

@@ -169,7 +169,7 @@ std::string bound(const std::optional<double>& x, const char* none) {
   return x ? fmt::format("{}", *x) : none;
 }
 
-/// Properties of joints the file states and the simulation leaves out.
+/// Joint properties in the file that the simulation leaves out.
 std::string left_out_section(const Mechanism& m) {
   TextRows rows;
   for (const auto& j : m.joint_properties()) {

@@ -5,11 +5,11 @@
 
 namespace porthos::scene {
 
-/// What `porthos info` prints: states, ports, invariants, the plan (active and absent effects) and
+/// The text of `porthos info`: states, ports, invariants, the plan (active and absent effects) and
 /// the measured cost of one evaluation.
 std::string info_text(const Scene& scene, const Assembly& assembly);
 
-/// What `porthos --version` prints: version, git hash, compiler, flags, SIMD.
+/// The text of `porthos --version`: version, git hash, compiler, flags, SIMD.
 std::string version_text();
 
 }  // namespace porthos::scene

@@ -12,7 +12,7 @@ namespace {
 
 using Clock = Pace::Clock;
 
-/// A run of one mechanism, by a method that is stated.
+/// A run of one mechanism by a stated method.
 RunReport run_one(const Scene& scene, const Assembly& assembly,
                   const std::vector<integrators::Event>& until, const MemoryOptions& o) {
   const auto wall = Clock::now();

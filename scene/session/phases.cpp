@@ -33,7 +33,7 @@ Json json_of(const Happened& h, const std::optional<CentreOfMass>& centre) {
           {"largest_twist_jump", i.rate_jump}};
 }
 
-/// Whether the folders hold an unfinished run; finished ones of an earlier run make room.
+/// Refuses folders with an unfinished run; removes finished ones of an earlier run.
 void make_room(const RunOptions& o) {
   const bool finished = fs::exists(fs::path(o.out) / "summary.json");
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
@@ -97,7 +97,7 @@ class PhaseFolders {
     return r;
   }
 
-  /// A phase that an earlier run has finished.
+  /// The report of a phase that an earlier run has finished.
   static RunReport read(const Phase& p, const fs::path& folder) {
     const Checkpoint done = read_checkpoint(end_folder(folder));
     if (const auto changes = difference(done.fingerprint, fingerprint(p.scene)); !changes.empty())

@@ -37,7 +37,7 @@ Json summary_of(const fs::path& folder) {
   }
 }
 
-/// What the pictures say of a run. Null figures (not finite) become 0.
+/// The report as far as the pictures need it. Null figures (not finite) become 0.
 RunReport report_of(const Json& s) {
   const auto number = [](const Json& j) { return j.is_number() ? j.get<double>() : 0.0; };
   RunReport r;
@@ -56,7 +56,7 @@ RunReport report_of(const Json& s) {
   return r;
 }
 
-/// A series, a number a record.
+/// A series with one number per record.
 std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
   std::vector<double> v(size_t(file.dataset(name).size()));
   const auto records = size_t(file.dataset("time").size());
@@ -68,7 +68,7 @@ std::vector<double> column(const Hdf5Reader& file, const std::string& name) {
   return v;
 }
 
-/// The series of a group, those the summary names first, in its order.
+/// The series of a group, first those named in the summary, in its order.
 std::vector<LedgerLine> lines(const Hdf5Reader& file, const std::string& group, const Json& order,
                               std::int64_t every) {
   std::vector<std::string> names;

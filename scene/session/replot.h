@@ -5,8 +5,8 @@
 
 namespace porthos::scene {
 
-/// Draws energy_error.svg and ledger.svg of a finished run anew from its summary.json and run.h5,
-/// in every phase of it.
+/// Draws energy_error.svg and ledger.svg of a finished run, and of all its phases, again from
+/// summary.json and run.h5.
 /// @return the files written
 /// @throws InvalidArgument for a folder without a finished run, or one whose files are damaged
 std::vector<std::string> replot(const std::filesystem::path& folder);

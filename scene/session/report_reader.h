@@ -6,8 +6,8 @@
 namespace porthos::scene {
 
 /// The report of a finished run, from the summary.json in its folder.
-/// @param end  its last state, which the summary has in digits alone
-/// @throws InvalidArgument for a file that is none
+/// @param end  its last state, which the summary has only in decimal digits
+/// @throws InvalidArgument for a file that is not a summary
 RunReport read_report(const std::filesystem::path& folder, const phs::State& end);
 
 }  // namespace porthos::scene

@@ -31,7 +31,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
 }
 
-/// The ledger at no more than 750 records.
+/// The ledger plot, with at most 750 records.
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const std::filesystem::path& log) {
   const phs::Description& d = assembly.model->description();
@@ -60,7 +60,7 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
   return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
-/// Pictures and summary, put in place after what was written aside before.
+/// Writes pictures and summary, and puts them in place after the files written before.
 void write_with(const std::filesystem::path& folder, const Scene& scene, const Assembly& assembly,
                 const RunReport& report, const std::filesystem::path& log,
                 std::vector<std::filesystem::path> files) {

@@ -5,15 +5,15 @@
 
 namespace porthos::scene {
 
-/// Writes run.h5, energy_error.svg and summary.json of a finished run, each aside first; then puts
-/// all in place, the summary last: a folder with a summary is complete. Results of an earlier run
-/// stay untouched until then.
+/// Writes run.h5, energy_error.svg and summary.json of a finished run under temporary names and
+/// then renames them, the summary last: a folder with a summary is complete. Results of an earlier
+/// run stay untouched until then.
 /// @throws IoError "cannot write <path>: ..."
 void write_results(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log);
 
-/// Its pictures and its summary once more, when the verdict is known.
+/// Writes its pictures and summary again when the verdict is known.
 void write_verdict(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log);

@@ -34,7 +34,7 @@ double cpu_now() {
 
 fs::path checkpoint_folder(const std::string& out) { return fs::path(out) / "checkpoint"; }
 
-/// Where the checkpoint of a run lies that has begun, of its first phase if it has several.
+/// Folder of the checkpoint of a started run; of its first phase if it has several.
 fs::path begun(const std::string& out) {
   for (const char* phase : {"end", "checkpoint"})
     if (const fs::path first = fs::path(out) / "phase_1" / phase; has_checkpoint(first))
@@ -78,8 +78,8 @@ class Session {
     if (run_.outcome() != Outcome::ok || run_.resumable()) checkpoint();
   }
 
-  /// Beside the checkpoint, so that a report can read the records of a run that has not come to its
-  /// end.
+  /// Writes the input texts beside the checkpoint, so that a report can read the records of an
+  /// unfinished run.
   void keep_texts() const {
     if (scene_.text.empty()) return;
     write_file(folder_ / "scene.toml", scene_.text);
@@ -182,7 +182,7 @@ class Session {
     return r;
   }
 
-  /// What stands in the folder while the rest is checked: results, and no verdict.
+  /// The report written while the remaining checks are made: results, and no verdict.
   static RunReport not_yet_judged(RunReport r) {
     for (Check& c : r.checks) c.telling = false;
     r.notes.push_back("written before everything was checked: the verdict is still to come");

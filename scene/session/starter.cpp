@@ -18,7 +18,7 @@ namespace {
 
 using Base = mechanics::UrdfOptions::Base;
 
-// What pilot runs choose from, the most welcome first.
+// Choices of the pilot runs, the preferred one first.
 constexpr double durations[] = {20, 10, 5, 2, 1};  // s
 constexpr const char* methods[] = {"gauss16", "gauss8"};
 constexpr double steps[] = {0.1,   0.05,  0.02,   0.01,   0.005,
@@ -27,17 +27,17 @@ constexpr double limit = 1e-11;                                     // of [verif
 constexpr double written_limit = 1e-12;                             // and of its momenta and norms
 constexpr double margin = 10;  // by which a pilot stays below them
 
-// Work in evaluations of the field times freedoms, some 0.2 microseconds each: the choice does not
-// depend on the clock.
+// Work in evaluations of the field times degrees of freedom, about 0.2 microseconds each, so that
+// the choice does not depend on the clock.
 constexpr double most_work_of_a_run = 4e6, most_work_of_a_duration = 8e6;
 
-/// What [model] may have to say so that a file is accepted, from the least to the most.
+/// Keys of [model] that a file may need to be accepted, from the fewest to the most.
 struct Allowance {
   bool massless, unphysical;
 };
 constexpr Allowance allowances[] = {{false, false}, {false, true}, {true, false}, {true, true}};
 
-/// A file, as [model] has it accepted.
+/// What [model] needs so that a file is accepted.
 struct Accepted {
   mechanics::UrdfResult model;
   Base base;
@@ -93,7 +93,7 @@ std::string model_table(const std::string& shown, const Accepted& a) {
   return text;
 }
 
-/// A start inside the limits, away from where nothing would happen.
+/// A start inside the limits: the wished one, or else their middle.
 double start_of(const mechanics::JointProperties* p, double wish) {
   if (!p || !p->lower || !p->upper || !(*p->lower < *p->upper)) return wish;
   if (wish > *p->lower && wish < *p->upper) return wish;
@@ -132,8 +132,8 @@ struct Pilot {
   bool good = false;
 };
 
-/// Finds method, step and duration: the longest duration that is affordable, and of the methods
-/// that keep all limits over all of it by a margin the one that needs the fewest evaluations.
+/// Finds method, step and duration: the longest affordable duration, and, of the methods that keep
+/// all limits over it with a margin, the one that needs the fewest evaluations.
 class Search {
  public:
   Search(const Assembly& assembly, bool floats) : assembly_(assembly), floats_(floats) {}
@@ -158,7 +158,7 @@ class Search {
       const double quick = std::min(duration, std::max(1.0, 50 * step));
       Pilot p = attempt(method, step, quick);
       if (p.good && p.work * duration / quick > most_work_of_a_run) break;
-      // A quarter first: what gets worse on the way costs less then.
+      // A quarter first: a failure then costs less.
       for (const double longer : {duration / 4, duration})
         if (p.good && longer > p.duration) p = attempt(method, step, longer);
       if (p.good) return p;
@@ -177,7 +177,7 @@ class Search {
     p.error = r.energy.max_rel_error;
     const double other =
         std::max({r.linear_momentum_error, r.angular_momentum_error, r.quaternion_norm_error});
-    // Where Newton's method has to help the step is too long for symmetry to rounding.
+    // If Newton's method is needed, the step is too long for symmetry to rounding.
     p.good = p.error * margin < limit && (!floats_ || other * margin < written_limit) &&
              r.cost.factorisations == 0;
     if (p.error < nearest_.error) nearest_ = p;
@@ -190,13 +190,13 @@ class Search {
   double spent_ = 0;
 };
 
-/// At least ten times x, one digit of it.
+/// At least ten times x, rounded up to one digit.
 double widened(double x) {
   const double unit = std::pow(10.0, std::floor(std::log10(10 * x)));
   return std::ceil(10 * x / unit) * unit;
 }
 
-/// What was chosen, and why.
+/// The choice and its reason.
 std::string method_tables(const Pilot& p, bool floats) {
   std::string text = "\n[integrator]\n";
   text += fmt::format(
@@ -223,7 +223,7 @@ std::string method_tables(const Pilot& p, bool floats) {
   return text + fmt::format("quaternion_norm = {:g}\n", written_limit);
 }
 
-/// All of a scene but how it is run.
+/// The scene without the tables that say how it is run.
 std::string head(const std::string& shown, const Accepted& a) {
   const bool floats = a.base == Base::free;
   const auto& m = a.model.mechanism;
@@ -249,8 +249,7 @@ constexpr const char* tail =
     "dc_motor, controller, wheel\n"
     "# joint = \"a_joint\"\n# damping = 0.1                  # N m s/rad\n";
 
-/// Finds what [model] has to say. @throws InvalidArgument in the words of the last way that was
-/// tried
+/// Finds the keys of [model]. @throws InvalidArgument with the message of the last attempt
 Accepted accept(const std::string& content, const std::string& urdf, Base base) {
   std::vector<std::string> lock, light;
   while (true) {
@@ -278,7 +277,7 @@ Accepted accept(const std::string& content, const std::string& urdf, Base base) 
   }
 }
 
-/// Where no base is asked for: fixed, but a model without joints that move floats as one body.
+/// If no base is given: fixed, but a model without joints that move floats as one body.
 Accepted accept(const std::string& content, const std::string& urdf, std::optional<Base> base) {
   if (base) return accept(content, urdf, *base);
   try {

@@ -6,15 +6,15 @@
 
 namespace porthos::scene {
 
-/// A commented scene file for a URDF file, which runs and passes as it is: method, step and
-/// duration found by pilot runs over all of the duration, start values inside the joints' limits,
-/// and whatever [model] has to say so that the file is accepted (joints that move nothing heavy are
-/// locked). Some seconds; the same text on every machine.
+/// A commented scene file for a URDF file, which runs and passes as it is. Pilot runs over the
+/// whole duration find method, step and duration; start values are inside the joints' limits; and
+/// [model] has the keys needed so that the file is accepted (joints that move no mass are locked).
+/// Takes some seconds and gives the same text on every machine.
 /// @param urdf   path of the URDF file
-/// @param shown  how the scene file names it, relative to itself
-/// @param base   fixed: bolted to the world, with gravity; free: floating, without. Absent: fixed,
+/// @param shown  its path in the scene file, relative to that file
+/// @param base   fixed: fixed to the world, with gravity; free: floating, without. Absent: fixed,
 ///   or free if no joint of the file moves
-/// @throws InvalidArgument as mechanics::read_urdf, in the words of the last way that was tried;
+/// @throws InvalidArgument as mechanics::read_urdf, with the message of the last attempt; also
 ///   for a model whose pilot runs all fail
 std::string starter_scene(const std::string& urdf, const std::string& shown,
                           std::optional<mechanics::UrdfOptions::Base> base);

@@ -3,7 +3,7 @@
 
 #include "scene/read/scene.h"
 
-/// What building a model and starting it share. Private to scene/assemble.
+/// Code shared by building a model and setting its start. Private to scene/assemble.
 namespace porthos::scene {
 
 [[noreturn]] void refuse_start(const std::string& name, const JointStart& start,

@@ -9,32 +9,32 @@
 #include "scene/judge/trajectory_map.h"
 #include "scene/judge/trajectory_table.h"
 
-/// A trajectory another program made, as states of a model. Private to the judge.
+/// A trajectory of another program, as states of a model. Private to the judge.
 namespace porthos::scene {
 
 using Numbers = std::vector<double>;
 
 Numbers times_of_rows(const TrajectoryTable& table, const TrajectoryMap& map);
-/// The distance of the rows; of unequal ones that in the middle.
+/// The time between rows; if unequal, that in the middle.
 double middle_step(const Numbers& t);
 /// Whether the file has the pose of a free base.
 bool has_base(const TrajectoryTable& table, const TrajectoryMap& map);
 
-/// A trajectory made elsewhere as states of the model.
+/// A trajectory of another program as states of the model.
 class Trajectory {
  public:
   Trajectory(const TrajectoryTable& table, const TrajectoryMap& map, const Assembly& a);
   const std::vector<std::string>& torques() const { return torques_; }
 
-  /// A row of the file: as it is, and as it is judged. They differ where the centre of mass is out
+  /// A row of the file: as recorded, and as judged. They differ if the centre of mass is taken out
   /// (centre_of_mass.h).
   struct Row {
     phs::State world, inner;
     CentreOfMass centre;
   };
-  /// h: from the row before [s]. Rows are asked for in their order.
+  /// h: time since the previous row [s]. Rows must be requested in order.
   Row row(const phs::Description& d, size_t i, double h, bool centre_out);
-  /// Of the attitudes in the file, before they were made unit ones.
+  /// Norm error of the attitudes in the file, before normalisation.
   double norm_error() const { return norm_error_; }
 
   /// Works of the torques from row i - 1 to row i [J].
@@ -48,12 +48,12 @@ class Trajectory {
   };
   [[noreturn]] void missing(const mechanics::JointCoordinates& c, const char* kind) const;
   void normalise(double* xi, size_t i);
-  /// Rates of free bases into the base's own axes: [angular; linear of its origin].
+  /// Rotates rates of free bases into the base's own axes: [angular; linear of its origin].
   void turn_rates(const Numbers& q, Numbers& v) const;
   phs::State state(const phs::Description& d, Numbers x, size_t i) const;
-  /// Angles that a file gives modulo 2π go on where they were, as their rates say.
+  /// Unwraps angles that a file gives modulo 2π, by means of their rates.
   void follow(size_t i, double h);
-  /// How far a joint of one freedom goes from row i - 1 to row i, turns included.
+  /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   double distance(const Columns& k, size_t i, double h) const;
 
   const TrajectoryTable& table_;

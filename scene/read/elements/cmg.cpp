@@ -8,8 +8,8 @@
 namespace porthos::scene {
 namespace {
 
-/// The drive of a gimbal follows a rate. Its wheel keeps its momentum by itself: a balanced one is
-/// a cyclic coordinate.
+/// The drive of a gimbal follows a rate. The wheel needs no control: the angle of a balanced wheel
+/// is a cyclic coordinate, so its momentum is constant.
 phs::LawPtr gimbal_law(const mechanics::MechanicalModel& model, const Element& e, double gain,
                        const phs::FunctionPtr& command) {
   const auto& m = model.mechanism();

@@ -10,8 +10,8 @@ struct Gains {
   double stiffness, damping, target, speed;
 };
 
-/// tau = stiffness (target - z) + damping (speed - z'), with the z and z' of the instants if it has
-/// a rate.
+/// tau = stiffness (target - z) + damping (speed - z'). With a rate, z and z' are those at the
+/// sampling instants.
 phs::LawPtr joint_controller(const mechanics::MechanicalModel& model, const Element& e,
                              const Gains& g) {
   size_t at = 0;

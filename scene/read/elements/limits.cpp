@@ -8,7 +8,7 @@
 namespace porthos::scene {
 namespace {
 
-/// A bound the scene does not give is the model file's.
+/// If the scene does not give a bound, the bound of the model file is used.
 phs::Potential soft_stops(const mechanics::MechanicalModel& model, const Element& e,
                           std::optional<double> lower, std::optional<double> upper,
                           double stiffness) {

@@ -15,7 +15,7 @@ bool turns_on_the_ground(const mechanics::MechanicalModel& model, const Element&
 }
 
 /// The wheel takes up the rate of the base about its axis: tau = gain a·omega, and the base feels
-/// the opposite. The ground has no rate: a wheel on a bench is left alone.
+/// the opposite torque. A fixed base has no rate, so a wheel on it gets no torque.
 phs::LawPtr wheel_law(const mechanics::MechanicalModel& model, const Element& e) {
   const auto& m = model.mechanism();
   const auto& c = m.coordinate(e.joint);
