@@ -94,11 +94,9 @@ class TreeAssembly {
       for (const ChainLink& link : decltype(J)::chain)
         append(link.primitive, chain_axis(link.axis), link.suffix);
     });
-    if (!known) {
-      std::string list;
-      for (const auto& n : joint_type_names()) add_to_list(list, n);
-      refuse_joint(b, "unknown type '" + b.joint.type + "', expected one of " + list);
-    }
+    if (!known)
+      refuse_joint(b, "unknown type '" + b.joint.type + "', expected one of " +
+                          listed(joint_type_names(), [](const auto& n) { return n; }));
     add_properties(b, r_.nv - first_freedom);
     frames_[b.name] = r_.bodies.size();
     r_.bodies.push_back({b.name, node_, here_});

@@ -38,6 +38,7 @@ void WholeReport::add(const RunReport& p, double from) {
   r_.cost.steps += p.cost.steps;
   r_.cost.evaluations += p.cost.evaluations;
   r_.cost.sweeps += p.cost.sweeps;
+  r_.cost.factorisations += p.cost.factorisations;
   for (const auto at : {&RunReport::linear_momentum_error, &RunReport::angular_momentum_error,
                         &RunReport::quaternion_norm_error})
     r_.*at = std::max(r_.*at, p.*at);

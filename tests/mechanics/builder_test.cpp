@@ -129,12 +129,11 @@ TEST(Builder, RefusesBadJoints) {
   EXPECT_EQ(refusal_of(universal(Vec3d{0, 0, 0})),
             "joint 'arm': its axis is zero or not finite, expected a direction");
   EXPECT_EQ(refusal_of(universal(Vec3d{1, 0, 1})), "accepted");
-  EXPECT_EQ(refusal_of([](auto& b) { b.joint.type = "ball"; }),
-            "joint 'arm': unknown type 'ball', expected one of revolute, prismatic, helical, "
-            "cylindrical, spherical, free, continuous, universal, "
-            "planar, fixed");
-  for (const auto& type : joint_type_names())
-    EXPECT_NE(refusal_of([](auto& b) { b.joint.type = "x"; }).find(type), std::string::npos);
+  const auto unknown = refusal_of([](auto& b) { b.joint.type = "ball"; });
+  EXPECT_TRUE(unknown.starts_with(
+      "joint 'arm': unknown type 'ball', expected one of revolute, prismatic, helical, "))
+      << unknown;
+  for (const auto& type : joint_type_names()) EXPECT_NE(unknown.find(type), std::string::npos);
   EXPECT_EQ(refusal_of([](auto& b) {
               b.joint.type = "helical";
               b.joint.pitch = inf;
