@@ -65,7 +65,7 @@ struct Latch {
 };
 
 /// Welds the body to the link in its current pose, by a fixed joint.
-/// @throws InvalidArgument, with the numbers, for unknown names, a body that is not free in the
+/// @throws InvalidArgument with the numbers, for unknown names, a body that is not free in the
 ///   world or that carries the link, points further apart than the reach, or relative motion beyond
 ///   the limits. `moving` is then unchanged.
 Impact capture(MovingMechanism& moving, const Latch& latch);

@@ -28,7 +28,7 @@ std::string read_file(const std::filesystem::path& path);
 /// The name under which a file is written until it is complete: "<path>.new".
 std::filesystem::path aside(const std::filesystem::path& path);
 
-/// Writes aside(path) and flushes it to the disk. @throws IoError, as the three below
+/// Writes aside(path) and flushes it to the disk. @throws IoError as the three below
 void write_aside(const std::filesystem::path& path, std::string_view content);
 
 /// Flushes a file or the entries of a folder to the disk.
