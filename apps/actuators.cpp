@@ -64,15 +64,15 @@ std::string actuators_markdown() {
       "## How it works\n"
       "One elastic energy E(q, θ, σ) per actuator: q the joint, θ the equilibrium a motor sets, σ "
       "what sets the stiffness; φ = q - θ. "
-      "The torque on the link is -∂E/∂q, on the motor -∂E/∂θ, and\nwhoever moves σ has to bring up "
-      "∂E/∂σ: the **stiffness port**. "
-      "Stiffening a loaded spring takes work, and the ledger shows it. A model that turns k by a "
-      "signal makes that energy from "
+      "The torque on the link is -∂E/∂q, on the motor -∂E/∂θ, and\nthe drive that moves σ works "
+      "against the torque ∂E/∂σ: the **stiffness port**. "
+      "Stiffening a loaded spring takes work, and the ledger shows it. A model in which a signal "
+      "changes k creates that energy from "
       "nothing, ∮ ½ k' φ² dθ a cycle\n(`tests/vsa/actuator_test.cpp` measures both). Limits of "
       "deflection are energies too, "
       "⅓ k d³ beyond: nothing is clipped.\n\n"
-      "Rotors count by ½ n² J θ'² (Spong 1987); the gyroscopic moment of a rotor that is carried "
-      "round is neglected, but for rotors that are bodies of the mechanism (`vsa/rotor_body.h`). "
+      "Rotors count by ½ n² J θ'² (Spong 1987). The gyroscopic moment of a rotor on a moving link "
+      "is neglected, except for rotors that are bodies of the mechanism (`vsa/rotor_body.h`). "
       "Two equal motors "
       "at θ ± σ are one of 2 J at θ and one of 2 J at σ.\n\n"
       "Planning in C++: constant-energy paths and resonance tuning (`vsa/planning.h`), changes of "
@@ -92,9 +92,8 @@ std::string actuators_markdown() {
       "\n## Devices\n`device = \"...\"`. Where each number comes from:\n\n"
       "* **published**: read in the source that is named.  **derived**: computed from such numbers "
       "by the model.\n"
-      "* **recalled, unverified**: from memory of the literature. Do not build on it.\n"
-      "* **chosen here**: no published number is known to us; chosen so that there is something to "
-      "run.\n";
+      "* **recalled, unverified**: from memory of the literature. Check it before you use it.\n"
+      "* **chosen here**: no published number is known to us; a value to run the model with.\n";
   for (const auto& d : vsa::devices()) {
     text += fmt::format("\n### {}\n", d.title);
     if (d.family.empty()) {

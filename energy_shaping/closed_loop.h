@@ -30,7 +30,9 @@ class LoopSystem : public phs::System<T> {
 class ClosedLoop : public phs::Model {
  public:
   ClosedLoop(std::shared_ptr<const phs::Model> plant, std::vector<double> rest)
-      : plant_(std::move(plant)), rest_(std::move(rest)) {}
+      : plant_(std::move(plant)), rest_(std::move(rest)) {
+    phs::refuse_constraints(plant_->description(), "energy shaping");
+  }
 
   const phs::Model& plant() const { return *plant_; }
   const std::shared_ptr<const phs::Model>& shared_plant() const { return plant_; }

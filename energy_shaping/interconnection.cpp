@@ -61,8 +61,8 @@ Interconnection::Interconnection(std::shared_ptr<const phs::Model> plant,
   loop_ = n.build();
   certificate_ = Certificate("control by interconnection, " + loop_->description().name);
   check_obstacle(options);
-  const double scale = find_rest(options);
-  if (tie() == controller_->description().nx) check_leaf(options.tolerance, scale);
+  const RestEnergy rest = find_rest(options);
+  if (tie() == controller_->description().nx) check_leaf(rest, options.tolerance);
   if (options.refuse) refuse_failure(certificate_);
 }
 
@@ -101,7 +101,7 @@ void Interconnection::check_obstacle(const InterconnectionOptions& o) {
 }
 
 /// Finds the ξ* that holds x*, by Gauss-Newton iteration.
-double Interconnection::find_rest(const InterconnectionOptions& o) {
+Interconnection::RestEnergy Interconnection::find_rest(const InterconnectionOptions& o) {
   const size_t n = o.rest.size(), nc = size_t(controller_->description().nx), N = n + nc;
   const auto loop = loop_->instantiate<double>();
   rest_ = o.rest;
@@ -120,12 +120,13 @@ double Interconnection::find_rest(const InterconnectionOptions& o) {
   }
   loop->field(0.0, rest_, {}, f);
   loop->gradient(rest_, g);
-  const double scale = std::max({largest(g), largest(hessian(*loop_, rest_)), 1e-300});
+  auto H = hessian(*loop_, rest_);
+  const double scale = std::max({largest(g), largest(H), 1e-300});
   certificate_.at_most(
       "rest point", largest(f) / scale, o.tolerance,
       "field of the loop at (x*, ξ*) over the gradient of H + H_c, a unit of state away at least",
       rest_);
-  return scale;
+  return {std::move(g), std::move(H), scale};
 }
 
 /// Casimirs are linear, so their gradients follow from their values at unit states.
@@ -165,16 +166,16 @@ int Interconnection::tie() {
 }
 
 /// H_d on the leaf: gradient and Hessian of H + H_c along (dx, F dx).
-void Interconnection::check_leaf(double tolerance, double scale) {
+void Interconnection::check_leaf(const RestEnergy& rest, double tolerance) {
   const size_t N = rest_.size(), n = size_t(plant_->description().nx);
   Matrix leaf{int(N), int(n)}, slope{int(N), 1}, curvature{int(N), int(N)};
   std::copy(F_.a.begin(), F_.a.end(), leaf.a.begin() + long(n * n));
   for (int i = 0; i < int(n); ++i) leaf(i, i) = 1;
-  loop_->instantiate<double>()->gradient(rest_, slope.a);
-  curvature.a = hessian(*loop_, rest_);
+  slope.a = rest.gradient;
+  curvature.a = rest.hessian;
   slope = transpose(leaf) * slope;
   curvature = transpose(leaf) * curvature * leaf;
-  certificate_.at_most("gradient of H_d", largest(slope.a) / scale, tolerance,
+  certificate_.at_most("gradient of H_d", largest(slope.a) / rest.scale, tolerance,
                        "at the rest point, on its leaf, relative", rest_);
   const auto values = phs::symmetric_eigenvalues(n, curvature.a);
   certificate_.at_least("Hessian of H_d >= 0", values.front() / std::max(largest(values), 1e-300),

@@ -52,13 +52,17 @@ class Interconnection {
   const std::vector<double>& rest() const { return rest_; }  ///< (x*, ξ*)
 
  private:
+  /// Energy of the loop at the rest point: its gradient and Hessian, and the size of them.
+  struct RestEnergy {
+    std::vector<double> gradient, hessian;
+    double scale;
+  };
   void check_obstacle(const InterconnectionOptions& options);
-  /// Finds ξ*. Returns the scale of relative errors at the rest point: the size of the energy's
-  /// gradient.
-  double find_rest(const InterconnectionOptions& options);
+  /// Finds ξ*.
+  RestEnergy find_rest(const InterconnectionOptions& options);
   /// Finds F. Returns how many of the controller's states it ties.
   int tie();
-  void check_leaf(double tolerance, double scale);
+  void check_leaf(const RestEnergy& rest, double tolerance);
   std::shared_ptr<const phs::Model> plant_, controller_;
   std::shared_ptr<const phs::NetworkModel> loop_;
   std::vector<double> rest_;

@@ -180,19 +180,22 @@ class FourierMatching {
 
   /// ∂V/∂r = V0 + Vc cos s + Vs sin s, determined from three values of s and checked against a
   /// fourth.
-  double harmonic(double x, int which) {
+  struct Harmonics {
+    double constant, cosine, sine;
+  };
+  Harmonics harmonics(double x) {
     const double half_turn = std::acos(-1.0);
     const double at[] = {probe_.slope(x, 0), probe_.slope(x, half_turn / 2),
                          probe_.slope(x, half_turn)};
     const double V0 = 0.5 * (at[0] + at[2]);
-    return which == 0 ? V0 : which == 1 ? at[0] - V0 : at[1] - V0;
+    return {V0, at[0] - V0, at[1] - V0};
   }
   void potential_is_harmonic() {
     for (int i = -5; i <= 5; ++i) {
       const double x = w_ * i / 5, s = 0.7;
-      const double V[] = {harmonic(x, 0), harmonic(x, 1), harmonic(x, 2)};
-      const double expected = V[0] + V[1] * std::cos(s) + V[2] * std::sin(s);
-      const double size = std::fabs(V[0]) + std::fabs(V[1]) + std::fabs(V[2]) + 1e-300;
+      const Harmonics V = harmonics(x);
+      const double expected = V.constant + V.cosine * std::cos(s) + V.sine * std::sin(s);
+      const double size = std::fabs(V.constant) + std::fabs(V.cosine) + std::fabs(V.sine) + 1e-300;
       if (!(std::fabs(probe_.slope(x, s) - expected) <= 1e-10 * size))
         refuse(o_, fmt::format("V of '{}' is not a0(r) + a1(r) cos s + a2(r) sin s: at r = {:.4g}, "
                                "s = {} its slope is {:.6g}, expected {:.6g}",
@@ -222,13 +225,14 @@ class FourierMatching {
   /// quadrature.
   void target_potential(FourierDesign& d) {
     const auto turned = [&](double x, bool imaginary) {
-      const double c = harmonic(x, 1) / lambda(x), s = harmonic(x, 2) / lambda(x);
+      const Harmonics V = harmonics(x);
+      const double c = V.cosine / lambda(x), s = V.sine / lambda(x);
       return imaginary ? s * std::cos(rho_ * x) - c * std::sin(rho_ * x)
                        : c * std::cos(rho_ * x) + s * std::sin(rho_ * x);
     };
     const Chebyshev re = quadrature([&](double x) { return turned(x, false); }),
                     im = quadrature([&](double x) { return turned(x, true); });
-    d.constant = quadrature([&](double x) { return harmonic(x, 0) / lambda(x); });
+    d.constant = quadrature([&](double x) { return harmonics(x).constant / lambda(x); });
     d.cosine =
         fit([&](double x) { return re(x) * std::cos(rho_ * x) - im(x) * std::sin(rho_ * x); });
     d.sine = fit([&](double x) { return re(x) * std::sin(rho_ * x) + im(x) * std::cos(rho_ * x); });

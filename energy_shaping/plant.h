@@ -35,7 +35,7 @@ struct Plant {
     d.name = form.name;
     d.nx = int(2 * n);
     d.nu = int(m);
-    d.traits.canonical = true;
+    d.traits.canonical = d.traits.quadratic = true;
     for (const double c : damping) d.traits.lossless = d.traits.lossless && c == 0;
     for (int i = 0; i < F::n; ++i) {
       const auto& c = form.coordinates[size_t(i)];

@@ -10,6 +10,7 @@
 #include "integrators/methods/radau15.h"
 #include "integrators/methods/rk4.h"
 #include "integrators/methods/semi_implicit_euler.h"
+#include "integrators/methods/spark.h"
 #include "integrators/methods/splitting.h"
 #include "integrators/methods/stormer_verlet.h"
 #ifdef PORTHOS_SUNDIALS
@@ -28,6 +29,7 @@ using Family = Entries (*)();
 struct Families {
   std::vector<Family> all{
       gauss_entries,
+      spark_entries,
       composition_entries,
       stormer_verlet_entries,
       lobatto_entries,
@@ -73,6 +75,9 @@ const char* to_string(Outcome o) {
       return "the state became infinite or not a number";
     case Outcome::failed:
       return "the method gave up";
+    case Outcome::singular:
+      return "the loops lose rank at a singular position, where the motion may branch: expected a "
+             "coupling that tells the branch, or another motion";
   }
   return "unknown";
 }
@@ -124,6 +129,9 @@ const Declaration& declaration_of(const std::string& method) {
 
 std::optional<std::string> misfit(const Declaration& d, const phs::Description& system) {
   const auto& traits = system.traits;
+  if (!system.constraints.empty() && !d.constraints)
+    return "method '" + d.name + "' keeps no constraints, and '" + system.name + "' has '" +
+           system.constraints.front().name + "': expected a method such as 'spark16'";
   std::string rotation, alone;  // blocks
   for (const auto& b : system.blocks) {
     if (b.kind == phs::BlockKind::rotation && rotation.empty()) rotation = b.name;
@@ -175,7 +183,7 @@ std::unique_ptr<BasicIntegrator<T>> make_basic_integrator(const std::string& met
   if (!e.make<T>()) throw InvalidArgument("method '" + method + "' works in double only");
   const OfRun run(model);
   auto made = e.make<T>()(e.declaration, *run.model, h, options);
-  if (run.kept) made->keep_model(run.kept);
+  made->keep_model(run.kept);
   return made;
 }
 #define PORTHOS_INSTANTIATE(T)                                           \

@@ -23,7 +23,7 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
       using Joint = decltype(J);
       passes::place_body<Joint>(n, w, i, q.data());
       Motion<T> V = passes::zero_motion<T>(), a = V;
-      if (n.parent >= 0) V = w.X[i].to_child(w.V[size_t(n.parent)]);
+      if (n.parent >= 0) V = passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
       passes::add_joint_twist<Joint>(n, v.data(), V);
       passes::add_velocity_product<Joint>(n, V, v.data(), a);
       w.V[i] = V;
@@ -45,8 +45,8 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
       passes::eliminate<Joint>(n, w, w.mu.data(), n.parent < 0, A, b);
       if (n.parent < 0) return;
       if constexpr (Joint::nv < 6) b += passes::left_times<Joint>(n, A, w.a[i]);
-      passes::pass_to_parent<Joint>(m, n, w.X[i], w, A);
-      w.b[size_t(n.parent)] += w.X[i].to_parent(b);
+      passes::pass_to_parent<Joint>(m, n, w, i, A);
+      w.b[size_t(n.parent)] += passes::to_parent<Joint>(n, w, i, b);
     });
   }
 
@@ -56,8 +56,10 @@ void aba(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<co
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
-      w.a[i] += w.X[i].to_child(n.parent < 0 ? world : w.a[size_t(n.parent)]);
-      passes::back_substitute<decltype(J)>(n, w, w.a[i], vdot.data());
+      using Joint = decltype(J);
+      w.a[i] += n.parent < 0 ? w.X[i].to_child(world)
+                             : passes::to_child<Joint>(n, w, i, w.a[size_t(n.parent)]);
+      passes::back_substitute<Joint>(n, w, w.a[i], vdot.data());
     });
   }
 }

@@ -27,14 +27,13 @@ double inertia_slack(double mass, double largest) {
   return std::max({triangle_slack * largest, point_radius * point_radius * mass, point_inertia});
 }
 
-/// Orthonormal and right-handed to the digits of typical files.
+}  // namespace
+
 bool is_rotation(const Mat3<double>& R) {
   const auto near = [](double a, double b) { return std::fabs(a - b) < 1e-6; };
   return near(dot(R.x, R.x), 1) && near(dot(R.y, R.y), 1) && near(dot(R.z, R.z), 1) &&
          near(dot(R.x, R.y), 0) && near(dot(cross(R.x, R.y), R.z), 1);
 }
-
-}  // namespace
 
 void refuse(const BodySpec& b, const std::string& text) {
   throw InvalidArgument(in_file(b.where) + "body '" + b.name + "': " + text);

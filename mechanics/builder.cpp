@@ -6,6 +6,7 @@
 #include <set>
 
 #include "mechanics/detail/body_checks.h"
+#include "mechanics/detail/link_frames.h"
 #include "mechanics/detail/tree_assembly.h"
 #include "mechanics/hamiltonian_field-inl.h"
 
@@ -47,6 +48,12 @@ std::vector<const BodySpec*> depth_first(const std::vector<BodySpec>& bodies) {
         refuse(b, "is part of a cycle of joints that never reaches the world");
   }
   return order;
+}
+
+void add_mass(Node& n, double mass, double low) {
+  const phs::Quad sum = phs::Quad(n.subtree_mass) + n.subtree_mass_low + mass + low;
+  n.subtree_mass = double(sum);
+  n.subtree_mass_low = double(sum - n.subtree_mass);
 }
 
 /// Whether the joint carries the node, directly or through other joints.
@@ -113,7 +120,7 @@ std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<c
   Workspace<double> w(m);
   const std::vector<double> p(q.size(), 0.0);
   passes::sines(m, w, q.data());
-  field_detail::factor(m, w, q.data(), p.data(), false);
+  field_detail::factor(m, w, q.data(), p.data(), field_detail::Load::none);
   // Leaf to root: a zero pivot makes everything above it invalid.
   for (auto c = m.coordinates().rbegin(); c != m.coordinates().rend(); ++c)
     for (int k = 0; k < c->nv; ++k) {
@@ -132,6 +139,7 @@ Mechanism MechanismBuilder::build() const {
   const auto order = depth_first(bodies_);
   if (order.empty()) throw InvalidArgument("mechanism '" + name_ + "' has no bodies");
   auto parts = assemble_tree(order, accept_unphysical_);
+  choose_link_frames(parts.nodes, parts.bodies);
 
   Mechanism m;
   m.name_ = name_;
@@ -147,8 +155,10 @@ Mechanism MechanismBuilder::build() const {
   for (const auto& n : m.nodes_) m.total_mass_ += n.inertia.m;
   for (size_t i = m.nodes_.size(); i-- > 0;) {
     Node& n = m.nodes_[i];
+    add_mass(n, n.inertia.m, 0);
     if (n.parent < 0) continue;
     Node& parent = m.nodes_[size_t(n.parent)];
+    add_mass(parent, n.subtree_mass, n.subtree_mass_low);
     n.last_child = parent.leaf;
     parent.leaf = false;
   }

@@ -10,15 +10,16 @@ namespace crba_detail {
 template <class T>
 RigidInertia<T> to_parent(const Transform<T>& X, const RigidInertia<T>& c) {
   // I' = R I Rᵀ - r× (R mc)× - (R mc + m r)× r×
-  const Vec3<T> mc = X.R * c.mc, s = mc + c.m * X.r, &r = X.r;
+  const Vec3<T> mc = X.R * c.mc, s = fma(c.m, X.r, mc), &r = X.r;
   Sym3<T> I = rotated(X.R, c.I);
-  const T d = dot(r, mc) + dot(s, r);
-  I.xx += d - r.x * mc.x - s.x * r.x;
-  I.yy += d - r.y * mc.y - s.y * r.y;
-  I.zz += d - r.z * mc.z - s.z * r.z;
-  I.xy -= r.y * mc.x + s.y * r.x;
-  I.xz -= r.z * mc.x + s.z * r.x;
-  I.yz -= r.z * mc.y + s.z * r.y;
+  const T x = fma(r.x, mc.x, s.x * r.x), y = fma(r.y, mc.y, s.y * r.y),
+          z = fma(r.z, mc.z, s.z * r.z);
+  I.xx += y + z;
+  I.yy += x + z;
+  I.zz += x + y;
+  I.xy = fma(-r.y, mc.x, fma(-s.y, r.x, I.xy));
+  I.xz = fma(-r.z, mc.x, fma(-s.z, r.x, I.xz));
+  I.yz = fma(-r.z, mc.y, fma(-s.z, r.y, I.yz));
   return {c.m, s, I};
 }
 
@@ -30,7 +31,7 @@ template <class T>
   const auto& nodes = m.nodes();
   const size_t nv = size_t(m.nv());
   assert(passes::fits(m, w, q) && passes::sized(M, nv * nv));
-  passes::place_bodies(m, w, q.data());
+  passes::place_joints(m, w, q.data());
   for (auto& e : M) e = T(0.0);
 
   // A_i holds the composite inertia in its rigid form: only mass, first moment and I are used.
@@ -48,7 +49,11 @@ template <class T>
       const Node& parent = nodes[size_t(n.parent)];
       const RigidInertia<T> above =
           n.last_child ? passes::rigid<T>(parent) : load(size_t(n.parent));
-      const RigidInertia<T> below = crba_detail::to_parent(w.X[i], composite);
+      RigidInertia<T> below = composite;
+      if (n.axial)
+        passes::climb<void>(n, w.screw[i], below);
+      else
+        below = crba_detail::to_parent(w.X[i], composite);
       store(size_t(n.parent), {above.m + below.m, above.mc + below.mc, above.I + below.I});
     }
     visit_joint(n.type, [&](auto J) {
@@ -62,7 +67,7 @@ template <class T>
           if (n.rotor_inertia != 0)
             M[column + nv * column] = M[column + nv * column] + T(n.rotor_inertia);
         for (int j = int(i); nodes[size_t(j)].parent >= 0;) {  // up the supporting path
-          F = w.X[size_t(j)].to_parent(F);
+          F = passes::to_parent<void>(nodes[size_t(j)], w, size_t(j), F);
           j = nodes[size_t(j)].parent;
           const Node& a = nodes[size_t(j)];
           visit_joint(a.type, [&](auto K) {

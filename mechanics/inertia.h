@@ -12,7 +12,7 @@ struct RigidInertia {
   Sym3<T> I;
 
   PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const {
-    return {I * v.w + cross(mc, v.v), m * v.v - cross(mc, v.w)};
+    return {fma(I, v.w, cross(mc, v.v)), fma(m, v.v, cross(v.w, mc))};
   }
   /// Column k, i.e. the product with the k-th unit twist.
   template <int k>
@@ -42,7 +42,7 @@ struct ArticulatedInertia {
         M(T(r.m), T(0.0), T(0.0), T(r.m), T(0.0), T(r.m)) {}
 
   PORTHOS_INLINE Force<T> operator*(const Motion<T>& v) const {
-    return {I * v.w + H * v.v, H.tmul(v.w) + M * v.v};
+    return {fma(I, v.w, H * v.v), fma(M, v.v, H.tmul(v.w))};
   }
   PORTHOS_INLINE ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
     I = I + b.I;
@@ -69,11 +69,14 @@ struct ArticulatedInertia {
   /// A v for an A whose row and column of rotation about z are zero.
   PORTHOS_INLINE Force<T> times_free_about_z(const Motion<T>& v) const {
     const Vec3<T>&w = v.w, &u = v.v;
-    return {{I.xx * w.x + I.xy * w.y + (H.x.x * u.x + H.y.x * u.y + H.z.x * u.z),
-             I.xy * w.x + I.yy * w.y + (H.x.y * u.x + H.y.y * u.y + H.z.y * u.z), T(0.0)},
-            {H.x.x * w.x + H.x.y * w.y + (M.xx * u.x + M.xy * u.y + M.xz * u.z),
-             H.y.x * w.x + H.y.y * w.y + (M.xy * u.x + M.yy * u.y + M.yz * u.z),
-             H.z.x * w.x + H.z.y * w.y + (M.xz * u.x + M.yz * u.y + M.zz * u.z)}};
+    const Vec3<T> f = M * u;
+    const auto moment = [&](T a, T b, T c, T d, T e) PORTHOS_INLINE_CALL {
+      return fma(a, w.x, fma(b, w.y, fma(c, u.x, fma(d, u.y, e * u.z))));
+    };
+    return {
+        {moment(I.xx, I.xy, H.x.x, H.y.x, H.z.x), moment(I.xy, I.yy, H.x.y, H.y.y, H.z.y), T(0.0)},
+        {fma(H.x.x, w.x, fma(H.x.y, w.y, f.x)), fma(H.y.x, w.x, fma(H.y.y, w.y, f.y)),
+         fma(H.z.x, w.x, fma(H.z.y, w.y, f.z))}};
   }
   /// Column k, i.e. the product with the k-th unit twist.
   template <int k>
@@ -87,65 +90,50 @@ struct ArticulatedInertia {
   }
   /// this - s·U Uᵀ
   PORTHOS_INLINE void subtract(const Force<T>& U, T s) {
-    const Force<T> W = s * U;
-    I.xx -= W.n.x * U.n.x;
-    I.xy -= W.n.x * U.n.y;
-    I.xz -= W.n.x * U.n.z;
-    I.yy -= W.n.y * U.n.y;
-    I.yz -= W.n.y * U.n.z;
-    I.zz -= W.n.z * U.n.z;
-    H.x -= W.f.x * U.n;
-    H.y -= W.f.y * U.n;
-    H.z -= W.f.z * U.n;
-    M.xx -= W.f.x * U.f.x;
-    M.xy -= W.f.x * U.f.y;
-    M.xz -= W.f.x * U.f.z;
-    M.yy -= W.f.y * U.f.y;
-    M.yz -= W.f.y * U.f.z;
-    M.zz -= W.f.z * U.f.z;
+    const Force<T> W = -s * U;
+    I.add_product(W.n, U.n);
+    H.x = fma(W.f.x, U.n, H.x);
+    H.y = fma(W.f.y, U.n, H.y);
+    H.z = fma(W.f.z, U.n, H.z);
+    M.add_product(W.f, U.f);
   }
   /// The same, but leaves the row and column of rotation about z unchanged, for callers that do not
   /// use them afterwards.
   PORTHOS_INLINE void subtract_free_about_z(const Force<T>& U, T s) {
-    const Force<T> W = s * U;
-    I.xx -= W.n.x * U.n.x;
-    I.xy -= W.n.x * U.n.y;
-    I.yy -= W.n.y * U.n.y;
-    H.x.x -= W.f.x * U.n.x;
-    H.y.x -= W.f.y * U.n.x;
-    H.z.x -= W.f.z * U.n.x;
-    H.x.y -= W.f.x * U.n.y;
-    H.y.y -= W.f.y * U.n.y;
-    H.z.y -= W.f.z * U.n.y;
-    M.xx -= W.f.x * U.f.x;
-    M.xy -= W.f.x * U.f.y;
-    M.xz -= W.f.x * U.f.z;
-    M.yy -= W.f.y * U.f.y;
-    M.yz -= W.f.y * U.f.z;
-    M.zz -= W.f.z * U.f.z;
+    const Force<T> W = -s * U;
+    I.xx = fma(W.n.x, U.n.x, I.xx);
+    I.xy = fma(W.n.x, U.n.y, I.xy);
+    I.yy = fma(W.n.y, U.n.y, I.yy);
+    H.x.x = fma(W.f.x, U.n.x, H.x.x);
+    H.y.x = fma(W.f.y, U.n.x, H.y.x);
+    H.z.x = fma(W.f.z, U.n.x, H.z.x);
+    H.x.y = fma(W.f.x, U.n.y, H.x.y);
+    H.y.y = fma(W.f.y, U.n.y, H.y.y);
+    H.z.y = fma(W.f.z, U.n.y, H.z.y);
+    M.add_product(W.f, U.f);
   }
   /// The same for callers that use only rows and columns below k afterwards.
   template <int k>
   PORTHOS_INLINE void subtract_below(const Force<T>& U, T s) {
-    const Force<T> W = s * U;
-    if constexpr (k > 0) I.xx -= W.n.x * U.n.x;
+    const Force<T> W = -s * U;
+    if constexpr (k > 0) I.xx = fma(W.n.x, U.n.x, I.xx);
     if constexpr (k > 1) {
-      I.xy -= W.n.x * U.n.y;
-      I.yy -= W.n.y * U.n.y;
+      I.xy = fma(W.n.x, U.n.y, I.xy);
+      I.yy = fma(W.n.y, U.n.y, I.yy);
     }
     if constexpr (k > 2) {
-      I.xz -= W.n.x * U.n.z;
-      I.yz -= W.n.y * U.n.z;
-      I.zz -= W.n.z * U.n.z;
+      I.xz = fma(W.n.x, U.n.z, I.xz);
+      I.yz = fma(W.n.y, U.n.z, I.yz);
+      I.zz = fma(W.n.z, U.n.z, I.zz);
     }
     if constexpr (k > 3) {
-      H.x -= W.f.x * U.n;
-      M.xx -= W.f.x * U.f.x;
+      H.x = fma(W.f.x, U.n, H.x);
+      M.xx = fma(W.f.x, U.f.x, M.xx);
     }
     if constexpr (k > 4) {
-      H.y -= W.f.y * U.n;
-      M.xy -= W.f.x * U.f.y;
-      M.yy -= W.f.y * U.f.y;
+      H.y = fma(W.f.y, U.n, H.y);
+      M.xy = fma(W.f.x, U.f.y, M.xy);
+      M.yy = fma(W.f.y, U.f.y, M.yy);
     }
   }
 };
@@ -159,17 +147,18 @@ PORTHOS_INLINE ArticulatedInertia<T> translated(const Vec3<T>& r, const Sym3<T>&
   ArticulatedInertia<T> a;
   a.M = M;
   const Mat3<T> m = M.full();
-  a.H = H + Mat3<T>{cross(r, m.x), cross(r, m.y), cross(r, m.z)};
-  const Mat3<T>& G = a.H;
+  a.H = {plus_cross(H.x, r, m.x), plus_cross(H.y, r, m.y), plus_cross(H.z, r, m.z)};
   // -H r× : row i is r × (row i of H);   r× H'ᵀ : column j is r × (row j of H')
-  const Vec3<T> h0{H.x.x, H.y.x, H.z.x}, h1{H.x.y, H.y.y, H.z.y}, h2{H.x.z, H.y.z, H.z.z};
-  const Vec3<T> g0{G.x.x, G.y.x, G.z.x}, g1{G.x.y, G.y.y, G.z.y}, g2{G.x.z, G.y.z, G.z.z};
-  a.I.xx = I.xx + (r.y * h0.z - r.z * h0.y) + (r.y * g0.z - r.z * g0.y);
-  a.I.xy = I.xy + (r.z * h0.x - r.x * h0.z) + (r.y * g1.z - r.z * g1.y);
-  a.I.xz = I.xz + (r.x * h0.y - r.y * h0.x) + (r.y * g2.z - r.z * g2.y);
-  a.I.yy = I.yy + (r.z * h1.x - r.x * h1.z) + (r.z * g1.x - r.x * g1.z);
-  a.I.yz = I.yz + (r.x * h1.y - r.y * h1.x) + (r.z * g2.x - r.x * g2.z);
-  a.I.zz = I.zz + (r.x * h2.y - r.y * h2.x) + (r.x * g2.y - r.y * g2.x);
+  const Mat3<T> h = H.transposed(), g = a.H.transposed();
+  const Vec3<T> x = plus_cross({I.xx, I.xy, I.xz}, r, h.x),
+                y = plus_cross({I.xy, I.yy, I.yz}, r, h.y),
+                z = plus_cross({I.xz, I.yz, I.zz}, r, h.z);
+  const auto add = [](T c, T u, T v, T w, T q) PORTHOS_INLINE_CALL {  // c + u v - w q
+    return fma(u, v, fma(-w, q, c));
+  };
+  a.I = {add(x.x, r.y, g.x.z, r.z, g.x.y), add(x.y, r.y, g.y.z, r.z, g.y.y),
+         add(x.z, r.y, g.z.z, r.z, g.z.y), add(y.y, r.z, g.y.x, r.x, g.y.z),
+         add(y.z, r.z, g.z.x, r.x, g.z.z), add(z.z, r.x, g.z.y, r.y, g.z.x)};
   return a;
 }
 
@@ -186,12 +175,14 @@ template <class T>
 PORTHOS_INLINE ArticulatedInertia<T> to_parent_free_about_z(const Transform<T>& X,
                                                             const ArticulatedInertia<T>& A) {
   const Mat3<T>& R = X.R;
-  const Vec3<T> a = A.I.xx * R.x + A.I.xy * R.y, b = A.I.xy * R.x + A.I.yy * R.y;
-  const Sym3<T> I{a.x * R.x.x + b.x * R.y.x, a.x * R.x.y + b.x * R.y.y, a.x * R.x.z + b.x * R.y.z,
-                  a.y * R.x.y + b.y * R.y.y, a.y * R.x.z + b.y * R.y.z, a.z * R.x.z + b.z * R.y.z};
+  const Vec3<T>&x = R.x, &y = R.y;
+  const Vec3<T> a = fma(A.I.xx, x, A.I.xy * y), b = fma(A.I.xy, x, A.I.yy * y);
+  const auto two = [](T c, T d, T e, T f) PORTHOS_INLINE_CALL { return fma(c, d, e * f); };
+  const Sym3<T> I{two(a.x, x.x, b.x, y.x), two(a.x, x.y, b.x, y.y), two(a.x, x.z, b.x, y.z),
+                  two(a.y, x.y, b.y, y.y), two(a.y, x.z, b.y, y.z), two(a.z, x.z, b.z, y.z)};
   const Vec3<T> t0 = R * Vec3<T>{A.H.x.x, A.H.y.x, A.H.z.x},
                 t1 = R * Vec3<T>{A.H.x.y, A.H.y.y, A.H.z.y};
-  const Mat3<T> H{t0.x * R.x + t1.x * R.y, t0.y * R.x + t1.y * R.y, t0.z * R.x + t1.z * R.y};
+  const Mat3<T> H{fma(t0.x, x, t1.x * y), fma(t0.y, x, t1.y * y), fma(t0.z, x, t1.z * y)};
   return translated(X.r, I, H, rotated(R, A.M));
 }
 

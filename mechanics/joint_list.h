@@ -73,9 +73,6 @@ inline int freedoms(std::string_view type) {
   return n;
 }
 
-/// Placed after the parameters of a lambda: inlines it whatever its size.
-#define PORTHOS_INLINE_CALL __attribute__((always_inline))
-
 /// f(constant k) for k = 0 … n-1, unrolled; `descending` for n-1 … 0.
 template <int n, class F>
 [[gnu::always_inline]] inline void unroll(F&& f) {

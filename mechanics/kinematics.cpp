@@ -18,7 +18,7 @@ void forward_kinematics(const Mechanism& m, Workspace<T>& w, std::span<const T> 
 template <class T>
 Transform<T> body_pose(const Mechanism&, const BodyFrame& body,
                        std::span<const Transform<T>> node_pose) {
-  const Transform<T> own{Mat3<T>(body.pose.R), Vec3<T>(body.pose.r)};
+  const auto own = converted<T>(body.pose);
   return body.node < 0 ? own : node_pose[size_t(body.node)] * own;
 }
 
@@ -28,8 +28,7 @@ void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const B
   assert(passes::fits(m, w, q) && passes::sized(J, 6 * size_t(m.nv())));
   passes::place_bodies(m, w, q.data());
   for (auto& e : J) e = T(0.0);
-  Transform<T> X{Mat3<T>(body.pose.R),
-                 Vec3<T>(body.pose.r)};  // pose of the frame in node j, walking to the root
+  Transform<T> X = converted<T>(body.pose);  // pose of the frame in node j, walking to the root
   for (int j = body.node; j >= 0; j = m.nodes()[size_t(j)].parent) {
     const Node& n = m.nodes()[size_t(j)];
     visit_joint(n.type, [&](auto K) {

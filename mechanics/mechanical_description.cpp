@@ -71,8 +71,18 @@ void add_ledger(phs::Description& d, const Mechanism& m) {
   }
 }
 
-void add_invariants(phs::Description& d, const Mechanism& m) {
-  bool free_in_world = !m.has_gravity();
+/// With an account for each block: the power of its reactions, which is zero to rounding.
+void add_constraints(phs::Description& d, const ConstraintSet& constraints) {
+  d.constraints = constraints.blocks();
+  for (auto& block : d.constraints) {
+    block.power = int(d.powers.size());
+    d.powers.push_back({block.name + ".reaction", phs::PowerKind::supplied});
+  }
+}
+
+/// held: constraints act between a link and the world.
+void add_invariants(phs::Description& d, const Mechanism& m, bool held) {
+  bool free_in_world = !m.has_gravity() && !held;
   int roots = 0;
   bool on_pivot = false;
   for (const auto& n : m.nodes()) {
@@ -87,7 +97,7 @@ void add_invariants(phs::Description& d, const Mechanism& m) {
     at += size;
   };
   if (free_in_world) declare("linear_momentum", 3, 1, "kg m/s");
-  if (free_in_world || (roots == 1 && on_pivot && !m.has_gravity()))
+  if (free_in_world || (roots == 1 && on_pivot && !m.has_gravity() && !held))
     declare("angular_momentum", 3, 2, "kg m^2/s");
   for (const auto& c : m.coordinates())
     if (c.kind == phs::BlockKind::rotation) {
@@ -110,12 +120,13 @@ std::vector<BodyFrame> port_frames(const Mechanism& m, const std::vector<BodyPor
   return frames;
 }
 
-phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports) {
+phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports,
+                          const ConstraintSet* constraints) {
   phs::Description d;
   d.name = m.name();
   d.nx = 2 * m.nq();
   d.nu = m.nv() + 6 * int(body_ports.size());
-  d.traits.canonical = true;
+  d.traits.canonical = d.traits.quadratic = true;
   for (const auto& j : m.joint_properties())
     d.traits.lossless = d.traits.lossless && j.damping == 0;
 
@@ -124,7 +135,8 @@ phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body
   }
   add_ports(d, m, body_ports);
   add_ledger(d, m);
-  add_invariants(d, m);
+  if (constraints) add_constraints(d, *constraints);
+  add_invariants(d, m, constraints && constraints->on_the_world());
   return d;
 }
 

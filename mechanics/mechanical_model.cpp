@@ -18,8 +18,14 @@ class MechanicalSystem : public phs::System<T> {
 
  public:
   MechanicalSystem(const Mechanism& m, const std::vector<BodyFrame>& ports,
-                   const phs::Description& d)
-      : m_(m), ports_(ports), d_(d), w_(m), nq_(size_t(m.nq())), scratch_(size_t(m.nq())) {
+                   const ConstraintSet* constraints, const phs::Description& d)
+      : m_(m),
+        ports_(ports),
+        constraints_(constraints),
+        d_(d),
+        w_(m),
+        nq_(size_t(m.nq())),
+        scratch_(size_t(m.nq())) {
     if (!ports.empty()) {
       wrench_.resize(m.nodes().size());
       force_.resize(size_t(m.nv()));
@@ -28,7 +34,7 @@ class MechanicalSystem : public phs::System<T> {
 
   const phs::Description& description() const override { return d_; }
   std::unique_ptr<phs::System<T>> clone() const override {
-    auto copy = std::make_unique<MechanicalSystem>(m_, ports_, d_);
+    auto copy = std::make_unique<MechanicalSystem>(m_, ports_, constraints_, d_);
     copy->w_.turn_angle = w_.turn_angle;
     return copy;
   }
@@ -99,6 +105,8 @@ class MechanicalSystem : public phs::System<T> {
     size_t k = 0;
     for (const auto& j : m_.joint_properties())
       if (j.damping != 0) values[k++] = T(j.damping) * e[nq_ + slot(j)] * e[nq_ + slot(j)];
+    while (k < d_.powers.size())
+      values[k++] = T(0.0);  // constraints: the method knows their forces
   }
   void apply_structure(In, In e, Out Je) override {
     for (size_t i = 0; i < nq_; ++i) {
@@ -145,11 +153,11 @@ class MechanicalSystem : public phs::System<T> {
       });
     if (ports_.empty()) return;
     // The body twists of those joint rates: the transpose of joint_forces, pass by pass.
-    passes::place_bodies(m_, w_, x.data());
+    passes::place_joints(m_, w_, x.data());
     passes::twists(m_, w_, y.data());
     T* out = y.data() + m_.nv();
     for (const auto& frame : ports_) {
-      const Motion<T> V = pose(frame).to_child(w_.V[size_t(frame.node)]);
+      const Motion<T> V = converted<T>(frame.pose).to_child(w_.V[size_t(frame.node)]);
       for (int k = 0; k < 6; ++k) *out++ = V[k];
     }
   }
@@ -181,6 +189,12 @@ class MechanicalSystem : public phs::System<T> {
   void set_turn_angles(In angles) override {
     std::copy(angles.begin(), angles.end(), w_.turn_angle.begin());
   }
+  std::unique_ptr<phs::Constraints<T>> constraints() override {
+    if (!constraints_) return nullptr;
+    auto rows = make_constraints<T>(m_, *constraints_);
+    rows->set_turn_angles(w_.turn_angle);
+    return rows;
+  }
   std::unique_ptr<phs::Resolvent> resolvent() override {
     if constexpr (std::is_same_v<T, double>) return make_resolvent(m_, w_.turn_angle);
     return nullptr;
@@ -190,9 +204,6 @@ class MechanicalSystem : public phs::System<T> {
   In q(In x) const { return x.first(nq_); }
   In p(In x) const { return x.subspan(nq_); }
   size_t slot(const JointProperties& j) const { return size_t(j.q); }
-  static Transform<T> pose(const BodyFrame& frame) {
-    return {Mat3<T>(frame.pose.R), Vec3<T>(frame.pose.r)};
-  }
   /// The wrenches of the body ports on each moving body, about the origin of its frame.
   void collect_wrenches(In u) {
     for (auto& f : wrench_) f = passes::zero_force<T>();
@@ -200,12 +211,12 @@ class MechanicalSystem : public phs::System<T> {
     for (const auto& frame : ports_) {
       Force<T> f;
       for (int k = 0; k < 6; ++k) f[k] = *in++;
-      wrench_[size_t(frame.node)] += pose(frame).to_parent(f);
+      wrench_[size_t(frame.node)] += converted<T>(frame.pose).to_parent(f);
     }
   }
   /// Joint forces equivalent to all ports together: τ + Σ Jᵀ w, leaf → root.
   In joint_forces(In x, In u) {
-    passes::place_bodies(m_, w_, x.data());
+    passes::place_joints(m_, w_, x.data());
     collect_wrenches(u);
     for (size_t i = wrench_.size(); i-- > 0;) {
       const Node& n = m_.nodes()[i];
@@ -215,7 +226,7 @@ class MechanicalSystem : public phs::System<T> {
           force_[j] = u[j] + decltype(J)::template project<k>(n, wrench_[i]);
         });
       });
-      if (n.parent >= 0) wrench_[size_t(n.parent)] += w_.X[i].to_parent(wrench_[i]);
+      if (n.parent >= 0) wrench_[size_t(n.parent)] += passes::to_parent<void>(n, w_, i, wrench_[i]);
     }
     return force_;
   }
@@ -226,6 +237,7 @@ class MechanicalSystem : public phs::System<T> {
 
   const Mechanism& m_;
   const std::vector<BodyFrame>& ports_;
+  const ConstraintSet* constraints_;
   const phs::Description& d_;
   Workspace<T> w_;
   size_t nq_;
@@ -238,14 +250,18 @@ class MechanicalSystem : public phs::System<T> {
 }  // namespace
 
 MechanicalModel::MechanicalModel(std::shared_ptr<const Mechanism> mechanism,
-                                 const std::vector<BodyPort>& ports)
+                                 const std::vector<BodyPort>& ports,
+                                 const ConstraintSpec& constraints)
     : mechanism_(std::move(mechanism)),
       ports_(port_frames(*mechanism_, ports)),
-      description_(describe(*mechanism_, ports_)) {}
+      constraints_(constraints.empty() ? nullptr
+                                       : std::make_shared<ConstraintSet>(*mechanism_, constraints)),
+      description_(describe(*mechanism_, ports_, constraints_.get())) {}
 
 template <class T>
 std::unique_ptr<phs::System<T>> MechanicalModel::make_system() const {
-  return std::make_unique<MechanicalSystem<T>>(*mechanism_, ports_, description_);
+  return std::make_unique<MechanicalSystem<T>>(*mechanism_, ports_, constraints_.get(),
+                                               description_);
 }
 
 #define PORTHOS_INSTANTIATE(T) \

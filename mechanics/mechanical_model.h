@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "mechanics/constraints/constraint_set.h"
 #include "mechanics/mechanism.h"
 #include "phs/system/system.h"
 
@@ -31,6 +32,9 @@ struct BodyPort {
 /// more passes over the tree, however many ports there are. field costs only what gravity costs,
 /// and nothing more if u is empty.
 ///
+/// Constraints close loops and couple joints (System::constraints); each has an account in the
+/// ledger, "<name>.reaction", which a method that keeps it books as zero to rounding.
+///
 /// Invariants: linear and angular momentum of mechanisms that are free in the world without gravity
 /// (for a single ball-jointed root, the angular momentum about its pivot), and |ξ|² and ξ·π of
 /// every quaternion. They stay invariant with rotor inertias: the momenta are those of the bodies,
@@ -38,12 +42,16 @@ struct BodyPort {
 class MechanicalModel : public phs::ModelFor<MechanicalModel> {
  public:
   /// @throws InvalidArgument naming the port: an empty or duplicate name, a position that is not
-  ///   finite, a link that never moves or does not exist (with the list of those that do)
+  ///   finite, a link that never moves or does not exist (with the list of those that do); for
+  ///   constraints: see ConstraintSet
   explicit MechanicalModel(std::shared_ptr<const Mechanism> mechanism,
-                           const std::vector<BodyPort>& ports = {});
+                           const std::vector<BodyPort>& ports = {},
+                           const ConstraintSpec& constraints = {});
 
   const phs::Description& description() const override { return description_; }
   const Mechanism& mechanism() const { return *mechanism_; }
+  /// The loops and couplings, or null without any.
+  const ConstraintSet* constraint_set() const { return constraints_.get(); }
 
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
@@ -57,7 +65,8 @@ class MechanicalModel : public phs::ModelFor<MechanicalModel> {
 
  private:
   std::shared_ptr<const Mechanism> mechanism_;
-  std::vector<BodyFrame> ports_;  ///< the frames of the body ports
+  std::vector<BodyFrame> ports_;                      ///< the frames of the body ports
+  std::shared_ptr<const ConstraintSet> constraints_;  ///< null: none
   phs::Description description_;
 };
 

@@ -106,6 +106,7 @@ template <class T>
 struct Workspace {
   explicit Workspace(const Mechanism& m)
       : X(m.nodes().size()),
+        screw(m.nodes().size()),
         A(m.nodes().size()),
         b(m.nodes().size()),
         g(m.nodes().size()),
@@ -130,6 +131,7 @@ struct Workspace {
 
   // kinematics (place_bodies)
   std::vector<Transform<T>> X;  ///< pose of body i in its parent
+  std::vector<Screw<T>> screw;  ///< of a joint about z, with its zero
   // articulated inertias (factor)
   std::vector<ArticulatedInertia<T>> A;
   std::vector<Force<T>> b;   ///< momentum or force bias

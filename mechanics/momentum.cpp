@@ -12,7 +12,8 @@ void subtree_momenta(const Mechanism& m, Workspace<T>& w) {
   const auto& nodes = m.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) w.b[i] = passes::rigid<T>(nodes[i]) * w.V[i];
   for (size_t i = nodes.size(); i-- > 0;)
-    if (nodes[i].parent >= 0) w.b[size_t(nodes[i].parent)] += w.X[i].to_parent(w.b[i]);
+    if (nodes[i].parent >= 0)
+      w.b[size_t(nodes[i].parent)] += passes::to_parent<void>(nodes[i], w, i, w.b[i]);
 }
 
 }  // namespace

@@ -1,10 +1,8 @@
 #pragma once
 #include <cassert>
-#include <cstring>
 #include <span>
 
-#include "mechanics/joint_list.h"
-#include "mechanics/mechanism.h"
+#include "mechanics/placement-inl.h"
 
 /// The passes over the tree that the algorithms share.
 namespace porthos::mechanics::passes {
@@ -22,53 +20,6 @@ bool sized_or_none(const A& array, size_t n) {
 template <class T>
 bool fits(const Mechanism& m, const Workspace<T>& w, std::span<const T> q) {
   return sized(q, size_t(m.nq())) && sized(w.X, m.nodes().size());
-}
-
-/// Sine and cosine of every angle. Doubles are evaluated four at a time, with identical bits.
-template <class T>
-void sines(const Mechanism& m, Workspace<T>& w, const T* q) {
-  for (const Node& n : m.nodes())
-    if (n.turn >= 0) w.angle[size_t(n.turn)] = q[n.q];
-  if constexpr (std::is_same_v<T, double>) {
-    for (size_t i = 0; i < w.angle.size(); i += 4) {
-      phs::Pack4 a, s, c;
-      std::memcpy(&a, &w.angle[i], sizeof a);
-      sincos(a, s, c);
-      std::memcpy(&w.sine[i], &s, sizeof s), std::memcpy(&w.cosine[i], &c, sizeof c);
-    }
-  } else {
-    for (size_t i = 0; i < w.turn_angle.size(); ++i) sincos(w.angle[i], w.sine[i], w.cosine[i]);
-  }
-}
-
-/// X_i(q) of one body, once `sines` has been called.
-template <class J, class T>
-[[gnu::always_inline]] inline void place_body(const Node& n, Workspace<T>& w, size_t i,
-                                              const T* q) {
-  if (n.turn >= 0) {
-    const size_t k = size_t(n.turn);
-    w.X[i] = J::place(n, q + n.q, {w.sine[k], w.cosine[k], w.turn_angle[k]});
-  } else {
-    w.X[i] = J::place(n, q + n.q, {});
-  }
-}
-/// X of a single body, for any scalar.
-template <class J, class T>
-Transform<T> place(const Node& n, const T* q, T turn_angle) {
-  Angle<T> a{T(0.0), T(1.0), turn_angle};
-  if (n.turn >= 0) sincos(q[0], a.sine, a.cosine);
-  return J::place(n, q, a);
-}
-
-/// Root → leaf: X_i(q).
-template <class T>
-void place_bodies(const Mechanism& m, Workspace<T>& w, const T* q) {
-  sines(m, w, q);
-  const auto& nodes = m.nodes();
-  for (size_t i = 0; i < nodes.size(); ++i) {
-    const Node& n = nodes[i];
-    visit_joint(n.type, [&](auto J) { place_body<decltype(J)>(n, w, i, q); });
-  }
 }
 
 /// Whether the elimination of the joint zeroes the row and column of rotation about z.
@@ -107,7 +58,7 @@ template <class J, class T>
     w.U[j] = U;
     w.D_inverse[j] = D_inverse;
     w.u[j] = u;
-    b += (D_inverse * u) * U;
+    b = fma(D_inverse * u, U, b);
     if constexpr (J::nv == 6)
       A.template subtract_below<k>(U, D_inverse);
     else if (k == 0 && root)
@@ -123,18 +74,37 @@ template <class J, class T>
     for (int k = 0; k < 6; ++k) b[k] = f[size_t(n.v + k)];
 }
 
+/// The inertia that `eliminate` left, in the parent's frame.
+template <class J, class T>
+[[gnu::always_inline]] inline ArticulatedInertia<T> left_in_parent(const Node& n,
+                                                                   const Workspace<T>& w, size_t i,
+                                                                   const ArticulatedInertia<T>& A) {
+  const bool free = freed_about_z<J>(n);
+  if constexpr (J::about_z) {
+    if (n.axial) {
+      ArticulatedInertia<T> B = A;
+      if (free)
+        climb<J, true>(n, w.screw[i], B);
+      else
+        climb<J, false>(n, w.screw[i], B);
+      return B;
+    }
+  }
+  return free ? to_parent_free_about_z(w.X[i], A) : mechanics::to_parent(w.X[i], A);
+}
+
 /// Adds the remaining A_i to the parent. The first child to do so also adds the parent's own
 /// inertia.
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_to_parent(const Mechanism& m, const Node& n,
-                                                  const Transform<T>& X, Workspace<T>& w,
+                                                  Workspace<T>& w, size_t i,
                                                   const ArticulatedInertia<T>& A) {
   const size_t parent = size_t(n.parent);
   const RigidInertia<double>& own = m.nodes()[parent].inertia;
   if constexpr (J::nv == 6) {  // the remaining A is zero
     if (n.last_child) w.A[parent] = ArticulatedInertia<T>(own);
   } else {
-    ArticulatedInertia<T> B = freed_about_z<J>(n) ? to_parent_free_about_z(X, A) : to_parent(X, A);
+    ArticulatedInertia<T> B = left_in_parent<J>(n, w, i, A);
     if (n.last_child)
       B += own;
     else
@@ -195,7 +165,7 @@ Force<T> zero_force() {
   return {{T(0.0), T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0)}};
 }
 
-/// Root → leaf: body twists V from joint rates v (w.X must be set).
+/// Root → leaf: body twists V from joint rates v (bodies must be placed).
 template <class T>
 void twists(const Mechanism& m, Workspace<T>& w, const T* v) {
   const auto& nodes = m.nodes();
@@ -203,7 +173,7 @@ void twists(const Mechanism& m, Workspace<T>& w, const T* v) {
     const Node& n = nodes[i];
     visit_joint(n.type, [&](auto J) {
       w.V[i] = joint_twist<decltype(J)>(n, v);
-      if (n.parent >= 0) w.V[i] += w.X[i].to_child(w.V[size_t(n.parent)]);
+      if (n.parent >= 0) w.V[i] += to_child<decltype(J)>(n, w, i, w.V[size_t(n.parent)]);
     });
   }
 }

@@ -22,8 +22,10 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
       using Joint = decltype(J);
       const bool root = n.parent < 0;
       passes::place_body<Joint>(n, w, i, q.data());
-      Motion<T> V = root ? passes::zero_motion<T>() : w.X[i].to_child(w.V[size_t(n.parent)]);
-      Motion<T> a = w.X[i].to_child(root ? world : w.a[size_t(n.parent)]);
+      Motion<T> V =
+          root ? passes::zero_motion<T>() : passes::to_child<Joint>(n, w, i, w.V[size_t(n.parent)]);
+      Motion<T> a =
+          root ? w.X[i].to_child(world) : passes::to_child<Joint>(n, w, i, w.a[size_t(n.parent)]);
       if (!v.empty()) {
         passes::add_joint_twist<Joint>(n, v.data(), V);
         passes::add_velocity_product<Joint>(n, V, v.data(), a);
@@ -45,8 +47,8 @@ void rnea(const Mechanism& m, Workspace<T>& w, std::span<const T> q, std::span<c
       if constexpr (decltype(J)::nv == 1)
         if (n.rotor_inertia != 0 && !vdot.empty())
           tau[size_t(n.v)] = tau[size_t(n.v)] + T(n.rotor_inertia) * vdot[size_t(n.v)];
+      if (n.parent >= 0) w.b[size_t(n.parent)] += passes::to_parent<decltype(J)>(n, w, i, w.b[i]);
     });
-    if (n.parent >= 0) w.b[size_t(n.parent)] += w.X[i].to_parent(w.b[i]);
   }
 }
 

@@ -18,19 +18,19 @@ struct Quaternion {
     a[2] = v.y;
     a[3] = v.z;
   }
-  T norm2() const { return w * w + dot(v, v); }
+  T norm2() const { return fma(w, w, dot(v, v)); }
   Quaternion conj() const { return {w, -v}; }
 };
 
 /// a ∘ b, the Hamilton product.
 template <class T>
 Quaternion<T> operator*(const Quaternion<T>& a, const Quaternion<T>& b) {
-  return {a.w * b.w - dot(a.v, b.v), a.w * b.v + b.w * a.v + cross(a.v, b.v)};
+  return {fma(a.w, b.w, -dot(a.v, b.v)), fma(a.w, b.v, fma(b.w, a.v, cross(a.v, b.v)))};
 }
 /// a ∘ (0, u)
 template <class T>
 Quaternion<T> operator*(const Quaternion<T>& a, const Vec3<T>& u) {
-  return {-dot(a.v, u), a.w * u + cross(a.v, u)};
+  return {-dot(a.v, u), fma(a.w, u, cross(a.v, u))};
 }
 
 /// c = 1 - 1/|ξ|², so that x/|ξ|² = x - c x.
@@ -65,7 +65,7 @@ Mat3<T> rotation_matrix(const Quaternion<T>& q) {
 /// Body momentum of the lift: m = ½ Im(ξ̄ π).
 template <class T>
 Vec3<T> body_momentum(const Quaternion<T>& xi, const Quaternion<T>& pi) {
-  return T(0.5) * (xi.w * pi.v - pi.w * xi.v - cross(xi.v, pi.v));
+  return T(0.5) * fma(xi.w, pi.v, fma(-pi.w, xi.v, cross(pi.v, xi.v)));
 }
 /// The lift of a body momentum m, with ξ·π = 0:  π = (2/|ξ|²) ξ ∘ m.
 template <class T>

@@ -7,8 +7,11 @@ namespace porthos::mechanics {
 /// Every operation here is a few multiplications. A call, with copies of its 9 to 21 numbers, would
 /// cost more.
 #define PORTHOS_INLINE [[gnu::always_inline]] inline
+/// The same for a lambda: placed after its parameters.
+#define PORTHOS_INLINE_CALL __attribute__((always_inline))
 
 using phs::abs;
+using phs::fma;
 using phs::max;
 using phs::select;
 using phs::sincos;
@@ -38,13 +41,35 @@ struct Vec3 {
   const T& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 
+/// s a + b
+template <class T>
+PORTHOS_INLINE Vec3<T> fma(T s, const Vec3<T>& a, const Vec3<T>& b) {
+  return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+}
+/// a·b + c
+template <class T>
+PORTHOS_INLINE T fma(const Vec3<T>& a, const Vec3<T>& b, T c) {
+  return fma(a.x, b.x, fma(a.y, b.y, fma(a.z, b.z, c)));
+}
 template <class T>
 PORTHOS_INLINE T dot(const Vec3<T>& a, const Vec3<T>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
+  return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
+}
+/// a b - c d
+template <class T>
+PORTHOS_INLINE T product_difference(T a, T b, T c, T d) {
+  return fma(a, b, -(c * d));
 }
 template <class T>
 PORTHOS_INLINE Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  return {product_difference(a.y, b.z, a.z, b.y), product_difference(a.z, b.x, a.x, b.z),
+          product_difference(a.x, b.y, a.y, b.x)};
+}
+/// c + a × b
+template <class T>
+PORTHOS_INLINE Vec3<T> plus_cross(const Vec3<T>& c, const Vec3<T>& a, const Vec3<T>& b) {
+  return {fma(a.y, b.z, fma(-a.z, b.y, c.x)), fma(a.z, b.x, fma(-a.x, b.z, c.y)),
+          fma(a.x, b.y, fma(-a.y, b.x, c.z))};
 }
 template <class T>
 PORTHOS_INLINE T norm(const Vec3<T>& a) {
@@ -69,8 +94,11 @@ struct Mat3 {
   }
 
   PORTHOS_INLINE friend Vec3<T> operator*(const Mat3& m, const Vec3<T>& v) {
-    return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
-            m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
+    return fma(v.x, m.x, fma(v.y, m.y, v.z * m.z));
+  }
+  /// m v + c
+  PORTHOS_INLINE friend Vec3<T> fma(const Mat3& m, const Vec3<T>& v, const Vec3<T>& c) {
+    return fma(v.x, m.x, fma(v.y, m.y, fma(v.z, m.z, c)));
   }
   /// mᵀ v
   PORTHOS_INLINE Vec3<T> tmul(const Vec3<T>& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
@@ -99,12 +127,22 @@ struct Sym3 {
   requires(!std::is_same_v<S, T>) explicit Sym3(const Sym3<S>& m)
       : xx(m.xx), xy(m.xy), xz(m.xz), yy(m.yy), yz(m.yz), zz(m.zz) {}
 
-  PORTHOS_INLINE friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) {
-    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
-            m.xz * v.x + m.yz * v.y + m.zz * v.z};
+  PORTHOS_INLINE friend Vec3<T> operator*(const Sym3& m, const Vec3<T>& v) { return m.full() * v; }
+  /// m v + c
+  PORTHOS_INLINE friend Vec3<T> fma(const Sym3& m, const Vec3<T>& v, const Vec3<T>& c) {
+    return fma(m.full(), v, c);
   }
   PORTHOS_INLINE friend Sym3 operator+(const Sym3& a, const Sym3& b) {
     return {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+  }
+  /// this + a bᵀ, where that is symmetric.
+  PORTHOS_INLINE void add_product(const Vec3<T>& a, const Vec3<T>& b) {
+    xx = fma(a.x, b.x, xx);
+    xy = fma(a.x, b.y, xy);
+    xz = fma(a.x, b.z, xz);
+    yy = fma(a.y, b.y, yy);
+    yz = fma(a.y, b.z, yz);
+    zz = fma(a.z, b.z, zz);
   }
   PORTHOS_INLINE Mat3<T> full() const { return {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}; }
 };
@@ -116,7 +154,7 @@ struct Sym3 {
 template <class T>
 PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
   const Vec3<T>&x = R.x, &y = R.y, &z = R.z;
-  if constexpr (phs::is_real<T> && !std::is_same_v<T, double>) {
+  if constexpr (phs::is_wide<T>) {
     const Vec3<T> a = m * Vec3<T>{x.x, y.x, z.x};  // columns of m Rᵀ
     const Vec3<T> b = m * Vec3<T>{x.y, y.y, z.y};
     const Vec3<T> c = m * Vec3<T>{x.z, y.z, z.z};
@@ -124,16 +162,19 @@ PORTHOS_INLINE Sym3<T> rotated(const Mat3<T>& R, const Sym3<T>& m) {
             x.x * c.x + y.x * c.y + z.x * c.z, x.y * b.x + y.y * b.y + z.y * b.z,
             x.y * c.x + y.y * c.y + z.y * c.z, x.z * c.x + y.z * c.y + z.z * c.z};
   } else {
-    const T half(0.5);
-    const Vec3<T> p = (half * (m.xx - m.zz)) * x + m.xy * y + m.xz * z;
-    const Vec3<T> q = (half * (m.yy - m.zz)) * y + m.yz * z;
-    const T a = p.x * x.x + q.x * y.x, b = p.y * x.y + q.y * y.y, c = p.z * x.z + q.z * y.z;
-    return {m.zz + (a + a),
-            p.x * x.y + p.y * x.x + (q.x * y.y + q.y * y.x),
-            p.x * x.z + p.z * x.x + (q.x * y.z + q.z * y.x),
-            m.zz + (b + b),
-            p.y * x.z + p.z * x.y + (q.y * y.z + q.z * y.y),
-            m.zz + (c + c)};
+    const T half(0.5), two(2.0);
+    const Vec3<T> p = fma(half * (m.xx - m.zz), x, fma(m.xy, y, m.xz * z));
+    const Vec3<T> q = fma(half * (m.yy - m.zz), y, m.yz * z);
+    const auto twice = [&](T a, T b, T c, T d)
+                           PORTHOS_INLINE_CALL { return fma(two, fma(a, b, c * d), m.zz); };
+    const auto mixed = [](T a, T b, T c, T d, T e, T f, T g, T h)
+                           PORTHOS_INLINE_CALL { return fma(a, b, fma(c, d, fma(e, f, g * h))); };
+    return {twice(p.x, x.x, q.x, y.x),
+            mixed(p.x, x.y, p.y, x.x, q.x, y.y, q.y, y.x),
+            mixed(p.x, x.z, p.z, x.x, q.x, y.z, q.z, y.x),
+            twice(p.y, x.y, q.y, y.y),
+            mixed(p.y, x.z, p.z, x.y, q.y, y.z, q.z, y.y),
+            twice(p.z, x.z, q.z, y.z)};
   }
 }
 
@@ -171,17 +212,22 @@ struct Force {
 
 template <class T>
 PORTHOS_INLINE T dot(const Motion<T>& v, const Force<T>& f) {
-  return dot(v.w, f.n) + dot(v.v, f.f);
+  return dot(v.w, f.n) + dot(v.v, f.f);  // two short sums: the recursions wait for it
+}
+/// a + s f
+template <class T>
+PORTHOS_INLINE Force<T> fma(T s, const Force<T>& f, const Force<T>& a) {
+  return {fma(s, f.n, a.n), fma(s, f.f, a.f)};
 }
 /// v × m
 template <class T>
 PORTHOS_INLINE Motion<T> cross(const Motion<T>& v, const Motion<T>& m) {
-  return {cross(v.w, m.w), cross(v.w, m.v) + cross(v.v, m.w)};
+  return {cross(v.w, m.w), plus_cross(cross(v.w, m.v), v.v, m.w)};
 }
 /// v ×* f
 template <class T>
 PORTHOS_INLINE Force<T> cross(const Motion<T>& v, const Force<T>& f) {
-  return {cross(v.w, f.n) + cross(v.v, f.f), cross(v.w, f.f)};
+  return {plus_cross(cross(v.w, f.n), v.v, f.f), cross(v.w, f.f)};
 }
 
 /// v × S times s for the unit twist S about (axis 0 1 2) or along (3 4 5) x y z; skips the zeros of
@@ -190,16 +236,16 @@ template <int axis, class T>
 PORTHOS_INLINE void add_cross_unit(const Motion<T>& v, T s, Motion<T>& a) {
   const auto add = [s](const Vec3<T>& b, Vec3<T>& c) {  // c += b × e s
     if constexpr (axis % 3 == 0) {
-      c.y += b.z * s;
-      c.z -= b.y * s;
+      c.y = fma(b.z, s, c.y);
+      c.z = fma(-b.y, s, c.z);
     }
     if constexpr (axis % 3 == 1) {
-      c.z += b.x * s;
-      c.x -= b.z * s;
+      c.z = fma(b.x, s, c.z);
+      c.x = fma(-b.z, s, c.x);
     }
     if constexpr (axis % 3 == 2) {
-      c.x += b.y * s;
-      c.y -= b.x * s;
+      c.x = fma(b.y, s, c.x);
+      c.y = fma(-b.x, s, c.y);
     }
   };
   if constexpr (axis < 3) {
@@ -218,23 +264,28 @@ struct Transform {
 
   /// Transforms a twist from the parent's to the child's frame: X v.
   PORTHOS_INLINE Motion<T> to_child(const Motion<T>& m) const {
-    return {R.tmul(m.w), R.tmul(m.v + cross(m.w, r))};
+    return {R.tmul(m.w), R.tmul(plus_cross(m.v, m.w, r))};
   }
   /// Transforms a wrench from the child's to the parent's frame: Xᵀ f.
   PORTHOS_INLINE Force<T> to_parent(const Force<T>& g) const {
     const Vec3<T> f = R * g.f;
-    return {R * g.n + cross(r, f), f};
+    return {plus_cross(R * g.n, r, f), f};
   }
   PORTHOS_INLINE Motion<T> to_parent(const Motion<T>& m) const {
     const Vec3<T> w = R * m.w;
-    return {w, R * m.v + cross(r, w)};
+    return {w, plus_cross(R * m.v, r, w)};
   }
   PORTHOS_INLINE Force<T> to_child(const Force<T>& g) const {
-    return {R.tmul(g.n - cross(r, g.f)), R.tmul(g.f)};
+    return {R.tmul(plus_cross(g.n, g.f, r)), R.tmul(g.f)};
   }
   PORTHOS_INLINE friend Transform operator*(const Transform& a, const Transform& b) {
-    return {a.R * b.R, a.r + a.R * b.r};
+    return {a.R * b.R, fma(a.R, b.r, a.r)};
   }
 };
+/// The same pose in the scalar T.
+template <class T, class S>
+Transform<T> converted(const Transform<S>& X) {
+  return {Mat3<T>(X.R), Vec3<T>(X.r)};
+}
 
 }  // namespace porthos::mechanics

@@ -35,7 +35,7 @@ class Assembler {
     const auto order = depth_first(root);
     settle_masses(order);
     const MechanismBuilder made = parts(order);
-    return {build(made), log_.notes(), m_.links[root].name, made};
+    return {build(made), log_.notes(), m_.links[root].name, made, std::move(m_.mimics)};
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mechanics/builder.h"
+#include "mechanics/constraints/constraint_spec.h"
 
 namespace porthos::mechanics {
 
@@ -28,6 +29,7 @@ struct UrdfOptions {
   /// attitude also by the joint's name. Absent: neutral.
   std::map<std::string, std::vector<double>> locked_at;
   bool accept_unphysical_inertia = false;  ///< see MechanismBuilder::accept_unphysical_inertia
+  bool couple_mimics = false;  ///< <mimic> becomes a coupling (UrdfResult::mimics); else a note
   bool use_damping =
       true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
 };
@@ -42,6 +44,9 @@ struct UrdfResult {
       notes;  ///< unknown tags and attributes, mimic, limits, friction, counts of ignored geometry
   std::string root_link;
   MechanismBuilder parts;  ///< what the mechanism was built from, for reconfiguration.h
+  /// Of <mimic joint multiplier offset>, if they are wanted: q - multiplier q_joint = offset, with
+  /// the name "<its joint>.mimic".
+  std::vector<Coupling> mimics = {};
 };
 
 /// Name of the free joint of a free base; its coordinate blocks are "base.position" and
@@ -51,7 +56,7 @@ inline constexpr const char* base_joint_name = "base";
 /// Reads a mechanism from a URDF file. Visual and collision geometry is not needed and not read.
 /// These are accepted with a note: a lower limit above the upper one (no limit), an undeclared
 /// parent "world" (the inertial frame), a robot without a name (the file's name), <mimic>
-/// (ignored), unknown tags and attributes.
+/// (ignored unless wanted), unknown tags and attributes.
 /// @throws InvalidArgument "file:line: ..." for a missing file, broken XML, missing or malformed
 ///   numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder
 ///   refuses; MasslessPart for links without <inertial> that move

@@ -63,6 +63,7 @@ struct File {
   std::string name;
   std::vector<Link> links;
   std::vector<Joint> joints;
+  std::vector<Coupling> mimics;
 };
 /// Reads XML. Errors within a single tag are refused here, errors of the whole file later.
 File read_file(Log& log, const std::string& text, const UrdfOptions& options);

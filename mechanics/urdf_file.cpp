@@ -55,11 +55,12 @@ class FileReader {
     tinyxml2::XMLDocument document;
     const XMLElement& robot = parse(document, text);
     expect(robot, {"name", "version"}, {}, {"link", "joint"});
-    File m{name_of(robot), {}, {}};
+    File m{name_of(robot), {}, {}, {}};
     for (auto* e = robot.FirstChildElement("link"); e; e = e->NextSiblingElement("link"))
       m.links.push_back(link(*e));
     for (auto* e = robot.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint"))
       m.joints.push_back(joint(*e));
+    m.mimics = std::move(mimics_);
     if (m.links.empty()) fail(robot, "<robot> has no <link>, expected at least one");
     declare_world(m);
     return m;
@@ -256,11 +257,16 @@ class FileReader {
     axes(e, j.spec);
     limit(e, j.spec);
     dynamics(e, j.spec);
-    if (const auto* m = e.FirstChildElement("mimic")) {
-      expect(*m, {"joint", "multiplier", "offset"});
-      note(*m, "<mimic> ignored: it does not follow joint " + named(required(*m, "joint")));
-    }
+    if (const auto* m = e.FirstChildElement("mimic")) mimic(*m, j.spec.name);
     return j;
+  }
+
+  void mimic(const XMLElement& e, const std::string& own) {
+    expect(e, {"joint", "multiplier", "offset"});
+    const std::string other = required(e, "joint"), why = "<mimic> ignored: it does not follow ";
+    if (!options_.couple_mimics) return note(e, why + "joint " + named(other));
+    const auto by = [&](const char* key, double d) { return optional_scalar(e, key).value_or(d); };
+    mimics_.push_back({own + ".mimic", {{own, 1}, {other, -by("multiplier", 1)}}, by("offset", 0)});
   }
 
   std::string joint_type(const XMLElement& e) const {
@@ -333,6 +339,7 @@ class FileReader {
 
   Log& log_;
   const UrdfOptions& options_;
+  std::vector<Coupling> mimics_;
 };
 }  // namespace
 

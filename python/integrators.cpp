@@ -76,6 +76,8 @@ void bind_declarations(py::module_& m) {
       .def_readonly("passivity_exact", &Declaration::passivity_exact,
                     "The discrete power balance closes to rounding for any H.")
       .def_readonly("quadratic_invariants", &Declaration::quadratic_invariants)
+      .def_readonly("constraints", &Declaration::constraints,
+                    "Whether it keeps closed loops and couplings.")
       .def_readonly("resumable", &Declaration::resumable)
       .def_readonly("rival", &Declaration::rival, "Another library's method, for comparison.")
       .def_readonly("source", &Declaration::source)

@@ -202,7 +202,8 @@ void bind_scene(py::module_& m) {
       .def_readwrite("symmetry", &Limits::symmetry)
       .def_readwrite("step_halving", &Limits::step_halving)
       .def_readwrite("orbital", &Limits::orbital)
-      .def_readwrite("coupling", &Limits::coupling);
+      .def_readwrite("coupling", &Limits::coupling)
+      .def_readwrite("constraints", &Limits::constraints);
   py::class_<Scene>(m, "SceneData",
                     "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
       .def(py::init<>())

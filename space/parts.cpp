@@ -125,7 +125,9 @@ PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechani
     : mechanical_(std::move(mechanical)), parts_(std::move(parts)) {
   validate(parts_);
   const std::shared_ptr<const Mechanism> mechanism(mechanical_, &mechanical_->mechanism());
-  with_ports_ = std::make_shared<const mechanics::MechanicalModel>(mechanism, ports_of(parts_));
+  const auto* loops = mechanical_->constraint_set();
+  with_ports_ = std::make_shared<const mechanics::MechanicalModel>(
+      mechanism, ports_of(parts_), loops ? loops->spec() : mechanics::ConstraintSpec{});
   for (const auto& t : parts_.thrusters)
     placed_.nozzles.push_back(
         mount(*with_ports_, t.name + ".nozzle", t.link, {Mat3<double>::identity(), t.position}));

@@ -6,6 +6,7 @@
 
 #include "mechanics/momentum.h"
 #include "mechanics/rotation.h"
+#include "phs/system/constraints.h"
 #include "phs/system/forwarding.h"
 #include "space/plates.h"
 
@@ -128,6 +129,7 @@ Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechani
       parts_(std::move(parts)),
       description_(
           describe(internal_->description(), parts_, !orbit_.environment().plates.empty())) {
+  phs::refuse_constraints(internal_->description(), "a spacecraft in orbit");
   const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
 }
 

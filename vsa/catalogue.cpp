@@ -115,23 +115,23 @@ const std::vector<Family>& families() {
 }
 
 ElasticPtr make_elastic(const std::string& family, const Values& values, const Limits& l) {
-  const auto* const f = &find_named(families(), family, "unknown family");
-  const std::string known = listed(f->keys, [](const auto& k) { return k.name; });
+  const Family& f = find_named(families(), family, "unknown family");
+  const std::string known = listed(f.keys, [](const auto& k) { return k.name; });
   for (const auto& [name, value] : values) {
-    const auto k = std::find_if(f->keys.begin(), f->keys.end(),
+    const auto k = std::find_if(f.keys.begin(), f.keys.end(),
                                 [&, n = name](const auto& x) { return x.name == n; });
-    if (k == f->keys.end())
+    if (k == f.keys.end())
       throw InvalidArgument(
           fmt::format("{}: unknown parameter '{}', expected {}", family, name, known));
     if (!k->list && value.size() != 1)
       throw InvalidArgument(
           fmt::format("{}: {} has {} entries, expected one number", family, name, value.size()));
   }
-  for (const auto& k : f->keys)
+  for (const auto& k : f.keys)
     if (!k.optional && !values.contains(k.name))
       throw InvalidArgument(
           fmt::format("{}: no parameter '{}' [{}], expected {}", family, k.name, k.unit, known));
-  return f->make(values, l);
+  return f.make(values, l);
 }
 
 const char* to_string(Provenance p) {

@@ -5,8 +5,9 @@
 namespace porthos::bench {
 
 struct Operations {
-  long add = 0, mul = 0, div = 0, sqrt = 0;
-  long total() const { return add + mul + div + sqrt; }
+  long add = 0, mul = 0, fma = 0, div = 0, sqrt = 0;
+  /// A fused multiply-add is one.
+  long total() const { return add + mul + fma + div + sqrt; }
 };
 inline thread_local Operations operations;
 
@@ -36,6 +37,10 @@ struct Counted {
   Counted& operator-=(Counted b) { return *this = *this - b; }
   friend bool operator<(Counted a, Counted b) { return a.v < b.v; }
   friend bool operator==(Counted a, Counted b) { return a.v == b.v; }
+  friend Counted fma(Counted a, Counted b, Counted c) {
+    ++operations.fma;
+    return phs::fma(a.v, b.v, c.v);
+  }
   friend Counted sqrt(Counted a) {
     ++operations.sqrt;
     return std::sqrt(a.v);

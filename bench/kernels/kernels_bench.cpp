@@ -22,9 +22,9 @@ using Vec = std::vector<double>;
 template <class T>
 size_t bytes(const Workspace<T>& w) {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return of(w.X) + of(w.A) + of(w.b) + of(w.g) + of(w.a) + of(w.V) + of(w.U) + of(w.D_inverse) +
-         of(w.u) + of(w.rate) + of(w.mu) + of(w.turn_angle) + of(w.angle) + of(w.sine) +
-         of(w.cosine);
+  return of(w.X) + of(w.screw) + of(w.A) + of(w.b) + of(w.g) + of(w.a) + of(w.V) + of(w.U) +
+         of(w.D_inverse) + of(w.u) + of(w.rate) + of(w.mu) + of(w.turn_angle) + of(w.angle) +
+         of(w.sine) + of(w.cosine);
 }
 size_t bytes(const Mechanism& m) { return m.nodes().size() * sizeof(mechanics::Node); }
 
@@ -99,6 +99,7 @@ void kernel(benchmark::State& state, Model m, Kernel k) {
   state.counters["lanes"] = lanes;
   state.counters["adds"] = double(n.add);
   state.counters["muls"] = double(n.mul);
+  state.counters["fmas"] = double(n.fma);
   state.counters["divs"] = double(n.div);
   state.counters["flops"] = total;
   state.counters["flop_rate"] = Counter(total * lanes, rate);

@@ -32,11 +32,12 @@ PeerBody peer_body(const mechanics::Mechanism& m, int node) {
     throw std::runtime_error(m.name() + ": only revolute, prismatic and free root joints without " +
                              "rotors can be compared");
   const auto vec = [](const mechanics::Vec3d& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
+  const auto X = mechanics::neutral_pose(n);
   PeerBody b;
-  b.R.col(0) = vec(n.placement.R.x);
-  b.R.col(1) = vec(n.placement.R.y);
-  b.R.col(2) = vec(n.placement.R.z);
-  b.r = vec(n.placement.r);
+  b.R.col(0) = vec(X.R.x);
+  b.R.col(1) = vec(X.R.y);
+  b.R.col(2) = vec(X.R.z);
+  b.r = vec(X.r);
   b.mass = n.inertia.m;
   b.com = b.mass > 0 ? Eigen::Vector3d(vec(n.inertia.mc) / b.mass) : Eigen::Vector3d::Zero();
   const auto& I = n.inertia.I;

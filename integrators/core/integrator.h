@@ -16,6 +16,19 @@
 /// Time integrators. They depend on the system contract of phs/ and not on mechanics.
 namespace porthos::integrators {
 
+/// The number type of the tables for steps in T.
+template <class T>
+using TableReal = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+
+/// A step size or a fraction of a step as a number for the tables.
+template <class T>
+TableReal<T> table_real(const T& x) {
+  if constexpr (std::is_same_v<T, phs::Dual>)
+    return x.v;
+  else
+    return x;
+}
+
 /// A method's claim about a property. The test suite checks every `holds` and, with a negative
 /// control, every `fails`.
 enum class Claim { holds, fails, unknown };
@@ -42,6 +55,9 @@ struct Declaration {
   Claim passivity_exact =
       Claim::fails;  ///< the discrete power balance closes to rounding for any H
   Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic ones conserved to rounding
+  /// Keeps a system's constraints. If not, the method refuses constrained systems; if so, it takes
+  /// systems without constraints too.
+  bool constraints = false;
   bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint
   bool rival = false;     ///< another library's method, for comparison
   Needs needs = {};
@@ -49,7 +65,8 @@ struct Declaration {
 };
 
 /// How a step ended. Any outcome but `ok` leaves the state unchanged.
-enum class Outcome { ok, not_converged, not_finite, failed };
+/// singular: the constraints lose rank (BasicIntegrator::remark has more).
+enum class Outcome { ok, not_converged, not_finite, failed, singular };
 const char* to_string(Outcome o);
 
 /// The cost of a run since the integrator was made.

@@ -64,7 +64,7 @@ template <class T>
 using Size = std::conditional_t<phs::is_pack<T>, T, double>;
 template <int W, bool native>
 phs::Pack<double, W, native> magnitude(const phs::Pack<double, W, native>& x) {
-  return phs::abs(x);
+  return abs(x);
 }
 /// One lane of a number, as a double.
 template <class T>

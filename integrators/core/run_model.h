@@ -16,17 +16,16 @@ class RunModel final : public phs::ModelFor<RunModel> {
   explicit RunModel(const phs::Model& model) : model_(model) {
     for (const auto& hold : model.holds())
       memories_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
-    held_.assign(memories_.begin(), memories_.end());
   }
   /// A part of `whole` with the same sampled controllers.
   RunModel(const phs::Model& part, const RunModel& whole)
-      : model_(part), memories_(whole.memories_), held_(whole.held_) {}
+      : model_(part), memories_(whole.memories_) {}
   const phs::Description& description() const override { return model_.description(); }
   std::vector<phs::HoldPtr> holds() const override { return model_.holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const {
     auto system = model_.instantiate<T>();
-    system->use_held(held_);
+    system->use_held(std::vector<phs::HeldPtr>(memories_.begin(), memories_.end()));
     return system;
   }
   /// One for each of holds().
@@ -35,7 +34,6 @@ class RunModel final : public phs::ModelFor<RunModel> {
  private:
   const phs::Model& model_;
   std::vector<Memory> memories_;
-  std::vector<phs::HeldPtr> held_;
 };
 
 /// The model of a run, and its owner. A model without sampled controllers is used as it is. So is

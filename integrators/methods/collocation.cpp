@@ -29,8 +29,7 @@ class Collocation final : public BasicIntegrator<T> {
         field_(model, *system_, o.lanes),
         solver_(Stagnation::of<T>(o.iteration_tolerance), o, n_),
         E_(port_work_.any() ? n_ : 0),
-        noise_(n_, 0.0),
-        size_(n_, 1.0) {
+        noise_(n_, 0.0) {
     for (int c = 0; c < chunks; ++c) {
       F_[c].resize(n_);
       F_at_Y_[c].resize(n_);
@@ -39,7 +38,7 @@ class Collocation final : public BasicIntegrator<T> {
       residual_.resize(n_ * size_t(step_.s));
       point_.resize(n_);
     }
-    step_.adapt_to(real(h), real(h));
+    step_.adapt_to(table_real(h), table_real(h));
   }
 
   void tell_turns(const State& state) override {
@@ -49,7 +48,7 @@ class Collocation final : public BasicIntegrator<T> {
 
   Outcome advance(T t, T h, State& state) override {
     t_ = t;
-    step_.adapt_to(real(h), real(have_before_ ? h_before_ : h));
+    step_.adapt_to(table_real(h), table_real(have_before_ ? h_before_ : h));
     Equations equations{*this, state};
     const Outcome o = solver_.solve(equations, have_before_, cost_);
     if (o != Outcome::ok) {
@@ -66,13 +65,9 @@ class Collocation final : public BasicIntegrator<T> {
 
   bool interpolate(const State& after, T theta, std::span<T> x) const override {
     if (!have_before_) return false;
-    Real B[W];
-    step_.table.polynomial(real(theta), std::span<Real>(B, size_t(step_.s)));
-    for (size_t k = 0; k < n_; ++k) {
-      T back(0.0);  // from the end of the step, where L carries weight 1
-      for (int j = 0; j < step_.s; ++j) back += T(Real(1) - B[j]) * Step::at(step_.L_before, k, j);
-      x[k] = after.x[k] + (after.lo[k] - back);
-    }
+    interpolate_step<W>(
+        step_.table, after, theta, [&](size_t k, int j) { return Step::at(step_.L_before, k, j); },
+        x.first(n_));
     return true;
   }
 
@@ -101,13 +96,6 @@ class Collocation final : public BasicIntegrator<T> {
     double newton_step() const { return phs::to_double(method.step_.h_of_weights); }
     double noise() { return method.noise_of_newton(state); }
   };
-
-  static Real real(const T& x) {
-    if constexpr (std::is_same_v<T, phs::Dual>)
-      return x.v;
-    else
-      return x;
-  }
 
   /// works = Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i) once the step is solved.
   void book() {
@@ -180,13 +168,14 @@ class Collocation final : public BasicIntegrator<T> {
   /// relative to its size.
   Sweep sweep_once(const State& state, double& distance) {
     improve();
-    const auto moves = step_.sweep(state.x, state.lo, 1, [&](size_t k, double x) { size_[k] = x; });
+    const bool newton = solver_.newton() != nullptr;
+    const auto moves = step_.sweep(state.x, state.lo, 1);
     distance = moves.distance;
     Sweep p = moves.in_lane(0);
-    if (solver_.newton()) {
+    if (newton) {
       // Newton's solve spreads its noise over all components, so single records mean nothing.
       p.improved = false;
-      for (size_t k = 0; k < n_; ++k) p.blur(noise_[k] / size_[k]);
+      for (size_t k = 0; k < n_; ++k) p.blur(noise_[k] * step_.per_size(k));
     }
     return p;
   }
@@ -224,7 +213,7 @@ class Collocation final : public BasicIntegrator<T> {
           for (int j = 0; j < s; ++j)
             move +=
                 phs::to_double(step_.mu[j][i / V][i % V]) * residual_[k * size_t(s) + size_t(j)];
-          noise = std::max(noise, std::fabs(move) / size_[k]);
+          noise = std::max(noise, std::fabs(move) * step_.per_size(k));
         }
     }
     step_.renew(state.x, state.lo);
@@ -236,8 +225,8 @@ class Collocation final : public BasicIntegrator<T> {
   StageField<T, V> field_;
   StepSolver solver_;
   typename Step::Stages F_, F_at_Y_;
-  std::vector<Lanes> E_;              ///< for the ledger
-  std::vector<double> noise_, size_;  ///< of Newton's solve; of a component
+  std::vector<Lanes> E_;       ///< for the ledger
+  std::vector<double> noise_;  ///< of Newton's solve
   std::vector<double> residual_, point_;
   bool have_before_ = false;
   T h_before_ = T(0.0);

@@ -1,15 +1,25 @@
 #pragma once
 #include <memory>
-#include <type_traits>
 
 #include "integrators/core/integrator.h"
 #include "integrators/tables/collocation_table.h"
 
 namespace porthos::integrators {
 
-/// The number type of the tables for steps in T.
-template <class T>
-using TableReal = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+/// x (written, size n) at the fraction θ of the step that ended in `after`, on the polynomial of
+/// its increments. at(k, j): increment j of the k-th number
+template <int most_stages, class T, class State, class At>
+void interpolate_step(const CollocationTable<TableReal<T>>& table, const State& after, T theta,
+                      const At& at, std::span<T> x) {
+  using Real = TableReal<T>;
+  Real B[most_stages];
+  table.polynomial(table_real(theta), std::span<Real>(B, size_t(table.s)));
+  for (size_t k = 0; k < x.size(); ++k) {
+    T back(0.0);  // from the end of the step, where increments carry weight 1
+    for (int j = 0; j < table.s; ++j) back += T(Real(1) - B[j]) * at(k, j);
+    x[k] = after.x[k] + (after.lo[k] - back);
+  }
+}
 
 /// The step of every method that a CollocationTable describes: Gauss, HBVM, Lobatto pairs. It
 /// evaluates all stages at once as SIMD lanes, and iterates to stagnation from the extrapolated

@@ -39,7 +39,8 @@ class CollocationStages {
         s(table.s),
         n_(n),
         momenta_(table.mu_p.empty() ? n : n / 2),
-        smallest_(n, Size<T>(HUGE_VAL)) {
+        smallest_((n + block - 1) / block, Sizes(HUGE_VAL)),
+        per_size_(smallest_.size(), Sizes(1.0)) {
     for (int c = 0; c < chunks(); ++c) {
       Y[c].assign(n, Lanes(T(0.0)));
       L[c] = L_before[c] = Y[c];
@@ -95,13 +96,17 @@ class CollocationStages {
         if (predicted) first = choose(with, value(x[k], lo[k], c, k, nu_, L_before), first);
         Y[c][k] = choose(all, first, Y[c][k]);
       }
-    for (Size<T>& move : smallest_) move = select(all, Size<T>(HUGE_VAL), move);
+    for (Sizes& move : smallest_) move = choose(all, Sizes(HUGE_VAL), move);
+    unsized_ |= lanes;
+    Size<T> largest(0.0);
+    for (size_t k = 0; k < n_; ++k) largest = phs::max(largest, magnitude(x[k]));
+    least_ = phs::max(Size<T>(1e-4) * largest, Size<T>(1e-300));
   }
   /// Predicts L from the last step, for Newton.
   void guess_slopes(bool predicted) {
     for (int c = 0; c < chunks(); ++c)
       for (size_t k = 0; k < n_; ++k)
-        L[c][k] = predicted ? combination(c, k, slope_, L_before) : Lanes(T(0.0));
+        L[c][k] = predicted ? combination(Lanes(T(0.0)), c, k, slope_, L_before) : Lanes(T(0.0));
   }
 
   /// Computes all of Y from L.
@@ -114,7 +119,7 @@ class CollocationStages {
   struct Moves {
     Size<T> total = 0.0;     ///< not finite if any move is
     Size<T> change = 0.0;    ///< the largest, relative to its component's size
-    Size<T> distance = 0.0;  ///< largest distance of a stage from the start of the step, likewise
+    Size<T> distance = 0.0;  ///< largest of a stage from the start of the step, likewise
     Size<T> moved = 0.0;     ///< 1: something moved
     Size<T> records = 0.0;   ///< 1: some component made its smallest move in this step
 
@@ -126,48 +131,49 @@ class CollocationStages {
               .change = in_lane(change, lane)};
     }
   };
-  /// Updates Y from L in some lanes. take_size(k, size) receives the size of component k, the scale
-  /// of its moves.
-  template <class TakeSize>
-  Moves sweep(std::span<const T> x, std::span<const T> lo, LaneSet lanes,
-              const TakeSize& take_size) {
+  /// Updates Y from L in some lanes, after guess(). The sizes of components, the scale of moves,
+  /// are measured in the first sweep, and again as long as some move is not small against them.
+  /// Without a measurement the distance is 0.
+  Moves sweep(std::span<const T> x, std::span<const T> lo, LaneSet lanes) {
     const auto now = mask_of_some<T>(lanes);
-    const Size<T> zero(0.0), one(1.0);
-    Moves m;
-    Size<T> largest(0.0);
-    for (size_t k = 0; k < n_; ++k) largest = phs::max(largest, magnitude(x[k]));
-    const Size<T> least = phs::max(Size<T>(1e-4) * largest, Size<T>(1e-300));
-    Sizes total(0.0);
-    for (size_t k = 0; k < n_; ++k) {
-      Sizes moves(0.0), aways(0.0);
-      for (int c = 0; c < chunks(); ++c) {
-        const Lanes to = value(x[k], lo[k], c, k, mu_of(k), L);
-        const Sizes by = magnitudes(to - Y[c][k]);
-        moves = max(moves, by);
-        total += by;
-        aways = max(aways, magnitudes(to - Lanes(x[k])));
-        Y[c][k] = choose(now, to, Y[c][k]);
+    const LaneSet unsized = lanes & unsized_;
+    unsized_ &= ~lanes;
+    Tally tally;
+    Sizes total(0.0), distance(0.0);
+    for (size_t b = 0; b < smallest_.size(); ++b) {
+      std::array<Sizes, block> moves;
+      const auto update = [&](size_t i, const std::array<Weights, W>& weights) {
+        const size_t k = b * block + i;
+        moves[i] = Sizes(0.0);
+        if (k >= n_) return;
+        for (int c = 0; c < chunks(); ++c) {
+          const Lanes to = value(x[k], lo[k], c, k, weights, L);
+          const Sizes by = magnitudes(to - Y[c][k]);
+          moves[i] = c == 0 ? by : max(moves[i], by);
+          total += by;
+          Y[c][k] = choose(now, to, Y[c][k]);
+        }
+      };
+      if (b * block < momenta_ && momenta_ < b * block + block) {
+        for (size_t i = 0; i < block; ++i) update(i, mu_of(b * block + i));
+      } else {
+        const std::array<Weights, W> weights = mu_of(b * block);  // a copy stays in registers
+        for (size_t i = 0; i < block; ++i) update(i, weights);
       }
-      const Size<T> move = over_stages(moves), away = over_stages(aways);
-      const auto moved = move > zero;
-      const auto record = moved & (move < smallest_[k]);
-      m.moved = select(moved, one, m.moved);
-      m.records = select(record, one, m.records);
-      smallest_[k] = select(record, move, smallest_[k]);
-      const Size<T> size = phs::max(phs::max(magnitude(x[k]), away), least);
-      m.change = phs::max(m.change, move / size);
-      m.distance = phs::max(m.distance, away / size);
-      take_size(k, size);
+      if (unsized) distance = phs::max(distance, measure(b, x, unsized));
+      tally.add(over_stages(moves), per_size_[b], smallest_[b]);
     }
-    m.total = sum_over_stages(total);
-    return m;
+    const Size<T> change = over_components(tally.change);
+    unsized_ |= lanes & lanes_of(change > Size<T>(1e-3));
+    return {sum_over_stages(total), change, over_components(distance), over_components(tally.moved),
+            over_components(tally.records)};
   }
+  /// One over the size of component k of one state, the scale of its moves.
+  double per_size(size_t k) const { return per_size_[k / block][int(k % block)]; }
 
-  /// Σ L_i, outer pairs first because the weights are symmetric.
+  /// Σ L_i
   T sum(size_t k) const {
-    T all(0.0);
-    for (int i = 0; i < s / 2; ++i) all += at(L, k, i) + at(L, k, s - 1 - i);
-    return s % 2 ? all + at(L, k, s / 2) : all;
+    return sum_of_stages<T>(s, [&](int i) { return at(L, k, i); });
   }
 
   /// L of a lane's last step, for memory().
@@ -199,6 +205,38 @@ class CollocationStages {
  private:
   using Sizes = typename std::conditional_t<per_lane, std::type_identity<T>,
                                             std::type_identity<Magnitudes<V>>>::type;
+  /// Components that are judged together: for one state, as many as a register has lanes.
+  static constexpr size_t block = per_lane ? 1 : V;
+
+  /// Collects moves: of one component of all states, or of a block of components of one.
+  struct Tally {
+    Sizes change{0.0}, moved{0.0}, records{0.0};
+    void add(const Sizes& move, const Sizes& per_size, Sizes& smallest) {
+      const Sizes zero(0.0), one(1.0);
+      const auto has_moved = move > zero;
+      const auto record = has_moved & (move < smallest);
+      moved = select(has_moved, one, moved);
+      records = select(record, one, records);
+      smallest = select(record, move, smallest);
+      change = phs::max(change, move * per_size);
+    }
+  };
+  /// Sets the sizes of a block of components in some lanes: of the state and of the largest
+  /// distance of a stage from it. @return that distance relative to the size
+  Sizes measure(size_t b, std::span<const T> x, LaneSet lanes) {
+    std::array<Sizes, block> aways{};
+    Sizes here(0.0);
+    for (size_t i = 0; i < block && b * block + i < n_; ++i) {
+      const size_t k = b * block + i;
+      for (int c = 0; c < chunks(); ++c)
+        aways[i] = max(aways[i], magnitudes(Y[c][k] - Lanes(x[k])));
+      put_size(here, int(i), x[k]);
+    }
+    const Sizes away = over_stages(aways);
+    const Sizes size = phs::max(phs::max(here, away), Sizes(least_));
+    per_size_[b] = choose(mask_of<T>(lanes), Sizes(1.0) / size, per_size_[b]);
+    return away * per_size_[b];
+  }
 
   template <class R>
   static void set(Weights& a, int i, const R& x) {
@@ -207,18 +245,30 @@ class CollocationStages {
     else
       a[size_t(i / V)].set(i % V, T(x));
   }
-  template <class M>
-  static Lanes choose(const M& lanes, const Lanes& a, const Lanes& b) {
+  template <class M, class X>
+  static X choose(const M& lanes, const X& a, const X& b) {
     if constexpr (per_lane)
       return select(lanes, a, b);
     else
       return lanes ? a : b;
   }
-  static Size<T> over_stages(const Sizes& x) {
+  static Sizes over_stages(const std::array<Sizes, block>& x) {
+    if constexpr (per_lane)
+      return x[0];
+    else
+      return largest_of_each<V>(x);
+  }
+  static Size<T> over_components(const Sizes& x) {
     if constexpr (per_lane)
       return x;
     else
       return largest_of(x);
+  }
+  static void put_size(Sizes& sizes, int i, const T& x) {
+    if constexpr (per_lane)
+      sizes = magnitude(x);
+    else
+      sizes.set(i, magnitude(x));
   }
   static Size<T> sum_over_stages(const Sizes& x) {
     if constexpr (per_lane)
@@ -232,19 +282,28 @@ class CollocationStages {
   const std::array<Weights, W>& mu_of(size_t k) const { return k < momenta_ ? mu : mu_p_; }
   Lanes value(const T& x, const T& lo, int c, size_t k, const std::array<Weights, W>& weights,
               const Stages& a) const {
-    return Lanes(x) + (Lanes(lo) + combination(c, k, weights, a));
+    return Lanes(x) + combination(Lanes(lo), c, k, weights, a);
   }
-  Lanes combination(int c, size_t k, const std::array<Weights, W>& weights, const Stages& a) const {
-    Lanes sum(T(0.0));
-    for (int j = 0; j < s; ++j) sum += Lanes(weights[j][c]) * Lanes(at(a, k, j));
-    return sum;
+  /// first + Σ weights_j a_j
+  Lanes combination(Lanes first, int c, size_t k, const std::array<Weights, W>& weights,
+                    const Stages& a) const {
+    const auto add = [&](int j) {
+      first = fma(Lanes(weights[size_t(j)][size_t(c)]), Lanes(at(a, k, j)), first);
+    };
+    if (s == W)  // the usual number of stages, unrolled
+      for (int j = 0; j < W; ++j) add(j);
+    else
+      for (int j = 0; j < s; ++j) add(j);
+    return first;
   }
 
   size_t n_, momenta_;  ///< numbers in a state; offset of those that use mu_p
   std::array<Weights, W> mu_p_, nu_, slope_;
   bool have_weights_ = false;
   Real h_of_extrapolation_ = 0;
-  std::vector<Size<T>> smallest_;
+  std::vector<Sizes> smallest_, per_size_;  ///< moves in this step, 1 / size; blocks of components
+  LaneSet unsized_ = 0;                     ///< lanes whose next sweep measures sizes
+  Size<T> least_ = 0.0;                     ///< size that a component counts for at least
 };
 
 /// Sets up Newton's iteration for the table, if it has one. @return whether it has

@@ -12,7 +12,7 @@ class Composition final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::port_work_;
   using typename Base::State;
-  using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+  using Real = TableReal<T>;
 
  public:
   Composition(const Declaration& d, const CompositionTable& table, const std::string& base,

@@ -21,7 +21,7 @@ class Radau15 final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::h_, Base::n_, Base::options_, Base::system_;
   using typename Base::State;
-  using Real = std::conditional_t<std::is_same_v<T, Quad>, Quad, double>;
+  using Real = TableReal<T>;
 
   static constexpr int s = RadauTable<Real>::s;
   static constexpr int V = std::is_same_v<T, double> ? stage_lanes : s;
@@ -62,7 +62,7 @@ class Radau15 final : public BasicIntegrator<T> {
   }
 
   Outcome advance(T t, T h, State& state) override {
-    const Real whole = real(h);
+    const Real whole = table_real(h);
     const double size = std::fabs(double(whole));
     Real done = 0;
     // The first stage is at the start; the last is before the end.
@@ -121,12 +121,6 @@ class Radau15 final : public BasicIntegrator<T> {
 
  private:
   static T at(const Stages& a, size_t k, int i) { return a[i / V][k][i % V]; }
-  static Real real(const T& x) {
-    if constexpr (std::is_same_v<T, phs::Dual>)
-      return x.v;
-    else
-      return x;
-  }
 
   void adapt_to(Real dt) {
     if (dt != h_of_weights_) {

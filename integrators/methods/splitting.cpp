@@ -36,7 +36,7 @@ class Splitting final : public BasicIntegrator<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::n_, Base::system_;
   using typename Base::State;
-  using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+  using Real = TableReal<T>;
 
  public:
   Splitting(const Declaration& d, const std::vector<Real>& gamma, Parts parts,
@@ -138,7 +138,7 @@ class Splitting final : public BasicIntegrator<T> {
 
 template <class T>
 auto gammas_of(const CompositionTable* table) {
-  using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+  using Real = TableReal<T>;
   return table ? table->gammas<Real>() : std::vector<Real>{Real(1)};
 }
 

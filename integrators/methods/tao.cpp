@@ -13,7 +13,7 @@ TaoMap<T>::TaoMap(const phs::Model& model, const CompositionTable* composition, 
       m_(size_t(model.description().nx) / 2, T(1.0)),
       x_(2 * m_.size()),
       f_(2 * m_.size()) {
-  using Real = std::conditional_t<std::is_same_v<T, phs::Quad>, phs::Quad, double>;
+  using Real = TableReal<T>;
   if (composition)
     for (const Real g : composition->gammas<Real>()) gamma_.push_back(g);
   else

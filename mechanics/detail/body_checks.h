@@ -10,6 +10,9 @@ namespace porthos::mechanics {
 [[noreturn]] void refuse(const BodySpec& b, const std::string& text);
 [[noreturn]] void refuse_joint(const BodySpec& b, const std::string& text);
 
+/// Orthonormal and right-handed to the digits of typical files.
+bool is_rotation(const Mat3<double>& R);
+
 /// The fault of an inertia about the centre of mass, or "".
 std::string inertia_fault(double mass, const Sym3<double>& inertia);
 double smallest_principal_moment(const Sym3<double>& inertia);

@@ -13,6 +13,7 @@ bool is_type(const Node& n, std::string_view name);
 /// The frames of body ports, relative to the nodes that contain their links.
 std::vector<BodyFrame> port_frames(const Mechanism& m, const std::vector<BodyPort>& ports);
 
-phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports);
+phs::Description describe(const Mechanism& m, const std::vector<BodyFrame>& body_ports,
+                          const ConstraintSet* constraints = nullptr);
 
 }  // namespace porthos::mechanics

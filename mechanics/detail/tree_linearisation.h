@@ -37,6 +37,7 @@ class TreeLinearisation {
   void move_to(std::span<const double> x) {
     std::copy(turn_angle_.begin(), turn_angle_.end(), w_.turn_angle.begin());
     rates_from_momenta<double>(m_, w_, x.first(nq_), x.subspan(nq_));
+    passes::place_axial_bodies(m_, w_);
     const auto& nodes = m_.nodes();
     for (size_t i = 0; i < nodes.size(); ++i) {
       Body& b = bodies_[i];

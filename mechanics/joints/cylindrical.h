@@ -12,8 +12,8 @@ struct Cylindrical : AxisJoint<2, 5>, PlainCoordinates<2> {
       CoordinateBlock{phs::BlockKind::linear, 1, ".slide", "m", "kg m/s", "N", "m/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, const Angle<T>& angle) {
-    return {turned(n.placement.R, angle), Vec3<T>(n.placement.r) + q[1] * Vec3<T>(n.placement.R.z)};
+  static Screw<T> screw(const Node&, const T* q, const Angle<T>& angle) {
+    return {angle.cosine, angle.sine, q[1]};
   }
 };
 

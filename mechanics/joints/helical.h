@@ -8,15 +8,14 @@ namespace porthos::mechanics {
 struct Helical : PlainCoordinates<1> {
   static constexpr std::string_view name = "helical";
   static constexpr int nv = 1;
+  static constexpr bool about_z = true;
   static constexpr bool frees_rotation_about_z = false;
   static constexpr std::array blocks{
       CoordinateBlock{phs::BlockKind::angle, 1, "", "rad", "kg m^2/s", "N m", "rad/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, const Angle<T>& angle) {
-    const T advance = T(n.pitch) * (q[0] + angle.turns);
-    return {turned(n.placement.R, angle),
-            Vec3<T>(n.placement.r) + advance * Vec3<T>(n.placement.R.z)};
+  static Screw<T> screw(const Node& n, const T* q, const Angle<T>& angle) {
+    return {angle.cosine, angle.sine, T(n.pitch) * (q[0] + angle.turns)};
   }
   template <int k, class T>
   static T project(const Node& n, const Force<T>& f) {

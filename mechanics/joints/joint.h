@@ -2,8 +2,8 @@
 #include <array>
 #include <string_view>
 
-#include "mechanics/inertia.h"
 #include "mechanics/rotation.h"
+#include "mechanics/screw.h"
 #include "phs/system/description.h"
 
 /// The interface of a joint type to the kernels.
@@ -12,8 +12,9 @@
 /// degrees of freedom with constant motion subspace S = [S_0 ... S_{nv-1}] in the child frame, and
 /// provides
 ///
-///   place             child pose in the parent, from q (of an angle block also: sine and cosine,
-///                     turn_angle = 2π·turns)
+///   about_z           whether the joint is a screw about z
+///   screw             that screw, from q (of an angle block also: sine and cosine, 2π·turns)
+///   place             of other joints: child pose in the parent, from q
 ///   project<k>        S_kᵀ f
 ///   add<k>            v += S_k·rate
 ///   column<k>         A S_k for an articulated or rigid inertia A
@@ -31,18 +32,29 @@ namespace porthos::mechanics {
 
 /// The constants of one moving body and its joint, in the frames the kernels use.
 struct Node {
-  int type = 0;                 ///< index in PrimitiveJoints
-  int parent = -1;              ///< node index, -1 for the world
-  int q = 0;                    ///< offset in q and in p
-  int v = 0;                    ///< offset in v
-  int turn = -1;                ///< index among the angle blocks, -1 if the joint has none
-  bool leaf = true;             ///< no child nodes
-  bool last_child = true;       ///< of its parent's children: the first one visited from the leaves
-  Transform<double> placement;  ///< joint frame in the parent's frame at q = 0
-  double pitch = 0;             ///< helical: advance per radian [m/rad]
-  double rotor_inertia = 0;     ///< adds to the joint's own entry of M; joints of one freedom
+  int type = 0;            ///< index in PrimitiveJoints
+  int parent = -1;         ///< node index, -1 for the world
+  int q = 0;               ///< offset in q and in p
+  int v = 0;               ///< offset in v
+  int turn = -1;           ///< index among the angle blocks, -1 if the joint has none
+  bool leaf = true;        ///< no child nodes
+  bool last_child = true;  ///< of its parent's children: the first one visited from the leaves
+  /// Joint frame in the parent's frame. At q = 0 the body's own frame is `zero` further.
+  Transform<double> placement;
+  Screw<double> zero{1, 0, 0};  ///< about z, of joints about z
+  /// Whether the placement is a screw about the parent's z, `before`, then one about x, `tilt`.
+  bool axial = false;
+  FixedScrew before, tilt;
+  double pitch = 0;          ///< helical: advance per radian [m/rad]
+  double rotor_inertia = 0;  ///< adds to the joint's own entry of M; joints of one freedom
   RigidInertia<double> inertia;
+  /// Mass of the body and all that it carries [kg], and what its rounding left out, for wider
+  /// scalars.
+  double subtree_mass = 0, subtree_mass_low = 0;
 };
+
+/// The pose of a body in its parent with all coordinates of its joint zero (quaternions 1).
+inline Transform<double> neutral_pose(const Node& n) { return n.placement * pose_about_z(n.zero); }
 
 /// The meaning of one coordinate block of a joint.
 struct CoordinateBlock {
@@ -55,6 +67,7 @@ struct CoordinateBlock {
 /// S made of unit twists: axes 0 1 2 rotate about x y z, 3 4 5 translate along x y z.
 template <int... axes>
 struct AxisJoint {
+  static constexpr bool about_z = ((axes == 2 || axes == 5) && ...);
   static constexpr int nv = sizeof...(axes);
   static constexpr std::array<int, sizeof...(axes)> axis{axes...};
 
@@ -100,13 +113,5 @@ template <class T>
 struct Angle {
   T sine, cosine, turns;
 };
-
-/// P Rz(angle): a rotation about the joint's z axis after the placement P.
-template <class T>
-[[gnu::always_inline]] inline Mat3<T> turned(const Mat3<double>& P, const Angle<T>& angle) {
-  const T &s = angle.sine, &c = angle.cosine;
-  const Vec3<T> px(P.x), py(P.y);
-  return {c * px + s * py, c * py - s * px, Vec3<T>(P.z)};
-}
 
 }  // namespace porthos::mechanics

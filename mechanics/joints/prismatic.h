@@ -11,8 +11,8 @@ struct Prismatic : AxisJoint<5>, PlainCoordinates<1> {
       CoordinateBlock{phs::BlockKind::linear, 1, "", "m", "kg m/s", "N", "m/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T* q, const Angle<T>&) {
-    return {Mat3<T>(n.placement.R), Vec3<T>(n.placement.r) + q[0] * Vec3<T>(n.placement.R.z)};
+  static Screw<T> screw(const Node&, const T* q, const Angle<T>&) {
+    return {T(1.0), T(0.0), q[0]};
   }
 };
 

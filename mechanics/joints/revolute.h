@@ -11,8 +11,8 @@ struct Revolute : AxisJoint<2>, PlainCoordinates<1> {
       CoordinateBlock{phs::BlockKind::angle, 1, "", "rad", "kg m^2/s", "N m", "rad/s"}};
 
   template <class T>
-  static Transform<T> place(const Node& n, const T*, const Angle<T>& angle) {
-    return {turned(n.placement.R, angle), Vec3<T>(n.placement.r)};
+  static Screw<T> screw(const Node&, const T*, const Angle<T>& angle) {
+    return {angle.cosine, angle.sine, T(0.0)};
   }
 };
 

@@ -62,8 +62,9 @@ void describe(Plan& p) {
   d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
   d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && p.controls.empty();
   d.traits.autonomous = p.sources.empty() && p.controls.empty();
+  d.traits.quadratic = true;
   p.turn_of.assign(size_t(d.nx), -1);
-  int angles = 0;
+  int angles = 0, constraint_rows = 0;
   for (auto& m : p.members) {
     const Description& of = m.model->description();
     const std::string prefix = alone || m.main ? "" : m.name + ".";
@@ -78,10 +79,20 @@ void describe(Plan& p) {
       d.blocks.push_back(b);
     }
     m.angles = angles - m.angle;
+    for (ConstraintBlock c : of.constraints) {
+      c.name = prefix + c.name;
+      c.at += constraint_rows;
+      if (c.power >= 0) c.power += m.powers;
+      d.constraints.push_back(c);
+    }
+    constraint_rows += of.constraint_count();
     for (const auto& s : of.storages) d.storages.push_back(prefix + s);
     for (const auto& a : of.powers) d.powers.push_back({prefix + a.name, a.kind, a.control});
     d.traits.lossless = d.traits.lossless && of.traits.lossless;
     d.traits.autonomous = d.traits.autonomous && of.traits.autonomous;
+    const bool moves = std::any_of(of.blocks.begin(), of.blocks.end(),
+                                   [](const Block& b) { return b.momentum >= 0; });
+    d.traits.quadratic = d.traits.quadratic && (of.traits.quadratic || !moves);
   }
   for (auto& s : p.springs) {
     d.storages.push_back(s.name);

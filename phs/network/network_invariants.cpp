@@ -108,6 +108,14 @@ std::string name_of(const Description& d, int k) {
   return "x[" + std::to_string(k) + "]";
 }
 
+/// Constraint forces change momenta.
+bool touches_momenta(const Description& d, const Plan::Casimir& c) {
+  for (const auto& b : d.blocks)
+    for (const auto& term : c.c)
+      if (b.momentum >= 0 && term.col >= b.momentum && term.col < b.momentum + b.size) return true;
+  return false;
+}
+
 void find_casimirs(Plan& p) {
   const auto bare = std::make_shared<Plan>(p);
   const NetworkModel model(bare);
@@ -134,6 +142,7 @@ void find_casimirs(Plan& p) {
       found.text += (std::fabs(v[i]) == 1 ? "" : factor) + name_of(p.description, i);
       found.c.push_back({0, i, v[i]});
     }
+    if (!p.description.constraints.empty() && touches_momenta(p.description, found)) continue;
     p.casimir_texts.push_back(found.text);
     p.casimirs.push_back(std::move(found));
   }

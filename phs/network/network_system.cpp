@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phs/network/detail/network_constraints.h"
 #include "phs/network/detail/network_plan.h"
 #include "phs/network/detail/network_resolvent.h"
 
@@ -213,6 +214,9 @@ class NetworkSystem final : public System<T> {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->set_turn_angles(
           angles.subspan(size_t(p_.members[i].angle), size_t(p_.members[i].angles)));
+  }
+  std::unique_ptr<Constraints<T>> constraints() override {
+    return make_network_constraints<T>(p_, systems_);
   }
   std::unique_ptr<Resolvent> resolvent() override {
     if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);

@@ -1,6 +1,8 @@
 #pragma once
 #include <type_traits>
 
+#include "phs/scalars/fma.h"
+
 namespace porthos::phs {
 
 /// v + d ε with ε² = 0 over a scalar T: d is the derivative along one direction. T may be a Pack,
@@ -26,6 +28,9 @@ struct BasicDual {
     return {q, (a.d - q * b.d) / b.v};
   }
   friend BasicDual operator-(BasicDual a) { return {-a.v, -a.d}; }
+  friend BasicDual fma(BasicDual a, BasicDual b, BasicDual c) {
+    return {fma(a.v, b.v, c.v), fma(a.d, b.v, fma(a.v, b.d, c.d))};
+  }
   BasicDual& operator+=(BasicDual b) { return *this = *this + b; }
   BasicDual& operator-=(BasicDual b) { return *this = *this - b; }
   BasicDual& operator*=(BasicDual b) { return *this = *this * b; }

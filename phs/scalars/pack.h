@@ -1,7 +1,10 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
+
+#include "phs/scalars/fma.h"
 
 /// SIMD lanes as a scalar: Pack<double, W> is W independent doubles that every kernel treats as one
 /// number. Each lane performs exactly the IEEE operations of the scalar kernel, so lane k equals
@@ -52,6 +55,10 @@ inline NativeVector<8>::type sqrt512(NativeVector<8>::type x) {
   return __builtin_ia32_sqrtpd512_mask(x, x, -1, 4);
 #endif
 }
+inline NativeVector<8>::type fma512(NativeVector<8>::type a, NativeVector<8>::type b,
+                                    NativeVector<8>::type c) {
+  return __builtin_ia32_vfmaddpd512_mask(a, b, c, -1, 4);
+}
 #endif
 
 /// A mask of W lanes: one register if the machine has one that wide, else two halves.
@@ -94,6 +101,10 @@ struct Pack<double, W, true> {
   friend Pack operator*(Pack a, Pack b) { return a.v * b.v; }
   friend Pack operator/(Pack a, Pack b) { return a.v / b.v; }
   friend Pack operator-(Pack a) { return -a.v; }
+  friend Pack abs(Pack a) {
+    using Bits = typename NativeVector<W>::mask;
+    return V((Bits)a.v & (Bits{} + std::numeric_limits<std::int64_t>::max()));
+  }
   friend Mask<W> operator<(Pack a, Pack b) { return {a.v < b.v}; }
   friend Mask<W> operator>(Pack a, Pack b) { return {a.v > b.v}; }
   friend Mask<W> operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
@@ -113,6 +124,19 @@ struct Pack<double, W, true> {
 #endif
     Pack r;
     for (int i = 0; i < W; ++i) r.v[i] = __builtin_sqrt(a.v[i]);
+    return r;
+  }
+  friend Pack fma(Pack a, Pack b, Pack c) {
+#if defined(__AVX512F__)
+    if constexpr (W == 8) return Pack(fma512(a.v, b.v, c.v));
+#endif
+#if defined(__FMA__)
+    if constexpr (W == 4) return Pack(V(__builtin_ia32_vfmaddpd256(a.v, b.v, c.v)));
+    if constexpr (W == 2) return Pack(V(__builtin_ia32_vfmaddpd(a.v, b.v, c.v)));
+#endif
+    if constexpr (!fuses) return Pack(a.v * b.v + c.v);
+    Pack r;
+    for (int i = 0; i < W; ++i) r.v[i] = __builtin_fma(a.v[i], b.v[i], c.v[i]);
     return r;
   }
 };
@@ -136,6 +160,7 @@ struct Pack<double, W, false> {
   friend Pack operator*(Pack a, Pack b) { return {a.lo * b.lo, a.hi * b.hi}; }
   friend Pack operator/(Pack a, Pack b) { return {a.lo / b.lo, a.hi / b.hi}; }
   friend Pack operator-(Pack a) { return {-a.lo, -a.hi}; }
+  friend Pack abs(Pack a) { return {abs(a.lo), abs(a.hi)}; }
   friend Mask<W> operator<(Pack a, Pack b) { return {a.lo < b.lo, a.hi < b.hi}; }
   friend Mask<W> operator>(Pack a, Pack b) { return {a.lo > b.lo, a.hi > b.hi}; }
   friend Mask<W> operator<=(Pack a, Pack b) { return {a.lo <= b.lo, a.hi <= b.hi}; }
@@ -145,6 +170,7 @@ struct Pack<double, W, false> {
     return {select(m.lo, a.lo, b.lo), select(m.hi, a.hi, b.hi)};
   }
   friend Pack sqrt(Pack a) { return {sqrt(a.lo), sqrt(a.hi)}; }
+  friend Pack fma(Pack a, Pack b, Pack c) { return {fma(a.lo, b.lo, c.lo), fma(a.hi, b.hi, c.hi)}; }
 };
 
 template <int W, bool n>

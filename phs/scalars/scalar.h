@@ -38,6 +38,10 @@ template <class T>
 inline constexpr bool is_real =
     std::is_same_v<T, double> || std::is_same_v<T, long double> || std::is_same_v<T, Quad>;
 
+/// More digits than double: scalars that measure and refer.
+template <class T>
+inline constexpr bool is_wide = is_real<T> && !std::is_same_v<T, double>;
+
 // --- select: the only conditional of a kernel ----------------------------------------------------
 template <class T>
 requires(!is_pack<T>) T select(bool mask, T a, T b) { return mask ? a : b; }
@@ -57,6 +61,7 @@ template <class T>
 T abs(T x) {
   return select(x < T(0.0), -x, x);
 }
+inline double abs(double x) { return __builtin_fabs(x); }  // as Pack's: |-0| = 0
 template <class T>
 T min(T a, T b) {
   return select(b < a, b, a);

@@ -124,6 +124,7 @@ class Checker {
         off = std::hypot(off, Je[i] - e[half + i], Je[half + i] + e[i]);
       note("canonical", x, relative(off, norm(e)));
     }
+    if (d_.traits.quadratic) quadratic(x);
     if (!d_.traits.separable) return;
     const Vec y = random_state(), along = random(d_.nx);
     std::vector<Dual> here(n), there(n);
@@ -136,6 +137,24 @@ class Checker {
     f_->gradient(x, e);
     note("separable", x, relative(a - b, norm(e) * norm(along) + std::fabs(a) + std::fabs(b)));
   }
+
+  /// Along momenta, the third difference of a polynomial of degree two is zero.
+  void quadratic(Vec x) {
+    Vec along(x.size(), 0.0);
+    for (const auto& b : d_.blocks)
+      for (int k = 0; k < b.size && b.momentum >= 0; ++k)
+        along[size_t(b.momentum + k)] = o_.spread * normal_(rng_) * size_of(b.momentum + k);
+    double third = 0, sum = 0;
+    const Vec at = x;
+    for (const double weight : {1.0, -3.0, 3.0, -1.0}) {
+      const double H = f_->hamiltonian(x);
+      third += weight * H;
+      sum += std::fabs(weight * H);
+      for (size_t i = 0; i < x.size(); ++i) x[i] += along[i];
+    }
+    note("quadratic", at, relative(third, sum));
+  }
+  double size_of(int i) const { return o_.sizes.empty() ? 1 : o_.sizes[size_t(i)]; }
 
   /// The axioms of the field and of the rate.
   void motion(const Vec& x, const Vec& u, const Vec& e, const Vec& Je, const Vec& Re, const Vec& Gu,
@@ -299,8 +318,9 @@ std::optional<std::string> false_trait(const Model& model) {
   for (const AxiomResult& a : Checker(model, {.samples = 3}).run_traits().axioms)
     if (!a.holds() && std::isfinite(a.worst))  // else the state could not be evaluated
       return "system '" + model.description().name + "' says it is " + a.axiom + ", but " +
-             (a.axiom == "canonical" ? "its J is not [0 I; -I 0]"
-                                     : "its slope over q changes with p: H is not T(p) + V(q)");
+             (a.axiom == "canonical"   ? "its J is not [0 I; -I 0]"
+              : a.axiom == "quadratic" ? "H has more than degree two in its momenta"
+                                       : "its slope over q changes with p: H is not T(p) + V(q)");
   return std::nullopt;
 }
 

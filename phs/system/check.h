@@ -23,8 +23,8 @@ struct CheckOptions {
 
 /// One axiom: the worst relative violation found and the state where it was found.
 struct AxiomResult {
-  /// "J skew", "R symmetric", "R >= 0", "canonical", "separable", "gradient", "efforts", "rate",
-  /// "field", "storages", "power balance", "passive ...", "invariant ..."
+  /// "J skew", "R symmetric", "R >= 0", "canonical", "separable", "quadratic", "gradient",
+  /// "efforts", "rate", "field", "storages", "power balance", "passive ...", "invariant ..."
   std::string axiom;
   double worst = 0;
   double limit = 0;

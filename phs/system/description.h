@@ -58,11 +58,22 @@ struct PartialFlow {
   std::string name;  ///< "kinetic", "potential", "kepler", ...
 };
 
+/// Rows of constraints that belong together: a loop joint, a gear, a rod
+/// (phs/system/constraints.h).
+struct ConstraintBlock {
+  std::string name;  ///< "rocker_pin"
+  std::string kind;  ///< "revolute", "coupling", "rod", ...
+  int size;          ///< rows
+  int at;            ///< offset of its rows in g and λ
+  int power = -1;    ///< its account in Description::powers; -1: none
+};
+
 /// Structural properties that a system claims. check() tests them and methods rely on them.
 struct Traits {
   bool autonomous = true;
   bool canonical = false;  ///< x = (q, p) in two halves and J = [0 I; -I 0]
   bool separable = false;  ///< H = T(p) + V(q)
+  bool quadratic = false;  ///< H has at most degree two in the momenta that blocks name
   bool lossless = true;    ///< R = 0
 };
 
@@ -81,6 +92,14 @@ struct Description {
   std::vector<std::string> storages = {"energy"};  ///< parts of H
   std::vector<PowerAccount> powers = {};           ///< with all open ports at u = 0
 
+  /// 0 = g(x), which no method keeps by itself: only those with Declaration::constraints.
+  std::vector<ConstraintBlock> constraints = {};
+
+  int constraint_count() const {
+    int n = 0;
+    for (const auto& c : constraints) n += c.size;
+    return n;
+  }
   int invariant_count() const {
     int n = 0;
     for (const auto& i : invariants) n += i.size;

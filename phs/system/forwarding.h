@@ -25,6 +25,37 @@ class InnerResolvent final : public Resolvent {
   size_t n_;
 };
 
+/// The constraints of the inner system, for a system whose state has it at `from`, and maybe more.
+template <class T>
+class InnerConstraints final : public Constraints<T> {
+ public:
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+  InnerConstraints(std::unique_ptr<Constraints<T>> inner, size_t from, size_t n)
+      : inner_(std::move(inner)), from_(from), n_(n) {}
+  int count() const override { return inner_->count(); }
+  void place(In x, Out g) override { inner_->place(x.subspan(from_, n_), g); }
+  void forces(In lambda, Out Bl) override {
+    std::fill(Bl.begin(), Bl.end(), T(0.0));
+    inner_->forces(lambda, Bl.subspan(from_, n_));
+  }
+  void rates(In e, Out g_dot) override { inner_->rates(e.subspan(from_, n_), g_dot); }
+  void delassus(In x, Out D) override { inner_->delassus(x.subspan(from_, n_), D); }
+  int factor(In x) override { return inner_->factor(x.subspan(from_, n_)); }
+  int rank() const override { return inner_->rank(); }
+  bool uses(int row) const override { return inner_->uses(row); }
+  void solve(Out r) const override { inner_->solve(r); }
+  void shorten(Out lambda) const override { inner_->shorten(lambda); }
+  bool unique(int row) const override { return inner_->unique(row); }
+  double smallest_pivot() const override { return inner_->smallest_pivot(); }
+  void set_turn_angles(In angles) override { inner_->set_turn_angles(angles); }
+
+ private:
+  std::unique_ptr<Constraints<T>> inner_;
+  size_t from_, n_;
+};
+
 /// Forwards every member of System to an inner system. A wrapper overrides only what it changes.
 ///
 /// The state may be longer than the inner state, with which it begins. The base class forwards that
@@ -113,6 +144,11 @@ class Forwarding : public System<T>, public Tunable<T> {
   }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
     inner_->sample(i, t, head(x), memory);
+  }
+  std::unique_ptr<Constraints<T>> constraints() override {
+    auto own = inner_->constraints();
+    if (!own || size_t(d_.nx) == n_) return own;
+    return std::make_unique<InnerConstraints<T>>(std::move(own), 0, n_);
   }
   std::unique_ptr<Resolvent> resolvent() override {
     return size_t(d_.nx) == n_ ? inner_->resolvent() : near_resolvent();

@@ -7,6 +7,7 @@
 #include "phs/error.h"
 #include "phs/functions/law.h"
 #include "phs/scalars/scalar.h"
+#include "phs/system/constraints.h"
 #include "phs/system/description.h"
 #include "phs/system/resolvent.h"
 
@@ -88,6 +89,9 @@ class System {
     (void)x;
     (void)memory;
   }
+  /// An evaluator of the system's constraints, or nullptr if it has none. It knows the turn angles
+  /// of this object at the time and must not outlive it.
+  virtual std::unique_ptr<Constraints<T>> constraints() { return nullptr; }
   /// The system's own solver of (I - z J) d = r for Newton iterations, or nullptr if it has none.
   /// It reads the turn angles of this object and must not outlive it.
   virtual std::unique_ptr<Resolvent> resolvent() { return nullptr; }

@@ -100,7 +100,8 @@ class UserTimeScale : public TimeScaleFor<UserTimeScale<S>> {
 ///   w² = Σ_angles φ'² + Σ_rotations |ω|² + Σ_linear q'² / length²
 ///
 /// It lies between 0 and 1, is even in p (time-reversible), and costs O(n). Its gradient is
-/// -sigma³/rate² D²H·(0, W q'): one gradient of H in duals along the direction (0, W q'). Linear
+/// -sigma³/rate² D²H·(0, W q'): two gradients of H if H is declared quadratic in its momenta, in
+/// any scalar; otherwise one in duals per state, in double and lanes only. Linear
 /// coordinates count only if a length is given. Coordinates without a momentum (a motor's current)
 /// do not count.
 class RateTimeScale : public TimeScaleFor<RateTimeScale> {

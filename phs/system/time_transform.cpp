@@ -182,7 +182,9 @@ TimeTransformedModel::TimeTransformedModel(const Model& model, const TimeScaleMo
       scale_(scale),
       n_(size_t(model.description().nx)),
       half_(model.description().traits.canonical ? n_ / 2 : n_),
-      description_(describe(model.description(), half_)) {}
+      description_(describe(model.description(), half_)) {
+  refuse_constraints(model.description(), "a step control that transforms time");
+}
 
 template <class T>
 std::unique_ptr<System<T>> TimeTransformedModel::make_system() const {

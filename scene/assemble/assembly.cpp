@@ -61,6 +61,20 @@ std::shared_ptr<const phs::Model> with_parts(
   }
 }
 
+/// An error names the line of the constraint.
+std::shared_ptr<const mechanics::MechanicalModel> with_constraints(
+    std::shared_ptr<const Mechanism> mechanism, const Scene& scene,
+    const std::vector<mechanics::Coupling>& mimics) {
+  mechanics::ConstraintSpec spec = scene.constraints.spec;
+  spec.couplings.insert(spec.couplings.end(), mimics.begin(), mimics.end());
+  try {
+    return std::make_shared<const mechanics::MechanicalModel>(
+        std::move(mechanism), std::vector<mechanics::BodyPort>(), spec);
+  } catch (const InvalidArgument& e) {
+    throw scene.constraints.placed(e);
+  }
+}
+
 mechanics::BodySpec part_of(const FreeBody& b) {
   mechanics::BodySpec part;
   part.name = b.name;
@@ -122,7 +136,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
       std::make_shared<const Mechanism>(as_in_file ? std::move(urdf.mechanism) : a.parts.build());
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
-  a.mechanical = std::make_shared<const mechanics::MechanicalModel>(a.mechanism);
+  a.mechanical = with_constraints(a.mechanism, scene, urdf.mimics);
   a.model = with_joint_parts(a.mechanical, scene);
   if (scene.orbit) {
     try {
@@ -135,6 +149,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
     a.splitting = scene.orbit->splitting;
   }
   auto start = start_of(scene, a);
+  if (!start.note.empty()) a.notes.push_back({scene.path, start.note});
   a.initial = std::move(start.state);
   a.centre = start.centre;
   return a;

@@ -63,9 +63,10 @@ Assembly assembly_of(std::shared_ptr<const phs::Model> model, std::span<const do
 struct Beginning {
   phs::State state;
   std::optional<CentreOfMass> centre;
+  std::string note = {};  ///< how the start was moved onto the loops; empty: it was not
 };
 /// The start of a scene that differs from the scene of the assembly in its [initial] alone.
-/// @throws InvalidArgument as assemble
+/// @throws InvalidArgument as assemble; if loops cannot be closed from there
 Beginning start_of(const Scene& scene, const Assembly& assembly);
 
 }  // namespace porthos::scene

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "mechanics/constraints/projection.h"
 #include "mechanics/rotation.h"
 #include "scene/assemble/assembly.h"
 #include "scene/assemble/detail/start.h"
@@ -105,6 +106,39 @@ void put_joint(const std::string& name, const JointStart& start, const Mechanism
   put_motion(*start.motion, *attitude, position, s);
 }
 
+/// The rates of the joints and bodies whose start the scene states.
+std::vector<int> stated(const Scene& scene, const Mechanism& m) {
+  std::vector<int> rates;
+  for (const auto& c : m.coordinates()) {
+    const bool own = scene.joints.contains(c.name) || scene.joints.contains(c.joint) ||
+                     c.joint == mechanics::base_joint_name;
+    if (!own) continue;
+    for (int k = 0; k < c.nv; ++k) rates.push_back(c.v + k);
+  }
+  return rates;
+}
+
+/// Moves the start onto the loops. @return a note of the move, empty if it is rounding
+std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
+  const auto* loops = a.mechanical->constraint_set();
+  if (!loops) return "";
+  try {
+    const auto held = stated(scene, *a.mechanism);
+    const auto moved = mechanics::close_loops(*a.mechanism, *loops, s.q, s.v, held);
+    if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return "";
+    const std::string gap = moved.gap < 1e-12
+                                ? ""
+                                : fmt::format("the largest gap was {:.3g} m or rad, of '{}', ",
+                                              moved.gap, moved.largest);
+    return fmt::format(
+        "the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates by "
+        "up to {:.3g}",
+        gap, moved.moved, moved.sped_up);
+  } catch (const InvalidArgument& e) {
+    throw scene.constraints.placed(e);
+  }
+}
+
 }  // namespace
 
 void refuse_start(const std::string& name, const JointStart& start, const std::string& why) {
@@ -142,6 +176,7 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
         "{}: joint '{}' moves no inertia where it starts, a singular position: expected another "
         "start of the joints in [initial]",
         scene.path, *joint));
+  const std::string note = put_on_loops(scene, a, start);
   CentreOfMass centre;
   if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);
@@ -156,12 +191,12 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
     }
   phs::State s(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), s);
-  if (!apart) return {std::move(s), {}};
+  if (!apart) return {std::move(s), {}, note};
   settle_momentum(*a.mechanism, s);
   centre.start += CentreOfMass::Vec(from.position);
   centre.start_velocity += CentreOfMass::Vec(from.linear_velocity);
   centre.gravity = CentreOfMass::Vec(scene.urdf.gravity);
-  return {std::move(s), centre};
+  return {std::move(s), centre, note};
 }
 
 }  // namespace porthos::scene

@@ -35,6 +35,7 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
             .step_s = fine.setting.step,
             .rtol = fine.setting.rtol,
             .iteration_tolerance = fine.setting.iteration_tolerance,
+            .control_rate = fine.setting.control_rate,
             .cpu_s = fine.report.cpu_s,
             .at_most = i == 0,
             .drifts = drifts(c, fine)};
@@ -65,14 +66,21 @@ std::string sweeps_text(double iteration_tolerance) {
   return iteration_tolerance > 0 ? fmt::format(", iteration_tolerance {:.1g}", iteration_tolerance)
                                  : "";
 }
+std::string control_text(integrators::StepControl control, double rate) {
+  return control == integrators::StepControl::fixed
+             ? ""
+             : fmt::format(", step_control {}, step_control_rate {:.3g}", to_string(control), rate);
+}
 std::string setting_text(const Reach& r) {
   return r.rtol > 0 ? fmt::format("rtol {:.2g}", r.rtol)
-                    : fmt::format("step {:.2g} s{}", two_digits_down(r.step_s),
-                                  sweeps_text(r.iteration_tolerance));
+                    : fmt::format("step {:.2g} s{}{}", two_digits_down(r.step_s),
+                                  sweeps_text(r.iteration_tolerance),
+                                  control_text(r.of->control, r.control_rate));
 }
 std::string setting_text(const Setting& s) {
   return s.rtol > 0 ? fmt::format("rtol {:.2g}", s.rtol)
-                    : fmt::format("step {:.3g} s{}", s.step, sweeps_text(s.iteration_tolerance));
+                    : fmt::format("step {:.3g} s{}{}", s.step, sweeps_text(s.iteration_tolerance),
+                                  control_text(s.control, s.control_rate));
 }
 
 std::string what(const Comparison& c, double target) {

@@ -11,6 +11,7 @@
 
 #include "scene/assemble/steps.h"
 #include "scene/compare/lyapunov.h"
+#include "scene/compare/sound_method.h"
 #include "scene/compare/trial.h"
 #include "scene/files/files.h"
 #include "scene/run/state_distance.h"
@@ -95,8 +96,8 @@ class MethodChoice {
     std::vector<Candidate> reaching;
     for (const Declaration& d : integrators::catalogue()) {
       if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
-      if (d.family != "Gauss collocation" || d.order < 4 || d.symplectic != Claim::holds ||
-          d.energy_exact == Claim::holds || misfit(d, stepped()))
+      if (d.family != sound_family(*assembly_.model) || d.order < 4 ||
+          d.symplectic != Claim::holds || d.energy_exact == Claim::holds || misfit(d, stepped()))
         continue;
       const Candidate c = pilot(d);
       if (c.reaches) reaching.push_back(c);

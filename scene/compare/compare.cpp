@@ -8,12 +8,14 @@
 #include <limits>
 
 #include "scene/compare/ladder.h"
+#include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
 
 namespace porthos::scene {
 namespace {
 
 using integrators::Outcome;
+using integrators::StepControl;
 using Clock = std::chrono::steady_clock;
 
 /// Shares of the budget for the preparations and for repeated timings.
@@ -69,8 +71,10 @@ class ComparisonRun {
           "states, and their errors hold that");
     if (!scene.events.empty())
       c_.notes.push_back("[[event]]: the motion of the mechanism as it starts is compared");
-    if (scene.step_control != integrators::StepControl::fixed)
-      c_.notes.push_back("step_control: the steps of a trial are of one size");
+    if (scene.step_control != StepControl::fixed)
+      c_.notes.push_back(
+          "step_control: trials have steps of one size, but those that name a control; its rate is "
+          "one over the step of the first trials");
     if (scene.monitor) c_.notes.push_back("[monitor]: trials run without it");
   }
 
@@ -108,6 +112,26 @@ class ComparisonRun {
         c_.methods.insert(c_.methods.begin() + long(i) + 1, c_.methods[i]);
         c_.methods[i + 1].short_sweeps = true;
       }
+    add_step_controls();
+  }
+
+  /// The method of highest order that suits the system, with each step control.
+  void add_step_controls() {
+    const std::string name = sound_method(*assembly_.model, 16);
+    const auto of = std::find_if(c_.methods.begin(), c_.methods.end(),
+                                 [&](const auto& m) { return m.method.name == name; });
+    if (of == c_.methods.end() || assembly_.spacecraft) return;
+    const MethodTrials plain = *of;
+    for (const auto control : {StepControl::time_transformed, StepControl::reversible}) {
+      MethodTrials m = plain;
+      m.control = control;
+      try {
+        make_controlled(control, name, *assembly_.model, guess_);
+        c_.methods.push_back(m);
+      } catch (const InvalidArgument& why) {
+        c_.skipped.emplace_back(m.label(), m.label() + ": " + why.what());
+      }
+    }
   }
 
   /// Methods of high order with large errors: there the sweeps to rounding are most of the work.
@@ -131,7 +155,8 @@ class ComparisonRun {
                                     .stop = options_.stop});
     tell();
     if (!c_.reference && !stopped())
-      c_.notes.push_back("no reference trajectory: no two runs of gauss16 agree");
+      c_.notes.push_back("no reference trajectory: no two runs of " +
+                         sound_method(*assembly_.model, 16) + " agree");
     for (const auto& m : c_.methods) {
       ladders_.emplace_back(m.method, c_.trajectory_time_s, c_.duration_s, c_.step_s);
       if (m.short_sweeps) ladders_.back().end();
@@ -155,7 +180,7 @@ class ComparisonRun {
   /// A trial of gauss16 at the first step should fit eight times into a method's share of the
   /// budget.
   void shorten() {
-    const auto method = make_integrator(assembly_, "gauss16", c_.step_s);
+    const auto method = make_integrator(assembly_, sound_method(*assembly_.model, 16), c_.step_s);
     phs::State s = assembly_.initial;
     const double start = thread_cpu_now();
     while (s.step < first_steps && method->step(s) == Outcome::ok) {
@@ -223,8 +248,14 @@ class ComparisonRun {
     Ladder& l = ladders_[i];
     const bool first = c_.methods[i].trials.empty();
     const double share = options_.budget_s / double(ladders_.size());
-    Trial t = run_trial(assembly_, *l.next(),
-                        trial_options(first ? share : std::max(left_for_trials(), 0.0)));
+    Setting s = *l.next();
+    s.control = c_.methods[i].control;
+    if (s.control != StepControl::fixed) {
+      s.control_rate = 1 / c_.step_s;
+      s.instants = {c_.trajectory_time_s, c_.duration_s};
+    }
+    Trial t =
+        run_trial(assembly_, s, trial_options(first ? share : std::max(left_for_trials(), 0.0)));
     l.take(t, c_.error_of(t));
     if (t.broken_off) c_.methods[i].cut_short = true;
     c_.methods[i].trials.push_back(std::move(t));

@@ -35,7 +35,12 @@ struct MethodTrials {
   /// Each trial repeats one of the same method above, with its sweeps stopped at the error of that
   /// one.
   bool short_sweeps = false;
-  std::string label() const { return method.name + (short_sweeps ? " short" : ""); }
+  integrators::StepControl control = integrators::StepControl::fixed;
+  std::string label() const {
+    return method.name + (short_sweeps ? " short" : "") +
+           (control == integrators::StepControl::fixed ? ""
+                                                       : std::string(" ") + to_string(control));
+  }
 };
 
 /// Every trial of a comparison, and its reference.

@@ -28,6 +28,8 @@ Json trial(const MethodTrials& m, const Trial& t) {
           {"step_s", t.setting.step},
           {"rtol", number_or_null(t.setting.rtol)},
           {"iteration_tolerance", number_or_null(t.setting.iteration_tolerance)},
+          {"step_control", to_string(t.setting.control)},
+          {"step_control_rate", number_or_null(t.setting.control_rate)},
           {"outcome", t.complete() ? "ok" : t.failure},
           {"simulated_s", r.simulated_s},
           {"steps", r.steps},
@@ -74,6 +76,8 @@ Json advice(const Advice& a) {
                     {"step_s", r.step_s},
                     {"rtol", number_or_null(r.rtol)},
                     {"iteration_tolerance", number_or_null(r.iteration_tolerance)},
+                    {"step_control", to_string(r.of->control)},
+                    {"step_control_rate", number_or_null(r.control_rate)},
                     {"cpu_s", r.cpu_s},
                     {"or_coarser", r.at_most},
                     {"drifts", r.drifts}});

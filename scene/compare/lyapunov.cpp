@@ -6,6 +6,7 @@
 #include <random>
 
 #include "integrators/core/integrator.h"
+#include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
 
 namespace porthos::scene {
@@ -16,7 +17,7 @@ using phs::Dual;
 double find_step(const Assembly& a, double guess, std::int64_t steps, StateScale& scale) {
   double h = guess;
   for (int halvings = 0; halvings <= 60; ++halvings, h /= 2) {
-    const auto method = make_integrator(a, "gauss8", h);
+    const auto method = make_integrator(a, sound_method(*a.model, 8), h);
     phs::State s = a.initial;
     bool ok = true;
     for (std::int64_t i = 0; ok && i < steps; ++i) ok = method->step(s) == Outcome::ok;
@@ -73,7 +74,8 @@ void judge(Sensitivity& r) {
 Sensitivity sensitivity(const Assembly& a, const StateScale& scale, const SensitivityOptions& o) {
   Sensitivity r;
   r.step_s = o.step;
-  const auto method = integrators::make_basic_integrator<Dual>("gauss16", *a.model, Dual(o.step));
+  const auto method =
+      integrators::make_basic_integrator<Dual>(sound_method(*a.model, 16), *a.model, Dual(o.step));
   phs::BasicState<Dual> s(a.model->description(), {a.initial.x.begin(), a.initial.x.end()});
   for (size_t k = 0; k < s.x.size(); ++k) s.lo[k] = a.initial.lo[k];
   s.turns = a.initial.turns;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "integrators/methods/collocation.h"
+#include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
 
 namespace porthos::scene {
@@ -19,12 +20,23 @@ constexpr double agreed = 1e-17;  // differences in double are not smaller
 constexpr int most_halvings = 5;
 
 std::unique_ptr<integrators::BasicIntegrator<Quad>> make(const Assembly& a, Quad h) {
+  if (!a.model->description().constraints.empty())
+    return integrators::make_basic_integrator<Quad>(sound_method(*a.model, 16), *a.model, h,
+                                                    {.max_sweeps = 400});
   return integrators::make_collocation<Quad>({.name = "reference"},
                                              integrators::gauss_table<Quad>(reference_stages),
                                              *a.model, h, {.max_sweeps = 400});
 }
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, double h) {
-  return make_integrator(a, "gauss16", h);
+  return make_integrator(a, sound_method(*a.model, 16), h);
+}
+
+template <class T>
+std::string maker_of(const phs::Model& model) {
+  const std::string method = sound_method(model, 16);
+  if (!std::is_same_v<T, Quad>) return method + ", two steps that agree";
+  return model.description().constraints.empty() ? "Gauss collocation of 12 stages in 113 bits"
+                                                 : method + " in 113 bits";
 }
 
 std::vector<long double> values(const phs::Description&, const phs::BasicState<Quad>& s) {
@@ -84,11 +96,7 @@ std::optional<ReferenceState> converge(const Assembly& a, const StateScale& scal
       best->time = o.time;
       best->x = *x;
       best->error = error;
-      best->made_by =
-          fmt::format("{}, step {:.3g} s",
-                      std::is_same_v<T, Quad> ? "Gauss collocation of 12 stages in 113 bits"
-                                              : "gauss16, two steps that agree",
-                      o.time / double(n));
+      best->made_by = fmt::format("{}, step {:.3g} s", maker_of<T>(*a.model), o.time / double(n));
       if (error < agreed) break;
     }
     before = std::move(x);

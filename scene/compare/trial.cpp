@@ -24,6 +24,10 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
     o.atol = 0.01 * s.rtol;
   }
   o.iteration_tolerance = s.iteration_tolerance;
+  o.instants = s.instants;
+  if (s.control != integrators::StepControl::fixed)
+    return integrators::make_controlled(s.control, s.method, *a.model, s.step,
+                                        {.rate = s.control_rate}, o);
   return make_integrator(a, s.method, s.step, o);
 }
 
@@ -36,35 +40,46 @@ class TrialRun {
         integrator_(make(a, s)),
         split_(dynamic_cast<space::SplitIntegrator*>(integrator_.get())),
         meter_(a),
-        ledger_(a.model->description()) {
-    total_ = std::max<std::int64_t>(1, std::llround(o.duration / s.step));
-    every_ = std::max<std::int64_t>(1, total_ / o.records);
-    known_at_ = o.known ? std::llround(o.known->time / s.step) : -1;
+        ledger_(a.model->description()),
+        whole_(s.control == integrators::StepControl::fixed) {
+    const auto total = std::max<std::int64_t>(1, std::llround(o.duration / s.step));
+    const auto every = std::max<std::int64_t>(1, total / o.records);
+    end_ = whole_ ? double(total) * s.step : o.duration;
+    record_every_ = double(every) * s.step;
+    if (o.known) known_at_ = whole_ ? std::round(o.known->time / s.step) * s.step : o.known->time;
     state_ = a.initial;
     if (split_) split_->begin(state_);
   }
 
   /// Steps, stops the clock at the records and measures there.
   void run() {
-    measure();
-    while (state_.step < total_ && trial_.complete()) {
-      const std::int64_t next = std::min({total_, (state_.step / every_ + 1) * every_, mark()});
-      go_to(next);
+    measure(true);
+    std::int64_t records = 1;
+    bool known = known_at_ > 0;
+    while (!reached(end_) && trial_.complete()) {
+      const double next = double(records) * record_every_;
+      go_to(std::min({end_, next, known ? known_at_ : end_}));
       if (!trial_.complete()) break;
-      if (state_.step % every_ == 0 || state_.step == total_) measure();
-      if (state_.step == known_at_) compare();
+      if (reached(next) || reached(end_)) measure(reached(next));
+      while (reached(double(records) * record_every_)) ++records;
+      if (known && reached(known_at_)) {
+        compare();
+        known = false;
+      }
       check_limits();
     }
     report();
   }
 
  private:
-  std::int64_t mark() const { return known_at_ > state_.step ? known_at_ : total_; }
+  double time() const { return integrator_->time(state_); }
+  bool reached(double t) const { return t - time() < 1e-6 * integrator_->step_size(); }
 
-  void go_to(std::int64_t step) {
+  void go_to(double t) {
     const double start = thread_cpu_now();
     Outcome o = Outcome::ok;
-    while (state_.step < step && o == Outcome::ok) {
+    const auto steps = std::llround(t / integrator_->step_size());
+    while ((whole_ ? state_.step < steps : !reached(t)) && o == Outcome::ok) {
       o = integrator_->step(state_);
       if (o == Outcome::ok) ledger_.book(integrator_->port_work());
     }
@@ -76,12 +91,11 @@ class TrialRun {
     trial_.failure = integrators::to_string(o);
   }
 
-  void measure() {
+  void measure(bool record) {
     const Measured& m = meter_.measure(state_);
     if (!m.finite()) return fail(Outcome::not_finite);
-    const double t = double(state_.step) * integrator_->step_size();
-    const double error = ledger_.add(t, m, state_.step % every_ == 0);
-    if (2 * state_.step <= total_) early_ = std::max(early_, std::fabs(error));
+    const double error = ledger_.add(time(), m, record);
+    if (2 * time() <= end_) early_ = std::max(early_, std::fabs(error));
   }
 
   void compare() {
@@ -90,7 +104,7 @@ class TrialRun {
   }
 
   void check_limits() {
-    if (state_.step == total_) return;
+    if (reached(end_)) return;
     const bool stop = options_.stop && options_.stop->load(std::memory_order_relaxed);
     if (!stop && cpu_ <= options_.cpu_limit) return;
     trial_.broken_off = true;
@@ -101,7 +115,8 @@ class TrialRun {
     RunReport& r = trial_.report;
     r.step_s = integrator_->step_size();
     r.steps = state_.step;
-    r.simulated_s = double(state_.step) * r.step_s;
+    r.simulated_s = time();
+    r.step_control = trial_.setting.control;
     r.cost = integrator_->cost();
     r.cpu_s = cpu_;
     r.final_state = state_;
@@ -118,7 +133,8 @@ class TrialRun {
   Meter meter_;
   Ledger ledger_;
   phs::State state_;
-  std::int64_t total_ = 0, every_ = 1, known_at_ = -1;
+  bool whole_;  ///< all steps have one size
+  double end_ = 0, record_every_ = 0, known_at_ = -1;
   double cpu_ = 0, early_ = 0;
 };
 

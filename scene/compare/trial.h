@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/control/step_control.h"
 #include "scene/run/run_report.h"
 #include "scene/run/state_distance.h"
 
@@ -16,6 +17,9 @@ struct Setting {
   double step = 0;                 ///< [s]; of a method with a tolerance: interval between outputs
   double rtol = 0;                 ///< 0: not used
   double iteration_tolerance = 0;  ///< of an implicit method, see integrators::Options
+  integrators::StepControl control = integrators::StepControl::fixed;
+  double control_rate = 0;            ///< [rad/s], see integrators::ControlOptions
+  std::vector<double> instants = {};  ///< [s], at which steps of a control end
 };
 
 /// A state of the exact motion that is known at some time.

@@ -147,6 +147,7 @@ void read_verify(const Table& t, Scene& s) {
   limit("step_halving", l.step_halving);
   limit("orbital", l.orbital);
   limit("coupling", l.coupling);
+  limit("constraints", l.constraints);
   if (!l.any()) l = default_limits(s.orbit.has_value());
 }
 

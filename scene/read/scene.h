@@ -10,6 +10,7 @@
 #include "mechanics/panel.h"
 #include "mechanics/urdf.h"
 #include "scene/read/actuator.h"
+#include "scene/read/constraints.h"
 #include "scene/read/element.h"
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
@@ -43,6 +44,7 @@ struct Limits {
   Limit energy = {}, linear_momentum = {}, angular_momentum = {}, quaternion_norm = {};
   Limit balance = {}, symmetry = {}, step_halving = {};
   Limit orbital = {}, coupling = {};  ///< of spacecraft in orbit
+  Limit constraints = {};             ///< of loops and couplings
   bool any() const;                   ///< whether a limit is stated
 };
 
@@ -68,6 +70,7 @@ struct Scene {
   mechanics::Vec3d magnetic_field{0, 0, 0};  ///< constant in the world [T]; in orbit the planet's
   std::vector<Event> events;                 ///< in the order of their times
   std::vector<JointActuator> actuators;
+  SceneConstraints constraints;     ///< [[loop]] and [[coupling]]
   std::optional<OrbitScene> orbit;  ///< around a planet; empty in free space or on the ground
 
   std::string method =
@@ -94,6 +97,9 @@ struct Scene {
 
   Limits verify;
 
+  /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
+  /// none).
+  bool is_constrained() const { return !constraints.empty() || urdf.couple_mimics; }
   /// The energy error for which a method is searched: the stated one, else the limit of the
   /// verdict, else 1e-9.
   double target() const {

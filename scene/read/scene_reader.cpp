@@ -60,10 +60,12 @@ class Reader {
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
+    s_.constraints = read_constraints(top);
     s_.orbit = read_orbit(top);
     const Table method = top.section("integrator");
     read_integrator(method, s_);
     if (top.has("monitor")) read_monitor(top.section("monitor"), s_);
+    if (s_.is_constrained()) check_constrained_scene(method);
     read_run(top.section("run"), s_);
     if (top.has("verify"))
       read_verify(top.section("verify"), s_);
@@ -88,6 +90,7 @@ class Reader {
     s_.urdf.accept_unphysical_inertia = t.choice("unphysical_inertia") == "accept";
     if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
     s_.urdf.use_damping = t.boolean("use_damping");
+    s_.urdf.couple_mimics = t.choice("mimic") == "couple";
     t.each("inertia", [&](const std::string& link, const std::string&, const Table& given) {
       s_.urdf.link_inertia[link] = read_mass_properties(given);
     });
@@ -181,6 +184,24 @@ class Reader {
     const Table t = initial.table("base");
     s_.base = read_base_start(t);
     s_.base.where = initial.at_key("base");
+  }
+
+  /// The default method of loops; refuses features that cannot be combined with them.
+  void check_constrained_scene(const Table& method) {
+    if (!method.has("method")) s_.method = "spark16";
+    const auto& places = s_.constraints.where;
+    const std::string what =
+        places.empty() ? "[model] mimic = \"couple\"" : "'" + places.begin()->first + "'";
+    const auto refuse_with = [&](const std::string& where, const std::string& other) {
+      refuse(where,
+             fmt::format("{} cannot be combined with the constraint {}, expected one of both",
+                         other, what));
+    };
+    if (!s_.events.empty()) refuse_with(s_.events.front().where, "[[event]]");
+    if (s_.orbit) refuse_with(s_.orbit->where, "[orbit]");
+    if (s_.step_control != integrators::StepControl::fixed)
+      refuse_with(method.at("step_control"), "a step_control");
+    if (s_.monitor && s_.monitor->project) refuse_with(s_.path, "[monitor] project");
   }
 
   /// Refuses features that cannot be combined with an orbit.

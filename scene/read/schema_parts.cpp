@@ -1,3 +1,4 @@
+#include "mechanics/joint_list.h"
 #include "scene/read/schema_keys-inl.h"
 #include "vsa/catalogue.h"
 
@@ -50,6 +51,14 @@ std::vector<std::string> family_names() {
   return names;
 }
 
+std::vector<std::string> loop_types() {
+  std::vector<std::string> types;
+  for (const auto& name : mechanics::joint_type_names())
+    if (name != "free") types.push_back(name);
+  types.emplace_back("rod");
+  return types;
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE(readability-function-size): a table
@@ -58,6 +67,36 @@ std::vector<SchemaTable> part_tables() {
   std::vector<SchemaTable> all{
       {"body", "[[body]]", "A body besides the model, free in the world.",
        joined(joined({text("name", required, "its name")}, mass(required)), motion(true))},
+      {"loop",
+       "[[loop]]",
+       "A joint that closes a loop of the tree, or a rod between two links.",
+       {text("name", required, "in the ledger and in messages"),
+        word("type", loop_types(), required, "what moves freely; rod: a distance is kept"),
+        table("a", "loop.frame", required, "where it sits on one link"),
+        table("b", "loop.frame", required, "where it sits on the other"),
+        number("pitch", "m/rad", "required by helical", "advance per radian"),
+        number("length", "m", "required by rod", "between the two positions")}},
+      {"loop.frame",
+       "[loop.a], [loop.b]",
+       "A frame on a link. The joint is closed where a and b coincide, except for its freedoms.",
+       {text("link", required, "of the model, or \"world\""),
+        numbers("position", 3, "m", "[0, 0, 0]", "in the link's frame"),
+        numbers("axis", 3, "1", "[0, 0, 1]",
+                "its z axis in the link's frame: the joint's axis (universal: x of b)"),
+        numbers("attitude_wxyz", 4, "1", "by axis",
+                "instead: the whole frame; fixed and prismatic need equal ones")}},
+      {"coupling",
+       "[[coupling]]",
+       "The sum of factor times coordinate keeps a value: gears, belts, mimic joints, racks.",
+       {text("name", required, "in the ledger and in messages"),
+        {"factors",
+         KeyKind::named,
+         "1",
+         required,
+         "by coordinate, as porthos info names it; angles count their turns",
+         {},
+         1},
+        number("offset", "rad (m)", "0", "the value")}},
       {"pulses",
        "pulses",
        "Even pulses of a thruster.",

@@ -33,6 +33,8 @@ double Ledger::look(const Measured& m) {
   s.max_linear = std::max(s.max_linear, norm(m.linear));
   s.max_angular = std::max(s.max_angular, norm(m.angular));
   s.max_quaternion_norm = std::max(s.max_quaternion_norm, m.quaternion_norm);
+  s.max_gap = std::max(s.max_gap, m.gap);
+  s.max_slip = std::max(s.max_slip, m.slip);
   s.max_linear_scale = std::max(s.max_linear_scale, m.scale.linear);
   s.max_angular_scale = std::max(s.max_angular_scale, m.scale.angular);
   const double off = error(m);
@@ -83,6 +85,9 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   r.linear_momentum_error = relative(s.max_linear, std::max(size.linear, s.max_linear_scale));
   r.angular_momentum_error = relative(s.max_angular, std::max(size.angular, s.max_angular_scale));
   r.quaternion_norm_error = s.max_quaternion_norm;
+  r.constraint_rows = meter.constraint_rows();
+  r.constraint_gap = s.max_gap;
+  r.constraint_slip = s.max_slip;
 
   r.records = energy_.count();
   r.looks = std::int64_t(s.looks);

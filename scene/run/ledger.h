@@ -52,6 +52,7 @@ class Ledger {
     double t = 0;  ///< of the last record
     double stored_J = 0;
     double max_error_J = 0, max_linear = 0, max_angular = 0, max_quaternion_norm = 0;
+    double max_gap = 0, max_slip = 0;
     double max_linear_scale = 0, max_angular_scale = 0;
     double looks = 0;  ///< between records
   };

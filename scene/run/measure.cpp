@@ -15,7 +15,7 @@ double size_of(const std::array<long double, 3>& v) {
 }  // namespace
 
 bool Measured::finite() const {
-  double sum = energy_change_J + quaternion_norm;  // NaN and inf survive a sum
+  double sum = energy_change_J + quaternion_norm + gap + slip;  // NaN and inf survive a sum
   for (const double e : stored_J) sum += e;
   for (int k = 0; k < 3; ++k) sum += linear[size_t(k)] + angular[size_t(k)];
   return std::isfinite(sum);
@@ -29,6 +29,11 @@ Meter::Meter(const Assembly& a)
   stored_.resize(d.storages.size());
   linear_is_structure_ = linear_momentum_is_structure(a);
   invariants_.resize(size_t(d.invariant_count()));
+  rows_ = system_->constraints();
+  if (rows_) {
+    g_.resize(size_t(rows_->count()));
+    e_.resize(x_.size());
+  }
   now_.stored_J.resize(stored_.size());
   turns_.resize(a.initial.turns.size());
   turn_angles_.resize(turns_.size());
@@ -74,6 +79,8 @@ const Measured& Meter::look(const phs::State& state) {
     m.angular[k] = double(now.angular[k] - start_.angular[k]);
   }
   m.quaternion_norm = now.quaternion_norm;
+  m.gap = now.gap;
+  m.slip = now.slip;
   return m;
 }
 
@@ -84,6 +91,7 @@ void Meter::read(const phs::State& s) {
   turns_ = s.turns;
   for (size_t i = 0; i < turns_.size(); ++i) turn_angles_[i] = two_pi * Real(turns_[i]);
   system_->set_turn_angles(turn_angles_);
+  if (rows_) rows_->set_turn_angles(turn_angles_);
 }
 
 Meter::Values Meter::values() {
@@ -94,6 +102,7 @@ Meter::Values Meter::values() {
     for (const Real e : stored_) v.energy += e;
   else
     v.energy = system_->hamiltonian(x_);
+  if (rows_) measure_constraints(v);
   if (invariants_.empty()) return v;
   system_->invariants(x_, invariants_);
   for (size_t k = 0; k < 3; ++k) {
@@ -105,6 +114,20 @@ Meter::Values Meter::values() {
     if (!(off <= v.quaternion_norm)) v.quaternion_norm = off;  // keeps a NaN
   }
   return v;
+}
+
+void Meter::measure_constraints(Values& v) {
+  const auto largest = [&] {
+    double most = 0;
+    for (const Real x : g_)
+      if (const double size = double(std::fabs(x)); !(size <= most)) most = size;  // keeps a NaN
+    return most;
+  };
+  rows_->place(x_, g_);
+  v.gap = largest();
+  system_->gradient(x_, e_);
+  rows_->rates(e_, g_);
+  v.slip = largest();
 }
 
 mechanics::MomentumScale Meter::scale_of(const phs::State& s) {

@@ -17,7 +17,8 @@ struct Measured {
   /// about the centre of mass at the start, so a position far from the origin does not multiply the
   /// state's rounding by a lever arm.
   std::array<double, 3> linear{}, angular{};
-  double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
+  double quaternion_norm = 0;  ///< largest | |ξ| - 1 |
+  double gap = 0, slip = 0;    ///< of constraints: largest |g| and |Bᵀe| [m | rad], [/s]
   mechanics::MomentumScale scale{0, 0};  ///< of this state, see Meter::measure
   bool finite() const;
 };
@@ -53,6 +54,8 @@ class Meter {
   bool linear_is_structure() const { return linear_is_structure_; }
   bool has_angular() const { return angular_at_ >= 0; }
   bool has_rotations() const { return !norms_at_.empty(); }
+  /// Rows of the system's constraints.
+  int constraint_rows() const { return rows_ ? rows_->count() : 0; }
 
   /// Sizes of the momenta at the start, angular as in Measured; both may be 0.
   mechanics::MomentumScale momentum_at_start() const { return size_; }
@@ -64,19 +67,23 @@ class Meter {
     Real energy = 0;
     Vector linear{}, angular{};
     double quaternion_norm = 0;
+    double gap = 0, slip = 0;
   };
   /// Measures positions from the centre of mass of free bodies in free space. Their invariants do
   /// not depend on the position, so a position far from the origin costs no digits.
   void measure_from_centre(const phs::State& start);
   void read(const phs::State& state);  ///< sets x_ and the turns of the system
   Values values();                     ///< of x_; leaves stored_
+  void measure_constraints(Values& v);
   mechanics::MomentumScale scale_of(const phs::State& state);
 
   std::shared_ptr<const phs::Model> model_;
   std::shared_ptr<const mechanics::MechanicalModel> mechanical_;  ///< may be null
   std::unique_ptr<phs::System<Real>> system_;
   std::optional<mechanics::Workspace<double>> workspace_;
+  std::unique_ptr<phs::Constraints<Real>> rows_;  ///< null: none
   std::vector<Real> x_, turn_angles_, stored_, invariants_;
+  std::vector<Real> g_, e_;  ///< rows and efforts
   std::vector<std::int64_t> turns_;
   int linear_at_ = -1, angular_at_ = -1;
   std::vector<size_t> norms_at_;

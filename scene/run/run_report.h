@@ -57,7 +57,9 @@ struct RunReport {
   integrators::Cost cost;
   EnergyReport energy;
   double linear_momentum_error = 0, angular_momentum_error = 0,
-         quaternion_norm_error = 0;                                     ///< relative, maxima
+         quaternion_norm_error = 0;                ///< relative, maxima
+  int constraint_rows = 0;                         ///< 0: no constraints
+  double constraint_gap = 0, constraint_slip = 0;  ///< largest |g| and |g'| [m | rad], [/s]
   double stored_J = 0, supplied_J = 0, dissipated_J = 0, defect_J = 0;  ///< balance over the run
   double turned_over_J = 0;  ///< Σ of the absolute works, step by step
   using Named = std::vector<std::pair<std::string, double>>;

@@ -198,6 +198,10 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["linear_momentum"] = {{"max_rel_error", r.linear_momentum_error}};
   j["angular_momentum"] = {{"max_rel_error", r.angular_momentum_error}};
   j["quaternion_norm"] = {{"max_error", r.quaternion_norm_error}};
+  if (r.constraint_rows > 0)
+    j["constraints"] = {{"rows", r.constraint_rows},
+                        {"max_gap", r.constraint_gap},
+                        {"max_slip", r.constraint_slip}};
   j["balance"] = balance(r);
   if (!r.momentum.empty()) j["momentum"] = momentum(r);
   if (!r.impulses.rows.empty()) {

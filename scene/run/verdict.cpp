@@ -44,6 +44,7 @@ class Judge {
       check("quaternion_norm", limits_.quaternion_norm, r_.quaternion_norm_error, !kept_.quadratic);
     else
       cannot("quaternion_norm", limits_.quaternion_norm, "the system has no rotations");
+    constraints();
     ledgers();
     check("balance", limits_.balance,
           std::fabs(r_.defect_J) / std::max(r_.energy.scale_J, r_.turned_over_J), !kept_.energy);
@@ -97,6 +98,14 @@ class Judge {
       cannot("angular_momentum", limits_.angular_momentum, no_invariant);
     tell_propellant();
   }
+  void constraints() {
+    if (meter_.constraint_rows() == 0)
+      return cannot("constraints", limits_.constraints, "the system has no constraints");
+    // Always checked. Every method that takes constraints closes both with any step.
+    const double limit = limits_.constraints.value_or(1e-12);
+    check("constraints", limit, r_.constraint_gap, false);
+    check("constraint_rates", 10 * limit, r_.constraint_slip, false);
+  }
   /// Whether other causes than thrusters and torquers change the momentum.
   bool others_push() const {
     return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||
@@ -148,7 +157,7 @@ class Judge {
 
 bool Limits::any() const {
   for (const auto& limit : {energy, linear_momentum, angular_momentum, quaternion_norm, balance,
-                            symmetry, step_halving, orbital, coupling})
+                            symmetry, step_halving, orbital, coupling, constraints})
     if (limit) return true;
   return false;
 }

@@ -244,6 +244,8 @@ RunReport WatchedRun::report() const {
   if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
   r.outcome = outcome_;
   if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
+  if (outcome_ == Outcome::singular)
+    r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
   r.final_state = state_;
   r.until = until_;
   r.held = integrator_->sampler().memory();
@@ -263,7 +265,7 @@ void WatchedRun::add_notes(RunReport& r) const {
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
   }
   add(notes_on_numbers(scene_, r.cost.sweeps));
-  if (const auto remark = integrator_->remark(); !remark.empty())
+  if (const auto remark = integrator_->remark(); !remark.empty() && outcome_ != Outcome::singular)
     r.notes.push_back(integrator_->declaration().rival ? remark
                                                        : "implicit equations by " + remark);
   if (!integrator_->port_work().empty() && !integrator_->integrates_power())

@@ -39,9 +39,11 @@ void WholeReport::add(const RunReport& p, double from) {
   r_.cost.evaluations += p.cost.evaluations;
   r_.cost.sweeps += p.cost.sweeps;
   r_.cost.factorisations += p.cost.factorisations;
-  for (const auto at : {&RunReport::linear_momentum_error, &RunReport::angular_momentum_error,
-                        &RunReport::quaternion_norm_error})
+  for (const auto at :
+       {&RunReport::linear_momentum_error, &RunReport::angular_momentum_error,
+        &RunReport::quaternion_norm_error, &RunReport::constraint_gap, &RunReport::constraint_slip})
     r_.*at = std::max(r_.*at, p.*at);
+  r_.constraint_rows = std::max(r_.constraint_rows, p.constraint_rows);
   for (const auto at : {&RunReport::stored_J, &RunReport::supplied_J, &RunReport::dissipated_J,
                         &RunReport::defect_J, &RunReport::turned_over_J})
     r_.*at += p.*at;

@@ -17,6 +17,11 @@
 namespace porthos::scene {
 namespace {
 
+std::string simd_text() {
+  return fmt::format("{}, {} numbers at once, multiply-adds {}", phs::simd_name, phs::native_lanes,
+                     phs::fuses ? "fused" : "rounded twice");
+}
+
 using mechanics::Mechanism;
 using phs::BlockKind;
 
@@ -119,6 +124,31 @@ std::string invariants_section(const phs::Description& d) {
   return "Invariants, without inputs\n" + aligned(rows, "  ");
 }
 
+/// The rows that close loops, and how many are independent at the start.
+std::string constraints_section(const Assembly& a) {
+  const auto& d = a.model->description();
+  const auto system = a.model->instantiate<double>();
+  const auto rows = system->constraints();
+  if (!rows) return "";
+  std::vector<double> g(size_t(rows->count()));
+  rows->place(a.initial.x, g);
+  const int rank = rows->factor(a.initial.x);
+  TextRows table{{"name", "kind", "rows", "independent", "reaction"}};
+  for (const auto& block : d.constraints) {
+    int used = 0;
+    bool unique = true;
+    for (int r = block.at; r < block.at + block.size; ++r) {
+      used += rows->uses(r);
+      unique = unique && (rows->unique(r) || !rows->uses(r));
+    }
+    table.push_back({block.name, block.kind, std::to_string(block.size), std::to_string(used),
+                     unique ? "unique" : "shared with others"});
+  }
+  return fmt::format("Constraints, {} rows of rank {} at the start, smallest pivot {:.3g}\n",
+                     rows->count(), rank, rows->smallest_pivot()) +
+         aligned(table, "  ");
+}
+
 // --- the plan ------------------------------------------------------------------------------------
 
 template <class Has>
@@ -151,18 +181,17 @@ std::string plan_section(const Scene& s, const Assembly& a) {
   const std::string last =
       steps.last > 0 ? fmt::format(", the last of {:g} s", steps.last) : std::string();
   return "Plan\n" +
-         aligned(
-             {{"gravity", gravity_text(s, a)},
-              {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
-              {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
-              {"translation of the base", translation_text(s, a)},
-              {"links on fixed joints", merged_text(m)},
-              {"SIMD", fmt::format("{}, {} numbers at once", phs::simd_name, phs::native_lanes)},
-              {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total, s.step,
-                                     last, steps.time(steps.total))},
-              {"chosen by", s.choice.empty() ? "the scene" : s.choice},
-              {"records", fmt::format("every {} s", double(steps.every) * s.step)}},
-             "  ");
+         aligned({{"gravity", gravity_text(s, a)},
+                  {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
+                  {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
+                  {"translation of the base", translation_text(s, a)},
+                  {"links on fixed joints", merged_text(m)},
+                  {"SIMD", simd_text()},
+                  {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total,
+                                         s.step, last, steps.time(steps.total))},
+                  {"chosen by", s.choice.empty() ? "the scene" : s.choice},
+                  {"records", fmt::format("every {} s", double(steps.every) * s.step)}},
+                 "  ");
 }
 
 std::string bound(const std::optional<double>& x, const char* none) {
@@ -235,8 +264,8 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   std::string text = scene.title + "\n";
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
-        invariants_section(d), plan_section(scene, assembly), left_out_section(m),
-        notes_section(assembly.notes), cost_section(assembly)})
+        invariants_section(d), constraints_section(assembly), plan_section(scene, assembly),
+        left_out_section(m), notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }
@@ -246,7 +275,7 @@ std::string version_text() {
                                                                 {"compiler", build::compiler},
                                                                 {"flags", build::flags},
                                                                 {"build", build::build_type},
-                                                                {"SIMD", phs::simd_name}},
+                                                                {"SIMD", simd_text()}},
                                                                "  ");
 }
 

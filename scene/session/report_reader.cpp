@@ -69,6 +69,12 @@ RunReport report_of(const Json& j, const phs::State& end) {
   r.linear_momentum_error = number(j.at("linear_momentum").at("max_rel_error"));
   r.angular_momentum_error = number(j.at("angular_momentum").at("max_rel_error"));
   r.quaternion_norm_error = number(j.at("quaternion_norm").at("max_error"));
+  if (j.contains("constraints")) {
+    const Json& c = j.at("constraints");
+    r.constraint_rows = c.at("rows");
+    r.constraint_gap = number(c.at("max_gap"));
+    r.constraint_slip = number(c.at("max_slip"));
+  }
   r.stored_J = number(b.at("stored_J"));
   r.supplied_J = number(b.at("supplied_J"));
   r.dissipated_J = number(b.at("dissipated_J"));

@@ -7,6 +7,7 @@
 
 #include "integrators/control/step_control.h"
 #include "integrators/core/integrator.h"
+#include "tests/support/linkages.h"
 #include "tests/support/robots.h"
 #include "tests/support/split_systems.h"
 #include "tests/support/stiff.h"
@@ -73,6 +74,33 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
       EXPECT_NE(turns, s.turns)
           << "the run must include wraps of the angles, which tell the systems their turns";
     }
+  }
+}
+
+TEST(Allocation, NoneInAStepWithLoops) {
+  auto l = test::four_bar();
+  l.spec.couplings.push_back({"follow", {{"crank_joint", 1}, {"coupler_joint", 1}}, 0.3});
+  l.spec.loops.clear();
+  for (const bool loop : {true, false}) {
+    auto linkage = loop ? test::four_bar() : l;
+    const auto x = linkage.start();
+    const auto model = linkage.model();
+    for (const char* name : {"spark16", "spark4"})
+      for (const bool lanes : {true, false}) {
+        Options o;
+        o.lanes = lanes;
+        const auto method = make_integrator(name, model, 1. / 128, o);
+        phs::State s(model.description(), x);
+        ASSERT_EQ(method->step(s), Outcome::ok);
+        const auto turns = s.turns;
+        const long before = allocations;
+        bool ok = true;
+        for (int i = 0; i < 500; ++i) ok = ok && method->step(s) == Outcome::ok;
+        const long made = allocations - before;
+        EXPECT_TRUE(ok) << name;
+        EXPECT_EQ(made, 0) << name << (lanes ? " with" : " without") << " lanes";
+        EXPECT_NE(turns, s.turns);
+      }
   }
 }
 

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from check_includes import LIBRARIES, is_private
+from check_includes import LIBRARIES, is_private, main
 
 # The elementary functions and operators of every scalar: their names are those of the standard library.
 ELEMENTARY = ["phs/scalars/pack.h", "phs/scalars/quad.h", "phs/scalars/scalar.h", "phs/scalars/trig.h"]
@@ -102,16 +102,5 @@ struct Pair {
     return 1 if failures else 0
 
 
-def main(arguments):
-    if arguments == ["--self-test"]:
-        return self_test()
-    if len(arguments) != 1:
-        print(__doc__, file=sys.stderr)
-        return 2
-    found = list(offences(Path(arguments[0])))
-    print("\n".join(found) or "every public declaration has a comment")
-    return 1 if found else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(sys.argv[1:], __doc__, offences, self_test, "every public declaration has a comment"))

@@ -173,16 +173,17 @@ def self_test():
     return 1 if failures else 0
 
 
-def main(arguments):
+def main(arguments, usage, offences, self_test, clean):
+    """What a check of the sources does with its arguments: the exit code. `clean` is printed where there is no offence."""
     if arguments == ["--self-test"]:
         return self_test()
     if len(arguments) != 1:
-        print(__doc__, file=sys.stderr)
+        print(usage, file=sys.stderr)
         return 2
     found = list(offences(Path(arguments[0])))
-    print("\n".join(found) or "includes and lengths: as architecture says")
+    print("\n".join(found) or clean)
     return 1 if found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(sys.argv[1:], __doc__, offences, self_test, "includes and lengths: as architecture says"))

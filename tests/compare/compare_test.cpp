@@ -110,6 +110,31 @@ TEST(Compare, ShortSweepsKeepTheErrorForLessWork) {
   EXPECT_LT(evaluations, 0.8 * of_full);
 }
 
+// With a step control the steps differ, the end does not, and the errors reach rounding.
+TEST(Compare, StepControlsAreTried) {
+  int controls = 0;
+  for (const auto& m : compared().result.methods) {
+    if (m.control == integrators::StepControl::fixed) continue;
+    ++controls;
+    ASSERT_FALSE(m.trials.empty()) << m.label();
+    double energy = HUGE_VAL, trajectory = HUGE_VAL, most = 0;
+    for (const auto& t : m.trials) {
+      if (!t.complete()) continue;
+      EXPECT_NEAR(t.report.simulated_s, compared().result.duration_s, 1e-9) << m.label();
+      energy = std::min(energy, t.report.energy.max_rel_error);
+      trajectory = std::min(trajectory, t.trajectory_error.value_or(HUGE_VAL));
+      most = std::max(most, double(t.report.steps) * t.setting.step / t.report.simulated_s);
+    }
+    std::printf(
+        "  %s: energy %.1e (1e-13)  trajectory %.1e (1e-11)  up to %.4f times the fixed steps\n",
+        m.label().c_str(), energy, trajectory, most);
+    EXPECT_LE(energy, 1e-13) << m.label();
+    EXPECT_LE(trajectory, 1e-11) << m.label();
+    EXPECT_GT(most, 1 + 1e-5) << m.label() << " has never varied a step";  // fixed: 1 to rounding
+  }
+  EXPECT_EQ(controls, 2);
+}
+
 TEST(Compare, RivalsAreTriedOverTolerances) {
   for (const auto& m : compared().result.methods) {
     if (!m.method.rival) continue;

@@ -1,29 +1,15 @@
 // The order of every method on nonlinear problems, against 113-bit runs.
 #include <gtest/gtest.h>
 
-#include "integrators/methods/gauss.h"
 #include "phs/network/network.h"
 #include "tests/integrators/problems.h"
-#include "tests/support/gauss.h"
+#include "tests/support/fast_arm.h"
 
 namespace porthos::integrators::order_test {
 namespace {
 
 using phs::Quad;
-
-/// ETS-VII at eight times its rates: joints move by two radians.
-const test::Robot& robot() {
-  static const test::Robot r = test::ets_vii(8);
-  return r;
-}
-constexpr double duration = 4;
-
-const std::vector<Quad>& reference() {
-  static const auto x =
-      gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()},
-                      Quad(duration) / 64, 64, 12);
-  return x;
-}
+using namespace test::fast_arm;
 
 double error_after(const std::string& method, int steps) {
   phs::State s = robot().start;
@@ -34,10 +20,7 @@ double error_after(const std::string& method, int steps) {
 }
 
 TEST(Order, ReferenceIsConverged) {
-  const auto finer =
-      gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()},
-                      Quad(duration) / 96, 96, 12);
-  const double worst = test::distance(finer, reference());
+  const double worst = test::distance(reference_by(96), reference());
   std::printf("  113-bit reference against a finer one: %.1e   bound 1e-25\n", worst);
   EXPECT_LE(worst, 1e-25);
 }

@@ -1,7 +1,9 @@
 #pragma once
 #include "integrators/core/integrator.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/user_model.h"
 #include "tests/support/henon_heiles.h"
+#include "tests/support/linkages.h"
 #include "tests/support/robots.h"
 
 /// The problems every method of the catalogue is judged on. None is linear but the oscillator,
@@ -67,10 +69,20 @@ inline Problem floating_arm() {
   return {"floating arm", robot.model, robot.start, 0.125};
 }
 
+/// Loops: only methods that keep constraints fit.
+inline Problem loop_problem(Linkage l, double h) {
+  const auto x = l.start();
+  auto model = std::make_shared<mechanics::MechanicalModel>(l.model());
+  return {model->description().name, model, phs::State(model->description(), x), h};
+}
+
 inline const std::vector<Problem>& problems() {
-  static const std::vector<Problem> all{double_pendulum(), floating_arm(),
+  static const std::vector<Problem> all{double_pendulum(),
+                                        floating_arm(),
                                         user_problem(HenonHeiles{}, {0, 0.3, 0.35, 0.2}, 0.1),
-                                        user_problem(Oscillators{}, {0.5, -0.3, 0.2, 0.7}, 0.1)};
+                                        user_problem(Oscillators{}, {0.5, -0.3, 0.2, 0.7}, 0.1),
+                                        loop_problem(four_bar(), 1. / 32),
+                                        loop_problem(holding_arms(), 0.125)};
   return all;
 }
 
@@ -78,8 +90,38 @@ inline bool fits(const integrators::Declaration& d, const Problem& p) {
   return !integrators::misfit(d, p.model->description());
 }
 
-/// A basis of the directions a state can move in: where x holds a quaternion block, those that keep
-/// |ξ| = 1 and ξ·π = 0.
+/// Those of given directions that keep g = 0 and Bᵀe = 0 to first order: their projections.
+inline std::vector<Vec> along_constraints(const Problem& p, const std::vector<Vec>& basis) {
+  const auto system = p.model->instantiate<phs::Dual>();
+  const auto rows = system->constraints();
+  if (!rows) return basis;
+  const size_t m = size_t(rows->count()), n = basis.size();
+  const int cols = int(n), all = 2 * rows->count();
+  phs::Matrix C(all, cols);
+  for (size_t j = 0; j < n; ++j) {
+    std::vector<phs::Dual> x(p.start.x.begin(), p.start.x.end()), g(m), rate(m), e(x.size());
+    for (size_t i = 0; i < x.size(); ++i) x[i].d = basis[j][i];
+    rows->place(x, g);
+    system->gradient(x, e);
+    rows->rates(e, rate);
+    for (size_t r = 0; r < m; ++r) {
+      C(int(r), int(j)) = g[r].d;
+      C(int(m + r), int(j)) = rate[r].d;
+    }
+  }
+  const phs::Matrix P = phs::pseudo_inverse(C).inverse * C;
+  std::vector<Vec> along;
+  for (size_t j = 0; j < n; ++j) {
+    Vec u = basis[j];
+    for (size_t l = 0; l < n; ++l)
+      for (size_t i = 0; i < u.size(); ++i) u[i] -= P(int(l), int(j)) * basis[l][i];
+    along.push_back(std::move(u));
+  }
+  return along;
+}
+
+/// The directions a state can move in: where x holds a quaternion block, those that keep |ξ| = 1
+/// and ξ·π = 0; with constraints, along them.
 inline std::vector<std::vector<double>> tangents(const Problem& p) {
   const auto& d = p.model->description();
   const auto& x = p.start.x;
@@ -110,7 +152,7 @@ inline std::vector<std::vector<double>> tangents(const Problem& p) {
       }
     }
   }
-  return basis;
+  return along_constraints(p, basis);
 }
 
 }  // namespace porthos::test

@@ -11,13 +11,13 @@
 
 #include "integrators/catalogue.h"
 #include "tests/support/driven_pendulum.h"
-#include "tests/support/gauss.h"
-#include "tests/support/robots.h"
+#include "tests/support/fast_arm.h"
 
 namespace porthos::integrators::rival_test {
 namespace {
 
 using phs::Quad;
+using namespace test::fast_arm;
 
 std::vector<std::string> rivals() {
   std::vector<std::string> names;
@@ -33,18 +33,6 @@ bool has_history(const std::string& name) {
 }
 Options tolerance(double tol) { return {.rtol = tol, .atol = tol}; }
 
-/// ETS-VII at eight times its rates, as in order_test.cpp.
-const test::Robot& robot() {
-  static const test::Robot r = test::ets_vii(8);
-  return r;
-}
-constexpr double duration = 4;
-const std::vector<Quad>& reference() {
-  static const auto x =
-      gauss_reference(*robot().model, {robot().start.x.begin(), robot().start.x.end()},
-                      Quad(duration) / 64, 64, 12);
-  return x;
-}
 double distance(const phs::State& a, const phs::State& b) {
   return test::distance({a.x.begin(), a.x.end()}, {b.x.begin(), b.x.end()});
 }

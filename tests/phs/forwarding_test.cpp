@@ -80,6 +80,10 @@ class Probe final : public phs::System<double>, public phs::Tunable<double> {
   void sample(size_t i, double t, In x, Out memory) override {
     answer("sample", double(i) + t + sum(x), memory);
   }
+  std::unique_ptr<phs::Constraints<double>> constraints() override {
+    ++calls_["constraints"];
+    return nullptr;
+  }
   std::unique_ptr<phs::Resolvent> resolvent() override {
     ++calls_["resolvent"];
     class Half final : public phs::Resolvent {
@@ -187,6 +191,7 @@ std::vector<double> call_all(phs::System<double>& s) {
   s.use_held(std::vector<phs::HeldPtr>{held});
   s.sample(7, 8, x, memory);
   keep(memory);
+  all.push_back(s.constraints() ? 1 : 0);
   if (const auto r = s.resolvent()) {
     std::vector<phs::Complex4> c(x.size(), phs::Complex4(1.0));
     r->factor(0, x, phs::Complex4(1.0));
@@ -222,7 +227,7 @@ TEST(Forwarding, EveryMemberReachesTheSystemInside) {
   Probe probe(direct);
   EXPECT_EQ(call_all(plain), call_all(probe)) << "the same arguments, the same answers";
   const auto members = virtuals_of_system();
-  EXPECT_EQ(members.size(), 17u);
+  EXPECT_EQ(members.size(), 18u);
   for (const auto& name : members) EXPECT_EQ(calls[name], 1) << name;
   EXPECT_GE(calls["parameters"], 1);
 
@@ -233,7 +238,8 @@ TEST(Forwarding, EveryMemberReachesTheSystemInside) {
   std::string dropped;
   for (const auto& name : members)
     if (seen[name] == 0) dropped += name + " ";
-  EXPECT_EQ(dropped, "efforts flow powers resolvent sample set_turn_angles stored use_held ");
+  EXPECT_EQ(dropped,
+            "constraints efforts flow powers resolvent sample set_turn_angles stored use_held ");
 }
 
 TEST(Forwarding, StateAndBooksOfItsOwnComeBehindTheInner) {

@@ -157,7 +157,8 @@ TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
   Network wheel("wheels");
   wheel.add("left", phs::inertia_element(1)).add("right", phs::inertia_element(2));
   wheel.gyrator("left.body", "right.body", 3);
-  const auto f = wheel.build()->instantiate<double>();
+  const auto wheels = wheel.build();
+  const auto f = wheels->instantiate<double>();
   const std::vector<double> p{1, 1};
   std::vector<double> dp(2);
   f->field(0, p, {}, dp);

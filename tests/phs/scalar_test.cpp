@@ -282,5 +282,54 @@ TEST(Quad, FunctionsInvertEachOther) {
   EXPECT_EQ(to_double(0.1L), 0.1);
 }
 
+/// x·x - fl(x·x) is the rounding error of a product: not zero if and only if fma rounds once.
+TEST(Fma, RoundsOnceWhereTheMachineCan) {
+  std::mt19937_64 rng(7);
+  std::uniform_real_distribution<double> number(1, 2);
+  int exact = 0, rounded = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = number(rng), y = number(rng);
+    const double error = fma(x, y, -(x * y));
+    exact += Quad(error) == Quad(x) * Quad(y) - Quad(x * y);
+    rounded += error != 0;
+  }
+  std::printf("  %d of 1000 exact, %d not zero; fuses: %d\n", exact, rounded, int(fuses));
+  EXPECT_TRUE(!fuses || exact == 1000);
+  EXPECT_EQ(rounded > 900, fuses);
+}
+TEST(Fma, LanesAndDualsHaveTheBitsOfDouble) {
+  Numbers number(8);
+  for (int i = 0; i < 20000; ++i) {
+    Pack4 a4, b4, c4;
+    Pack8 a8, b8, c8;
+    std::array<std::array<double, 3>, 8> x;
+    for (int k = 0; k < 8; ++k) {
+      x[size_t(k)] = {number(), number(), number()};
+      const auto [a, b, c] = x[size_t(k)];
+      a8.set(k, a);
+      b8.set(k, b);
+      c8.set(k, c);
+      if (k >= 4) continue;
+      a4.set(k, a);
+      b4.set(k, b);
+      c4.set(k, c);
+    }
+    const Pack4 r4 = fma(a4, b4, c4);
+    const Pack8 r8 = fma(a8, b8, c8);
+    for (int k = 0; k < 8; ++k) {
+      const auto [a, b, c] = x[size_t(k)];
+      const double r = fma(a, b, c);
+      EXPECT_TRUE(same(r8[k], r, true)) << a << ' ' << b << ' ' << c;
+      EXPECT_TRUE(k >= 4 || same(r4[k], r, true)) << a << ' ' << b << ' ' << c;
+      EXPECT_TRUE(same(fma(Dual(a), Dual(b), Dual(c)).v, r, true));
+    }
+  }
+}
+TEST(Fma, OfADualHasTheDerivativeOfTheSum) {
+  const Dual r = fma(Dual(3, 5), Dual(7, 11), Dual(13, 17));
+  EXPECT_EQ(r.v, 34);
+  EXPECT_EQ(r.d, 5 * 7 + 3 * 11 + 17);
+}
+
 }  // namespace
 }  // namespace porthos::phs::scalar_test

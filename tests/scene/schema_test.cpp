@@ -65,6 +65,13 @@ std::map<std::string, std::string> places() {
        "0]\n@"},
       {"panel",
        "[[panel]]\nname = \"p\"\nlink = \"rod\"\nlength = 1\nmass = 1\nbending_stiffness = 1\n@"},
+      {"loop",
+       "[[loop]]\nname = \"l\"\ntype = \"revolute\"\na = { link = \"rod\" }\nb = { link = "
+       "\"base\" }\n@"},
+      {"loop.frame",
+       "[[loop]]\nname = \"l\"\ntype = \"revolute\"\nb = { link = \"base\" }\n[loop.a]\nlink = "
+       "\"rod\"\n@"},
+      {"coupling", "[[coupling]]\nname = \"c\"\nfactors = { j = 1 }\n@"},
       {"pulses",
        "[[element]]\ntype = \"thruster\"\nname = \"t\"\nlink = \"rod\"\ndirection = [1, 0, "
        "0]\nthrust = "

@@ -66,8 +66,8 @@ TEST(StrongForces, CostTheStepNotTheRounding) {
       std::printf("  %-12s %3.0f s: rounding %.1e m (state in doubles %.1e m), step %.1e m\n", name,
                   h, rounding, in_double, step);
       keeps("a day there and back, over the error of the step", rounding / step, 1e-2);
-      keeps("a day there and back [m]", rounding, 1e-6);
-      if (h < 20) breaks("the same with the state in doubles [m]", in_double, 1e-6);
+      keeps("a day there and back [m]", rounding, 2e-8);
+      if (h < 20) breaks("the same with the state in doubles [m]", in_double, 2e-8);
     }
 }
 

@@ -137,7 +137,7 @@ TEST(Urdf, AxesOfPlanarAndUniversal) {
     std::vector<Vec3d> z;
     Pose X{Mat3<double>::identity(), {0, 0, 0}};
     const auto m = parse(arm(type, inside)).mechanism;
-    for (const Node& n : m.nodes()) z.push_back((X = X * n.placement).R.z);
+    for (const Node& n : m.nodes()) z.push_back((X = X * neutral_pose(n)).R.z);
     return z;
   };
   const auto planar = directions("planar", "<axis xyz='0 0 2'/><axis2 xyz='0 1 0'/>");

@@ -22,6 +22,7 @@ const std::map<std::string, double> shorter{
     {"ets_vii_orbit/scene.toml", 7200}, {"flexible_panel/scene.toml", 5},
     {"ledger/scene.toml", 500},         {"qbmove_arm/scene.toml", 2},
     {"throwing_arm/scene.toml", 0.2},   {"deployment/scene.toml", 20},
+    {"four_bar/scene.toml", 20},        {"bricard/scene.toml", 20},
 };
 
 std::vector<std::string> scenes() {

@@ -95,7 +95,8 @@ TEST(Regulators, StructurePreservingThroughThePortsOfASeriesElasticJoint) {
   };
   const auto model = build(1);
   const auto at = size_t(model->offset("vsa"));
-  const auto target = esp.target()->instantiate<double>();
+  const auto target_plant = esp.target();
+  const auto target = target_plant->instantiate<double>();
   const auto shaped = [&](const std::vector<double>& x) {
     const std::array<double, 4> state{x[0], x[at + 1], x[1], x[at + 2]};
     std::array<double, 4> z;

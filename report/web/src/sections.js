@@ -13,6 +13,7 @@ const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0
 const names = {
   energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
   balance: "power balance", symmetry: "forth and back", step_halving: "half the step", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
+  constraints: "gaps of loops", constraint_rates: "rates of these gaps",
 };
 
 /** How far below its limit a value is: a factor, and a bar that is full from six decades on. */

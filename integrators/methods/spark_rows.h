@@ -1,0 +1,134 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrators/core/integrator.h"
+#include "integrators/core/stagnation.h"
+
+/// Parts of a SPARK step: the end of its iteration, and the rows it works with.
+namespace porthos::integrators {
+
+/// When a SPARK iteration ends: the largest relative move of L is near rounding and has not halved
+/// for some sweeps. The impulses are no part of the rule: they settle only to u κ(B)/h.
+class SparkEnd {
+ public:
+  enum class Verdict { go_on, ended, diverges };
+
+  SparkEnd(double rounding, double tolerance) : rounding_(rounding), tolerance_(tolerance) {}
+  void restart() {
+    best_ = HUGE_VAL;
+    idle_ = 0;
+  }
+  Verdict after(double change) {
+    if (change < 0.5 * best_) {
+      best_ = change;
+      idle_ = 0;
+    } else {
+      ++idle_;
+    }
+    if (change == 0 || change <= tolerance_) return Verdict::ended;
+    // Small components of a large state may never get near rounding by their own size.
+    if (idle_ >= (best_ < 360 * rounding_ ? 2 : 6) && near_rounding()) return Verdict::ended;
+    return idle_ > 12 || change > 1e6 * best_ ? Verdict::diverges : Verdict::go_on;
+  }
+  bool near_rounding() const { return best_ < 1e5 * rounding_; }
+
+ private:
+  double rounding_, tolerance_, best_ = HUGE_VAL;
+  int idle_ = 0;
+};
+
+/// The constraints at the ends of a step: which rows are independent, and whether they still are.
+template <class T>
+class StepRows {
+ public:
+  StepRows(phs::System<T>& system, size_t m) : rows_(system.constraints()), g_(m), used_(m, true) {
+    active_.reserve(m);
+  }
+
+  /// The evaluator, placed and factored where it was placed last.
+  phs::Constraints<T>& operator*() const { return *rows_; }
+  phs::Constraints<T>* operator->() const { return rows_.get(); }
+
+  /// Places and factors the rows at x.
+  void move_to(const std::vector<T>& x) {
+    x_ = x;
+    rows_->place(x_, g_);
+    rows_->factor(x_);
+    placed_ = true;
+  }
+  /// Tells that x differs in momenta only from where the rows are: they stay as they are.
+  void keep_at(const std::vector<T>& x) { x_ = x; }
+  /// The rows of a step that starts at x. It works only with these, even if others look independent
+  /// off the manifold. @return whether they are those of the last step
+  bool choose(const std::vector<T>& x) {
+    bool same = placed_;
+    for (size_t k = 0; same && k < x.size(); ++k) same = is_equal(x_[k], x[k]);
+    if (!same) move_to(x);
+    trouble_ = rows_->rank() < rank_ ? text() : "";
+    rank_ = std::max(rank_, rows_->rank());
+    best_pivot_ = std::max(best_pivot_, rows_->smallest_pivot());
+    same = true;
+    active_.clear();
+    for (size_t r = 0; r < used_.size(); ++r) {
+      const bool used = rows_->uses(int(r));
+      same = same && used_[r] == used;
+      used_[r] = used;
+      if (used) active_.push_back(r);
+    }
+    return same;
+  }
+  /// The rows in use since then.
+  const std::vector<size_t>& active() const { return active_; }
+  /// Whether a step that did not converge was near a singular position; fills trouble().
+  bool near_singular() {
+    const bool near = rows_->smallest_pivot() < 0.01 * best_pivot_;
+    if (near) trouble_ = text();
+    return near;
+  }
+  /// The loss of rank at the last choice, as text; empty: none.
+  const std::string& trouble() const { return trouble_; }
+  void set_turn_angles(std::span<const T> angles) {
+    rows_->set_turn_angles(angles);
+    placed_ = false;
+  }
+  /// The next choose() places the rows anew.
+  void forget() { placed_ = false; }
+
+  void carry(Archive& a) {
+    a(rank_);
+    a(best_pivot_);
+    for (size_t r = 0; r < used_.size(); ++r) {
+      bool used = used_[r];
+      a(used);
+      used_[r] = used;
+    }
+    if (a.loads()) placed_ = false;
+  }
+
+ private:
+  static bool is_equal(const T& a, const T& b) {
+    if constexpr (std::is_same_v<T, phs::Dual>)
+      return a.v == b.v && a.d == b.d;
+    else
+      return a == b;
+  }
+  std::string text() const {
+    return "rank " + std::to_string(rows_->rank()) + " of " + std::to_string(rank_) +
+           ", smallest pivot " + number(rows_->smallest_pivot(), 3);
+  }
+
+  std::unique_ptr<phs::Constraints<T>> rows_;
+  std::vector<T> x_, g_;
+  std::vector<bool> used_;
+  std::vector<size_t> active_;
+  std::string trouble_;
+  int rank_ = 0;           ///< the largest so far
+  double best_pivot_ = 0;  ///< the largest smallest_pivot() so far
+  bool placed_ = false;
+};
+
+}  // namespace porthos::integrators

@@ -1,0 +1,98 @@
+#include "integrators/tables/spark_table.h"
+
+#include <utility>
+
+#include "phs/scalars/scalar.h"
+
+namespace porthos::integrators {
+namespace {
+
+using phs::Quad;
+using Quads = std::vector<Quad>;
+
+/// The inverse of an n × n row-major matrix, by elimination with row exchange.
+Quads inverse(size_t n, Quads a) {
+  Quads b(n * n, Quad(0));
+  for (size_t i = 0; i < n; ++i) b[i * n + i] = 1;
+  for (size_t k = 0; k < n; ++k) {
+    size_t best = k;
+    for (size_t i = k; i < n; ++i)
+      if (phs::abs(a[i * n + k]) > phs::abs(a[best * n + k])) best = i;
+    for (size_t j = 0; j < n; ++j) {
+      std::swap(a[k * n + j], a[best * n + j]);
+      std::swap(b[k * n + j], b[best * n + j]);
+    }
+    const Quad pivot = a[k * n + k];
+    for (size_t j = 0; j < n; ++j) {
+      a[k * n + j] /= pivot;
+      b[k * n + j] /= pivot;
+    }
+    for (size_t i = 0; i < n; ++i) {
+      const Quad factor = a[i * n + k];
+      if (i == k || factor == 0) continue;
+      for (size_t j = 0; j < n; ++j) {
+        a[i * n + j] -= factor * a[k * n + j];
+        b[i * n + j] -= factor * b[k * n + j];
+      }
+    }
+  }
+  return b;
+}
+
+/// B_jk, row j - 1, column k.
+Quads response_matrix(size_t s, const Quads& nu, const Quads& b) {
+  Quads B;
+  for (size_t j = 1; j <= s; ++j)
+    for (size_t k = 0; k < s; ++k) {
+      Quad sum = 0;
+      for (size_t i = 0; i < s; ++i) sum += nu[j * s + i] * b[i] * (1 - nu[k * s + i]);
+      B.push_back(sum);
+    }
+  return B;
+}
+
+}  // namespace
+
+template <class T>
+void SparkTable<T>::basis(T theta, std::span<T> values) const {
+  for (size_t j = 0; j < node.size(); ++j) {
+    T product(1.0);
+    for (size_t l = 0; l < node.size(); ++l)
+      if (l != j) product = product * ((theta - node[l]) / (node[j] - node[l]));
+    values[j] = product;
+  }
+}
+
+template <class T>
+SparkTable<T> spark_table(int s) {
+  const auto lobatto = lobatto_table<Quad>(s + 1);
+  const auto gauss = gauss_table<Quad>(s);
+  const size_t n = size_t(s);
+  SparkTable<T> t;
+  t.gauss = gauss_table<T>(s);
+  for (const Quad c : lobatto.c) t.node.push_back(T(c));
+  for (const Quad b : lobatto.b) t.weight.push_back(T(b));
+  Quads nu((n + 1) * n, Quad(0));
+  for (size_t j = 0; j <= n; ++j) {
+    const auto row = std::span(nu).subspan(j * n, n);
+    if (j > 0) gauss.polynomial(lobatto.c[j], row);
+    if (j == n) std::fill(row.begin(), row.end(), Quad(1));
+    for (const Quad exact : row) {
+      const bool large = exact >= Quad(0.5);  // the larger is rounded, the other is exact then
+      const T rounded = large ? T(exact) : T(1 - exact), other = T(1.0) - rounded;
+      t.nu.push_back(large ? rounded : other);
+      t.rest.push_back(large ? other : rounded);
+    }
+  }
+  for (const Quad x : inverse(n, response_matrix(n, nu, gauss.b))) t.response.push_back(T(x));
+  return t;
+}
+
+#define PORTHOS_INSTANTIATE(T)   \
+  template struct SparkTable<T>; \
+  template SparkTable<T> spark_table<T>(int);
+PORTHOS_INSTANTIATE(double)
+PORTHOS_INSTANTIATE(Quad)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::integrators

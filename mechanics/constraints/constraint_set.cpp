@@ -1,0 +1,185 @@
+#include "mechanics/constraints/constraint_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "mechanics/detail/body_checks.h"
+#include "mechanics/joint_list.h"
+
+namespace porthos::mechanics {
+namespace {
+
+struct TypeOfRows {
+  std::string_view type;
+  std::vector<Row> rows;
+};
+const std::vector<TypeOfRows>& types_of_rows() {
+  using enum Row;
+  static const std::vector<TypeOfRows> all{
+      {Revolute::name, {dx, dy, dz, xz, yz}},   {Continuous::name, {dx, dy, dz, xz, yz}},
+      {Prismatic::name, {dx, dy, weld}},        {Cylindrical::name, {dx, dy, xz, yz}},
+      {Helical::name, {dx, dy, xz, yz, screw}}, {Spherical::name, {dx, dy, dz}},
+      {Universal::name, {dx, dy, dz, zx}},      {Planar::name, {dz, xz, yz}},
+      {Fixed::name, {dx, dy, dz, weld}},
+  };
+  return all;
+}
+constexpr std::array rod_rows{Row::distance};
+
+[[noreturn]] void refuse_constraint(const std::string& name, const std::string& why) {
+  throw InvalidArgument("constraint '" + name + "': " + why);
+}
+
+BodyFrame frame_of(const Mechanism& m, const std::string& name, const LinkFrame& f) {
+  if (!finite(f.pose.r)) refuse_constraint(name, "a position is not finite");
+  if (!is_rotation(f.pose.R)) refuse_constraint(name, "the axes of a frame are not a rotation");
+  if (f.link.empty()) return {"world", -1, f.pose};
+  for (const BodyFrame& link : m.bodies())
+    if (link.name == f.link) return {link.name, link.node, link.pose * f.pose};
+  refuse_constraint(name, "there is no link '" + f.link + "', expected one of " +
+                              listed(m.bodies(), [](const auto& b) { return b.name; }));
+}
+
+/// The nodes from a node to the root, itself included.
+std::vector<int> ancestors(const Mechanism& m, int node) {
+  std::vector<int> all;
+  for (; node >= 0; node = m.nodes()[size_t(node)].parent) all.push_back(node);
+  return all;
+}
+bool contains(const std::vector<int>& all, int x) {
+  return std::find(all.begin(), all.end(), x) != all.end();
+}
+/// Both lists without repetitions, descending: leaves first.
+std::vector<int> united(std::vector<int> a, const std::vector<int>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  std::sort(a.begin(), a.end(), std::greater<>());
+  a.erase(std::unique(a.begin(), a.end()), a.end());
+  return a;
+}
+int freedoms_of(const Node& n) {
+  int nv = 0;
+  visit_joint(n.type, [&](auto J) { nv = decltype(J)::nv; });
+  return nv;
+}
+
+}  // namespace
+
+std::span<const Row> rows_of(std::string_view joint_type) {
+  return find_named(types_of_rows(), joint_type, "no loop joint has the type",
+                    [](const TypeOfRows& t) { return t.type; })
+      .rows;
+}
+
+int count_rows(std::span<const Row> rows) {
+  int n = 0;
+  for (const Row r : rows) n += r == Row::weld ? 3 : 1;
+  return n;
+}
+
+ConstraintSet::ConstraintSet(const Mechanism& m, const ConstraintSpec& spec) : spec_(spec) {
+  for (const auto& l : spec.loops) {
+    if (!std::isfinite(l.pitch) || (l.type == Helical::name && l.pitch == 0))
+      refuse_constraint(l.name,
+                        "pitch is " + number(l.pitch) + " m/rad, expected a number other than 0");
+    add_loop(m, l.name, l.type, l.a, l.b, rows_of(l.type), l.pitch, 0);
+  }
+  for (const auto& r : spec.rods) {
+    if (!(r.length > 0) || !std::isfinite(r.length))
+      refuse_constraint(r.name, "length is " + number(r.length) + " m, expected a number > 0");
+    add_loop(m, r.name, "rod", r.a, r.b, rod_rows, 0, r.length);
+  }
+  for (const auto& c : spec.couplings) add_coupling(m, c);
+  find_groups(m);
+}
+
+bool ConstraintSet::on_the_world() const {
+  return std::any_of(loops_.begin(), loops_.end(),
+                     [](const Loop& l) { return l.node_a < 0 || l.node_b < 0; });
+}
+
+void ConstraintSet::add_block(const std::string& name, const std::string& kind, int size) {
+  if (name.empty()) throw InvalidArgument("a constraint (" + kind + ") has no name");
+  for (const auto& other : blocks_)
+    if (other.name == name) refuse_constraint(name, "there are two of that name");
+  blocks_.push_back({name, kind, size, count_});
+  count_ += size;
+}
+
+void ConstraintSet::add_loop(const Mechanism& m, const std::string& name, const std::string& kind,
+                             const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows,
+                             double pitch, double length) {
+  const BodyFrame fa = frame_of(m, name, a), fb = frame_of(m, name, b);
+  Loop l{rows,  count_, count_rows(rows), fa.node, fb.node, fa.pose, fb.pose, {}, {}, {},
+         pitch, length};
+  const auto up_a = ancestors(m, fa.node), up_b = ancestors(m, fb.node);
+  for (const int i : up_a)
+    if (!contains(up_b, i)) l.path_a.push_back(i);
+  for (const int i : up_b)
+    if (!contains(up_a, i)) l.path_b.push_back(i);
+  l.above = united(up_a, up_b);
+  if (l.path_a.empty() && l.path_b.empty())
+    refuse_constraint(name, "no joint moves '" + fa.name + "' and '" + fb.name +
+                                "' against each other, so there is no loop to close");
+  add_block(name, kind, l.size);
+  loops_.push_back(std::move(l));
+}
+
+void ConstraintSet::add_coupling(const Mechanism& m, const Coupling& c) {
+  if (!std::isfinite(c.offset)) refuse_constraint(c.name, "its offset is not finite");
+  Coupled coupled{count_, c.offset, {}, {}};
+  for (const auto& t : c.terms) {
+    if (!std::isfinite(t.factor) || t.factor == 0)
+      refuse_constraint(c.name, "the factor of '" + t.coordinate + "' is " + number(t.factor) +
+                                    ", expected a number other than 0");
+    const JointCoordinates& q =
+        find_named(m.coordinates(), t.coordinate,
+                   "constraint '" + c.name + "': the mechanism has no coordinate");
+    if (q.nq != 1 || q.nv != 1)
+      refuse_constraint(c.name, "'" + t.coordinate + "' has " + std::to_string(q.nv) +
+                                    " freedoms, expected a coordinate with one");
+    const int turn = q.kind == phs::BlockKind::angle ? m.nodes()[size_t(q.node)].turn : -1;
+    coupled.above = united(std::move(coupled.above), ancestors(m, q.node));
+    coupled.terms.push_back({q.node, q.q, q.v, turn, t.factor});
+  }
+  if (coupled.terms.empty()) refuse_constraint(c.name, "it couples no coordinate");
+  add_block(c.name, "coupling", 1);
+  couplings_.push_back(std::move(coupled));
+}
+
+void ConstraintSet::find_groups(const Mechanism& m) {
+  // The freedoms that a row moves are those of all ancestors of its nodes.
+  std::vector<std::vector<int>> moved;
+  const auto add_freedoms = [&](const std::vector<int>& above) {
+    auto& all = moved.emplace_back();
+    for (const int i : above) {
+      const Node& n = m.nodes()[size_t(i)];
+      for (int k = 0; k < freedoms_of(n); ++k) all.push_back(n.v + k);
+    }
+  };
+  for (const auto& l : loops_) add_freedoms(l.above);
+  for (const auto& c : couplings_) add_freedoms(c.above);
+  // Blocks that share a freedom belong to one group: union-find over the freedoms.
+  std::vector<int> leader(size_t(m.nv()));
+  std::iota(leader.begin(), leader.end(), 0);
+  const auto find = [&](int v) {
+    while (leader[size_t(v)] != v) v = leader[size_t(v)] = leader[size_t(leader[size_t(v)])];
+    return v;
+  };
+  for (const auto& all : moved)
+    for (const int v : all) leader[size_t(find(v))] = find(all.front());
+  std::vector<int> group_of(size_t(m.nv()), -1);
+  for (size_t b = 0; b < blocks_.size(); ++b) {
+    int& g = group_of[size_t(find(moved[b].front()))];
+    if (g < 0) {
+      g = int(groups_.size());
+      groups_.emplace_back();
+    }
+    for (int r = 0; r < blocks_[b].size; ++r) groups_[size_t(g)].rows.push_back(blocks_[b].at + r);
+  }
+  for (int v = 0; v < m.nv(); ++v)
+    if (const int g = group_of[size_t(find(v))]; g >= 0) groups_[size_t(g)].freedoms.push_back(v);
+}
+
+}  // namespace porthos::mechanics

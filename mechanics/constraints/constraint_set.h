@@ -1,0 +1,100 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "mechanics/constraints/constraint_spec.h"
+#include "phs/system/constraints.h"
+
+namespace porthos::mechanics {
+
+/// One row of a loop joint or rod; d: origin of b in a; R: axes of b in a.
+enum class Row {
+  dx,
+  dy,
+  dz,  ///< a component of d
+  xz,
+  yz,
+  zx,       ///< x_a·z_b, y_a·z_b, z_a·x_b
+  weld,     ///< three rows: twice the vector part of the quaternion of R
+  screw,    ///< pitch sin(angle - d_z/pitch): periodic, so it counts no turns
+  distance  ///< (d·d - l²)/(2 l)
+};
+
+/// The rows of a joint type between two links. @throws InvalidArgument for a type without rows,
+/// with a list of the others
+std::span<const Row> rows_of(std::string_view joint_type);
+/// The number of rows in a list (a weld counts three).
+int count_rows(std::span<const Row> rows);
+
+/// The constraints of one mechanism, resolved and checked: an immutable value, shared by threads.
+class ConstraintSet {
+ public:
+  /// A loop joint or rod. Paths hold node indices from the body up to below the lowest common
+  /// ancestor; joints above it do not move the two frames against each other.
+  struct Loop {
+    std::span<const Row> rows;
+    int at;               ///< offset of its rows
+    int size;             ///< number of its rows
+    int node_a, node_b;   ///< -1: the world
+    Pose pose_a, pose_b;  ///< in the frames of the nodes
+    std::vector<int> path_a, path_b;
+    std::vector<int> above;  ///< all ancestors of both nodes, themselves included, leaves first
+    double pitch, length;
+  };
+  struct Term {
+    int node, q, v, turn;  ///< turn: index among the angle blocks, -1 if none
+    double factor;
+  };
+  struct Coupled {
+    int at;
+    double offset;
+    std::vector<Term> terms;
+    std::vector<int> above;  ///< as of a loop
+  };
+  /// Rows that D joins, directly or by others: loops that share a moving ancestor. D is block
+  /// diagonal over groups, so independent loops cost O(N).
+  struct Group {
+    std::vector<int> rows, freedoms;
+  };
+
+  /// @throws InvalidArgument naming the constraint: an empty or duplicate name, an unknown link,
+  ///   type or coordinate, two frames that no joint moves against each other, a length or pitch
+  ///   that is not finite and > 0 (pitch: not 0), a coupling without terms or of a coordinate with
+  ///   several freedoms
+  ConstraintSet(const Mechanism& mechanism, const ConstraintSpec& spec);
+
+  int count() const { return count_; }  ///< rows
+  const std::vector<Loop>& loops() const { return loops_; }
+  const std::vector<Coupled>& couplings() const { return couplings_; }
+  const std::vector<Group>& groups() const { return groups_; }
+  /// Name, kind, offset and size: loops, rods, couplings, each in the order given.
+  const std::vector<phs::ConstraintBlock>& blocks() const { return blocks_; }
+  const ConstraintSpec& spec() const { return spec_; }
+  /// Whether one acts between a link and the world, so that momenta change.
+  bool on_the_world() const;
+
+ private:
+  void add_block(const std::string& name, const std::string& kind, int size);
+  void add_loop(const Mechanism& m, const std::string& name, const std::string& kind,
+                const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows, double pitch,
+                double length);
+  void add_coupling(const Mechanism& m, const Coupling& c);
+  void find_groups(const Mechanism& m);
+
+  ConstraintSpec spec_;
+  int count_ = 0;
+  std::vector<Loop> loops_;
+  std::vector<Coupled> couplings_;
+  std::vector<Group> groups_;
+  std::vector<phs::ConstraintBlock> blocks_;
+};
+
+/// The evaluator of a set of constraints in the scalar T. Mechanism and set must outlive it.
+/// Source: Delassus matrix by one sweep per row with the articulated factor: docs/constraints.md.
+template <class T>
+std::unique_ptr<phs::Constraints<T>> make_constraints(const Mechanism& m, const ConstraintSet& set);
+
+}  // namespace porthos::mechanics

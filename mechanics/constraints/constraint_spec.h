@@ -1,0 +1,64 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+
+/// What closes the loops of a mechanism, as a user says it.
+namespace porthos::mechanics {
+
+/// A frame fixed to a link.
+struct LinkFrame {
+  std::string link;                                ///< any body of the mechanism; empty: the world
+  Pose pose{Mat3<double>::identity(), {0, 0, 0}};  ///< in the link's frame; position [m]
+};
+
+/// A joint between two links of the tree: frame b moves relative to frame a as the joint allows.
+///
+/// Types and axes, in the frames a and b (the joint is closed where both frames coincide, except
+/// for the freedoms):
+///   revolute, continuous  rotation about z
+///   prismatic             translation along z
+///   cylindrical           both
+///   helical               rotation about z with the advance `pitch` along z
+///   spherical             any rotation
+///   universal             rotations about z of a and then x of b; z_a and x_b stay normal
+///   planar                translation along x and y, rotation about z
+///   fixed                 nothing
+struct LoopJoint {
+  std::string name;
+  std::string type;
+  LinkFrame a, b;
+  double pitch = 0;  ///< helical: advance per radian [m/rad]
+};
+
+/// Σ factor · coordinate = offset, over coordinates with one freedom: gears, belts, differentials,
+/// mimic joints, racks. Angles count their turns.
+struct Coupling {
+  struct Term {
+    std::string coordinate;  ///< name of a coordinate block: "elbow", "lift.slide"
+    double factor = 1;
+  };
+  std::string name;
+  std::vector<Term> terms;
+  double offset = 0;  ///< in the unit of factor times coordinate
+};
+
+/// A massless rod with ball joints: the origins of both frames keep their distance.
+struct Rod {
+  std::string name;
+  LinkFrame a, b;     ///< only the positions count
+  double length = 0;  ///< [m], > 0
+};
+
+/// Everything that constrains a mechanism besides its tree.
+struct ConstraintSpec {
+  std::vector<LoopJoint> loops;
+  std::vector<Rod> rods;
+  std::vector<Coupling> couplings;
+
+  bool empty() const { return loops.empty() && rods.empty() && couplings.empty(); }
+};
+
+}  // namespace porthos::mechanics

@@ -1,0 +1,52 @@
+#include "phs/system/reactions.h"
+
+#include "phs/system/state.h"
+
+namespace porthos::phs {
+
+Reactions::Reactions(const Model& model)
+    : system_(model.instantiate<double>()),
+      moving_(model.instantiate<Dual>()),
+      rows_(system_->constraints()),
+      moving_rows_(moving_->constraints()) {
+  const Description& d = model.description();
+  if (!rows_) throw InvalidArgument("system '" + d.name + "' has no constraints to react");
+  field_.resize(size_t(d.nx));
+  x_.resize(field_.size());
+  e_.resize(field_.size());
+  lambda_.resize(size_t(rows_->count()));
+  g_.resize(lambda_.size());
+  rate_.resize(lambda_.size());
+  for (const auto& b : d.blocks)
+    if (b.kind == BlockKind::angle) angles_.push_back(0);
+  dual_angles_.resize(angles_.size());
+}
+Reactions::~Reactions() = default;
+
+std::span<const double> Reactions::at(double t, std::span<const double> x,
+                                      std::span<const std::int64_t> turns) {
+  require_size("x", x.size(), field_.size());
+  for (size_t i = 0; i < angles_.size(); ++i) {
+    angles_[i] = i < turns.size() ? double(turns[i]) * two_pi_hi : 0;
+    dual_angles_[i] = Dual(angles_[i]);
+  }
+  if (!angles_.empty()) {
+    system_->set_turn_angles(angles_);
+    rows_->set_turn_angles(angles_);
+    moving_->set_turn_angles(dual_angles_);
+    moving_rows_->set_turn_angles(dual_angles_);
+  }
+  system_->field(t, x, {}, field_);
+  for (size_t i = 0; i < x_.size(); ++i) x_[i] = {x[i], field_[i]};
+  moving_rows_->place(x_, rate_);
+  moving_->gradient(x_, e_);
+  moving_rows_->rates(e_, rate_);
+  for (size_t r = 0; r < lambda_.size(); ++r) lambda_[r] = rate_[r].d;
+  rows_->place(x, g_);
+  rows_->factor(x);
+  rows_->solve(lambda_);
+  rows_->shorten(lambda_);
+  return lambda_;
+}
+
+}  // namespace porthos::phs

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "phs/system/system.h"
+
+namespace porthos::phs {
+
+/// The multipliers of a system's constraints at a state, from the accelerations:
+///   D λ = d/dt(Bᵀe) along the field without constraint forces.
+/// That derivative is exact, by duals. Methods keep impulses, which are means of λ near a node;
+/// this is λ at an instant, for outputs.
+class Reactions {
+ public:
+  /// model: with constraints; it must outlive this object.
+  /// @throws InvalidArgument if it has none
+  explicit Reactions(const Model& model);
+  ~Reactions();
+
+  /// The multipliers at time t and the state x (size nx, on the manifold). Forces on the system are
+  /// -Bλ. Where they are not unique, the shortest ones. @return one per row, valid until the next
+  /// call
+  std::span<const double> at(double t, std::span<const double> x,
+                             std::span<const std::int64_t> turns = {});
+  /// Whether the multiplier of a row at the last state has only one value.
+  bool unique(int row) const { return rows_->unique(row); }
+  int rank() const { return rows_->rank(); }
+
+ private:
+  std::unique_ptr<System<double>> system_;
+  std::unique_ptr<System<Dual>> moving_;
+  std::unique_ptr<Constraints<double>> rows_;
+  std::unique_ptr<Constraints<Dual>> moving_rows_;
+  std::vector<double> field_, lambda_, g_, angles_;
+  std::vector<Dual> x_, e_, rate_, dual_angles_;
+};
+
+}  // namespace porthos::phs

@@ -1,0 +1,106 @@
+#include "scene/read/constraints.h"
+
+#include <fmt/format.h>
+
+#include "mechanics/rotation.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+using mechanics::LinkFrame;
+using mechanics::Mat3;
+
+/// The rotation by the smallest angle that takes e to the unit vector u; about another coordinate
+/// axis for the opposite of e.
+Mat3<double> turning(const Vec3d& e, const Vec3d& u) {
+  const Vec3d v = cross(e, u);
+  const double c = dot(e, u), v2 = dot(v, v);
+  const double k = c > 0 ? 1 / (1 + c) : (1 - c) / v2;  // the same; 1 + c cancels near -1
+  if (v2 == 0 && c < 0) {
+    const Vec3d n{e.y, e.z, e.x};
+    return {2 * n.x * n - Vec3d{1, 0, 0}, 2 * n.y * n - Vec3d{0, 1, 0},
+            2 * n.z * n - Vec3d{0, 0, 1}};
+  }
+  return {{c + k * v.x * v.x, v.z + k * v.x * v.y, -v.y + k * v.x * v.z},
+          {-v.z + k * v.x * v.y, c + k * v.y * v.y, v.x + k * v.y * v.z},
+          {v.y + k * v.x * v.z, -v.x + k * v.y * v.z, c + k * v.z * v.z}};
+}
+
+/// axis: which of the frame's axes the key `axis` means: z, or x of the second frame of a universal
+/// joint.
+LinkFrame frame(const Table& loop, const char* key, const Vec3d& axis) {
+  loop.require(key, "a table with the link and the place of its frame");
+  const Table t = loop.table(key);
+  LinkFrame f;
+  f.link = t.text("link", "the name of a link, or \"world\"");
+  if (f.link == "world") f.link.clear();
+  f.pose.r = t.vector("position");
+  if (t.has("attitude_wxyz")) {
+    if (t.has("axis")) t.fail("axis", "is given with attitude_wxyz, expected one of both");
+    const auto q = t.numbers<4>("attitude_wxyz");
+    const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+    if (!(norm > 0)) t.fail("attitude_wxyz", "is zero, expected a quaternion");
+    f.pose.R = mechanics::rotation_matrix(
+        mechanics::Quaternion<double>{q[0] / norm, {q[1] / norm, q[2] / norm, q[3] / norm}});
+  } else if (t.has("axis")) {
+    f.pose.R = turning(axis, t.direction("axis"));
+  }
+  return f;
+}
+
+void read_loop(const Table& t, const std::string& name, mechanics::ConstraintSpec& spec) {
+  const std::string type = t.choice("type");
+  const Vec3d z{0, 0, 1}, x{1, 0, 0};
+  const LinkFrame a = frame(t, "a", z), b = frame(t, "b", type == "universal" ? x : z);
+  for (const auto& [key, of] : {std::pair{"pitch", "helical"}, {"length", "rod"}}) {
+    if (type == of) t.require(key, fmt::format("one, because the loop is a {}", of));
+    if (type != of && t.has(key))
+      t.fail(key, fmt::format("means nothing to a loop of type {}", type));
+  }
+  if (type == "rod")
+    spec.rods.push_back({name, a, b, t.positive("length")});
+  else
+    spec.loops.push_back({name, type, a, b, type == "helical" ? t.number("pitch") : 0});
+}
+
+void read_coupling(const Table& t, const std::string& name, mechanics::ConstraintSpec& spec) {
+  Names joints;
+  t.require("factors", "a table of coordinates and their factors");
+  for (const auto& [joint, factor] : t.raw("factors", "a table of coordinates and their factors"))
+    joints.push_back(joint.str());
+  const Table factors = t.table("factors", joints);
+  mechanics::Coupling c{name, {}, t.number("offset")};
+  for (const auto joint : joints) {
+    const std::string coordinate(joint);
+    c.terms.push_back({coordinate, factors.number(coordinate.c_str(), std::string())});
+  }
+  spec.couplings.push_back(std::move(c));
+}
+
+}  // namespace
+
+InvalidArgument SceneConstraints::placed(const InvalidArgument& error) const {
+  const std::string text = error.what();
+  for (const auto& [name, place] : where)
+    if (text.find("constraint '" + name + "'") != std::string::npos)
+      return InvalidArgument(in_file(place) + text);
+  return error;
+}
+
+SceneConstraints read_constraints(const Table& scene) {
+  SceneConstraints c;
+  const auto each = [&](const char* key, auto read) {
+    scene.each_of(key, "name", [&](const std::string& name, const Table& t) {
+      if (name.empty()) t.fail("name", "is empty, expected one");
+      if (!c.where.emplace(name, t.where()).second)
+        t.fail("name", fmt::format("is '{}', as another [[loop]] or [[coupling]] is called", name));
+      read(t, name, c.spec);
+    });
+  };
+  each("loop", read_loop);
+  each("coupling", read_coupling);
+  return c;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,207 @@
+// Scenes with loops and couplings: run, judged, resumed, and what is refused.
+#include <fmt/format.h>
+
+#include "scene/compare/auto_method.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::loops_test {
+namespace {
+
+const fs::path examples = fs::path(PORTHOS_SOURCE_DIR) / "examples";
+
+struct Change {
+  std::string from, to;
+};
+
+/// A shipped scene for a shorter time, with a text replaced and text added at its end.
+scene::Scene shipped(const TemporaryFolder& folder, const std::string& name, double duration,
+                     const std::vector<Change>& changes = {}, const std::string& more = "") {
+  std::string text = read_bytes(examples / name / "scene.toml"),
+              urdf = read_bytes(examples / name / (name + ".urdf"));
+  for (const auto& [from, to] : changes) {
+    std::string& in = text.find(from) == text.npos ? urdf : text;
+    const size_t at = in.find(from);
+    if (at == in.npos) throw std::runtime_error("no '" + from + "' in " + name);
+    in.replace(at, from.size(), to);
+  }
+  write_bytes(folder / (name + ".urdf"), urdf);
+  write_bytes(folder / "scene.toml", text + more);
+  auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::apply(s, {.duration = duration});
+  return s;
+}
+
+std::string refusal(const TemporaryFolder& folder, const std::vector<Change>& changes,
+                    const std::string& more = "") {
+  try {
+    const auto s = shipped(folder, "four_bar", 1, changes, more);
+    const auto a = scene::assemble(s);
+    scene::make_integrator(s, *a.model, s.step);
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+double value_of(const scene::RunReport& r, const std::string& check) {
+  for (const auto& c : r.checks)
+    if (c.name == check) return c.value;
+  return NAN;
+}
+
+TEST(Loops, ExamplesPassTheirVerdict) {
+  for (const char* name : {"four_bar", "bricard", "windows"}) {
+    TemporaryFolder folder;
+    const auto s = shipped(folder, name, 10);
+    EXPECT_EQ(s.method, "spark16");  // bricard states none: the default of loops
+    const auto a = scene::assemble(s);
+    const auto r = scene::run(s, a, into(folder / "out"));
+    EXPECT_TRUE(r.passed());
+    std::printf("  %s: gap %.1e, slip %.1e, energy %.1e\n", name, value_of(r, "constraints"),
+                value_of(r, "constraint_rates"), value_of(r, "energy"));
+    EXPECT_LT(value_of(r, "constraints"), 2e-15);
+    EXPECT_LT(value_of(r, "constraint_rates"), 2e-14);
+    EXPECT_FALSE(r.ports.empty());
+    for (const auto& [account, work] : r.ports) EXPECT_LT(std::fabs(work), 1e-13) << account;
+    EXPECT_TRUE(says(read_bytes(folder / "out" / "summary.json"), "\"constraints\""));
+  }
+}
+
+/// Control of the checks: looser iterations leave gaps, which they show.
+TEST(Loops, TheChecksCanFail) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "four_bar", 2,
+                         {{"step = 0.0078125", "step = 0.0078125\niteration_tolerance = 1e-8"}});
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  EXPECT_GT(value_of(r, "constraints"), 1e-14);
+  EXPECT_FALSE(r.passed());
+}
+
+TEST(Loops, ResumedRunsKeepBits) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "four_bar", 20);
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  std::atomic<bool> stop = false;
+  auto o = into(folder / "parts");
+  o.stop = &stop;
+  o.progress = [&](double, double, double) { stop = true; };
+  scene::RunReport r;
+  int parts = 0;
+  for (bool on = true; on && parts < 100; ++parts, o.resume = true) {
+    stop = parts == 0;
+    r = scene::run(s, a, o);
+    on = r.interrupted;
+  }
+  EXPECT_GT(parts, 1);
+  EXPECT_EQ(r.final_state.x, whole.final_state.x);
+  EXPECT_EQ(r.final_state.lo, whole.final_state.lo);
+  EXPECT_EQ(r.constraint_gap, whole.constraint_gap);
+  EXPECT_EQ(r.ports, whole.ports);
+}
+
+TEST(Loops, PilotsOfAutoKeepConstraints) {
+  TemporaryFolder folder;
+  auto s = shipped(folder, "four_bar", 10, {{"\"spark16\"", "\"auto\""}});
+  const auto a = scene::assemble(s);
+  s = scene::with_method_chosen(s, a);
+  std::printf("  %s, %g s\n", s.method.c_str(), s.step);
+  EXPECT_TRUE(s.method.starts_with("spark")) << s.method;
+  EXPECT_TRUE(scene::run(s, a, into(folder / "out")).passed());
+}
+
+TEST(Loops, SpringsAndDampersWorkBesideLoops) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "four_bar", 10, {},
+                         "[[element]]\nname = 's'\ntype = 'spring'\njoint = 'crank'\n"
+                         "stiffness = 3\n[[element]]\nname = 'd'\ntype = 'damper'\n"
+                         "joint = 'rocker'\ndamping = 0.3\n");
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  EXPECT_TRUE(r.passed());
+  EXPECT_GT(r.dissipated_J, 1);
+  std::printf("  %.2f J lost, energy %.1e\n", r.dissipated_J, value_of(r, "energy"));
+}
+
+/// A gear between crank and rocker, on the tree without its loop; also as <mimic>.
+TEST(Loops, CouplingsAndMimicsHold) {
+  const std::string text = read_bytes(examples / "four_bar" / "scene.toml");
+  const size_t from = text.find("[[loop]]"), to = text.find("[integrator]");
+  const Change no_loop{text.substr(from, to - from), ""};
+  const std::string gear =
+      "[[coupling]]\nname = 'gear'\noffset = 0.5\n"
+      "factors = { crank = 2, rocker = 1 }\n";
+  const Change mimic{"<child link=\"rocker_rod\"/>",
+                     "<child link=\"rocker_rod\"/><mimic joint=\"crank\" multiplier=\"-2\" "
+                     "offset=\"0.5\"/>"};
+  TemporaryFolder one, two;
+  const auto geared = shipped(one, "four_bar", 10, {no_loop}, gear);
+  const auto mimicked =
+      shipped(two, "four_bar", 10,
+              {no_loop, mimic, {"base = \"fixed\"", "base = \"fixed\"\nmimic = \"couple\""}});
+  const auto a = scene::run(geared, scene::assemble(geared), into(one / "out"));
+  const auto b = scene::run(mimicked, scene::assemble(mimicked), into(two / "out"));
+  EXPECT_TRUE(a.passed() && b.passed());
+  const auto angle = [](const phs::State& s, size_t k) {
+    return s.x[k] + s.lo[k] + phs::two_pi_hi * double(s.turns[k]);
+  };
+  EXPECT_NEAR(2 * angle(a.final_state, 0) + angle(a.final_state, 2), 0.5, 1e-13);
+  EXPECT_NEAR(2 * angle(b.final_state, 0) + angle(b.final_state, 2), 0.5, 1e-13);
+  EXPECT_GT(std::fabs(angle(a.final_state, 0)), 7);  // it has turned
+}
+
+TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
+  TemporaryFolder folder;
+  const auto expect = [&](const std::vector<Change>& changes, const std::string& more,
+                          const char* part) {
+    EXPECT_TRUE(says(refusal(folder, changes, more), part));
+  };
+  expect({{"spark16", "gauss16"}}, "",
+         "method 'gauss16' keeps no constraints, and 'four_bar' has 'pin'");
+  expect({{"rocker_rod\", position", "rocker\", position"}}, "",
+         "scene.toml:16:1: constraint 'pin': there is no link 'rocker', expected one of");
+  expect({{"[1.25, 0, 0]", "[7, 0, 0]"}}, "",
+         "scene.toml:16:1: constraint 'pin' (revolute) between 'coupler_rod' and 'rocker_rod' "
+         "cannot be closed from the given start: a gap of");
+  expect({{"\"revolute\"", "\"hinge\""}}, "", "type is \"hinge\", expected \"revolute\" or");
+  expect({{"\"revolute\"", "\"rod\""}}, "", "has no key 'length', expected one, because");
+  expect({{"\"revolute\"", "\"revolute\"\npitch = 1"}}, "",
+         "pitch means nothing to a loop of type revolute");
+  expect({}, "[[event]]\ntype = 'lock'\nat = 0.5\njoint = 'crank'\n",
+         "[[event]] cannot be combined with the constraint 'pin', expected one of both");
+  expect({{"step = 0.0078125", "step = 0.0078125\nstep_control = 'reversible'"}}, "",
+         "a step_control cannot be combined with the constraint 'pin'");
+  expect({}, "[[coupling]]\nname = 'gear'\nfactors = { crank = 1, elbow = 2 }\n",
+         "constraint 'gear': the mechanism has no coordinate 'elbow', expected one of");
+  expect({}, "[[coupling]]\nname = 'pin'\nfactors = { crank = 1 }\n",
+         "name is 'pin', as another [[loop]] or [[coupling]] is called");
+  expect({}, "", "");
+}
+
+TEST(Loops, AnEndAtASingularPositionIsTold) {
+  TemporaryFolder folder;
+  const auto coupling = [](int i) {
+    return Change{fmt::format("[[coupling]]\nname = \"parallel{}\"\nfactors = {{ upright{} = 1, "
+                              "upright{} = -1 }}\n",
+                              i, i, i + 1),
+                  ""};
+  };
+  const auto s = shipped(folder, "windows", 2, {coupling(0), coupling(1)});
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  EXPECT_EQ(r.outcome, integrators::Outcome::singular);
+  EXPECT_NEAR(r.simulated_s, 0.71, 0.05);
+  EXPECT_TRUE(says(r.trouble, "the loops lose rank at a singular position"));
+  EXPECT_TRUE(says(r.trouble, "smallest pivot"));
+  EXPECT_FALSE(r.passed());
+}
+
+TEST(Loops, TheStartIsMovedWithANote) {
+  TemporaryFolder folder;
+  const auto a = scene::assemble(shipped(folder, "four_bar", 1));
+  ASSERT_FALSE(a.notes.empty());
+  EXPECT_TRUE(says(
+      a.notes.back().text,
+      "the start was moved onto the constraints: the largest gap was 2.31 m or rad, of 'pin'"));
+}
+
+}  // namespace
+}  // namespace porthos::test::loops_test
