@@ -113,6 +113,20 @@ class Kernels:
         return b["cpu_time"] / b["lanes"]
 
 
+def ratios(rows):
+    get = {(r["model"], r["subject"], r["what"]): r for r in rows}
+    models = list(dict.fromkeys(r["model"] for r in rows))
+    body = []
+    for what, bar in TARGETS.items():
+        body.append([f"{what if what == 'field' else what.upper()} / best", f"≤ {bar}"] +
+                    [f"{get[m, 'Porthos', what]['ratio']:.2f}" for m in models])
+    for what, bar in (("field, 4 lanes", 11), ("field, 8 lanes", 11), ("aba, 4 lanes", None), ("aba, 8 lanes", None)):
+        name = what.replace("aba", "ABA")
+        body.append([f"best ABA / {name}, per state", f"≥ {bar}" if bar else "field's × 0.8"] +
+                    [f"{1 / get[m, 'Porthos', what]['ratio']:.1f}" for m in models])
+    return table(["ratio", "aim"] + [TITLES.get(m, m) for m in models], body)
+
+
 def peers_section(rows, heavy):
     text = "## Beside other libraries\n"
     if not rows:
@@ -135,15 +149,7 @@ def peers_section(rows, heavy):
                 body.append([f"{what.upper()}, {subject}"] + [time_text(t["ns"]) if t else "" for t in times])
     body.append(["field, Porthos"] + [time_text(get[m, "Porthos", "field"]["ns"]) for m in models])
     text += table(head, body) + "\n"
-    body = []
-    for what, bar in TARGETS.items():
-        body.append([f"{what if what == 'field' else what.upper()} / best", f"≤ {bar}"] +
-                    [f"{get[m, 'Porthos', what]['ratio']:.2f}" for m in models])
-    for what, bar in (("field, 4 lanes", 11), ("field, 8 lanes", 11), ("aba, 4 lanes", None), ("aba, 8 lanes", None)):
-        name = what.replace("aba", "ABA")
-        body.append([f"best ABA / {name}, per state", f"≥ {bar}" if bar else "field's × 0.8"] +
-                    [f"{1 / get[m, 'Porthos', what]['ratio']:.1f}" for m in models])
-    text += table(["ratio", "aim"] + head[1:], body)
+    text += ratios(rows)
     if heavy:
         get = {(r["model"], r["what"]): r["ratio"] for r in heavy if r["subject"] == "Porthos"}
         text += ("\nAs in orbit there is no gravity in these figures. With gravity, which the field has to add and the others carry as an "
@@ -181,7 +187,7 @@ def kernels_section(k):
     return text
 
 
-def step_section(data):
+def step_section(data, heading="## A step"):
     if not data:
         return ""
     k = Kernels(data)
@@ -191,9 +197,28 @@ def step_section(data):
         inside = 1e9 * step["evaluation"]
         body.append([name, f"{step['sweeps']:.1f}", time_text(step["cpu_time"]), time_text(alone), time_text(inside),
                      f"{inside / alone:.2f}"])
-    return ("\n## A step\nA step of `gauss16` evaluates its eight stages together, once a sweep. What stands around the field is the sums over "
+    return (f"\n{heading}\nA step of `gauss16` evaluates its eight stages together, once a sweep. What stands around the field is the sums over "
             "stages, the stop rule and the update of the state.\n\n"
             + table(["model", "sweeps a step", "step", "evaluation alone", "in the step", "ratio (aim: 1.15)"], body))
+
+
+def other_section(folder):
+    """The same ratios for a build with other registers, on the same machine."""
+    data, rows = load(folder / "kernels.json"), load(folder / "peers.json")
+    if not data:
+        return ""
+    k = Kernels(data)
+    text = (f"\n## The same with {k.context['porthos_simd']}\n`{k.context['porthos_flags']}`, on the same machine"
+            f"{'; peers compiled likewise' if rows else ''}.\n\n")
+    if rows:
+        text += ratios(rows) + "\n"
+    body = []
+    for m in ("ets_vii", "panda7", "sat_panda", "hyq", "talos"):
+        if k[f"field/{m}"]:
+            body.append([m] + [time_text(k.ns(f"{what}/{m}")) if k[f"{what}/{m}"] else ""
+                               for what in ("field", "field_4_lanes", "field_8_lanes", "aba", "rnea", "crba")])
+    return text + table(["time per state", "field", "field, 4 lanes", "field, 8 lanes", "ABA", "RNEA", "CRBA"], body) + step_section(
+        load(folder / "step.json"), "### A step")
 
 
 def scaling_section(k, busy):
@@ -244,6 +269,7 @@ def compare_section(c):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=None, help="build folder (default: native-clang, else native)")
+    parser.add_argument("--other", type=pathlib.Path, help="a second build, for other registers (CMake option PORTHOS_ARCH)")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "results/bench")
     parser.add_argument("--from", dest="source", type=pathlib.Path, help="measure nothing, read this folder")
     parser.add_argument("--only", help="measure these only: kernels,step,peers,compile,compare")
@@ -257,9 +283,14 @@ def main():
     unknown = set(wanted) - set(measures)
     if unknown:
         sys.exit(f"page.py: no measurement '{unknown.pop()}'; there are {', '.join(measures)}")
+    other = out / "other"
     if not a.source:
         for name in wanted:
             measures[name](build, out)
+        if a.other:
+            other.mkdir(exist_ok=True)
+            for name in [n for n in ("kernels", "step", "peers") if n in wanted]:
+                measures[name](a.other.resolve(), other)
 
     data = load(out / "kernels.json")
     if not data:
@@ -276,7 +307,7 @@ def main():
             f"began{' (shared with other work)' if load_average[0] > 1 else ''}. "
             f"Porthos by {context['porthos_compiler']}, `{context['porthos_flags']}`. Of repetitions the fastest.\n\n")
     page += peers_section(load(out / "peers.json"), load(out / "peers_gravity.json")) + "\n" + kernels_section(k)
-    page += step_section(load(out / "step.json")) + scaling_section(k, load_average[0] > 1)
+    page += step_section(load(out / "step.json")) + other_section(other) + scaling_section(k, load_average[0] > 1)
     page += compile_section(load(out / "compile.json")) + compare_section(compare)
     notes = ROOT / "bench/notes.md"
     page += "\n" + notes.read_text() if notes.exists() else ""

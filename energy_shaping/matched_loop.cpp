@@ -59,6 +59,7 @@ phs::Description describe(const phs::Description& plant, const Shaping& s,
   phs::Description d = plant;
   d.name = s.name() + " of " + plant.name;
   d.traits.canonical = d.traits.separable = d.traits.lossless = false;
+  d.traits.quadratic = true;
   for (auto& b : d.blocks) b.kind = phs::BlockKind::linear;  // V_d need not be periodic
   d.invariants.clear();
   d.flows.clear();

@@ -89,6 +89,8 @@ void bind_description(py::module_& m) {
       .def_readwrite("canonical", &Traits::canonical,
                      "x = (q, p) in two halves and J = [0 I; -I 0].")
       .def_readwrite("separable", &Traits::separable, "H = T(p) + V(q).")
+      .def_readwrite("quadratic", &Traits::quadratic,
+                     "H has at most degree two in the momenta that blocks name.")
       .def_readwrite("lossless", &Traits::lossless, "R = 0.");
   py::class_<Description>(m, "Description",
                           "What a port-Hamiltonian system says of itself. Lists are handed out as "

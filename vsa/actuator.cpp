@@ -78,6 +78,7 @@ class ActuatorModel final : public phs::ModelFor<ActuatorModel> {
     d.ports = {{"link", phs::PortKind::flow_in, 1, 0, "rad/s", "N m", true}};
     d.nx = 2;
     d.nu = 1;
+    d.traits.quadratic = true;  // rotors
     l_.axes[0].at = 1;
     if (!traits.sigma.empty()) {
       l_.axes[1].at = d.nx++;

@@ -278,6 +278,7 @@ template <class Control>
 std::unique_ptr<Integrator> make(Declaration d, const std::string& method, const phs::Model& model,
                                  double h, const Options& o, const ControlOptions& control) {
   make_integrator(method, model, h, o);  // refuses what the method cannot take
+  phs::refuse_constraints(model.description(), "a step control");
   const OfRun run(model);
   auto made = std::make_unique<Control>(std::move(d), method, *run.model, h, o, control);
   made->keep_model(run.kept);

@@ -121,8 +121,8 @@ class Collocation final : public BasicIntegrator<T> {
     newton.freeze(solver, phs::to_double(t_) + h / 2, h, point_, state.turns);
   }
 
-  void evaluate(int c) {
-    field_.field(t_, step_.ch[c], step_.Y[c], F_[c], std::min(V, step_.s - c * V));
+  void evaluate(int c, typename Step::Stages& f) {
+    field_.field(t_, step_.ch[c], step_.Y[c], f[c], std::min(V, step_.s - c * V));
   }
 
   /// The next L from Y. Fixed point: L_i = (h b_i) f(Y_i). Newton adds to L the solve of the
@@ -135,9 +135,9 @@ class Collocation final : public BasicIntegrator<T> {
     ++cost_.sweeps;
     SimplifiedNewton* const newton = solver_.newton();
     for (int c = 0; c < chunks; ++c) {
-      evaluate(c);
-      if (!newton)
-        for (size_t k = 0; k < n_; ++k) step_.L[c][k] = step_.hb[c] * F_[c][k];
+      evaluate(c, newton ? F_ : step_.L);
+      if (newton) continue;
+      for (Lanes& slope : step_.L[c]) slope = step_.hb[c] * slope;
     }
     if (newton) correct(*newton);
   }
@@ -187,7 +187,7 @@ class Collocation final : public BasicIntegrator<T> {
     const int s = step_.s;
     const auto field = [&] {
       cost_.evaluations += s;
-      for (int c = 0; c < chunks; ++c) evaluate(c);
+      for (int c = 0; c < chunks; ++c) evaluate(c, F_);
     };
     field();
     std::swap(F_, F_at_Y_);

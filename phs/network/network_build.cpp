@@ -49,6 +49,30 @@ void solve_loop(Plan& p) {
   p.sym = terms((B + B.transpose()) / 2, least);
 }
 
+/// Ports that nothing is joined to become ports of the whole.
+void leave_open(Plan& p, Description& d) {
+  for (const auto& m : p.members)
+    for (Port port : m.model->description().ports) {
+      const int row = m.u + port.at;
+      const bool joined = !p.joint[size_t(row)].empty();
+      if (joined) continue;
+      if (port.required)
+        refuse(p, "port '" + m.name + "." + port.name +
+                      "' is not joined to anything, and means nothing alone: expected a junction");
+      for (int k = 0; k < port.size; ++k)
+        for (const auto& f : p.F)
+          if (f.row == row + k || f.col == row + k)
+            refuse(p, "port '" + m.name + "." + port.name +
+                          "' has feedthrough and is left open, expected a junction or a source "
+                          "behind an element with a state");
+      port.name = (p.members.size() == 1 || m.main ? "" : m.name + ".") + port.name;
+      port.at = d.nu;
+      d.nu += port.size;
+      for (int k = 0; k < port.size; ++k) p.open.push_back(row + k);
+      d.ports.push_back(port);
+    }
+}
+
 void describe(Plan& p) {
   Description d;
   d.name = p.name;
@@ -109,27 +133,7 @@ void describe(Plan& p) {
     d.powers.push_back({c.name, PowerKind::supplied, true});
     if (c.hold) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
   }
-  // Ports left open.
-  for (const auto& m : p.members)
-    for (Port port : m.model->description().ports) {
-      const int row = m.u + port.at;
-      const bool joined = !p.joint[size_t(row)].empty();
-      if (joined) continue;
-      if (port.required)
-        refuse(p, "port '" + m.name + "." + port.name +
-                      "' is not joined to anything, and means nothing alone: expected a junction");
-      for (int k = 0; k < port.size; ++k)
-        for (const auto& f : p.F)
-          if (f.row == row + k || f.col == row + k)
-            refuse(p, "port '" + m.name + "." + port.name +
-                          "' has feedthrough and is left open, expected a junction or a source "
-                          "behind an element with a state");
-      port.name = (alone || m.main ? "" : m.name + ".") + port.name;
-      port.at = d.nu;
-      d.nu += port.size;
-      for (int k = 0; k < port.size; ++k) p.open.push_back(row + k);
-      d.ports.push_back(port);
-    }
+  leave_open(p, d);
   p.description = std::move(d);
 }
 

@@ -55,4 +55,8 @@ CheckReport check(const Model& model, const CheckOptions& options = {});
 /// false.
 std::optional<std::string> false_trait(const Model& model);
 
+/// Why a system that claims that H has at most degree two in its momenta is wrong, likewise. Only
+/// the gradient of a RateTimeScale relies on that.
+std::optional<std::string> falsely_quadratic(const Model& model);
+
 }  // namespace porthos::phs

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "phs/system/check.h"
+
 namespace porthos::phs {
 namespace {
 
@@ -37,7 +39,8 @@ class RateEvaluator : public TimeScale<T> {
 ///
 ///   ∂²H(x)·d = (∂H(x + l d) - ∂H(x - l d)) / 2l
 ///
-/// With l = |p|/|d| little of it cancels. Two gradients in the scalar itself, so lanes stay lanes.
+/// With l = pᵀq'/dᵀd, a length in which units of coordinates do not count, l d is about as large as
+/// p, and little cancels. Two gradients in the scalar itself, so lanes stay lanes.
 template <class T>
 class QuadraticRates final : public RateEvaluator<T> {
   using Base = RateEvaluator<T>;
@@ -49,7 +52,11 @@ class QuadraticRates final : public RateEvaluator<T> {
         system_(s.model().template instantiate<T>()),
         y_(size_t(s.model().description().nx)),
         ahead_(y_),
-        behind_(y_) {}
+        behind_(y_) {
+    for (const auto& b : s.model().description().blocks)
+      for (int k = 0; k < b.size && b.momentum >= 0; ++k)
+        momenta_.push_back(size_t(b.momentum + k));
+  }
 
   T with_gradient(std::span<const T> x, std::span<const T> e, std::span<T> g) override {
     const T sigma = Base::value(x, e), l = length(x, e);
@@ -63,14 +70,15 @@ class QuadraticRates final : public RateEvaluator<T> {
 
  private:
   T length(std::span<const T> x, std::span<const T> e) const {
-    T p2(0.0), d2(0.0);
+    T power(0.0), d2(0.0);
+    for (const size_t p : momenta_) power = power + x[p] * e[p];
     for (const auto& r : rates_) {
       const T d = T(r.weight) * e[r.momentum];
-      p2 = p2 + x[r.momentum] * x[r.momentum];
       d2 = d2 + d * d;
     }
     const T zero(0.0), one(1.0);
-    return select((p2 > zero) & (d2 > zero), sqrt(p2 / select(d2 > zero, d2, one)), one);
+    const T l = power / select(d2 > zero, d2, one);
+    return select(l > zero, l, one);
   }
   void gradient_at(std::span<const T> x, std::span<const T> e, const T& l, std::span<T> out) {
     std::copy(x.begin(), x.end(), y_.begin());
@@ -80,6 +88,7 @@ class QuadraticRates final : public RateEvaluator<T> {
   }
 
   std::unique_ptr<System<T>> system_;
+  std::vector<size_t> momenta_;
   std::vector<T> y_, ahead_, behind_;
 };
 
@@ -149,6 +158,7 @@ RateTimeScale::RateTimeScale(const Model& model, double rate, double length)
     throw InvalidArgument("'" + d.name +
                           "' has no angle and no rotation: a time scale from rates needs a length "
                           "[m] for its linear coordinates");
+  if (const auto why = falsely_quadratic(model)) throw InvalidArgument(*why);
 }
 
 template <class T>

@@ -108,8 +108,8 @@ class RateTimeScale : public TimeScaleFor<RateTimeScale> {
  public:
   /// rate [rad/s], length [m] (0: linear coordinates do not count). The model must outlive this
   /// object.
-  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, or no coordinate
-  /// counts
+  /// @throws InvalidArgument if a number is not finite, rate <= 0, length < 0, no coordinate
+  /// counts, or the model is falsely declared quadratic in its momenta
   RateTimeScale(const Model& model, double rate, double length = 0);
 
   const Model& model() const { return model_; }

@@ -36,6 +36,7 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
             .rtol = fine.setting.rtol,
             .iteration_tolerance = fine.setting.iteration_tolerance,
             .control_rate = fine.setting.control_rate,
+            .control_length = fine.setting.control_length,
             .cpu_s = fine.report.cpu_s,
             .at_most = i == 0,
             .drifts = drifts(c, fine)};
@@ -66,21 +67,21 @@ std::string sweeps_text(double iteration_tolerance) {
   return iteration_tolerance > 0 ? fmt::format(", iteration_tolerance {:.1g}", iteration_tolerance)
                                  : "";
 }
-std::string control_text(integrators::StepControl control, double rate) {
-  return control == integrators::StepControl::fixed
-             ? ""
-             : fmt::format(", step_control {}, step_control_rate {:.3g}", to_string(control), rate);
+std::string control_text(integrators::StepControl control, double rate, double length) {
+  if (control == integrators::StepControl::fixed) return "";
+  return fmt::format(", step_control {}, step_control_rate {:.3g}", to_string(control), rate) +
+         (length > 0 ? fmt::format(", step_control_length {:.3g}", length) : "");
 }
 std::string setting_text(const Reach& r) {
   return r.rtol > 0 ? fmt::format("rtol {:.2g}", r.rtol)
                     : fmt::format("step {:.2g} s{}{}", two_digits_down(r.step_s),
                                   sweeps_text(r.iteration_tolerance),
-                                  control_text(r.of->control, r.control_rate));
+                                  control_text(r.of->control, r.control_rate, r.control_length));
 }
 std::string setting_text(const Setting& s) {
   return s.rtol > 0 ? fmt::format("rtol {:.2g}", s.rtol)
                     : fmt::format("step {:.3g} s{}{}", s.step, sweeps_text(s.iteration_tolerance),
-                                  control_text(s.control, s.control_rate));
+                                  control_text(s.control, s.control_rate, s.control_length));
 }
 
 std::string what(const Comparison& c, double target) {

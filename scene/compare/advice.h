@@ -12,7 +12,7 @@ struct Reach {
   const MethodTrials* of = nullptr;
   double step_s = 0, rtol = 0;  ///< one of the two
   double iteration_tolerance = 0;
-  double control_rate = 0;  ///< of a step control
+  double control_rate = 0, control_length = 0;  ///< of a step control
   double cpu_s = 0;
   bool at_most = false;  ///< the coarsest trial is already better: less may be enough
   bool drifts = false;   ///< the nearest trial has an energy error that grows steadily

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/assemble/parts.h"
 #include "scene/compare/ladder.h"
 #include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
@@ -37,10 +38,13 @@ void require_positive(const char* name, double x) {
 class ComparisonRun {
  public:
   ComparisonRun(const Scene& scene, const Assembly& assembly, const CompareOptions& options)
-      : assembly_(assembly), options_(options), scale_(assembly.model->description()) {
+      : scene_(scene),
+        assembly_(assembly),
+        options_(options),
+        scale_(assembly.model->description()) {
     check(options);
     c_.title = scene.title;
-    note_what_trials_leave_out(scene);
+    note_what_trials_leave_out();
     c_.budget_s = options.budget_s;
     c_.scene_duration_s = scene.duration;
     c_.duration_s = options.duration.value_or(scene.duration);
@@ -64,18 +68,17 @@ class ComparisonRun {
   }
 
  private:
-  void note_what_trials_leave_out(const Scene& scene) {
+  void note_what_trials_leave_out() {
     if (assembly_.spacecraft && !assembly_.spacecraft->parts().thrusters.empty())
       c_.notes.push_back(
           "thrusters switch at whole steps: the steps of most trials miss the times the scene "
           "states, and their errors hold that");
-    if (!scene.events.empty())
+    if (!scene_.events.empty())
       c_.notes.push_back("[[event]]: the motion of the mechanism as it starts is compared");
-    if (scene.step_control != StepControl::fixed)
+    if (scene_.step_control != StepControl::fixed)
       c_.notes.push_back(
-          "step_control: trials have steps of one size, but those that name a control; its rate is "
-          "one over the step of the first trials");
-    if (scene.monitor) c_.notes.push_back("[monitor]: trials run without it");
+          "step_control: trials have steps of one size, but those that name a control");
+    if (scene_.monitor) c_.notes.push_back("[monitor]: trials run without it");
   }
 
   bool stopped() const { return options_.stop && options_.stop->load(std::memory_order_relaxed); }
@@ -126,7 +129,7 @@ class ComparisonRun {
       MethodTrials m = plain;
       m.control = control;
       try {
-        make_controlled(control, name, *assembly_.model, guess_);
+        make_controlled(control, name, *assembly_.model, guess_, {.length = scene_.control_length});
         c_.methods.push_back(m);
       } catch (const InvalidArgument& why) {
         c_.skipped.emplace_back(m.label(), m.label() + ": " + why.what());
@@ -137,6 +140,14 @@ class ComparisonRun {
   /// Methods of high order with large errors: there the sweeps to rounding are most of the work.
   static bool has_short_sweeps(const MethodTrials& m) {
     return m.method.family == "Gauss collocation" && m.method.order >= 8 && !m.short_sweeps;
+  }
+
+  void control(Setting& s) const {
+    s.control_rate = scene_.control_rate > 0 ? scene_.control_rate : 1 / c_.step_s;
+    s.control_length = scene_.control_length;
+    s.instants = switches_of(scene_);
+    s.instants.insert(s.instants.end(), {c_.trajectory_time_s, c_.duration_s});
+    std::sort(s.instants.begin(), s.instants.end());
   }
 
   /// Finds a step that works, the duration of trials, the time for which trajectories can be
@@ -250,10 +261,7 @@ class ComparisonRun {
     const double share = options_.budget_s / double(ladders_.size());
     Setting s = *l.next();
     s.control = c_.methods[i].control;
-    if (s.control != StepControl::fixed) {
-      s.control_rate = 1 / c_.step_s;
-      s.instants = {c_.trajectory_time_s, c_.duration_s};
-    }
+    if (s.control != StepControl::fixed) control(s);
     Trial t =
         run_trial(assembly_, s, trial_options(first ? share : std::max(left_for_trials(), 0.0)));
     l.take(t, c_.error_of(t));
@@ -289,6 +297,7 @@ class ComparisonRun {
     });
   }
 
+  const Scene& scene_;
   const Assembly& assembly_;
   const CompareOptions& options_;
   const Clock::time_point start_ = Clock::now();

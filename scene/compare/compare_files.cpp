@@ -30,6 +30,7 @@ Json trial(const MethodTrials& m, const Trial& t) {
           {"iteration_tolerance", number_or_null(t.setting.iteration_tolerance)},
           {"step_control", to_string(t.setting.control)},
           {"step_control_rate", number_or_null(t.setting.control_rate)},
+          {"step_control_length", number_or_null(t.setting.control_length)},
           {"outcome", t.complete() ? "ok" : t.failure},
           {"simulated_s", r.simulated_s},
           {"steps", r.steps},
@@ -78,6 +79,7 @@ Json advice(const Advice& a) {
                     {"iteration_tolerance", number_or_null(r.iteration_tolerance)},
                     {"step_control", to_string(r.of->control)},
                     {"step_control_rate", number_or_null(r.control_rate)},
+                    {"step_control_length", number_or_null(r.control_length)},
                     {"cpu_s", r.cpu_s},
                     {"or_coarser", r.at_most},
                     {"drifts", r.drifts}});

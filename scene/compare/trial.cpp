@@ -16,6 +16,7 @@ using integrators::Outcome;
 
 constexpr double short_s = 0.05;  // trials below this are repeated,
 constexpr int most_repeats = 5;   // at most so often
+constexpr int glance = 1000;      // steps between two looks at the limits
 
 std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& s) {
   integrators::Options o;
@@ -27,7 +28,7 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
   o.instants = s.instants;
   if (s.control != integrators::StepControl::fixed)
     return integrators::make_controlled(s.control, s.method, *a.model, s.step,
-                                        {.rate = s.control_rate}, o);
+                                        {.rate = s.control_rate, .length = s.control_length}, o);
   return make_integrator(a, s.method, s.step, o);
 }
 
@@ -79,11 +80,16 @@ class TrialRun {
     const double start = thread_cpu_now();
     Outcome o = Outcome::ok;
     const auto steps = std::llround(t / integrator_->step_size());
-    while ((whole_ ? state_.step < steps : !reached(t)) && o == Outcome::ok) {
+    const double before = cpu_;
+    for (int taken = 1; (whole_ ? state_.step < steps : !reached(t)) && o == Outcome::ok; ++taken) {
       o = integrator_->step(state_);
       if (o == Outcome::ok) ledger_.book(integrator_->port_work());
+      if (taken % glance) continue;
+      cpu_ = before + thread_cpu_now() - start;
+      check_limits();
+      if (!trial_.complete()) return;
     }
-    cpu_ += thread_cpu_now() - start;
+    cpu_ = before + thread_cpu_now() - start;
     if (o != Outcome::ok) fail(o);
   }
   void fail(Outcome o) {

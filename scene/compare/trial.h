@@ -19,7 +19,8 @@ struct Setting {
   double iteration_tolerance = 0;  ///< of an implicit method, see integrators::Options
   integrators::StepControl control = integrators::StepControl::fixed;
   double control_rate = 0;            ///< [rad/s], see integrators::ControlOptions
-  std::vector<double> instants = {};  ///< [s], at which steps of a control end
+  double control_length = 0;          ///< [m]
+  std::vector<double> instants = {};  ///< [s], at which steps of a control end, in order
 };
 
 /// A state of the exact motion that is known at some time.

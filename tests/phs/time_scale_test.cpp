@@ -103,17 +103,82 @@ TEST(RateTimeScale, OthersGoByDuals) {
   EXPECT_THROW(evaluate<Quad>(rates, {0, 1}), InvalidArgument);
 }
 
-// The control: with a false claim the gradient is wrong, and check() names the claim.
-TEST(RateTimeScale, AFalseClaimIsFound) {
-  const UserModel<Relativistic> liar{Relativistic{true}};
-  const RateTimeScale rates(liar, 1);
-  const double off = evaluate<double>(rates, {0.3, 3.0}).gradient[1] - slope_over_p(3);
-  std::printf("  off by %.1e   must exceed 1e-3\n", std::fabs(off));
-  EXPECT_GT(std::fabs(off), 1e-3);
-  const auto why = false_trait(liar);
-  ASSERT_TRUE(why);
-  EXPECT_NE(why->find("quadratic"), std::string::npos) << *why;
-  EXPECT_TRUE(check(UserModel<Relativistic>{Relativistic{}}).holds());
+// The control: a false claim would give a wrong gradient; it is refused, and check() names it.
+TEST(RateTimeScale, RefusesAFalseClaim) {
+  const UserModel<Relativistic> liar{Relativistic{true}}, honest{Relativistic{}};
+  std::string why;
+  try {
+    RateTimeScale(liar, 1);
+  } catch (const InvalidArgument& e) {
+    why = e.what();
+  }
+  EXPECT_NE(why.find("more than degree two in its momenta"), std::string::npos) << why;
+  const std::string said = check(liar).text();
+  EXPECT_NE(said.find("VIOLATED quadratic"), std::string::npos) << said;
+  EXPECT_TRUE(check(honest).holds());
+  EXPECT_FALSE(falsely_quadratic(honest));
+  EXPECT_FALSE(false_trait(liar)) << "no method relies on this claim";
+}
+
+// A cart in metres and a pole in radians, a million newtons of potential: the claim is judged by
+// the kinetic energy alone, and the difference is exact in any mixture of units.
+struct CartPole {
+  double cart = 1, bias = 0, cube = 0;
+  Description description() const {
+    Description d{"cart and pole", 4, 0, {}, {}, {}, {.canonical = true, .quadratic = true}};
+    d.blocks = {{"cart", BlockKind::linear, 0, 1, 2, "m", "kg m/s"},
+                {"pole", BlockKind::angle, 1, 1, 3, "rad", "kg m^2/s"}};
+    return d;
+  }
+  template <class T>
+  T inertia(const T& c) const {
+    return T(cart) * (T(2.0) - c * c);
+  }
+  template <class T>
+  T kinetic(std::span<const T> x) const {
+    const T c = cos(x[1]);
+    return (T(0.5) * x[2] * x[2] - c * x[2] * x[3] + x[3] * x[3]) / inertia(c);
+  }
+  template <class T>
+  T hamiltonian(std::span<const T> x) const {
+    return kinetic(x) + T(bias) * (T(1.0) + cos(x[1])) + T(cube) * x[3] * x[3] * x[3];
+  }
+  template <class T>
+  void gradient(std::span<const T> x, std::span<T> e) const {
+    const T c = cos(x[1]), s = sin(x[1]), m = inertia(c);
+    e[0] = T(0.0);
+    e[1] = s * (x[2] * x[3] - T(2.0 * cart) * c * kinetic(x)) / m - T(bias) * s;
+    e[2] = (x[2] - c * x[3]) / m;
+    e[3] = (T(2.0) * x[3] - c * x[2]) / m + T(3.0 * cube) * x[3] * x[3];
+  }
+};
+
+TEST(RateTimeScale, UnitsAndPotentialsDoNotMatter) {
+  for (const CartPole& plant : {CartPole{}, CartPole{.cart = 1e6}, CartPole{.bias = 1e6}}) {
+    const UserModel<CartPole> model{plant};
+    EXPECT_FALSE(falsely_quadratic(model));
+    const RateTimeScale rates(model, 0.5, 1.0);
+    const std::vector<double> x{0.3, 0.7, -2, 5};
+    const auto near = evaluate<double>(rates, x);
+    // the same by central differences of sigma itself, in 113 bits
+    double off = 0, size = 0;
+    for (size_t i = 0; i < x.size(); ++i) {
+      std::vector<Quad> up(x.begin(), x.end()), down = up;
+      const Quad d = Quad(1e-9);
+      up[i] = up[i] + d;
+      down[i] = down[i] - d;
+      const Quad slope =
+          (evaluate<Quad>(rates, up).sigma - evaluate<Quad>(rates, down).sigma) / (Quad(2.0) * d);
+      off = std::max(off, std::fabs(near.gradient[i] - double(slope)));
+      size = std::max(size, std::fabs(double(slope)));
+    }
+    // Of two slopes of the potential only the rounding is left.
+    const double bound = 1e-14 + 1e-16 * plant.bias;
+    std::printf("  mass %g, bias %g: off by %.1e of the largest   bound %.0e\n", plant.cart,
+                plant.bias, off / size, bound);
+    EXPECT_LE(off, bound * size);
+  }
+  EXPECT_TRUE(falsely_quadratic(UserModel<CartPole>{CartPole{.bias = 1e3, .cube = 1e-3}}));
 }
 
 }  // namespace
