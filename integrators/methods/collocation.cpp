@@ -174,7 +174,7 @@ class Collocation final : public BasicIntegrator<T> {
     Sweep p = moves.in_lane(0);
     if (newton) {
       // Newton's solve spreads its noise over all components, so single records mean nothing.
-      p.improved = false;
+      p.improved = p.plain = false;
       for (size_t k = 0; k < n_; ++k) p.blur(noise_[k] * step_.per_size(k));
     }
     return p;

@@ -128,6 +128,7 @@ class CollocationStages {
       return {.finite = in_lane(total, lane) < HUGE_VAL,
               .changed = in_lane(moved, lane) != 0,
               .improved = in_lane(records, lane) != 0,
+              .plain = true,
               .change = in_lane(change, lane)};
     }
   };

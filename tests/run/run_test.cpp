@@ -123,7 +123,9 @@ TEST(Run, Hdf5HoldsTheSeries) {
   const auto error = dataset(h5, "energy_error", shape);
   double largest = 0;
   for (const double e : error) largest = std::max(largest, std::fabs(e));
-  EXPECT_EQ(largest, r.energy.max_abs_error_J);
+  // The report also knows the steps between records.
+  EXPECT_LE(largest, r.energy.max_abs_error_J);
+  EXPECT_GE(largest, 0.5 * r.energy.max_abs_error_J);
   EXPECT_EQ(dataset(h5, "angular_momentum_error", shape).size(), 3 * n);
   EXPECT_EQ(dataset(h5, "quaternion_norm_error", shape).size(), n);
 }
