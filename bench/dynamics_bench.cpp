@@ -4,6 +4,7 @@
 
 #include "bench/chain.h"
 #include "integrators/core/integrator.h"
+#include "integrators/core/stage_lanes.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
 

@@ -138,18 +138,11 @@ class MechanicalSystem : public phs::System<T> {
       visit_joint(n.type, [&](auto J) {
         using Joint = decltype(J);
         const T* ep = e.data() + nq_ + n.q;
-        for (int k = 0; k < Joint::nv; ++k) {
-          if constexpr (Joint::lifted) {
-            T unit[Joint::nv], column[Joint::nq];
-            for (int l = 0; l < Joint::nv; ++l) unit[l] = T(l == k ? 1.0 : 0.0);
-            Joint::lift(x.data() + n.q, unit, column);
-            T sum(0.0);
-            for (int i = 0; i < Joint::nq; ++i) sum = sum + column[i] * ep[i];
-            y[size_t(n.v + k)] = sum;
-          } else {
-            y[size_t(n.v + k)] = ep[k];
-          }
-        }
+        T* rates = y.data() + n.v;
+        if constexpr (Joint::lifted)
+          Joint::transposed_lift(x.data() + n.q, ep, rates);
+        else
+          for (int k = 0; k < Joint::nv; ++k) rates[k] = ep[k];
       });
     if (ports_.empty()) return;
     // The body twists of those joint rates: the transpose of joint_forces, pass by pass.

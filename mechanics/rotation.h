@@ -72,6 +72,12 @@ template <class T>
 Quaternion<T> lift_momentum(const Quaternion<T>& xi, const Vec3<T>& m) {
   return xi * (T(2.0) * (m - norm_defect(xi) * m));
 }
+/// The transpose of that lift, of a covector e on ξ:  (2/|ξ|²) Im(ξ̄ e).
+template <class T>
+Vec3<T> transposed_lift(const Quaternion<T>& xi, const Quaternion<T>& e) {
+  const Vec3<T> m = T(4.0) * body_momentum(xi, e);
+  return m - norm_defect(xi) * m;
+}
 
 /// The lifted field (exactly canonical, on and off the unit sphere):
 ///   ξ' = ½ ξ ∘ ω,   π' = ½ π ∘ ω + (2/|ξ|²) ξ ∘ t

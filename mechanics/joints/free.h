@@ -44,6 +44,15 @@ struct Free : AxisJoint<0, 1, 2, 3, 4, 5> {
     lift_momentum(xi, Vec3<T>{mu[0], mu[1], mu[2]}).store(p + 3);
   }
   template <class T>
+  static void transposed_lift(const T* q, const T* e, T* y) {
+    momentum(q, e, y);  // of its linear part
+    const auto xi = Quaternion<T>::load(q + 3);
+    const Vec3<T> w = mechanics::transposed_lift(xi, Quaternion<T>::load(e + 3));
+    y[0] = w.x;
+    y[1] = w.y;
+    y[2] = w.z;
+  }
+  template <class T>
   static void rates(const T* q, const T* v, T* q_dot) {
     const auto xi = Quaternion<T>::load(q + 3);
     const Vec3<T> r = rotation_matrix(xi) * Vec3<T>{v[3], v[4], v[5]};

@@ -20,6 +20,7 @@
 ///   column<k>         A S_k for an articulated or rigid inertia A
 ///   add_cross<k>      a += V × S_k·rate
 ///   momentum, lift    joint momentum μ = Sᵀh from the flat (q, p), and back
+///   transposed_lift   lifted joints only: the transpose of p = lift(q) μ, of a covector on p
 ///   rates             q' from q and the joint rates
 ///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's
 ///                     momentum h and the load Sᵀg + τ. Of plain joints q' = rates and

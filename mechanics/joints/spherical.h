@@ -30,6 +30,13 @@ struct Spherical : AxisJoint<0, 1, 2> {
     lift_momentum(Quaternion<T>::load(q), Vec3<T>{mu[0], mu[1], mu[2]}).store(p);
   }
   template <class T>
+  static void transposed_lift(const T* q, const T* e, T* y) {
+    const Vec3<T> w = mechanics::transposed_lift(Quaternion<T>::load(q), Quaternion<T>::load(e));
+    y[0] = w.x;
+    y[1] = w.y;
+    y[2] = w.z;
+  }
+  template <class T>
   static void rates(const T* q, const T* v, T* q_dot) {
     (Quaternion<T>::load(q) * (T(0.5) * Vec3<T>{v[0], v[1], v[2]})).store(q_dot);
   }

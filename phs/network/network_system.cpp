@@ -5,6 +5,7 @@
 #include "phs/network/detail/network_constraints.h"
 #include "phs/network/detail/network_plan.h"
 #include "phs/network/detail/network_resolvent.h"
+#include "phs/network/detail/source_values.h"
 
 namespace porthos::phs {
 namespace {
@@ -28,7 +29,8 @@ class NetworkSystem final : public System<T> {
         e_(size_t(p_.nx())),
         Gu_(e_.size()),
         work_(e_.size()),
-        held_(p_.controls.size()) {
+        held_(p_.controls.size()),
+        sources_(p_.sources) {
     size_t most_invariants = 0;
     for (const auto& m : p_.members) {
       systems_.push_back(m.model->template instantiate<T>());
@@ -160,7 +162,7 @@ class NetworkSystem final : public System<T> {
           }
         if (any) values[k++] = sum;
       }
-    for (const auto& s : p_.sources) values[k++] = (*s.v)(t)*y_[size_t(s.row)];
+    k = sources_.powers(t, y_, values, k);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
       const Out kappa = law(c, t, x, port(c, y_));
@@ -239,10 +241,7 @@ class NetworkSystem final : public System<T> {
   size_t angles() const {
     return p_.members.empty() ? 0 : size_t(p_.members.back().angle + p_.members.back().angles);
   }
-  bool any_active() const {
-    return std::any_of(p_.members.begin(), p_.members.end(),
-                       [](const auto& m) { return m.active; });
-  }
+  bool any_active() const { return std::ranges::any_of(p_.members, &Plan::Member::active); }
   T unwrapped(size_t k, In x) const {
     return p_.turn_of[k] < 0 ? x[k] : x[k] + turn_[size_t(p_.turn_of[k])];
   }
@@ -257,7 +256,7 @@ class NetworkSystem final : public System<T> {
   void flows(T t, In x, In e, In u) {
     outputs(x, e);
     std::fill(v_.begin(), v_.end(), T(0.0));
-    for (const auto& s : p_.sources) v_[row(s)] = v_[row(s)] + (*s.v)(t);
+    sources_.add(t, v_);
     for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
@@ -334,6 +333,7 @@ class NetworkSystem final : public System<T> {
   std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
   std::vector<size_t> sampled_;  ///< the controls with a hold
   std::vector<HeldPtr> held_;    ///< by control; set where it has a hold
+  SourceValues<T> sources_;
 };
 
 }  // namespace

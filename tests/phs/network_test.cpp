@@ -133,6 +133,46 @@ TEST(Network, ACouplingThatMakesPowerIsRefused) {
   EXPECT_SAYS(refusal([&] { phs::viscous(-1); }), "damping is -1");
 }
 
+// A step asks for the same few times at every sweep. Where a source is kept it has the same bits,
+// whatever the order of times, and another lane's time is another time.
+TEST(Network, SourcesAreAskedOncePerTime) {
+  const auto calls = std::make_shared<int>(0);
+  Network n("driven mass");
+  n.add("mass", phs::inertia_element(2, phs::translation));
+  n.source("push", "mass.body", function([calls](auto t) {
+             ++*calls;
+             return t * t;
+           }));
+  const auto model = n.build();
+  const auto push = [&]<class T>(phs::System<T>& f, T t) {
+    std::vector<T> x{T(0.3)}, dx(1);
+    f.field(t, x, {}, dx);
+    return dx[0];
+  };
+  const auto one = model->instantiate<double>();
+  for (int sweep = 0; sweep < 5; ++sweep)
+    for (int stage = 0; stage < 8; ++stage) {
+      const double t = 1 + 0.1 * stage;
+      EXPECT_EQ(push(*one, t), t * t);
+    }
+  EXPECT_EQ(*calls, 8);
+  for (int k = 0; k < 100; ++k)
+    EXPECT_EQ(push(*one, 0.25 * (k % 11)), 0.0625 * (k % 11) * (k % 11));
+  EXPECT_TRUE(std::isnan(push(*one, std::nan(""))));
+  EXPECT_TRUE(std::isnan(push(*one, std::nan(""))));
+  EXPECT_EQ(push(*one, 2.0), 4);
+
+  const auto lanes = model->instantiate<phs::Pack4>();
+  phs::Pack4 t(3.0), later = t;
+  later.set(2, 5.0);
+  EXPECT_EQ(push(*lanes, t)[2], 9);
+  EXPECT_EQ(push(*lanes, later)[2], 25);
+  EXPECT_EQ(push(*lanes, later)[1], 9);
+  const auto dual = model->instantiate<phs::Dual>();
+  EXPECT_EQ(push(*dual, phs::Dual(3.0, 0.0)).d, 0);
+  EXPECT_EQ(push(*dual, phs::Dual(3.0, 1.0)).d, 6) << "the same value, another derivative";
+}
+
 TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {
   // A motor with its rotor drives, through a gear and an elastic shaft, two loads that turn
   // together with one spring each.
