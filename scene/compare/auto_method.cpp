@@ -22,6 +22,7 @@ namespace {
 
 using integrators::Claim;
 using integrators::Declaration;
+using integrators::StepControl;
 
 constexpr std::int64_t pilot_steps = 200;  // of the largest step
 constexpr std::int64_t records = 1000;
@@ -30,6 +31,9 @@ constexpr int most_tries = 10;
 // CPU seconds for pilots: after the first limit a method that was found is accepted; after the
 // second it is reported that there is none; the third is for the confirmation.
 constexpr double pilots_s = 1, most_pilots_s = 2, confirmation_s = 1.5;
+constexpr double longer_steps = 16;  // of a step control, against the largest fixed step
+constexpr double controls_s = 0.5;   // for pilots with a step control
+constexpr double worth_it = 0.8;     // share of the time below which a step control is named
 
 constexpr double late_extremes = 10;  // possible jump of the error after the longer pilot
 constexpr double may_be_rounding = 1e-12;
@@ -39,6 +43,7 @@ constexpr double rounding = 1e-17;  // smaller errors cannot be required
 struct Candidate {
   Declaration method;
   double step = 0;
+  StepControl control = StepControl::fixed;
   double expected = HUGE_VAL;  ///< energy error over the whole duration
   double measured = HUGE_VAL, over_s = 0;
   double cpu_s = 0;  ///< over the whole duration
@@ -58,7 +63,8 @@ class MethodChoice {
     auto tried = pilots();
     if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // may do better
     for (const Candidate& c : tried)
-      if (auto confirmed = confirm(c)) return put_in(*confirmed, tried);
+      if (auto confirmed = confirm(c))
+        return put_in(*confirmed, tried, with_step_control(*confirmed));
     refuse();
   }
 
@@ -80,8 +86,10 @@ class MethodChoice {
   /// more than a thousandth, as in a verdict by step halving.
   bool resolved(const Trial& t) {
     if (stepped().powers.empty()) return true;
+    Setting halved = t.setting;
+    halved.step /= 2;
     const Trial half = run_trial(
-        assembly_, {t.setting.method, t.setting.step / 2, 0},
+        assembly_, halved,
         {.duration = t.report.simulated_s, .cpu_limit = 4, .records = records, .repeat = false});
     spent_ += half.spent_s;
     if (!half.complete()) return false;
@@ -108,11 +116,12 @@ class MethodChoice {
   }
 
   /// The largest step that is expected to reach the target.
-  Candidate pilot(const Declaration& d) {
-    double h = largest_step_, before = HUGE_VAL;
+  Candidate pilot(const Declaration& d, StepControl control = StepControl::fixed) {
+    double h = (control == StepControl::fixed ? 1 : longer_steps) * largest_step_,
+           before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
-      const Candidate c = attempt(d, fitting_step(scene_, h), pilot_s_, 2);
-      if (c.reaches || spent_ > most_pilots_s) return c;
+      const Candidate c = attempt(d, fitting_step(scene_, h), pilot_s_, 2, control);
+      if (c.reaches || spent_ > limit_s_) return c;
       if (!(c.measured < HUGE_VAL)) {
         h /= 2;
         continue;
@@ -127,6 +136,21 @@ class MethodChoice {
     return {.method = d};
   }
 
+  /// The same method with a step control, if pilots say that it takes clearly less time. It is
+  /// named, not chosen: records would leave their grid, and ensembles their lanes.
+  std::optional<Candidate> with_step_control(const Candidate& c) {
+    const phs::Model& model = *assembly_.model;
+    if (assembly_.spacecraft || !model.description().constraints.empty() || !model.holds().empty())
+      return {};
+    std::optional<Candidate> best;
+    for (const auto control : {StepControl::time_transformed, StepControl::reversible}) {
+      limit_s_ = spent_ + controls_s;
+      const Candidate v = pilot(c.method, control);
+      if (v.reaches && v.cpu_s < (best ? best->cpu_s : worth_it * c.cpu_s)) best = v;
+    }
+    return best;
+  }
+
   /// Tries the choice over a longer time, with a shorter step if the error turned out larger.
   std::optional<Candidate> confirm(Candidate c) {
     double longer = pilot_s_;
@@ -136,7 +160,7 @@ class MethodChoice {
     double before = HUGE_VAL;
     for (int i = 0; i < most_tries; ++i) {
       if (i > 0 && spent_ > most_pilots_s + 2 * confirmation_s) break;
-      const Candidate now = attempt(c.method, c.step, longer, late_extremes);
+      const Candidate now = attempt(c.method, c.step, longer, late_extremes, StepControl::fixed);
       if (now.reaches) return now;
       if (now.measured < may_be_rounding && now.measured > 0.5 * before) break;
       before = now.measured;
@@ -149,12 +173,18 @@ class MethodChoice {
     return {};
   }
 
-  Candidate attempt(const Declaration& d, double h, double duration, double safety) {
+  Candidate attempt(const Declaration& d, double h, double duration, double safety,
+                    StepControl control) {
+    Setting setting{.method = d.name, .step = h, .control = control};
+    if (control != StepControl::fixed) {
+      setting.control_rate = control_rate();
+      setting.instants = {duration};
+    }
     Trial t =
-        run_trial(assembly_, {d.name, h, 0},
+        run_trial(assembly_, setting,
                   {.duration = duration, .cpu_limit = 2, .records = records, .repeat = false});
     spent_ += t.spent_s;
-    Candidate c{.method = d, .step = h, .over_s = duration};
+    Candidate c{.method = d, .step = h, .control = control, .over_s = duration};
     const double error = t.report.energy.max_rel_error;
     if (!t.complete() || !std::isfinite(error) || !coupled(t)) return c;
     if (duration == pilot_s_ && !resolved(t)) return c;
@@ -163,11 +193,15 @@ class MethodChoice {
     c.reaches = c.expected <= target_;
     while (c.reaches && t.report.cpu_s < 0.05 && t.timed < 4) spent_ += time_again(assembly_, t);
     c.cpu_s = t.report.cpu_s * scene_.duration / t.report.simulated_s;
+    if (control != StepControl::fixed) return c;
     // A compromise of error and cost: half the error is worth four times the work.
     const auto price = [](const Candidate& x) { return x.expected * std::sqrt(x.cpu_s); };
     if (!(best_.expected < HUGE_VAL) || price(c) < price(best_)) best_ = c;
     return c;
   }
+
+  /// In the longest step that is tried the joints turn by a radian at most.
+  double control_rate() const { return 1 / (longer_steps * largest_step_); }
 
   /// The worst error expected after `times` the duration of a trial. It grows at least like a
   /// random walk, and a chaotic motion may have larger extremes later (`safety`). A trial of the
@@ -180,7 +214,8 @@ class MethodChoice {
     return safety * error * std::pow(times, growth);
   }
 
-  Scene put_in(const Candidate& c, const std::vector<Candidate>& tried) const {
+  Scene put_in(const Candidate& c, const std::vector<Candidate>& tried,
+               const std::optional<Candidate>& controlled) const {
     Scene s = scene_;
     s.method = c.method.name;
     s.step = c.step;
@@ -201,6 +236,11 @@ class MethodChoice {
                                 other.step, other.cpu_s);
         break;
       }
+    if (controlled)
+      s.choice += fmt::format(
+          "; with step = {:.3g}, step_control = \"{}\" and step_control_rate = {:.3g} about {:.2g} "
+          "s",
+          controlled->step, to_string(controlled->control), control_rate(), controlled->cpu_s);
     return s;
   }
 
@@ -218,6 +258,7 @@ class MethodChoice {
   const double target_;
   StateScale scale_{assembly_.model->description()};
   double largest_step_ = 0, pilot_s_ = 0, spent_ = 0;
+  double limit_s_ = most_pilots_s;  ///< of spent_, for pilots
   Candidate best_;
 };
 

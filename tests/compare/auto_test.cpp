@@ -85,6 +85,60 @@ TEST(Auto, ATargetBelowRoundingIsRefusedWithWhatIsInReach) {
   EXPECT_LE(r.energy.max_rel_error, 10 * reachable);
 }
 
+/// A mass that slides on a turning rod, held by a spring: an ellipse, 5 times as long as it is wide
+/// or `narrow` times that. The closer it passes the hub the faster it turns.
+Case sling(const TemporaryFolder& folder, double narrow) {
+  write_bytes(folder / "sling.urdf",
+              "<robot name='sling'><link name='hub'/>"
+              "<link name='rod'><inertial><mass value='1e-9'/><inertia ixx='1e-9' iyy='1e-9' "
+              "izz='1e-9' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+              "<link name='mass'><inertial><mass value='1'/><inertia ixx='1e-9' iyy='1e-9' "
+              "izz='1e-9' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+              "<joint name='turn' type='continuous'><parent link='hub'/><child link='rod'/>"
+              "<axis xyz='0 0 1'/></joint>"
+              "<joint name='slide' type='prismatic'><parent link='rod'/><child link='mass'/>"
+              "<axis xyz='1 0 0'/><limit lower='-2' upper='2' effort='1' velocity='1'/></joint>"
+              "</robot>");
+  write_bytes(
+      folder / "sling.toml",
+      "[model]\nurdf = 'sling.urdf'\nbase = 'fixed'\n[initial.joints]\nturn = { velocity = " +
+          std::to_string(0.2 / narrow) +
+          " }\nslide = { position = 1.0 }\n[[element]]\ntype = 'spring'\njoint = 'slide'\n"
+          "stiffness = 1.0\n[integrator]\nmethod = 'gauss8'\nstep = 0.5\n[run]\n"
+          "duration = 200.0\n");
+  Case c{scene::read_scene((folder / "sling.toml").string()), {}};
+  c.assembly = scene::assemble(c.scene);
+  return c;
+}
+
+/// It names a step control where one takes clearly less time, and what it names keeps the target.
+TEST(Auto, NamesAStepControlThatPays) {
+  for (const double narrow : {1.0, 100.0}) {
+    TemporaryFolder folder;
+    const Case c = left_to_auto(sling(folder, narrow), 1e-9);
+    scene::Scene s = scene::with_method_chosen(c.scene, c.assembly);
+    std::printf("  %s\n", s.choice.c_str());
+    EXPECT_EQ(s.step_control, integrators::StepControl::fixed) << "it is named, not taken";
+    const auto at = s.choice.find("with step = ");
+    ASSERT_EQ(at != std::string::npos, narrow > 1);
+    if (narrow == 1) continue;  // the control: an ellipse that is no trouble
+    const auto fixed = scene::run(s, c.assembly, into(folder / "fixed"));
+    char kind[32];
+    ASSERT_EQ(
+        std::sscanf(s.choice.c_str() + at,
+                    "with step = %lf, step_control = \"%31[a-z_]\" and step_control_rate = %lf",
+                    &s.step, kind, &s.control_rate),
+        3);
+    s.step_control = integrators::step_control_of(kind);
+    const auto varied = scene::run(s, c.assembly, into(folder / "varied"));
+    std::printf("  energy error %.1e with it (1e-9), %.2f of the evaluations (0.5)\n",
+                varied.energy.max_rel_error,
+                double(varied.cost.evaluations) / double(fixed.cost.evaluations));
+    EXPECT_LE(varied.energy.max_rel_error, 1e-9);
+    EXPECT_LE(varied.cost.evaluations, 0.5 * double(fixed.cost.evaluations));
+  }
+}
+
 /// Its ledger may close over a motion that is wrong: the choice is one that half the step does not
 /// move.
 TEST(Auto, ADampedSystemIsResolvedToo) {
