@@ -309,7 +309,8 @@ def main():
             f"Porthos by {context['porthos_compiler']}, `{context['porthos_flags']}`. Of repetitions the fastest.\n\n")
     wide = "512" in context["porthos_simd"]
     page += peers_section(load(out / "peers.json"), load(out / "peers_gravity.json"), wide) + "\n" + kernels_section(k)
-    page += step_section(load(out / "step.json")) + other_section(other) + scaling_section(k, load_average[0] > 1)
+    shown = other_section(other) if a.other or a.source else ""
+    page += step_section(load(out / "step.json")) + shown + scaling_section(k, load_average[0] > 1)
     page += compile_section(load(out / "compile.json")) + compare_section(compare)
     notes = ROOT / "bench/notes.md"
     page += "\n" + notes.read_text() if notes.exists() else ""

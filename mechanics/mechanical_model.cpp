@@ -133,7 +133,7 @@ class MechanicalSystem : public phs::System<T> {
       });
   }
   void output(In x, In e, Out y) override {
-    // If e is the gradient, y = Gᵀ e = joint rates: the transpose of lift, row by row.
+    // If e is the gradient, y = Gᵀ e = joint rates: the transpose of lift.
     for (const auto& n : m_.nodes())
       visit_joint(n.type, [&](auto J) {
         using Joint = decltype(J);

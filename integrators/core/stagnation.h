@@ -21,8 +21,10 @@ inline constexpr double unit_roundoff<phs::Quad> = 0x1p-113;
 struct Sweep {
   bool finite = true, changed = false;
   bool improved = false;  ///< some component made its smallest move in this step
-  bool plain = false;     ///< of a fixed-point iteration: its moves shrink by a steady ratio
   double change = 0;      ///< largest move, relative to its component's size
+  /// Of a fixed-point iteration, whose moves shrink by a steady ratio: the largest move relative to
+  /// its component itself, however small that is. Infinite: not known.
+  double own = HUGE_VAL;
 
   /// Moves smaller than the noise count as the noise.
   void blur(double noise) {
@@ -70,7 +72,8 @@ class Stagnation {
     since_record_ = 0;
     grace_ = 1;
     ratio_ = 0;
-    contraction_ = left_ = HUGE_VAL;
+    contraction_ = left_ = last_own_ = HUGE_VAL;
+    own_ratio_ = 0;
     last_ = HUGE_VAL;
     noise_ = 0;
     noise_known_ = false;
@@ -91,7 +94,8 @@ class Stagnation {
   Verdict after(const Sweep& s) {
     if (!s.finite) return Verdict::not_finite;
     if (!s.changed) return Verdict::exact;
-    if (s.change <= tolerance_ || (s.plain && foreseen(s.change))) return Verdict::stagnated;
+    if (s.change <= tolerance_ || (std::isfinite(s.own) && foreseen(s.own)))
+      return Verdict::stagnated;
     ratio_ = s.change / last_;
     last_ = s.change;
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
@@ -112,14 +116,20 @@ class Stagnation {
   static constexpr double steady = 0.5;  ///< a contraction up to this is trusted
 
   /// Whether one evaluation more leaves a negligible error.
-  bool foreseen(double change) {
-    if (change > 16 * roundoff_) {  // a ratio can be measured
-      contraction_ = ratio_ > 0 ? std::sqrt(change / last_ * ratio_) : HUGE_VAL;
-      left_ = contraction_ * change;
-      return false;
+  bool foreseen(double move) {
+    const double ratio = move / last_own_;
+    const bool measured = move > 16 * roundoff_,
+               as_expected = move <= std::max(4 * roundoff_, 2 * contraction_ * last_own_);
+    if (measured) {
+      contraction_ = own_ratio_ > 0 ? std::sqrt(ratio * own_ratio_) : HUGE_VAL;
+      left_ = contraction_ * move;
+    } else {
+      left_ *= contraction_;
     }
-    left_ *= contraction_;
-    return contraction_ < steady && left_ * contraction_ < 0x1p-10 * roundoff_;
+    own_ratio_ = ratio;
+    last_own_ = move;
+    return !measured && as_expected && contraction_ < steady &&
+           left_ * contraction_ < 0x1p-10 * roundoff_;
   }
 
   double settled_, tolerance_, roundoff_;
@@ -128,6 +138,7 @@ class Stagnation {
   double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;
   double contraction_ = HUGE_VAL;  ///< the mean of the last two ratios that were measured
   double left_ = HUGE_VAL;         ///< error after the last sweep, extrapolated
+  double last_own_ = HUGE_VAL, own_ratio_ = 0;
   int patience_ = 10, since_record_ = 0, grace_ = 1;
 };
 

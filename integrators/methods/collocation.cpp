@@ -174,7 +174,8 @@ class Collocation final : public BasicIntegrator<T> {
     Sweep p = moves.in_lane(0);
     if (newton) {
       // Newton's solve spreads its noise over all components, so single records mean nothing.
-      p.improved = p.plain = false;
+      p.improved = false;
+      p.own = HUGE_VAL;
       for (size_t k = 0; k < n_; ++k) p.blur(noise_[k] * step_.per_size(k));
     }
     return p;

@@ -40,7 +40,8 @@ class CollocationStages {
         n_(n),
         momenta_(table.mu_p.empty() ? n : n / 2),
         smallest_((n + block - 1) / block, Sizes(HUGE_VAL)),
-        per_size_(smallest_.size(), Sizes(1.0)) {
+        per_size_(smallest_.size(), Sizes(1.0)),
+        per_own_(per_size_) {
     for (int c = 0; c < chunks(); ++c) {
       Y[c].assign(n, Lanes(T(0.0)));
       L[c] = L_before[c] = Y[c];
@@ -119,6 +120,7 @@ class CollocationStages {
   struct Moves {
     Size<T> total = 0.0;     ///< not finite if any move is
     Size<T> change = 0.0;    ///< the largest, relative to its component's size
+    Size<T> own = 0.0;       ///< the largest, relative to its component itself
     Size<T> distance = 0.0;  ///< largest of a stage from the start of the step, likewise
     Size<T> moved = 0.0;     ///< 1: something moved
     Size<T> records = 0.0;   ///< 1: some component made its smallest move in this step
@@ -128,8 +130,8 @@ class CollocationStages {
       return {.finite = in_lane(total, lane) < HUGE_VAL,
               .changed = in_lane(moved, lane) != 0,
               .improved = in_lane(records, lane) != 0,
-              .plain = true,
-              .change = in_lane(change, lane)};
+              .change = in_lane(change, lane),
+              .own = in_lane(own, lane)};
     }
   };
   /// Updates Y from L in some lanes, after guess(). The sizes of components, the scale of moves,
@@ -162,12 +164,13 @@ class CollocationStages {
         for (size_t i = 0; i < block; ++i) update(i, weights);
       }
       if (unsized) distance = phs::max(distance, measure(b, x, unsized));
-      tally.add(over_stages(moves), per_size_[b], smallest_[b]);
+      tally.add(over_stages(moves), per_size_[b], per_own_[b], smallest_[b]);
     }
     const Size<T> change = over_components(tally.change);
     unsized_ |= lanes & lanes_of(change > Size<T>(1e-3));
-    return {sum_over_stages(total), change, over_components(distance), over_components(tally.moved),
-            over_components(tally.records)};
+    return {sum_over_stages(total),       change,
+            over_components(tally.own),   over_components(distance),
+            over_components(tally.moved), over_components(tally.records)};
   }
   /// One over the size of component k of one state, the scale of its moves.
   double per_size(size_t k) const { return per_size_[k / block][int(k % block)]; }
@@ -211,8 +214,8 @@ class CollocationStages {
 
   /// Collects moves: of one component of all states, or of a block of components of one.
   struct Tally {
-    Sizes change{0.0}, moved{0.0}, records{0.0};
-    void add(const Sizes& move, const Sizes& per_size, Sizes& smallest) {
+    Sizes change{0.0}, own{0.0}, moved{0.0}, records{0.0};
+    void add(const Sizes& move, const Sizes& per_size, const Sizes& per_own, Sizes& smallest) {
       const Sizes zero(0.0), one(1.0);
       const auto has_moved = move > zero;
       const auto record = has_moved & (move < smallest);
@@ -220,6 +223,7 @@ class CollocationStages {
       records = select(record, one, records);
       smallest = select(record, move, smallest);
       change = phs::max(change, move * per_size);
+      own = phs::max(own, move * per_own);
     }
   };
   /// Sets the sizes of a block of components in some lanes: of the state and of the largest
@@ -234,8 +238,10 @@ class CollocationStages {
       put_size(here, int(i), x[k]);
     }
     const Sizes away = over_stages(aways);
-    const Sizes size = phs::max(phs::max(here, away), Sizes(least_));
-    per_size_[b] = choose(mask_of<T>(lanes), Sizes(1.0) / size, per_size_[b]);
+    const Sizes own = phs::max(phs::max(here, away), Sizes(1e-300)), one(1.0);
+    const auto now = mask_of<T>(lanes);
+    per_own_[b] = choose(now, one / own, per_own_[b]);
+    per_size_[b] = choose(now, one / phs::max(own, Sizes(least_)), per_size_[b]);
     return away * per_size_[b];
   }
 
@@ -302,9 +308,10 @@ class CollocationStages {
   std::array<Weights, W> mu_p_, nu_, slope_;
   bool have_weights_ = false;
   Real h_of_extrapolation_ = 0;
-  std::vector<Sizes> smallest_, per_size_;  ///< moves in this step, 1 / size; blocks of components
-  LaneSet unsized_ = 0;                     ///< lanes whose next sweep measures sizes
-  Size<T> least_ = 0.0;                     ///< size that a component counts for at least
+  /// By blocks of components: moves in this step, 1 / size, 1 / size without a least one.
+  std::vector<Sizes> smallest_, per_size_, per_own_;
+  LaneSet unsized_ = 0;  ///< lanes whose next sweep measures sizes
+  Size<T> least_ = 0.0;  ///< size that a component counts for at least
 };
 
 /// Sets up Newton's iteration for the table, if it has one. @return whether it has

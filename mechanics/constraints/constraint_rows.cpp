@@ -178,18 +178,12 @@ class MechanismConstraints final : public phs::Constraints<T> {
     for (const Node& n : m_.nodes())
       visit_joint(n.type, [&](auto J) {
         using Joint = decltype(J);
-        for (int k = 0; k < Joint::nv; ++k) {
-          if constexpr (Joint::lifted) {
-            T unit[Joint::nv], column[Joint::nq];
-            for (int l = 0; l < Joint::nv; ++l) unit[l] = T(l == k ? 1.0 : 0.0);
-            Joint::lift(q_.data() + n.q, unit, column);
-            T sum(0.0);
-            for (int i = 0; i < Joint::nq; ++i) sum = sum + column[i] * e[size_t(n.q + i)];
-            tau_[size_t(n.v + k)] = sum;
-          } else {
-            tau_[size_t(n.v + k)] = e[size_t(n.q + k)];
-          }
-        }
+        const T* ep = e.data() + n.q;
+        T* rates = tau_.data() + n.v;
+        if constexpr (Joint::lifted)
+          Joint::transposed_lift(q_.data() + n.q, ep, rates);
+        else
+          for (int k = 0; k < Joint::nv; ++k) rates[k] = ep[k];
       });
   }
 

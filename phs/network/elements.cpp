@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "phs/functions/of_time.h"
 #include "phs/functions/spline.h"
 #include "phs/system/user_model.h"
 
@@ -254,7 +255,7 @@ Potential soft_limits(double lower, double upper, double k) {
 
 FunctionPtr constant(double value) {
   require(true, "constant source", "value", value, "a finite number");
-  return function([value](auto t) { return decltype(t)(value); });
+  return of_time_alone(function([value](auto t) { return decltype(t)(value); }));
 }
 
 FunctionPtr sine(double amplitude, double frequency_Hz, double phase) {
@@ -262,15 +263,15 @@ FunctionPtr sine(double amplitude, double frequency_Hz, double phase) {
   require(true, "sine source", "frequency", frequency_Hz, "a finite number of Hz");
   require(true, "sine source", "phase", phase, "a finite number of rad");
   const double omega = 2 * std::numbers::pi * frequency_Hz;
-  return function([=](auto t) {
+  return of_time_alone(function([=](auto t) {
     using T = decltype(t);
     return T(amplitude) * sin(T(omega) * t + T(phase));
-  });
+  }));
 }
 
 FunctionPtr profile(const std::vector<double>& t, const std::vector<double>& value) {
   const auto s = std::make_shared<const Spline>(t, value, Spline::Outside::held, "profile");
-  return function([s](auto x) { return s->value(x); });
+  return of_time_alone(function([s](auto x) { return s->value(x); }));
 }
 
 Held::Held() : value_(std::make_shared<double>(0.0)) {}

@@ -39,8 +39,9 @@ class RateEvaluator : public TimeScale<T> {
 ///
 ///   ∂²H(x)·d = (∂H(x + l d) - ∂H(x - l d)) / 2l
 ///
-/// With l = pᵀq'/dᵀd, a length in which units of coordinates do not count, l d is about as large as
-/// p, and little cancels. Two gradients in the scalar itself, so lanes stay lanes.
+/// With l = |pᵀq'| / q'ᵀW q' over the coordinates that count, l d is p where there is one of them,
+/// and of its size where there are several, in any units: little cancels. Two gradients in the
+/// scalar itself, so lanes stay lanes.
 template <class T>
 class QuadraticRates final : public RateEvaluator<T> {
   using Base = RateEvaluator<T>;
@@ -52,11 +53,7 @@ class QuadraticRates final : public RateEvaluator<T> {
         system_(s.model().template instantiate<T>()),
         y_(size_t(s.model().description().nx)),
         ahead_(y_),
-        behind_(y_) {
-    for (const auto& b : s.model().description().blocks)
-      for (int k = 0; k < b.size && b.momentum >= 0; ++k)
-        momenta_.push_back(size_t(b.momentum + k));
-  }
+        behind_(y_) {}
 
   T with_gradient(std::span<const T> x, std::span<const T> e, std::span<T> g) override {
     const T sigma = Base::value(x, e), l = length(x, e);
@@ -70,14 +67,13 @@ class QuadraticRates final : public RateEvaluator<T> {
 
  private:
   T length(std::span<const T> x, std::span<const T> e) const {
-    T power(0.0), d2(0.0);
-    for (const size_t p : momenta_) power = power + x[p] * e[p];
+    T power(0.0), w2(0.0);
     for (const auto& r : rates_) {
-      const T d = T(r.weight) * e[r.momentum];
-      d2 = d2 + d * d;
+      power = power + x[r.momentum] * e[r.momentum];
+      w2 = w2 + T(r.weight) * (e[r.momentum] * e[r.momentum]);
     }
     const T zero(0.0), one(1.0);
-    const T l = power / select(d2 > zero, d2, one);
+    const T l = abs(power) / select(w2 > zero, w2, one);
     return select(l > zero, l, one);
   }
   void gradient_at(std::span<const T> x, std::span<const T> e, const T& l, std::span<T> out) {
@@ -88,7 +84,6 @@ class QuadraticRates final : public RateEvaluator<T> {
   }
 
   std::unique_ptr<System<T>> system_;
-  std::vector<size_t> momenta_;
   std::vector<T> y_, ahead_, behind_;
 };
 

@@ -77,7 +77,7 @@ class ComparisonRun {
       c_.notes.push_back("[[event]]: the motion of the mechanism as it starts is compared");
     if (scene_.step_control != StepControl::fixed)
       c_.notes.push_back(
-          "step_control: trials have steps of one size, but those that name a control");
+          "step_control: trials have steps of one size, except those that name a control");
     if (scene_.monitor) c_.notes.push_back("[monitor]: trials run without it");
   }
 

@@ -47,6 +47,7 @@ class TrialRun {
     const auto every = std::max<std::int64_t>(1, total / o.records);
     end_ = whole_ ? double(total) * s.step : o.duration;
     record_every_ = double(every) * s.step;
+    if (!whole_) record_every_ = std::min(record_every_, end_ / double(o.records));
     if (o.known) known_at_ = whole_ ? std::round(o.known->time / s.step) * s.step : o.known->time;
     state_ = a.initial;
     if (split_) split_->begin(state_);

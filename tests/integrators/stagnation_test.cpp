@@ -24,10 +24,9 @@ End end_of(const std::vector<double>& ratios, bool plain = true, double noise = 
   stagnation.restart();
   double move = first, ratio = 0;
   for (int k = 1; k < 100; ++k) {
-    const auto verdict = stagnation.after({.changed = true,
-                                           .improved = move > u,
-                                           .plain = plain,
-                                           .change = std::max(move, (1 + 0.05 * k) * noise * u)});
+    const double seen = std::max(move, (1 + 0.05 * k) * noise * u);
+    const auto verdict = stagnation.after(
+        {.changed = true, .improved = move > u, .change = seen, .own = plain ? seen : HUGE_VAL});
     ratio = ratios[std::min(size_t(k), ratios.size()) - 1];
     if (verdict != go_on) return {k, move * ratio * ratio / (1 - ratio)};
     move *= ratio;
@@ -64,6 +63,12 @@ TEST(Stagnation, ForeseesNothingFromSlowOrDistantMoves) {
   EXPECT_EQ(end_of({0.01}, true, 1000).sweeps, end_of({0.01}, false, 1000).sweeps);
   // Of moves that begin small no two ratios can be measured.
   EXPECT_EQ(end_of({0.03}, true, 2, 1e-14).sweeps, end_of({0.03}, false, 2, 1e-14).sweeps);
+  // A last move that is far from what the ratio promises is another mode's, which is slower.
+  auto stagnation = Stagnation::of<double>();
+  stagnation.restart();
+  for (const double move : {1e-7, 1e-10, 1e-13, 14 * u})
+    EXPECT_EQ(stagnation.after({.changed = true, .improved = true, .change = move, .own = move}),
+              go_on);
   // one jump towards the solution, then a slow contraction: judged by what was measured later
   const End e = end_of({1e-2, 1e-2, 0.3, 0.3, 0.3});
   std::printf("  slower near the end: %d sweeps leave %.1e u (2^-5 u)\n", e.sweeps, e.left / u);

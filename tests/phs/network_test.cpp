@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "integrators/core/integrator.h"
+#include "phs/functions/of_time.h"
 #include "phs/system/check.h"
 #include "phs/system/user_model.h"
 #include "tests/support/random_phs.h"
@@ -139,10 +140,10 @@ TEST(Network, SourcesAreAskedOncePerTime) {
   const auto calls = std::make_shared<int>(0);
   Network n("driven mass");
   n.add("mass", phs::inertia_element(2, phs::translation));
-  n.source("push", "mass.body", function([calls](auto t) {
+  n.source("push", "mass.body", phs::of_time_alone(function([calls](auto t) {
              ++*calls;
              return t * t;
-           }));
+           })));
   const auto model = n.build();
   const auto push = [&]<class T>(phs::System<T>& f, T t) {
     std::vector<T> x{T(0.3)}, dx(1);
@@ -171,6 +172,26 @@ TEST(Network, SourcesAreAskedOncePerTime) {
   const auto dual = model->instantiate<phs::Dual>();
   EXPECT_EQ(push(*dual, phs::Dual(3.0, 0.0)).d, 0);
   EXPECT_EQ(push(*dual, phs::Dual(3.0, 1.0)).d, 6) << "the same value, another derivative";
+}
+
+// The control: what may change between two questions for one time is asked each time.
+TEST(Network, ASourceThatIsSetIsAskedEachTime) {
+  phs::Held held;
+  double setpoint = 1;
+  Network n("driven mass");
+  n.add("mass", phs::inertia_element(2, phs::translation));
+  n.source("held", "mass.body", held.signal());
+  n.source("user's", "mass.body", function([&](auto t) { return decltype(t)(setpoint); }));
+  n.source("steady", "mass.body", phs::constant(100));
+  const auto f = n.build()->instantiate<double>();
+  const std::vector<double> x{0.3};
+  std::vector<double> dx(1);
+  for (const double value : {1.0, 2.0, 3.0}) {
+    held.set(value);
+    setpoint = 10 * value;
+    f->field(0.5, x, {}, dx);
+    EXPECT_EQ(dx[0], 100 + 11 * value);
+  }
 }
 
 TEST(Network, TransformersGyratorsAndJunctionsMakeNoPower) {

@@ -123,7 +123,7 @@ TEST(RateTimeScale, RefusesAFalseClaim) {
 // A cart in metres and a pole in radians, a million newtons of potential: the claim is judged by
 // the kinetic energy alone, and the difference is exact in any mixture of units.
 struct CartPole {
-  double cart = 1, bias = 0, cube = 0;
+  double cart = 1, bias = 0, cube = 0, hidden = 0;
   Description description() const {
     Description d{"cart and pole", 4, 0, {}, {}, {}, {.canonical = true, .quadratic = true}};
     d.blocks = {{"cart", BlockKind::linear, 0, 1, 2, "m", "kg m/s"},
@@ -141,7 +141,9 @@ struct CartPole {
   }
   template <class T>
   T hamiltonian(std::span<const T> x) const {
-    return kinetic(x) + T(bias) * (T(1.0) + cos(x[1])) + T(cube) * x[3] * x[3] * x[3];
+    const T away = T(hidden) * cos(x[1]);
+    return (kinetic(x) + away) + T(bias) * (T(1.0) + cos(x[1])) + T(cube) * x[3] * x[3] * x[3] -
+           away;
   }
   template <class T>
   void gradient(std::span<const T> x, std::span<T> e) const {
@@ -154,10 +156,15 @@ struct CartPole {
 };
 
 TEST(RateTimeScale, UnitsAndPotentialsDoNotMatter) {
-  for (const CartPole& plant : {CartPole{}, CartPole{.cart = 1e6}, CartPole{.bias = 1e6}}) {
+  struct Trial {
+    CartPole plant;
+    double length;
+  };
+  for (const auto& [plant, length] :
+       {Trial{{}, 1}, {{}, 1e-3}, {{}, 1e3}, {{}, 0}, {{.cart = 1e6}, 1}, {{.bias = 1e6}, 1}}) {
     const UserModel<CartPole> model{plant};
     EXPECT_FALSE(falsely_quadratic(model));
-    const RateTimeScale rates(model, 0.5, 1.0);
+    const RateTimeScale rates(model, 0.5, length);
     const std::vector<double> x{0.3, 0.7, -2, 5};
     const auto near = evaluate<double>(rates, x);
     // the same by central differences of sigma itself, in 113 bits
@@ -174,10 +181,13 @@ TEST(RateTimeScale, UnitsAndPotentialsDoNotMatter) {
     }
     // Of two slopes of the potential only the rounding is left.
     const double bound = 1e-14 + 1e-16 * plant.bias;
-    std::printf("  mass %g, bias %g: off by %.1e of the largest   bound %.0e\n", plant.cart,
-                plant.bias, off / size, bound);
+    std::printf("  mass %g, bias %g, length %g: off by %.1e of the largest   bound %.0e\n",
+                plant.cart, plant.bias, length, off / size, bound);
     EXPECT_LE(off, bound * size);
   }
+  // Terms of a thousand joules that cancel in H round like a thousand joules.
+  EXPECT_FALSE(falsely_quadratic(UserModel<CartPole>{CartPole{.bias = 1, .hidden = 1e4}}));
+  EXPECT_TRUE(check(UserModel<CartPole>{CartPole{.bias = 1, .hidden = 1e4}}).holds());
   EXPECT_TRUE(falsely_quadratic(UserModel<CartPole>{CartPole{.bias = 1e3, .cube = 1e-3}}));
 }
 

@@ -4,17 +4,23 @@
 #include <type_traits>
 #include <vector>
 
+#include "phs/functions/of_time.h"
 #include "phs/network/detail/network_plan.h"
+#include "phs/scalars/lane.h"
 
-/// The values of a network's sources, which depend on time alone.
+/// The values of a network's sources.
 namespace porthos::phs {
 
-/// Keeps the values of the last few times: an implicit step asks for those of its stages at every
-/// sweep, and a sine takes as long as a joint.
+/// Keeps the values of the last few times, of sources that depend on time alone: an implicit step
+/// asks for those of its stages at every sweep, and a sine takes as long as a joint.
 template <class T>
 class SourceValues {
  public:
   explicit SourceValues(const std::vector<Network::Plan::Source>& sources) : sources_(sources) {
+    for (const auto& s : sources) {
+      lasting_.push_back(dynamic_cast<const OfTimeAlone*>(s.v.get()) != nullptr);
+      keeps_ = keeps_ || lasting_.back();
+    }
     for (Kept& k : kept_) k.values.resize(sources.size());
   }
 
@@ -34,23 +40,30 @@ class SourceValues {
   }
 
  private:
-  const std::vector<T>& at(const T& t) {
-    for (const Kept& k : kept_)
-      if (k.known && is_same(k.t, t)) return k.values;
-    Kept& k = kept_[next_];
-    next_ = (next_ + 1) % kept_.size();
-    for (size_t i = 0; i < sources_.size(); ++i) k.values[i] = (*sources_[i].v)(t);
-    k.t = t;
-    k.known = true;
-    return k.values;
-  }
-
   struct Kept {
     T t{0.0};
     std::vector<T> values;
     bool known = false;
   };
-  /// Whether two times have the same bits; of scalars with more than a value (duals) never.
+
+  const std::vector<T>& at(const T& t) {
+    Kept& k = of(t);
+    for (size_t i = 0; i < sources_.size(); ++i)
+      if (!k.known || !lasting_[i]) k.values[i] = (*sources_[i].v)(t);
+    k.t = t;
+    k.known = keeps_;
+    return k.values;
+  }
+  /// Where the values of this time are, or the oldest ones, no longer known.
+  Kept& of(const T& t) {
+    for (Kept& k : kept_)
+      if (k.known && is_same(k.t, t)) return k;
+    Kept& oldest = kept_[next_];
+    next_ = (next_ + 1) % kept_.size();
+    oldest.known = false;
+    return oldest;
+  }
+  /// Whether two times are equal in every lane; of duals never, which have more than a value.
   static bool is_same(const T& a, const T& b) {
     if constexpr (is_pack<T> || std::is_same_v<T, double>) {
       if (!any(a == b)) return false;
@@ -63,6 +76,8 @@ class SourceValues {
   }
 
   const std::vector<Network::Plan::Source>& sources_;
+  std::vector<bool> lasting_;  ///< by source: it depends on time alone
+  bool keeps_ = false;
   std::array<Kept, 8> kept_;  ///< stages of a method
   size_t next_ = 0;
 };
