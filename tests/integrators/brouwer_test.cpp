@@ -235,8 +235,10 @@ void expect_brouwer(const Law& law, double exponent_bound) {
 
 constexpr double ets_step = 0.25, tree_step = 0.05;
 
+// The starts are so many because neighbouring levels share more noise than their standard error
+// says: five draws of 56 starts gave exponents of 0.42 to 0.52, three of 168 gave 0.46 to 0.50.
 TEST(Brouwer, EtsVii) {
-  expect_brouwer(law_of("ETS-VII, gauss16, h = 0.25 s", ets_vii_starts(long_run() ? 16 : 56),
+  expect_brouwer(law_of("ETS-VII, gauss16, h = 0.25 s", ets_vii_starts(long_run() ? 16 : 168),
                         ets_step, long_run() ? 1'000'000 : 31'750),
                  long_run() ? 0.05 : 0.07);
 }
