@@ -106,9 +106,8 @@ Case sling(const TemporaryFolder& folder, double narrow) {
           " }\nslide = { position = 1.0 }\n[[element]]\ntype = 'spring'\njoint = 'slide'\n"
           "stiffness = 1.0\n[integrator]\nmethod = 'gauss8'\nstep = 0.5\n[run]\n"
           "duration = 200.0\n");
-  Case c{scene::read_scene((folder / "sling.toml").string()), {}};
-  c.assembly = scene::assemble(c.scene);
-  return c;
+  const scene::Scene s = scene::read_scene((folder / "sling.toml").string());
+  return {s, scene::assemble(s)};
 }
 
 /// It names a step control where one takes clearly less time, and what it names keeps the target.
