@@ -122,28 +122,11 @@ class MechanicalSystem : public phs::System<T> {
     for (auto& g : Gu) g = T(0.0);
     if (u.empty()) return;
     if (!ports_.empty()) u = joint_forces(x, u);
-    for (const auto& n : m_.nodes())
-      visit_joint(n.type, [&](auto J) {
-        const T *q = x.data() + n.q, *f = u.data() + n.v;
-        T* out = Gu.data() + nq_ + n.q;
-        if constexpr (decltype(J)::lifted)
-          decltype(J)::lift(q, f, out);  // p' = G u has the same form as p = lift(μ)
-        else
-          for (int k = 0; k < decltype(J)::nv; ++k) out[k] = f[k];
-      });
+    passes::lift(m_, x.data(), u.data(), Gu.data() + nq_);
   }
   void output(In x, In e, Out y) override {
-    // If e is the gradient, y = Gᵀ e = joint rates: the transpose of lift.
-    for (const auto& n : m_.nodes())
-      visit_joint(n.type, [&](auto J) {
-        using Joint = decltype(J);
-        const T* ep = e.data() + nq_ + n.q;
-        T* rates = y.data() + n.v;
-        if constexpr (Joint::lifted)
-          Joint::transposed_lift(x.data() + n.q, ep, rates);
-        else
-          for (int k = 0; k < Joint::nv; ++k) rates[k] = ep[k];
-      });
+    // y = Gᵀ e; of the gradient these are the joint rates.
+    passes::transposed_lift(m_, x.data(), e.data() + nq_, y.data());
     if (ports_.empty()) return;
     // The body twists of those joint rates: the transpose of joint_forces, pass by pass.
     passes::place_joints(m_, w_, x.data());

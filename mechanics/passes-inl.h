@@ -178,6 +178,20 @@ void twists(const Mechanism& m, Workspace<T>& w, const T* v) {
   }
 }
 
+/// p = lift(q) μ, joint by joint; also p' = G u with joint forces u.
+template <class T>
+void lift(const Mechanism& m, const T* q, const T* mu, T* p) {
+  for (const Node& n : m.nodes())
+    visit_joint(n.type, [&](auto J) { decltype(J)::lift(q + n.q, mu + n.v, p + n.q); });
+}
+/// Its transpose: joint rates from efforts e on p.
+template <class T>
+void transposed_lift(const Mechanism& m, const T* q, const T* e, T* rates) {
+  for (const Node& n : m.nodes())
+    visit_joint(n.type,
+                [&](auto J) { decltype(J)::transposed_lift(q + n.q, e + n.q, rates + n.v); });
+}
+
 /// The rigid inertia of a body in the scalar T.
 template <class T>
 RigidInertia<T> rigid(const Node& n) {

@@ -61,9 +61,7 @@ class Controlled : public Integrator {
     sampler_.go_by_the_clock();
     last_.x.resize(n_);
     last_.lo.resize(n_);
-    last_.turns.resize(
-        size_t(std::count_if(model.description().blocks.begin(), model.description().blocks.end(),
-                             [](const auto& b) { return b.kind == phs::BlockKind::angle; })));
+    last_.turns.resize(size_t(model.description().angle_count()));
   }
   bool continues(const State& s) const { return have_last_ && s.x == last_.x && s.lo == last_.lo; }
   /// Stores the state after a step as the caller will return it: wrapped.

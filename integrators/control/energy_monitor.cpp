@@ -1,5 +1,4 @@
 #include "integrators/control/energy_monitor.h"
-#include "phs/system/constraints.h"
 
 #include <array>
 #include <bit>
@@ -68,9 +67,9 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
     signs_.push_back(a.kind == phs::PowerKind::supplied     ? 1
                      : a.kind == phs::PowerKind::dissipated ? -1
                                                             : 0);
-  if (monitor_.project) phs::refuse_constraints(model.description(), "the monitor's projection");
-  if (monitor_.project)
-    project_ = std::make_unique<EnergyProjection>(model, monitor_.keeps ? *monitor_.keeps : model);
+  if (!monitor_.project) return;
+  phs::refuse_constraints(model.description(), "the monitor's projection");
+  project_ = std::make_unique<EnergyProjection>(model, monitor_.keeps ? *monitor_.keeps : model);
 }
 
 double EnergyMonitor::energy(const State& s) {

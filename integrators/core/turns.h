@@ -10,17 +10,19 @@ namespace porthos::integrators {
 template <class T>
 class TurnKeeper {
  public:
-  explicit TurnKeeper(const phs::Description& d) {
-    for (const auto& b : d.blocks)
-      if (b.kind == phs::BlockKind::angle) told_.push_back(0);
-    angles_.resize(told_.size());
-  }
+  explicit TurnKeeper(const phs::Description& d)
+      : told_(size_t(d.angle_count()), 0), angles_(told_.size()) {}
 
-  void synchronise(const std::vector<std::int64_t>& turns, phs::System<T>& system) {
+  /// Calls tell(2π·turns) if they have changed.
+  template <class Tell>
+  void when_changed(const std::vector<std::int64_t>& turns, const Tell& tell) {
     if (turns == told_) return;
     std::copy(turns.begin(), turns.end(), told_.begin());
     for (size_t i = 0; i < told_.size(); ++i) angles_[i] = T(double(told_[i]) * phs::two_pi_hi);
-    system.set_turn_angles(angles_);
+    tell(std::span<const T>(angles_));
+  }
+  void synchronise(const std::vector<std::int64_t>& turns, phs::System<T>& system) {
+    when_changed(turns, [&](std::span<const T> angles) { system.set_turn_angles(angles); });
   }
   template <class S>
   void synchronise(const phs::BasicState<S>& s, phs::System<T>& system) {

@@ -22,8 +22,7 @@ SimplifiedNewton::SimplifiedNewton(const phs::Model& model, std::span<const doub
       d_(size_t(model.description().nx)),
       before_(d_.size()),
       x_(d_.size()) {
-  for (const auto& b : model.description().blocks)
-    if (b.kind == phs::BlockKind::angle) turns_.push_back(0);
+  turns_.assign(size_t(model.description().angle_count()), 0);
   choose_solvers(model, solver);
   diagonalise(A);
 }

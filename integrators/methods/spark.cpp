@@ -7,6 +7,7 @@
 
 #include "integrators/core/stage_constraints.h"
 #include "integrators/core/stage_field.h"
+#include "integrators/core/turns.h"
 #include "integrators/methods/spark_rows.h"
 #include "integrators/methods/spark_stages.h"
 
@@ -38,24 +39,23 @@ class Spark final : public BasicIntegrator<T> {
         start_slip_(slip_),
         change_(m_ * size_t(step_.s), T(0.0)),
         lambda_(m_, Lanes(T(0.0))),
+        keeper_(model.description()),
         end_(unit_roundoff<T>, o.iteration_tolerance) {
     for (auto& f : field_at_) f.resize(n_);
     if (m_ == 0) return;
     start_.emplace(*system_, m_);
     for (auto& nodes : nodes_) nodes = std::make_unique<StageConstraints<T, V>>(model, o.lanes);
-    told_.assign(angle_count(model.description()), 0);
-    angles_.assign(told_.size(), T(0.0));
     step_.adapt_to(table_real(h), table_real(h));
   }
 
   void tell_turns(const State& state) override {
     Base::tell_turns(state);
     field_.tell_turns(state.turns);
-    if (m_ == 0 || state.turns == told_) return;
-    told_ = state.turns;
-    for (size_t i = 0; i < told_.size(); ++i) angles_[i] = T(double(told_[i]) * phs::two_pi_hi);
-    start_->set_turn_angles(angles_);
-    for (auto& nodes : nodes_) nodes->set_turn_angles(angles_);
+    if (m_ == 0) return;
+    keeper_.when_changed(state.turns, [&](std::span<const T> angles) {
+      start_->set_turn_angles(angles);
+      for (auto& nodes : nodes_) nodes->set_turn_angles(angles);
+    });
   }
 
   Outcome advance(T t, T h, State& state) override {
@@ -91,10 +91,6 @@ class Spark final : public BasicIntegrator<T> {
   bool integrates_power() const override { return true; }
 
  private:
-  static size_t angle_count(const phs::Description& d) {
-    return size_t(std::count_if(d.blocks.begin(), d.blocks.end(),
-                                [](const auto& b) { return b.kind == phs::BlockKind::angle; }));
-  }
   Outcome give_up(Outcome o) {
     have_before_ = false;
     if (m_ == 0) return o;
@@ -257,10 +253,10 @@ class Spark final : public BasicIntegrator<T> {
   Nodes nodes_;
   typename Step::Stages field_at_;
   std::vector<Lanes> E_;
-  std::vector<T> e_, push_, row_, slip_, start_slip_, angles_;
+  std::vector<T> e_, push_, row_, slip_, start_slip_;
   std::vector<T> change_;  ///< of impulses, s × m
   std::vector<Lanes> lambda_;
-  std::vector<std::int64_t> told_;
+  TurnKeeper<T> keeper_;
   SparkEnd end_;
   bool have_before_ = false;
   T h_before_ = T(0.0);

@@ -7,6 +7,7 @@
 
 #include "integrators/core/integrator.h"
 #include "integrators/core/stagnation.h"
+#include "phs/scalars/lane.h"
 
 /// Parts of a SPARK step: the end of its iteration, and the rows it works with.
 namespace porthos::integrators {
@@ -66,7 +67,7 @@ class StepRows {
   /// off the manifold. @return whether they are those of the last step
   bool choose(const std::vector<T>& x) {
     bool same = placed_;
-    for (size_t k = 0; same && k < x.size(); ++k) same = is_equal(x_[k], x[k]);
+    for (size_t k = 0; same && k < x.size(); ++k) same = phs::identical(x_[k], x[k]);
     if (!same) move_to(x);
     trouble_ = rows_->rank() < rank_ ? text() : "";
     rank_ = std::max(rank_, rows_->rank());
@@ -110,12 +111,6 @@ class StepRows {
   }
 
  private:
-  static bool is_equal(const T& a, const T& b) {
-    if constexpr (std::is_same_v<T, phs::Dual>)
-      return a.v == b.v && a.d == b.d;
-    else
-      return a == b;
-  }
   std::string text() const {
     return "rank " + std::to_string(rows_->rank()) + " of " + std::to_string(rank_) +
            ", smallest pivot " + number(rows_->smallest_pivot(), 3);

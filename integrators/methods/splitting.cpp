@@ -51,8 +51,7 @@ class Splitting final : public BasicIntegrator<T> {
         y_(n_),
         q_of_force_(n_ / 2),
         force_(n_ / 2) {
-    for (const auto& b : model.description().blocks)
-      if (b.kind == phs::BlockKind::angle) turns_of_force_.push_back(0);
+    turns_of_force_.assign(size_t(model.description().angle_count()), 0);
   }
 
   void tell_turns(const State& s) override {

@@ -5,6 +5,7 @@
 #include "mechanics/constraints/loop_rows-inl.h"
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/passes-inl.h"
+#include "phs/scalars/lane.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -76,14 +77,11 @@ class MechanismConstraints final : public phs::Constraints<T> {
         tau = tau + T(t.factor) * lambda[size_t(c.at)];
       }
     std::fill_n(Bl.begin(), nq_, T(0.0));
-    for (const Node& n : m_.nodes())
-      visit_joint(n.type, [&](auto J) {
-        decltype(J)::lift(q_.data() + n.q, tau_.data() + n.v, Bl.data() + nq_ + n.q);
-      });
+    passes::lift(m_, q_.data(), tau_.data(), Bl.data() + nq_);
   }
 
   void rates(In e, Out g_dot) override {
-    joint_rates(e.subspan(nq_));
+    passes::transposed_lift(m_, q_.data(), e.data() + nq_, tau_.data());
     for (size_t i = 0; i < loops_.size(); ++i) {
       const auto& loop = set_.loops()[i];
       const Motion<T> a = twist_of(loop.path_a, loop.pose_a);
@@ -117,7 +115,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
   double smallest_pivot() const override { return delassus_.smallest_pivot(); }
 
   void set_turn_angles(In angles) override {
-    if (std::equal(angles.begin(), angles.end(), w_.turn_angle.begin(), same)) return;
+    if (std::equal(angles.begin(), angles.end(), w_.turn_angle.begin(), phs::identical<T>)) return;
     std::copy(angles.begin(), angles.end(), w_.turn_angle.begin());
     renew_turns();
   }
@@ -129,16 +127,6 @@ class MechanismConstraints final : public phs::Constraints<T> {
   struct Ends {
     Force<T> a, b;  ///< about the frames' origins, in their axes
   };
-
-  static bool same(const T& a, const T& b) {
-    if constexpr (phs::is_pack<T>) {
-      bool equal = true;
-      for (int k = 0; k < phs::lanes<T>; ++k) equal = equal && a[k] == b[k];
-      return equal;
-    } else {
-      return phs::to_double(a) == phs::to_double(b);
-    }
-  }
 
   /// The frame in the axes of the common ancestor.
   Transform<T> pose_of(const std::vector<int>& path, const Pose& own) const {
@@ -172,19 +160,6 @@ class MechanismConstraints final : public phs::Constraints<T> {
       });
       f = w_.X[size_t(i)].to_parent(f);
     }
-  }
-  /// tau_ ← joint rates of the efforts e_p: the transpose of lift.
-  void joint_rates(In e) {
-    for (const Node& n : m_.nodes())
-      visit_joint(n.type, [&](auto J) {
-        using Joint = decltype(J);
-        const T* ep = e.data() + n.q;
-        T* rates = tau_.data() + n.v;
-        if constexpr (Joint::lifted)
-          Joint::transposed_lift(q_.data() + n.q, ep, rates);
-        else
-          for (int k = 0; k < Joint::nv; ++k) rates[k] = ep[k];
-      });
   }
 
   void sweep(In x) {

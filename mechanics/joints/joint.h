@@ -20,7 +20,7 @@
 ///   column<k>         A S_k for an articulated or rigid inertia A
 ///   add_cross<k>      a += V × S_k·rate
 ///   momentum, lift    joint momentum μ = Sᵀh from the flat (q, p), and back
-///   transposed_lift   lifted joints only: the transpose of p = lift(q) μ, of a covector on p
+///   transposed_lift   the transpose of p = lift(q) μ, of a covector on p
 ///   rates             q' from q and the joint rates
 ///   field             lifted joints only: (q', p') from rates, the body's twist V, the subtree's
 ///                     momentum h and the load Sᵀg + τ. Of plain joints q' = rates and
@@ -102,6 +102,10 @@ struct PlainCoordinates {
   template <class T>
   static void lift(const T*, const T* mu, T* p) {
     for (int k = 0; k < n; ++k) p[k] = mu[k];
+  }
+  template <class T>
+  static void transposed_lift(const T*, const T* e, T* y) {
+    for (int k = 0; k < n; ++k) y[k] = e[k];
   }
   template <class T>
   static void rates(const T*, const T* v, T* q_dot) {

@@ -24,5 +24,18 @@ void set_lane(T& x, int lane, U value) {
     x = value;
   }
 }
+/// Whether two numbers are equal in every lane, and in their derivatives.
+template <class T>
+bool identical(const T& a, const T& b) {
+  if constexpr (is_pack<T>) {
+    for (int i = 0; i < lanes<T>; ++i)
+      if (!(a[i] == b[i])) return false;
+    return true;
+  } else if constexpr (requires { a.d; }) {
+    return identical(a.v, b.v) && identical(a.d, b.d);
+  } else {
+    return a == b;
+  }
+}
 
 }  // namespace porthos::phs

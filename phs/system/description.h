@@ -95,6 +95,11 @@ struct Description {
   /// 0 = g(x), which no method keeps by itself: only those with Declaration::constraints.
   std::vector<ConstraintBlock> constraints = {};
 
+  int angle_count() const {
+    int n = 0;
+    for (const auto& b : blocks) n += b.kind == BlockKind::angle;
+    return n;
+  }
   int constraint_count() const {
     int n = 0;
     for (const auto& c : constraints) n += c.size;

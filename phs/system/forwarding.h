@@ -76,8 +76,7 @@ class Forwarding : public System<T>, public Tunable<T> {
         storages_(inner_->description().storages.size()),
         powers_(inner_->description().powers.size()),
         all_(size_t(inner_->description().invariant_count())) {
-    for (const auto& b : d_.blocks)
-      if (b.kind == BlockKind::angle) turns_.push_back(T(0.0));
+    turns_.assign(size_t(d_.angle_count()), T(0.0));
     for (const auto& mine : d_.invariants)
       for (const auto& i : inner_->description().invariants)
         if (i.name == mine.name && i.size == mine.size) kept_.push_back({mine.at, i.at, i.size});

@@ -17,8 +17,7 @@ Reactions::Reactions(const Model& model)
   lambda_.resize(size_t(rows_->count()));
   g_.resize(lambda_.size());
   rate_.resize(lambda_.size());
-  for (const auto& b : d.blocks)
-    if (b.kind == BlockKind::angle) angles_.push_back(0);
+  angles_.resize(size_t(d.angle_count()));
   dual_angles_.resize(angles_.size());
 }
 Reactions::~Reactions() = default;

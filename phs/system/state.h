@@ -39,8 +39,7 @@ struct BasicState {
   BasicState() = default;
   BasicState(const Description& d, std::vector<T> values)
       : x(std::move(values)), lo(x.size(), T(0.0)) {
-    for (const auto& b : d.blocks)
-      if (b.kind == BlockKind::angle) turns.push_back(0);
+    turns.assign(size_t(d.angle_count()), 0);
   }
   /// The time [s] when every step since origin_step had size h.
   T time(T h) const { return T(origin) + (T(origin_lo) + T(double(step - origin_step)) * h); }

@@ -100,9 +100,7 @@ class RatesByDuals final : public RateEvaluator<T> {
       systems_.push_back(s.model().template instantiate<Dual>());
     x_.resize(size_t(d.nx));
     e_.resize(x_.size());
-    turned_.resize(size_t(std::count_if(d.blocks.begin(), d.blocks.end(), [](const Block& b) {
-      return b.kind == BlockKind::angle;
-    })));
+    turned_.resize(size_t(d.angle_count()));
   }
 
   T with_gradient(std::span<const T> x, std::span<const T> e, std::span<T> g) override {

@@ -58,8 +58,7 @@ class TransformedSystem final : public System<T> {
         a_(n_),
         b_(n_),
         gain_(n_, T(0.0)) {
-    for (const auto& b : m.description().blocks)
-      if (b.kind == BlockKind::angle) turns_.push_back(T(0.0));
+    turns_.assign(size_t(m.description().angle_count()), T(0.0));
   }
 
   const Description& description() const override { return m_.description(); }

@@ -9,7 +9,6 @@
 #include <random>
 #include <vector>
 
-#include "scene/assemble/parts.h"
 #include "scene/assemble/steps.h"
 #include "scene/compare/lyapunov.h"
 #include "scene/compare/sound_method.h"
@@ -183,9 +182,7 @@ class MethodChoice {
     Setting setting{.method = d.name, .step = h, .control = control};
     if (control != StepControl::fixed) {
       setting.control_rate = control_rate();
-      setting.instants = switches_of(scene_);
-      setting.instants.push_back(duration);
-      std::sort(setting.instants.begin(), setting.instants.end());
+      setting.instants = switches_and(scene_, {duration});
     }
     Trial t = run_trial(assembly_, setting,
                         {.duration = duration,

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "scene/assemble/parts.h"
 #include "scene/compare/ladder.h"
 #include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
@@ -145,9 +144,7 @@ class ComparisonRun {
   void control(Setting& s) const {
     s.control_rate = scene_.control_rate > 0 ? scene_.control_rate : 1 / c_.step_s;
     s.control_length = scene_.control_length;
-    s.instants = switches_of(scene_);
-    s.instants.insert(s.instants.end(), {c_.trajectory_time_s, c_.duration_s});
-    std::sort(s.instants.begin(), s.instants.end());
+    s.instants = switches_and(scene_, {c_.trajectory_time_s, c_.duration_s});
   }
 
   /// Finds a step that works, the duration of trials, the time for which trajectories can be

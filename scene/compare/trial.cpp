@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "scene/assemble/parts.h"
 #include "scene/run/cpu_clock.h"
 #include "scene/run/ledger.h"
 #include "space/split_integrator.h"
@@ -146,6 +147,13 @@ class TrialRun {
 };
 
 }  // namespace
+
+std::vector<double> switches_and(const Scene& scene, std::initializer_list<double> more) {
+  std::vector<double> all = switches_of(scene);
+  all.insert(all.end(), more);
+  std::sort(all.begin(), all.end());
+  return all;
+}
 
 double time_again(const Assembly& a, Trial& t) {
   const auto integrator = make(a, t.setting);

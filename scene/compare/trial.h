@@ -23,6 +23,9 @@ struct Setting {
   std::vector<double> instants = {};  ///< [s], at which steps of a control end, in order
 };
 
+/// The switches of a scene's thrusters and more instants, in order: Setting::instants.
+std::vector<double> switches_and(const Scene& scene, std::initializer_list<double> more);
+
 /// A state of the exact motion that is known at some time.
 struct KnownState {
   double time = 0;             ///< [s]

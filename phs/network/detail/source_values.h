@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include "phs/functions/of_time.h"
@@ -57,22 +56,11 @@ class SourceValues {
   /// Where the values of this time are, or the oldest ones, no longer known.
   Kept& of(const T& t) {
     for (Kept& k : kept_)
-      if (k.known && is_same(k.t, t)) return k;
+      if (k.known && identical(k.t, t)) return k;
     Kept& oldest = kept_[next_];
     next_ = (next_ + 1) % kept_.size();
     oldest.known = false;
     return oldest;
-  }
-  /// Whether two times are equal in every lane; of duals never, which have more than a value.
-  static bool is_same(const T& a, const T& b) {
-    if constexpr (is_pack<T> || std::is_same_v<T, double>) {
-      if (!any(a == b)) return false;
-      for (int i = 0; i < lanes<T>; ++i)
-        if (!(lane_of(a, i) == lane_of(b, i))) return false;
-      return true;
-    } else {
-      return false;
-    }
   }
 
   const std::vector<Network::Plan::Source>& sources_;
