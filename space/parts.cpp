@@ -19,6 +19,10 @@ void require_unit(const Vec3d& d, const char* what, const std::string& name) {
     refuse(what, name, fmt::format("its direction has length {}, expected 1", mechanics::norm(d)));
 }
 
+const char* kind_of(const SoftLatch& l) {
+  return l.line.stiffness + l.line.damping > 0 ? "line spring" : "soft latch";
+}
+
 void validate(const Parts& parts) {
   for (const Thruster& t : parts.thrusters) {
     require_unit(t.direction, "thruster", t.name);
@@ -46,24 +50,35 @@ void validate(const Parts& parts) {
         if (!(k[i] >= 0) || !std::isfinite(k[i]))
           refuse("soft latch", l.name,
                  fmt::format("a stiffness or damping is {}, expected numbers of 0 or more", k[i]));
+    for (const double k : {l.line.stiffness, l.line.rest, l.line.damping})
+      if (!(k >= 0) || !std::isfinite(k))
+        refuse(
+            "line spring", l.name,
+            fmt::format("its stiffness, rest or damping is {}, expected numbers of 0 or more", k));
     if (l.link == l.body)
-      refuse("soft latch", l.name, "it joins '" + l.link + "' to itself, expected two bodies");
+      refuse(kind_of(l), l.name, "it joins '" + l.link + "' to itself, expected two bodies");
   }
 }
 
-/// A body port at each attachment of the parts.
-std::vector<mechanics::BodyPort> ports_of(const Parts& parts) {
+bool in_world(const Mechanism& m, const std::string& link) {
+  return link == "world" || m.body(link).node < 0;
+}
+
+/// A body port at each attachment of the parts to a body that moves.
+std::vector<mechanics::BodyPort> ports_of(const Mechanism& m, const Parts& parts) {
   std::vector<mechanics::BodyPort> ports;
   for (const auto& t : parts.thrusters) ports.push_back({t.name + ".nozzle", t.link, t.position});
   for (const auto& l : parts.latches) {
-    ports.push_back({l.name + ".on_link", l.link, l.on_link.r});
-    ports.push_back({l.name + ".on_body", l.body, l.on_body.r});
+    if (!in_world(m, l.link)) ports.push_back({l.name + ".on_link", l.link, l.on_link.r});
+    if (!in_world(m, l.body)) ports.push_back({l.name + ".on_body", l.body, l.on_body.r});
   }
   return ports;
 }
 
 PartsModel::Mount mount(const mechanics::MechanicalModel& model, const std::string& port,
                         const std::string& link, const Pose& at) {
+  const Pose origin{Mat3<double>::identity(), {0, 0, 0}};
+  if (link == "world") return {-1, origin * Pose{origin.R, at.r}, at.R, 0};
   const auto& body = model.mechanism().body(link);
   PartsModel::Mount m{body.node, body.pose * Pose{Mat3<double>::identity(), at.r}, at.R, 0};
   for (const auto& p : model.description().ports)
@@ -71,7 +86,7 @@ PartsModel::Mount mount(const mechanics::MechanicalModel& model, const std::stri
   return m;
 }
 
-phs::Description describe(const phs::Description& inner, const Parts& parts) {
+phs::Description description_of(const phs::Description& inner, const Parts& parts, bool held) {
   phs::Description d = inner;
   d.flows.clear();
   d.traits.separable = false;
@@ -89,6 +104,7 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
   d.invariants.clear();
   int at = 0;
   for (auto i : inner.invariants) {
+    if (held && i.name.find("_momentum") != std::string::npos) continue;
     if (i.name == "linear_momentum" && !parts.thrusters.empty()) continue;
     if (i.name == "angular_momentum" && pushed) continue;
     i.at = at;
@@ -101,8 +117,8 @@ phs::Description describe(const phs::Description& inner, const Parts& parts) {
 }  // namespace
 
 bool damped(const SoftLatch& l) {
-  return l.damping.x + l.damping.y + l.damping.z + l.turning_damping.x + l.turning_damping.y +
-             l.turning_damping.z >
+  return l.line.damping + l.damping.x + l.damping.y + l.damping.z + l.turning_damping.x +
+             l.turning_damping.y + l.turning_damping.z >
          0;
 }
 
@@ -127,15 +143,17 @@ PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechani
   const std::shared_ptr<const Mechanism> mechanism(mechanical_, &mechanical_->mechanism());
   const auto* loops = mechanical_->constraint_set();
   with_ports_ = std::make_shared<const mechanics::MechanicalModel>(
-      mechanism, ports_of(parts_), loops ? loops->spec() : mechanics::ConstraintSpec{});
+      mechanism, ports_of(*mechanism, parts_), loops ? loops->spec() : mechanics::ConstraintSpec{});
   for (const auto& t : parts_.thrusters)
     placed_.nozzles.push_back(
         mount(*with_ports_, t.name + ".nozzle", t.link, {Mat3<double>::identity(), t.position}));
+  bool held = false;  // by a place fixed in the world
   for (const auto& l : parts_.latches) {
     placed_.a.push_back(mount(*with_ports_, l.name + ".on_link", l.link, l.on_link));
     placed_.b.push_back(mount(*with_ports_, l.name + ".on_body", l.body, l.on_body));
+    held = held || placed_.a.back().node < 0 || placed_.b.back().node < 0;
     if (placed_.a.back().node == placed_.b.back().node)
-      refuse("soft latch", l.name,
+      refuse(kind_of(l), l.name,
              "'" + l.link + "' and '" + l.body + "' are one rigid body, expected two that move");
   }
   const int base = free_base(*mechanism);
@@ -147,7 +165,7 @@ PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechani
     placed_.base_u = size_t(mechanism->nodes()[size_t(base)].v);
     placed_.wheels.push_back(wheel_axes(*mechanism, "torquer '" + t.name + "'", t.wheels));
   }
-  description_ = describe(with_ports_->description(), parts_);
+  description_ = description_of(with_ports_->description(), parts_, held);
 }
 
 }  // namespace porthos::space

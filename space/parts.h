@@ -77,11 +77,18 @@ struct Torquer {
 /// rounding. The damper acts at the midpoint between the origins, on the twist of B relative to A
 /// there. At rest both frames coincide. Source: the energy of rotation is -tr(G R) of Fasse,
 /// Broenink 1997 (IEEE T. Robotics 13), as springs between the tips of the axes.
+///
+/// A line spring acts along d alone: U = ½ k (|d| - l)² with the damping c |d|'. It is a spring or a
+/// tether between two points, without a direction where they meet.
 struct SoftLatch {
-  std::string name, link, body;
+  struct Line {
+    double stiffness = 0, rest = 0, damping = 0;  ///< k [N/m], l [m], c [N s/m], >= 0
+  };
+  std::string name, link, body;  ///< body: "world" for a place fixed in the world
   Pose on_link{Mat3<double>::identity(), {0, 0, 0}}, on_body{Mat3<double>::identity(), {0, 0, 0}};
   Vec3d stiffness{0, 0, 0}, turning_stiffness{0, 0, 0};  ///< K [N/m], Q [N m/rad], >= 0
   Vec3d damping{0, 0, 0}, turning_damping{0, 0, 0};      ///< [N s/m], [N m s/rad], >= 0
+  Line line{};
 };
 
 /// The parts of a spacecraft that act on its bodies.
@@ -123,7 +130,7 @@ class PartsModel : public phs::ModelFor<PartsModel> {
 
   /// A frame on a body and its port, which has the frame's origin and the link's axes.
   struct Mount {
-    int node;           ///< of the body
+    int node;           ///< of the body; -1: fixed in the world, without a port
     Pose port;          ///< in the node's frame
     Mat3<double> axes;  ///< of the frame in the port's
     size_t u;           ///< offset of the port in the input

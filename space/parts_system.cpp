@@ -178,11 +178,13 @@ class PartsSystem final : public phs::Forwarding<T> {
   }
   /// Pose of a port in the world.
   Transform<T> world(const PartsModel::Mount& at) const {
-    return pose_[size_t(at.node)] * Transform<T>{Mat3<T>(at.port.R), Vec3<T>(at.port.r)};
+    const Transform<T> port{Mat3<T>(at.port.R), Vec3<T>(at.port.r)};
+    return at.node < 0 ? port : pose_[size_t(at.node)] * port;
   }
   /// Adds a wrench given in world axes about the port's origin.
   void push(const PartsModel::Mount& at, const Transform<T>& X, const Vec3<T>& moment,
             const Vec3<T>& force) {
+    if (at.node < 0) return;
     const Vec3<T> n = X.R.tmul(moment), f = X.R.tmul(force);
     for (int c = 0; c < 3; ++c) {
       u_[at.u + size_t(c)] = u_[at.u + size_t(c)] + n[c];
@@ -212,11 +214,22 @@ class PartsSystem final : public phs::Forwarding<T> {
     const SoftLatch& l = parts_.latches[k];
     const Ends e = ends(k);
     T U = T(0.5) * dot(e.p_AB_W, along_both(e.R_WA, e.R_WB, l.stiffness, e.p_AB_W));
+    if (l.line.stiffness > 0) {
+      const T longer = sqrt(dot(e.p_AB_W, e.p_AB_W)) - T(l.line.rest);
+      U = U + T(0.5 * l.line.stiffness) * (longer * longer);
+    }
     for (int i = 0; i < 3; ++i) {
       const Vec3<T> apart = column_of(e.R_WA, i) - column_of(e.R_WB, i);
       U = U + T(0.5 * tip_stiffness(l, i)) * dot(apart, apart);
     }
     return U;
+  }
+  /// The force of a line spring on B; without a rest length it is smooth where A and B meet.
+  static Vec3<T> tension(const SoftLatch::Line& l, const Vec3<T>& d) {
+    if (l.stiffness == 0) return zero<T>();
+    if (l.rest == 0) return T(-l.stiffness) * d;
+    const T length = sqrt(dot(d, d));
+    return (T(l.stiffness) * (T(l.rest) - length) / length) * d;
   }
   void add_elastic() {
     for (size_t k = 0; k < parts_.latches.size(); ++k) {
@@ -229,13 +242,15 @@ class PartsSystem final : public phs::Forwarding<T> {
       for (int i = 0; i < 3; ++i)
         turn += T(tip_stiffness(l, i)) * cross(column_of(e.R_WB, i), column_of(e.R_WA, i));
       const Vec3<T> half_d = T(0.5) * e.p_AB_W;
-      push(placed_.b[k], e.X_WB, turn + cross(half_d, f_B), f);
-      push(placed_.a[k], e.X_WA, cross(half_d, f_A) - turn, -f);
+      const Vec3<T> pull = f + tension(l.line, e.p_AB_W);
+      push(placed_.b[k], e.X_WB, turn + cross(half_d, f_B), pull);
+      push(placed_.a[k], e.X_WA, cross(half_d, f_A) - turn, -pull);
     }
   }
   /// Twist of B relative to A at the midpoint, in world axes, from the ports' twists in y_.
   Motion<T> relative(size_t k, const Ends& e) const {
     const auto twist = [&](const PartsModel::Mount& at, const Transform<T>& X) {
+      if (at.node < 0) return Motion<T>{zero<T>(), zero<T>()};
       const T* y = y_.data() + at.u;
       return Motion<T>{X.R * Vec3<T>{y[0], y[1], y[2]}, X.R * Vec3<T>{y[3], y[4], y[5]}};
     };
@@ -245,8 +260,11 @@ class PartsSystem final : public phs::Forwarding<T> {
   }
   Force<T> damper(size_t k, const Ends& e, const Motion<T>& v) const {
     const SoftLatch& l = parts_.latches[k];
-    return {along_both(e.R_WA, e.R_WB, l.turning_damping, v.w),
-            along_both(e.R_WA, e.R_WB, l.damping, v.v)};
+    Force<T> r{along_both(e.R_WA, e.R_WB, l.turning_damping, v.w),
+               along_both(e.R_WA, e.R_WB, l.damping, v.v)};
+    const Vec3<T>& d = e.p_AB_W;
+    if (l.line.damping > 0) r.f += (T(l.line.damping) * dot(v.v, d) / dot(d, d)) * d;
+    return r;
   }
   T loss(size_t k) const {
     const Ends e = ends(k);

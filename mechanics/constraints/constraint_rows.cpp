@@ -64,10 +64,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
     std::fill(tau_.begin(), tau_.end(), T(0.0));
     for (size_t i = 0; i < loops_.size(); ++i) {
       const auto& loop = set_.loops()[i];
-      Force<T> sum = passes::zero_force<T>();
-      for (int r = 0; r < loop.size; ++r)
-        sum += lambda[size_t(loop.at + r)] * loops_[i].rows[size_t(r)].w;
-      const Ends ends = on_ends(loops_[i].X, sum);
+      const Ends ends = on_ends(loops_[i].X, wrench(i, lambda));
       add_joint_forces(loop.path_a, converted<T>(loop.pose_a).to_parent(ends.a));
       add_joint_forces(loop.path_b, converted<T>(loop.pose_b).to_parent(ends.b));
     }
@@ -99,6 +96,25 @@ class MechanismConstraints final : public phs::Constraints<T> {
     }
   }
 
+  void exerted(In lambda, Out reactions) const override {
+    size_t at = 0;
+    for (size_t i = 0; i < loops_.size(); ++i) {
+      const auto& loop = set_.loops()[i];
+      if (loop.is_rod()) {
+        reactions[at++] = lambda[size_t(loop.at)];
+        continue;
+      }
+      const Force<T> w = passes::zero_force<T>() - wrench(i, lambda);
+      for (int k = 0; k < 3; ++k) {
+        reactions[at + size_t(k)] = w.n[k];
+        reactions[at + size_t(3 + k)] = w.f[k];
+      }
+      at += 6;
+    }
+    for (const auto& c : set_.couplings())
+      for (const auto& t : c.terms) reactions[at++] = T(-t.factor) * lambda[size_t(c.at)];
+  }
+
   void delassus(In x, Out D) override {
     sweep(x);
     delassus_.write(D);
@@ -128,6 +144,14 @@ class MechanismConstraints final : public phs::Constraints<T> {
     Force<T> a, b;  ///< about the frames' origins, in their axes
   };
 
+  /// Σ λ of its rows, on b about its origin, in a's axes.
+  Force<T> wrench(size_t i, In lambda) const {
+    const auto& loop = set_.loops()[i];
+    Force<T> sum = passes::zero_force<T>();
+    for (int r = 0; r < loop.size; ++r)
+      sum += lambda[size_t(loop.at + r)] * loops_[i].rows[size_t(r)].w;
+    return sum;
+  }
   /// The frame in the axes of the common ancestor.
   Transform<T> pose_of(const std::vector<int>& path, const Pose& own) const {
     Transform<T> X = converted<T>(own);

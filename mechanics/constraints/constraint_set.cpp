@@ -99,11 +99,12 @@ bool ConstraintSet::on_the_world() const {
                      [](const Loop& l) { return l.node_a < 0 || l.node_b < 0; });
 }
 
-void ConstraintSet::add_block(const std::string& name, const std::string& kind, int size) {
+void ConstraintSet::add_block(const std::string& name, const std::string& kind, int size,
+                              std::vector<phs::ConstraintBlock::Reaction> reactions) {
   if (name.empty()) throw InvalidArgument("a constraint (" + kind + ") has no name");
   for (const auto& other : blocks_)
     if (other.name == name) refuse_constraint(name, "there are two of that name");
-  blocks_.push_back({name, kind, size, count_});
+  blocks_.push_back({name, kind, size, count_, -1, std::move(reactions)});
   count_ += size;
 }
 
@@ -122,13 +123,14 @@ void ConstraintSet::add_loop(const Mechanism& m, const std::string& name, const 
   if (l.path_a.empty() && l.path_b.empty())
     refuse_constraint(name, "no joint moves '" + fa.name + "' and '" + fb.name +
                                 "' against each other, so there is no loop to close");
-  add_block(name, kind, l.size);
+  add_block(name, kind, l.size, {{name, l.is_rod() ? 1 : 6, l.is_rod() ? "N" : "N m; N"}});
   loops_.push_back(std::move(l));
 }
 
 void ConstraintSet::add_coupling(const Mechanism& m, const Coupling& c) {
   if (!std::isfinite(c.offset)) refuse_constraint(c.name, "its offset is not finite");
   Coupled coupled{count_, c.offset, {}, {}};
+  std::vector<phs::ConstraintBlock::Reaction> reactions;
   for (const auto& t : c.terms) {
     if (!std::isfinite(t.factor) || t.factor == 0)
       refuse_constraint(c.name, "the factor of '" + t.coordinate + "' is " + number(t.factor) +
@@ -142,9 +144,10 @@ void ConstraintSet::add_coupling(const Mechanism& m, const Coupling& c) {
     const int turn = q.kind == phs::BlockKind::angle ? m.nodes()[size_t(q.node)].turn : -1;
     coupled.above = united(std::move(coupled.above), ancestors(m, q.node));
     coupled.terms.push_back({q.node, q.q, q.v, turn, t.factor});
+    reactions.push_back({c.name + "." + q.name, 1, q.effort_unit});
   }
   if (coupled.terms.empty()) refuse_constraint(c.name, "it couples no coordinate");
-  add_block(c.name, "coupling", 1);
+  add_block(c.name, "coupling", 1, std::move(reactions));
   couplings_.push_back(std::move(coupled));
 }
 

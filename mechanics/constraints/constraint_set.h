@@ -43,6 +43,7 @@ class ConstraintSet {
     std::vector<int> path_a, path_b;
     std::vector<int> above;  ///< all ancestors of both nodes, themselves included, leaves first
     double pitch, length;
+    bool is_rod() const { return rows.front() == Row::distance; }
   };
   struct Term {
     int node, q, v, turn;  ///< turn: index among the angle blocks, -1 if none
@@ -70,14 +71,17 @@ class ConstraintSet {
   const std::vector<Loop>& loops() const { return loops_; }
   const std::vector<Coupled>& couplings() const { return couplings_; }
   const std::vector<Group>& groups() const { return groups_; }
-  /// Name, kind, offset and size: loops, rods, couplings, each in the order given.
+  /// Loops, rods, couplings, each in the order given. A loop exerts the wrench [moment; force] on b
+  /// about the origin of its frame, in a's axes [N m; N]; a rod its tension [N]; a coupling the
+  /// torque or force on each of its coordinates, "<name>.<coordinate>".
   const std::vector<phs::ConstraintBlock>& blocks() const { return blocks_; }
   const ConstraintSpec& spec() const { return spec_; }
   /// Whether one acts between a link and the world, so that momenta change.
   bool on_the_world() const;
 
  private:
-  void add_block(const std::string& name, const std::string& kind, int size);
+  void add_block(const std::string& name, const std::string& kind, int size,
+                 std::vector<phs::ConstraintBlock::Reaction> reactions);
   void add_loop(const Mechanism& m, const std::string& name, const std::string& kind,
                 const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows, double pitch,
                 double length);

@@ -105,6 +105,7 @@ void describe(Plan& p) {
     m.angles = angles - m.angle;
     for (ConstraintBlock c : of.constraints) {
       c.name = prefix + c.name;
+      for (auto& r : c.reactions) r.name = prefix + r.name;
       c.at += constraint_rows;
       if (c.power >= 0) c.power += m.powers;
       d.constraints.push_back(c);

@@ -34,6 +34,9 @@ class Constraints {
   /// g' = Bᵀ e. @param e  efforts, size nx;  g_dot written, size m
   virtual void rates(In e, Out g_dot) = 0;
 
+  /// What the multipliers λ (size m) exert, ConstraintBlock::reactions of each block in turn.
+  virtual void exerted(In lambda, Out reactions) const = 0;
+
   /// D = G H_pp Gᵀ (Delassus), where g' = G q' : dense, for checks. D written, m × m row-major.
   virtual void delassus(In x, Out D) = 0;
   /// Factors D here and now, block by block. It chooses independent rows by

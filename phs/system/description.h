@@ -61,11 +61,18 @@ struct PartialFlow {
 /// Rows of constraints that belong together: a loop joint, a gear, a rod
 /// (phs/system/constraints.h).
 struct ConstraintBlock {
+  /// Something that the block exerts (Constraints::exerted), for results.
+  struct Reaction {
+    std::string name;  ///< "rocker_pin", "gear.input"
+    int size;
+    std::string unit;
+  };
   std::string name;  ///< "rocker_pin"
   std::string kind;  ///< "revolute", "coupling", "rod", ...
   int size;          ///< rows
   int at;            ///< offset of its rows in g and λ
   int power = -1;    ///< its account in Description::powers; -1: none
+  std::vector<Reaction> reactions = {};
 };
 
 /// Structural properties that a system claims. check() tests them and methods rely on them.
@@ -103,6 +110,13 @@ struct Description {
   int constraint_count() const {
     int n = 0;
     for (const auto& c : constraints) n += c.size;
+    return n;
+  }
+  /// Numbers of Constraints::exerted.
+  int reaction_count() const {
+    int n = 0;
+    for (const auto& c : constraints)
+      for (const auto& r : c.reactions) n += r.size;
     return n;
   }
   int invariant_count() const {

@@ -41,6 +41,7 @@ class InnerConstraints final : public Constraints<T> {
     inner_->forces(lambda, Bl.subspan(from_, n_));
   }
   void rates(In e, Out g_dot) override { inner_->rates(e.subspan(from_, n_), g_dot); }
+  void exerted(In lambda, Out reactions) const override { inner_->exerted(lambda, reactions); }
   void delassus(In x, Out D) override { inner_->delassus(x.subspan(from_, n_), D); }
   int factor(In x) override { return inner_->factor(x.subspan(from_, n_)); }
   int rank() const override { return inner_->rank(); }

@@ -17,10 +17,30 @@ Reactions::Reactions(const Model& model)
   lambda_.resize(size_t(rows_->count()));
   g_.resize(lambda_.size());
   rate_.resize(lambda_.size());
+  exerted_.resize(size_t(d.reaction_count()));
+  for (const auto& hold : model.holds())
+    held_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
+  if (!held_.empty()) system_->use_held(std::vector<HeldPtr>(held_.begin(), held_.end()));
   angles_.resize(size_t(d.angle_count()));
   dual_angles_.resize(angles_.size());
 }
 Reactions::~Reactions() = default;
+
+std::span<const double> Reactions::exerted() {
+  rows_->exerted(lambda_, exerted_);
+  return exerted_;
+}
+
+void Reactions::hold(std::span<const double> values) {
+  size_t n = 0;
+  for (const auto& h : held_) n += h->size();
+  require_size("values held by sampled controllers", values.size(), n);
+  auto from = values.begin();
+  for (const auto& h : held_) {
+    std::copy_n(from, h->size(), h->begin());
+    from += long(h->size());
+  }
+}
 
 std::span<const double> Reactions::at(double t, std::span<const double> x,
                                       std::span<const std::int64_t> turns) {

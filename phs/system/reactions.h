@@ -24,6 +24,10 @@ class Reactions {
   /// call
   std::span<const double> at(double t, std::span<const double> x,
                              std::span<const std::int64_t> turns = {});
+  /// What the last multipliers exert, see ConstraintBlock::reactions. Valid until the next call.
+  std::span<const double> exerted();
+  /// Sets the values that sampled controllers hold, those of all Model::holds() in turn.
+  void hold(std::span<const double> values);
   /// Whether the multiplier of a row at the last state has only one value.
   bool unique(int row) const { return rows_->unique(row); }
   int rank() const { return rows_->rank(); }
@@ -33,7 +37,8 @@ class Reactions {
   std::unique_ptr<System<Dual>> moving_;
   std::unique_ptr<Constraints<double>> rows_;
   std::unique_ptr<Constraints<Dual>> moving_rows_;
-  std::vector<double> field_, lambda_, g_, angles_;
+  std::vector<double> field_, lambda_, g_, angles_, exerted_;
+  std::vector<std::shared_ptr<std::vector<double>>> held_;
   std::vector<Dual> x_, e_, rate_, dual_angles_;
 };
 

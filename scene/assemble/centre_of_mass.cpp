@@ -45,7 +45,10 @@ std::string why_centre_stays(const Scene& s) {
   for (const auto& r : spec.rods)
     if (r.a.link.empty() || r.b.link.empty()) return "rod '" + r.name + "' holds it to the world";
   for (const Element& e : s.elements)
-    if (e.thruster || e.torquer) return e.type + " '" + e.name + "' pushes from outside";
+    if (e.thruster || e.torquer)
+      return e.type + " '" + e.name + "' pushes from outside";
+    else if (e.latch && e.latch->body == "world")
+      return e.type + " '" + e.name + "' holds it to the world";
   return "";
 }
 

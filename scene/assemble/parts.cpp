@@ -31,8 +31,13 @@ space::Parts parts_of(const Scene& scene) {
   space::Parts parts;
   parts.field = scene.magnetic_field;
   if (!scene.orbit) add_pushing(scene, parts);
-  for (const Element& e : scene.elements)
-    if (e.latch) parts.latches.push_back(*e.latch);
+  for (const Element& e : scene.elements) {
+    if (!e.latch) continue;
+    if (scene.orbit && e.latch->body == "world")
+      throw InvalidArgument(e.where + ": " + e.type + " '" + e.name +
+                            "' ends in the world, expected a link or [[body]] in orbit");
+    parts.latches.push_back(*e.latch);
+  }
   return parts;
 }
 

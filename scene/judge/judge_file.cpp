@@ -133,7 +133,7 @@ RunReport judge_file(const JudgeOptions& o) {
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
       const double error = ledger.add(t[i] - t[0], m, regular);
-      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, {}, row);
+      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, {}, {}, row);
       log.append(row);
       r.final_state = world;
       const auto fallen = CentreOfMass::Real(t[i] - t[0]) * CentreOfMass::Vec(scene.urdf.gravity);

@@ -54,6 +54,16 @@ void add_ledger(std::vector<Column>& all, const phs::Description& d, const Recor
   }
 }
 
+void add_reactions(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+  Links link;
+  size_t at = l.reaction();
+  for (const auto& c : d.constraints)
+    for (const auto& r : c.reactions) {
+      all.push_back({"reactions/" + link(r.name), r.unit, at, size_t(r.size), r.size > 1});
+      at += size_t(r.size);
+    }
+}
+
 /// Adds the smallest and the largest values of each watched real series.
 void add_extrema(std::vector<Column>& all, const RecordLayout& l) {
   const size_t known = all.size();
@@ -79,6 +89,7 @@ std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& l)
   add_errors(all, l);
   add_ledger(all, d, l);
   all.push_back({"sweeps", "1", l.sweeps()});
+  add_reactions(all, d, l);
   for (size_t k = 0; k < l.ledgers; ++k)
     all.push_back({std::string("ledgers/") + ledger_columns()[k].name, ledger_columns()[k].unit,
                    l.ledger() + k});

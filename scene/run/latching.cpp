@@ -12,12 +12,19 @@ const Element* find_latch(const Scene& scene, const std::string& name) {
     if (e.latch && e.name == name) return &e;
   return nullptr;
 }
+/// A line spring can let go, but has no pose in which it could take hold.
+void check_latch(const Scene& scene, const Event& e) {
+  const Element* latch = find_latch(scene, e.name);
+  if (latch && (latch->type == "soft_latch" || e.type == Event::Type::disengage)) return;
+  throw InvalidArgument(e.where + ": there is no soft latch '" + e.name +
+                        "', expected the name of an element of type \"soft_latch\"");
+}
 bool is_latching(const Event& e) {
   return e.type == Event::Type::engage || e.type == Event::Type::disengage;
 }
 
 bool are_one(const mechanics::Mechanism& m, const space::SoftLatch& l) {
-  return m.body(l.link).node == m.body(l.body).node;
+  return l.body != "world" && m.body(l.link).node == m.body(l.body).node;
 }
 
 /// The limits of an event, between the points of a soft latch.
@@ -54,9 +61,7 @@ double angle(const mechanics::MechanicalModel& model, const phs::State& s, const
 
 Latching::Latching(const Scene& scene) {
   for (const Event& e : scene.events)
-    if (is_latching(e) && !find_latch(scene, e.name))
-      throw InvalidArgument(e.where + ": there is no soft latch '" + e.name +
-                            "', expected the name of an element of type \"soft_latch\"");
+    if (is_latching(e)) check_latch(scene, e);
   for (const Element& e : scene.elements)
     if (e.latch && std::none_of(scene.events.begin(), scene.events.end(), [&](const Event& v) {
           return v.type == Event::Type::engage && v.name == e.name;

@@ -40,7 +40,12 @@ const std::vector<LedgerColumn>& ledger_columns() {
 }
 
 RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
-    : nx(size_t(d.nx)), turns(0), storages(d.storages.size()), powers(d.powers.size()), ledgers(0) {
+    : nx(size_t(d.nx)),
+      turns(0),
+      storages(d.storages.size()),
+      powers(d.powers.size()),
+      reactions(size_t(d.reaction_count())),
+      ledgers(0) {
   for (const auto& b : d.blocks) {
     turns += b.kind == phs::BlockKind::angle;
     if (b.name == "orbit.position") ledgers = ledger_columns().size();
@@ -58,7 +63,8 @@ RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
                  std::span<const double> works, double energy_error, std::int64_t sweeps,
-                 std::span<const double> ledgers, std::span<double> row) {
+                 std::span<const double> reactions, std::span<const double> ledgers,
+                 std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
@@ -72,6 +78,7 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   std::copy(m.stored_J.begin(), m.stored_J.end(), row.begin() + long(l.stored()));
   std::copy(works.begin(), works.end(), row.begin() + long(l.work()));
   row[l.sweeps()] = double(sweeps);
+  std::copy(reactions.begin(), reactions.end(), row.begin() + long(l.reaction()));
   std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
 }
 

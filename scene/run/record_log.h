@@ -21,11 +21,11 @@ const std::vector<LedgerColumn>& ledger_columns();
 
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too),
 /// energy error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored
-/// energies [J], works [J], sweeps of the implicit iteration since the start, and the ledgers of a
-/// spacecraft in orbit. The smallest and the largest value of each watched column over the steps
+/// energies [J], works [J], sweeps of the implicit iteration since the start, the reactions of
+/// constraints, and the ledgers of a spacecraft in orbit. The smallest and the largest value of each watched column over the steps
 /// since the previous record follow (angles with their turns).
 struct RecordLayout {
-  size_t nx, turns, storages, powers, ledgers;
+  size_t nx, turns, storages, powers, reactions, ledgers;
   std::vector<size_t> watched;  ///< columns
   RecordLayout(const phs::Description& d, Extrema extrema);
   size_t time() const { return 1; }
@@ -38,16 +38,19 @@ struct RecordLayout {
   size_t stored() const { return energy() + 8; }
   size_t work() const { return stored() + storages; }
   size_t sweeps() const { return work() + powers; }
-  size_t ledger() const { return sweeps() + 1; }
+  size_t reaction() const { return sweeps() + 1; }
+  size_t ledger() const { return reaction() + reactions; }
   size_t plain() const { return ledger() + ledgers; }  ///< a row without extrema
   size_t size() const { return plain() + 2 * watched.size(); }
 };
 
 /// Fills one row. works: of each of the system's powers since the start; `energy_error` includes
-/// them. ledgers: layout.ledgers numbers of a spacecraft. row: written, layout.plain() numbers.
+/// them. reactions, ledgers: layout.reactions and layout.ledgers numbers. row: written,
+/// layout.plain() numbers.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
-                 std::int64_t sweeps, std::span<const double> ledgers, std::span<double> row);
+                 std::int64_t sweeps, std::span<const double> reactions,
+                 std::span<const double> ledgers, std::span<double> row);
 
 /// The turns of a row's angle blocks. turns: written, layout.turns of them.
 void turns_of(const RecordLayout& layout, std::span<const double> row,

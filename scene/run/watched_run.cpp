@@ -46,7 +46,9 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       steps_(steps_of(scene)),
       end_(steps_.time(steps_.total)),
       ledger_(assembly.model->description()),
-      good_{state_, {}, {}, ledger_} {}
+      good_{state_, {}, {}, ledger_} {
+  if (layout_.reactions > 0) reactions_.emplace(*assembly.model);
+}
 
 /// The scene's method, with its monitor if there is one.
 std::unique_ptr<integrators::Integrator> WatchedRun::make() const {
@@ -146,6 +148,14 @@ void WatchedRun::fill_ledgers() {
   std::copy(now.begin(), now.end(), ledgers_.begin());
 }
 
+/// What the loops and couplings exert at the state.
+std::span<const double> WatchedRun::react() {
+  if (!reactions_) return {};
+  reactions_->hold(integrator_->sampler().memory());
+  reactions_->at(time(), state_.x, state_.turns);
+  return reactions_->exerted();
+}
+
 /// The errors of a step between records, and the extrema.
 void WatchedRun::look() {
   const bool all = scene_.extrema == Extrema::all;
@@ -159,7 +169,7 @@ void WatchedRun::look() {
   if (!record_ || !window_.watches()) return;
   fill_ledgers();
   fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.port_work(),
-              error, 0, ledgers_, row_);
+              error, 0, {}, ledgers_, row_);
   window_.see(row_);
 }
 
@@ -177,7 +187,7 @@ void WatchedRun::record() {
   if (record_) {
     fill_ledgers();
     fill_record(layout_, time(), view_(time(), state_), m, ledger_.port_work(), error,
-                integrator_->cost().sweeps, ledgers_, row_);
+                integrator_->cost().sweeps, react(), ledgers_, row_);
     if (window_.watches()) {
       window_.see(row_);
       window_.put(row_);

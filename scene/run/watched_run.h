@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "integrators/control/event.h"
+#include "phs/system/reactions.h"
 #include "scene/assemble/steps.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/ledger.h"
@@ -77,6 +78,7 @@ class WatchedRun {
   integrators::Outcome fixed_step();
   integrators::Outcome controlled_step();
   void fill_ledgers();
+  std::span<const double> react();
   void look();
   void record();
   void not_finite();
@@ -93,7 +95,8 @@ class WatchedRun {
   integrators::EnergyMonitor* monitor_;  ///< null: none; else the integrator
   space::SplitIntegrator* split_;        ///< null: not in orbit
   Meter meter_;
-  WorldView view_;  ///< records are in the world frame
+  std::optional<phs::Reactions> reactions_;  ///< of loops and couplings
+  WorldView view_;                           ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
   const Measured unmeasured_{};

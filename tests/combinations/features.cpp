@@ -139,6 +139,13 @@ std::vector<Feature> all() {
        {{"environment.magnetic_field", "[0, 1e-5, 3e-5]"}, {"model.base", "'free'"}},
        element("torquer", "direction = [1, 0, 0]\nconstant = 200", "name = 'torquer@'")},
       {"soft_latch", {"latch"}, {}, {}, latch + "link = 'lower'\nbody = 'upper'\n"},
+      {"line_spring",
+       {"line_spring"},
+       {},
+       {},
+       element("line_spring",
+               "body = 'lower'\non_body = [0, 0.2, -0.5]\nstiffness = 30\nrest = 0.8",
+               "name = 'tether@'\nlink = 'bus'")},
 
       {"drive fixed", {"actuator"}, {}, {}, actuator("drive = 'fixed'")},
       {"drive torque",

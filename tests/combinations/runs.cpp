@@ -163,6 +163,7 @@ std::string shown_of(const Feature& f) {
       {"Sun pressure", "sunlight"},
       {"Moon", "third_bodies"},
       {"soft_latch", "latch1"},
+      {"line_spring", "tether1"},
       {"panel", "panel"},
       {"cmg", "gimbal.cmg"},
       {"wheel", "wheel.wheel"},

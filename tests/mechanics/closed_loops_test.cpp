@@ -170,7 +170,58 @@ TEST(ClosedLoops, ReactionsAreTheTensionOfAPendulum) {
     const auto lambda = reactions.at(0, model.state(q, v));
     EXPECT_NEAR(lambda[0], 2 * (l * rate * rate + 9.8125 * std::cos(theta)), 1e-12) << theta;
     EXPECT_TRUE(reactions.unique(0));
+    EXPECT_EQ(reactions.exerted()[0], lambda[0]);  // the tension of a rod
   }
+}
+
+/// A weld holds a body against gravity: its wrench on the body is that of a clamp. The control
+/// leans: the wrench is given in the axes of the clamp.
+TEST(ClosedLoops, AWeldExertsTheWrenchOfAClamp) {
+  for (const double lean : {0.0, 0.5}) {
+    MechanismBuilder b("beam");
+    BodySpec beam;
+    beam.name = "beam";
+    beam.parent = "world";
+    beam.joint.type = "free";
+    beam.mass = {2, {0.5, 0, 0}, {0.1, 0, 0, 0.2, 0, 0.2}, Mat3<double>::identity()};
+    b.add(beam).gravity({0, -10, 0});
+    const auto m = std::make_shared<Mechanism>(b.build());
+    const Mat3<double> R = rotation_from_rpy(lean, 0, 0);
+    LoopJoint weld{"weld", "fixed", {"", {R, {0, 0, 0}}}, {"beam", {R, {0, 0, 0}}}};
+    const MechanicalModel model(m, {}, {{weld}, {}, {}});
+    ASSERT_EQ(model.description().reaction_count(), 6);
+    phs::Reactions reactions(model);
+    reactions.at(0, model.state(m->neutral(), Vec(6, 0.0)));
+    const auto w = reactions.exerted();
+    const Vec3d moment = R.tmul(Vec3d{0, 0, 10}), force = R.tmul(Vec3d{0, 20, 0});
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(w[size_t(k)], moment[k], 1e-13) << k;
+      EXPECT_NEAR(w[size_t(3 + k)], force[k], 1e-13) << k;
+    }
+  }
+}
+
+/// A falling pendulum drives a disc through a gear: 3 a + b = 0. With J' = J + 9 I the torques are
+/// those of two inertias on one shaft.
+TEST(ClosedLoops, AGearExertsATorqueOnEachOfItsJoints) {
+  MechanismBuilder b("train");
+  b.add(test::rod("a", "world", 0, 0, 1, 3)).add(test::rod("b", "world", 2, 0, 0.5, 2));
+  b.gravity({0, -10, 0});
+  const auto m = std::make_shared<Mechanism>(b.build());
+  const double J = 1, I = 2 * 0.25 / 3;  // about the pivots
+  const MechanicalModel model(m, {}, {{}, {}, {{"gear", {{"a_joint", 3}, {"b_joint", 1}}, 0}}});
+  phs::Reactions reactions(model);
+  const double a = 0.4, torque_a = -3 * 10 * 0.5 * std::cos(a),
+               torque_b = -2 * 10 * 0.25 * std::cos(-3 * a);
+  reactions.at(0, model.state(Vec{a, -3 * a}, Vec{0.2, -0.6}));
+  const double lambda = (3 * torque_a / J + torque_b / I) / (9 / J + 1 / I);
+  const auto r = reactions.exerted();
+  ASSERT_EQ(r.size(), 2u);
+  EXPECT_NEAR(r[0], -3 * lambda, 1e-13);
+  EXPECT_NEAR(r[1], -lambda, 1e-13);
+  const auto& named = model.description().constraints[0].reactions;
+  EXPECT_EQ(named[1].name, "gear.b_joint");
+  EXPECT_EQ(named[1].unit, "N m");
 }
 
 /// The constraints of a system whose state lies behind two numbers of another one, before one more.

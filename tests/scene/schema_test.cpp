@@ -87,7 +87,8 @@ std::map<std::string, std::string> places() {
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.torquer", "name = \"t\"\ndirection = [1, 0, 0]\n"},
-      {"element.soft_latch", "name = \"t\"\nlink = \"rod\"\nbody = \"base\"\n"}};
+      {"element.soft_latch", "name = \"t\"\nlink = \"rod\"\nbody = \"base\"\n"},
+      {"element.line_spring", "name = \"t\"\nlink = \"rod\"\n"}};
   for (const auto& t : schema())
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
       p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) + "\n" +

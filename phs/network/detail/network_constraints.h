@@ -15,14 +15,16 @@ class NetworkConstraints final : public Constraints<T> {
     std::unique_ptr<Constraints<T>> rows;
     size_t x, nx, angle, angles;  ///< the member's slices of the state and of its turn angles
     size_t at, size;              ///< of its rows
+    size_t reaction, reactions;   ///< what they exert
   };
 
  public:
-  void add(const Network::Plan::Member& m, std::unique_ptr<Constraints<T>> rows) {
+  void add(const Network::Plan::Member& m, std::unique_ptr<Constraints<T>> rows, size_t reactions) {
     const size_t size = size_t(rows->count());
     parts_.push_back({std::move(rows), size_t(m.x), size_t(m.nx), size_t(m.angle), size_t(m.angles),
-                      size_, size});
+                      size_, size, reactions_, reactions});
     size_ += size;
+    reactions_ += reactions;
   }
   bool empty() const { return parts_.empty(); }
 
@@ -36,6 +38,10 @@ class NetworkConstraints final : public Constraints<T> {
   }
   void rates(In e, Out g_dot) override {
     for (auto& p : parts_) p.rows->rates(e.subspan(p.x, p.nx), g_dot.subspan(p.at, p.size));
+  }
+  void exerted(In lambda, Out reactions) const override {
+    for (const auto& p : parts_)
+      p.rows->exerted(lambda.subspan(p.at, p.size), reactions.subspan(p.reaction, p.reactions));
   }
   void delassus(In x, Out D) override {
     std::fill(D.begin(), D.end(), T(0.0));
@@ -80,7 +86,7 @@ class NetworkConstraints final : public Constraints<T> {
   }
 
   std::vector<Part> parts_;
-  size_t size_ = 0;
+  size_t size_ = 0, reactions_ = 0;
 };
 
 /// Those of a network's systems, or null if none has any.
@@ -89,7 +95,9 @@ std::unique_ptr<Constraints<T>> make_network_constraints(
     const Network::Plan& plan, const std::vector<std::unique_ptr<System<T>>>& systems) {
   auto all = std::make_unique<NetworkConstraints<T>>();
   for (size_t i = 0; i < systems.size(); ++i)
-    if (auto rows = systems[i]->constraints()) all->add(plan.members[i], std::move(rows));
+    if (auto rows = systems[i]->constraints())
+      all->add(plan.members[i], std::move(rows),
+               size_t(systems[i]->description().reaction_count()));
   if (all->empty()) return nullptr;
   return all;
 }

@@ -16,7 +16,8 @@
   X(cmg) \
   X(thruster) \
   X(torquer) \
-  X(soft_latch)
+  X(soft_latch) \
+  X(line_spring)
 // clang-format on
 
 namespace porthos::scene {
