@@ -92,7 +92,7 @@ Impact capture(MovingMechanism& moving, const Latch& latch) {
   body.placement = lowered(inverse(now.pose(latch.link)) * now.pose(latch.body));
   body.joint = {};
   body.joint.name = latch.body + ".latch";
-  return change(moving, std::move(next));
+  return change(moving, std::move(next), moving.constraints);
 }
 
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch) {
@@ -121,7 +121,7 @@ Impact release(MovingMechanism& moving, const std::string& name) {
   body.joint = {};
   body.joint.name = name;
   body.joint.type = "free";
-  Impact r = change(moving, std::move(next));
+  Impact r = change(moving, std::move(next), moving.constraints);
   // The joint that held the body no longer exists, so its lock cannot be undone.
   std::erase_if(moving.locked, [&](const auto& lock) { return lock.second.free.name == name; });
   return r;
@@ -164,7 +164,7 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
   const std::string name = joint_of(*body);
   body->joint = {};
   body->joint.name = name;
-  Impact r = change(moving, std::move(next));
+  Impact r = change(moving, std::move(next), moving.constraints);
   moving.locked.emplace(joint, std::move(kept));
   return r;
 }
@@ -183,7 +183,7 @@ Impact unlock(MovingMechanism& moving, const std::string& joint) {
   BodySpec& body = body_of(next, kept->second.free.name, "unlock");
   body.joint = kept->second.free.joint;
   body.placement = kept->second.free.placement;
-  Impact r = change(moving, std::move(next));
+  Impact r = change(moving, std::move(next), moving.constraints);
   moving.locked.erase(joint);
   return r;
 }

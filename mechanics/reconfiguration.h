@@ -10,14 +10,16 @@
 #include "mechanics/momentum.h"
 #include "phs/system/state.h"
 
-/// Events that change a mechanism in motion: capture, release, locking and unlocking of joints.
+/// Events that change a mechanism in motion: capture, release, locking and unlocking of joints,
+/// closing and opening of loops.
 ///
 /// An event joins or frees bodies at one instant, without external impulse. Positions stay. The new
 /// rates v⁺ are nearest to the old motion in the kinetic-energy metric,
 ///
 ///   min Σ ½ (J_i v⁺ - V_i)ᵀ I_i (J_i v⁺ - V_i)   =>   M⁺ v⁺ = Σ J_iᵀ I_i V_i,
 ///
-/// over all bodies i with twists V_i before: a perfectly plastic impact. Linear and angular
+/// over all bodies i with twists V_i before, among those that keep the loops closed: a perfectly
+/// plastic impact. Linear and angular
 /// momentum are conserved to rounding. The energy loss is that minimum (Carnot's theorem). It is 0
 /// if the new mechanism can continue the old motion (release, unlock). The computation uses 113
 /// bits, so an event adds only the rounding of its final state.
@@ -31,14 +33,16 @@ struct LockedJoint {
   std::vector<std::int64_t> turns;
 };
 
-/// A mechanism in motion, with the parts it was built from.
+/// A mechanism in motion, with the parts it was built from and the loops that are closed.
 struct MovingMechanism {
   MechanismBuilder parts;
+  ConstraintSpec constraints;
   std::shared_ptr<const MechanicalModel> model;
   phs::State state;                           ///< of model
   std::map<std::string, LockedJoint> locked;  ///< by joint
 
-  /// The mechanism at rest at q = 0 and time 0. @throws InvalidArgument as MechanismBuilder::build
+  /// The mechanism at rest at q = 0 and time 0, without loops. @throws InvalidArgument as
+  /// MechanismBuilder::build
   explicit MovingMechanism(MechanismBuilder parts);
   /// Sets the state from q and v (sizes nq, nv); the clock stays.
   void set(std::span<const double> q, std::span<const double> v);
@@ -75,6 +79,13 @@ Impact capture(MovingMechanism& moving, const Latch& latch);
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch);
 /// @throws InvalidArgument naming the limit that is exceeded, with the numbers
 void require_within_limits(const MovingMechanism& moving, const Latch& latch);
+/// Closes a loop, rod or coupling as the mechanism stands: frame b of a loop is placed on a, a rod
+/// gets the present distance as its length, a coupling the present sum as its offset.
+/// @param closing  with one constraint
+/// @throws InvalidArgument as ConstraintSet, and for a rod without length
+Impact close_loop(MovingMechanism& moving, ConstraintSpec closing);
+/// Opens one. @throws InvalidArgument for a name that is not closed
+Impact open_loop(MovingMechanism& moving, const std::string& name);
 /// The current pose of the body's frame in the link's frame.
 Pose relative_pose(const MovingMechanism& moving, const std::string& link, const std::string& body);
 

@@ -119,6 +119,26 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
   return s;
 }
 
+/// The impulse that ends what the loops do not allow: p⁺ = p - B λ with D λ = Bᵀv. Of two nearest
+/// rates in turn, with and without loops, the second is the nearest of all.
+void keep_loops(const MechanicalModel& model, Instant& to) {
+  const auto system = model.instantiate<Real>();
+  const auto rows = system->constraints();
+  if (!rows) return;
+  Reals x(to.q), e(2 * to.q.size()), lambda(size_t(rows->count())), push(e.size());
+  x.insert(x.end(), to.p.begin(), to.p.end());
+  rows->place(x, lambda);
+  rows->factor(x);
+  system->gradient(x, e);
+  rows->rates(e, lambda);
+  rows->solve(lambda);
+  rows->forces(lambda, push);
+  for (size_t i = 0; i < to.p.size(); ++i) to.p[i] -= push[to.q.size() + i];
+  rates_from_momenta<Real>(to.m, to.w, to.q, to.p);
+  to.v = to.w.rate;
+  momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
+}
+
 /// Computes the rates nearest to the old motion, see the header.
 Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
               const MechanicalModel& model, phs::State& s) {
@@ -145,6 +165,7 @@ Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
   phs::dense::solve(nv, M.data(), h.data(), h.data());
   to.v = h;
   momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
+  keep_loops(model, to);
   for (size_t i = 0; i < nq; ++i) {
     s.x[nq + i] = double(to.p[i]);
     s.lo[nq + i] = double(to.p[i] - Real(s.x[nq + i]));
@@ -187,15 +208,16 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
 
 }  // namespace
 
-Impact change(MovingMechanism& moving, MechanismBuilder next) {
-  auto model =
-      std::make_shared<const MechanicalModel>(std::make_shared<const Mechanism>(next.build()));
+Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops) {
+  auto model = std::make_shared<const MechanicalModel>(
+      std::make_shared<const Mechanism>(next.build()), std::vector<BodyPort>(), loops);
   Instant from(*moving.model, moving.state);
   phs::State s = positions(moving, from, *model);
   Impact r = impact(from, next.bodies(), *model, s);
   phs::wrap_angles(model->description(), s);
   measure(r, from, *model, s);
   moving.parts = std::move(next);
+  moving.constraints = std::move(loops);
   moving.model = std::move(model);
   moving.state = std::move(s);
   return r;

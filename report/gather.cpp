@@ -169,9 +169,7 @@ class Gathered {
         moving->state.x.resize(own);
         moving->state.lo.resize(own);
         for (scene::Event e : scene_->events) {
-          using Type = scene::Event::Type;
-          const bool soft = e.type == Type::engage || e.type == Type::disengage;
-          if (soft || !happened(e, from)) continue;
+          if (e.on_latch() || e.on_loop() || !happened(e, from)) continue;  // no body moves
           e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;
           scene::apply(*moving, e);
         }

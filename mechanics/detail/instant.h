@@ -41,12 +41,15 @@ struct Instant {
     momenta_from_rates<Real>(m, w, q, v, p);  // leaves the twists
   }
   void place() { forward_kinematics<Real>(m, w, q, nodes); }
+  /// Of a body in the world; "": of the world itself.
   Transform<Real> pose(const std::string& body) const {
+    if (body.empty()) return lifted(Pose{Mat3<double>::identity(), {0, 0, 0}});
     return body_pose<Real>(m, m.body(body), nodes);
   }
   Motion<Real> twist(const std::string& body) const {
+    const Vec3<Real> none{Real(0), Real(0), Real(0)};
+    if (body.empty() || m.body(body).node < 0) return {none, none};
     const auto& b = m.body(body);
-    if (b.node < 0) return {{Real(0), Real(0), Real(0)}, {Real(0), Real(0), Real(0)}};
     return lifted(b.pose).to_child(w.V[size_t(b.node)]);
   }
   static Vec3<Real> lifted(const Vec3d& a) { return {Real(a.x), Real(a.y), Real(a.z)}; }
@@ -66,6 +69,6 @@ inline double length(const Vec3<phs::Quad>& a) { return double(phs::sqrt(dot(a, 
 
 /// Replaces the mechanism by the next one: positions, rates and the ledger of the event, see
 /// reconfiguration.h.
-Impact change(MovingMechanism& moving, MechanismBuilder next);
+Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops);
 
 }  // namespace porthos::mechanics

@@ -78,7 +78,43 @@ void read_coupling(const Table& t, const std::string& name, mechanics::Constrain
   spec.couplings.push_back(std::move(c));
 }
 
+/// Moves the constraint of this name from one spec to the other.
+void move_named(mechanics::ConstraintSpec& from, mechanics::ConstraintSpec& to,
+                const std::string& name) {
+  const auto move = [&](auto& a, auto& b) {
+    for (size_t i = 0; i < a.size(); ++i) {
+      if (a[i].name != name) continue;
+      b.push_back(std::move(a[i]));
+      a.erase(a.begin() + long(i));
+      return;
+    }
+  };
+  move(from.loops, to.loops);
+  move(from.rods, to.rods);
+  move(from.couplings, to.couplings);
+}
+
+/// Opens those that an event closes; checks the names.
+void await(SceneConstraints& c, const std::vector<Event>& events) {
+  for (const Event& e : events) {
+    if (!e.on_loop()) continue;
+    if (!c.where.count(e.name)) {
+      std::string known;
+      for (const auto& [name, where] : c.where) add_to_list(known, name);
+      refuse(e.where, fmt::format("there is no [[loop]] or [[coupling]] '{}', expected one of: {}",
+                                  e.name, known.empty() ? "(none)" : known));
+    }
+    if (e.type == Event::Type::close) move_named(c.spec, c.later, e.name);
+  }
+}
+
 }  // namespace
+
+mechanics::ConstraintSpec SceneConstraints::awaited(const std::string& name) const {
+  mechanics::ConstraintSpec all = later, one;
+  move_named(all, one, name);
+  return one;
+}
 
 InvalidArgument SceneConstraints::placed(const InvalidArgument& error) const {
   const std::string text = error.what();
@@ -88,7 +124,7 @@ InvalidArgument SceneConstraints::placed(const InvalidArgument& error) const {
   return error;
 }
 
-SceneConstraints read_constraints(const Table& scene) {
+SceneConstraints read_constraints(const Table& scene, const std::vector<Event>& events) {
   SceneConstraints c;
   const auto each = [&](const char* key, auto read) {
     scene.each_of(key, "name", [&](const std::string& name, const Table& t) {
@@ -100,6 +136,7 @@ SceneConstraints read_constraints(const Table& scene) {
   };
   each("loop", read_loop);
   each("coupling", read_coupling);
+  await(c, events);
   return c;
 }
 

@@ -25,7 +25,8 @@ void read_moment(const Table& t, Event& e) {
     e.within_reach = true;
   }
   const int given = t.has("at") + t.has("when") + t.has("above") + t.has("below");
-  const bool may_wait = e.type == Type::lock || e.type == Type::capture || e.type == Type::engage;
+  const bool may_wait = e.type == Type::lock || e.type == Type::capture || e.type == Type::engage ||
+                        e.type == Type::close;
   if (given != 1 && may_wait)
     refuse(t.where(), fmt::format("{} has {} of the keys {}, expected one", t.label(), given,
                                   e.type == Type::lock ? "at, above and below" : "at and when"));
@@ -46,20 +47,23 @@ Event read_event(const std::string& type, const Table& t) {
            : type == "lock"    ? Type::lock
            : type == "unlock"  ? Type::unlock
            : type == "engage"  ? Type::engage
+           : type == "close"   ? Type::close
+           : type == "open"    ? Type::open
                                : Type::disengage;
   read_moment(t, e);
-  const bool body = e.type == Type::capture || e.type == Type::release,
-             latch = e.type == Type::engage || e.type == Type::disengage;
-  const char* named = body ? "body" : latch ? "latch" : "joint";
+  const bool body = e.type == Type::capture || e.type == Type::release;
+  const char* named = body ? "body" : e.on_latch() ? "latch" : e.on_loop() ? "loop" : "joint";
   e.name = t.text(named, "a name");
-  if (e.type != Type::capture && e.type != Type::engage) return e;
+  const bool closes = e.type == Type::engage || e.type == Type::close;
+  if (e.type != Type::capture && !closes) return e;
   if (e.type == Type::capture) {
     e.latch.body = e.name;
     e.latch.link = t.text("link", "the name of a link");
     e.latch.on_body = t.vector("on_body");
     e.latch.on_link = t.vector("on_link");
   }
-  t.require("reach", "a number of metres, the largest distance at which the latch can close");
+  if (e.type != Type::close)
+    t.require("reach", "a number of metres, the largest distance at which the latch can close");
   e.latch.reach = limit(t, "reach");
   e.latch.speed = limit(t, "speed");
   e.latch.rate = limit(t, "rate");
@@ -136,6 +140,10 @@ std::string text(const Event& e) {
       return "engagement of " + e.name;
     case Type::disengage:
       return "disengagement of " + e.name;
+    case Type::close:
+      return "closing of " + e.name;
+    case Type::open:
+      return "opening of " + e.name;
     case Type::unlock:
       break;
   }
@@ -153,11 +161,14 @@ mechanics::Impact apply(mechanics::MovingMechanism& moving, const Event& e) {
         return mechanics::lock(moving, e.name);
       case Type::unlock:
         return mechanics::unlock(moving, e.name);
+      case Type::open:
+        return mechanics::open_loop(moving, e.name);
+      case Type::close:
       case Type::engage:
       case Type::disengage:
-        break;  // the mechanism stays: latching.h
+        break;  // need the scene: latching.h, loop_events.h
     }
-    throw InvalidArgument("soft latch '" + e.name + "' changes no mechanism");
+    throw InvalidArgument("'" + e.name + "' is not changed by the event alone");
   } catch (const InvalidArgument& why) {
     throw InvalidArgument(fmt::format("{}: at {:g} s: {}", e.where, e.at, why.what()));
   }

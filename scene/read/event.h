@@ -32,16 +32,20 @@ struct FreeBody {
 
 /// A change of the mechanism at a given time: an [[event]] of the scene.
 struct Event {
-  enum class Type { capture, release, lock, unlock, engage, disengage } type;
+  enum class Type { capture, release, lock, unlock, engage, disengage, close, open } type;
   double at = 0;           ///< [s]; infinite for an event that waits for a condition
-  std::string name;        ///< of the released body, the joint, or the soft latch
-  mechanics::Latch latch;  ///< of a capture; for an engagement only its limits are used
+  std::string name;        ///< of the released body, the joint, the soft latch, or the loop
+  mechanics::Latch latch;  ///< of a capture; engagements and closings use only its limits
   /// Condition of an event without a time, checked at whole steps: a lock waits until its joint
   /// passes an angle, a capture or engagement until its limits hold.
   std::optional<double> above, below;
   bool within_reach = false;
   double after = 0;  ///< [s]: the event does not happen before this time
   bool waits() const { return above || below || within_reach; }
+  /// Whether it acts on a soft latch; then the mechanism stays as it is.
+  bool on_latch() const { return type == Type::engage || type == Type::disengage; }
+  /// Whether it acts on a loop or coupling.
+  bool on_loop() const { return type == Type::close || type == Type::open; }
   std::string where;
 };
 /// "capture of target by hand", for reports.

@@ -60,7 +60,7 @@ class Reader {
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
-    s_.constraints = read_constraints(top);
+    s_.constraints = read_constraints(top, s_.events);
     s_.orbit = read_orbit(top);
     const Table method = top.section("integrator");
     read_integrator(method, s_);
@@ -197,7 +197,6 @@ class Reader {
              fmt::format("{} cannot be combined with the constraint {}, expected one of both",
                          other, what));
     };
-    if (!s_.events.empty()) refuse_with(s_.events.front().where, "[[event]]");
     if (s_.orbit) refuse_with(s_.orbit->where, "[orbit]");
     if (s_.step_control != integrators::StepControl::fixed)
       refuse_with(method.at("step_control"), "a step_control");

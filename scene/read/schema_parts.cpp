@@ -15,12 +15,12 @@ SchemaTable event(const char* type, const char* what, bool waits, const keys::Ke
                  own)};
 }
 /// Keys of events that may wait until their limits hold.
-keys::Keys reaching() {
+keys::Keys reaching(const std::string& reach = keys::required) {
   using namespace keys;
   return {
       word("when", {"within_reach"}, "it does not wait", "instead of at: until all limits hold"),
       number("after", "s", "0", "it waits from then on"),
-      number("reach", "m", required, "largest distance of the points"),
+      number("reach", "m", reach, "largest distance of the points"),
       number("speed", "m/s", "any", "largest speed of the points"),
       number("rate", "rad/s", "any", "largest relative rate")};
 }
@@ -128,6 +128,11 @@ std::vector<SchemaTable> part_tables() {
       event("engage", "A soft latch takes hold of its body as it is.", true,
             joined({text("latch", required, "name of a soft latch")}, reaching())),
       event("disengage", "It lets go.", false, {text("latch", required, "name of a soft latch")}),
+      event("close", "A loop or coupling closes as the mechanism stands.", true,
+            joined({text("loop", required, "of a [[loop]] or [[coupling]], open until then")},
+                   reaching("required for a joint"))),
+      event("open", "A loop or coupling opens.", false,
+            {text("loop", required, "of a [[loop]] or [[coupling]]")}),
       {"actuator",
        "[[actuator]]",
        "An actuator with a spring between a joint and its motors.",

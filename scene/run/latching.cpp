@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "scene/run/loop_events.h"
+
 namespace porthos::scene {
 namespace {
 
@@ -19,9 +21,6 @@ void check_latch(const Scene& scene, const Event& e) {
   throw InvalidArgument(e.where + ": there is no soft latch '" + e.name +
                         "', expected the name of an element of type \"soft_latch\"");
 }
-bool is_latching(const Event& e) {
-  return e.type == Event::Type::engage || e.type == Event::Type::disengage;
-}
 
 bool are_one(const mechanics::Mechanism& m, const space::SoftLatch& l) {
   return l.body != "world" && m.body(l.link).node == m.body(l.body).node;
@@ -29,6 +28,7 @@ bool are_one(const mechanics::Mechanism& m, const space::SoftLatch& l) {
 
 /// The limits of an event, between the points of a soft latch.
 mechanics::Latch limits_of(const Scene& scene, const Event& e) {
+  if (e.type == Event::Type::close) return limits_of_closing(scene, e);
   mechanics::Latch l = e.latch;
   if (e.type != Event::Type::engage) return l;
   const space::SoftLatch& soft = *find_latch(scene, e.name)->latch;
@@ -61,7 +61,7 @@ double angle(const mechanics::MechanicalModel& model, const phs::State& s, const
 
 Latching::Latching(const Scene& scene) {
   for (const Event& e : scene.events)
-    if (is_latching(e)) check_latch(scene, e);
+    if (e.on_latch()) check_latch(scene, e);
   for (const Element& e : scene.elements)
     if (e.latch && std::none_of(scene.events.begin(), scene.events.end(), [&](const Event& v) {
           return v.type == Event::Type::engage && v.name == e.name;

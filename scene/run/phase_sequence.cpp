@@ -7,6 +7,7 @@
 
 #include "phs/network/network.h"
 #include "scene/assemble/parts.h"
+#include "scene/run/loop_events.h"
 
 namespace porthos::scene {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 void check(const Scene& s) {
   const bool fixed = s.step_control == integrators::StepControl::fixed;
   for (const Event& e : s.events) {
+    if (e.type == Event::Type::close) check_closing(s, e);
     if (e.waits()) continue;
     const double steps = e.at / s.step;
     if (!(e.at > 0 && e.at < s.duration))
@@ -50,11 +52,13 @@ double end_after(const Scene& s, double from) {
   return end;
 }
 
-bool on_ground(const mechanics::MechanismBuilder& parts) {
-  const auto& all = parts.bodies();
-  return std::any_of(all.begin(), all.end(), [](const mechanics::BodySpec& b) {
-    return b.parent == "world" && b.joint.type != "free";
-  });
+bool on_ground(const mechanics::MovingMechanism& moving) {
+  const auto& all = moving.parts.bodies();
+  const auto* loops = moving.model->constraint_set();
+  return (loops && loops->on_the_world()) ||
+         std::any_of(all.begin(), all.end(), [](const mechanics::BodySpec& b) {
+           return b.parent == "world" && b.joint.type != "free";
+         });
 }
 
 /// The scene of a phase. What acts at locked joints is inactive, and so is a torquer whose wheels
@@ -68,6 +72,7 @@ Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
   if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
     std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
   latching.apply_to(s, moving.model->mechanism());
+  s.constraints.spec = moving.constraints;
   return s;
 }
 
@@ -93,8 +98,9 @@ Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
 
 mechanics::Impact apply_one(const Scene& scene, const Event& e, mechanics::MovingMechanism& moving,
                             Latching& latching, const OrbitApart& orbit) {
-  const bool soft = e.type == Event::Type::engage || e.type == Event::Type::disengage;
-  const auto impact = soft ? latching.change(scene, moving, e) : apply(moving, e);
+  const auto impact = e.on_latch()                   ? latching.change(scene, moving, e)
+                      : e.type == Event::Type::close ? close(scene, moving, e)
+                                                     : apply(moving, e);
   orbit.settle(moving);
   return impact;
 }
@@ -103,6 +109,7 @@ mechanics::MovingMechanism moving_at_start(const Assembly& a, MotorStates& motor
                                            OrbitApart& orbit) {
   mechanics::MovingMechanism m(a.parts);
   m.model = a.mechanical;
+  if (const auto* loops = a.mechanical->constraint_set()) m.constraints = loops->spec();
   m.state = a.initial;
   orbit.take_off(m.state);
   motors.take_off(a, m.state);
@@ -248,9 +255,10 @@ void PhaseSequence::happen(const Event& e) {
     now.at = from_;
     without_limits(now);
   }
+  const bool was_on_ground = on_ground(moving_);
   const auto impact = apply_one(scene_, now, moving_, latching_, orbit_);
   std::erase(waiting_, &e);
-  whole_.add(e, impact, on_ground(moving_.parts));
+  whole_.add(e, impact, was_on_ground || on_ground(moving_));
   happened_.push_back({&e, from_, impact});
   assembled_ = false;
 }

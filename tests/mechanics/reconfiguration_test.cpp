@@ -13,6 +13,7 @@
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
 #include "tests/places.h"
+#include "tests/support/linkages.h"
 
 namespace porthos::test::reconfiguration_test {
 namespace {
@@ -204,6 +205,88 @@ TEST(Reconfiguration, ReleaseLockAndUnlock) {
 
 // A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge
 // the body where its mount was, in the world, with a jump of momentum from nowhere.
+/// A weld that closes is a capture: the same momenta, rates and loss, by another way. A pin loses
+/// less, an opening nothing, and both ends move on as one.
+TEST(Reconfiguration, ALoopThatClosesIsAPlasticImpact) {
+  Random random(11);
+  MovingMechanism start(servicer_and_target());
+  throw_about(start, random);
+  const std::string hand = last_link(start.parts);
+  const auto closed = [&](const char* type) {
+    MovingMechanism m = start;
+    LoopJoint l{"grip", type, {hand, {rotation_from_rpy(0.3, 0.2, 0.1), {0.2, 0.1, 0}}}, {}};
+    l.b.link = "target";
+    const double T = kinetic(m);
+    const Impact r = close_loop(m, {{l}, {}, {}});
+    std::printf("  %-9s lost %.4f J of %.4f, books %.1e, momenta jump %.1e %.1e\n", type,
+                r.dissipated_J, T, T - kinetic(m) - r.dissipated_J, r.linear_jump, r.angular_jump);
+    EXPECT_NEAR(T - kinetic(m), r.dissipated_J, 1e-14 * T);
+    EXPECT_LT(r.linear_jump, 1e-15 * r.scale.linear);
+    EXPECT_LT(r.angular_jump, 1e-15 * r.scale.angular);
+    return std::pair{m, r};
+  };
+  const auto [weld, at_weld] = closed("fixed");
+  const auto [ball, at_ball] = closed("spherical");
+  EXPECT_LT(at_ball.dissipated_J, 0.99 * at_weld.dissipated_J);
+  MovingMechanism caught = start;
+  Latch latch;
+  latch.body = "target";
+  latch.link = hand;
+  const Impact impact = capture(caught, latch);
+  EXPECT_NEAR(at_weld.dissipated_J, impact.dissipated_J, 1e-14 * kinetic(start));
+  EXPECT_NEAR(at_weld.rate_jump, impact.rate_jump, 1e-14);
+  for (int k = 0; k < 6; ++k) {
+    const auto v = weld.model->rates(weld.state.x), u = caught.model->rates(caught.state.x);
+    EXPECT_NEAR(v[size_t(k)], u[size_t(k)], 1e-14) << k;
+  }
+  // On the manifold: positions and rates.
+  const auto system = ball.model->instantiate<double>();
+  const auto rows = system->constraints();
+  std::vector<double> g(size_t(rows->count())), e(ball.state.x.size());
+  rows->place(ball.state.x, g);
+  for (const double x : g) EXPECT_NEAR(x, 0, 1e-15);
+  system->gradient(ball.state.x, e);
+  rows->rates(e, g);
+  for (const double x : g) EXPECT_NEAR(x, 0, 1e-15);
+  MovingMechanism opened = ball;
+  const Impact nothing = open_loop(opened, "grip");
+  EXPECT_NEAR(nothing.dissipated_J, 0, 1e-28);
+  for (size_t i = 0; i < ball.state.x.size(); ++i)
+    EXPECT_NEAR(opened.state.x[i], ball.state.x[i], 1e-15 * (1 + std::fabs(ball.state.x[i])));
+  EXPECT_TRUE(opened.constraints.empty());
+  EXPECT_THROW(open_loop(opened, "grip"), InvalidArgument);
+}
+
+/// A lock and a capture while a loop is closed: the rates are the nearest with both.
+TEST(Reconfiguration, EventsKeepClosedLoops) {
+  auto l = test::four_bar();
+  MechanismBuilder parts("four_bar");
+  parts.add(test::rod("crank", "world", 0, 0, 0.5, 1));
+  parts.add(test::rod("coupler", "crank", 0.5, 0, 1.5, 2));
+  parts.add(test::rod("rocker", "world", 1.5, 0, 1.25, 1.5));
+  MovingMechanism m(parts);
+  l.start();
+  m.set(l.q, l.v);
+  Impact r = close_loop(m, l.spec);
+  EXPECT_NEAR(r.dissipated_J, 0, 1e-25);  // it moved as if it were closed
+  const double T = kinetic(m);
+  r = lock(m, "coupler_joint");  // the last freedom of the linkage
+  EXPECT_NEAR(r.dissipated_J, T, 1e-14 * T);
+  EXPECT_NEAR(kinetic(m), 0, 1e-25);
+  r = unlock(m, "coupler_joint");
+  EXPECT_EQ(m.state.x.size(), 6u);
+  EXPECT_THROW(lock(m, "nothing"), InvalidArgument);
+  ConstraintSpec gear;
+  gear.couplings.push_back({"clutch", {{"crank_joint", 1}, {"rocker_joint", -2}}, 0});
+  open_loop(m, "pin");
+  m.set(l.q, std::vector<double>{1, 0.5, -0.25});
+  r = close_loop(m, gear);
+  EXPECT_GT(r.dissipated_J, 0.01);
+  const auto v = m.model->rates(m.state.x);
+  EXPECT_NEAR(v[0], 2 * v[2], 4e-15);
+  EXPECT_NEAR(m.constraints.couplings[0].offset, l.q[0] - 2 * l.q[2], 1e-15);
+}
+
 TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
   const std::string joint = "joint_3";
   for (const bool caught_again : {false, true}) {
