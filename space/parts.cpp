@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "space/detail/parts_checks.h"
@@ -61,7 +62,10 @@ void validate(const Parts& parts) {
 }
 
 bool in_world(const Mechanism& m, const std::string& link) {
-  return link == "world" || m.body(link).node < 0;
+  const auto& all = m.bodies();
+  return link == "world" || std::any_of(all.begin(), all.end(), [&](const auto& b) {
+           return b.name == link && b.node < 0;
+         });
 }
 
 /// A body port at each attachment of the parts to a body that moves.

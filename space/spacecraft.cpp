@@ -129,7 +129,9 @@ Spacecraft::Spacecraft(std::shared_ptr<const mechanics::MechanicalModel> mechani
       parts_(std::move(parts)),
       description_(
           describe(internal_->description(), parts_, !orbit_.environment().plates.empty())) {
-  phs::refuse_constraints(internal_->description(), "a spacecraft in orbit");
+  if (const auto* loops = mechanical_->constraint_set(); loops && loops->on_the_world())
+    throw InvalidArgument("'" + internal_->description().name +
+                          "' has a loop to the world, expected loops between links in orbit");
   const PlateForces fits(mechanical_->mechanism(), orbit_.environment().plates);
 }
 

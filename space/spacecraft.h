@@ -31,6 +31,7 @@ class Spacecraft : public phs::ModelFor<Spacecraft> {
              std::shared_ptr<const phs::Model> internal, Environment environment, Parts parts = {});
 
   const phs::Description& description() const override { return description_; }
+  const mechanics::MechanicalModel& mechanical() const { return *mechanical_; }
   const phs::Model& internal() const { return *internal_; }
   const Mechanism& mechanism() const { return mechanical_->mechanism(); }
   const OrbitMotion& orbit() const { return orbit_; }

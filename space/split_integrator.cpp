@@ -56,7 +56,14 @@ SplitIntegrator::SplitIntegrator(const integrators::OfRun& run, const Spacecraft
       extra_(nq_, 0.0),
       delta_(nq_),
       slope_(nq_),
-      side_(nq_) {
+      side_(nq_),
+      linkage_(model.mechanical().instantiate<double>()),
+      loops_(linkage_->constraints()),
+      e_(loops_ ? 2 * nq_ : 0),
+      lambda_(loops_ ? size_t(loops_->count()) : 0),
+      rows_(lambda_.size()),
+      taken_(e_.size()),
+      kicked_(loops_ ? nq_ : 0) {
   keep_model(run.kept);
   for (const auto& n : model.mechanism().nodes())
     if (n.parent < 0) roots_.push_back(size_t(n.q));
@@ -78,6 +85,9 @@ void SplitIntegrator::gather(const State& s) {
   plates_.set_turn_angles(turn_angles_);
   push_.set_turn_angles(turn_angles_);
   w_.turn_angle = turn_angles_;
+  if (!loops_) return;
+  linkage_->set_turn_angles(turn_angles_);
+  loops_->set_turn_angles(turn_angles_);
 }
 
 void SplitIntegrator::scatter(State& s) const {
@@ -126,9 +136,22 @@ Vec3d SplitIntegrator::impulse_of(std::span<const double> added) const {
   return sum;
 }
 
+void SplitIntegrator::keep_loops(std::span<double> momenta) {
+  std::copy(q_.begin(), q_.end(), place_.begin());
+  std::copy(momenta.begin(), momenta.end(), place_.begin() + long(nq_));
+  loops_->place(place_, lambda_);
+  linkage_->gradient(place_, e_);
+  loops_->rates(e_, lambda_);
+  loops_->factor(place_);
+  loops_->solve(lambda_);
+  loops_->forces(lambda_, taken_);
+  for (size_t i = 0; i < nq_; ++i) momenta[i] -= taken_[nq_ + i];
+}
+
 /// Adds weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
 void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   gradient_.momentum_rates(q_, change_);
+  if (loops_) keep_loops(change_);
   mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, change_, {}, delta_, slope_);
   double size = 0;
   for (const double d : delta_) size = std::max(size, std::fabs(d));
@@ -140,6 +163,12 @@ void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
     for (size_t i = 0; i < nq_; ++i) side_[i] = q_[i] + sign * step * delta_[i];
     gradient_.evaluate(mu, side_, R);
     gradient_.momentum_rates(side_, slope_);
+    if (loops_) {
+      std::copy(side_.begin(), side_.end(), place_.begin());
+      loops_->place(place_, rows_);
+      loops_->forces(lambda_, taken_);
+      for (size_t i = 0; i < nq_; ++i) slope_[i] -= taken_[nq_ + i];
+    }
     for (size_t i = 0; i < nq_; ++i) extra_[i] += sign * weight / (2 * step) * slope_[i];
   }
   gradient_.evaluate(mu, q_, R);
@@ -187,6 +216,12 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
       push_.momentum_rates(q_, push_.joint_forces(k), change_);
   }
   for (size_t i = 0; i < nq_; ++i) change_[i] = h * change_[i] + (more ? extra_[i] : 0.0);
+  if (loops_) {
+    for (size_t i = 0; i < nq_; ++i)
+      kicked_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + change_[i]);
+    keep_loops(kicked_);
+    for (size_t i = 0; i < nq_; ++i) change_[i] -= taken_[nq_ + i];
+  }
   for (size_t k = 0; k < 3; ++k) {  // the sum over all trees stays zero
     double others = 0;
     for (const size_t root : roots_)

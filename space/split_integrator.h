@@ -26,6 +26,11 @@ struct SplitOptions {
 /// A kick by the gravity gradient changes the momenta of base and joints and the velocity of the
 /// centre of mass. Its work on the internal motion, Δp·q'(p + Δp/2), and on the orbit are exact and
 /// booked (ledgers.h).
+///
+/// A mechanism with loops is kicked along them: the loops take up the rest of each kick by impulses
+/// that do no work. This is the exact flow of the kick's potential on the manifold. The corrector's
+/// potential there is ½ Fᵀ M⁻¹ (F - Gᵀμ), μ the multipliers of M⁻¹F; its gradient has F - Gᵀμ in
+/// the place of F, with μ held.
 class SplitIntegrator final : public integrators::Integrator {
  public:
   /// The model must outlive it. @throws InvalidArgument for an unknown splitting or method, or a
@@ -54,6 +59,8 @@ class SplitIntegrator final : public integrators::Integrator {
   /// middle: of the whole step, for parts that switch between steps.
   void kick(double t, double h, double middle, double correction, OrbitPoint& p);
   void correct(double weight, const OrbitPoint& p);
+  /// Takes Bλ from momenta at q_, so that their rates keep the loops closed; λ in lambda_.
+  void keep_loops(std::span<double> momenta);
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
   Vec3d impulse_of(std::span<const double> added) const;
@@ -72,7 +79,10 @@ class SplitIntegrator final : public integrators::Integrator {
   State inside_;
   std::vector<double> q_, change_, middle_, place_, turn_angles_;
   std::vector<double> extra_;  ///< besides the gradient: by the corrector and the plates
-  std::vector<double> delta_, slope_, side_;  ///< for the corrector
+  std::vector<double> delta_, slope_, side_;         ///< for the corrector
+  std::unique_ptr<phs::System<double>> linkage_;     ///< of the mechanism alone
+  std::unique_ptr<phs::Constraints<double>> loops_;  ///< null: none
+  std::vector<double> e_, lambda_, rows_, taken_, kicked_;
   SpaceLedgers ledgers_;
   std::string trouble_;
   std::vector<double> inner_before_;  ///< memory of the inner method before the step

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "integrators/control/controlled.h"
+#include "phs/system/reactions.h"
 #include "phs/system/time_transform.h"
 
 namespace porthos::integrators {
@@ -185,9 +186,10 @@ class Reversible final : public Controlled {
         x_(n_),
         e_(n_),
         f_(n_),
+        push_(n_),
         gradient_(n_),
-        turn_angles_(last_.turns.size()),
-        told_(last_.turns.size(), 0) {
+        sigma_turns_(model.description()) {
+    if (!model.description().constraints.empty()) reactions_.emplace(model);
     inner_ = make_integrator(method, model, h, o);
     by_ = inner_.get();
   }
@@ -218,10 +220,8 @@ class Reversible final : public Controlled {
   void tell_turns(const State& s) override {
     Controlled::tell_turns(s);
     inner_->tell_turns(s);
-    if (s.turns == told_) return;
-    told_ = s.turns;
-    for (size_t i = 0; i < told_.size(); ++i) turn_angles_[i] = double(told_[i]) * phs::two_pi_hi;
-    sigma_->set_turn_angles(turn_angles_);
+    sigma_turns_.when_changed(
+        s.turns, [&](std::span<const double> angles) { sigma_->set_turn_angles(angles); });
   }
 
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
@@ -261,6 +261,11 @@ class Reversible final : public Controlled {
     system_->gradient(x_, e_);
     system_->field(t, x_, {}, f_);
     ++cost_.evaluations;
+    if (reactions_) {
+      reactions_->at(t, x_, s.turns);
+      reactions_->forces(push_);
+      for (size_t i = 0; i < n_; ++i) f_[i] -= push_[i];
+    }
     value_ = sigma_->with_gradient(x_, e_, gradient_);
     double slope = 0;
     for (size_t i = 0; i < n_; ++i) slope += gradient_[i] * f_[i];
@@ -268,8 +273,9 @@ class Reversible final : public Controlled {
   }
 
   std::unique_ptr<phs::TimeScale<double>> sigma_;
-  std::vector<double> x_, e_, f_, gradient_, turn_angles_;
-  std::vector<std::int64_t> told_;
+  std::optional<phs::Reactions> reactions_;  ///< of constraints
+  std::vector<double> x_, e_, f_, push_, gradient_;
+  TurnKeeper<double> sigma_turns_;
   double rho_ = 1, G_ = 0, value_ = 1;
 };
 
@@ -278,7 +284,6 @@ template <class Control>
 std::unique_ptr<Integrator> make(Declaration d, const std::string& method, const phs::Model& model,
                                  double h, const Options& o, const ControlOptions& control) {
   make_integrator(method, model, h, o);  // refuses what the method cannot take
-  phs::refuse_constraints(model.description(), "a step control");
   const OfRun run(model);
   auto made = std::make_unique<Control>(std::move(d), method, *run.model, h, o, control);
   made->keep_model(run.kept);
@@ -333,15 +338,9 @@ std::unique_ptr<Integrator> make_reversible(const std::string& method, const phs
 std::unique_ptr<Integrator> make_controlled(StepControl kind, const std::string& method,
                                             const phs::Model& model, double h,
                                             const ControlOptions& control, const Options& o) {
-  switch (kind) {
-    case StepControl::time_transformed:
-      return make_time_transformed(method, model, h, control, o);
-    case StepControl::reversible:
-      return make_reversible(method, model, h, control, o);
-    case StepControl::fixed:
-      break;
-  }
-  return make_integrator(method, model, h, o);
+  if (kind == StepControl::fixed) return make_integrator(method, model, h, o);
+  const auto made = kind == StepControl::reversible ? make_reversible : make_time_transformed;
+  return made(method, model, h, control, o);
 }
 
 }  // namespace porthos::integrators

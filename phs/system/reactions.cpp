@@ -18,9 +18,7 @@ Reactions::Reactions(const Model& model)
   g_.resize(lambda_.size());
   rate_.resize(lambda_.size());
   exerted_.resize(size_t(d.reaction_count()));
-  for (const auto& hold : model.holds())
-    held_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
-  if (!held_.empty()) system_->use_held(std::vector<HeldPtr>(held_.begin(), held_.end()));
+  holds_ = model.holds();
   angles_.resize(size_t(d.angle_count()));
   dual_angles_.resize(angles_.size());
 }
@@ -32,6 +30,11 @@ std::span<const double> Reactions::exerted() {
 }
 
 void Reactions::hold(std::span<const double> values) {
+  if (held_.empty() && !holds_.empty()) {
+    for (const auto& hold : holds_)
+      held_.push_back(std::make_shared<std::vector<double>>(hold->fresh));
+    system_->use_held(std::vector<HeldPtr>(held_.begin(), held_.end()));
+  }
   size_t n = 0;
   for (const auto& h : held_) n += h->size();
   require_size("values held by sampled controllers", values.size(), n);

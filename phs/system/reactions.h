@@ -24,9 +24,12 @@ class Reactions {
   /// call
   std::span<const double> at(double t, std::span<const double> x,
                              std::span<const std::int64_t> turns = {});
+  /// B λ of the last multipliers: the constrained motion is x' = field - Bλ. Written, size nx.
+  void forces(std::span<double> Bl) { rows_->forces(lambda_, Bl); }
   /// What the last multipliers exert, see ConstraintBlock::reactions. Valid until the next call.
   std::span<const double> exerted();
-  /// Sets the values that sampled controllers hold, those of all Model::holds() in turn.
+  /// Sets the values that sampled controllers hold, those of all Model::holds() in turn. Until then
+  /// they are those of the model.
   void hold(std::span<const double> values);
   /// Whether the multiplier of a row at the last state has only one value.
   bool unique(int row) const { return rows_->unique(row); }
@@ -38,7 +41,8 @@ class Reactions {
   std::unique_ptr<Constraints<double>> rows_;
   std::unique_ptr<Constraints<Dual>> moving_rows_;
   std::vector<double> field_, lambda_, g_, angles_, exerted_;
-  std::vector<std::shared_ptr<std::vector<double>>> held_;
+  std::vector<HoldPtr> holds_;
+  std::vector<std::shared_ptr<std::vector<double>>> held_;  ///< of hold(); empty before
   std::vector<Dual> x_, e_, rate_, dual_angles_;
 };
 

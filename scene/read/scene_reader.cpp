@@ -197,9 +197,8 @@ class Reader {
              fmt::format("{} cannot be combined with the constraint {}, expected one of both",
                          other, what));
     };
-    if (s_.orbit) refuse_with(s_.orbit->where, "[orbit]");
-    if (s_.step_control != integrators::StepControl::fixed)
-      refuse_with(method.at("step_control"), "a step_control");
+    if (s_.step_control == integrators::StepControl::time_transformed)
+      refuse_with(method.at("step_control"), "step_control = \"time_transformed\"");
     if (s_.monitor && s_.monitor->project) refuse_with(s_.path, "[monitor] project");
   }
 

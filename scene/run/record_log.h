@@ -22,8 +22,8 @@ const std::vector<LedgerColumn>& ledger_columns();
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too),
 /// energy error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored
 /// energies [J], works [J], sweeps of the implicit iteration since the start, the reactions of
-/// constraints, and the ledgers of a spacecraft in orbit. The smallest and the largest value of each watched column over the steps
-/// since the previous record follow (angles with their turns).
+/// constraints, and the ledgers of a spacecraft in orbit. The smallest and the largest value of
+/// each watched column over the steps since the previous record follow (angles with their turns).
 struct RecordLayout {
   size_t nx, turns, storages, powers, reactions, ledgers;
   std::vector<size_t> watched;  ///< columns

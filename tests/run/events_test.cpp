@@ -143,8 +143,8 @@ TEST(Events, WhatCannotBeIsRefusedWithItsLine) {
       {"at = 20.0", "at = 20.03", "200.3 steps of 0.1 s, expected a whole number of steps", false},
       {"at = 20.0", "at = 4000.0", "expected a time inside the run, between 0 and 3000 s", false},
       {"type = \"capture\"", "type = \"catch\"",
-       "type is \"catch\", expected \"capture\", \"release\", \"lock\", \"unlock\", \"engage\" or "
-       "\"disengage\"",
+       "type is \"catch\", expected \"capture\", \"release\", \"lock\", \"unlock\", \"engage\", "
+       "\"disengage\", \"close\" or \"open\"",
        true},
       {"gain = 20.0", "gain = -1.0", "gain is -1, expected a number of N m s/rad above 0", true},
       {"joint = \"wheel_x\"", "joint = \"elbow\"",

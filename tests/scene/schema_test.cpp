@@ -93,7 +93,8 @@ std::map<std::string, std::string> places() {
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
       p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) + "\n" +
                 (besides.count(t.id) ? besides.at(t.id) : "joint = \"j\"\n") + "@";
-  for (const char* e : {"capture", "release", "lock", "unlock", "engage", "disengage"})
+  for (const char* e :
+       {"capture", "release", "lock", "unlock", "engage", "disengage", "close", "open"})
     p[fmt::format("event.{}", e)] = fmt::format("[[event]]\ntype = \"{}\"\nat = 5\n@", e);
   return p;
 }

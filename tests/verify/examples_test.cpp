@@ -23,7 +23,7 @@ const std::map<std::string, double> shorter{
     {"ledger/scene.toml", 500},         {"qbmove_arm/scene.toml", 2},
     {"throwing_arm/scene.toml", 0.2},   {"deployment/scene.toml", 20},
     {"four_bar/scene.toml", 20},        {"bricard/scene.toml", 20},
-    {"andrews/scene.toml", 0.02},
+    {"andrews/scene.toml", 0.02},       {"two_arms/scene.toml", 100},
 };
 
 std::vector<std::string> scenes() {

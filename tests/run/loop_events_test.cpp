@@ -1,0 +1,177 @@
+// Scenes whose loops close and open at events: the ledger, resumed runs, waiting, what is refused.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/files/hdf5_reader.h"
+#include "scene/run/phase_sequence.h"
+#include "tests/places.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::loop_events_test {
+namespace {
+
+struct Change {
+  std::string from, to;
+};
+
+/// A shipped scene, changed.
+scene::Scene shipped(const TemporaryFolder& folder, const std::string& name,
+                     const std::vector<Change>& changes = {}, const std::string& more = "") {
+  const fs::path example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / name;
+  write_bytes(folder / (name + ".urdf"), read_bytes(example / (name + ".urdf")));
+  std::string text = read_bytes(example / "scene.toml");
+  for (const auto& [from, to] : changes) {
+    const size_t at = text.find(from);
+    if (at == text.npos) throw std::runtime_error("no '" + from + "' in " + name);
+    text.replace(at, from.size(), to);
+  }
+  write_bytes(folder / "scene.toml", text + more);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+
+TEST(LoopEvents, TwoArmsTakeHoldOfALoadAndLetGo) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "two_arms");
+  EXPECT_TRUE(s.constraints.spec.empty());  // open until the event
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  ASSERT_TRUE(r.passed());
+  const auto j = nlohmann::json::parse(read_bytes(folder / "out" / "summary.json"));
+  ASSERT_EQ(j["events"].size(), 3u);
+  EXPECT_EQ(j["phases"].size(), 4u);
+  EXPECT_EQ(j["events"][1]["event"], "closing of right_grip");
+  const double lost = j["events"][1]["dissipated_J"], by_opening = j["events"][2]["dissipated_J"];
+  std::printf("  the closing takes %.3e J, the opening %.1e; gap %.1e m; defect %.1e of %.1e J\n",
+              lost, by_opening, r.constraint_gap, r.defect_J, r.energy.scale_J);
+  EXPECT_GT(lost, 1e-4 * r.energy.scale_J);
+  EXPECT_LT(by_opening, 1e-20);
+  EXPECT_LT(r.constraint_gap, 5e-15);
+  EXPECT_LT(std::fabs(r.defect_J), 1e-15 * r.energy.scale_J);
+  for (int phase = 1; phase <= 4; ++phase) {
+    const scene::Hdf5Reader file(folder / "out" / fmt::format("phase_{}", phase) / "run.h5");
+    const bool has = file.datasets().count("reactions/right_grip") > 0;
+    EXPECT_EQ(has, phase == 3) << phase;
+  }
+}
+
+TEST(LoopEvents, AnInterruptedRunContinuesBitForBit) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "two_arms");
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  auto o = into(folder / "parts");
+  o.stop_at = 100;  // while the loop is closed
+  ASSERT_TRUE(scene::run(s, a, o).interrupted);
+  const auto r = scene::run(s, a, into(folder / "parts", true));
+  EXPECT_EQ(r.final_state.x, whole.final_state.x);
+  EXPECT_EQ(r.final_state.lo, whole.final_state.lo);
+}
+
+/// The right hand comes within reach at an instant between steps.
+TEST(LoopEvents, AClosingWaitsUntilItsFramesAreWithinReach) {
+  TemporaryFolder folder;
+  const auto run = [&](const std::string& reach) {
+    const auto s =
+        shipped(folder, "two_arms",
+                {{"at = 4.0\nloop = \"right_grip\"\nreach = 0.2",
+                  "when = \"within_reach\"\nafter = 2.5\nloop = \"right_grip\"\nreach = " + reach},
+                 {"[[event]]\ntype = \"open\"\nat = 80.0\nloop = \"right_grip\"\n", ""},
+                 {"joints.right_elbow = { position = 1.0 }",
+                  "joints.right_elbow = { position = 0.7, velocity = 0.05 }"}});
+    const auto a = scene::assemble(s);
+    return scene::run(s, a, into(folder / ("out" + reach)));
+  };
+  const auto r = run("0.1");
+  const auto j = nlohmann::json::parse(read_bytes(folder / "out0.1" / "summary.json"));
+  ASSERT_EQ(j["events"].size(), 2u);
+  const double at = j["events"][1]["at_s"];
+  std::printf("  closed at %.6f s\n", at);
+  EXPECT_NEAR(at, 2.685, 0.001);
+  EXPECT_TRUE(r.passed());
+  EXPECT_FALSE(run("0.0001").passed());  // control: it never comes as near as that
+}
+
+/// A clutch between two pendulums: it slips to a common rate at once, loses what that takes, and
+/// they turn as one until it opens.
+TEST(LoopEvents, AClutchClosesAndOpens) {
+  TemporaryFolder folder;
+  const std::string text =
+      read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "examples/four_bar/scene.toml");
+  const size_t from = text.find("[[loop]]"), to = text.find("[integrator]");
+  const auto s = shipped(folder, "four_bar",
+                         {{text.substr(from, to - from), ""},
+                          {"duration = 1000.0", "duration = 4.0"},
+                          {"record_every = 1.0", "record_every = 0.25"}},
+                         "[[coupling]]\nname = 'clutch'\nfactors = { crank = 1, rocker = -2 }\n"
+                         "[[event]]\ntype = 'close'\nat = 1.0\nloop = 'clutch'\n"
+                         "[[event]]\ntype = 'open'\nat = 3.0\nloop = 'clutch'\n");
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  ASSERT_TRUE(r.passed());
+  const auto relation = [&](const fs::path& run, size_t row) {
+    const scene::Hdf5Reader file(run);
+    const size_t n = size_t(file.dataset("time").shape[0]);
+    std::vector<double> crank(n), rocker(n);
+    std::vector<std::int64_t> turns(3 * n);
+    file.read("state/crank", crank.data());
+    file.read("state/rocker", rocker.data());
+    file.read("turns", turns.data());
+    row = std::min(row, n - 1);
+    const auto of = [&](double angle, size_t k) {
+      return angle + 2 * M_PI * double(turns[3 * row + k]);
+    };
+    return of(crank[row], 0) - 2 * of(rocker[row], 2);
+  };
+  const fs::path closed = folder / "out" / "phase_2" / "run.h5",
+                 open = folder / "out" / "phase_3" / "run.h5";
+  const double kept = relation(closed, 1000) - relation(closed, 0),
+               slipped = relation(open, 1000) - relation(open, 0);
+  std::printf("  crank - 2 rocker changes by %.1e rad while it is closed, %.2f after\n", kept,
+              slipped);
+  EXPECT_LT(std::fabs(kept), 2e-14);
+  EXPECT_GT(std::fabs(slipped), 0.1);
+  double lost = 0;
+  for (const auto& [what, joule] : r.losses)
+    if (what == "closing of clutch") lost = joule;
+  EXPECT_GT(lost, 0.1);
+}
+
+TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
+  TemporaryFolder folder;
+  const auto why = [&](const std::vector<Change>& changes, const std::string& more = "") {
+    try {
+      const auto s = shipped(folder, "two_arms", changes, more);
+      scene::rehearse(s, scene::assemble(s));
+    } catch (const InvalidArgument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(why({}), "");
+  EXPECT_TRUE(says(why({{"at = 4.0\nloop = \"right_grip\"", "at = 4.0\nloop = \"grip\""}}),
+                   "there is no [[loop]] or [[coupling]] 'grip', expected one of: right_grip"));
+  EXPECT_TRUE(says(why({{"loop = \"right_grip\"\nreach = 0.2", "loop = \"right_grip\""}}),
+                   "the closing of 'right_grip' has no key 'reach', expected the largest gap"));
+  EXPECT_TRUE(says(why({{"\"spark16\"", "\"gauss16\""}}),
+                   "after the closing of right_grip: method 'gauss16' keeps no constraints"));
+  EXPECT_TRUE(says(why({{"at = 80.0", "at = 3.0"}}),
+                   "at 3 s: open: the loop 'right_grip' is not closed, expected one that is"));
+  EXPECT_TRUE(says(why({}, "[[event]]\ntype = 'close'\nat = 5.0\nloop = 'right_grip'\nreach = 1\n"),
+                   "at 5 s: 'right_grip' is closed already, expected an open one"));
+  EXPECT_TRUE(says(why({},
+                       "[[coupling]]\nname = 'c'\nfactors = { left_elbow = 1 }\n[[event]]\n"
+                       "type = 'close'\nat = 5.0\nloop = 'c'\nreach = 1\n"),
+                   "coupling 'c' joins no two frames, expected a time and no limits"));
+  TemporaryFolder far;
+  const auto s = shipped(far, "two_arms",
+                         {{"at = 4.0\nloop = \"right_grip\"\nreach = 0.2",
+                           "at = 4.0\nloop = \"right_grip\"\nreach = 0.001"}});
+  try {
+    scene::run(s, scene::assemble(s), into(far / "out"));
+    ADD_FAILURE() << "out of reach";
+  } catch (const InvalidArgument& e) {
+    EXPECT_TRUE(says(e.what(), "the distance is 0.")) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace porthos::test::loop_events_test
