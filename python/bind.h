@@ -1,8 +1,15 @@
 #pragma once
 #include <pybind11/pybind11.h>
 
+#include <memory>
+
+#include "mechanics/mechanical_model.h"
+
 /// One function per source file; module.cpp calls them in this order.
 namespace porthos::python {
+
+using MechanicalModelClass = pybind11::class_<mechanics::MechanicalModel, phs::Model,
+                                              std::shared_ptr<mechanics::MechanicalModel>>;
 
 void bind_scalars(pybind11::module_& m);
 void bind_system(pybind11::module_& m);
@@ -18,6 +25,10 @@ void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
+
+/// Loops and couplings, and their part of MechanicalModel, called by bind_mechanics.
+void bind_constraints(pybind11::module_& m);
+void bind_model_constraints(MechanicalModelClass& model);
 
 /// Into the submodule energy_shaping, called by bind_energy_shaping.
 void bind_designs(pybind11::module_& m);

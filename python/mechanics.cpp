@@ -273,16 +273,16 @@ u = [moment; force] on the link about the frame's origin [N m; N]; y = twist [an
           [](BodyPort& p, py::object v) { p.position = vector3("position", v); },
           "Origin in the link's frame [m].");
 
-  py::class_<MechanicalModel, phs::Model, std::shared_ptr<MechanicalModel>>(
-      m, "MechanicalModel",
-      R"(A mechanism as a port-Hamiltonian system: x = (q, p), canonical J,
+  bind_constraints(m);
+  MechanicalModelClass model(m, "MechanicalModel",
+                             R"(A mechanism as a port-Hamiltonian system: x = (q, p), canonical J,
 
     H = p M(q)^-1 p / 2 + V_gravity(q) + sum k (q_j - rest)^2 / 2,   R = diag(0, joint damping).
 
 Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several freedoms), then the body ports.
-Invariants: linear and angular momentum of mechanisms free in the world without gravity, and of every quaternion.)")
-      .def(py::init<std::shared_ptr<const Mechanism>, const std::vector<BodyPort>&>(),
-           py::arg("mechanism"), py::arg("ports") = std::vector<BodyPort>{})
+Invariants: linear and angular momentum of mechanisms free in the world without gravity, and of every quaternion.)");
+  bind_model_constraints(model);
+  model
       .def_property_readonly("mechanism",
                              [](const std::shared_ptr<MechanicalModel>& p) {
                                return std::shared_ptr<Mechanism>(

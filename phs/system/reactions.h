@@ -33,6 +33,7 @@ class Reactions {
   void hold(std::span<const double> values);
   /// Whether the multiplier of a row at the last state has only one value.
   bool unique(int row) const { return rows_->unique(row); }
+  const Description& description() const { return system_->description(); }
   int rank() const { return rows_->rank(); }
 
  private:

@@ -1,0 +1,68 @@
+"""Closed loops, rods and couplings of mechanisms built in Python."""
+import numpy as np
+import pytest
+
+import porthos as ph
+
+
+def rod(name, parent, x, length, mass):
+    inertia = mass * length**2 / 12
+    return ph.BodySpec(
+        name=name, parent=parent, position=(x, 0, 0), joint=ph.JointSpec(type="revolute", axis=(0, 0, 1)),
+        mass=ph.MassProperties(mass=mass, com=(length / 2, 0, 0), inertia=(inertia / 4, 0, 0, inertia, 0, inertia)))
+
+
+@pytest.fixture
+def tree():
+    builder = ph.MechanismBuilder("four_bar")
+    for body in [rod("crank", "world", 0, 0.5, 1), rod("coupler", "crank", 0.5, 1.5, 2), rod("rocker", "world", 1.5, 1.25, 1.5)]:
+        builder.add(body)
+    builder.gravity((0, -9.8125, 0))
+    return builder.build()
+
+
+def pin(**changes):
+    return ph.LoopJoint(**{"name": "pin", "type": "revolute", "a": ph.LinkFrame(link="coupler", position=(1.5, 0, 0)),
+                           "b": ph.LinkFrame(link="rocker", position=(1.25, 0, 0)), **changes})
+
+
+def test_a_four_bar_runs_and_stays_closed(tree):
+    model = ph.MechanicalModel(tree, constraints=[pin()])
+    q, v, found = model.close_loops([1.0, -0.5, 2.0], [3.0, 0, 0], held=["crank"])
+    assert abs(q[0] - 1) < 1e-15 and found.rank == 2 and found.largest == "pin" and found.gap > 0.1
+    run = ph.simulate(model, model.state(q, v), method="spark16", step=1 / 128, duration=10, limits={"energy": 1e-13})
+    assert run.passed, run
+    end = [1.5 * np.cos(run["state/crank"] + run["state/coupler"]) + 0.5 * np.cos(run["state/crank"]),
+           1.5 + 1.25 * np.cos(run["state/rocker"])]
+    assert np.max(np.abs(end[0] - end[1])) < 1e-14
+    assert run["reactions/pin"].shape == (len(run["time"]), 6)
+    exerted = ph.Reactions(model).at(run.x[-1])
+    assert exerted["pin"] == pytest.approx(run["reactions/pin"][-1], rel=1e-12)
+    with pytest.raises(ph.InvalidArgument, match="keeps no constraints"):
+        ph.simulate(model, model.state(q, v), method="gauss16", step=1 / 128, duration=1)
+
+
+def test_rods_and_couplings_exert_what_statics_asks(tree):
+    gear = ph.Coupling(name="gear", factors={"crank": 3, "rocker": 1})
+    assert gear.factors == {"crank": 3, "rocker": 1}
+    stay = ph.Rod(name="stay", a=ph.LinkFrame(link="coupler", position=(1.5, 0, 0)), b=ph.LinkFrame(position=(2, 2, 0)), length=2)
+    model = ph.MechanicalModel(tree, constraints=[gear, stay])
+    q, v, _ = model.close_loops([0.4, -0.5, -1.2], [0, 0, 0])
+    exerted = ph.Reactions(model).at(model.state(q, v))
+    assert set(exerted) == {"gear.crank", "gear.rocker", "stay"}
+    assert exerted["gear.crank"] == pytest.approx(3 * exerted["gear.rocker"], rel=1e-14)
+    assert isinstance(exerted["stay"], float)
+
+
+def test_what_cannot_be_is_refused(tree):
+    for wrong, says in [(pin(type="hinge"), "hinge"), (pin(name=""), "no name"), (pin(b=ph.LinkFrame(link="rock")), "'rock'")]:
+        with pytest.raises(ph.InvalidArgument, match=says):
+            ph.MechanicalModel(tree, constraints=[wrong])
+    with pytest.raises(ph.InvalidArgument, match="cannot be closed"):
+        ph.MechanicalModel(tree, constraints=[pin(b=ph.LinkFrame(link="rocker", position=(7, 0, 0)))]).close_loops([1, -0.5, 2], [0, 0, 0])
+    with pytest.raises(ph.InvalidArgument, match="no loops"):
+        ph.MechanicalModel(tree).close_loops([1, -0.5, 2], [0, 0, 0])
+    with pytest.raises(ph.InvalidArgument, match="no constraints to react"):
+        ph.Reactions(ph.MechanicalModel(tree))
+    with pytest.raises(ph.InvalidArgument, match="LoopJoint has no 'kind'"):
+        ph.LoopJoint(kind="revolute")
