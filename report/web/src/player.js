@@ -72,7 +72,7 @@ export function player(d) {
       const u = unit(), span = stage.last - stage.first || 1;
       slider.value = (1000 * (t - stage.first)) / span;
       slider.setAttribute("aria-valuetext", duration(t));
-      said.replaceChildren(h("b", {}, `t = ${(t / u.seconds).toFixed(u.seconds === 1 ? 1 : 2)} ${u.name}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
+      said.replaceChildren(h("b", {}, `t = ${(t / u.seconds).toFixed(u.seconds === 1 ? Math.max(1, 2 - Math.floor(Math.log10(span))) : 2)} ${u.name}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
         stage.options.view === "mechanism" && stage.down ? "  ·  arrows: down (green), ahead (red)" : "");
       const gone = events.filter((e) => e.t <= t).length;
       if (gone !== shownEvent) {

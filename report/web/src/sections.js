@@ -26,7 +26,7 @@ function room(c) {
 
 function growthWords(e) {
   const g = e.growth_exponent;
-  if (g === null) return "too few records to tell how it grows";
+  if (g === null) return "has too few records to tell how it grows";
   const kind = g < 0.25 ? "stays bounded" : g < 0.75 ? "grows like rounding, √t" : "drifts, like t";
   return `${kind} (exponent ${g.toFixed(2)})`;
 }
