@@ -50,12 +50,12 @@ std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
            {"relative rate", "rad/s", length(X_WB.R * V_B.w - X_WL.R * V_L.w), l.rate}}};
 }
 
-void check(const Latch& l, const Instant& now) {
+void check(const Latch& l, const Instant& now, const std::string& event) {
   for (const Closing& c : closing(l, now))
     if (!(c.value <= c.limit))
-      throw InvalidArgument("capture of '" + l.body + "' by '" + l.link + "': the " + c.what +
-                            " is " + text(c.value) + " " + c.unit + ", expected at most " +
-                            text(c.limit) + " " + c.unit + ", the limit of the latch");
+      throw InvalidArgument(event + ": the " + c.what + " is " + text(c.value) + " " + c.unit +
+                            ", expected at most " + text(c.limit) + " " + c.unit +
+                            ", the limit of the latch");
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ Impact capture(MovingMechanism& moving, const Latch& latch) {
     throw InvalidArgument("capture: the link '" + latch.link + "' is carried by '" + latch.body +
                           "', expected another mechanism's");
   const Instant now(*moving.model, moving.state);
-  check(latch, now);
+  check(latch, now, "capture of '" + latch.body + "' by '" + latch.link + "'");
   body.parent = latch.link;
   body.placement = lowered(inverse(now.pose(latch.link)) * now.pose(latch.body));
   body.joint = {};
@@ -102,8 +102,9 @@ double margin(const MovingMechanism& moving, const phs::State& state, const Latc
   return least;
 }
 
-void require_within_limits(const MovingMechanism& moving, const Latch& latch) {
-  check(latch, Instant(*moving.model, moving.state));
+void require_within_limits(const MovingMechanism& moving, const Latch& latch,
+                           const std::string& event) {
+  check(latch, Instant(*moving.model, moving.state), event);
 }
 
 Pose relative_pose(const MovingMechanism& moving, const std::string& link,

@@ -13,16 +13,17 @@
 /// Events that change a mechanism in motion: capture, release, locking and unlocking of joints,
 /// closing and opening of loops.
 ///
-/// An event joins or frees bodies at one instant, without external impulse. Positions stay. The new
+/// An event joins or frees bodies at one instant, without external impulse (but for loops that end
+/// in the world). Positions stay. The new
 /// rates v⁺ are nearest to the old motion in the kinetic-energy metric,
 ///
 ///   min Σ ½ (J_i v⁺ - V_i)ᵀ I_i (J_i v⁺ - V_i)   =>   M⁺ v⁺ = Σ J_iᵀ I_i V_i,
 ///
 /// over all bodies i with twists V_i before, among those that keep the loops closed: a perfectly
-/// plastic impact. Linear and angular
-/// momentum are conserved to rounding. The energy loss is that minimum (Carnot's theorem). It is 0
-/// if the new mechanism can continue the old motion (release, unlock). The computation uses 113
-/// bits, so an event adds only the rounding of its final state.
+/// plastic impact. Linear and angular momentum are conserved to rounding. The energy loss is that
+/// minimum (Carnot's theorem). It is 0 if the new mechanism can continue the old motion (release,
+/// unlock, opening). The computation uses 113 bits, so an event adds only the rounding of its final
+/// state.
 namespace porthos::mechanics {
 
 /// A locked joint and its state before the lock.
@@ -77,8 +78,10 @@ Impact capture(MovingMechanism& moving, const Latch& latch);
 /// is continuous in the state and negative beyond a limit.
 /// @throws InvalidArgument for unknown names
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch);
-/// @throws InvalidArgument naming the limit that is exceeded, with the numbers
-void require_within_limits(const MovingMechanism& moving, const Latch& latch);
+/// @throws InvalidArgument beginning with `event` and naming the limit that is exceeded, with the
+/// numbers
+void require_within_limits(const MovingMechanism& moving, const Latch& latch,
+                           const std::string& event);
 /// Closes a loop, rod or coupling as the mechanism stands: frame b of a loop is placed on a, a rod
 /// gets the present distance as its length, a coupling the present sum as its offset.
 /// @param closing  with one constraint

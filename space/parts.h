@@ -79,7 +79,7 @@ struct Torquer {
 /// Broenink 1997 (IEEE T. Robotics 13), as springs between the tips of the axes.
 ///
 /// A line spring acts along d alone: U = ½ k (|d| - l)² with the damping c |d|'. It is a spring or
-/// a tether between two points, without a direction where they meet.
+/// a tether between two points; where they meet it has no direction and no force.
 struct SoftLatch {
   struct Line {
     double stiffness = 0, rest = 0, damping = 0;  ///< k [N/m], l [m], c [N s/m], >= 0

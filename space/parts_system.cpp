@@ -215,7 +215,7 @@ class PartsSystem final : public phs::Forwarding<T> {
     const Ends e = ends(k);
     T U = T(0.5) * dot(e.p_AB_W, along_both(e.R_WA, e.R_WB, l.stiffness, e.p_AB_W));
     if (l.line.stiffness > 0) {
-      const T longer = sqrt(dot(e.p_AB_W, e.p_AB_W)) - T(l.line.rest);
+      const T longer = length_of(e.p_AB_W) - T(l.line.rest);
       U = U + T(0.5 * l.line.stiffness) * (longer * longer);
     }
     for (int i = 0; i < 3; ++i) {
@@ -224,11 +224,18 @@ class PartsSystem final : public phs::Forwarding<T> {
     }
     return U;
   }
+  /// |d|², not 0 where the ends of a spring meet: nothing is divided by 0 there, and elsewhere the
+  /// addition changes no bit.
+  static T square_of(const Vec3<T>& d) { return dot(d, d) + T(1e-280); }
+  static T length_of(const Vec3<T>& d) {
+    using phs::sqrt;
+    return sqrt(square_of(d));
+  }
   /// The force of a line spring on B; without a rest length it is smooth where A and B meet.
   static Vec3<T> tension(const SoftLatch::Line& l, const Vec3<T>& d) {
     if (l.stiffness == 0) return zero<T>();
     if (l.rest == 0) return T(-l.stiffness) * d;
-    const T length = sqrt(dot(d, d));
+    const T length = length_of(d);
     return (T(l.stiffness) * (T(l.rest) - length) / length) * d;
   }
   void add_elastic() {
@@ -263,7 +270,7 @@ class PartsSystem final : public phs::Forwarding<T> {
     Force<T> r{along_both(e.R_WA, e.R_WB, l.turning_damping, v.w),
                along_both(e.R_WA, e.R_WB, l.damping, v.v)};
     const Vec3<T>& d = e.p_AB_W;
-    if (l.line.damping > 0) r.f += (T(l.line.damping) * dot(v.v, d) / dot(d, d)) * d;
+    if (l.line.damping > 0) r.f += (T(l.line.damping) * dot(v.v, d) / square_of(d)) * d;
     return r;
   }
   T loss(size_t k) const {

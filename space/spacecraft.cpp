@@ -25,6 +25,7 @@ phs::Description describe(const phs::Description& internal, const Parts& parts, 
   const auto pushes = push_accounts(parts);
   d.powers.insert(d.powers.end(), pushes.begin(), pushes.end());
   if (plates) d.powers.push_back({"plates", phs::PowerKind::supplied});
+  for (auto& c : d.constraints) c.reactions.clear();  // the field has no kicks: they would lie
   d.invariants.clear();
   int at = 0;
   for (auto i : internal.invariants) {

@@ -148,6 +148,13 @@ void SplitIntegrator::keep_loops(std::span<double> momenta) {
   for (size_t i = 0; i < nq_; ++i) momenta[i] -= taken_[nq_ + i];
 }
 
+void SplitIntegrator::kick_along_loops() {
+  for (size_t i = 0; i < nq_; ++i)
+    kicked_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + change_[i]);
+  keep_loops(kicked_);
+  for (size_t i = 0; i < nq_; ++i) change_[i] -= taken_[nq_ + i];
+}
+
 /// Adds weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
 void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   gradient_.momentum_rates(q_, change_);
@@ -216,12 +223,7 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
       push_.momentum_rates(q_, push_.joint_forces(k), change_);
   }
   for (size_t i = 0; i < nq_; ++i) change_[i] = h * change_[i] + (more ? extra_[i] : 0.0);
-  if (loops_) {
-    for (size_t i = 0; i < nq_; ++i)
-      kicked_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + change_[i]);
-    keep_loops(kicked_);
-    for (size_t i = 0; i < nq_; ++i) change_[i] -= taken_[nq_ + i];
-  }
+  if (loops_) kick_along_loops();
   for (size_t k = 0; k < 3; ++k) {  // the sum over all trees stays zero
     double others = 0;
     for (const size_t root : roots_)

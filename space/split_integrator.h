@@ -61,6 +61,8 @@ class SplitIntegrator final : public integrators::Integrator {
   void correct(double weight, const OrbitPoint& p);
   /// Takes Bλ from momenta at q_, so that their rates keep the loops closed; λ in lambda_.
   void keep_loops(std::span<double> momenta);
+  /// Takes from the kick change_ what the loops take up.
+  void kick_along_loops();
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;
   Vec3d impulse_of(std::span<const double> added) const;

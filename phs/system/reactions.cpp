@@ -25,6 +25,7 @@ Reactions::Reactions(const Model& model)
 Reactions::~Reactions() = default;
 
 std::span<const double> Reactions::exerted() {
+  rows_->shorten(lambda_);
   rows_->exerted(lambda_, exerted_);
   return exerted_;
 }
@@ -67,7 +68,6 @@ std::span<const double> Reactions::at(double t, std::span<const double> x,
   rows_->place(x, g_);
   rows_->factor(x);
   rows_->solve(lambda_);
-  rows_->shorten(lambda_);
   return lambda_;
 }
 

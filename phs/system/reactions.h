@@ -20,13 +20,14 @@ class Reactions {
   ~Reactions();
 
   /// The multipliers at time t and the state x (size nx, on the manifold). Forces on the system are
-  /// -Bλ. Where they are not unique, the shortest ones. @return one per row, valid until the next
-  /// call
+  /// -Bλ. Where they are not unique, some of them. Allocates nothing. @return one per row, valid
+  /// until the next call
   std::span<const double> at(double t, std::span<const double> x,
                              std::span<const std::int64_t> turns = {});
   /// B λ of the last multipliers: the constrained motion is x' = field - Bλ. Written, size nx.
   void forces(std::span<double> Bl) { rows_->forces(lambda_, Bl); }
-  /// What the last multipliers exert, see ConstraintBlock::reactions. Valid until the next call.
+  /// What the multipliers exert, see ConstraintBlock::reactions; the shortest ones where they are
+  /// not unique. Valid until the next call. Allocates where rows depend on each other.
   std::span<const double> exerted();
   /// Sets the values that sampled controllers hold, those of all Model::holds() in turn. Until then
   /// they are those of the model.

@@ -39,13 +39,8 @@ mechanics::Momentum<double> CentreOfMass::in_world(double t,
 std::string why_centre_stays(const Scene& s) {
   if (s.orbit) return "it is in orbit, where the split of orbit and internal motion takes it out";
   if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "the base is fixed";
-  for (const auto* spec : {&s.constraints.spec, &s.constraints.later}) {
-    for (const auto& l : spec->loops)
-      if (l.a.link.empty() || l.b.link.empty())
-        return "loop '" + l.name + "' holds it to the world";
-    for (const auto& r : spec->rods)
-      if (r.a.link.empty() || r.b.link.empty()) return "rod '" + r.name + "' holds it to the world";
-  }
+  if (s.constraints.on_the_world())
+    return "loop '" + s.constraints.held_to_the_world() + "' holds it to the world";
   for (const Element& e : s.elements)
     if (e.thruster || e.torquer)
       return e.type + " '" + e.name + "' pushes from outside";

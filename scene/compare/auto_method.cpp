@@ -106,8 +106,10 @@ class MethodChoice {
     std::vector<Candidate> reaching;
     for (const Declaration& d : integrators::catalogue()) {
       if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
-      if (d.family != sound_family(*assembly_.model) || d.order < 4 ||
-          d.symplectic != Claim::holds || d.energy_exact == Claim::holds || misfit(d, stepped()))
+      // Loops that an event closes are not in the model yet.
+      const bool linked = scene_.is_constrained();
+      if (d.family != sound_family(linked) || d.order < 4 || d.symplectic != Claim::holds ||
+          d.energy_exact == Claim::holds || misfit(d, stepped()))
         continue;
       const Candidate c = pilot(d);
       if (c.reaches) reaching.push_back(c);

@@ -118,6 +118,7 @@ RunReport judge_file(const JudgeOptions& o) {
   double off_course = 0, fastest = 0;  // of the centre of mass [m/s]
   {
     RecordLog log(log_path, layout);
+    const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
     Numbers row(layout.size()), works(d.powers.size());
     for (size_t i = 0; i < t.size(); ++i) {
       const double h = i > 0 ? t[i] - t[i - 1] : 0;
@@ -133,7 +134,7 @@ RunReport judge_file(const JudgeOptions& o) {
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
       const double error = ledger.add(t[i] - t[0], m, regular);
-      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, {}, {}, row);
+      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, row);
       log.append(row);
       r.final_state = world;
       const auto fallen = CentreOfMass::Real(t[i] - t[0]) * CentreOfMass::Vec(scene.urdf.gravity);

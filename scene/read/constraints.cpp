@@ -110,6 +110,16 @@ void await(SceneConstraints& c, const std::vector<Event>& events) {
 
 }  // namespace
 
+std::string SceneConstraints::held_to_the_world() const {
+  for (const auto* one : {&spec, &later}) {
+    for (const auto& l : one->loops)
+      if (l.a.link.empty() || l.b.link.empty()) return l.name;
+    for (const auto& r : one->rods)
+      if (r.a.link.empty() || r.b.link.empty()) return r.name;
+  }
+  return "";
+}
+
 mechanics::ConstraintSpec SceneConstraints::awaited(const std::string& name) const {
   mechanics::ConstraintSpec all = later, one;
   move_named(all, one, name);

@@ -17,6 +17,9 @@ struct SceneConstraints {
   std::map<std::string, std::string> where;  ///< "file:line" of each, by name
 
   bool empty() const { return spec.empty() && later.empty(); }
+  /// The name of one that holds a link to the world, now or later; empty if there is none.
+  std::string held_to_the_world() const;
+  bool on_the_world() const { return !held_to_the_world().empty(); }
   /// The constraint of this name alone, of those that events close; empty if there is none.
   mechanics::ConstraintSpec awaited(const std::string& name) const;
   /// The same error with the place of the constraint that its text names.

@@ -94,7 +94,7 @@ mechanics::Impact Latching::change(const Scene& scene, const mechanics::MovingMe
   if (e.type == Event::Type::engage) {
     if (holds) refuse("is engaged already, expected one that is not");
     try {
-      mechanics::require_within_limits(moving, limits_of(scene, e));
+      mechanics::require_within_limits(moving, limits_of(scene, e), text(e));
     } catch (const InvalidArgument& why) {
       throw InvalidArgument(fmt::format("{}: {}", e.where, why.what()));
     }

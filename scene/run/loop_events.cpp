@@ -49,7 +49,7 @@ mechanics::Impact close(const Scene& scene, mechanics::MovingMechanism& moving, 
       throw InvalidArgument("'" + e.name + "' is closed already, expected an open one");
     const mechanics::Latch limits = limits_of_closing(scene, e);
     const auto one = scene.constraints.awaited(e.name);
-    if (one.couplings.empty()) mechanics::require_within_limits(moving, limits);
+    if (one.couplings.empty()) mechanics::require_within_limits(moving, limits, text(e));
     return mechanics::close_loop(moving, one);
   } catch (const InvalidArgument& why) {
     throw InvalidArgument(fmt::format("{}: at {:g} s: {}", e.where, e.at, why.what()));

@@ -108,8 +108,11 @@ class Judge {
   }
   /// Whether other causes than thrusters and torquers change the momentum.
   bool others_push() const {
+    const auto& elements = scene_.elements;
     return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||
-           mechanics::norm(scene_.urdf.gravity) > 0;
+           mechanics::norm(scene_.urdf.gravity) > 0 || scene_.constraints.on_the_world() ||
+           std::any_of(elements.begin(), elements.end(),
+                       [](const Element& e) { return e.latch && e.latch->body == "world"; });
   }
   void tell_propellant() {
     for (const ImpulseRow& row : r_.impulses.rows)

@@ -25,8 +25,8 @@ using RecordSink = std::function<void(std::span<const double>)>;
 ///     WatchedRun run(scene, assembly, until, sink);
 ///     for (run.begin(); run.goes_on();) run.step();
 ///
-/// It gives the same bits for every caller. A step allocates nothing; a record allocates only in
-/// its sink.
+/// It gives the same bits for every caller. A step allocates nothing; a record allocates in
+/// its sink, and for reactions that are not unique.
 class WatchedRun {
  public:
   /// The scene must state its method and have no events, which are handled between runs. Scene and

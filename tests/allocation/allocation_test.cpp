@@ -121,6 +121,20 @@ TEST(Allocation, NoneInAControlledStep) {
   }
 }
 
+TEST(Allocation, NoneInAControlledStepOfALoop) {
+  auto l = test::four_bar();  // five rows of rank two
+  const auto model = l.model();
+  phs::State s(model.description(), l.start());
+  const auto method = make_controlled(StepControl::reversible, "spark8", model, 0.01);
+  for (int i = 0; i < 8; ++i) ASSERT_EQ(method->step(s), Outcome::ok);
+  const long before = allocations;
+  bool ok = true;
+  for (int i = 0; i < 500; ++i) ok = ok && method->step(s) == Outcome::ok;
+  const long made = allocations - before;
+  EXPECT_TRUE(ok);
+  EXPECT_EQ(made, 0);
+}
+
 // Splittings do not fit a robot: on kicks and drifts, with wraps, and on offered flows.
 TEST(Allocation, NoneInAStepOfASplitting) {
   const phs::UserModel rotor(test::Rotor{});

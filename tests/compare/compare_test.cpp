@@ -135,7 +135,6 @@ TEST(Compare, StepControlsAreTried) {
   EXPECT_EQ(controls, 2);
 }
 
-// Neither control keeps constraints: both are skipped with that reason, and spark16 is tried.
 /// A time transformation takes no constraints; the reversible control does.
 TEST(Compare, LoopsAreTriedWithTheReversibleStepControlAlone) {
   const auto path = fs::path(PORTHOS_SOURCE_DIR) / "examples/four_bar/scene.toml";

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "integrators/control/step_control.h"
 #include "phs/linear_algebra/dense.h"
 #include "tests/integrators/problems.h"
 #include "tests/support/reference.h"
@@ -263,6 +264,39 @@ TEST(Spark, SliderCrankAgainstReference) {
     std::printf("  t %5.2f s: error %.1e\n", t, error);
     EXPECT_LT(error, 1e-12 * (1 + t)) << t;
   }
+}
+
+/// A time scale that goes by the momentum of the crank: its slope needs the forces of the loop.
+struct ByMomentum {
+  template <class T>
+  T value(std::span<const T> x) const {
+    return T(1.0) / (T(1.0) + T(0.05) * x[3] * x[3]);
+  }
+};
+/// The steps of the reversible control stay h sigma, though only its rate is integrated. Without
+/// the constraint forces in that rate they leave it at once, and the run ends with a step of no
+/// size.
+TEST(Spark, ReversibleStepsFollowTheConstrainedMotion) {
+  auto l = test::four_bar();
+  const auto model = l.model();
+  phs::State s(model.description(), l.start());
+  const double h = 1. / 128;
+  const auto scale = std::make_shared<phs::UserTimeScale<ByMomentum>>(ByMomentum{});
+  const auto method = make_reversible("spark16", model, h, {.scale = scale});
+  double off = 0, least = 1, most = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double t = s.time(h), before = ByMomentum{}.value(std::span<const double>(s.x));
+    ASSERT_EQ(method->step(s), Outcome::ok) << i;
+    const double sigma = (before + ByMomentum{}.value(std::span<const double>(s.x))) / 2;
+    const double step = s.time(h) - t;
+    off = std::max(off, std::fabs(step / (h * sigma) - 1));
+    least = std::min(least, step / h);
+    most = std::max(most, step / h);
+  }
+  std::printf("  steps from %.2f h to %.2f h, off h sigma by %.3f   bound 0.02\n", least, most,
+              off);
+  EXPECT_LT(off, 0.02);
+  EXPECT_GT(most / least, 1.5);
 }
 
 TEST(Spark, LanesAndRestartKeepBits) {

@@ -203,8 +203,6 @@ TEST(Reconfiguration, ReleaseLockAndUnlock) {
   EXPECT_EQ(m.state.step, 77);
 }
 
-// A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge
-// the body where its mount was, in the world, with a jump of momentum from nowhere.
 /// A weld that closes is a capture: the same momenta, rates and loss, by another way. A pin loses
 /// less, an opening nothing, and both ends move on as one.
 TEST(Reconfiguration, ALoopThatClosesIsAPlasticImpact) {
@@ -255,9 +253,31 @@ TEST(Reconfiguration, ALoopThatClosesIsAPlasticImpact) {
     EXPECT_NEAR(opened.state.x[i], ball.state.x[i], 1e-15 * (1 + std::fabs(ball.state.x[i])));
   EXPECT_TRUE(opened.constraints.empty());
   EXPECT_THROW(open_loop(opened, "grip"), InvalidArgument);
+  // A capture by the link before the hand, and the release, with the ball joint closed.
+  MovingMechanism both = ball;
+  latch.link = both.parts.bodies()[both.parts.bodies().size() - 3].name;
+  const auto keeps = [&](const Impact& r, double before) {
+    EXPECT_NEAR(before - kinetic(both), r.dissipated_J, 1e-14 * before);
+    EXPECT_LT(r.linear_jump, 1e-15 * r.scale.linear);
+    const auto now = both.model->instantiate<double>();
+    const auto grip = now->constraints();
+    std::vector<double> rate(size_t(grip->count())), efforts(both.state.x.size());
+    grip->place(both.state.x, rate);
+    now->gradient(both.state.x, efforts);
+    grip->rates(efforts, rate);
+    for (const double x : rate) EXPECT_NEAR(x, 0, 2e-15);
+  };
+  double before = kinetic(both);
+  const Impact second = capture(both, latch);
+  keeps(second, before);
+  EXPECT_GT(second.dissipated_J, 1e-3);
+  before = kinetic(both);
+  const Impact freed = release(both, "target");
+  keeps(freed, before);
+  EXPECT_LT(freed.dissipated_J, 1e-26 * before);
 }
 
-/// A lock and a capture while a loop is closed: the rates are the nearest with both.
+/// Locks, releases and captures while a loop is closed: the rates are the nearest with both.
 TEST(Reconfiguration, EventsKeepClosedLoops) {
   auto l = test::four_bar();
   MechanismBuilder parts("four_bar");
@@ -287,6 +307,8 @@ TEST(Reconfiguration, EventsKeepClosedLoops) {
   EXPECT_NEAR(m.constraints.couplings[0].offset, l.q[0] - 2 * l.q[2], 1e-15);
 }
 
+// A release ends the lock of the joint that held the body: unlocked after it, the joint would hinge
+// the body where its mount was, in the world, with a jump of momentum from nowhere.
 TEST(Reconfiguration, AReleaseEndsTheLockOfItsJoint) {
   const std::string joint = "joint_3";
   for (const bool caught_again : {false, true}) {

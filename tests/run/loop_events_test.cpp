@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/compare/auto_method.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/run/phase_sequence.h"
 #include "tests/places.h"
@@ -135,6 +136,56 @@ TEST(LoopEvents, AClutchClosesAndOpens) {
   EXPECT_GT(lost, 0.1);
 }
 
+/// In orbit with all that pushes there: the ledgers close, the loop stays closed through the kicks.
+/// The records have no reactions, as the field of the whole system has none of the kicks.
+TEST(LoopEvents, LoopsCloseInOrbitBesideDragAndAThruster) {
+  TemporaryFolder folder;
+  const auto s = shipped(
+      folder, "two_arms", {},
+      "[orbit]\naltitude = 4e5\nsplitting = \"lobatto4c\"\n[orbit.drag]\ndensity = 1e-12\naltitude "
+      "= "
+      "4e5\nscale_height = 6e4\narea_coefficient = 4\n[planet]\nrotation_rate = 7.29e-5\n"
+      "[[element]]\ntype = \"thruster\"\nname = \"jet\"\nlink = \"bus\"\ndirection = [0, 1, 0]\n"
+      "thrust = 0.1\nswitches = [10, 20]\n");
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  for (const auto& c : r.checks) EXPECT_TRUE(c.pass) << c.name << " " << c.value;
+  EXPECT_TRUE(r.passed()) << r.trouble;
+  EXPECT_LT(r.constraint_gap, 5e-15);
+  const scene::Hdf5Reader file(folder / "out" / "phase_3" / "run.h5");
+  EXPECT_EQ(file.datasets().count("reactions/right_grip"), 0u);
+}
+
+/// The pilots of auto take methods that keep the loops that are still open.
+TEST(LoopEvents, AutoChoosesForTheLoopsThatClose) {
+  TemporaryFolder folder;
+  auto s = shipped(folder, "two_arms", {{"\"spark16\"", "\"auto\""}});
+  const auto a = scene::assemble(s);
+  s = scene::with_method_chosen(s, a);
+  EXPECT_TRUE(s.method.starts_with("spark")) << s.method;
+  EXPECT_TRUE(scene::run(s, a, into(folder / "out")).passed());
+}
+
+/// A thruster beside a tether to the world: its impulse alone does not explain the momentum, and
+/// the verdict does not ask that.
+TEST(LoopEvents, ATetherToTheWorldTakesMomentum) {
+  TemporaryFolder folder;
+  const std::string text =
+      read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "examples/two_arms/scene.toml");
+  const size_t from = text.find("[[loop]]"), to = text.find("[integrator]"),
+               verify = text.find("[verify]");
+  const auto s =
+      shipped(folder, "two_arms", {{text.substr(from, to - from), ""}, {text.substr(verify), ""}},
+              "[[element]]\ntype = \"line_spring\"\nname = \"tether\"\nlink = \"bus\"\n"
+              "stiffness = 5\ndamping = 1\n[[element]]\ntype = \"thruster\"\nname = "
+              "\"jet\"\nlink = \"bus\"\ndirection = [0, 1, 0]\nthrust = 0.5\nswitches = "
+              "[10, 60]\n");
+  const auto a = scene::assemble(s);
+  const auto r =
+      scene::run(s, a, into(folder / "out"));  // both ends of the tether meet at the start
+  EXPECT_TRUE(r.passed()) << r.trouble;
+  EXPECT_GT(r.dissipated_J, 1e-4);
+}
+
 TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
   TemporaryFolder folder;
   const auto why = [&](const std::vector<Change>& changes, const std::string& more = "") {
@@ -169,7 +220,7 @@ TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
     scene::run(s, scene::assemble(s), into(far / "out"));
     ADD_FAILURE() << "out of reach";
   } catch (const InvalidArgument& e) {
-    EXPECT_TRUE(says(e.what(), "the distance is 0.")) << e.what();
+    EXPECT_TRUE(says(e.what(), "closing of right_grip: the distance is 0.")) << e.what();
   }
 }
 

@@ -122,8 +122,8 @@ TEST(Loops, SpringsAndDampersWorkBesideLoops) {
   std::printf("  %.2f J lost, energy %.1e\n", r.dissipated_J, value_of(r, "energy"));
 }
 
-/// The reversible step control goes by the motion on the manifold: its steps grow and shrink with
-/// it, and positions and rates stay closed.
+/// With the reversible step control positions and rates stay closed, and a run can be continued.
+/// Spark.ReversibleStepsFollowTheConstrainedMotion looks at the steps.
 TEST(Loops, StepsFollowTheMotionReversibly) {
   TemporaryFolder folder;
   const auto s = shipped(folder, "four_bar", 20,

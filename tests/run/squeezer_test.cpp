@@ -70,7 +70,7 @@ Differences differences(const scene::Scene& s) {
 TEST(Squeezer, MovesAndPullsAsTheReferenceAtEveryListedTime) {
   const auto exact = differences(squeezer());
   std::printf(
-      "  angles off by %.1e of 16 rad   bound 1e-13;  forces by %.1e of %.0f N   bound 1e-11;"
+      "  angles off by %.1e of 34 rad   bound 1e-13;  forces by %.1e of %.0f N   bound 1e-11;"
       "  across the plane %.1e\n",
       exact.angle, exact.force, exact.strongest, exact.idle);
   EXPECT_LT(exact.angle, 1e-13);

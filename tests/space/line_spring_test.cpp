@@ -123,6 +123,28 @@ TEST(LineSpring, PassesThroughItsOwnEnd) {
   const auto half = run(model, x, period / 32, 16), whole = run(model, x, period / 32, 32);
   EXPECT_NEAR(half.x[1], -0.5, 1e-15);
   EXPECT_NEAR(whole.x[1], 0.5, 1e-15);
+  // At rest there, with damping and a rest length: no force, nothing divided by zero.
+  for (const double rest : {0.0, 0.3}) {
+    const PartsModel damped(m, Parts{.latches = {line("world", {27, rest, 4})}});
+    const Vec still = m->state(m->mechanism().neutral(), Vec(12, 0.0));
+    const auto s = run(damped, still, 0.1, 10);
+    for (size_t i = 0; i < still.size(); ++i) EXPECT_EQ(s.x[i], still[i]) << i;
+  }
+}
+
+/// The energy has the digits of its scalar.
+TEST(LineSpring, EnergyIn113BitsIsOfThoseBits) {
+  const auto m = pair_of_bodies();
+  const PartsModel model(m, Parts{.latches = {line("b", {2, 0.7, 0})}});
+  auto q = m->mechanism().neutral();
+  q[0] = 1;
+  q[1] = 1;
+  const Vec x = m->state(q, Vec(12, 0.0));
+  using phs::Quad;
+  const Quad length = phs::sqrt(Quad(2)) - Quad(0.7);
+  const std::vector<Quad> wide(x.begin(), x.end());
+  const double off = double(model.instantiate<Quad>()->hamiltonian(wide) - length * length);
+  EXPECT_LT(std::fabs(off), 1e-31);
 }
 
 TEST(LineSpring, WrongNumbersAndOneBodyAreRefused) {

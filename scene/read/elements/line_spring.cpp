@@ -10,6 +10,8 @@ void read_line_spring(const Table& t, Element& e) {
   x.name = e.name;
   x.link = t.text("link", "the name of a link");
   x.body = t.has("body") ? t.text("body", "the name of a link, or \"world\"") : "world";
+  if (x.link == "world")
+    t.fail("link", "is \"world\", expected the name of a link; body may be the world");
   x.on_link.r = t.vector("on_link");
   x.on_body.r = t.vector("on_body");
   x.line = {t.not_negative("stiffness"), t.not_negative("rest"), t.not_negative("damping")};

@@ -30,6 +30,9 @@ void read_soft_latch(const Table& t, Element& e) {
   x.name = e.name;
   x.link = t.text("link", "the name of a link");
   x.body = t.text("body", "the name of a link");
+  for (const char* key : {"link", "body"})
+    if (t.text(key, "the name of a link") == "world")
+      t.fail(key, "is \"world\", expected the name of a link");
   x.on_link = frame(t, "on_link", "on_link_rpy");
   x.on_body = frame(t, "on_body", "on_body_rpy");
   x.stiffness = three(t, "stiffness");
