@@ -142,6 +142,11 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
   if (!body)
     throw InvalidArgument("lock: there is no joint '" + joint + "' that moves, expected one of " +
                           known);
+  for (const Coupling& c : moving.constraints.couplings)
+    for (const auto& t : c.terms)
+      if (moving.model->mechanism().coordinate(t.coordinate).joint == joint)
+        throw InvalidArgument("lock: the coupling '" + c.name + "' moves joint '" + joint +
+                              "', expected a joint without one, or the coupling open");
   LockedJoint kept{*body, {}, {}, {}};
   size_t turn = 0;
   const auto& blocks = moving.model->description().blocks;

@@ -85,7 +85,8 @@ void require_within_limits(const MovingMechanism& moving, const Latch& latch,
 /// Closes a loop, rod or coupling as the mechanism stands: frame b of a loop is placed on a, a rod
 /// gets the present distance as its length, a coupling the present sum as its offset.
 /// @param closing  with one constraint
-/// @throws InvalidArgument as ConstraintSet, and for a rod without length
+/// @throws InvalidArgument as ConstraintSet, for a rod without length and a coupling of a locked
+/// joint
 Impact close_loop(MovingMechanism& moving, ConstraintSpec closing);
 /// Opens one. @throws InvalidArgument for a name that is not closed
 Impact open_loop(MovingMechanism& moving, const std::string& name);
@@ -96,8 +97,8 @@ Pose relative_pose(const MovingMechanism& moving, const std::string& link, const
 /// that held the body ends with that joint.
 /// @throws InvalidArgument for an unknown body or one that is already free
 Impact release(MovingMechanism& moving, const std::string& body);
-/// Locks the joint in its current position. @throws InvalidArgument for an unknown joint, or one
-/// that is already fixed or locked
+/// Locks the joint in its current position. @throws InvalidArgument for an unknown joint, one that
+/// is already fixed or locked, or one that a closed coupling moves
 Impact lock(MovingMechanism& moving, const std::string& joint);
 /// Frees a locked joint. It starts at rest, with the coordinates it had when it was locked.
 /// @throws InvalidArgument for a joint that is not locked

@@ -34,6 +34,11 @@ void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant
 }  // namespace
 
 Impact close_loop(MovingMechanism& moving, ConstraintSpec closing) {
+  for (const Coupling& c : closing.couplings)
+    for (const auto& t : c.terms)
+      for (const auto& [joint, at_lock] : moving.locked)
+        if (t.coordinate == joint || t.coordinate.starts_with(joint + "."))
+          throw InvalidArgument("the joint '" + joint + "' is locked, expected it unlocked before");
   ConstraintSpec all = moving.constraints;
   add_as_it_stands(all, std::move(closing), Instant(*moving.model, moving.state));
   return change(moving, moving.parts, std::move(all));

@@ -46,13 +46,15 @@ mechanics::Latch limits_of_closing(const Scene& scene, const Event& e) {
 mechanics::Impact close(const Scene& scene, mechanics::MovingMechanism& moving, const Event& e) {
   try {
     if (is_closed(moving.constraints, e.name))
-      throw InvalidArgument("'" + e.name + "' is closed already, expected an open one");
+      throw InvalidArgument("it is closed already, expected an open one");
     const mechanics::Latch limits = limits_of_closing(scene, e);
     const auto one = scene.constraints.awaited(e.name);
     if (one.couplings.empty()) mechanics::require_within_limits(moving, limits, text(e));
     return mechanics::close_loop(moving, one);
   } catch (const InvalidArgument& why) {
-    throw InvalidArgument(fmt::format("{}: at {:g} s: {}", e.where, e.at, why.what()));
+    const std::string what = why.what(), who = text(e) + ": ";
+    throw InvalidArgument(
+        fmt::format("{}: at {:g} s: {}{}", e.where, e.at, what.starts_with(who) ? "" : who, what));
   }
 }
 

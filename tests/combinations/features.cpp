@@ -199,6 +199,18 @@ std::vector<Feature> all() {
        near_by + latch + "link = 'lower'\nbody = 'target@'\n" +
            event("engage", "at = 0.@\nlatch = 'latch@'\nreach = 10") +
            event("disengage", "at = 0.5\nlatch = 'latch@'")},
+      {"coupling",
+       {"gear"},
+       {},
+       {{"integrator.method", "'spark16'"}},
+       "[[coupling]]\nname = 'gear@'\nfactors = { joint1 = 1, joint2 = 2 }\noffset = 0.9\n"},
+      {"close and open",
+       {"clutch"},
+       {},
+       {{"integrator.method", "'spark16'"}},
+       "[[coupling]]\nname = 'clutch@'\nfactors = { joint1 = 1, joint2 = -1 }\n" +
+           event("close", "at = 0.@\nloop = 'clutch@'") +
+           event("open", "at = 0.5\nloop = 'clutch@'")},
       {"lock above", {"event", "lock"}, {}, {}, event("lock", "joint = 'joint@'\nabove = 0.32")},
       {"capture within reach",
        {"event", "capture"},

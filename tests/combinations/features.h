@@ -32,7 +32,7 @@ const Feature& feature(const std::string& name);
 /// Settings that exclude each other are no pair: two values of one key.
 bool alternatives(const Feature& a, const Feature& b);
 
-/// Pairs of any of the one with any of the other cannot be, and nothing can be done about it.
+/// Pairs of any of the one with any of the other cannot be, or are not built, as the reason says.
 struct Refusal {
   std::vector<std::string> of, with;
   std::string reason;

@@ -21,7 +21,7 @@ const Names splittings{"splitting strang", "splitting aba864"},
     // what damps, and laws that nobody can know not to
     losses{"damper", "friction", "controller", "sampled controller",
            "wheel",  "cmg",      "soft_latch", "engage and disengage"},
-    canonical{"stormer_verlet", "tao4"};
+    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
 
@@ -69,6 +69,19 @@ const std::vector<Refusal>& refusals() {
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "
        "converge to."},
+      {couplings,
+       Names{"gauss16, stages in lanes", "composition", "stormer_verlet", "tao4",
+             "discrete gradient", "radau15", "rk4", "rival, cvode_adams"},
+       "These methods have no multipliers: nothing in them holds a constraint."},
+      {couplings,
+       {"steps time_transformed", "monitor project"},
+       "Not built: the transformed system's rows, and a projection that keeps constraint and "
+       "energy "
+       "together."},
+      {couplings,
+       {"lock and unlock", "lock above"},
+       "Not built: a coupling of which a locked joint is no longer a part. Open it before the "
+       "lock."},
       {{"ensemble"},
        {"report"},
        "The page is of one motion. An ensemble has its own picture, ensemble.svg."},

@@ -207,7 +207,7 @@ TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
   EXPECT_TRUE(says(why({{"at = 80.0", "at = 3.0"}}),
                    "at 3 s: open: the loop 'right_grip' is not closed, expected one that is"));
   EXPECT_TRUE(says(why({}, "[[event]]\ntype = 'close'\nat = 5.0\nloop = 'right_grip'\nreach = 1\n"),
-                   "at 5 s: 'right_grip' is closed already, expected an open one"));
+                   "at 5 s: closing of right_grip: it is closed already, expected an open one"));
   EXPECT_TRUE(says(why({},
                        "[[coupling]]\nname = 'c'\nfactors = { left_elbow = 1 }\n[[event]]\n"
                        "type = 'close'\nat = 5.0\nloop = 'c'\nreach = 1\n"),
