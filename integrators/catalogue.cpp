@@ -7,6 +7,7 @@
 #include "integrators/methods/gauss.h"
 #include "integrators/methods/hbvm.h"
 #include "integrators/methods/lobatto.h"
+#include "integrators/methods/projected_gauss.h"
 #include "integrators/methods/radau15.h"
 #include "integrators/methods/rk4.h"
 #include "integrators/methods/semi_implicit_euler.h"
@@ -30,6 +31,7 @@ struct Families {
   std::vector<Family> all{
       gauss_entries,
       spark_entries,
+      projected_gauss_entries,
       composition_entries,
       stormer_verlet_entries,
       lobatto_entries,
@@ -132,6 +134,10 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
   if (!system.constraints.empty() && !d.constraints)
     return "method '" + d.name + "' keeps no constraints, and '" + system.name + "' has '" +
            system.constraints.front().name + "': expected a method such as 'spark16'";
+  for (const auto& block : system.constraints)
+    if (block.rolling && !d.rolling)
+      return "method '" + d.name + "' keeps no constraints on rates alone, and '" + block.name +
+             "' rolls: expected a method such as 'pgauss16'";
   std::string rotation, alone;  // blocks
   for (const auto& b : system.blocks) {
     if (b.kind == phs::BlockKind::rotation && rotation.empty()) rotation = b.name;

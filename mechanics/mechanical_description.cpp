@@ -71,12 +71,15 @@ void add_ledger(phs::Description& d, const Mechanism& m) {
   }
 }
 
-/// With an account for each block: the power of its reactions, which is zero to rounding.
+/// With an account for each block: the power of its reactions, which is zero to rounding unless the
+/// block moves.
 void add_constraints(phs::Description& d, const ConstraintSet& constraints) {
   d.constraints = constraints.blocks();
   for (auto& block : d.constraints) {
     block.power = int(d.powers.size());
-    d.powers.push_back({block.name + ".reaction", phs::PowerKind::supplied});
+    d.powers.push_back(
+        {block.name + (block.moving ? ".power" : ".reaction"), phs::PowerKind::supplied});
+    if (block.moving) d.traits.autonomous = false;
   }
 }
 

@@ -32,8 +32,9 @@ struct BodyPort {
 /// more passes over the tree, however many ports there are. field costs only what gravity costs,
 /// and nothing more if u is empty.
 ///
-/// Constraints close loops and couple joints (System::constraints); each has an account in the
-/// ledger, "<name>.reaction", which a method that keeps it books as zero to rounding.
+/// Constraints close loops, couple joints, let bodies roll and drive joints (System::constraints).
+/// Each has an account in the ledger, "<name>.reaction", which a method that keeps it books as zero
+/// to rounding; that of a driven joint is "<name>.power", what its motor puts in.
 ///
 /// Invariants: linear and angular momentum of mechanisms that are free in the world without gravity
 /// (for a single ball-jointed root, the angular momentum about its pivot), and |ξ|² and ξ·π of
@@ -50,7 +51,7 @@ class MechanicalModel : public phs::ModelFor<MechanicalModel> {
 
   const phs::Description& description() const override { return description_; }
   const Mechanism& mechanism() const { return *mechanism_; }
-  /// The loops and couplings, or null without any.
+  /// The constraints, or null without any.
   const ConstraintSet* constraint_set() const { return constraints_.get(); }
 
   template <class T>

@@ -147,6 +147,10 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
       if (moving.model->mechanism().coordinate(t.coordinate).joint == joint)
         throw InvalidArgument("lock: the coupling '" + c.name + "' moves joint '" + joint +
                               "', expected a joint without one, or the coupling open");
+  for (const Driven& d : moving.constraints.driven)
+    if (moving.model->mechanism().coordinate(d.coordinate).joint == joint)
+      throw InvalidArgument("lock: the motion '" + d.name + "' drives joint '" + joint +
+                            "', expected a joint without one");
   LockedJoint kept{*body, {}, {}, {}};
   size_t turn = 0;
   const auto& blocks = moving.model->description().blocks;

@@ -40,6 +40,7 @@ struct MovingMechanism {
   ConstraintSpec constraints;
   std::shared_ptr<const MechanicalModel> model;
   phs::State state;                           ///< of model
+  double time = 0;                            ///< of joints that move as told [s]
   std::map<std::string, LockedJoint> locked;  ///< by joint
 
   /// The mechanism at rest at q = 0 and time 0, without loops. @throws InvalidArgument as
@@ -52,6 +53,7 @@ struct MovingMechanism {
 /// Energy loss and momentum balance of an event.
 struct Impact {
   double dissipated_J = 0;                   ///< plastic loss, >= 0
+  double driven_J = 0;                       ///< what the motors of driven joints put in
   Momentum<double> momentum;                 ///< before the event, about the world's origin
   MomentumScale scale{0, 0};                 ///< of the motion before, for small momenta
   double linear_jump = 0, angular_jump = 0;  ///< |after - before| [kg m/s, kg m²/s]: rounding

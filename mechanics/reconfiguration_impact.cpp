@@ -119,29 +119,37 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
   return s;
 }
 
-/// The impulse that ends what the loops do not allow: p⁺ = p - B λ with D λ = Bᵀv. Of two nearest
-/// rates in turn, with and without loops, the second is the nearest of all.
-void keep_loops(const MechanicalModel& model, Instant& to) {
+/// The impulse that ends what the loops do not allow: p⁺ = p - B λ with D λ = Bᵀv + ∂g/∂t. Of two
+/// nearest rates in turn, with and without loops, the second is the nearest of all.
+/// @return the energy that moving rows put in, λᵀ ∂g/∂t
+Real keep_loops(const MechanicalModel& model, double time, Instant& to) {
   const auto system = model.instantiate<Real>();
   const auto rows = system->constraints();
-  if (!rows) return;
+  if (!rows) return 0;
   Reals x(to.q), e(2 * to.q.size()), lambda(size_t(rows->count())), push(e.size());
   x.insert(x.end(), to.p.begin(), to.p.end());
+  Reals drift(lambda.size(), Real(0));
+  rows->set_time(time);
   rows->place(x, lambda);
+  rows->add_drift(drift);
   rows->factor(x);
   system->gradient(x, e);
   rows->rates(e, lambda);
+  rows->add_drift(lambda);
   rows->solve(lambda);
   rows->forces(lambda, push);
   for (size_t i = 0; i < to.p.size(); ++i) to.p[i] -= push[to.q.size() + i];
   rates_from_momenta<Real>(to.m, to.w, to.q, to.p);
   to.v = to.w.rate;
   momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
+  Real put_in = 0;
+  for (size_t r = 0; r < drift.size(); ++r) put_in += lambda[r] * drift[r];
+  return put_in;
 }
 
 /// Computes the rates nearest to the old motion, see the header.
 Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
-              const MechanicalModel& model, phs::State& s) {
+              const MechanicalModel& model, double time, phs::State& s) {
   Instant to(model, s);
   const size_t nv = to.v.size(), nq = to.q.size();
   Reals h(nv, Real(0)), M(nv * nv), J(6 * nv);
@@ -165,13 +173,13 @@ Impact impact(const Instant& from, const std::vector<BodySpec>& bodies,
   phs::dense::solve(nv, M.data(), h.data(), h.data());
   to.v = h;
   momenta_from_rates<Real>(to.m, to.w, to.q, to.v, to.p);
-  keep_loops(model, to);
+  Impact r;
+  r.driven_J = double(keep_loops(model, time, to));
   for (size_t i = 0; i < nq; ++i) {
     s.x[nq + i] = double(to.p[i]);
     s.lo[nq + i] = double(to.p[i] - Real(s.x[nq + i]));
   }
 
-  Impact r;
   Real lost = 0;
   for (const auto& b : bodies) {
     const auto before = from.twist(b.name), after = to.twist(b.name);
@@ -213,7 +221,7 @@ Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loo
       std::make_shared<const Mechanism>(next.build()), std::vector<BodyPort>(), loops);
   Instant from(*moving.model, moving.state);
   phs::State s = positions(moving, from, *model);
-  Impact r = impact(from, next.bodies(), *model, s);
+  Impact r = impact(from, next.bodies(), *model, moving.time, s);
   phs::wrap_angles(model->description(), s);
   measure(r, from, *model, s);
   moving.parts = std::move(next);

@@ -1,6 +1,7 @@
-// Closed loops and couplings of mechanisms.
+// Closed loops, couplings, rolling bodies and driven joints of mechanisms.
 #include <pybind11/stl.h>
 
+#include <tuple>
 #include <variant>
 
 #include "mechanics/constraints/projection.h"
@@ -15,7 +16,7 @@ namespace porthos::python {
 namespace {
 
 using namespace mechanics;
-using Constraint = std::variant<LoopJoint, Rod, Coupling>;
+using Constraint = std::variant<LoopJoint, Rod, Coupling, Rolling, Driven>;
 
 ConstraintSpec spec_of(const std::vector<Constraint>& list) {
   ConstraintSpec spec;
@@ -23,13 +24,15 @@ ConstraintSpec spec_of(const std::vector<Constraint>& list) {
     if (const auto* loop = std::get_if<LoopJoint>(&c)) spec.loops.push_back(*loop);
     if (const auto* rod = std::get_if<Rod>(&c)) spec.rods.push_back(*rod);
     if (const auto* coupling = std::get_if<Coupling>(&c)) spec.couplings.push_back(*coupling);
+    if (const auto* rolling = std::get_if<Rolling>(&c)) spec.rollings.push_back(*rolling);
+    if (const auto* driven = std::get_if<Driven>(&c)) spec.driven.push_back(*driven);
   }
   return spec;
 }
 
 const ConstraintSet& loops_of(const MechanicalModel& p) {
   if (!p.constraint_set())
-    throw InvalidArgument("'" + p.description().name + "' has no loops and no couplings");
+    throw InvalidArgument("'" + p.description().name + "' has no constraints");
   return *p.constraint_set();
 }
 
@@ -80,6 +83,23 @@ prismatic, cylindrical, helical (about and along z), spherical, universal (z of 
           },
           "By coordinate, with one freedom each.")
       .def_readwrite("offset", &Coupling::offset, "In the unit of factor times coordinate.");
+  py::class_<Rolling>(
+      m, "Rolling",
+      R"(A body that touches the plane z = 0 of the frame `ground` and does not slip. Types, by the frame `wheel`: disk (thin,
+axle z), sphere, blade (no motion along z), no_spin (no turn about z). Needs a pgauss method.)")
+      .def(from_keywords<Rolling>())
+      .def_readwrite("name", &Rolling::name)
+      .def_readwrite("type", &Rolling::type)
+      .def_readwrite("ground", &Rolling::ground, "By default the world.")
+      .def_readwrite("wheel", &Rolling::wheel)
+      .def_readwrite("radius", &Rolling::radius, "Of a disk or sphere [m], > 0.");
+  py::class_<Driven>(m, "Driven",
+                     "A joint coordinate with one freedom that moves as told, by a motor of any "
+                     "strength; its account is '<name>.power'.")
+      .def(from_keywords<Driven>())
+      .def_readwrite("name", &Driven::name)
+      .def_readwrite("coordinate", &Driven::coordinate)
+      .def_readwrite("motion", &Driven::motion, "Angles count their turns.");
   py::class_<ClosedStart>(m, "ClosedStart", "What close_loops() found and did.")
       .def_readonly("gap", &ClosedStart::gap, "Largest gap at the start [m or rad].")
       .def_readonly("slip", &ClosedStart::slip, "Largest rate of a gap at the start [1/s].")
@@ -88,6 +108,41 @@ prismatic, cylindrical, helical (about and along z), spherical, universal (z of 
       .def_readonly("rank", &ClosedStart::rank, "Independent rows at the closed position.")
       .def_readonly("largest", &ClosedStart::largest,
                     "Name of the constraint with the largest gap.");
+}
+
+double value_of(const phs::FunctionPtr& f, double t) {
+  if (!f)
+    throw InvalidArgument("the motion is empty, expected one of steady_motion(), moves() ...");
+  return (*f)(t);
+}
+void bind_motions(py::module_& m) {
+  py::class_<phs::Motion>(m, "Motion", "A position told for every time [rad or m].")
+      .def(
+          "position", [](const phs::Motion& x, double t) { return value_of(x.position, t); },
+          py::arg("t"))
+      .def(
+          "rate", [](const phs::Motion& x, double t) { return value_of(x.rate, t); }, py::arg("t"))
+      .def_readonly("instants", &phs::Motion::instants,
+                    "Times at which a higher derivative jumps: steps should end there [s].");
+  m.def(
+      "steady_motion", [](double start, double rate) { return phs::steady_motion(start, rate); },
+      py::arg("start"), py::arg("rate"), "start + rate t.");
+  m.def(
+      "swinging_motion",
+      [](double middle, double amplitude, double frequency, double phase) {
+        return phs::swinging_motion(middle, amplitude, frequency, phase);
+      },
+      py::arg("middle"), py::arg("amplitude"), py::arg("frequency"), py::arg("phase") = 0.0,
+      "middle + amplitude sin(2 pi frequency t + phase); frequency in Hz.");
+  m.def(
+      "moves",
+      [](double start, const std::vector<std::tuple<double, double, double>>& list) {
+        std::vector<phs::Move> all;
+        for (const auto& [at, duration, to] : list) all.push_back({at, duration, to});
+        return phs::moves_from(start, all);
+      },
+      py::arg("start"), py::arg("moves"),
+      "Moves of least jerk with rests between, each (at, duration, to) [s, s, rad or m].");
 }
 
 /// λ and what it exerts, by name.
@@ -114,12 +169,14 @@ py::dict exerted(phs::Reactions& r, const phs::Description& d, double t, py::obj
 }  // namespace
 
 void bind_constraints(py::module_& m) {
+  bind_motions(m);
   bind_constraint_specs(m);
   py::class_<phs::Reactions>(
       m, "Reactions",
-      R"(What the loops and couplings of a model exert at a state, from the accelerations: by name, the wrench of a loop on
-link b about the origin of frame b, in the axes of a, [moment; force] [N m; N]; the tension of a rod [N]; the torque or
-force of a coupling on each of its joints, '<coupling>.<joint>'. Where they are not unique, those of the smallest norm.)")
+      R"(What the constraints of a model exert at a state, from the accelerations: by name, the wrench of a loop on link b (of
+a rolling body on its wheel) about the origin of its frame, in the axes of a (of the ground), [moment; force] [N m; N]; the
+tension of a rod [N]; the torque or force of a coupling or motor on each of its joints, '<name>.<joint>'. Where they are
+not unique, those of the smallest norm.)")
       .def(py::init([](std::shared_ptr<phs::Model> model) {
              return std::make_unique<phs::Reactions>(*model);
            }),
@@ -143,7 +200,8 @@ void bind_model_constraints(MechanicalModelClass& model) {
            }),
            py::arg("mechanism"), py::arg("ports") = std::vector<BodyPort>{},
            py::arg("constraints") = std::vector<Constraint>{},
-           "constraints: LoopJoint, Rod and Coupling objects with names of their own.")
+           "constraints: LoopJoint, Rod, Coupling, Rolling and Driven objects with names of their "
+           "own.")
       .def(
           "close_loops",
           [](const MechanicalModel& p, py::object q, py::object v,

@@ -136,12 +136,13 @@ Vec3d SplitIntegrator::impulse_of(std::span<const double> added) const {
   return sum;
 }
 
-void SplitIntegrator::keep_loops(std::span<double> momenta) {
+void SplitIntegrator::keep_loops(std::span<double> momenta, bool moving) {
   std::copy(q_.begin(), q_.end(), place_.begin());
   std::copy(momenta.begin(), momenta.end(), place_.begin() + long(nq_));
   loops_->place(place_, lambda_);
   linkage_->gradient(place_, e_);
   loops_->rates(e_, lambda_);
+  if (moving) loops_->add_drift(lambda_);
   loops_->factor(place_);
   loops_->solve(lambda_);
   loops_->forces(lambda_, taken_);
@@ -151,14 +152,20 @@ void SplitIntegrator::keep_loops(std::span<double> momenta) {
 void SplitIntegrator::kick_along_loops() {
   for (size_t i = 0; i < nq_; ++i)
     kicked_[i] = inside_.x[nq_ + i] + (inside_.lo[nq_ + i] + change_[i]);
-  keep_loops(kicked_);
+  keep_loops(kicked_, true);
   for (size_t i = 0; i < nq_; ++i) change_[i] -= taken_[nq_ + i];
+  std::fill(rows_.begin(), rows_.end(), 0.0);
+  loops_->add_drift(rows_);
+  for (const auto& block : model_.description().constraints)
+    if (block.moving && block.power >= 0 && port_work_.any())
+      for (size_t r = size_t(block.at); r < size_t(block.at + block.size); ++r)
+        port_work_.add(size_t(block.power), lambda_[r] * rows_[r]);
 }
 
 /// Adds weight [(δ·∂)F + ∂T/∂q(q, F)] at q_ to extra_.
 void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
   gradient_.momentum_rates(q_, change_);
-  if (loops_) keep_loops(change_);
+  if (loops_) keep_loops(change_, false);
   mechanics::hamiltonian_field<double>(model_.mechanism(), w_, q_, change_, {}, delta_, slope_);
   double size = 0;
   for (const double d : delta_) size = std::max(size, std::fabs(d));
@@ -195,6 +202,7 @@ void SplitIntegrator::correct(double weight, const OrbitPoint& p) {
 
 void SplitIntegrator::kick(double t, double h, double middle, double correction, OrbitPoint& p) {
   pull(p);
+  if (loops_) loops_->set_time(t);
   const bool more = correction != 0 || has_plates_;
   if (more) std::fill(extra_.begin(), extra_.end(), 0.0);
   if (correction != 0) correct(correction, p);

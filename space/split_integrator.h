@@ -60,8 +60,8 @@ class SplitIntegrator final : public integrators::Integrator {
   void kick(double t, double h, double middle, double correction, OrbitPoint& p);
   void correct(double weight, const OrbitPoint& p);
   /// Takes Bλ from momenta at q_, so that their rates keep the loops closed; λ in lambda_.
-  void keep_loops(std::span<double> momenta);
-  /// Takes from the kick change_ what the loops take up.
+  void keep_loops(std::span<double> momenta, bool moving);
+  /// Takes from the kick change_ what the loops take up; books what driven joints put in.
   void kick_along_loops();
   SpaceLedgers::Reading read(const OrbitPoint& p, bool next_order);
   Vec3<OrbitReal> angular_momentum() const;

@@ -58,6 +58,7 @@ struct Declaration {
   /// Keeps a system's constraints. If not, the method refuses constrained systems; if so, it takes
   /// systems without constraints too.
   bool constraints = false;
+  bool rolling = false;   ///< and rows that restrict rates alone
   bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint
   bool rival = false;     ///< another library's method, for comparison
   Needs needs = {};

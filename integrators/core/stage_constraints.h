@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
@@ -44,6 +45,12 @@ class StageConstraints {
     for (auto& rows : each_) rows->set_turn_angles(angles);
   }
 
+  /// The times of rows that move.
+  void set_times(const Lanes& t, int used) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) return all_->set_time(t);
+    for (int i = 0; i < used; ++i) each_[size_t(i)]->set_time(t[i]);
+  }
   /// The first `used` points; lanes beyond them must hold a point too.
   void place(std::span<const Lanes> x, std::span<Lanes> g, int used) {
     if constexpr (std::is_same_v<T, double>)
@@ -61,6 +68,31 @@ class StageConstraints {
       for (size_t r = 0; r < row_.size(); ++r) row_[r] = lambda[r][i];
       each_[size_t(i)]->forces(row_, push_);
       for (size_t k = 0; k < push_.size(); ++k) Bl[k].set(i, push_[k]);
+    }
+  }
+  /// g' at the efforts e where place() was: Bᵀe + ∂g/∂t.
+  void slips(std::span<const Lanes> e, std::span<Lanes> g_dot, int used) {
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) {
+        all_->rates(e, g_dot);
+        return all_->add_drift(g_dot);
+      }
+    for (int i = 0; i < used; ++i) {
+      for (size_t k = 0; k < point_.size(); ++k) point_[k] = e[k][i];
+      each_[size_t(i)]->rates(point_, row_);
+      each_[size_t(i)]->add_drift(row_);
+      for (size_t r = 0; r < row_.size(); ++r) g_dot[r].set(i, row_[r]);
+    }
+  }
+  /// ∂g/∂t.
+  void drifts(std::span<Lanes> g_dot, int used) {
+    for (Lanes& x : g_dot) x = Lanes(T(0.0));
+    if constexpr (std::is_same_v<T, double>)
+      if (all_) return all_->add_drift(g_dot);
+    for (int i = 0; i < used; ++i) {
+      std::fill(row_.begin(), row_.end(), T(0.0));
+      each_[size_t(i)]->add_drift(row_);
+      for (size_t r = 0; r < row_.size(); ++r) g_dot[r].set(i, row_[r]);
     }
   }
 

@@ -8,7 +8,7 @@
 #include "integrators/core/stage_constraints.h"
 #include "integrators/core/stage_field.h"
 #include "integrators/core/turns.h"
-#include "integrators/methods/spark_rows.h"
+#include "integrators/methods/manifold.h"
 #include "integrators/methods/spark_stages.h"
 
 namespace porthos::integrators {
@@ -32,18 +32,21 @@ class Spark final : public BasicIntegrator<T> {
         step_(std::move(t), model.description(), m_),
         field_(model, *system_, o.lanes),
         E_(port_work_.any() ? n_ : 0),
-        e_(n_),
-        push_(n_),
-        row_(m_),
+        start_slip_(m_, T(0.0)),
         slip_(m_, T(0.0)),
-        start_slip_(slip_),
+        start_drift_(slip_),
+        drift_(slip_),
         change_(m_ * size_t(step_.s), T(0.0)),
         lambda_(m_, Lanes(T(0.0))),
+        moves_(std::any_of(model.description().constraints.begin(),
+                           model.description().constraints.end(),
+                           [](const phs::ConstraintBlock& b) { return b.moving; })),
         keeper_(model.description()),
         end_(unit_roundoff<T>, o.iteration_tolerance) {
     for (auto& f : field_at_) f.resize(n_);
     if (m_ == 0) return;
-    start_.emplace(*system_, m_);
+    manifold_.emplace(*system_, m_, cost_);
+    start_ = &manifold_->rows();
     for (auto& nodes : nodes_) nodes = std::make_unique<StageConstraints<T, V>>(model, o.lanes);
     step_.adapt_to(table_real(h), table_real(h));
   }
@@ -61,6 +64,7 @@ class Spark final : public BasicIntegrator<T> {
   Outcome advance(T t, T h, State& state) override {
     t_ = t;
     step_.adapt_to(table_real(h), table_real(have_before_ ? h_before_ : h));
+    if (moves_) begin_drift(t);
     const bool same_rows = m_ == 0 || start_->choose(state.x);
     if (!same_rows) std::fill(lambda_.begin(), lambda_.end(), Lanes(T(0.0)));
     if (m_ > 0 && !start_->trouble().empty()) return give_up(Outcome::singular);
@@ -91,6 +95,17 @@ class Spark final : public BasicIntegrator<T> {
   bool integrates_power() const override { return true; }
 
  private:
+  /// The time of moving rows, and ∂g/∂t at the start and at the nodes.
+  void begin_drift(T t) {
+    (*start_)->set_time(t);
+    std::fill(drift_.begin(), drift_.end(), T(0.0));
+    (*start_)->add_drift(drift_);
+    for (int c = 0; c < chunks; ++c)
+      if (const int used = Step::used(step_.s, c); used > 0) {
+        nodes_[size_t(c)]->set_times(Lanes(t) + step_.node_time[size_t(c)], used);
+        nodes_[size_t(c)]->drifts(step_.drift[size_t(c)], used);
+      }
+  }
   Outcome give_up(Outcome o) {
     have_before_ = false;
     if (m_ == 0) return o;
@@ -106,7 +121,8 @@ class Spark final : public BasicIntegrator<T> {
       push();
     }
     step_.place_stages(state.x, state.lo);
-    if (std::isnan(evaluate())) return Outcome::not_finite;
+    SweepMoves moves;
+    if (!evaluate(moves)) return Outcome::not_finite;
     end_.restart();
     for (int sweep = 0; sweep < options_.max_sweeps; ++sweep) {
       if (m_ > 0) {
@@ -115,34 +131,31 @@ class Spark final : public BasicIntegrator<T> {
         push();
       }
       step_.place_stages(state.x, state.lo);
-      const double change = evaluate();
-      if (std::isnan(change)) return Outcome::not_finite;
-      switch (end_.after(change)) {
-        case SparkEnd::Verdict::ended:
+      moves = {};
+      if (!evaluate(moves)) return Outcome::not_finite;
+      switch (end_.after(moves)) {
+        case SweepEnd::Verdict::ended:
           return Outcome::ok;
-        case SparkEnd::Verdict::diverges:
+        case SweepEnd::Verdict::diverges:
           return Outcome::not_converged;
-        case SparkEnd::Verdict::go_on:
+        case SweepEnd::Verdict::go_on:
           break;
       }
     }
     return end_.near_rounding() ? Outcome::ok : Outcome::not_converged;
   }
-  /// L = h b f(Y). @return its largest relative move, NaN if one is
-  double evaluate() {
+  /// L = h b f(Y). @return whether it is finite
+  bool evaluate(SweepMoves& moves) {
     cost_.evaluations += step_.s;
     ++cost_.sweeps;
-    double change = 0;
     for (int c = 0; c < chunks; ++c) {
       const int used = Step::used(step_.s, c);
       if (used == 0) break;
       auto& f = field_at_[size_t(c)];
       field_.field(t_, step_.ch[size_t(c)], step_.Y[size_t(c)], f, used);
-      const double move = step_.take_slopes(c, f);
-      if (std::isnan(move)) return move;
-      change = std::max(change, move);
+      if (!step_.take_slopes(c, f, moves)) return false;
     }
-    return change;
+    return true;
   }
   void place_nodes(const State& state) {
     step_.place_nodes(state.x, state.lo);
@@ -190,40 +203,25 @@ class Spark final : public BasicIntegrator<T> {
     if (m_ > 0) {
       for (const size_t k : step_.pushed())
         phs::compensated_add(state.x[k], state.lo[k], -step_.pushed_by(k));
-      last_impulse(state);
+      last_impulse(state, h);
     }
     if (port_work_.any()) book();
     step_.keep();
     have_before_ = true;
     h_before_ = h;
   }
-  /// I_s from B(y')ᵀ e(y') = 0, linear in I_s; once more for its rounding.
-  void last_impulse(State& state) {
+  /// I_s from B(y')ᵀ e(y') + ∂g/∂t = 0, linear in I_s.
+  void last_impulse(State& state, T h) {
+    std::swap(start_slip_, slip_);
+    std::swap(start_drift_, drift_);
     const auto I_s = std::span<T>(step_.impulse).subspan(size_t(step_.s) * m_, m_);
-    start_slip_ = slip_;
-    start_->move_to(state.x);
-    std::fill(I_s.begin(), I_s.end(), T(0.0));
-    for (int twice = 0; twice < 2; ++twice) {
-      rates_at(state);
-      std::copy(slip_.begin(), slip_.end(), row_.begin());
-      (*start_)->solve(row_);
-      (*start_)->forces(row_, push_);
-      for (size_t r = 0; r < m_; ++r) I_s[r] = I_s[r] + row_[r];
-      for (const size_t k : step_.pushed())
-        phs::compensated_add(state.x[k], state.lo[k], -push_[k]);
-    }
-    rates_at(state);
-    start_->keep_at(state.x);
-  }
-  /// slip_ = Bᵀ e at the state.
-  void rates_at(const State& state) {
-    for (size_t k = 0; k < n_; ++k) push_[k] = state.x[k] + state.lo[k];
-    system_->gradient(push_, e_);
-    ++cost_.evaluations;
-    (*start_)->rates(e_, slip_);
+    manifold_->bring_momenta_back(t_ + h, state, I_s);
+    std::copy(manifold_->slip().begin(), manifold_->slip().end(), slip_.begin());
+    std::copy(manifold_->drift().begin(), manifold_->drift().end(), drift_.begin());
   }
 
-  /// Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i); the reactions at the ends of the step.
+  /// Σ h b_i power(Y_i), where f(Y_i) = L_i / (h b_i); the reactions at the ends of the step; what
+  /// moving rows put in, I_j ∂g/∂t, at all nodes.
   void book() {
     port_work_.restart();
     for (int c = 0; c < chunks; ++c) {
@@ -238,9 +236,13 @@ class Spark final : public BasicIntegrator<T> {
     for (const auto& block : system_->description().constraints) {
       if (block.power < 0) continue;
       T work(0.0);
-      for (size_t r = size_t(block.at); r < size_t(block.at + block.size); ++r)
-        work = work - step_.impulse[r] * start_slip_[r] -
-               step_.impulse[size_t(step_.s) * m_ + r] * slip_[r];
+      for (size_t r = size_t(block.at); r < size_t(block.at + block.size); ++r) {
+        const T &first = step_.impulse[r], &last = step_.impulse[size_t(step_.s) * m_ + r];
+        work = work - first * start_slip_[r] - last * slip_[r];
+        if (block.moving) work = work + (first * start_drift_[r] + last * drift_[r]);
+        for (int j = 1; block.moving && j < step_.s; ++j)
+          work = work + step_.impulse[size_t(j) * m_ + r] * Step::at(step_.drift, r, j - 1);
+      }
       port_work_.add(size_t(block.power), work);
     }
   }
@@ -249,15 +251,17 @@ class Spark final : public BasicIntegrator<T> {
   Step step_;
   T t_ = T(0.0);
   StageField<T, V> field_;
-  std::optional<StepRows<T>> start_;  ///< at the start, then at the end of the step
+  std::optional<Manifold<T>> manifold_;
+  StepRows<T>* start_ = nullptr;  ///< at the start, then at the end of the step; null: no rows
   Nodes nodes_;
   typename Step::Stages field_at_;
   std::vector<Lanes> E_;
-  std::vector<T> e_, push_, row_, slip_, start_slip_;
+  std::vector<T> start_slip_, slip_, start_drift_, drift_;
   std::vector<T> change_;  ///< of impulses, s × m
   std::vector<Lanes> lambda_;
+  bool moves_;  ///< some rows do
   TurnKeeper<T> keeper_;
-  SparkEnd end_;
+  SweepEnd end_;
   bool have_before_ = false;
   T h_before_ = T(0.0);
 };

@@ -7,6 +7,7 @@
 
 #include "integrators/core/stage_lanes.h"
 #include "integrators/methods/collocation.h"
+#include "integrators/methods/step_rows.h"
 #include "integrators/tables/spark_table.h"
 #include "phs/system/archive.h"
 #include "phs/system/description.h"
@@ -27,17 +28,16 @@ struct SparkStages {
 
   /// m: rows
   SparkStages(SparkTable<Real> t, const phs::Description& d, size_t m)
-      : table(std::move(t)), s(table.s()), n_(size_t(d.nx)), size_(n_, 1.0), least_size_(n_, 0.0) {
+      : table(std::move(t)), s(table.s()), n_(size_t(d.nx)), sizes_(d) {
     const size_t n = n_;
     for (const auto& b : d.blocks)
-      for (size_t k = 0; k < size_t(b.size); ++k) {
-        if (b.kind != phs::BlockKind::linear) least_size_[size_t(b.at) + k] = 1;
-        if (m > 0 && b.momentum >= 0) pushed_.push_back(size_t(b.momentum) + k);
-      }
+      for (size_t k = 0; m > 0 && b.momentum >= 0 && k < size_t(b.size); ++k)
+        pushed_.push_back(size_t(b.momentum) + k);
     std::sort(pushed_.begin(), pushed_.end());
     for (auto* a : {&Y, &L, &L_before, &Q, &F})
       for (auto& chunk : *a) chunk.assign(n, Lanes(T(0.0)));
-    for (auto& chunk : g) chunk.assign(m, Lanes(T(0.0)));
+    for (auto* a : {&g, &drift})
+      for (auto& chunk : *a) chunk.assign(m, Lanes(T(0.0)));
     impulse.assign(size_t(s + 1) * m, T(0.0));
     before_ = impulse;
     F_start.assign(n, T(0.0));
@@ -67,6 +67,7 @@ struct SparkStages {
       const Real c = table.gauss.c[size_t(row(lane))];
       set(hb, lane, weights[row(lane)]);
       set(ch, lane, h * c);
+      set(node_time, lane, h * table.node[size_t(row(lane) + 1)]);
       table.gauss.slope(1 + ratio * c, stages(B));
       for (int j = 0; j < s; ++j)
         set(slope_[size_t(j)], lane, ratio * table.gauss.b[size_t(row(lane))] * B[j]);
@@ -121,7 +122,6 @@ struct SparkStages {
   }
   /// Y from L and the forces F.
   void place_stages(std::span<const T> x, std::span<const T> lo) {
-    double largest = 0;
     size_t next = 0;  // in pushed_
     for (size_t k = 0; k < n_; ++k) {
       const bool is_pushed = next < pushed_.size() && pushed_[next] == k;
@@ -134,25 +134,21 @@ struct SparkStages {
         away = max(away, magnitudes(to - Lanes(x[k])));
       }
       if (is_pushed) ++next;
-      size_[k] = std::max(magnitude(x[k]), largest_of(away));
-      largest = std::max(largest, size_[k]);
+      sizes_.measure(k, x[k], largest_of(away));
     }
-    for (size_t k = 0; k < n_; ++k)
-      size_[k] = std::max({size_[k], least_size_[k], 1e-4 * largest, 1e-300});
+    sizes_.settle();
   }
-  /// Takes over L = h b f of a chunk. @return the largest move, relative to the size of the state's
-  /// component; NaN if one is
-  double take_slopes(int c, std::span<const Lanes> f) {
-    double change = 0, total = 0;
+  /// Takes over L = h b f of a chunk. @return whether it is finite
+  bool take_slopes(int c, std::span<const Lanes> f, SweepMoves& moves) {
+    double total = 0;
     for (size_t k = 0; k < n_; ++k) {
       Lanes& own = L[size_t(c)][k];
       const Lanes to = hb[size_t(c)] * f[k];
-      const double move = largest_of(magnitudes(to - own));
-      change = std::max(change, move / size_[k]);
+      sizes_.count(k, largest_of(magnitudes(to - own)), moves);
       for (int i = 0; i < V; ++i) total += magnitude(to[i]);
       own = to;
     }
-    return std::isfinite(total) ? change : NAN;
+    return std::isfinite(total);
   }
   /// Σ L_i
   T sum(size_t k) const {
@@ -188,9 +184,10 @@ struct SparkStages {
   const SparkTable<Real> table;
   const int s;
   Weights hb, ch;          ///< h b_i and h c_i
+  Weights node_time;       ///< h c̃_j
   Stages Y, L, L_before;   ///< stages
   Stages Q, F;             ///< nodes 1 … s: positions, and B I
-  Stages g;                ///< nodes: rows
+  Stages g, drift;         ///< nodes: rows, and ∂g/∂t of them
   std::vector<T> impulse;  ///< I_j, (s + 1) × m
   std::vector<T> F_start;  ///< B(q) I_0
 
@@ -212,9 +209,8 @@ struct SparkStages {
   }
 
   size_t n_;
-  std::vector<size_t> pushed_;      ///< numbers that constraint forces change, ascending
-  std::vector<double> size_;        ///< of the state's components, the scale of moves
-  std::vector<double> least_size_;  ///< 1 of angles and quaternions: rows see them through sines
+  std::vector<size_t> pushed_;  ///< numbers that constraint forces change, ascending
+  StateSizes<T> sizes_;
   std::array<Weights, size_t(W)> mu_, nu_, rest_, slope_, response_;
   std::vector<T> ahead_, before_;
   Real h_ = 0, before_h_ = 0;

@@ -1,43 +1,12 @@
 #include "integrators/tables/spark_table.h"
 
-#include <utility>
-
-#include "phs/scalars/scalar.h"
+#include "integrators/tables/inverse.h"
 
 namespace porthos::integrators {
 namespace {
 
 using phs::Quad;
 using Quads = std::vector<Quad>;
-
-/// The inverse of an n × n row-major matrix, by elimination with row exchange.
-Quads inverse(size_t n, Quads a) {
-  Quads b(n * n, Quad(0));
-  for (size_t i = 0; i < n; ++i) b[i * n + i] = 1;
-  for (size_t k = 0; k < n; ++k) {
-    size_t best = k;
-    for (size_t i = k; i < n; ++i)
-      if (phs::abs(a[i * n + k]) > phs::abs(a[best * n + k])) best = i;
-    for (size_t j = 0; j < n; ++j) {
-      std::swap(a[k * n + j], a[best * n + j]);
-      std::swap(b[k * n + j], b[best * n + j]);
-    }
-    const Quad pivot = a[k * n + k];
-    for (size_t j = 0; j < n; ++j) {
-      a[k * n + j] /= pivot;
-      b[k * n + j] /= pivot;
-    }
-    for (size_t i = 0; i < n; ++i) {
-      const Quad factor = a[i * n + k];
-      if (i == k || factor == 0) continue;
-      for (size_t j = 0; j < n; ++j) {
-        a[i * n + j] -= factor * a[k * n + j];
-        b[i * n + j] -= factor * b[k * n + j];
-      }
-    }
-  }
-  return b;
-}
 
 /// B_jk, row j - 1, column k.
 Quads response_matrix(size_t s, const Quads& nu, const Quads& b) {
@@ -84,7 +53,7 @@ SparkTable<T> spark_table(int s) {
       t.rest.push_back(large ? other : rounded);
     }
   }
-  for (const Quad x : inverse(n, response_matrix(n, nu, gauss.b))) t.response.push_back(T(x));
+  for (const Quad x : inverse_of(n, response_matrix(n, nu, gauss.b))) t.response.push_back(T(x));
   return t;
 }
 

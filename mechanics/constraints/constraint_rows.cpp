@@ -34,11 +34,19 @@ class MechanismConstraints final : public phs::Constraints<T> {
         tau_(size_t(m.nv())),
         loops_(set.loops().size()),
         turned_(set.couplings().size()),
+        driven_(turned_.size()),
         delassus_(m, set) {
     renew_turns();
+    set_time(T(0.0));
   }
 
   int count() const override { return set_.count(); }
+
+  void set_time(const T& t) override {
+    for (size_t i = 0; i < driven_.size(); ++i)
+      if (const auto& c = set_.couplings()[i]; c.position)
+        driven_[i] = {(*c.position)(t), (*c.rate)(t)};
+  }
 
   void place(In x, Out g) override {
     std::copy_n(x.begin(), nq_, q_.begin());
@@ -54,9 +62,10 @@ class MechanismConstraints final : public phs::Constraints<T> {
     }
     for (size_t i = 0; i < turned_.size(); ++i) {
       const auto& c = set_.couplings()[i];
-      T sum(0.0);
+      T sum(0.0), turned = turned_[i].hi;
       for (const auto& t : c.terms) sum = sum + T(t.factor) * q_[size_t(t.q)];
-      g[size_t(c.at)] = (sum + turned_[i].hi) + turned_[i].lo;
+      if (c.position) turned = turned - driven_[i].position;
+      g[size_t(c.at)] = (sum + turned) + turned_[i].lo;
     }
   }
 
@@ -94,6 +103,12 @@ class MechanismConstraints final : public phs::Constraints<T> {
       for (const auto& t : c.terms) sum = sum + T(t.factor) * tau_[size_t(t.v)];
       g_dot[size_t(c.at)] = sum;
     }
+  }
+
+  void add_drift(Out g_dot) override {
+    for (size_t i = 0; i < driven_.size(); ++i)
+      if (const auto& c = set_.couplings()[i]; c.position)
+        g_dot[size_t(c.at)] = g_dot[size_t(c.at)] - driven_[i].rate;
   }
 
   void exerted(In lambda, Out reactions) const override {
@@ -139,6 +154,9 @@ class MechanismConstraints final : public phs::Constraints<T> {
  private:
   struct Words {
     T hi = T(0.0), lo = T(0.0);
+  };
+  struct Told {
+    T position = T(0.0), rate = T(0.0);
   };
   struct Ends {
     Force<T> a, b;  ///< about the frames' origins, in their axes
@@ -248,6 +266,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
   std::vector<T> q_, tau_;
   std::vector<Placed> loops_;
   std::vector<Words> turned_;
+  std::vector<Told> driven_;  ///< by coupling
   constraint_detail::Delassus<T> delassus_;
 };
 

@@ -26,6 +26,12 @@ const std::vector<TypeOfRows>& types_of_rows() {
   };
   return all;
 }
+const std::vector<TypeOfRows>& types_of_rolling() {
+  using enum Row;
+  static const std::vector<TypeOfRows> all{
+      {"disk", {disk}}, {"sphere", {sphere}}, {"blade", {blade}}, {"no_spin", {spin}}};
+  return all;
+}
 constexpr std::array rod_rows{Row::distance};
 
 [[noreturn]] void refuse_constraint(const std::string& name, const std::string& why) {
@@ -72,9 +78,15 @@ std::span<const Row> rows_of(std::string_view joint_type) {
       .rows;
 }
 
+std::span<const Row> rolling_rows(std::string_view type) {
+  return find_named(types_of_rolling(), type, "nothing rolls as",
+                    [](const TypeOfRows& t) { return t.type; })
+      .rows;
+}
+
 int count_rows(std::span<const Row> rows) {
   int n = 0;
-  for (const Row r : rows) n += r == Row::weld ? 3 : 1;
+  for (const Row r : rows) n += r == Row::weld || r == Row::disk || r == Row::sphere ? 3 : 1;
   return n;
 }
 
@@ -90,7 +102,16 @@ ConstraintSet::ConstraintSet(const Mechanism& m, const ConstraintSpec& spec) : s
       refuse_constraint(r.name, "length is " + number(r.length) + " m, expected a number > 0");
     add_loop(m, r.name, "rod", r.a, r.b, rod_rows, 0, r.length);
   }
+  for (const auto& r : spec.rollings) {
+    const auto rows = rolling_rows(r.type);
+    const bool round = rows.front() == Row::disk || rows.front() == Row::sphere;
+    if (round && !(r.radius > 0 && std::isfinite(r.radius)))
+      refuse_constraint(r.name, "radius is " + number(r.radius) + " m, expected a number > 0");
+    add_loop(m, r.name, r.type, r.ground, r.wheel, rows, 0, r.radius);
+    blocks_.back().rolling = true;
+  }
   for (const auto& c : spec.couplings) add_coupling(m, c);
+  for (const auto& d : spec.driven) add_driven(m, d);
   find_groups(m);
 }
 
@@ -127,6 +148,19 @@ void ConstraintSet::add_loop(const Mechanism& m, const std::string& name, const 
   loops_.push_back(std::move(l));
 }
 
+void ConstraintSet::add_term(const Mechanism& m, const std::string& name, const Coupling::Term& t,
+                             Coupled& to, std::vector<phs::ConstraintBlock::Reaction>& reactions) {
+  const JointCoordinates& q = find_named(
+      m.coordinates(), t.coordinate, "constraint '" + name + "': the mechanism has no coordinate");
+  if (q.nq != 1 || q.nv != 1)
+    refuse_constraint(name, "'" + t.coordinate + "' has " + std::to_string(q.nv) +
+                                " freedoms, expected a coordinate with one");
+  const int turn = q.kind == phs::BlockKind::angle ? m.nodes()[size_t(q.node)].turn : -1;
+  to.above = united(std::move(to.above), ancestors(m, q.node));
+  to.terms.push_back({q.node, q.q, q.v, turn, t.factor});
+  reactions.push_back({name + "." + q.name, 1, q.effort_unit});
+}
+
 void ConstraintSet::add_coupling(const Mechanism& m, const Coupling& c) {
   if (!std::isfinite(c.offset)) refuse_constraint(c.name, "its offset is not finite");
   Coupled coupled{count_, c.offset, {}, {}};
@@ -135,20 +169,25 @@ void ConstraintSet::add_coupling(const Mechanism& m, const Coupling& c) {
     if (!std::isfinite(t.factor) || t.factor == 0)
       refuse_constraint(c.name, "the factor of '" + t.coordinate + "' is " + number(t.factor) +
                                     ", expected a number other than 0");
-    const JointCoordinates& q =
-        find_named(m.coordinates(), t.coordinate,
-                   "constraint '" + c.name + "': the mechanism has no coordinate");
-    if (q.nq != 1 || q.nv != 1)
-      refuse_constraint(c.name, "'" + t.coordinate + "' has " + std::to_string(q.nv) +
-                                    " freedoms, expected a coordinate with one");
-    const int turn = q.kind == phs::BlockKind::angle ? m.nodes()[size_t(q.node)].turn : -1;
-    coupled.above = united(std::move(coupled.above), ancestors(m, q.node));
-    coupled.terms.push_back({q.node, q.q, q.v, turn, t.factor});
-    reactions.push_back({c.name + "." + q.name, 1, q.effort_unit});
+    add_term(m, c.name, t, coupled, reactions);
   }
   if (coupled.terms.empty()) refuse_constraint(c.name, "it couples no coordinate");
   add_block(c.name, "coupling", 1, std::move(reactions));
   couplings_.push_back(std::move(coupled));
+}
+
+void ConstraintSet::add_driven(const Mechanism& m, const Driven& d) {
+  if (!d.motion.position || !d.motion.rate) refuse_constraint(d.name, "it has no motion");
+  Coupled driven{count_, 0, {}, {}, d.motion.position, d.motion.rate};
+  std::vector<phs::ConstraintBlock::Reaction> reactions;
+  add_term(m, d.name, {d.coordinate, 1}, driven, reactions);
+  for (const auto& other : couplings_)
+    if (other.position && other.terms[0].q == driven.terms[0].q)
+      refuse_constraint(d.name, "another motion drives '" + d.coordinate + "', expected one");
+  add_block(d.name, "motion", 1, std::move(reactions));
+  blocks_.back().moving = true;
+  blocks_.back().instants = d.motion.instants;
+  couplings_.push_back(std::move(driven));
 }
 
 void ConstraintSet::find_groups(const Mechanism& m) {

@@ -10,30 +10,37 @@
 
 namespace porthos::mechanics {
 
-/// One row of a loop joint or rod; d: origin of b in a; R: axes of b in a.
+/// Rows of a loop joint, rod or rolling body; d: origin of b in a; R: axes of b in a.
 enum class Row {
   dx,
   dy,
   dz,  ///< a component of d
   xz,
   yz,
-  zx,       ///< x_a·z_b, y_a·z_b, z_a·x_b
-  weld,     ///< three rows: twice the vector part of the quaternion of R
-  screw,    ///< pitch sin(angle - d_z/pitch): periodic, so it counts no turns
-  distance  ///< (d·d - l²)/(2 l)
+  zx,        ///< x_a·z_b, y_a·z_b, z_a·x_b
+  weld,      ///< three rows: twice the vector part of the quaternion of R
+  screw,     ///< pitch sin(angle - d_z/pitch): periodic, so it counts no turns
+  distance,  ///< (d·d - l²)/(2 l)
+  disk,      ///< three rows: the height of the rim, and its slip along x_a and y_a
+  sphere,    ///< three rows, likewise of a ball
+  blade,     ///< the velocity along z_b
+  spin       ///< the angular velocity along z_b
 };
 
 /// The rows of a joint type between two links. @throws InvalidArgument for a type without rows,
 /// with a list of the others
 std::span<const Row> rows_of(std::string_view joint_type);
-/// The number of rows in a list (a weld counts three).
+/// The rows of Rolling::type. @throws InvalidArgument likewise
+std::span<const Row> rolling_rows(std::string_view type);
+/// The number of rows in a list (a weld, a disk and a sphere count three).
 int count_rows(std::span<const Row> rows);
 
 /// The constraints of one mechanism, resolved and checked: an immutable value, shared by threads.
 class ConstraintSet {
  public:
-  /// A loop joint or rod. Paths hold node indices from the body up to below the lowest common
-  /// ancestor; joints above it do not move the two frames against each other.
+  /// A loop joint, rod or rolling body (b, on the ground a). Paths hold node indices from the body
+  /// up to below the lowest common ancestor; joints above it do not move the two frames against
+  /// each other.
   struct Loop {
     std::span<const Row> rows;
     int at;               ///< offset of its rows
@@ -42,7 +49,7 @@ class ConstraintSet {
     Pose pose_a, pose_b;  ///< in the frames of the nodes
     std::vector<int> path_a, path_b;
     std::vector<int> above;  ///< all ancestors of both nodes, themselves included, leaves first
-    double pitch, length;
+    double pitch, length;    ///< length: of a rod, or the radius
     bool is_rod() const { return rows.front() == Row::distance; }
   };
   struct Term {
@@ -53,7 +60,9 @@ class ConstraintSet {
     int at;
     double offset;
     std::vector<Term> terms;
-    std::vector<int> above;  ///< as of a loop
+    std::vector<int> above;               ///< as of a loop
+    phs::FunctionPtr position = nullptr;  ///< what a driven coordinate follows, instead of offset
+    phs::FunctionPtr rate = nullptr;      ///< its derivative
   };
   /// Rows that D joins, directly or by others: loops that share a moving ancestor. D is block
   /// diagonal over groups, so independent loops cost O(N).
@@ -62,18 +71,20 @@ class ConstraintSet {
   };
 
   /// @throws InvalidArgument naming the constraint: an empty or duplicate name, an unknown link,
-  ///   type or coordinate, two frames that no joint moves against each other, a length or pitch
-  ///   that is not finite and > 0 (pitch: not 0), a coupling without terms or of a coordinate with
+  ///   type or coordinate, two frames that no joint moves against each other, a length, radius or
+  ///   pitch that is not finite and > 0 (pitch: not 0), a coupling without terms, a coordinate with
   ///   several freedoms
   ConstraintSet(const Mechanism& mechanism, const ConstraintSpec& spec);
 
   int count() const { return count_; }  ///< rows
   const std::vector<Loop>& loops() const { return loops_; }
+  /// Couplings, then driven coordinates.
   const std::vector<Coupled>& couplings() const { return couplings_; }
   const std::vector<Group>& groups() const { return groups_; }
-  /// Loops, rods, couplings, each in the order given. A loop exerts the wrench [moment; force] on b
-  /// about the origin of its frame, in a's axes [N m; N]; a rod its tension [N]; a coupling the
-  /// torque or force on each of its coordinates, "<name>.<coordinate>".
+  /// Loops, rods, rolling bodies, couplings, driven coordinates, each in the order given. A loop
+  /// and a rolling body exert the wrench [moment; force] on b about the origin of its frame, in the
+  /// axes of a [N m; N]; a rod its tension [N]; a coupling and a motor the torque or force on each
+  /// of their coordinates, "<name>.<coordinate>".
   const std::vector<phs::ConstraintBlock>& blocks() const { return blocks_; }
   const ConstraintSpec& spec() const { return spec_; }
   /// Whether one acts between a link and the world, so that momenta change.
@@ -86,6 +97,9 @@ class ConstraintSet {
                 const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows, double pitch,
                 double length);
   void add_coupling(const Mechanism& m, const Coupling& c);
+  void add_driven(const Mechanism& m, const Driven& d);
+  static void add_term(const Mechanism& m, const std::string& name, const Coupling::Term& t,
+                       Coupled& to, std::vector<phs::ConstraintBlock::Reaction>& reactions);
   void find_groups(const Mechanism& m);
 
   ConstraintSpec spec_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mechanics/mechanism.h"
+#include "phs/functions/motion.h"
 
 /// What closes the loops of a mechanism, as a user says it.
 namespace porthos::mechanics {
@@ -52,13 +53,38 @@ struct Rod {
   double length = 0;  ///< [m], > 0
 };
 
+/// A body that rolls or slides on the plane z = 0 of the frame `ground`, without slip.
+///
+/// Types, by the frame `wheel` of the body:
+///   disk     a thin disk about the origin with the axle z touches the plane and does not slip
+///   sphere   a ball about the origin touches the plane and does not slip; it may spin
+///   blade    the origin does not move along z: a skate's edge, a wheel seen from above
+///   no_spin  the body does not turn about z (Suslov's constraint)
+struct Rolling {
+  std::string name;
+  std::string type;
+  LinkFrame ground, wheel;
+  double radius = 0;  ///< disk, sphere: [m], > 0
+};
+
+/// A coordinate with one freedom that moves as told: a motor of any strength.
+struct Driven {
+  std::string name;
+  std::string coordinate;
+  phs::Motion motion;  ///< angles count their turns
+};
+
 /// Everything that constrains a mechanism besides its tree.
 struct ConstraintSpec {
   std::vector<LoopJoint> loops;
   std::vector<Rod> rods;
   std::vector<Coupling> couplings;
+  std::vector<Rolling> rollings = {};
+  std::vector<Driven> driven = {};
 
-  bool empty() const { return loops.empty() && rods.empty() && couplings.empty(); }
+  bool empty() const {
+    return loops.empty() && rods.empty() && couplings.empty() && rollings.empty() && driven.empty();
+  }
 };
 
 }  // namespace porthos::mechanics

@@ -2,8 +2,10 @@
 #include <array>
 
 #include "mechanics/constraints/constraint_set.h"
+#include "mechanics/passes-inl.h"
 
-/// The rows of a loop joint as functions of the pose X of frame b in frame a: values and wrenches.
+/// The rows of a loop joint or a rolling body as functions of the pose X of frame b in frame a:
+/// values and wrenches.
 namespace porthos::mechanics::constraint_detail {
 
 /// A row's gradient: the wrench on b about its origin, in a's axes. With ω the angular velocity of
@@ -96,6 +98,33 @@ void weld_rows(const Mat3<T>& R, RowWrench<T>* rows) {
   }
 }
 
+/// A body that touches the plane z = 0 of a at d + ρ: its height, and the velocity of its point
+/// there along x, y. Those two are no values of a function, so their g is 0.
+template <class T>
+void contact_rows(const T& height, const Vec3<T>& rho, RowWrench<T>* rows) {
+  const auto along = [&](int k) {
+    return Force<T>{cross(rho, unit_vector<T>(k)), unit_vector<T>(k)};
+  };
+  rows[0] = {height, along(2)};
+  rows[1] = {T(0.0), along(0)};
+  rows[2] = {T(0.0), along(1)};
+}
+template <class T>
+void sphere_rows(const Transform<T>& X, double radius, RowWrench<T>* rows) {
+  const T r(radius), o(0.0);
+  contact_rows(X.r.z - r, {o, o, -r}, rows);
+}
+/// The lowest point of the rim is where the normal, projected onto the disk, points down.
+template <class T>
+void disk_rows(const Transform<T>& X, double radius, RowWrench<T>* rows) {
+  const Vec3<T>& axle = X.R.z;
+  const T upright = sqrt(axle.x * axle.x + axle.y * axle.y);  // sine of the tilt from flat
+  const T scale = -T(radius) / upright;
+  const Vec3<T> rho{-(scale * axle.z) * axle.x, -(scale * axle.z) * axle.y,
+                    scale * (upright * upright)};
+  contact_rows(X.r.z - T(radius) * upright, rho, rows);
+}
+
 /// All rows of a loop at X. @param out  written, loop.size rows
 template <class T>
 void evaluate_rows(const ConstraintSet::Loop& loop, const Transform<T>& X, RowWrench<T>* out) {
@@ -124,6 +153,20 @@ void evaluate_rows(const ConstraintSet::Loop& loop, const Transform<T>& X, RowWr
       case Row::weld:
         weld_rows(X.R, out);
         out += 2;
+        break;
+      case Row::disk:
+        disk_rows(X, loop.length, out);
+        out += 2;
+        break;
+      case Row::sphere:
+        sphere_rows(X, loop.length, out);
+        out += 2;
+        break;
+      case Row::blade:
+        *out = {T(0.0), {passes::zero_force<T>().n, X.R.z}};
+        break;
+      case Row::spin:
+        *out = {T(0.0), {X.R.z, passes::zero_force<T>().f}};
         break;
     }
     ++out;

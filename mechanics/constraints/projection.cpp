@@ -36,12 +36,18 @@ class Start {
     rows_->place(x_, g_);
     return g_;
   }
-  /// g' for joint rates v at the q of residual(): p = M v makes e_p = q'.
-  const Vec& slip(std::span<const double> v) {
+  /// G v for joint rates v at the q of residual(): p = M v makes e_p = q'.
+  const Vec& rates(std::span<const double> v) {
     const std::span<double> e(force_);
     std::fill(force_.begin(), force_.end(), 0.0);
     coordinate_rates<double>(m_, q(), v, e.subspan(q_dot_.size()));
     rows_->rates(e, g_);
+    return g_;
+  }
+  /// g' = G v + ∂g/∂t, likewise.
+  const Vec& slip(std::span<const double> v) {
+    rates(v);
+    rows_->add_drift(g_);
     return g_;
   }
   int factor() {
@@ -62,7 +68,7 @@ class Start {
     for (int j = 0; j < G.cols; ++j) {
       Vec unit(size_t(m_.nv()), 0.0);
       unit[size_t(free[size_t(j)])] = 1;
-      const Vec& column = slip(unit);
+      const Vec& column = rates(unit);
       for (int i = 0; i < G.rows; ++i) G(i, j) = column[size_t(i)];
     }
     const phs::Matrix inverse = phs::pseudo_inverse(G).inverse;
@@ -115,12 +121,20 @@ std::string ends_of(const ConstraintSpec& spec, const std::string& name) {
     if (l.name == name) return text(l.a, l.b);
   for (const auto& r : spec.rods)
     if (r.name == name) return text(r.a, r.b);
+  for (const auto& r : spec.rollings)
+    if (r.name == name) return text(r.ground, r.wheel);
   return "";
 }
 
 [[noreturn]] void cannot_close(const ConstraintSet& set, const Vec& g) {
   const auto& b = worst(set, g);
-  if (std::any_of(g.begin(), g.end(), [](double x) { return !std::isfinite(x); }))
+  const bool undefined =
+      std::any_of(g.begin(), g.end(), [](double x) { return !std::isfinite(x); });
+  if (undefined && b.kind == "disk")
+    throw InvalidArgument("constraint '" + b.name + "' (disk) " + ends_of(set.spec(), b.name) +
+                          "lies flat: its axle, z of the wheel's frame, is normal to the ground, "
+                          "expected a disk that leans or stands");
+  if (undefined)
     throw InvalidArgument("constraint '" + b.name + "' (" + b.kind + ") " +
                           ends_of(set.spec(), b.name) +
                           "has frames that are half a turn apart, expected a start nearer to the "

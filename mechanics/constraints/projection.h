@@ -11,7 +11,7 @@ namespace porthos::mechanics {
 /// What close_loops() found and did.
 struct ClosedStart {
   double gap = 0;             ///< largest |g| at the start [m | rad]
-  double slip = 0;            ///< largest |G v| at the start [m/s | rad/s]
+  double slip = 0;            ///< largest |G v + ∂g/∂t| at the start [m/s | rad/s]
   double moved = 0;           ///< largest change of a coordinate [m | rad]
   double sped_up = 0;         ///< largest change of a joint rate [m/s | rad/s]
   int rank = 0;               ///< independent rows of G at the closed position
@@ -21,6 +21,7 @@ struct ClosedStart {
 
 /// Moves a start onto the constraints, along M⁻¹Gᵀ: the shortest way in the metric of the kinetic
 /// energy. First q to g(q) = 0, by Newton's method, then v to G v = 0, by the plastic impulse.
+/// Driven joints get their positions and rates at time 0; bodies that roll are moved without slip.
 /// @param q  size nq, changed; quaternions stay normed;  v  size nv, changed
 /// @param held  indices in v of joints that stay where they are if the others can close the loops
 ///   without them; else all move

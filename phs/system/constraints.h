@@ -13,6 +13,11 @@
 /// B(x) λ is the gradient of g along the positions, moved to the momenta: (0, (∂g/∂q)ᵀ λ) in a
 /// canonical state. The constraint port has the effort λ and the flow Bᵀe = d/dt g, which is zero:
 /// the structure stays skew, and the port transmits no power.
+///
+/// Two kinds of rows differ. A row that rolls (ConstraintBlock::rolling) restricts rates and no
+/// positions: Bᵀe = 0 for some Bᵀ that is no gradient, and its g is always 0. A row that moves
+/// (ConstraintBlock::moving) has g(x, t): then Bᵀe = -∂g/∂t, and the port puts in the power
+/// λᵀ ∂g/∂t.
 namespace porthos::phs {
 
 /// The constraints of one System object (System::constraints), evaluated in the same scalar. It
@@ -27,12 +32,16 @@ class Constraints {
   virtual ~Constraints() = default;
   /// The number of rows m, dependent ones included.
   virtual int count() const = 0;
+  /// The time of rows that move, for what follows [s].
+  virtual void set_time(const T& t) = 0;
   /// Moves to x (size nx) and writes g(x), size m.
   virtual void place(In x, Out g) = 0;
   /// Bλ = B λ. @param lambda  size m;  Bl written, size nx (zero except at momenta)
   virtual void forces(In lambda, Out Bl) = 0;
   /// g' = Bᵀ e. @param e  efforts, size nx;  g_dot written, size m
   virtual void rates(In e, Out g_dot) = 0;
+  /// g' += ∂g/∂t, of rows that move.
+  virtual void add_drift(Out g_dot) = 0;
 
   /// What the multipliers λ (size m) exert, ConstraintBlock::reactions of each block in turn.
   virtual void exerted(In lambda, Out reactions) const = 0;

@@ -73,6 +73,9 @@ struct ConstraintBlock {
   int at;            ///< offset of its rows in g and λ
   int power = -1;    ///< its account in Description::powers; -1: none
   std::vector<Reaction> reactions = {};
+  bool rolling = false;               ///< some rows restrict rates and no positions
+  bool moving = false;                ///< g depends on time
+  std::vector<double> instants = {};  ///< then: times at which a derivative of it jumps [s]
 };
 
 /// Structural properties that a system claims. check() tests them and methods rely on them.

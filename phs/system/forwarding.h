@@ -40,6 +40,8 @@ class InnerConstraints final : public Constraints<T> {
     std::fill(Bl.begin(), Bl.end(), T(0.0));
     inner_->forces(lambda, Bl.subspan(from_, n_));
   }
+  void set_time(const T& t) override { inner_->set_time(t); }
+  void add_drift(std::span<T> g_dot) override { inner_->add_drift(g_dot); }
   void rates(In e, Out g_dot) override { inner_->rates(e.subspan(from_, n_), g_dot); }
   void exerted(In lambda, Out reactions) const override { inner_->exerted(lambda, reactions); }
   void delassus(In x, Out D) override { inner_->delassus(x.subspan(from_, n_), D); }

@@ -61,9 +61,11 @@ std::span<const double> Reactions::at(double t, std::span<const double> x,
   }
   system_->field(t, x, {}, field_);
   for (size_t i = 0; i < x_.size(); ++i) x_[i] = {x[i], field_[i]};
+  moving_rows_->set_time({t, 1});
   moving_rows_->place(x_, rate_);
   moving_->gradient(x_, e_);
   moving_rows_->rates(e_, rate_);
+  moving_rows_->add_drift(rate_);
   for (size_t r = 0; r < lambda_.size(); ++r) lambda_[r] = rate_[r].d;
   rows_->place(x, g_);
   rows_->factor(x);

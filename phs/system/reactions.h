@@ -9,7 +9,7 @@
 namespace porthos::phs {
 
 /// The multipliers of a system's constraints at a state, from the accelerations:
-///   D λ = d/dt(Bᵀe) along the field without constraint forces.
+///   D λ = d/dt(Bᵀe + ∂g/∂t) along the field without constraint forces.
 /// That derivative is exact, by duals. Methods keep impulses, which are means of λ near a node;
 /// this is λ at an instant, for outputs.
 class Reactions {

@@ -18,9 +18,10 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                                                          const phs::Model& model, double h) {
   check_switching(scene, h);
+  check_moves(scene, model.description(), h);
   const integrators::Options options{.rtol = scene.rtol,
                                      .iteration_tolerance = scene.iteration_tolerance,
-                                     .instants = switches_of(scene)};
+                                     .instants = instants_of(scene, model.description())};
   if (scene.orbit)
     if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
         return std::make_unique<space::SplitIntegrator>(

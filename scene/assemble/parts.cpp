@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace porthos::scene {
 namespace {
@@ -53,6 +54,9 @@ std::vector<double> switches_of(const Scene& scene) {
     if (e.thruster)
       for (const double t : e.thruster->schedule.switches())
         if (t > 0) all.push_back(t);
+  for (const auto& d : scene.constraints.spec.driven)
+    for (const double t : d.motion.instants)
+      if (t > 0 && t < scene.duration) all.push_back(t);
   std::sort(all.begin(), all.end());
   return all;
 }
@@ -68,6 +72,32 @@ void check_switching(const Scene& scene, double h) {
           "number of steps",
           e.where, e.name, t, t / h, h));
   }
+}
+
+std::vector<double> instants_of(const Scene& scene, const phs::Description& system) {
+  std::vector<double> all = switches_of(scene);
+  for (const auto& block : system.constraints)
+    for (const double t : block.instants)
+      if (t > 0 && t < scene.duration) all.push_back(t);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+void check_moves(const Scene& scene, const phs::Description& system, double h) {
+  if (scene.step_control != integrators::StepControl::fixed) return;  // it ends steps there
+  for (const auto& block : system.constraints)
+    for (const double t : block.instants) {
+      const double steps = t / h;
+      if (t <= 0 || t >= scene.duration) continue;
+      if (std::fabs(steps - std::round(steps)) <= 1e-9 * std::fabs(steps)) continue;
+      const auto where = scene.constraints.where.find(block.name);
+      throw InvalidArgument(fmt::format(
+          "{}a move of motion '{}' begins or ends at {:.10g} s, {:.10g} steps of {:g} s, expected "
+          "a whole number of steps",
+          where == scene.constraints.where.end() ? "" : where->second + ": ", block.name, t, steps,
+          h));
+    }
 }
 
 }  // namespace porthos::scene

@@ -14,7 +14,12 @@ space::Parts orbit_parts_of(const Scene& scene);
 
 /// @throws InvalidArgument for a thruster that switches between steps of one size h
 void check_switching(const Scene& scene, double h);
-/// The times at which thrusters switch after the start [s], in increasing order.
+/// @throws InvalidArgument if a move of a driven joint begins or ends between steps of one size h
+void check_moves(const Scene& scene, const phs::Description& system, double h);
+/// The times inside the run at which thrusters switch and moves begin or end [s], in increasing
+/// order.
 std::vector<double> switches_of(const Scene& scene);
+/// The same with the moves of a system that no scene describes.
+std::vector<double> instants_of(const Scene& scene, const phs::Description& system);
 
 }  // namespace porthos::scene

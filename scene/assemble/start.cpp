@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "mechanics/constraints/projection.h"
@@ -118,6 +119,25 @@ std::vector<int> stated(const Scene& scene, const Mechanism& m) {
   return rates;
 }
 
+/// A driven joint starts on its motion.
+void put_driven(const Scene& scene, const Mechanism& m, Start& s) {
+  for (const auto& d : scene.constraints.spec.driven) {
+    const auto& c = m.coordinate(d.coordinate);
+    const double q = (*d.motion.position)(0.0), v = (*d.motion.rate)(0.0);
+    if (const auto stated = scene.joints.find(d.coordinate); stated != scene.joints.end()) {
+      const JointStart& j = stated->second;
+      if (std::fabs(j.position - q) > 1e-9 * (1 + std::fabs(q)) ||
+          std::fabs(j.velocity - v) > 1e-9 * (1 + std::fabs(v)))
+        refuse_start(d.coordinate, j,
+                     fmt::format("its motion '{}' starts at {:g} with the rate {:g}, expected the "
+                                 "same, or no start",
+                                 d.name, q, v));
+    }
+    s.q[size_t(c.q)] = q;
+    s.v[size_t(c.v)] = v;
+  }
+}
+
 /// Moves the start onto the loops. @return a note of the move, empty if it is rounding
 std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   const auto* loops = a.mechanical->constraint_set();
@@ -166,6 +186,7 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
       if (name == b.name) refuse_start(name, joint, "expected its start in its [[body]]");
     if (!is_locked(scene, name)) put_joint(name, joint, *a.mechanism, start);
   }
+  put_driven(scene, *a.mechanism, start);
   const BaseStart from = apart ? scene.base : BaseStart{};
   if (free_base)
     put_base(seen_from(from, scene.base), mechanics::base_joint_name, *a.mechanism, start);

@@ -104,11 +104,14 @@ class MethodChoice {
   /// The candidates that reach the target, the cheapest first.
   std::vector<Candidate> pilots() {
     std::vector<Candidate> reaching;
+    // Loops that an event closes are not in the model yet.
+    const char* sound = scene_.rolls()            ? "pgauss16"
+                        : scene_.is_constrained() ? "spark16"
+                                                  : "gauss16";
+    const std::string& family = integrators::declaration_of(sound).family;
     for (const Declaration& d : integrators::catalogue()) {
       if (spent_ > (reaching.empty() ? most_pilots_s : pilots_s)) break;
-      // Loops that an event closes are not in the model yet.
-      const bool linked = scene_.is_constrained();
-      if (d.family != sound_family(linked) || d.order < 4 || d.symplectic != Claim::holds ||
+      if (d.family != family || d.order < 4 || d.symplectic == Claim::fails ||
           d.energy_exact == Claim::holds || misfit(d, stepped()))
         continue;
       const Candidate c = pilot(d);

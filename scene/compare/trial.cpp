@@ -100,7 +100,7 @@ class TrialRun {
   }
 
   void measure(bool record) {
-    const Measured& m = meter_.measure(state_);
+    const Measured& m = meter_.measure(time(), state_);
     if (!m.finite()) return fail(Outcome::not_finite);
     const double error = ledger_.add(time(), m, record);
     if (2 * time() <= end_) early_ = std::max(early_, std::fabs(error));

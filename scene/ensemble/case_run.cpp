@@ -130,11 +130,12 @@ class LaneCase final : public ensemble::BatchRun {
   void book(std::span<const double> works) override { ledger_->book(works); }
   bool see(const phs::State& s) override {
     const bool regular = s.step % every == 0, record = regular || s.step >= steps;
-    const Measured& m = record ? meter_->measure(s) : meter_->look(s);
+    const double t = double(s.step) * e_.scene().step;
+    const Measured& m = record ? meter_->measure(t, s) : meter_->look(t, s);
     finite_ = m.finite() && std::isfinite(meter_->initial_J());
     if (!finite_) return false;
     if (record)
-      ledger_->add(double(s.step) * e_.scene().step, m, regular);
+      ledger_->add(t, m, regular);
     else
       ledger_->look(m);
     return true;

@@ -86,11 +86,21 @@ class EnsembleReader {
                          draws, ensemble::Sobol::most_dimensions));
   }
 
-  /// Adds a quantity, or one per joint for a '*'.
+  const std::vector<mechanics::Driven>& driven() const {
+    static const std::vector<mechanics::Driven> none;
+    const auto* set = assembly_.mechanical ? assembly_.mechanical->constraint_set() : nullptr;
+    return set ? set->spec().driven : none;
+  }
+  /// Adds a quantity, or one per joint for a '*': of those that no motion drives.
   void add(const std::string& key, const toml::source_region& at, const toml::node& node) {
     Quantity q{key, distribution(key, node), file_.at(at)};
     const size_t star = key.find('*');
     if (star == std::string::npos) {
+      for (const auto& d : driven())
+        if (key.rfind("initial.joints." + d.coordinate + ".", 0) == 0)
+          refuse(q.where, fmt::format("vary.\"{}\": its motion '{}' says where the joint starts, "
+                                      "expected another joint",
+                                      key, d.name));
       e_.quantities.push_back(std::move(q));
       return;
     }
@@ -99,6 +109,9 @@ class EnsembleReader {
              fmt::format("vary.\"{}\": * stands for the joints in initial.joints.* alone", key));
     for (const auto& c : assembly_.mechanism->coordinates()) {
       if (c.nq != 1 || c.nv != 1) continue;
+      if (std::any_of(driven().begin(), driven().end(),
+                      [&](const auto& d) { return d.coordinate == c.name; }))
+        continue;
       Quantity each = q;
       each.key.replace(star, 1, c.name);
       e_.quantities.push_back(std::move(each));

@@ -128,7 +128,7 @@ RunReport judge_file(const JudgeOptions& o) {
         trajectory.works(i, h, std::span(works).subspan(powers));
         ledger.book(works);
       }
-      Measured m = meter.measure(s);
+      Measured m = meter.measure(t[i], s);
       if (!m.finite())
         throw InvalidArgument(table.at(i) + ": the energy of this row is no finite number");
       m.quaternion_norm = trajectory.norm_error();

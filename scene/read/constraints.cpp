@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mechanics/rotation.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -78,6 +80,54 @@ void read_coupling(const Table& t, const std::string& name, mechanics::Constrain
   spec.couplings.push_back(std::move(c));
 }
 
+void read_rolling(const Table& t, const std::string& name, mechanics::ConstraintSpec& spec) {
+  const Vec3d z{0, 0, 1};
+  mechanics::Rolling r{name, t.choice("type"), {}, frame(t, "wheel", z), 0};
+  if (t.has("ground")) r.ground = frame(t, "ground", z);
+  const bool round = r.type == "disk" || r.type == "sphere";
+  if (round) t.require("radius", fmt::format("one, because it rolls as a {}", r.type));
+  if (!round && t.has("radius")) t.fail("radius", fmt::format("means nothing to a {}", r.type));
+  if (round) r.radius = t.positive("radius");
+  spec.rollings.push_back(std::move(r));
+}
+
+phs::Motion moves(const Table& t, const char* what) {
+  const auto at = t.list("at"), duration = t.list("duration"), to = t.list("to");
+  if (duration.size() != at.size() || to.size() != at.size())
+    t.fail("at", fmt::format("has {} numbers, duration {} and to {}, expected as many of each",
+                             at.size(), duration.size(), to.size()));
+  std::vector<phs::Move> all;
+  for (size_t i = 0; i < at.size(); ++i) all.push_back({at[i], duration[i], to[i]});
+  return phs::moves_from(t.number("from"), all, what);
+}
+
+phs::Motion motion_of(const Table& t, const char* what) {
+  if (t.has("moves")) return moves(t.table("moves"), what);
+  if (t.has("steady")) {
+    const Table s = t.table("steady");
+    return phs::steady_motion(s.number("from"), s.number("rate"), what);
+  }
+  const Table s = t.table("swing");
+  return phs::swinging_motion(s.number("middle"), s.number("amplitude"), s.positive("frequency"),
+                              s.number("phase"), what);
+}
+
+void read_motion(const Table& t, const std::string& name, mechanics::ConstraintSpec& spec) {
+  t.require("joint", "the coordinate that moves as told");
+  if (t.has("moves") + t.has("steady") + t.has("swing") != 1)
+    refuse(t.where(), fmt::format("{} has {} of the keys moves, steady and swing, expected one",
+                                  t.label(), t.has("moves") + t.has("steady") + t.has("swing")));
+  try {
+    const std::string what = "motion '" + name + "'";
+    spec.driven.push_back(
+        {name, t.text("joint", "the name of a coordinate"), motion_of(t, what.c_str())});
+  } catch (const InvalidArgument& e) {
+    const std::string text = e.what();
+    if (text.starts_with("motion '")) refuse(t.where(), text);
+    throw;
+  }
+}
+
 /// Moves the constraint of this name from one spec to the other.
 void move_named(mechanics::ConstraintSpec& from, mechanics::ConstraintSpec& to,
                 const std::string& name) {
@@ -104,6 +154,13 @@ void await(SceneConstraints& c, const std::vector<Event>& events) {
       refuse(e.where, fmt::format("there is no [[loop]] or [[coupling]] '{}', expected one of: {}",
                                   e.name, known.empty() ? "(none)" : known));
     }
+    const auto has = [&](const auto& list) {
+      return std::any_of(list.begin(), list.end(), [&](const auto& x) { return x.name == e.name; });
+    };
+    if (has(c.spec.rollings) || has(c.spec.driven))
+      refuse(e.where, fmt::format("'{}' is a [[rolling]] or [[motion]], which no event changes: "
+                                  "expected a [[loop]] or [[coupling]]",
+                                  e.name));
     if (e.type == Event::Type::close) move_named(c.spec, c.later, e.name);
   }
 }
@@ -116,6 +173,8 @@ std::string SceneConstraints::held_to_the_world() const {
       if (l.a.link.empty() || l.b.link.empty()) return l.name;
     for (const auto& r : one->rods)
       if (r.a.link.empty() || r.b.link.empty()) return r.name;
+    for (const auto& r : one->rollings)
+      if (r.ground.link.empty() || r.wheel.link.empty()) return r.name;
   }
   return "";
 }
@@ -140,12 +199,14 @@ SceneConstraints read_constraints(const Table& scene, const std::vector<Event>& 
     scene.each_of(key, "name", [&](const std::string& name, const Table& t) {
       if (name.empty()) t.fail("name", "is empty, expected one");
       if (!c.where.emplace(name, t.where()).second)
-        t.fail("name", fmt::format("is '{}', as another [[loop]] or [[coupling]] is called", name));
+        t.fail("name", fmt::format("is '{}', as another constraint is called", name));
       read(t, name, c.spec);
     });
   };
   each("loop", read_loop);
   each("coupling", read_coupling);
+  each("rolling", read_rolling);
+  each("motion", read_motion);
   await(c, events);
   return c;
 }

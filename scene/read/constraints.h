@@ -10,7 +10,7 @@ namespace porthos::scene {
 
 class Table;
 
-/// [[loop]] and [[coupling]] of a scene.
+/// [[loop]], [[coupling]], [[rolling]] and [[motion]] of a scene.
 struct SceneConstraints {
   mechanics::ConstraintSpec spec;
   mechanics::ConstraintSpec later;           ///< open until an [[event]] closes them

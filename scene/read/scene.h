@@ -99,6 +99,7 @@ struct Scene {
 
   /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
   /// none).
+  bool rolls() const { return !constraints.spec.rollings.empty(); }
   bool is_constrained() const { return !constraints.empty() || urdf.couple_mimics; }
   /// The energy error for which a method is searched: the stated one, else the limit of the
   /// verdict, else 1e-9.

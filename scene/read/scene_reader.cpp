@@ -188,7 +188,7 @@ class Reader {
 
   /// The default method of loops; refuses features that cannot be combined with them.
   void check_constrained_scene(const Table& method) {
-    if (!method.has("method")) s_.method = "spark16";
+    if (!method.has("method")) s_.method = s_.rolls() ? "pgauss16" : "spark16";
     const auto& places = s_.constraints.where;
     const std::string what =
         places.empty() ? "[model] mimic = \"couple\"" : "'" + places.begin()->first + "'";

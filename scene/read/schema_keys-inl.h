@@ -60,10 +60,10 @@ inline SchemaKey axes(const char* name, const char* unit, const char* what) {
 
 /// Keys of a signal in time, see read_signal().
 inline Keys signal_keys(const char* unit) {
-  return {
-      number("constant", unit, "one of the three", "always the same"),
-      table("sine", "sine", "one of the three", "{ amplitude, frequency, phase }"),
-      table("profile", "profile", "one of the three", "{ times, values }, straight between them")};
+  return {number("constant", unit, "one of the three", "always the same"),
+          table("sine", "sine", "one of the three", "{ amplitude, frequency, phase }"),
+          table("profile", "profile", "one of the three",
+                "{ times, values }, a smooth curve through them")};
 }
 
 /// Keys of the start of a body or a free base.

@@ -62,14 +62,15 @@ void Meter::measure_from_centre(const phs::State& start) {
   }
 }
 
-const Measured& Meter::measure(const phs::State& state) {
-  look(state);
+const Measured& Meter::measure(double t, const phs::State& state) {
+  look(t, state);
   if (mechanical_ && (has_linear() || has_angular())) now_.scale = scale_of(state);
   return now_;
 }
 
-const Measured& Meter::look(const phs::State& state) {
+const Measured& Meter::look(double t, const phs::State& state) {
   Measured& m = now_;
+  if (rows_) rows_->set_time(Real(t));
   read(state);
   const Values now = values();
   m.energy_change_J = double(now.energy - start_.energy);
@@ -127,6 +128,7 @@ void Meter::measure_constraints(Values& v) {
   v.gap = largest();
   system_->gradient(x_, e_);
   rows_->rates(e_, g_);
+  rows_->add_drift(g_);
   v.slip = largest();
 }
 

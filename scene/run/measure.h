@@ -17,8 +17,8 @@ struct Measured {
   /// about the centre of mass at the start, so a position far from the origin does not multiply the
   /// state's rounding by a lever arm.
   std::array<double, 3> linear{}, angular{};
-  double quaternion_norm = 0;  ///< largest | |ξ| - 1 |
-  double gap = 0, slip = 0;    ///< of constraints: largest |g| and |Bᵀe| [m | rad], [/s]
+  double quaternion_norm = 0;            ///< largest | |ξ| - 1 |
+  double gap = 0, slip = 0;              ///< of constraints: largest |g| and |g'| [m | rad], [/s]
   mechanics::MomentumScale scale{0, 0};  ///< of this state, see Meter::measure
   bool finite() const;
 };
@@ -42,10 +42,10 @@ class Meter {
   explicit Meter(const Assembly& assembly);
 
   /// Measures everything, for a record.
-  const Measured& measure(const phs::State& state);
+  const Measured& measure(double t, const phs::State& state);
   /// The same without the scale of the momenta, which stays that of the last record. Allocates
   /// nothing.
-  const Measured& look(const phs::State& state);
+  const Measured& look(double t, const phs::State& state);
 
   double initial_J() const { return double(start_.energy); }
   /// Whether the momentum is an invariant of the system.

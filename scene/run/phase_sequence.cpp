@@ -215,6 +215,7 @@ std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
                    [](const Event& a, const Event& b) { return a.at < b.at; });
   for (size_t i = 0; i < events.size(); ++i) {
     const Event& e = events[i];
+    moving.time = e.at;
     if (e.waits()) (void)Latching::margin(scene, moving, moving.state, 0, e);  // refuses names
     apply_one(scene, e, moving, latching, orbit);
     if (i + 1 < events.size() && events[i + 1].at == e.at && !e.waits()) continue;
@@ -313,7 +314,7 @@ void PhaseSequence::done(const RunReport& r) {
   moving_.state = r.final_state;
   orbit_.take_off(moving_.state);
   motors_.take_off(phase_.assembly, moving_.state);
-  from_ = end;
+  from_ = moving_.time = end;
   more_ = end < scene_.duration;
   std::vector<const Event*> due;
   for (const Event& e : scene_.events) {

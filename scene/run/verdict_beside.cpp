@@ -94,15 +94,17 @@ class Beside {
     const char* const name = "symmetry";
     std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == name; });
     const auto& traits = a_.model->description().traits;
-    if (method_.symmetric == Claim::fails)
+    if (method_.symmetric != Claim::holds)
       return cannot(name, fmt::format("{} is not a symmetric method", method_.name));
     if (!traits.lossless)
       return cannot(name, "the system loses energy: backwards in time its losses would grow");
     if (!a_.model->holds().empty())
       return cannot(name, "a controller is sampled: on the way back it would see other instants");
     if (!fixed_ && !switches_of(scene_).empty())
-      return cannot(name,
-                    "steps are cut short where thrust switches, and on the way back others are");
+      return cannot(
+          name,
+          "steps are cut short where thrust switches or a move begins or ends, and on the way back "
+          "others are");
     if (scene_.orbit && !reversible(*scene_.orbit))
       return cannot(name, "drag and rods act by the velocity: backwards in time they would drive");
     double limit = scene_.verify.symmetry.value_or(symmetry_limit);

@@ -162,7 +162,7 @@ void WatchedRun::look() {
   const Measured* m = &unmeasured_;
   double error = 0;
   if (all || state_.step % steps_to_a_look(integrator_->cost()) == 0) {
-    m = &meter_.look(state_);
+    m = &meter_.look(time(), state_);
     if (!m->finite()) return not_finite();
     error = ledger_.look(*m);
   }
@@ -181,7 +181,7 @@ void WatchedRun::not_finite() {
 /// Measures and passes the record on. A state whose energy is not a number is a failure; the last
 /// record is then the last good state.
 void WatchedRun::record() {
-  const Measured& m = meter_.measure(state_);
+  const Measured& m = meter_.measure(time(), state_);
   if (!m.finite() || !std::isfinite(meter_.initial_J())) return not_finite();
   const double error = ledger_.add(time(), m, at_record());
   if (record_) {

@@ -112,9 +112,14 @@ void WholeReport::add_impulses(const Impulses& p) {
 
 void WholeReport::add(const Event& e, const mechanics::Impact& i, bool on_ground) {
   entry(r_.losses, text(e)) += i.dissipated_J;
-  r_.stored_J -= i.dissipated_J;
+  r_.stored_J += i.driven_J - i.dissipated_J;
   r_.dissipated_J += i.dissipated_J;
   r_.turned_over_J += i.dissipated_J;
+  if (std::fabs(i.driven_J) > 1e-15 * r_.turned_over_J) {  // less is rounding
+    entry(r_.ports, text(e) + ", motions") += i.driven_J;
+    r_.supplied_J += i.driven_J;
+    r_.turned_over_J += std::fabs(i.driven_J);
+  }
   if (on_ground)
     return cannot({"momentum_across_events", "the model stands on the ground, which takes a part"});
   const auto relative = [](double jump, double of) { return of > 0 ? jump / of : jump; };

@@ -26,6 +26,7 @@ Json json_of(const Happened& h, const std::optional<CentreOfMass>& centre) {
   return {{"at_s", h.at},
           {"event", text(*h.event)},
           {"dissipated_J", i.dissipated_J},
+          {"driven_J", i.driven_J},
           {"linear_momentum", {P.x, P.y, P.z}},
           {"angular_momentum", {L.x, L.y, L.z}},
           {"linear_momentum_jump", i.linear_jump},

@@ -211,6 +211,17 @@ std::vector<Feature> all() {
        "[[coupling]]\nname = 'clutch@'\nfactors = { joint1 = 1, joint2 = -1 }\n" +
            event("close", "at = 0.@\nloop = 'clutch@'") +
            event("open", "at = 0.5\nloop = 'clutch@'")},
+      {"rolling",
+       {"spin", "pgauss16"},
+       method("pgauss16"),
+       {},
+       "[[rolling]]\nname = 'spin@'\ntype = 'no_spin'\nwheel = { link = 'lower', axis = [1, -1, 0] "
+       "}\nground = { link = 'bus' }\n"},
+      {"motion",
+       {"turn", "motion"},
+       {},
+       {{"integrator.method", "'spark16'"}},
+       "[[motion]]\nname = 'turn@'\njoint = 'joint2'\nsteady = { from = 0.3, rate = 0.9 }\n"},
       {"lock above", {"event", "lock"}, {}, {}, event("lock", "joint = 'joint@'\nabove = 0.32")},
       {"capture within reach",
        {"event", "capture"},

@@ -36,6 +36,7 @@ bool alternatives(const Feature& a, const Feature& b);
 struct Refusal {
   std::vector<std::string> of, with;
   std::string reason;
+  bool by_method = false;  ///< what the method is not made for
 };
 const std::vector<Refusal>& refusals();
 /// Number of the refusal from 1, 0: they go together.

@@ -22,7 +22,9 @@ Count count() {
     for (size_t j = 0; j < i; ++j)
       if (!alternatives(all[j], all[i])) {
         ++c.pairs;
-        c.refused += refusal_of(all[j], all[i]) > 0;
+        const int by = refusal_of(all[j], all[i]);
+        c.refused += by > 0;
+        c.by_method += by > 0 && refusals()[size_t(by - 1)].by_method;
       }
   return c;
 }

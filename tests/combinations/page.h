@@ -8,7 +8,7 @@
 namespace porthos::test::combinations {
 
 struct Count {
-  int pairs = 0, refused = 0;
+  int pairs = 0, refused = 0, by_method = 0;
 };
 Count count();
 

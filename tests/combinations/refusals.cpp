@@ -21,7 +21,8 @@ const Names splittings{"splitting strang", "splitting aba864"},
     // what damps, and laws that nobody can know not to
     losses{"damper", "friction", "controller", "sampled controller",
            "wheel",  "cmg",      "soft_latch", "engage and disengage"},
-    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
+    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"},
+    constraints = couplings + Names{"motion", "rolling"};
 
 }  // namespace
 
@@ -69,15 +70,21 @@ const std::vector<Refusal>& refusals() {
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "
        "converge to."},
-      {couplings,
+      {couplings + Names{"motion"},
        Names{"gauss16, stages in lanes", "composition", "stormer_verlet", "tao4",
              "discrete gradient", "radau15", "rk4", "rival, cvode_adams"},
-       "These methods have no multipliers: nothing in them holds a constraint."},
-      {couplings,
+       "These methods have no multipliers: nothing in them holds a constraint.", true},
+      {{"steps reversible"},
+       {"rolling"},
+       "The methods for bodies that roll are not symmetric: they are brought back to the manifold "
+       "at "
+       "the end of a step."},
+      {constraints,
        {"steps time_transformed", "monitor project"},
        "Not built: the transformed system's rows, and a projection that keeps constraint and "
        "energy "
        "together."},
+      {{"motion"}, {"lock above"}, "A joint that moves as told does not stop."},
       {couplings,
        {"lock and unlock", "lock above"},
        "Not built: a coupling of which a locked joint is no longer a part. Open it before the "

@@ -83,6 +83,7 @@ Seen compare(const fs::path& path) {
   scene::CompareOptions o;
   o.methods = {"gauss8", "gauss12"};
   if (s.is_constrained()) o.methods = {"spark8", "spark12"};
+  if (s.rolls()) o.methods = {"pgauss8", "pgauss12"};
   o.budget_s = 0.2;
   const auto c = scene::compare(s, scene::assemble(s), o);
   scene::make_folder(path.parent_path() / "out");

@@ -60,9 +60,49 @@ def test_what_cannot_be_is_refused(tree):
             ph.MechanicalModel(tree, constraints=[wrong])
     with pytest.raises(ph.InvalidArgument, match="cannot be closed"):
         ph.MechanicalModel(tree, constraints=[pin(b=ph.LinkFrame(link="rocker", position=(7, 0, 0)))]).close_loops([1, -0.5, 2], [0, 0, 0])
-    with pytest.raises(ph.InvalidArgument, match="no loops"):
+    with pytest.raises(ph.InvalidArgument, match="no constraints"):
         ph.MechanicalModel(tree).close_loops([1, -0.5, 2], [0, 0, 0])
     with pytest.raises(ph.InvalidArgument, match="no constraints to react"):
         ph.Reactions(ph.MechanicalModel(tree))
     with pytest.raises(ph.InvalidArgument, match="LoopJoint has no 'kind'"):
         ph.LoopJoint(kind="revolute")
+
+
+def test_a_ball_rolls_down_a_slope_as_it_should():
+    """A solid ball on a slope has 5/7 of the acceleration of a block without friction."""
+    ball = ph.BodySpec(name="ball", parent="world", joint=ph.JointSpec(name="ball", type="free"),
+                       mass=ph.MassProperties(mass=2, com=(0, 0, 0), inertia=(0.05, 0, 0, 0.05, 0, 0.05)))
+    builder = ph.MechanismBuilder("slope")
+    builder.add(ball)
+    builder.gravity((9.0, 0, -4.0))  # the plane stays level, gravity leans
+    tree = builder.build()
+    r = 0.25  # 0.05 = 2/5 m r^2
+    tread = ph.Rolling(name="tread", type="sphere", wheel=ph.LinkFrame(link="ball"), radius=r)
+    model = ph.MechanicalModel(tree, constraints=[tread])
+    q = np.array(tree.neutral())
+    q[tree.coordinate("ball.position").q.start + 2] = r
+    run = ph.simulate(model, model.state(q, np.zeros(6)), method="pgauss16", step=1 / 64, duration=4, limits={"energy": 1e-13})
+    assert run.passed, run
+    assert run.x[-1][tree.coordinate("ball.position").q.start] == pytest.approx(5 / 7 * 9 * 16 / 2, rel=1e-13)
+    assert run["reactions/tread"][-1][5] == pytest.approx(8, rel=1e-12)  # carries the weight
+    with pytest.raises(ph.InvalidArgument, match="'tread' rolls"):
+        ph.simulate(model, model.state(q, np.zeros(6)), method="spark16", step=1 / 64, duration=1)
+
+
+def test_a_driven_joint_moves_as_told(tree):
+    told = ph.moves(1.0, [(0.5, 1.0, 2.0)])
+    assert told.position(1.0) == 1.5 and told.rate(0.25) == 0 and told.instants == [0.5, 1.5]
+    motor = ph.Driven(name="motor", coordinate="crank", motion=told)
+    model = ph.MechanicalModel(tree, constraints=[motor])
+    q, v, _ = model.close_loops([1.0, -0.5, 2.0], [0, 0, 0])
+    run = ph.simulate(model, model.state(q, v), method="spark16", step=1 / 64, duration=2, limits={"energy": 1e-12})
+    assert run.passed, run
+    for t, angle in zip(run["time"], run["state/crank"]):
+        assert angle == pytest.approx(told.position(t), abs=1e-14)
+    assert "reactions/motor.crank" in run
+    with pytest.raises(ph.InvalidArgument, match="a move of motion 'motor' begins or ends at 0.5 s"):
+        ph.simulate(model, model.state(q, v), method="spark16", step=0.3, duration=3)
+    with pytest.raises(ph.InvalidArgument, match="the motion is empty"):
+        ph.Driven(name="idle").motion.position(0)
+    with pytest.raises(ph.InvalidArgument, match="begins at"):
+        ph.moves(0, [(0, 2, 1), (1, 1, 0)])

@@ -191,7 +191,7 @@ TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
   expect({}, "[[coupling]]\nname = 'gear'\nfactors = { crank = 1, elbow = 2 }\n",
          "constraint 'gear': the mechanism has no coordinate 'elbow', expected one of");
   expect({}, "[[coupling]]\nname = 'pin'\nfactors = { crank = 1 }\n",
-         "name is 'pin', as another [[loop]] or [[coupling]] is called");
+         "name is 'pin', as another constraint is called");
   expect({}, "", "");
 }
 

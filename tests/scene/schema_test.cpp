@@ -72,6 +72,15 @@ std::map<std::string, std::string> places() {
        "[[loop]]\nname = \"l\"\ntype = \"revolute\"\nb = { link = \"base\" }\n[loop.a]\nlink = "
        "\"rod\"\n@"},
       {"coupling", "[[coupling]]\nname = \"c\"\nfactors = { j = 1 }\n@"},
+      {"rolling", "[[rolling]]\nname = \"r\"\ntype = \"blade\"\nwheel = { link = \"rod\" }\n@"},
+      {"motion", "[[motion]]\nname = \"m\"\njoint = \"j\"\n@"},
+      {"motion.moves",
+       "[[motion]]\nname = \"m\"\njoint = \"j\"\n[motion.moves]\nat = [0]\nduration = [1]\nto = "
+       "[1]\n@"},
+      {"motion.steady", "[[motion]]\nname = \"m\"\njoint = \"j\"\n[motion.steady]\nrate = 1\n@"},
+      {"motion.swing",
+       "[[motion]]\nname = \"m\"\njoint = \"j\"\n[motion.swing]\namplitude = 1\nfrequency = "
+       "1\n@"},
       {"pulses",
        "[[element]]\ntype = \"thruster\"\nname = \"t\"\nlink = \"rod\"\ndirection = [1, 0, "
        "0]\nthrust = "

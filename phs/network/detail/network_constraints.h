@@ -29,6 +29,9 @@ class NetworkConstraints final : public Constraints<T> {
   bool empty() const { return parts_.empty(); }
 
   int count() const override { return int(size_); }
+  void set_time(const T& t) override {
+    for (auto& p : parts_) p.rows->set_time(t);
+  }
   void place(In x, Out g) override {
     for (auto& p : parts_) p.rows->place(x.subspan(p.x, p.nx), g.subspan(p.at, p.size));
   }
@@ -38,6 +41,9 @@ class NetworkConstraints final : public Constraints<T> {
   }
   void rates(In e, Out g_dot) override {
     for (auto& p : parts_) p.rows->rates(e.subspan(p.x, p.nx), g_dot.subspan(p.at, p.size));
+  }
+  void add_drift(Out g_dot) override {
+    for (auto& p : parts_) p.rows->add_drift(g_dot.subspan(p.at, p.size));
   }
   void exerted(In lambda, Out reactions) const override {
     for (const auto& p : parts_)

@@ -733,6 +733,15 @@ class BodyPort:
     @position.setter
     def position(self, value: tuple) -> None: ...
 
+class Motion:
+    """A position told for every time [rad or m]."""
+    def position(self, t: float) -> float: ...
+    def rate(self, t: float) -> float: ...
+    @property
+    def instants(self) -> list[float]:
+        """Times at which a higher derivative jumps: steps should end there [s]."""
+        ...
+
 class LinkFrame:
     """A frame fixed to a link of a mechanism, or to the world."""
     def __init__(self, *, link: str = ..., position: typing.Sequence[float] = ..., axes: Any = ...) -> None: ...
@@ -825,6 +834,54 @@ class Coupling:
     @offset.setter
     def offset(self, value: float) -> None: ...
 
+class Rolling:
+    """A body that touches the plane z = 0 of the frame `ground` and does not slip. Types, by the frame `wheel`: disk (thin,
+    axle z), sphere, blade (no motion along z), no_spin (no turn about z). Needs a pgauss method.
+    """
+    def __init__(self, *, name: str = ..., type: str = ..., ground: LinkFrame = ..., wheel: LinkFrame = ..., radius: float = ...) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @name.setter
+    def name(self, value: str) -> None: ...
+    @property
+    def type(self) -> str: ...
+    @type.setter
+    def type(self, value: str) -> None: ...
+    @property
+    def ground(self) -> LinkFrame:
+        """By default the world."""
+        ...
+    @ground.setter
+    def ground(self, value: LinkFrame) -> None: ...
+    @property
+    def wheel(self) -> LinkFrame: ...
+    @wheel.setter
+    def wheel(self, value: LinkFrame) -> None: ...
+    @property
+    def radius(self) -> float:
+        """Of a disk or sphere [m], > 0."""
+        ...
+    @radius.setter
+    def radius(self, value: float) -> None: ...
+
+class Driven:
+    """A joint coordinate with one freedom that moves as told, by a motor of any strength; its account is '<name>.power'."""
+    def __init__(self, *, name: str = ..., coordinate: str = ..., motion: Motion = ...) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @name.setter
+    def name(self, value: str) -> None: ...
+    @property
+    def coordinate(self) -> str: ...
+    @coordinate.setter
+    def coordinate(self, value: str) -> None: ...
+    @property
+    def motion(self) -> Motion:
+        """Angles count their turns."""
+        ...
+    @motion.setter
+    def motion(self, value: Motion) -> None: ...
+
 class ClosedStart:
     """What close_loops() found and did."""
     @property
@@ -853,9 +910,10 @@ class ClosedStart:
         ...
 
 class Reactions:
-    """What the loops and couplings of a model exert at a state, from the accelerations: by name, the wrench of a loop on
-    link b about the origin of frame b, in the axes of a, [moment; force] [N m; N]; the tension of a rod [N]; the torque or
-    force of a coupling on each of its joints, '<coupling>.<joint>'. Where they are not unique, those of the smallest norm.
+    """What the constraints of a model exert at a state, from the accelerations: by name, the wrench of a loop on link b (of
+    a rolling body on its wheel) about the origin of its frame, in the axes of a (of the ground), [moment; force] [N m; N]; the
+    tension of a rod [N]; the torque or force of a coupling or motor on each of its joints, '<name>.<joint>'. Where they are
+    not unique, those of the smallest norm.
     """
     def __init__(self, model: Model) -> None:
         """Raises InvalidArgument without constraints."""
@@ -872,8 +930,8 @@ class MechanicalModel(Model):
     Ports, one per joint: '<joint>.torque', '<joint>.force', '<joint>.wrench' (several freedoms), then the body ports.
     Invariants: linear and angular momentum of mechanisms free in the world without gravity, and of every quaternion.
     """
-    def __init__(self, mechanism: Mechanism, ports: list[BodyPort] = [], constraints: list[Union[LoopJoint, Rod, Coupling]] = []) -> None:
-        """constraints: LoopJoint, Rod and Coupling objects with names of their own."""
+    def __init__(self, mechanism: Mechanism, ports: list[BodyPort] = [], constraints: list[Union[LoopJoint, Rod, Coupling, Rolling, Driven]] = []) -> None:
+        """constraints: LoopJoint, Rod, Coupling, Rolling and Driven objects with names of their own."""
         ...
     def close_loops(self, q: Any, v: Any, held: list[str] = []) -> tuple:
         """Moves a start onto the constraints: (q, v, what was found). held: coordinates that stay if the others can close the loops. Raises InvalidArgument if they cannot be closed."""
@@ -1357,6 +1415,18 @@ def parse_urdf(text: str, name: str = '<text>', *, base: str = 'fixed', gravity:
     damping> becomes viscous joint damping. Raises InvalidArgument 'file:line: ...' for a missing file, broken XML, missing or malformed
     numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder refuses.
     """
+    ...
+
+def steady_motion(start: float, rate: float) -> Motion:
+    """start + rate t."""
+    ...
+
+def swinging_motion(middle: float, amplitude: float, frequency: float, phase: float = 0.0) -> Motion:
+    """middle + amplitude sin(2 pi frequency t + phase); frequency in Hz."""
+    ...
+
+def moves(start: float, moves: list[tuple[float, float, float]]) -> Motion:
+    """Moves of least jerk with rests between, each (at, duration, to) [s, s, rad or m]."""
     ...
 
 def aba(mechanism: Mechanism, q: NDArray[numpy.float64], v: NDArray[numpy.float64], tau: Optional[NDArray[numpy.float64]] = None, wrench: Optional[NDArray[numpy.float64]] = None, out: Optional[NDArray[numpy.float64]] = None) -> NDArray[numpy.float64]:

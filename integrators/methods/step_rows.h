@@ -8,37 +8,83 @@
 #include "integrators/core/integrator.h"
 #include "integrators/core/stagnation.h"
 #include "phs/scalars/lane.h"
+#include "phs/system/description.h"
 
-/// Parts of a SPARK step: the end of its iteration, and the rows it works with.
+/// Parts of a step with constraints: the end of its iteration, and the rows it works with.
 namespace porthos::integrators {
 
-/// When a SPARK iteration ends: the largest relative move of L is near rounding and has not halved
-/// for some sweeps. The impulses are no part of the rule: they settle only to u κ(B)/h.
-class SparkEnd {
+/// The largest moves of a sweep, relative to the sizes of their components; NaN if one is.
+struct SweepMoves {
+  double all = 0;
+  double positions = 0;  ///< of components that are no momenta
+};
+
+/// Sizes of a state's components within a step, the scale of moves.
+template <class T>
+class StateSizes {
+ public:
+  explicit StateSizes(const phs::Description& d)
+      : size_(size_t(d.nx), 1.0), least_(size_.size(), 0.0), is_momentum_(size_.size(), 0) {
+    for (const auto& b : d.blocks)
+      for (size_t k = 0; k < size_t(b.size); ++k) {
+        if (b.kind != phs::BlockKind::linear) least_[size_t(b.at) + k] = 1;
+        if (b.momentum >= 0) is_momentum_[size_t(b.momentum) + k] = 1;
+      }
+  }
+  /// Component k (ascending from 0) is x, and a stage is `away` from it.
+  void measure(size_t k, const T& x, double away) {
+    if (k == 0) largest_ = 0;
+    size_[k] = std::max(double(magnitude(x)), away);
+    largest_ = std::max(largest_, size_[k]);
+  }
+  /// After the last component.
+  void settle() {
+    for (size_t k = 0; k < size_.size(); ++k)
+      size_[k] = std::max({size_[k], least_[k], 1e-4 * largest_, 1e-300});
+  }
+  void count(size_t k, double move, SweepMoves& moves) const {
+    const double relative = move / size_[k];
+    moves.all = std::max(moves.all, relative);
+    if (!is_momentum_[k]) moves.positions = std::max(moves.positions, relative);
+  }
+
+ private:
+  std::vector<double> size_;
+  std::vector<double> least_;  ///< 1 of angles and quaternions: rows see them through sines
+  std::vector<char> is_momentum_;
+  double largest_ = 0;
+};
+
+/// When the iteration of a step with constraints ends: its moves have not halved for some sweeps,
+/// and those of positions are near rounding. Momenta need not be: of a mechanism at rest they are
+/// noise, which never gets small against itself. The impulses are no part of the rule: they settle
+/// only to u κ/h.
+class SweepEnd {
  public:
   enum class Verdict { go_on, ended, diverges };
 
-  SparkEnd(double rounding, double tolerance) : rounding_(rounding), tolerance_(tolerance) {}
+  SweepEnd(double rounding, double tolerance) : rounding_(rounding), tolerance_(tolerance) {}
   void restart() {
-    best_ = HUGE_VAL;
+    best_ = best_position_ = HUGE_VAL;
     idle_ = 0;
   }
-  Verdict after(double change) {
-    if (change < 0.5 * best_) {
-      best_ = change;
+  Verdict after(const SweepMoves& moves) {
+    best_position_ = std::min(best_position_, moves.positions);
+    if (moves.all < 0.5 * best_) {
+      best_ = moves.all;
       idle_ = 0;
     } else {
       ++idle_;
     }
-    if (change == 0 || change <= tolerance_) return Verdict::ended;
+    if (moves.all == 0 || moves.all <= tolerance_) return Verdict::ended;
     // Small components of a large state may never get near rounding by their own size.
     if (idle_ >= (best_ < 360 * rounding_ ? 2 : 6) && near_rounding()) return Verdict::ended;
-    return idle_ > 12 || change > 1e6 * best_ ? Verdict::diverges : Verdict::go_on;
+    return idle_ > 12 || moves.all > 1e6 * best_ ? Verdict::diverges : Verdict::go_on;
   }
-  bool near_rounding() const { return best_ < 1e5 * rounding_; }
+  bool near_rounding() const { return best_position_ < 1e5 * rounding_; }
 
  private:
-  double rounding_, tolerance_, best_ = HUGE_VAL;
+  double rounding_, tolerance_, best_ = HUGE_VAL, best_position_ = HUGE_VAL;
   int idle_ = 0;
 };
 
