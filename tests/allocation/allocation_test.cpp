@@ -7,8 +7,8 @@
 
 #include "integrators/control/step_control.h"
 #include "integrators/core/integrator.h"
-#include "tests/support/linkages.h"
 #include "tests/support/robots.h"
+#include "tests/support/rollers.h"
 #include "tests/support/split_systems.h"
 #include "tests/support/stiff.h"
 
@@ -85,7 +85,7 @@ TEST(Allocation, NoneInAStepWithLoops) {
     auto linkage = loop ? test::four_bar() : l;
     const auto x = linkage.start();
     const auto model = linkage.model();
-    for (const char* name : {"spark16", "spark4"})
+    for (const char* name : {"spark16", "spark4", "pgauss16", "pgauss4"})
       for (const bool lanes : {true, false}) {
         Options o;
         o.lanes = lanes;
@@ -101,6 +101,25 @@ TEST(Allocation, NoneInAStepWithLoops) {
         EXPECT_EQ(made, 0) << name << (lanes ? " with" : " without") << " lanes";
         EXPECT_NE(turns, s.turns);
       }
+  }
+}
+
+TEST(Allocation, NoneInAStepThatRollsOrIsDriven) {
+  const auto motion = phs::moves_from(0.5, {{0.25, 2, 4}});
+  for (auto l : {test::rolling_disk(1.25, {0.5, 1, -6}), test::driven_pendulum(motion)}) {
+    const auto x = l.start();
+    const auto model = l.model();
+    for (const bool lanes : {true, false}) {
+      const auto method = make_integrator("pgauss8", model, 1. / 128, {.lanes = lanes});
+      phs::State s(model.description(), x);
+      ASSERT_EQ(method->step(s), Outcome::ok);
+      const long before = allocations;
+      bool ok = true;
+      for (int i = 0; i < 500; ++i) ok = ok && method->step(s) == Outcome::ok;
+      const long made = allocations - before;
+      EXPECT_TRUE(ok);
+      EXPECT_EQ(made, 0) << model.description().name << (lanes ? " with" : " without") << " lanes";
+    }
   }
 }
 
