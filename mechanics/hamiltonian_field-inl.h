@@ -12,11 +12,6 @@ enum class Load {
   wrench   ///< external wrenches, with or without gravity
 };
 
-template <class T>
-T subtree_mass(const Node& n) {
-  return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
-}
-
 /// Root → leaf: w.a_i.v = gravity in the axes of body i.
 template <class J, class T>
 [[gnu::always_inline]] inline void turn_gravity(const Mechanism& m, const Node& n, Workspace<T>& w,
@@ -47,7 +42,7 @@ void load_bodies(const Mechanism& m, Workspace<T>& w, const T* q,
 template <class J, class T>
 [[gnu::always_inline]] inline void pass_first_moment(const Mechanism& m, const Node& n,
                                                      Workspace<T>& w, size_t i) {
-  screw::Moment<T> a{w.g[i].n, subtree_mass<T>(n)};
+  screw::Moment<T> a{w.g[i].n, passes::subtree_mass<T>(n)};
   if (passes::about_z<J> && n.axial)
     passes::climb<J>(n, w.screw[i], a);
   else
@@ -123,7 +118,7 @@ void hamiltonian_field(const Mechanism& m, Workspace<T>& w, std::span<const T> q
       if (load == Load::weight) {
         field_detail::turn_gravity<Joint>(m, n, w, i);
         const Vec3<T>& g = w.a[i].v;
-        w.g[i] = {cross(w.g[i].n, g), field_detail::subtree_mass<T>(n) * g};
+        w.g[i] = {cross(w.g[i].n, g), passes::subtree_mass<T>(n) * g};
       }
       T force[Joint::nv];
       unroll<Joint::nv>([&](auto k) {

@@ -192,6 +192,12 @@ void transposed_lift(const Mechanism& m, const T* q, const T* e, T* rates) {
                 [&](auto J) { decltype(J)::transposed_lift(q + n.q, e + n.q, rates + n.v); });
 }
 
+/// The mass of a body and all that it carries, in the scalar T.
+template <class T>
+T subtree_mass(const Node& n) {
+  return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
+}
+
 /// The rigid inertia of a body in the scalar T.
 template <class T>
 RigidInertia<T> rigid(const Node& n) {

@@ -86,7 +86,7 @@ class StageConstraints {
   }
   /// ∂g/∂t.
   void drifts(std::span<Lanes> g_dot, int used) {
-    for (Lanes& x : g_dot) x = Lanes(T(0.0));
+    std::fill(g_dot.begin(), g_dot.end(), Lanes(T(0.0)));
     if constexpr (std::is_same_v<T, double>)
       if (all_) return all_->add_drift(g_dot);
     for (int i = 0; i < used; ++i) {

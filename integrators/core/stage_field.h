@@ -71,14 +71,10 @@ class StageField {
     if constexpr (std::is_same_v<T, double>)
       if (all_) return all_->efforts(Lanes(t) + dt, Y, F, E);
     rate_.resize(point_.size());
-    for (int i = 0; i < used; ++i) {
-      for (size_t k = 0; k < point_.size(); ++k) {
-        point_[k] = Y[k][i];
-        rate_[k] = F[k][i];
-      }
+    each(Y, E, used, [&](int i) {
+      for (size_t k = 0; k < point_.size(); ++k) rate_[k] = F[k][i];
       one_.efforts(t + dt[i], point_, rate_, value_);
-      for (size_t k = 0; k < point_.size(); ++k) E[k].set(i, value_[k]);
-    }
+    });
   }
   /// E_i = ∂H/∂x(Y_i)
   void gradient(std::span<const Lanes> Y, std::span<Lanes> E, int used = V) {

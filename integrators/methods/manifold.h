@@ -30,12 +30,11 @@ class Manifold {
         row_(m, T(0.0)),
         slip_(m, T(0.0)),
         drift_(m, T(0.0)) {
-    for (const auto& b : system.description().blocks)
-      for (int k = 0; b.momentum >= 0 && k < b.size; ++k)
-        pairs_.push_back({size_t(b.at + k), size_t(b.momentum + k)});
-    for (const auto& b : system.description().blocks)
-      if (b.kind == phs::BlockKind::rotation && b.momentum >= 0)
-        turns_.push_back({size_t(b.at), size_t(b.momentum)});
+    for (const auto& b : system.description().blocks) {
+      if (b.momentum < 0) continue;
+      for (int k = 0; k < b.size; ++k) pairs_.push_back({size_t(b.at + k), size_t(b.momentum + k)});
+      if (b.kind == phs::BlockKind::rotation) turns_.push_back({size_t(b.at), size_t(b.momentum)});
+    }
   }
 
   /// The rows at the start of a step, then at its end.
@@ -91,13 +90,16 @@ class Manifold {
     for (const auto& [q, p] : pairs_) most = std::max(most, double(magnitude(x_[q])));
     return most;
   }
+  void read(const State& state) {
+    for (size_t k = 0; k < x_.size(); ++k) x_[k] = state.x[k] + state.lo[k];
+  }
   /// row_ = g at the state.
   void place(const State& state) {
-    for (size_t k = 0; k < x_.size(); ++k) x_[k] = state.x[k] + state.lo[k];
+    read(state);
     rows_->place(x_, row_);
   }
   void slips_at(const State& state) {
-    for (size_t k = 0; k < x_.size(); ++k) x_[k] = state.x[k] + state.lo[k];
+    read(state);
     system_.gradient(x_, e_);
     ++cost_.evaluations;
     rows_->rates(e_, slip_);

@@ -73,6 +73,8 @@ class ProjectedGauss final : public BasicIntegrator<T> {
     std::copy_n(state.lo.begin(), n_, start_lo_.begin());
     const bool same_rows = m_ == 0 || manifold_->rows().choose(state.x);
     if (m_ > 0 && !manifold_->rows().trouble().empty()) return give_up(Outcome::singular);
+    for (int c = 0; m_ > 0 && c < chunks && used(c) > 0; ++c)
+      rows_at_[size_t(c)]->set_times(Lanes(t) + step_.ch[size_t(c)], used(c));
     Outcome o = Outcome::not_converged;
     if (have_before_ && same_rows) o = iterate(true);
     if (o != Outcome::ok) o = iterate(false);
@@ -157,7 +159,6 @@ class ProjectedGauss final : public BasicIntegrator<T> {
       field_.field(t_, step_.ch[size_t(c)], stages(c), f_[size_t(c)], used(c));
       if (m_ == 0) continue;
       auto& rows = *rows_at_[size_t(c)];
-      rows.set_times(Lanes(t_) + step_.ch[size_t(c)], used(c));
       rows.place(stages(c), row_, used(c));
       field_.efforts(t_, step_.ch[size_t(c)], stages(c), f_[size_t(c)], E_, used(c));
       rows.slips(E_, slip_[size_t(c)], used(c));

@@ -13,7 +13,7 @@
 /// Parts of a step with constraints: the end of its iteration, and the rows it works with.
 namespace porthos::integrators {
 
-/// The largest moves of a sweep, relative to the sizes of their components; NaN if one is.
+/// The largest moves of a sweep, relative to the sizes of their components.
 struct SweepMoves {
   double all = 0;
   double positions = 0;  ///< of components that are no momenta

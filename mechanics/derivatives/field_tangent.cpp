@@ -8,18 +8,13 @@
 namespace porthos::mechanics {
 namespace tangent_detail {
 
-template <class T>
-T mass_below(const Node& n) {
-  return phs::is_wide<T> ? T(n.subtree_mass) + T(n.subtree_mass_low) : T(n.subtree_mass);
-}
-
 /// The displacement of the child against its parent in the child's axes, of a change of
 /// coordinates.
 template <class J, class T>
 Motion<T> displacement(const Node& n, const T* q, const T* dq) {
   Motion<T> zeta = passes::zero_motion<T>();
   if constexpr (!J::lifted) {
-    passes::add_joint_twist<J>(n, dq - n.v, zeta);
+    unroll<J::nv>([&](auto k) { J::template add<k>(n, dq[k], zeta); });
   } else {
     constexpr int at = J::nv == 6 ? 3 : 0;  // of the quaternion
     const auto xi = Quaternion<T>::load(q + at);
@@ -162,7 +157,7 @@ void FieldTangent<T>::at(In q, In p, Out q_dot, Out p_dot) {
   for (size_t i = nodes.size(); i-- > 0;) {
     const Node& n = nodes[i];
     if (n.parent < 0) continue;
-    const T mass = tangent_detail::mass_below<T>(n);
+    const T mass = passes::subtree_mass<T>(n);
     moment_[size_t(n.parent)] += fma(w_.X[i].R, moment_[i], mass * w_.X[i].r);
   }
 }
@@ -205,7 +200,7 @@ void FieldTangent<T>::up(In dq, In dp) {
     const Vec3<T> turned = cross(w_.a[i].v, zeta_[i].w);  // change of gravity by the own turn
     turn_[i] = turned;
     if (n.parent < 0) continue;
-    const T mass = tangent_detail::mass_below<T>(n);
+    const T mass = passes::subtree_mass<T>(n);
     const Force<T> own{cross(moment_[i], turned), mass * turned};
     rho_[size_t(n.parent)] += w_.X[i].to_parent(rho_[i] + own + cross(zeta_[i], w_.g[i]));
   }
@@ -229,9 +224,8 @@ void FieldTangent<T>::down(In dq, In dp, Out dq_dot, Out dp_dot) {
     if (weighs) {
       dgamma_[i] = root ? turn_[i] : turn_[i] + w_.X[i].R.tmul(dgamma_[size_t(n.parent)]);
       b.g = w_.g[i];
-      b.dg =
-          Force<T>{cross(moment_[i], dgamma_[i]), tangent_detail::mass_below<T>(n) * dgamma_[i]} +
-          rho_[i];
+      b.dg = Force<T>{cross(moment_[i], dgamma_[i]), passes::subtree_mass<T>(n) * dgamma_[i]} +
+             rho_[i];
     }
     visit_joint(n.type, [&](auto J) {
       using Joint = decltype(J);

@@ -16,10 +16,10 @@ void require_finite(const char* what, const char* which, double x) {
     throw InvalidArgument(std::string(what) + ": " + which + " is " + number(x) +
                           ", expected a finite number");
 }
-void require_positive(const char* what, const char* which, double x) {
+void require_positive(const char* what, const char* which, double x, const char* unit) {
   if (!(x > 0) || !std::isfinite(x))
-    throw InvalidArgument(std::string(what) + ": " + which + " is " + number(x) +
-                          " s, expected a number > 0");
+    throw InvalidArgument(std::string(what) + ": " + which + " is " + number(x) + " " + unit +
+                          ", expected a number > 0");
 }
 
 /// The moves as pieces: from `from` by `by`.
@@ -79,9 +79,7 @@ Motion swinging_motion(double middle, double amplitude, double frequency, double
   require_finite(what, "the middle", middle);
   require_finite(what, "the amplitude", amplitude);
   require_finite(what, "the phase", phase);
-  if (!(frequency > 0) || !std::isfinite(frequency))
-    throw InvalidArgument(std::string(what) + ": the frequency is " + number(frequency) +
-                          " Hz, expected a number > 0");
+  require_positive(what, "the frequency", frequency, "Hz");
   return {function([=](auto t) {
             return at_phase(frequency, phase, t, [&](const auto&, const auto& s, const auto&) {
               using T = std::decay_t<decltype(s)>;
@@ -107,7 +105,7 @@ Motion moves_from(double start, const std::vector<Move>& moves, const char* what
   for (const Move& move : moves) {
     require_finite(what, "the begin of a move", move.at);
     require_finite(what, "the end position of a move", move.to);
-    require_positive(what, "the duration of a move", move.duration);
+    require_positive(what, "the duration of a move", move.duration, "s");
     if (!m.instants.empty() && move.at < m.instants.back())
       throw InvalidArgument(std::string(what) + ": a move begins at " + number(move.at) +
                             " s, expected " + number(m.instants.back()) +

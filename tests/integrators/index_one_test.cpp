@@ -23,15 +23,10 @@ Off run(const std::string& name, const phs::Model& stepped, const phs::Model& mo
         int steps) {
   const auto system = model.instantiate<double>();
   const auto rows = system->constraints();
-  const auto exact = model.instantiate<long double>();
+  test::Gauge gauge(model);
   Vec g(size_t(rows->count())), e(x.size());
-  std::vector<long double> wide(x.size());
   phs::State s(stepped.description(), x);
-  const auto energy = [&] {
-    for (size_t k = 0; k < wide.size(); ++k) wide[k] = (long double)(s.x[k]) + s.lo[k];
-    return exact->hamiltonian(wide);
-  };
-  const long double first = energy();
+  const long double first = gauge.energy(s);
   const auto method = make_integrator(name, stepped, 1. / 128, plain);
   Off off;
   const auto see = [](double& most, const Vec& values) {
@@ -44,7 +39,7 @@ Off run(const std::string& name, const phs::Model& stepped, const phs::Model& mo
     system->gradient(s.x, e);
     rows->rates(e, g);
     see(off.slip, g);
-    off.energy = std::max(off.energy, std::fabs(double(energy() - first)) / 20);
+    off.energy = std::max(off.energy, std::fabs(double(gauge.energy(s) - first)) / 20);
   }
   return off;
 }

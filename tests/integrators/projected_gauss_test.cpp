@@ -157,19 +157,14 @@ TEST(Rolling, SteadyCirclesAreKept) {
 double energy_error(const std::string& method, int n, double h, const Options& o = {}) {
   auto l = test::rolling_disk(1.25, {0.5, 1, -6});
   const auto model = l.model();
-  const auto system = model.instantiate<long double>();
+  test::Gauge gauge(model);
   phs::State s(model.description(), l.start());
-  const auto energy = [&] {
-    std::vector<long double> x(s.x.size());
-    for (size_t i = 0; i < x.size(); ++i) x[i] = (long double)(s.x[i]) + s.lo[i];
-    return system->hamiltonian(x);
-  };
-  const long double first = energy();
+  const long double first = gauge.energy(s);
   const auto by = make_integrator(method, model, h, o);
   double sum = 0;
   for (int i = 0; i < 1 << n; ++i) {
     EXPECT_EQ(by->step(s), Outcome::ok);
-    const double error = double((energy() - first) / first);
+    const double error = double((gauge.energy(s) - first) / first);
     sum += error * error;
   }
   return std::sqrt(sum / (1 << n));

@@ -133,19 +133,14 @@ struct Energies {
 Energies energy_of_run(const std::string& name, int n, double h, const Options& o = {}) {
   auto l = test::four_bar();
   const auto model = l.model();
-  const auto system = model.instantiate<long double>();
+  test::Gauge gauge(model);
   phs::State s(model.description(), l.start());
-  const auto energy = [&] {
-    std::vector<long double> x(s.x.size());
-    for (size_t i = 0; i < x.size(); ++i) x[i] = (long double)(s.x[i]) + s.lo[i];
-    return system->hamiltonian(x);
-  };
-  const long double first = energy();
+  const long double first = gauge.energy(s);
   const auto method = make_integrator(name, model, h, o);
   double sum = 0, early = 0;
   for (int i = 1; i <= 1 << n; ++i) {
     EXPECT_EQ(method->step(s), Outcome::ok);
-    const double error = double(energy() - first) / 20;
+    const double error = double(gauge.energy(s) - first) / 20;
     sum += error * error;
     if (i == 1 << (n - 4)) early = std::sqrt(sum / i);
   }

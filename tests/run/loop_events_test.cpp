@@ -6,30 +6,10 @@
 #include "scene/compare/auto_method.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/run/phase_sequence.h"
-#include "tests/places.h"
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 
 namespace porthos::test::loop_events_test {
 namespace {
-
-struct Change {
-  std::string from, to;
-};
-
-/// A shipped scene, changed.
-scene::Scene shipped(const TemporaryFolder& folder, const std::string& name,
-                     const std::vector<Change>& changes = {}, const std::string& more = "") {
-  const fs::path example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / name;
-  write_bytes(folder / (name + ".urdf"), read_bytes(example / (name + ".urdf")));
-  std::string text = read_bytes(example / "scene.toml");
-  for (const auto& [from, to] : changes) {
-    const size_t at = text.find(from);
-    if (at == text.npos) throw std::runtime_error("no '" + from + "' in " + name);
-    text.replace(at, from.size(), to);
-  }
-  write_bytes(folder / "scene.toml", text + more);
-  return scene::read_scene((folder / "scene.toml").string());
-}
 
 TEST(LoopEvents, TwoArmsTakeHoldOfALoadAndLetGo) {
   TemporaryFolder folder;

@@ -2,34 +2,12 @@
 #include <fmt/format.h>
 
 #include "scene/compare/auto_method.h"
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 
 namespace porthos::test::loops_test {
 namespace {
 
 const fs::path examples = fs::path(PORTHOS_SOURCE_DIR) / "examples";
-
-struct Change {
-  std::string from, to;
-};
-
-/// A shipped scene for a shorter time, with a text replaced and text added at its end.
-scene::Scene shipped(const TemporaryFolder& folder, const std::string& name, double duration,
-                     const std::vector<Change>& changes = {}, const std::string& more = "") {
-  std::string text = read_bytes(examples / name / "scene.toml"),
-              urdf = read_bytes(examples / name / (name + ".urdf"));
-  for (const auto& [from, to] : changes) {
-    std::string& in = text.find(from) == text.npos ? urdf : text;
-    const size_t at = in.find(from);
-    if (at == in.npos) throw std::runtime_error("no '" + from + "' in " + name);
-    in.replace(at, from.size(), to);
-  }
-  write_bytes(folder / (name + ".urdf"), urdf);
-  write_bytes(folder / "scene.toml", text + more);
-  auto s = scene::read_scene((folder / "scene.toml").string());
-  scene::apply(s, {.duration = duration});
-  return s;
-}
 
 std::string refusal(const TemporaryFolder& folder, const std::vector<Change>& changes,
                     const std::string& more = "") {
@@ -41,12 +19,6 @@ std::string refusal(const TemporaryFolder& folder, const std::vector<Change>& ch
     return e.what();
   }
   return "";
-}
-
-double value_of(const scene::RunReport& r, const std::string& check) {
-  for (const auto& c : r.checks)
-    if (c.name == check) return c.value;
-  return NAN;
 }
 
 TEST(Loops, ExamplesPassTheirVerdict) {

@@ -5,45 +5,12 @@
 #include <cmath>
 
 #include "scene/compare/auto_method.h"
-#include "tests/run/scenes.h"
+#include "tests/run/shipped.h"
 #include "tests/support/reference.h"
 
 namespace porthos::test::rolling_run_test {
 namespace {
 
-const fs::path examples = fs::path(PORTHOS_SOURCE_DIR) / "examples";
-
-struct Change {
-  std::string from, to;
-};
-/// A shipped scene for a shorter time, with texts replaced and text added at its end.
-scene::Scene shipped(const TemporaryFolder& folder, const std::string& name, double duration,
-                     const std::vector<Change>& changes = {}, const std::string& more = "") {
-  std::string text = read_bytes(examples / name / "scene.toml");
-  for (const auto& [from, to] : changes) {
-    const size_t at = text.find(from);
-    if (at == text.npos) throw std::runtime_error("no '" + from + "' in " + name);
-    text.replace(at, from.size(), to);
-  }
-  for (const auto& file :
-       fs::directory_iterator(examples / (name == "planned_arm" ? "ets_vii" : name)))
-    if (file.path().extension() == ".urdf") {
-      const bool beside = name == "planned_arm";
-      fs::create_directories(folder / (beside ? "ets_vii" : "scene"));
-      write_bytes(folder / (beside ? "ets_vii" : "scene") / file.path().filename().string(),
-                  read_bytes(file.path()));
-    }
-  fs::create_directories(folder / "scene");
-  write_bytes(folder / "scene" / "scene.toml", text + more);
-  auto s = scene::read_scene((folder / "scene" / "scene.toml").string());
-  scene::apply(s, {.duration = duration});
-  return s;
-}
-double value_of(const scene::RunReport& r, const std::string& check) {
-  for (const auto& c : r.checks)
-    if (c.name == check) return c.value;
-  return NAN;
-}
 double entry_of(const scene::RunReport::Named& list, const std::string& name) {
   for (const auto& [known, value] : list)
     if (known == name) return value;

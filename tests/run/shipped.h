@@ -1,0 +1,52 @@
+#pragma once
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/places.h"
+#include "tests/run/scenes.h"
+
+/// Shipped examples, changed, and what their reports say.
+namespace porthos::test {
+
+/// A text of an example, in its scene or in its URDF file, and what stands there instead.
+struct Change {
+  std::string from, to;
+};
+
+/// An example with its URDF file in a folder; `more` is added at the end of the scene.
+inline scene::Scene shipped(const TemporaryFolder& folder, const std::string& name,
+                            const std::vector<Change>& changes = {}, const std::string& more = "") {
+  const fs::path example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / name;
+  std::string text = read_bytes(example / "scene.toml");
+  const std::string key = "urdf = \"";
+  const size_t path_at = text.find(key) + key.size();
+  const std::string path = text.substr(path_at, text.find('"', path_at) - path_at);
+  const std::string beside = fs::path(path).filename().string();
+  std::string urdf = read_bytes(example / path);
+  text.replace(path_at, path.size(), beside);
+  for (const auto& [from, to] : changes) {
+    std::string& in = text.find(from) == text.npos ? urdf : text;
+    const size_t at = in.find(from);
+    if (at == in.npos) throw std::runtime_error("no '" + from + "' in " + name);
+    in.replace(at, from.size(), to);
+  }
+  write_bytes(folder / beside, urdf);
+  write_bytes(folder / "scene.toml", text + more);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+/// The same for a shorter time [s].
+inline scene::Scene shipped(const TemporaryFolder& folder, const std::string& name, double duration,
+                            const std::vector<Change>& changes = {}, const std::string& more = "") {
+  auto s = shipped(folder, name, changes, more);
+  scene::apply(s, {.duration = duration});
+  return s;
+}
+
+inline double value_of(const scene::RunReport& r, const std::string& check) {
+  for (const auto& c : r.checks)
+    if (c.name == check) return c.value;
+  return NAN;
+}
+
+}  // namespace porthos::test
