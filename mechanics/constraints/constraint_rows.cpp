@@ -141,6 +141,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
   int rank() const override { return delassus_.rank(); }
   bool uses(int row) const override { return delassus_.uses(row); }
   void solve(Out r) const override { delassus_.solve(r); }
+  void solve_all(Out r, int n) const override { delassus_.solve_all(r, n); }
   void shorten(Out lambda) const override { delassus_.shorten(lambda); }
   bool unique(int row) const override { return delassus_.unique(row); }
   double smallest_pivot() const override { return delassus_.smallest_pivot(); }

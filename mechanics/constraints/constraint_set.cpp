@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 #include "mechanics/detail/body_checks.h"
 #include "mechanics/joint_list.h"
@@ -64,11 +63,6 @@ std::vector<int> united(std::vector<int> a, const std::vector<int>& b) {
   a.erase(std::unique(a.begin(), a.end()), a.end());
   return a;
 }
-int freedoms_of(const Node& n) {
-  int nv = 0;
-  visit_joint(n.type, [&](auto J) { nv = decltype(J)::nv; });
-  return nv;
-}
 
 }  // namespace
 
@@ -112,7 +106,7 @@ ConstraintSet::ConstraintSet(const Mechanism& m, const ConstraintSpec& spec) : s
   }
   for (const auto& c : spec.couplings) add_coupling(m, c);
   for (const auto& d : spec.driven) add_driven(m, d);
-  find_groups(m);
+  find_pattern(m);
 }
 
 bool ConstraintSet::on_the_world() const {
@@ -190,38 +184,26 @@ void ConstraintSet::add_driven(const Mechanism& m, const Driven& d) {
   couplings_.push_back(std::move(driven));
 }
 
-void ConstraintSet::find_groups(const Mechanism& m) {
-  // The freedoms that a row moves are those of all ancestors of its nodes.
-  std::vector<std::vector<int>> moved;
-  const auto add_freedoms = [&](const std::vector<int>& above) {
-    auto& all = moved.emplace_back();
-    for (const int i : above) {
-      const Node& n = m.nodes()[size_t(i)];
-      for (int k = 0; k < freedoms_of(n); ++k) all.push_back(n.v + k);
+std::span<const int> ConstraintSet::above(int block) const {
+  const size_t b = size_t(block);
+  return b < loops_.size() ? loops_[b].above : couplings_[b - loops_.size()].above;
+}
+
+void ConstraintSet::find_pattern(const Mechanism& m) {
+  std::vector<std::vector<int>> below(m.nodes().size());  // blocks that a node moves
+  std::vector<int> sizes, met(blocks_.size(), -1);
+  for (int b = 0; b < int(blocks_.size()); ++b) {
+    sizes.push_back(blocks_[size_t(b)].size);
+    for (const int node : above(b)) {
+      for (const int other : below[size_t(node)]) {
+        if (met[size_t(other)] == b) continue;
+        met[size_t(other)] = b;
+        neighbours_.emplace_back(b, other);
+      }
+      below[size_t(node)].push_back(b);
     }
-  };
-  for (const auto& l : loops_) add_freedoms(l.above);
-  for (const auto& c : couplings_) add_freedoms(c.above);
-  // Blocks that share a freedom belong to one group: union-find over the freedoms.
-  std::vector<int> leader(size_t(m.nv()));
-  std::iota(leader.begin(), leader.end(), 0);
-  const auto find = [&](int v) {
-    while (leader[size_t(v)] != v) v = leader[size_t(v)] = leader[size_t(leader[size_t(v)])];
-    return v;
-  };
-  for (const auto& all : moved)
-    for (const int v : all) leader[size_t(find(v))] = find(all.front());
-  std::vector<int> group_of(size_t(m.nv()), -1);
-  for (size_t b = 0; b < blocks_.size(); ++b) {
-    int& g = group_of[size_t(find(moved[b].front()))];
-    if (g < 0) {
-      g = int(groups_.size());
-      groups_.emplace_back();
-    }
-    for (int r = 0; r < blocks_[b].size; ++r) groups_[size_t(g)].rows.push_back(blocks_[b].at + r);
   }
-  for (int v = 0; v < m.nv(); ++v)
-    if (const int g = group_of[size_t(find(v))]; g >= 0) groups_[size_t(g)].freedoms.push_back(v);
+  pattern_ = phs::BlockPattern(sizes, neighbours_);
 }
 
 }  // namespace porthos::mechanics

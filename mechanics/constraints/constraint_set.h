@@ -3,9 +3,11 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "mechanics/constraints/constraint_spec.h"
+#include "phs/linear_algebra/block_pattern.h"
 #include "phs/system/constraints.h"
 
 namespace porthos::mechanics {
@@ -64,12 +66,6 @@ class ConstraintSet {
     phs::FunctionPtr position = nullptr;  ///< what a driven coordinate follows, instead of offset
     phs::FunctionPtr rate = nullptr;      ///< its derivative
   };
-  /// Rows that D joins, directly or by others: loops that share a moving ancestor. D is block
-  /// diagonal over groups, so independent loops cost O(N).
-  struct Group {
-    std::vector<int> rows, freedoms;
-  };
-
   /// @throws InvalidArgument naming the constraint: an empty or duplicate name, an unknown link,
   ///   type or coordinate, two frames that no joint moves against each other, a length, radius or
   ///   pitch that is not finite and > 0 (pitch: not 0), a coupling without terms, a coordinate with
@@ -80,7 +76,13 @@ class ConstraintSet {
   const std::vector<Loop>& loops() const { return loops_; }
   /// Couplings, then driven coordinates.
   const std::vector<Coupled>& couplings() const { return couplings_; }
-  const std::vector<Group>& groups() const { return groups_; }
+  /// All nodes below which a constraint acts, leaves first. @param block  index among blocks()
+  std::span<const int> above(int block) const;
+  /// Pairs of blocks that share a moving ancestor, each once: where D has elements besides those of
+  /// a block with itself.
+  std::span<const std::pair<int, int>> neighbours() const { return neighbours_; }
+  /// How D is factored. Independent loops, and those in chains, cost O(N).
+  const phs::BlockPattern& pattern() const { return pattern_; }
   /// Loops, rods, rolling bodies, couplings, driven coordinates, each in the order given. A loop
   /// and a rolling body exert the wrench [moment; force] on b about the origin of its frame, in the
   /// axes of a [N m; N]; a rod its tension [N]; a coupling and a motor the torque or force on each
@@ -100,14 +102,15 @@ class ConstraintSet {
   void add_driven(const Mechanism& m, const Driven& d);
   static void add_term(const Mechanism& m, const std::string& name, const Coupling::Term& t,
                        Coupled& to, std::vector<phs::ConstraintBlock::Reaction>& reactions);
-  void find_groups(const Mechanism& m);
+  void find_pattern(const Mechanism& m);
 
   ConstraintSpec spec_;
   int count_ = 0;
   std::vector<Loop> loops_;
   std::vector<Coupled> couplings_;
-  std::vector<Group> groups_;
+  std::vector<std::pair<int, int>> neighbours_;
   std::vector<phs::ConstraintBlock> blocks_;
+  phs::BlockPattern pattern_;
 };
 
 /// The evaluator of a set of constraints in the scalar T. Mechanism and set must outlive it.

@@ -8,7 +8,7 @@
 
 #include "mechanics/constraints/constraint_set.h"
 #include "mechanics/passes-inl.h"
-#include "phs/linear_algebra/pivoted_cholesky.h"
+#include "phs/linear_algebra/block_cholesky.h"
 
 namespace porthos::mechanics::constraint_detail {
 
@@ -61,46 +61,54 @@ struct UnitWrench {
 template <class T>
 class LanesOfMatrix {
  public:
-  explicit LanesOfMatrix(size_t n) : n_(n), a_(n * n, T(0.0)) {}
-  T& at(size_t i, size_t j) { return a_[i * n_ + j]; }
+  static constexpr int most_columns = 1;
+  explicit LanesOfMatrix(const phs::BlockPattern& p) : a_(p.elements(), T(0.0)) {}
+  std::span<T> elements() { return a_; }
   int factor(std::span<const double>) { refuse(); }
-  bool uses(size_t) const { refuse(); }
-  bool unique(size_t) const { refuse(); }
+  int rank() const { refuse(); }
+  bool uses(int) const { refuse(); }
+  bool unique(int) const { refuse(); }
   double smallest_pivot() const { refuse(); }
-  void solve(std::span<T>) const { refuse(); }
+  template <int>
+  void solve(std::span<T>) const {
+    refuse();
+  }
   void shorten(std::span<T>) const { refuse(); }
 
  private:
   [[noreturn]] static void refuse() {
     throw std::logic_error("the Delassus matrix of lanes is not factored");
   }
-  size_t n_;
   std::vector<T> a_;
 };
 
-/// The Delassus matrix D = G M⁻¹ Gᵀ of a set, by groups, and its factors.
+/// The Delassus matrix D = G M⁻¹ Gᵀ of a set, sparse, and its factors.
 ///
 /// M⁻¹ = Σ over freedoms of the articulated elimination. A row's unit wrenches β move up to the
 /// root: u_k = S_kᵀ β, β ← β - U_k u_k / D_k at every freedom, with the U and D that the factor of
-/// the field left in the workspace. Then D_rs = Σ_k u_k^r u_k^s / D_k: no sweep down.
+/// the field left in the workspace. Then D_rs = Σ_k u_k^r u_k^s / D_k over the freedoms that move
+/// both rows: no sweep down, and no element where there are none.
 template <class T>
 class Delassus {
-  using Cholesky = std::conditional_t<phs::is_pack<T>, LanesOfMatrix<T>, phs::PivotedCholesky<T>>;
+  using Cholesky = std::conditional_t<phs::is_pack<T>, LanesOfMatrix<T>, phs::BlockCholesky<T>>;
 
  public:
   Delassus(const Mechanism& m, const ConstraintSet& set)
-      : m_(m), set_(set), beta_(m.nodes().size()), reach_(beta_.size()) {
-    place_of_.resize(size_t(set.count()));
-    slot_of_.assign(size_t(m.nv()), -1);
-    for (size_t g = 0; g < set.groups().size(); ++g) {
-      const auto& group = set.groups()[g];
-      for (size_t r = 0; r < group.rows.size(); ++r)
-        place_of_[size_t(group.rows[r])] = {int(g), int(r)};
-      for (size_t k = 0; k < group.freedoms.size(); ++k)
-        slot_of_[size_t(group.freedoms[k])] = int(k);
-      parts_.push_back({std::vector<T>(group.rows.size() * group.freedoms.size(), T(0.0)),
-                        std::vector<double>(group.rows.size(), 0.0), Cholesky(group.rows.size()),
-                        std::vector<T>(group.rows.size(), T(0.0))});
+      : m_(m),
+        pattern_(set.pattern()),
+        factors_(pattern_),
+        bound_(size_t(set.count()), 0.0),
+        x_(bound_.size() * size_t(Cholesky::most_columns), T(0.0)),
+        beta_(m.nodes().size()),
+        reach_(beta_.size()),
+        of_terms_(size_t(m.nv()), T(0.0)) {
+    for (int b = 0; b < int(set.blocks().size()); ++b) add_block(set, b);
+    u_.assign(elements_of_u_, T(0.0));
+    scaled_ = u_;
+    for (int b = 0; b < int(blocks_.size()); ++b) add_meeting(b, b);
+    for (const auto& [a, b] : set.neighbours()) {
+      const bool later = pattern_.place(a) > pattern_.place(b);
+      add_meeting(later ? a : b, later ? b : a);
     }
   }
 
@@ -109,71 +117,114 @@ class Delassus {
   template <class EachRow>
   void sweep_rows(const EachRow& each_row, const Workspace<T>& w) {
     each_row([&](const UnitWrench<T>& unit) { sweep(unit, w); });
-    for (size_t g = 0; g < parts_.size(); ++g) multiply(parts_[g], set_.groups()[g], w);
+    for (const Meeting& meeting : meetings_) multiply(meeting);
   }
 
   /// D dense, of the last sweep. @param D  m × m row-major
   void write(std::span<T> D) {
-    const size_t m = size_t(set_.count());
-    for (size_t r = 0; r < m; ++r)
-      for (size_t s = 0; s < m; ++s) D[r * m + s] = element(place_of_[r], place_of_[s]);
+    const size_t m = bound_.size();
+    std::fill(D.begin(), D.end(), T(0.0));
+    for (const Meeting& t : meetings_)
+      each_element(t, [&](int i, int j, const T& element) {
+        const size_t r = size_t(blocks_[size_t(t.a)].row + i),
+                     s = size_t(blocks_[size_t(t.b)].row + j);
+        D[r * m + s] = D[s * m + r] = element;
+      });
   }
-  int factor() {
-    rank_ = 0;
-    for (auto& p : parts_) rank_ += p.cholesky.factor(p.bound);
-    return rank_;
-  }
-  int rank() const { return rank_; }
-  bool uses(int row) const { return part(row).cholesky.uses(size_t(place_of_[size_t(row)].row)); }
-  bool unique(int row) const {
-    return part(row).cholesky.unique(size_t(place_of_[size_t(row)].row));
-  }
-  double smallest_pivot() const {
-    double least = 1;
-    for (const auto& p : parts_) least = std::min(least, p.cholesky.smallest_pivot());
-    return least;
-  }
-  void solve(std::span<T> r) const {
-    by_group(r, [](const auto& p, std::span<T> x) { p.cholesky.solve(x); });
+  int factor() { return factors_.factor(bound_); }
+  int rank() const { return factors_.rank(); }
+  bool uses(int row) const { return factors_.uses(place_[size_t(row)]); }
+  bool unique(int row) const { return factors_.unique(place_[size_t(row)]); }
+  double smallest_pivot() const { return factors_.smallest_pivot(); }
+  void solve(std::span<T> r) const { solve_some<1>(r.data()); }
+  /// @param r  columns × m row-major: a right-hand side per row
+  void solve_all(std::span<T> r, int columns) const {
+    T* at = r.data();
+    if constexpr (!phs::is_pack<T>) {
+      for (; columns >= 8; columns -= 8) at = solve_some<8>(at);
+      for (; columns >= 4; columns -= 4) at = solve_some<4>(at);
+    }
+    for (; columns > 0; --columns) at = solve_some<1>(at);
   }
   void shorten(std::span<T> r) const {
-    by_group(r, [](const auto& p, std::span<T> x) { p.cholesky.shorten(x); });
+    for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i];
+    factors_.shorten(std::span<T>(x_).first(r.size()));
+    for (size_t i = 0; i < place_.size(); ++i) r[i] = x_[size_t(place_[i])];
   }
 
  private:
-  struct Place {
-    int group, row;
+  /// The rows of a constraint and the freedoms that move them.
+  struct Block {
+    int row, rows;
+    std::vector<int> freedoms;  ///< ascending
+    size_t u;                   ///< offset of its rows × freedoms
   };
-  T element(Place r, Place s) {
-    if (r.group != s.group) return T(0.0);
-    const auto [least, most] = std::minmax(r.row, s.row);
-    return parts_[size_t(r.group)].cholesky.at(size_t(most), size_t(least));
-  }
-  struct Part {
-    std::vector<T> u;           ///< rows × freedoms
-    std::vector<double> bound;  ///< of the diagonal
-    Cholesky cholesky;
-    mutable std::vector<T> x;
+  /// Freedoms that move two blocks, as successive indices in both.
+  struct Common {
+    int in_a, in_b, count;
   };
-  const Part& part(int row) const { return parts_[size_t(place_of_[size_t(row)].group)]; }
+  struct Meeting {
+    int a, b;  ///< place of a >= place of b
+    phs::BlockPattern::Location to;
+    size_t begin, end;  ///< in common_
+  };
 
-  template <class Apply>
-  void by_group(std::span<T> r, const Apply& apply) const {
-    for (size_t g = 0; g < parts_.size(); ++g) {
-      const auto& rows = set_.groups()[g].rows;
-      auto& x = parts_[g].x;
-      for (size_t i = 0; i < rows.size(); ++i) x[i] = r[size_t(rows[i])];
-      apply(parts_[g], std::span<T>(x));
-      for (size_t i = 0; i < rows.size(); ++i) r[size_t(rows[i])] = x[i];
+  void add_block(const ConstraintSet& set, int b) {
+    const auto& rows = set.blocks()[size_t(b)];
+    Block block{rows.at, rows.size, {}, elements_of_u_};
+    const auto above = set.above(b);
+    for (size_t i = above.size(); i-- > 0;) {
+      const Node& n = m_.nodes()[size_t(above[i])];
+      visit_joint(n.type, [&](auto J) {
+        for (int k = 0; k < decltype(J)::nv; ++k) block.freedoms.push_back(n.v + k);
+      });
     }
+    elements_of_u_ += size_t(rows.size) * block.freedoms.size();
+    for (int r = 0; r < rows.size; ++r) {
+      place_.push_back(pattern_.place(b) + r);
+      block_of_.push_back(b);
+    }
+    blocks_.push_back(std::move(block));
+  }
+  void add_meeting(int a, int b) {
+    Meeting t{a, b, pattern_.locate(a, b), common_.size(), 0};
+    const auto &in_a = blocks_[size_t(a)].freedoms, &in_b = blocks_[size_t(b)].freedoms;
+    for (size_t i = 0, j = 0; i < in_a.size() && j < in_b.size();) {
+      if (in_a[i] != in_b[j]) {
+        ++(in_a[i] < in_b[j] ? i : j);
+        continue;
+      }
+      Common run{int(i), int(j), 0};
+      for (; i < in_a.size() && j < in_b.size() && in_a[i] == in_b[j]; ++i, ++j) ++run.count;
+      common_.push_back(run);
+    }
+    t.end = common_.size();
+    meetings_.push_back(t);
+  }
+  template <class Apply>
+  void each_element(const Meeting& t, const Apply& apply) {
+    T* const to = factors_.elements().data() + t.to.offset;
+    for (int i = 0; i < blocks_[size_t(t.a)].rows; ++i)
+      for (int j = 0; j < (t.a == t.b ? i + 1 : blocks_[size_t(t.b)].rows); ++j)
+        apply(i, j, to[size_t(i) * t.to.stride + size_t(j)]);
+  }
+
+  /// Solves for successive right-hand sides. @return the next one
+  template <int columns>
+  T* solve_some(T* r) const {
+    const size_t m = place_.size();
+    for (size_t c = 0; c < columns; ++c)
+      for (size_t i = 0; i < m; ++i) x_[size_t(place_[i]) * columns + c] = r[c * m + i];
+    factors_.template solve<columns>(std::span<T>(x_).first(m * columns));
+    for (size_t c = 0; c < columns; ++c)
+      for (size_t i = 0; i < m; ++i) r[c * m + i] = x_[size_t(place_[i]) * columns + c];
+    return r + columns * m;
   }
 
   void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {
-    const auto [g, r] = place_of_[size_t(unit.row)];
-    Part& part = parts_[size_t(g)];
-    const size_t freedoms = set_.groups()[size_t(g)].freedoms.size();
-    T* const u = part.u.data() + size_t(r) * freedoms;
-    std::fill_n(u, freedoms, T(0.0));
+    const Block& block = blocks_[size_t(block_of_[size_t(unit.row)])];
+    const size_t first = block.u + size_t(unit.row - block.row) * block.freedoms.size();
+    size_t at = first + block.freedoms.size();  // leaves first: freedoms descend
     for (const int i : unit.above) {
       beta_[size_t(i)] = passes::zero_force<T>();
       reach_[size_t(i)] = {};
@@ -183,10 +234,7 @@ class Delassus {
         beta_[size_t(end->node)] += end->wrench;
         reach_[size_t(end->node)] += end->reach;
       }
-    for (const auto& t : unit.terms) {
-      T& own = u[slot_of_[size_t(t.v)]];
-      own = own + T(t.factor);
-    }
+    for (const auto& t : unit.terms) of_terms_[size_t(t.v)] = of_terms_[size_t(t.v)] + T(t.factor);
     double bound = 0;
     for (const int i : unit.above) {
       const Node& n = m_.nodes()[size_t(i)];
@@ -194,10 +242,12 @@ class Delassus {
       visit_joint(n.type, [&](auto J) {
         unroll_descending<decltype(J)::nv>([&](auto k) {
           const size_t v = size_t(n.v + k);
-          T& uk = u[slot_of_[v]];
-          uk = uk + decltype(J)::template project<k>(n, beta);
+          const T uk = of_terms_[v] + decltype(J)::template project<k>(n, beta);
+          of_terms_[v] = T(0.0);
           bound += most_of<decltype(J), k>(n, reach_[size_t(i)], uk) * size_of(w.D_inverse[v]);
           beta += (-(w.D_inverse[v] * uk)) * w.U[v];
+          u_[--at] = uk;
+          scaled_[at] = uk * w.D_inverse[v];
         });
       });
       if (n.parent < 0) continue;
@@ -205,7 +255,7 @@ class Delassus {
       beta_[size_t(n.parent)] += X.to_parent(beta);
       reach_[size_t(n.parent)] += reach_[size_t(i)].moved(std::sqrt(size_of(dot(X.r, X.r))));
     }
-    part.bound[size_t(r)] = bound;
+    bound_[size_t(place_[size_t(unit.row)])] = bound;
   }
   /// The square of the largest joint force that the wrench could give, at least u².
   template <class J, int k>
@@ -217,26 +267,33 @@ class Delassus {
     return std::max(most * most, size_of(u) * size_of(u));
   }
 
-  void multiply(Part& p, const ConstraintSet::Group& group, const Workspace<T>& w) {
-    const size_t m = group.rows.size(), n = group.freedoms.size();
-    for (size_t i = 0; i < m; ++i)
-      for (size_t j = 0; j <= i; ++j) {
-        T sum(0.0);
-        const T *a = p.u.data() + i * n, *b = p.u.data() + j * n;
-        for (size_t k = 0; k < n; ++k)
-          sum = sum + (a[k] * w.D_inverse[size_t(group.freedoms[k])]) * b[k];
-        p.cholesky.at(i, j) = sum;
-      }
+  void multiply(const Meeting& t) {
+    const Block &a = blocks_[size_t(t.a)], &b = blocks_[size_t(t.b)];
+    each_element(t, [&](int i, int j, T& element) {
+      const T* const of_a = scaled_.data() + a.u + size_t(i) * a.freedoms.size();
+      const T* const of_b = u_.data() + b.u + size_t(j) * b.freedoms.size();
+      T sum(0.0);
+      for (size_t c = t.begin; c < t.end; ++c)
+        for (int k = 0; k < common_[c].count; ++k)
+          sum = sum + of_a[common_[c].in_a + k] * of_b[common_[c].in_b + k];
+      element = sum;
+    });
   }
 
   const Mechanism& m_;
-  const ConstraintSet& set_;
+  const phs::BlockPattern& pattern_;
+  Cholesky factors_;
+  std::vector<double> bound_;          ///< of the diagonal, by place
+  mutable std::vector<T> x_;           ///< right-hand sides by place
+  std::vector<int> place_, block_of_;  ///< by row
+  std::vector<Block> blocks_;
+  std::vector<Common> common_;
+  std::vector<Meeting> meetings_;
+  size_t elements_of_u_ = 0;
+  std::vector<T> u_, scaled_;   ///< u_k^r and u_k^r / D_k
   std::vector<Force<T>> beta_;  ///< by node, of the row being swept
   std::vector<Reach> reach_;
-  std::vector<Place> place_of_;
-  std::vector<int> slot_of_;
-  std::vector<Part> parts_;
-  int rank_ = 0;
+  std::vector<T> of_terms_;  ///< by freedom: joint forces of the row being swept
 };
 
 }  // namespace porthos::mechanics::constraint_detail

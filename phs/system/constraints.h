@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <span>
 #include <string>
 
@@ -22,7 +23,7 @@ namespace porthos::phs {
 
 /// The constraints of one System object (System::constraints), evaluated in the same scalar. It
 /// works at the point that place() was called for last. One object per thread; several objects of
-/// one system are independent. Nothing allocates but delassus() and shorten().
+/// one system are independent. Nothing allocates but delassus().
 template <class T>
 class Constraints {
  public:
@@ -48,9 +49,9 @@ class Constraints {
 
   /// D = G H_pp Gᵀ (Delassus), where g' = G q' : dense, for checks. D written, m × m row-major.
   virtual void delassus(In x, Out D) = 0;
-  /// Factors D here and now, block by block. It chooses independent rows by
-  /// pivoting. Call it on the manifold only, because off it dependent rows look independent. It
-  /// works for one state at a time. @return the rank @throws std::logic_error for lanes
+  /// Factors D here and now, block by block. It chooses independent rows by pivoting. Call it on
+  /// the manifold only, because off it dependent rows look independent. It works for one state at a
+  /// time. @return the rank @throws std::logic_error for lanes
   virtual int factor(In x) = 0;
   /// The rank that factor() found.
   virtual int rank() const = 0;
@@ -68,6 +69,12 @@ class Constraints {
 
   /// As System::set_turn_angles.
   virtual void set_turn_angles(In) {}
+  /// solve() for several right-hand sides, with the bits that each has alone. @param r  n × m
+  ///   row-major: one right-hand side per row
+  virtual void solve_all(Out r, int n) const {
+    const std::size_t m = std::size_t(count());
+    for (std::size_t i = 0; i < std::size_t(n); ++i) solve(r.subspan(i * m, m));
+  }
 };
 
 /// @throws InvalidArgument if the system has constraints: "<what> takes no constraints, and ..."

@@ -49,6 +49,7 @@ class InnerConstraints final : public Constraints<T> {
   int rank() const override { return inner_->rank(); }
   bool uses(int row) const override { return inner_->uses(row); }
   void solve(Out r) const override { inner_->solve(r); }
+  void solve_all(Out r, int n) const override { inner_->solve_all(r, n); }
   void shorten(Out lambda) const override { inner_->shorten(lambda); }
   bool unique(int row) const override { return inner_->unique(row); }
   double smallest_pivot() const override { return inner_->smallest_pivot(); }

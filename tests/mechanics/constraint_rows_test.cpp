@@ -8,7 +8,6 @@
 #include "mechanics/crba.h"
 #include "mechanics/kinematics.h"
 #include "phs/linear_algebra/linear_algebra.h"
-#include "phs/linear_algebra/pivoted_cholesky.h"
 #include "phs/system/reactions.h"
 #include "tests/support/linkages.h"
 #include "tests/support/random_tree.h"
@@ -248,40 +247,6 @@ TEST(ConstraintRows, DependentRowsAreFoundOnTheManifold) {
   twice->shorten(lambda);
   EXPECT_NEAR(lambda[0], all / 2, 1e-14);
   EXPECT_NEAR(lambda[1], all / 2, 1e-14);
-}
-
-TEST(ConstraintRows, CholeskyFindsRankAndShortestSolution) {
-  test::RandomTree random(7);
-  for (const int rank : {1, 3, 6, 9}) {
-    constexpr int size = 9;
-    const size_t n = size;
-    const Vec F = random.numbers(size * rank);
-    phs::Matrix A(size, size);
-    phs::PivotedCholesky<double> factors(n);
-    for (size_t i = 0; i < n; ++i)
-      for (size_t j = 0; j < n; ++j) {
-        double sum = 0;
-        for (size_t k = 0; k < size_t(rank); ++k)
-          sum += F[i * size_t(rank) + k] * F[j * size_t(rank) + k] * (1 + 1e3 * double(i == 2)) *
-                 (1 + 1e3 * double(j == 2));
-        A(int(i), int(j)) = sum;
-        if (j <= i) factors.at(i, j) = sum;
-      }
-    Vec bound;
-    for (int i = 0; i < size; ++i) bound.push_back(2 * A(i, i));
-    EXPECT_EQ(factors.factor(bound), rank);
-    const Vec y = random.numbers(int(n));
-    Vec b(n, 0.0), x(n, 0.0), shortest(n, 0.0);
-    for (size_t i = 0; i < n; ++i)
-      for (size_t j = 0; j < n; ++j) b[i] += A(int(i), int(j)) * y[j];
-    const auto pseudo = phs::pseudo_inverse(A);
-    for (size_t i = 0; i < n; ++i)
-      for (size_t j = 0; j < n; ++j) shortest[i] += pseudo.inverse(int(i), int(j)) * b[j];
-    x = b;
-    factors.solve(x);
-    factors.shorten(x);
-    for (size_t i = 0; i < n; ++i) EXPECT_NEAR(x[i], shortest[i], 1e-6) << rank << " " << i;
-  }
 }
 
 /// A gear that ran for a thousand turns closes to the rounding of its wrapped angles.

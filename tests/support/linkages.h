@@ -61,6 +61,25 @@ inline Linkage four_bar(const std::string& type = "revolute", double gravity = -
   return l;
 }
 
+/// N crank-rockers on the ground, each for itself.
+inline Linkage four_bars(int N) {
+  mechanics::MechanismBuilder b("four_bars");
+  Linkage l;
+  for (int i = 0; i < N; ++i) {
+    const auto name = [&](const char* what) { return what + std::to_string(i); };
+    b.add(rod(name("crank"), "world", 0, 0, 0.5, 1));
+    b.add(rod(name("coupler"), name("crank"), 0.5, 0, 1.5, 2));
+    b.add(rod(name("rocker"), "world", 1.5, 0, 1.25, 1.5));
+    for (const double q : {1., -0.5, 2.}) l.q.push_back(q);
+    for (const double v : {3., 0., 0.}) l.v.push_back(v);
+    l.spec.loops.push_back(
+        {name("pin"), "revolute", at(name("coupler"), 1.5, 0), at(name("rocker"), 1.25, 0)});
+  }
+  b.gravity({0, -9.8125, 0});
+  l.mechanism = std::make_shared<mechanics::Mechanism>(b.build());
+  return l;
+}
+
 /// A free-floating base with two arms that hold each other: a loop with a ball joint, two
 /// quaternions, 8 freedoms of 11. No position of it lies in a line (1 + 1.5 m against 1 + 1.25 m).
 inline Linkage holding_arms() {
