@@ -169,7 +169,7 @@ class Collocation final : public BasicIntegrator<T> {
   Sweep sweep_once(const State& state, double& distance) {
     improve();
     const bool newton = solver_.newton() != nullptr;
-    const auto moves = step_.sweep(state.x, state.lo, 1);
+    const auto moves = step_.sweep(state.x, Step::low_words(state.lo), 1);
     distance = moves.distance;
     Sweep p = moves.in_lane(0);
     if (newton) {
@@ -217,7 +217,7 @@ class Collocation final : public BasicIntegrator<T> {
           noise = std::max(noise, std::fabs(move) * step_.per_size(k));
         }
     }
-    step_.renew(state.x, state.lo);
+    step_.renew(state.x, Step::low_words(state.lo));
     return noise;
   }
 

@@ -94,13 +94,18 @@ class CollocationStages {
     for (int c = 0; c < chunks(); ++c)
       for (size_t k = 0; k < n_; ++k) {
         Lanes first = Lanes(x[k]) + Lanes(lo[k]);
-        if (predicted) first = choose(with, value(x[k], lo[k], c, k, nu_, L_before), first);
+        if (predicted) first = choose(with, value(x[k], Lanes(lo[k]), c, k, nu_, L_before), first);
         Y[c][k] = choose(all, first, Y[c][k]);
       }
+    measure_anew(x, lanes);
+  }
+  /// Sizes are measured in the next sweep of these lanes, for a new step.
+  void measure_anew(std::span<const T> x, LaneSet lanes) {
+    const auto all = mask_of<T>(lanes);
     for (Sizes& move : smallest_) move = choose(all, Sizes(HUGE_VAL), move);
     unsized_ |= lanes;
     Size<T> largest(0.0);
-    for (size_t k = 0; k < n_; ++k) largest = phs::max(largest, magnitude(x[k]));
+    for (size_t k = 0; k < n_; ++k) largest = phs::max(largest, size_of(x[k], k));
     least_ = phs::max(Size<T>(1e-4) * largest, Size<T>(1e-300));
   }
   /// Predicts L from the last step, for Newton.
@@ -110,10 +115,27 @@ class CollocationStages {
         L[c][k] = predicted ? combination(Lanes(T(0.0)), c, k, slope_, L_before) : Lanes(T(0.0));
   }
 
-  /// Computes all of Y from L.
-  void renew(std::span<const T> x, std::span<const T> lo) {
+  /// Computes all of Y from L. first(c, k): what a chunk adds to component k beside x and L.
+  template <class First>
+  void renew(std::span<const T> x, const First& first) {
     for (int c = 0; c < chunks(); ++c)
-      for (size_t k = 0; k < n_; ++k) Y[c][k] = value(x[k], lo[k], c, k, mu_of(k), L);
+      for (size_t k = 0; k < n_; ++k) Y[c][k] = value(x[k], first(c, k), c, k, mu_of(k), L);
+  }
+  /// That of a step without other forces: the low words.
+  static auto low_words(std::span<const T> lo) {
+    return [lo](int, size_t k) { return Lanes(lo[k]); };
+  }
+  /// Of a step with constraints: momenta do not count in its moves, and angles count as 1 rad at
+  /// least. Of a mechanism at rest momenta are noise, which never gets small against itself; rows
+  /// see angles through their sines.
+  void count_positions(const phs::Description& d) {
+    counts_.assign(n_, 1);
+    at_least_.assign(n_, 0);
+    for (const auto& b : d.blocks)
+      for (size_t k = 0; k < size_t(b.size); ++k) {
+        if (b.kind != phs::BlockKind::linear) at_least_[size_t(b.at) + k] = 1;
+        if (b.momentum >= 0) counts_[size_t(b.momentum) + k] = 0;
+      }
   }
 
   /// The moves of one sweep.
@@ -136,8 +158,9 @@ class CollocationStages {
   };
   /// Updates Y from L in some lanes, after guess(). The sizes of components, the scale of moves,
   /// are measured in the first sweep, and again as long as some move is not small against them.
-  /// Without a measurement the distance is 0.
-  Moves sweep(std::span<const T> x, std::span<const T> lo, LaneSet lanes) {
+  /// Without a measurement the distance is 0. first: as of renew().
+  template <class First>
+  Moves sweep(std::span<const T> x, const First& first, LaneSet lanes) {
     const auto now = mask_of_some<T>(lanes);
     const LaneSet unsized = lanes & unsized_;
     unsized_ &= ~lanes;
@@ -150,12 +173,13 @@ class CollocationStages {
         moves[i] = Sizes(0.0);
         if (k >= n_) return;
         for (int c = 0; c < chunks(); ++c) {
-          const Lanes to = value(x[k], lo[k], c, k, weights, L);
+          const Lanes to = value(x[k], first(c, k), c, k, weights, L);
           const Sizes by = magnitudes(to - Y[c][k]);
           moves[i] = c == 0 ? by : max(moves[i], by);
           total += by;
           Y[c][k] = choose(now, to, Y[c][k]);
         }
+        if (!counts(k)) moves[i] = Sizes(0.0);
       };
       if (b * block < momenta_ && momenta_ < b * block + block) {
         for (size_t i = 0; i < block; ++i) update(i, mu_of(b * block + i));
@@ -233,9 +257,9 @@ class CollocationStages {
     Sizes here(0.0);
     for (size_t i = 0; i < block && b * block + i < n_; ++i) {
       const size_t k = b * block + i;
-      for (int c = 0; c < chunks(); ++c)
+      for (int c = 0; counts(k) && c < chunks(); ++c)
         aways[i] = max(aways[i], magnitudes(Y[c][k] - Lanes(x[k])));
-      put_size(here, int(i), x[k]);
+      put_size(here, int(i), size_of(x[k], k));
     }
     const Sizes away = over_stages(aways);
     const Sizes own = phs::max(phs::max(here, away), Sizes(1e-300)), one(1.0);
@@ -271,11 +295,18 @@ class CollocationStages {
     else
       return largest_of(x);
   }
-  static void put_size(Sizes& sizes, int i, const T& x) {
+  static void put_size(Sizes& sizes, int i, const Size<T>& x) {
     if constexpr (per_lane)
-      sizes = magnitude(x);
+      sizes = x;
     else
-      sizes.set(i, magnitude(x));
+      sizes.set(i, x);
+  }
+  /// Whether the moves of component k count.
+  bool counts(size_t k) const { return counts_.empty() || counts_[k]; }
+  /// The size of a value of component k.
+  Size<T> size_of(const T& x, size_t k) const {
+    const Size<T> own = magnitude(x);
+    return at_least_.empty() ? own : phs::max(own, Size<T>(at_least_[k]));
   }
   static Size<T> sum_over_stages(const Sizes& x) {
     if constexpr (per_lane)
@@ -287,9 +318,9 @@ class CollocationStages {
     }
   }
   const std::array<Weights, W>& mu_of(size_t k) const { return k < momenta_ ? mu : mu_p_; }
-  Lanes value(const T& x, const T& lo, int c, size_t k, const std::array<Weights, W>& weights,
-              const Stages& a) const {
-    return Lanes(x) + combination(Lanes(lo), c, k, weights, a);
+  Lanes value(const T& x, const Lanes& first, int c, size_t k,
+              const std::array<Weights, W>& weights, const Stages& a) const {
+    return Lanes(x) + combination(first, c, k, weights, a);
   }
   /// first + Σ weights_j a_j
   Lanes combination(Lanes first, int c, size_t k, const std::array<Weights, W>& weights,
@@ -310,6 +341,8 @@ class CollocationStages {
   Real h_of_extrapolation_ = 0;
   /// By blocks of components: moves in this step, 1 / size, 1 / size without a least one.
   std::vector<Sizes> smallest_, per_size_, per_own_;
+  std::vector<char> counts_;      ///< by component, whether its moves count; empty: all do
+  std::vector<double> at_least_;  ///< and the least that it counts for; empty: nothing
   LaneSet unsized_ = 0;  ///< lanes whose next sweep measures sizes
   Size<T> least_ = 0.0;  ///< size that a component counts for at least
 };

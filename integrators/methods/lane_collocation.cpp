@@ -89,7 +89,7 @@ class LaneCollocation {
   };
 
   void sweep(LaneSet sweeping, const StepStart<Pack>& at, Ended& e) {
-    const auto moves = step_.sweep(at.x, at.lo, sweeping);
+    const auto moves = step_.sweep(at.x, step_.low_words(at.lo), sweeping);
     LaneSet again = 0;
     for_each_lane(sweeping, [&](int i) {
       using Next = Iterating::Next;

@@ -124,7 +124,7 @@ class ProjectedGauss final : public BasicIntegrator<T> {
     std::fill(lambda_.begin(), lambda_.end(), Lanes(T(0.0)));
     end_.restart();
     for (int sweep = 0; sweep <= options_.max_sweeps; ++sweep) {
-      step_.renew(start_, start_lo_);
+      step_.renew(start_, Step::low_words(start_lo_));
       measure_sizes();
       evaluate();
       if (m_ > 0) correct_impulses();

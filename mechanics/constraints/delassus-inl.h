@@ -136,15 +136,16 @@ class Delassus {
   bool uses(int row) const { return factors_.uses(place_[size_t(row)]); }
   bool unique(int row) const { return factors_.unique(place_[size_t(row)]); }
   double smallest_pivot() const { return factors_.smallest_pivot(); }
-  void solve(std::span<T> r) const { solve_some<1>(r.data()); }
-  /// @param r  columns × m row-major: a right-hand side per row
-  void solve_all(std::span<T> r, int columns) const {
-    T* at = r.data();
+  void solve(std::span<T> r) const { solve_some<1>(r.data(), 1); }
+  /// @param r  m × n row-major: a right-hand side per column
+  void solve_all(std::span<T> r, int n) const {
+    int column = 0;
+    const size_t width = size_t(n);
     if constexpr (!phs::is_pack<T>) {
-      for (; columns >= 8; columns -= 8) at = solve_some<8>(at);
-      for (; columns >= 4; columns -= 4) at = solve_some<4>(at);
+      for (; column + 8 <= n; column += 8) solve_some<8>(r.data() + column, width);
+      for (; column + 4 <= n; column += 4) solve_some<4>(r.data() + column, width);
     }
-    for (; columns > 0; --columns) at = solve_some<1>(at);
+    for (; column < n; ++column) solve_some<1>(r.data() + column, width);
   }
   void shorten(std::span<T> r) const {
     for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i];
@@ -211,14 +212,13 @@ class Delassus {
 
   /// Solves for successive right-hand sides. @return the next one
   template <int columns>
-  T* solve_some(T* r) const {
+  void solve_some(T* r, size_t width) const {
     const size_t m = place_.size();
-    for (size_t c = 0; c < columns; ++c)
-      for (size_t i = 0; i < m; ++i) x_[size_t(place_[i]) * columns + c] = r[c * m + i];
+    for (size_t i = 0; i < m; ++i)
+      for (size_t c = 0; c < columns; ++c) x_[size_t(place_[i]) * columns + c] = r[i * width + c];
     factors_.template solve<columns>(std::span<T>(x_).first(m * columns));
-    for (size_t c = 0; c < columns; ++c)
-      for (size_t i = 0; i < m; ++i) r[c * m + i] = x_[size_t(place_[i]) * columns + c];
-    return r + columns * m;
+    for (size_t i = 0; i < m; ++i)
+      for (size_t c = 0; c < columns; ++c) r[i * width + c] = x_[size_t(place_[i]) * columns + c];
   }
 
   void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {

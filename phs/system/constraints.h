@@ -59,6 +59,9 @@ class Constraints {
   virtual bool uses(int row) const = 0;
   /// r ← a solution λ of D λ = r, with λ = 0 for rows not in use. Size m.
   virtual void solve(Out r) const = 0;
+  /// solve() for several right-hand sides, with the bits that each has alone. @param r  m × n
+  ///   row-major: one right-hand side per column
+  virtual void solve_all(Out r, int n) const = 0;
   /// Replaces the solution of D λ = r that solve() gave by the shortest one. Size m.
   virtual void shorten(Out lambda) const = 0;
   /// Whether D λ = r has only one value for this row.
@@ -69,12 +72,6 @@ class Constraints {
 
   /// As System::set_turn_angles.
   virtual void set_turn_angles(In) {}
-  /// solve() for several right-hand sides, with the bits that each has alone. @param r  n × m
-  ///   row-major: one right-hand side per row
-  virtual void solve_all(Out r, int n) const {
-    const std::size_t m = std::size_t(count());
-    for (std::size_t i = 0; i < std::size_t(n); ++i) solve(r.subspan(i * m, m));
-  }
 };
 
 /// @throws InvalidArgument if the system has constraints: "<what> takes no constraints, and ..."

@@ -73,8 +73,8 @@ class NetworkConstraints final : public Constraints<T> {
     for (const auto& p : parts_) p.rows->solve(r.subspan(p.at, p.size));
   }
   void solve_all(Out r, int n) const override {
-    if (parts_.size() == 1) return parts_[0].rows->solve_all(r, n);
-    Constraints<T>::solve_all(r, n);
+    for (const auto& p : parts_)
+      p.rows->solve_all(r.subspan(p.at * size_t(n), p.size * size_t(n)), n);
   }
   void shorten(Out lambda) const override {
     for (const auto& p : parts_) p.rows->shorten(lambda.subspan(p.at, p.size));
