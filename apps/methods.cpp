@@ -15,7 +15,8 @@ const char* mark(Claim c) { return c == Claim::holds ? "yes" : c == Claim::fails
 
 std::string order_text(const Declaration& d) { return d.order ? std::to_string(d.order) : "-"; }
 
-std::string needs_text(const integrators::Needs& n) {
+std::string needs_text(const Declaration& d) {
+  const integrators::Needs& n = d.needs;
   std::string text;
   const auto add = [&](bool asked, const char* what) {
     if (asked) add_to_list(text, std::string(what));
@@ -25,6 +26,7 @@ std::string needs_text(const integrators::Needs& n) {
   add(n.separable, "separable");
   add(n.linear_state, "no quaternions");
   add(n.flows, "partial flows or separable");
+  add(d.rival && d.constraints, "constraints");
   return text;
 }
 
@@ -70,10 +72,10 @@ std::string methods_markdown() {
           "| source |\n|---|---|---|---|---|---|---|---|---|---|\n",
           family);
     }
-    text += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", d.name, d.title,
-                        order_text(d), mark(d.symmetric), mark(d.symplectic), mark(d.energy_exact),
-                        mark(d.passivity_exact), mark(d.quadratic_invariants), needs_text(d.needs),
-                        d.source);
+    text +=
+        fmt::format("| `{}` | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", d.name, d.title,
+                    order_text(d), mark(d.symmetric), mark(d.symplectic), mark(d.energy_exact),
+                    mark(d.passivity_exact), mark(d.quadratic_invariants), needs_text(d), d.source);
   }
   return text;
 }

@@ -150,7 +150,8 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
       : d.needs.linear_state && !rotation.empty() ? "a system without quaternion blocks"
       : d.needs.flows && system.flows.empty() && !(traits.canonical && traits.separable)
           ? "a system that offers partial flows or has a separable Hamiltonian"
-          : nullptr;
+      : d.rival && d.constraints && system.constraints.empty() ? "a system with constraints"
+                                                               : nullptr;
   if (!lacks) return std::nullopt;
   const std::string sentence =
       "method '" + d.name + "' needs " + lacks + ", '" + system.name + "' ";

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "integrators/catalogue.h"
+#include "integrators/rivals/index_one.h"
 #include "integrators/rivals/rival.h"
 
 namespace porthos::adapters {
@@ -20,7 +21,7 @@ void keep_gsl_from_aborting() {
 }
 
 /// A stepper of gsl_odeiv2 under its standard control.
-class Gsl final : public Rival {
+class Gsl : public Rival {
  public:
   Gsl(const Declaration& d, const phs::Model& model, double h, const Options& o,
       const gsl_odeiv2_step_type* type)
@@ -76,14 +77,19 @@ class Gsl final : public Rival {
 };
 
 Entries gsl_entries() {
-  const auto rival = [](const char* name, const char* title, const gsl_odeiv2_step_type* type) {
-    return rival_entry<Gsl>(name, title, "GNU Scientific Library 2.7, odeiv2 (GPL-3)", type);
+  const char* gsl = "GNU Scientific Library 2.7, odeiv2 (GPL-3)";
+  const auto rival = [=](const char* name, const char* title, const gsl_odeiv2_step_type* type) {
+    return rival_entry<Gsl>(name, title, gsl, type);
   };
   return {
       rival("gsl_rk8pd", "GSL, explicit Runge-Kutta-Prince-Dormand (8,9)", gsl_odeiv2_step_rk8pd),
       rival("gsl_msadams", "GSL, variable-coefficient Adams", gsl_odeiv2_step_msadams),
       rival("gsl_bsimp", "GSL, implicit Bulirsch-Stoer of Bader and Deuflhard",
-            gsl_odeiv2_step_bsimp)};
+            gsl_odeiv2_step_bsimp),
+      constrained_rival_entry<OnIndexOne<Gsl>>(
+          true, "index1_gsl_rk8pd",
+          "GSL, explicit Runge-Kutta-Prince-Dormand (8,9), multipliers eliminated", gsl,
+          gsl_odeiv2_step_rk8pd)};
 }
 
 }  // namespace

@@ -55,8 +55,9 @@ struct Declaration {
   Claim passivity_exact =
       Claim::fails;  ///< the discrete power balance closes to rounding for any H
   Claim quadratic_invariants = Claim::fails;  ///< linear and quadratic ones conserved to rounding
-  /// Keeps a system's constraints. If not, the method refuses constrained systems; if so, it takes
-  /// systems without constraints too.
+  /// Keeps a system's constraints, positions and rates, to rounding. If not, the method refuses
+  /// constrained systems; if so, it takes systems without constraints too. Of a rival: it takes
+  /// constrained systems alone, and may leave the manifold.
   bool constraints = false;
   bool rolling = false;   ///< and rows that restrict rates alone
   bool resumable = true;  ///< a run can be continued bit for bit from a checkpoint

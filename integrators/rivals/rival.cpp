@@ -48,7 +48,7 @@ void Rival::tell_turns(const phs::State& s) {
 Outcome Rival::advance(double t, double h, phs::State& s) {
   for (size_t i = 0; i < n_; ++i) y_[i] = s.x[i] + s.lo[i];
   if (!all_finite(y_)) return Outcome::not_finite;
-  const bool goes_on = continues(t, h, s) && !jumps_at(options_.instants, t);
+  const bool continued = continues(t, h, s) && !jumps_at(options_.instants, t) && goes_on();
   from_ = t + hair(t, h);
   to_ = t + h - hair(t, h);
   if (h < 0) std::swap(from_, to_);
@@ -57,7 +57,7 @@ Outcome Rival::advance(double t, double h, phs::State& s) {
   last_finite_ = true;
   remark_.clear();
 
-  bool ok = goes_on || start(t, h);
+  bool ok = continued || start(t, h);
   ok = ok && go_to(t + h);
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   if (!ok) return hopeless() || !last_finite_ ? Outcome::not_finite : Outcome::failed;
@@ -77,20 +77,6 @@ bool Rival::continues(double t, double h, const phs::State& s) const {
   const double rounding = 1e-15 * (std::fabs(t) + std::fabs(h) + std::fabs(s.origin));
   return running_ && (h < 0) == backwards_ && std::fabs(t - left_at_) <= rounding &&
          s.x == left_.x && s.lo == left_.lo && s.turns == left_.turns;
-}
-
-template <class Evaluate>
-bool Rival::guarded(Evaluate evaluate, const double* result, size_t size) noexcept {
-  if (hopeless()) return false;
-  try {
-    evaluate();
-  } catch (...) {
-    error_ = std::current_exception();
-    return false;
-  }
-  last_finite_ = all_finite({result, size});
-  not_finite_ += !last_finite_;
-  return last_finite_;
 }
 
 bool Rival::field(double t, const double* y, double* dy) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <exception>
 
 #include "integrators/core/entry.h"
@@ -30,6 +31,8 @@ class Rival : public Integrator {
 
   /// Restarts from y_ at time t, towards t + h. False: the library refused.
   virtual bool start(double t, double h) = 0;
+  /// Whether the library's history can be continued from y_. Asked only if y_ is where it left.
+  virtual bool goes_on() { return true; }
   /// Integrates to exactly `end` and leaves the state in y_. False: the library gave up.
   virtual bool go_to(double end) = 0;
 
@@ -50,6 +53,23 @@ class Rival : public Integrator {
   /// dfdt = ∂f/∂t; for an autonomous system zero, without an evaluation. False as in field().
   bool time_derivative(double t, const double* y, double* dfdt) noexcept;
 
+  /// Calls evaluate(), which fills `result`: for callbacks from C. False as in field().
+  template <class Evaluate>
+  bool guarded(Evaluate evaluate, const double* result, size_t size) noexcept {
+    if (hopeless()) return false;
+    try {
+      evaluate();
+    } catch (...) {
+      error_ = std::current_exception();
+      return false;
+    }
+    last_finite_ = std::all_of(result, result + size, [](double v) { return std::isfinite(v); });
+    not_finite_ += !last_finite_;
+    return last_finite_;
+  }
+  /// Moves a time of an evaluation into the step: see inside.h.
+  double inside(double t) const { return std::clamp(t, from_, to_); }
+
   std::vector<double> y_;
   std::string remark_;
 
@@ -57,16 +77,12 @@ class Rival : public Integrator {
   static constexpr int most_not_finite = 100;  ///< in one step
 
   bool continues(double t, double h, const phs::State& s) const;
-  template <class Evaluate>
-  bool guarded(Evaluate evaluate, const double* result, size_t size) noexcept;
   void dual_field(phs::Dual t);
 
   bool running_ = false;  ///< the library's history ends in left_
   phs::State left_;
   double left_at_ = 0;  ///< time of left_ on the library's clock
   bool backwards_ = false;
-  /// Moves a time of an evaluation into the step: see inside.h.
-  double inside(double t) const { return std::clamp(t, from_, to_); }
   double from_ = 0, to_ = 0;  ///< ends of the step, moved inside by a hair
   int not_finite_ = 0;        ///< evaluations of this step that were infinite or NaN
   bool last_finite_ = true;   ///< the last evaluation of this step was finite
@@ -91,6 +107,17 @@ Entry rival_entry(std::string name, std::string title, std::string source, Extra
                       [=](const Declaration& d, const phs::Model& m, double h, const Options& o) {
                         return std::make_unique<Method>(d, m, h, o, extra...);
                       });
+}
+
+/// The same for constrained systems, and only for them. It may leave the manifold.
+/// @param rolling  whether it takes rows that restrict rates alone
+template <class Method, class... Extra>
+Entry constrained_rival_entry(bool rolling, std::string name, std::string title, std::string source,
+                              Extra... extra) {
+  Entry e = rival_entry<Method>(std::move(name), std::move(title), std::move(source), extra...);
+  e.declaration.constraints = true;
+  e.declaration.rolling = rolling;
+  return e;
 }
 
 }  // namespace porthos::integrators

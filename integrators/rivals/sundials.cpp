@@ -7,12 +7,13 @@
 
 #include <cstdlib>
 
+#include "integrators/rivals/index_one.h"
 #include "integrators/rivals/sundials-inl.h"
 
 namespace porthos::integrators {
 namespace {
 
-class Cvode final : public Sundials {
+class Cvode : public Sundials {
  public:
   Cvode(const Declaration& d, const phs::Model& model, double h, const Options& o, int lmm)
       : Sundials(d, model, h, o), solver_(CVodeCreate(lmm, context())) {
@@ -146,8 +147,7 @@ class Arkode final : public Sundials {
   OwnedSolver<ARKStepFree> solver_;
 };
 
-/// F(t, y, y') = y' - f(t, y): the form that constrained systems need, tested here on unconstrained
-/// ones.
+/// F(t, y, y') = y' - f(t, y). With constraints: sundials_ggl.cpp.
 class Ida final : public Sundials {
  public:
   Ida(const Declaration& d, const phs::Model& model, double h, const Options& o)
@@ -227,7 +227,15 @@ Entries sundials_entries() {
           "arkode_dirk5",
           "SUNDIALS ARKODE, diagonally implicit Runge-Kutta, Kennedy-Carpenter 5(4)", arkode,
           implicit_pair, 5),
-      rival_entry<Ida>("ida", "SUNDIALS IDA, BDF on the residual y' - f(t, y)", sundials)};
+      rival_entry<Ida>("ida", "SUNDIALS IDA, BDF on the residual y' - f(t, y)", sundials),
+      ida_ggl_entry(),
+      constrained_rival_entry<OnIndexOne<Cvode>>(
+          true, "index1_cvode_adams", "SUNDIALS CVODE, Adams-Moulton, multipliers eliminated",
+          sundials, CV_ADAMS),
+      constrained_rival_entry<OnIndexOne<Cvode, true>>(
+          true, "baumgarte_cvode_adams",
+          "SUNDIALS CVODE, Adams-Moulton, multipliers eliminated, Baumgarte's stabilisation",
+          "Baumgarte 1972, Comput. Methods Appl. Mech. Eng. 1:1", CV_ADAMS)};
 }
 
 }  // namespace porthos::integrators

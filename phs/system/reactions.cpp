@@ -49,25 +49,37 @@ void Reactions::hold(std::span<const double> values) {
 std::span<const double> Reactions::at(double t, std::span<const double> x,
                                       std::span<const std::int64_t> turns) {
   require_size("x", x.size(), field_.size());
-  for (size_t i = 0; i < angles_.size(); ++i) {
+  for (size_t i = 0; i < angles_.size(); ++i)
     angles_[i] = i < turns.size() ? double(turns[i]) * two_pi_hi : 0;
-    dual_angles_[i] = Dual(angles_[i]);
-  }
   if (!angles_.empty()) {
     system_->set_turn_angles(angles_);
-    rows_->set_turn_angles(angles_);
-    moving_->set_turn_angles(dual_angles_);
-    moving_rows_->set_turn_angles(dual_angles_);
+    set_turn_angles(angles_);
   }
   system_->field(t, x, {}, field_);
-  for (size_t i = 0; i < x_.size(); ++i) x_[i] = {x[i], field_[i]};
+  return along(t, x, field_);
+}
+
+void Reactions::set_turn_angles(std::span<const double> angles) {
+  for (size_t i = 0; i < dual_angles_.size(); ++i) dual_angles_[i] = Dual(angles[i]);
+  rows_->set_turn_angles(angles);
+  moving_->set_turn_angles(dual_angles_);
+  moving_rows_->set_turn_angles(dual_angles_);
+}
+
+std::span<const double> Reactions::along(double t, std::span<const double> x,
+                                         std::span<const double> rate, double stabilisation) {
+  for (size_t i = 0; i < x_.size(); ++i) x_[i] = {x[i], rate[i]};
   moving_rows_->set_time({t, 1});
   moving_rows_->place(x_, rate_);
   moving_->gradient(x_, e_);
   moving_rows_->rates(e_, rate_);
   moving_rows_->add_drift(rate_);
-  for (size_t r = 0; r < lambda_.size(); ++r) lambda_[r] = rate_[r].d;
+  rows_->set_time(t);
   rows_->place(x, g_);
+  for (size_t r = 0; r < lambda_.size(); ++r) {
+    lambda_[r] = rate_[r].d;
+    if (stabilisation != 0) lambda_[r] += stabilisation * (2 * rate_[r].v + stabilisation * g_[r]);
+  }
   rows_->factor(x);
   rows_->solve(lambda_);
   return lambda_;

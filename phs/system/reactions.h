@@ -24,6 +24,14 @@ class Reactions {
   /// until the next call
   std::span<const double> at(double t, std::span<const double> x,
                              std::span<const std::int64_t> turns = {});
+  /// The same at the state's turn angles of set_turn_angles(), where the field without constraint
+  /// forces is given. @param rate  system().field(t, x), size nx
+  /// @param stabilisation  a [1/s]: g'' + 2a g' + a² g = 0 instead of g'' = 0 (Baumgarte 1972);
+  ///   off the manifold the multipliers then do work
+  std::span<const double> along(double t, std::span<const double> x, std::span<const double> rate,
+                                double stabilisation = 0);
+  /// As System::set_turn_angles, for along().
+  void set_turn_angles(std::span<const double> angles);
   /// B λ of the last multipliers: the constrained motion is x' = field - Bλ. Written, size nx.
   void forces(std::span<double> Bl) { rows_->forces(lambda_, Bl); }
   /// What the multipliers exert, see ConstraintBlock::reactions; the shortest ones where they are

@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "integrators/core/integrator.h"
-#include "tests/support/eliminated.h"
+#include "integrators/rivals/index_one.h"
 #include "tests/support/linkages.h"
+#include "tests/support/robots.h"
 
 namespace porthos::integrators::index_one_test {
 namespace {
@@ -48,7 +49,7 @@ TEST(IndexOne, LeavesTheManifoldThatSparkKeeps) {
   auto l = test::four_bar();
   const Vec x = l.start();
   const auto model = l.model();
-  const test::EliminatedModel eliminated(model);
+  const IndexOneModel eliminated(model);
   const Off kept = run("spark16", model, model, x, 2048);
   const Off early = run("gauss16", eliminated, model, x, 256),
             late = run("gauss16", eliminated, model, x, 2048);

@@ -90,5 +90,26 @@ TEST(Squeezer, TheComparisonSeesAMicrometre) {
   EXPECT_GT(differences(coarse).angle, 1e-9);
 }
 
+/// Control of the reference and of the rivals: other formulations come to it as their tolerance
+/// falls.
+TEST(Squeezer, RivalsComeToTheReferenceAsTheirToleranceFalls) {
+  for (const std::string name : {"ida_ggl", "index1_cvode_adams", "baumgarte_cvode_adams"}) {
+    if (std::none_of(integrators::catalogue().begin(), integrators::catalogue().end(),
+                     [&](const auto& d) { return d.name == name; }))
+      GTEST_SKIP() << "without SUNDIALS";
+    const auto angle = [&](double rtol) {
+      auto s = squeezer();
+      s.method = name;
+      s.rtol = rtol;
+      return differences(s).angle;
+    };
+    const double loose = angle(1e-5), tight = angle(1e-11);
+    std::printf("  %-22s rtol 1e-5: angles off by %.1e, 1e-11: %.1e   bound 2e-7\n", name.c_str(),
+                loose, tight);
+    EXPECT_LT(tight, 2e-7) << name;  // measured 2.9e-8, 6.1e-8, 4.1e-9
+    EXPECT_GT(loose, 100 * tight) << name;
+  }
+}
+
 }  // namespace
 }  // namespace porthos::test::squeezer_test
