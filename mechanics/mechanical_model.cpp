@@ -1,10 +1,12 @@
 #include "mechanics/mechanical_model.h"
 
+#include "mechanics/derivatives/linearised_mechanism.h"
 #include "mechanics/detail/mechanical_description.h"
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/momentum.h"
 #include "mechanics/passes-inl.h"
 #include "mechanics/resolvent.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -12,7 +14,7 @@ namespace {
 using phs::BlockKind;
 
 template <class T>
-class MechanicalSystem : public phs::System<T> {
+class MechanicalSystem : public phs::System<T>, public phs::Differentiable<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
 
@@ -174,6 +176,12 @@ class MechanicalSystem : public phs::System<T> {
   std::unique_ptr<phs::Resolvent> resolvent() override {
     if constexpr (std::is_same_v<T, double>) return make_resolvent(m_, w_.turn_angle);
     return nullptr;
+  }
+  std::unique_ptr<phs::Linearised<T>> linearised() override {
+    if constexpr (phs::has_gradient_by_duals<T>)
+      return linearise<T>(m_);
+    else
+      return nullptr;
   }
 
  private:

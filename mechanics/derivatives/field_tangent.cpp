@@ -127,7 +127,8 @@ FieldTangent<T>::FieldTangent(const Mechanism& m)
       rho_(moment_.size()),
       dV_(carried_.size()),
       turn_(moment_.size()),
-      dgamma_(moment_.size()) {}
+      dgamma_(moment_.size()),
+      sinking_(moment_.size()) {}
 
 template <class T>
 void FieldTangent<T>::set_turn_angles(In angles) {
@@ -266,6 +267,54 @@ void FieldTangent<T>::transpose_times(In lq, In lp, Out out_q, Out out_p) {
   for (size_t i = 0; i < minus_.size(); ++i) minus_[i] = -lp[i];
   times(minus_, lq, out_p, out_q);
   for (T& x : out_q) x = -x;
+}
+
+template <class T>
+size_t FieldTangent<T>::inertial_count(const Mechanism& m) {
+  size_t count = m.joint_properties().size();
+  for (const BodyFrame& body : m.bodies()) count += body.node < 0 ? 0 : 10;
+  return count;
+}
+
+/// At fixed momenta ∂H/∂θ = -∂T/∂θ at fixed rates + ∂V/∂θ, so nothing of M⁻¹ is differentiated. T
+/// is bilinear in the twist of each body, and V = -(m g·r + g·mc).
+template <class T>
+void FieldTangent<T>::add_inertial_gradient(const T& weight, Out gradient) {
+  const auto& nodes = m_.nodes();
+  for (size_t i = 0; i < sinking_.size(); ++i) {
+    sinking_[i] = dot(w_.a[i].v, zeta_[i].v);
+    if (nodes[i].parent < 0) continue;
+    const size_t parent = size_t(nodes[i].parent);
+    sinking_[i] = sinking_[i] + sinking_[parent] + dot(dgamma_[parent], w_.X[i].r);
+  }
+  T* g = gradient.data();
+  const auto add = [&](const T& x) {
+    *g = *g - weight * x;
+    ++g;
+  };
+  for (const BodyFrame& body : m_.bodies()) {
+    if (body.node < 0) continue;
+    const size_t i = size_t(body.node);
+    const Transform<T> pose = converted<T>(body.pose);
+    const Motion<T> V = pose.to_child(w_.V[i]), dV = pose.to_child(dV_[i]);
+    T mass = dot(V.v, dV.v);
+    Vec3<T> moment = cross(dV.v, V.w) + cross(V.v, dV.w);
+    if (!sinking_.empty()) {
+      mass = mass + sinking_[i] + dot(dgamma_[i], pose.r);
+      moment = moment + pose.R.tmul(dgamma_[i]);
+    }
+    add(mass);
+    for (int k = 0; k < 3; ++k) add(moment[k]);
+    const Vec3<T>&w = V.w, &dw = dV.w;
+    add(w.x * dw.x);
+    add(fma(w.x, dw.y, w.y * dw.x));
+    add(fma(w.x, dw.z, w.z * dw.x));
+    add(w.y * dw.y);
+    add(fma(w.y, dw.z, w.z * dw.y));
+    add(w.z * dw.z);
+  }
+  for (const JointProperties& j : m_.joint_properties())
+    add(w_.rate[size_t(j.v)] * w_.mu[size_t(j.v)]);
 }
 
 #define PORTHOS_INSTANTIATE(T) template class FieldTangent<T>;

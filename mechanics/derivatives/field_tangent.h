@@ -33,6 +33,14 @@ class FieldTangent {
   /// Dfᵀ (lq, lp): what a covector on the field's values pulls back to.
   void transpose_times(In lq, In lp, Out out_q, Out out_p);
 
+  /// The numbers that add_inertial_gradient() writes: ten of each moving body in the order of
+  /// Mechanism::bodies(), in its own frame: mass [kg], first moment x y z [kg m], inertia about the
+  /// origin xx xy xz yy yz zz [kg m²]; then the rotor inertia of each of joint_properties().
+  static size_t inertial_count(const Mechanism& m);
+  /// gradient += weight · D_w ∂H/∂θ at fixed momenta, along the direction w of the last product.
+  /// After transpose_times() that is weight · ∂(λᵀf)/∂θ, because λᵀf = w·∇H. Size inertial_count().
+  void add_inertial_gradient(const T& weight, Out gradient);
+
  private:
   void up(In dq, In dp);
   void down(In dq, In dp, Out dq_dot, Out dp_dot);
@@ -47,6 +55,7 @@ class FieldTangent {
   std::vector<Force<T>> beta_, rho_;  ///< change of momentum and weight of the subtree, passed up
   std::vector<Motion<T>> dV_;
   std::vector<Vec3<T>> turn_, dgamma_;  ///< change of gravity in body axes
+  std::vector<T> sinking_;              ///< change of gravity · origin
 };
 
 }  // namespace porthos::mechanics

@@ -3,9 +3,11 @@
 #include <cmath>
 
 #include "phs/network/detail/network_constraints.h"
+#include "phs/network/detail/network_linearised.h"
 #include "phs/network/detail/network_plan.h"
 #include "phs/network/detail/network_resolvent.h"
 #include "phs/network/detail/source_values.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::phs {
 namespace {
@@ -13,7 +15,7 @@ namespace {
 using Plan = Network::Plan;
 
 template <class T>
-class NetworkSystem final : public System<T> {
+class NetworkSystem final : public System<T>, public Differentiable<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
   using Terms = std::vector<Plan::Term>;
@@ -150,7 +152,7 @@ class NetworkSystem final : public System<T> {
     if (k == values.size()) return;
     flows(t, x, e, {});
     for (const auto& l : p_.laws) values[k++] = y_[row(l)] * (*l.law)(y_[row(l)]);
-    for (const auto& r : p_.rayleighs) values[k++] = form(r.D, y_);
+    for (const auto& r : p_.rayleighs) values[k++] = quadratic_form(r.D, y_);
     if (!p_.F.empty())
       for (const auto& m : p_.members) {
         T sum(0.0);
@@ -224,6 +226,10 @@ class NetworkSystem final : public System<T> {
     if constexpr (std::is_same_v<T, double>) return make_network_resolvent(p_, systems_, turn_);
     return nullptr;
   }
+  std::unique_ptr<Linearised<T>> linearised() override {
+    if constexpr (has_gradient_by_duals<T>) return make_network_linearised<T>(p_);
+    return nullptr;
+  }
 
  private:
   template <class Span>
@@ -238,9 +244,7 @@ class NetworkSystem final : public System<T> {
   static size_t row(const Element& e) {
     return size_t(e.row);
   }
-  size_t angles() const {
-    return p_.members.empty() ? 0 : size_t(p_.members.back().angle + p_.members.back().angles);
-  }
+  size_t angles() const { return size_t(p_.description.angle_count()); }
   bool any_active() const { return std::ranges::any_of(p_.members, &Plan::Member::active); }
   T unwrapped(size_t k, In x) const {
     return p_.turn_of[k] < 0 ? x[k] : x[k] + turn_[size_t(p_.turn_of[k])];
@@ -280,11 +284,6 @@ class NetworkSystem final : public System<T> {
   }
   static void add(const Terms& A, const std::vector<T>& x, std::vector<T>& y) {
     for (const auto& a : A) y[size_t(a.row)] = y[size_t(a.row)] + T(a.factor) * x[size_t(a.col)];
-  }
-  static T form(const Terms& A, const std::vector<T>& y) {
-    T sum(0.0);
-    for (const auto& a : A) sum = sum + y[size_t(a.row)] * T(a.factor) * y[size_t(a.col)];
-    return sum;
   }
   static Out port(const Plan::Control& c, std::vector<T>& v) {
     return Out(v).subspan(size_t(c.row), size_t(c.size));

@@ -27,7 +27,7 @@ BELOW = {
 # Folders of a room, lowest first: a file includes its own folder and those before it. "." are the files beside the folders.
 FOLDERS = {
     "phs": [".", "scalars", "linear_algebra", "functions", "system", "linear", "network"],
-    "integrators": ["core", "implicit", "tables", "methods", "rivals", ".", "control"],
+    "integrators": ["core", "implicit", "tables", "methods", "derivatives", "rivals", ".", "control"],
     "scene": ["files", "read", "assemble", "run", "plot", "compare", "session", "judge", "ensemble"],
 }
 LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene", "report"]

@@ -93,6 +93,14 @@ struct Network::Plan {
   int nu() const { return members.empty() ? 0 : members.back().u + members.back().nu; }
 };
 
+/// yᵀA y
+template <class T>
+T quadratic_form(const std::vector<Network::Plan::Term>& A, const std::vector<T>& y) {
+  T sum(0.0);
+  for (const auto& a : A) sum = sum + y[size_t(a.row)] * T(a.factor) * y[size_t(a.col)];
+  return sum;
+}
+
 /// Fills kept, casimirs and the invariants of the description.
 void find_invariants(Network::Plan& plan);
 

@@ -1,0 +1,226 @@
+#include "integrators/derivatives/run_gradient.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "integrators/tables/collocation_table.h"
+
+namespace porthos::integrators {
+namespace {
+
+/// Where a run can be taken up again with the same bits.
+struct Checkpoint {
+  phs::State state;
+  std::vector<double> memory;
+};
+
+/// A run backwards. Stages come from the steps themselves, taken again where they were not kept.
+class Backwards {
+ public:
+  Backwards(const std::string& method, const phs::Model& model, double h,
+            const Objective& objective, const GradientOptions& options)
+      : table_(gauss_table<double>(gauss_stages(method))),
+        objective_(objective),
+        options_(options),
+        method_(make_integrator(method, model, h, {.port_work = false})),
+        adjoint_(make_step_variation(model, table_.s, h, StepVariation::Side::adjoint)),
+        n_(size_t(model.description().nx)),
+        weights_(size_t(table_.s)),
+        lambda_(n_),
+        parameters_(adjoint_->parameters().size()),
+        cost_(1),
+        x_(n_),
+        gradient_(n_),
+        running_(objective.running ? weights_.size() * n_ : 0) {
+    table_.weights(h, weights_);
+    for (const auto& b : model.description().blocks)
+      if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
+  }
+
+  RunGradient of(const phs::State& start, std::int64_t steps) {
+    Checkpoint here{start, method_->memory()};
+    plan(steps, here);
+    if (steps == 0) begin(start);
+    const bool ok = steps == 0 || reverse(here, steps, levels_);
+    RunGradient r;
+    r.outcome = ok ? Outcome::ok : outcome_;
+    r.remark = remark_;
+    r.cost = cost_.x[0];
+    r.end = end_;
+    r.start = lambda_.x;
+    r.names = adjoint_->parameters();
+    r.parameters = parameters_.x;
+    r.growth = objective_.end ? std::log10(size_of(lambda_.x) / size_at_end_) : NAN;
+    r.steps_taken = method_->cost().steps;
+    r.adjoint = adjoint_->cost();
+    return r;
+  }
+
+ private:
+  /// Half of the memory holds the steps of a segment, half checkpoints. More levels where a run has
+  /// more segments than checkpoints.
+  void plan(std::int64_t steps, const Checkpoint& c) {
+    const size_t row = (table_.s + 1) * n_, words = 2 * n_ + c.state.turns.size() + c.memory.size(),
+                 half = options_.memory / 2 / sizeof(double);
+    segment_ = std::max<std::int64_t>(1, std::int64_t(half / (row + 1)));
+    const auto checkpoints = double(half / (words + 16));
+    for (levels_ = 0;; ++levels_) {
+      fan_ = std::max<std::int64_t>(2, std::int64_t(checkpoints / std::max(1, levels_)));
+      if (double(segment_) * std::pow(double(fan_), levels_) >= double(steps)) break;
+    }
+    if (levels_ == 0) segment_ = steps;
+    kept_.reserve(size_t(segment_) * row);
+    times_.reserve(size_t(segment_));
+  }
+
+  /// Takes λ back over `steps` steps from a checkpoint.
+  bool reverse(const Checkpoint& from, std::int64_t steps, int level) {
+    if (steps <= segment_) return forwards(from, steps, true) && backwards();
+    std::int64_t part = segment_;
+    for (int i = 1; i < level; ++i) part *= fan_;
+    std::vector<Checkpoint> checkpoints{from};
+    method_->restore(from.memory);
+    state_ = from.state;
+    for (std::int64_t done = part; done < steps; done += part) {
+      if (!steps_forwards(part, false)) return false;
+      checkpoints.push_back({state_, method_->memory()});
+    }
+    std::int64_t left = steps - part * std::int64_t(checkpoints.size() - 1);
+    for (; !checkpoints.empty(); left = part) {
+      if (!reverse(checkpoints.back(), left, level - 1)) return false;
+      checkpoints.pop_back();
+    }
+    return true;
+  }
+
+  bool forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
+    method_->restore(from.memory);
+    state_ = from.state;
+    kept_.clear();
+    times_.clear();
+    turns_.clear();
+    return steps_forwards(steps, keep);
+  }
+  bool steps_forwards(std::int64_t steps, bool keep) {
+    for (std::int64_t i = 0; i < steps; ++i) {
+      if (options_.stop && options_.stop->load(std::memory_order_relaxed))
+        return give_up(Outcome::failed, "the run was stopped");
+      const double t = method_->time(state_);
+      const Outcome o = method_->step(state_);
+      if (o != Outcome::ok)
+        return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
+      if (keep) keep_step(t);
+    }
+    return true;
+  }
+  /// The stages are the values at the nodes of the step's polynomial.
+  void keep_step(double t) {
+    const size_t row = size_t(table_.s + 1) * n_, at = kept_.size();
+    kept_.resize(at + row);
+    const std::span<double> to(kept_.data() + at, row);
+    for (size_t i = 0; i < weights_.size(); ++i)
+      (void)method_->interpolate(state_, table_.c[i], to.subspan(i * n_, n_));
+    for (size_t k = 0; k < n_; ++k) to[weights_.size() * n_ + k] = state_.x[k];
+    if (turns_.empty() || turns_.back().turns != state_.turns)
+      turns_.push_back({times_.size(), state_.turns});
+    times_.push_back(t);
+  }
+
+  bool backwards() {
+    if (!begun_) begin(state_);
+    const size_t s = weights_.size();
+    const double h = method_->step_size();
+    for (size_t i = times_.size(); i-- > 0;) {
+      while (turns_.back().from > i) turns_.pop_back();
+      const auto& turns = turns_.back().turns;
+      const std::span<const double> step(kept_.data() + i * (s + 1) * n_, (s + 1) * n_);
+      if (objective_.sampled) {
+        add_cost(objective_.sampled, times_[i] + h, step.subspan(s * n_), turns, 1);
+        for (size_t k = 0; k < n_; ++k) lambda_.add(k, gradient_[k]);
+      }
+      for (size_t j = 0; j < s && objective_.running; ++j) {
+        add_cost(objective_.running, times_[i] + h * table_.c[j], step.subspan(j * n_, n_), turns,
+                 weights_[j]);
+        std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
+      }
+      adjoint_->at(times_[i], step.first(s * n_), turns);
+      const Outcome o = adjoint_->advance(lambda_, running_);
+      if (o != Outcome::ok)
+        return give_up(o, "the adjoint of the step at t = " + number(times_[i]) +
+                              " s: " + to_string(o) +
+                              (o == Outcome::not_converged ? ", expected a shorter step: its fixed "
+                                                             "point iteration does not contract"
+                                                           : ""));
+      adjoint_->add_gradient(parameters_);
+    }
+    return true;
+  }
+  /// λ at the end of the run.
+  void begin(const phs::State& end) {
+    begun_ = true;
+    end_ = end;
+    if (!objective_.end) return;
+    add_cost(objective_.end, method_->time(end), end.x, end.turns, 1);
+    for (size_t k = 0; k < n_; ++k) lambda_.add(k, gradient_[k]);
+    size_at_end_ = size_of(lambda_.x);
+  }
+  /// Adds weight · a cost to J, and leaves its gradient in gradient_.
+  void add_cost(const Objective::Part& part, double t, std::span<const double> x,
+                const std::vector<std::int64_t>& turns, double weight) {
+    std::copy(x.begin(), x.end(), x_.begin());
+    for (size_t a = 0; a < angle_at_.size(); ++a)
+      x_[angle_at_[a]] += double(turns[a]) * phs::two_pi_hi;
+    std::fill(gradient_.begin(), gradient_.end(), 0.0);
+    cost_.add(0, weight * part(t, x_, gradient_));
+  }
+  bool give_up(Outcome o, const std::string& why) {
+    outcome_ = o;
+    remark_ = why;
+    return false;
+  }
+  static double size_of(const std::vector<double>& v) {
+    double sum = 0;
+    for (const double a : v) sum += a * a;
+    return std::sqrt(sum);
+  }
+
+  struct TurnsFrom {
+    size_t from;  ///< the first step of the segment with them
+    std::vector<std::int64_t> turns;
+  };
+
+  CollocationTable<double> table_;
+  const Objective& objective_;
+  const GradientOptions& options_;
+  std::unique_ptr<Integrator> method_;
+  std::unique_ptr<StepVariation> adjoint_;
+  size_t n_;
+  std::vector<double> weights_;
+  std::vector<size_t> angle_at_;
+
+  std::int64_t segment_ = 0, fan_ = 0;
+  int levels_ = 0;
+  phs::State state_, end_;
+  std::vector<double> kept_, times_;  ///< of a segment: stages and end of each step; its begin
+  std::vector<TurnsFrom> turns_;
+
+  TwoWords lambda_, parameters_, cost_;
+  std::vector<double> x_, gradient_, running_;
+  double size_at_end_ = 0;
+  bool begun_ = false;
+  Outcome outcome_ = Outcome::ok;
+  std::string remark_;
+};
+
+}  // namespace
+
+RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
+                            const phs::State& start, double h, std::int64_t steps,
+                            const Objective& objective, const GradientOptions& options) {
+  if (steps < 0)
+    throw InvalidArgument("steps is " + std::to_string(steps) + ", expected steps >= 0");
+  require_size("x", start.x.size(), size_t(model.description().nx));
+  return Backwards(method, model, h, objective, options).of(start, steps);
+}
+
+}  // namespace porthos::integrators

@@ -1,0 +1,54 @@
+#pragma once
+#include <atomic>
+#include <functional>
+
+#include "integrators/derivatives/step_variation.h"
+
+namespace porthos::integrators {
+
+/// The cost of a run, J = end(t_N, x_N) + Σ_n sampled(t_n, x_n) + Σ h b_i running(t_i, Y_i): the
+/// second over the ends of all steps, the third over their stages, which is the integral by the
+/// quadrature of the method. Any part may be empty. They are called from the last step to the
+/// first.
+struct Objective {
+  /// The value at time t [s] and state x, with its angles unwrapped; writes ∂/∂x. Sizes nx.
+  using Part =
+      std::function<double(double t, std::span<const double> x, std::span<double> gradient)>;
+  Part end, sampled, running;
+};
+
+/// How a gradient is computed.
+struct GradientOptions {
+  /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
+  /// it is taken again in segments, from checkpoints at two levels or more.
+  size_t memory = size_t(64) << 20;
+  const std::atomic<bool>* stop = nullptr;  ///< true: give up; the outcome is then `failed`
+};
+
+/// The gradient of a run's cost.
+struct RunGradient {
+  Outcome outcome = Outcome::ok;   ///< if not ok, the gradients mean nothing
+  std::string remark;              ///< then: where and why
+  double cost = 0;                 ///< J
+  phs::State end;                  ///< the last state
+  std::vector<double> start;       ///< ∂J/∂x_0, size nx
+  std::vector<std::string> names;  ///< of parameters, as phs::Linearised::parameters()
+  std::vector<double> parameters;  ///< ∂J/∂θ with x_0 kept
+  /// log10 |∂J/∂x_0| / |∂end/∂x_N|, NaN without an end cost: over many Lyapunov times it is large,
+  /// and the gradient, though exact, tells nothing of a finite change.
+  double growth = 0;
+  std::int64_t steps_taken = 0;  ///< by the method, repeated ones included
+  Cost adjoint;                  ///< of the adjoint
+};
+
+/// The gradient of a run of `steps` steps h [s] with respect to its start and the parameters of the
+/// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
+/// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
+/// one. The state is unchanged.
+/// @throws InvalidArgument for a method that is not Gauss collocation; a model with constraints or
+///   sampled controllers; as make_integrator()
+RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
+                            const phs::State& start, double h, std::int64_t steps,
+                            const Objective& objective, const GradientOptions& options = {});
+
+}  // namespace porthos::integrators

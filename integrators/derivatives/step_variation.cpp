@@ -1,0 +1,142 @@
+#include "integrators/derivatives/step_variation.h"
+
+#include <algorithm>
+
+#include "integrators/methods/collocation_stages.h"
+#include "phs/system/linearised.h"
+
+namespace porthos::integrators {
+namespace {
+
+template <int W>
+class GaussVariation final : public StepVariation {
+  using Step = CollocationStages<double, W>;
+  using Lanes = typename Step::Lanes;
+  static constexpr int V = Step::V, chunks = W / V;
+
+ public:
+  GaussVariation(const phs::Model& model, int s, double h, Side side)
+      : n_(size_t(model.description().nx)),
+        h_(h),
+        reversed_(side == Side::adjoint),
+        step_(gauss_table<double>(s), n_),
+        solver_(Stagnation::of<double>(), Options{.solver = Solver::fixed_point}, n_),
+        turns_(model.description()),
+        field_(n_) {
+    for (int c = 0; c < chunks; ++c) {
+      linear_[c] = phs::linearise<Lanes>(model);
+      running_[c].assign(n_, Lanes(0.0));
+      used_[c] = Lanes(0.0);
+      for (int l = 0; l < V && c * V + l < s; ++l) used_[c].set(l, 1.0);
+    }
+    gradient_.resize(parameters().size());
+    step_.adapt_to(h, h);
+  }
+
+  void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) override {
+    turns_.when_changed(turns, [&](std::span<const Lanes> angles) {
+      for (auto& linear : linear_) linear->set_turn_angles(angles);
+    });
+    for (int c = 0; c < chunks; ++c) {
+      Lanes time(t);
+      for (int l = 0; l < V; ++l) time.set(l, t + h_ * step_.table.c[size_t(stage(c * V + l))]);
+      gather(Y, c, step_.Y[c]);
+      linear_[c]->at(time, step_.Y[c], field_);
+    }
+  }
+
+  Outcome advance(TwoWords& v, std::span<const double> running) override {
+    runs_ = !running.empty();
+    for (int c = 0; runs_ && c < chunks; ++c) gather(running, c, running_[c]);
+    Equations equations{*this, v};
+    ++cost_.steps;
+    const Outcome o = solver_.solve(equations, have_before_, cost_);
+    have_before_ = o == Outcome::ok;
+    if (o != Outcome::ok) return o;
+    for (size_t k = 0; k < n_; ++k) v.add(k, step_.sum(k));
+    std::swap(step_.L, step_.L_before);
+    return o;
+  }
+
+  void add_gradient(TwoWords& gradient) override {
+    std::fill(gradient_.begin(), gradient_.end(), Lanes(0.0));
+    for (int c = 0; c < chunks; ++c) linear_[c]->add_gradient(used_[c] * step_.hb[c], gradient_);
+    for (size_t a = 0; a < gradient_.size(); ++a) {
+      double sum = 0;
+      for (int l = 0; l < V; ++l) sum += gradient_[a][l];
+      gradient.add(a, sum);
+    }
+  }
+  const std::vector<std::string>& parameters() const override { return linear_[0]->parameters(); }
+  const Cost& cost() const override { return cost_; }
+
+ private:
+  /// The equations that the solver works on.
+  struct Equations {
+    GaussVariation& own;
+    const TwoWords& v;
+    void guess(bool predicted) { own.step_.guess(v.x, v.lo, 1, predicted ? 1 : 0); }
+    Sweep sweep(double& distance) {
+      own.improve();
+      const auto moves = own.step_.sweep(v.x, v.lo, 1);
+      distance = moves.distance;
+      return moves.in_lane(0);
+    }
+    void finish() { own.improve(); }
+    void freeze(SimplifiedNewton&, Solver) {}  // by fixed point alone
+    double newton_step() const { return own.h_; }
+  };
+
+  void improve() {
+    ++cost_.sweeps;
+    for (int c = 0; c < chunks; ++c) {
+      auto& L = step_.L[c];
+      if (reversed_)
+        linear_[c]->transpose_times(step_.Y[c], L);
+      else
+        linear_[c]->times(step_.Y[c], L);
+      for (size_t k = 0; k < n_; ++k) L[k] = step_.hb[c] * (runs_ ? L[k] + running_[c][k] : L[k]);
+    }
+  }
+  /// The stage in a lane.
+  int stage(int i) const { return reversed_ ? step_.s - 1 - step_.row(i) : step_.row(i); }
+  void gather(std::span<const double> values, int c, std::vector<Lanes>& lanes) const {
+    for (int l = 0; l < V; ++l) {
+      const double* from = values.data() + size_t(stage(c * V + l)) * n_;
+      for (size_t k = 0; k < n_; ++k) lanes[k].set(l, from[k]);
+    }
+  }
+
+  size_t n_;
+  double h_;
+  bool reversed_;
+  Step step_;
+  StepSolver solver_;
+  TurnKeeper<Lanes> turns_;
+  std::unique_ptr<phs::Linearised<Lanes>> linear_[chunks];
+  std::vector<Lanes> running_[chunks];
+  Lanes used_[chunks];  ///< 1 in lanes with a stage
+  std::vector<Lanes> field_, gradient_;
+  bool have_before_ = false, runs_ = false;
+  Cost cost_;
+};
+
+}  // namespace
+
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages, double h,
+                                                   StepVariation::Side side) {
+  if (stages <= 4) return std::make_unique<GaussVariation<4>>(model, stages, h, side);
+  return std::make_unique<GaussVariation<8>>(model, stages, h, side);
+}
+
+int gauss_stages(const std::string& method) {
+  const Declaration& d = declaration_of(method);
+  if (d.family != "Gauss collocation")
+    throw InvalidArgument(
+        "derivatives of a run are there for Gauss collocation (gauss2 to gauss16, "
+        "midpoint), not for '" +
+        method + "'");
+  return d.order / 2;
+}
+
+}  // namespace porthos::integrators

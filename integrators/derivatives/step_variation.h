@@ -1,0 +1,62 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "integrators/core/integrator.h"
+
+namespace porthos::integrators {
+
+/// Numbers of double length, x + lo.
+struct TwoWords {
+  std::vector<double> x, lo;
+
+  explicit TwoWords(size_t n) : x(n, 0.0), lo(n, 0.0) {}
+  explicit TwoWords(std::span<const double> values)
+      : x(values.begin(), values.end()), lo(x.size(), 0.0) {}
+  void add(size_t k, double d) { phs::compensated_add(x[k], lo[k], d); }
+};
+
+/// The derivative of a step of Gauss's method, L_i = h b_i f(Y_i), Y_i = y + Σ μ_ij L_j:
+///
+///   tangent   δL_i = h b_i Df(Y_i) δY_i,                δY_i = δy + Σ μ_ij δL_j
+///   adjoint   K_i = h b_i (Df(Y_i)ᵀ ℓ_i + ∂r(Y_i)),     ℓ_i = λ' + Σ μ_ji K_j,   λ = λ' + Σ K_i
+///
+/// λ = ∂J/∂y if λ' = ∂J/∂y' and J also has the running cost Σ h b_i r(Y_i). The table is symmetric,
+/// μ_ji = μ_(s+1-i)(s+1-j): with its stages in reverse order the adjoint is the same step of the
+/// linear field Dfᵀλ + ∂r. So both are solved like the step itself: in lanes, to stagnation, from
+/// the polynomial of the step before (of the adjoint: the later one). Source: Sanz-Serna 2016,
+/// SIAM Rev. 58 (the adjoint of a symplectic table).
+///
+/// One object per thread. advance() allocates nothing.
+class StepVariation {
+ public:
+  enum class Side { tangent, adjoint };
+  virtual ~StepVariation() = default;
+
+  /// Moves to the step that began at t [s].
+  /// @param Y  its stages, one after another, size s · nx;  turns: those of their angles
+  virtual void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) = 0;
+  /// δy → δy', or λ' → λ. @return not_converged if the iteration does not contract, as in a stiff
+  /// step; then v is unchanged
+  /// @param v  size nx;  running: of the adjoint, ∂r at the stages, size s · nx; empty: none
+  [[nodiscard]] virtual Outcome advance(TwoWords& v, std::span<const double> running = {}) = 0;
+  /// After an adjoint step: gradient += Σ h b_i ∂(ℓ_iᵀ f(Y_i))/∂θ. Size of parameters().
+  virtual void add_gradient(TwoWords& gradient) = 0;
+  /// Names of the parameters (phs::Linearised).
+  virtual const std::vector<std::string>& parameters() const = 0;
+  /// Sweeps of the iteration and steps so far.
+  virtual const Cost& cost() const = 0;
+};
+
+/// @param stages  of the method, 1 to 8;  h: the step [s]. The model must outlive the result.
+/// @throws InvalidArgument as phs::linearise()
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages, double h,
+                                                   StepVariation::Side side);
+
+/// The number of stages of a Gauss method. @throws InvalidArgument for another method
+int gauss_stages(const std::string& method);
+
+}  // namespace porthos::integrators

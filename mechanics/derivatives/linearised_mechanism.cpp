@@ -1,0 +1,131 @@
+#include "mechanics/derivatives/linearised_mechanism.h"
+
+#include "mechanics/derivatives/field_tangent.h"
+
+namespace porthos::mechanics {
+namespace {
+
+/// f = (J - R)∇H with R = diag(0, damping), so Dfᵀλ = H''(J - R)ᵀλ: the product of the undamped
+/// field along w = (-λp, λq - damping λp), read as covector.
+template <class T>
+class LinearisedMechanism final : public phs::Linearised<T> {
+  using typename phs::Linearised<T>::In;
+  using typename phs::Linearised<T>::Out;
+  using typename phs::Linearised<T>::Plain;
+
+ public:
+  explicit LinearisedMechanism(const Mechanism& m)
+      : m_(m),
+        n_(size_t(m.nq())),
+        tangent_(m),
+        turns_(size_t(m.angle_count()), T(0.0)),
+        deflection_(m.joint_properties().size()),
+        rate_(deflection_.size()),
+        lambda_p_(deflection_.size()),
+        w_(2 * n_) {
+    for (const BodyFrame& body : m.bodies())
+      if (body.node >= 0)
+        for (const char* number :
+             {"mass", "moment.x", "moment.y", "moment.z", "inertia.xx", "inertia.xy", "inertia.xz",
+              "inertia.yy", "inertia.yz", "inertia.zz"})
+          names_.push_back(body.name + "." + number);
+    for (const char* number : {"rotor_inertia", "stiffness", "damping", "rest"})
+      for (const JointProperties& j : m.joint_properties())
+        names_.push_back(j.joint + "." + number);
+  }
+
+  void at(const T&, In x, Out dx) override {
+    tangent_.at(q(x), p(x), q(dx), p(dx));
+    each_joint([&](const JointProperties& j, size_t k) {
+      const size_t a = size_t(j.q);
+      deflection_[k] = x[a] - T(j.rest) + (j.turn >= 0 ? turns_[size_t(j.turn)] : T(0.0));
+      rate_[k] = dx[a];
+      dx[n_ + a] = dx[n_ + a] - T(j.stiffness) * deflection_[k] - T(j.damping) * rate_[k];
+    });
+  }
+  void times(In v, Out out) override {
+    tangent_.times(q(v), p(v), q(out), p(out));
+    each_joint([&](const JointProperties& j, size_t) {
+      const size_t a = size_t(j.q);
+      out[n_ + a] = out[n_ + a] - T(j.stiffness) * v[a] - T(j.damping) * out[a];
+    });
+  }
+  void transpose_times(In lambda, Out out) override {
+    for (size_t i = 0; i < n_; ++i) {
+      w_[i] = -lambda[n_ + i];
+      w_[n_ + i] = lambda[i];
+    }
+    each_joint([&](const JointProperties& j, size_t k) {
+      const size_t a = size_t(j.q);
+      lambda_p_[k] = lambda[n_ + a];
+      w_[n_ + a] = w_[n_ + a] - T(j.damping) * lambda_p_[k];
+    });
+    tangent_.times(q(In(w_)), p(In(w_)), p(out), q(out));
+    for (T& x : q(out)) x = -x;
+    each_joint([&](const JointProperties& j, size_t k) {
+      const size_t a = size_t(j.q);
+      out[a] = out[a] - T(j.stiffness) * lambda_p_[k];
+    });
+  }
+
+  const std::vector<std::string>& parameters() const override { return names_; }
+  void add_gradient(const T& weight, Out gradient) override {
+    const size_t inertial = FieldTangent<T>::inertial_count(m_), joints = deflection_.size();
+    tangent_.add_inertial_gradient(weight, gradient.first(inertial));
+    const Out own = gradient.subspan(inertial);
+    each_joint([&](const JointProperties& j, size_t k) {
+      const T force = weight * lambda_p_[k];
+      own[k] = own[k] - force * deflection_[k];
+      own[joints + k] = own[joints + k] - force * rate_[k];
+      own[2 * joints + k] = own[2 * joints + k] + force * T(j.stiffness);
+    });
+  }
+
+  /// The joints' own ports come first; those of one freedom are plain.
+  Plain input(int i) const override {
+    for (const auto& c : m_.coordinates())
+      if (c.nv == 1 && c.nq == 1 && c.v == i) return {c.q, int(n_) + c.q};
+    return {};
+  }
+  void set_turn_angles(In angles) override {
+    std::copy(angles.begin(), angles.end(), turns_.begin());
+    tangent_.set_turn_angles(angles);
+  }
+
+ private:
+  template <class Span>
+  Span q(Span x) const {
+    return x.first(n_);
+  }
+  template <class Span>
+  Span p(Span x) const {
+    return x.subspan(n_);
+  }
+  template <class Visit>
+  void each_joint(const Visit& visit) const {
+    for (size_t k = 0; k < m_.joint_properties().size(); ++k) visit(m_.joint_properties()[k], k);
+  }
+
+  const Mechanism& m_;
+  size_t n_;
+  FieldTangent<T> tangent_;
+  std::vector<T> turns_, deflection_, rate_, lambda_p_;  ///< of joints: at the point; of λ
+  std::vector<T> w_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<phs::Linearised<T>> linearise(const Mechanism& m) {
+  return std::make_unique<LinearisedMechanism<T>>(m);
+}
+
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<phs::Linearised<T>> linearise<T>(const Mechanism&);
+PORTHOS_INSTANTIATE(double)
+PORTHOS_INSTANTIATE(phs::Pack4)
+PORTHOS_INSTANTIATE(phs::Pack8)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::mechanics

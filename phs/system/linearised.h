@@ -1,0 +1,73 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "phs/system/system.h"
+
+/// The derivative of a system's field as a part of the contract.
+namespace porthos::phs {
+
+/// The field f(t, x) of a system without inputs and its derivative at one point, as products with
+/// vectors. It works at the point that at() was called for last. Vectors have nx numbers, and no
+/// output may be an input. One object per thread; nothing allocates. T: double or lanes.
+template <class T>
+class Linearised {
+ public:
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+  virtual ~Linearised() = default;
+  /// Moves to (t, x) and writes f there.
+  virtual void at(const T& t, In x, Out dx) = 0;
+  /// out = Df v
+  virtual void times(In v, Out out) = 0;
+  /// out = Dfᵀ λ
+  virtual void transpose_times(In lambda, Out out) = 0;
+
+  /// The parameters whose derivatives it knows: names such as "arm.mass"; empty: none.
+  virtual const std::vector<std::string>& parameters() const { return none_; }
+  /// gradient += weight · ∂(λᵀf)/∂θ, with λ of the last transpose_times(). Size of parameters().
+  virtual void add_gradient(const T& weight, Out gradient) {
+    (void)weight;
+    (void)gradient;
+  }
+
+  /// An input that adds to one momentum, and whose output is the rate of one coordinate.
+  struct Plain {
+    int rate = -1, momentum = -1;  ///< offsets in x; -1: it is no such input
+  };
+  /// What input number `i` of the system is.
+  virtual Plain input(int i) const {
+    (void)i;
+    return {};
+  }
+  /// As System::set_turn_angles, before at().
+  virtual void set_turn_angles(In angles) = 0;
+
+ private:
+  std::vector<std::string> none_;
+};
+
+/// A second base class of an evaluator (System<T>) with a derivative that is cheaper than duals.
+template <class T>
+class Differentiable {
+ public:
+  virtual ~Differentiable() = default;
+  /// The derivative, or null if this system has none of its own. It refers to the model alone.
+  virtual std::unique_ptr<Linearised<T>> linearised() = 0;
+};
+
+/// The derivative of a model's field: the system's own, else by duals (nx evaluations at each
+/// point). T: double, Pack4 or Pack8. The model must outlive it.
+/// @throws InvalidArgument for a model with constraints, or with sampled controllers, whose values
+///   depend on an earlier state
+template <class T>
+std::unique_ptr<Linearised<T>> linearise(const Model& model);
+
+/// The derivative of a model's field by duals, whatever the system offers.
+template <class T>
+std::unique_ptr<Linearised<T>> linearise_by_duals(const Model& model);
+
+}  // namespace porthos::phs
