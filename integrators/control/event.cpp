@@ -3,19 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/control/zero-inl.h"
+
 namespace porthos::integrators {
 namespace {
 
-int sign(double x) { return (x > 0) - (x < 0); }
-
 bool wanted(Crossing c, bool rising) {
   return c == Crossing::both || (c == Crossing::rising) == rising;
-}
-
-/// The zero of the line through two points.
-template <class Point>
-double secant(Point a, Point b) {
-  return a.at - a.g * ((b.at - a.at) / (b.g - a.g));
 }
 
 }  // namespace
@@ -180,13 +174,13 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
   }
   for (size_t i = 1; i < points_.size(); ++i) {
     Point a = points_[i - 1], b = points_[i];
-    if (sign(a.g) == sign(b.g)) continue;
+    if (sign_of(a.g) == sign_of(b.g)) continue;
     const bool rising = a.g < 0;
     if (!wanted(e.direction, rising)) continue;
     if (earliest.event >= 0 && a.at > earliest.point.at) return true;
     Point root = b;  // the end of the step if g is 0 there
     if (b.g != 0) {
-      const double first = guess(e, a, b, after);
+      const double first = guess_zero(a, b, [&](double at) { return sampled(e, at, after); });
       // The dense output is less accurate than a step, so its signs are checked. If they are wrong,
       // the bracket is widened.
       size_t left = i - 1, right = i;
@@ -194,69 +188,19 @@ bool EventStepper::search(int event, const phs::State& after, Root& earliest) {
         return p.at == 0 || p.at == 1 ? p : Point{p.at, tried(e, p.at)};
       };
       const int before = rising ? -1 : 1;
-      for (a = exact(a); sign(a.g) != before && left > 0;) a = exact(points_[--left]);
-      for (b = exact(b); sign(b.g) == before && right + 1 < points_.size();)
+      for (a = exact(a); sign_of(a.g) != before && left > 0;) a = exact(points_[--left]);
+      for (b = exact(b); sign_of(b.g) == before && right + 1 < points_.size();)
         b = exact(points_[++right]);
       if (tried_outcome_ != Outcome::ok) return false;
-      if (sign(a.g) != before || sign(b.g) == before) continue;  // it only touched 0
-      root = refine(e, a, b, first);
+      if (sign_of(a.g) != before || sign_of(b.g) == before) continue;  // it only touched 0
+      root =
+          refine_zero(a, b, first, options_.most_trials, [&](double at) { return tried(e, at); });
       if (tried_outcome_ != Outcome::ok) return false;
     }
     if (earliest.event < 0 || root.at < earliest.point.at) earliest = {event, rising, root};
     return true;
   }
   return true;
-}
-
-/// The zero of the dense output to a few digits, as a start value.
-double EventStepper::guess(const Event& e, Point a, Point b, const phs::State& after) {
-  double at = secant(a, b);
-  for (int i = 0; i < 12; ++i) {
-    const Point p{at, sampled(e, at, after)};
-    if (!(std::fabs(p.g) > 0)) break;  // 0, or no dense output
-    if (sign(p.g) == sign(b.g)) {      // Illinois
-      b = p;
-      a.g *= 0.5;
-    } else {
-      a = p;
-      b.g *= 0.5;
-    }
-    const double next = secant(a, b);
-    if (std::fabs(next - at) < 1e-9) return next;
-    at = next;
-  }
-  return at;
-}
-
-/// Bracketed secant on re-steps, until the step length no longer changes or g no longer shrinks.
-EventStepper::Point EventStepper::refine(const Event& e, Point a, Point b, double first) {
-  Point best = std::fabs(a.g) < std::fabs(b.g) && a.at > 0 ? a : b;
-  Point last = best;
-  const double size = std::max(std::fabs(a.g), std::fabs(b.g));
-  double at = first > a.at && first < b.at ? first : secant(a, b);
-  int without_progress = 0;
-  for (int i = 0; i < options_.most_trials && b.at - a.at > 0x1p-52; ++i) {
-    if (!(at > a.at && at < b.at)) at = 0.5 * (a.at + b.at);
-    const Point p{at, tried(e, at)};
-    if (tried_outcome_ != Outcome::ok) return best;
-    if (sign(p.g) == sign(a.g))
-      a = p;
-    else
-      b = p;
-    if (std::fabs(p.g) < std::fabs(best.g)) {
-      best = p;
-      without_progress = 0;
-    } else
-      ++without_progress;
-    if (p.g == 0) break;
-    // Two trials without progress so close to 0 are noise of g.
-    if (without_progress >= 2 && std::fabs(best.g) < 1e-9 * size) break;
-    const double next = p.g == last.g || i % 8 == 7 ? 0.5 * (a.at + b.at) : secant(p, last);
-    if (std::fabs(next - at) < 0x1p-53) break;
-    last = p;
-    at = next;
-  }
-  return best;
 }
 
 }  // namespace porthos::integrators

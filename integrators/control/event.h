@@ -95,8 +95,6 @@ class EventStepper {
   double sampled(const Event& e, double at, const phs::State& after);
   double tried(const Event& e, double at);
   bool search(int event, const phs::State& after, Root& earliest);
-  double guess(const Event& e, Point a, Point b, const phs::State& after);
-  Point refine(const Event& e, Point a, Point b, double first);
 
   std::unique_ptr<Integrator> method_, trial_;
   std::vector<Event> events_;

@@ -19,7 +19,8 @@ BELOW = {
     "energy_shaping": ["mechanics", "integrators"],
     "vsa": ["mechanics"],
     "space": ["mechanics", "integrators"],
-    "scene": ["space", "energy_shaping", "vsa", "ensemble"],
+    "contact": ["mechanics", "integrators"],
+    "scene": ["contact", "space", "energy_shaping", "vsa", "ensemble"],
     "report": ["scene"],
     "apps": ["report", "adapters"],
     "python": ["report", "ensemble"],
@@ -30,7 +31,7 @@ FOLDERS = {
     "integrators": ["core", "implicit", "tables", "methods", "derivatives", "rivals", ".", "control"],
     "scene": ["files", "read", "assemble", "run", "plot", "compare", "session", "judge", "ensemble"],
 }
-LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "scene", "report"]
+LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]
 ANYTHING_GOES = ["tests", "bench", "examples"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -1,0 +1,94 @@
+#pragma once
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact/geometry/pairs.h"
+#include "contact/law.h"
+#include "integrators/control/switching.h"
+#include "mechanics/mechanical_model.h"
+
+namespace porthos::contact {
+
+/// A shape on a link of the mechanism, or on "world".
+struct Surface {
+  std::string link;
+  Shape shape;
+};
+
+/// A contact: every surface of one side against every surface of the other, by one law, with one
+/// storage and one loss in the ledger.
+struct Contact {
+  std::string name;
+  std::vector<Surface> a, b;
+  Law law;
+};
+
+/// A soft stop of a joint with one freedom: the law of a contact, with angles [rad] for lengths if
+/// it turns, beyond either limit. It has no friction.
+struct Stop {
+  std::string name, joint;
+  double lower = -std::numeric_limits<double>::infinity(),
+         upper = std::numeric_limits<double>::infinity();  ///< [rad | m]; infinite: none
+  Law law;
+};
+
+/// A mechanism with contacts and stops: a port-Hamiltonian system with the mechanism's state.
+///
+/// H gains U(δ) of every pair of points, the storage "<name>" of each contact or stop. Losses are
+/// the powers "<name>.loss" and "<name>.friction", never negative. Forces are opposite and act at
+/// one point, so a contact between links keeps the momenta to rounding. Without loss and friction
+/// the system stays canonical. Cost beyond the mechanism: one computation of body poses and of the
+/// gaps; where something touches, two passes over the tree.
+class ContactModel : public phs::ModelFor<ContactModel> {
+ public:
+  /// inner: the mechanism with its parts; its state is the mechanism's.
+  /// @throws InvalidArgument naming the contact: an unknown link or joint, two surfaces on one
+  ///   rigid body, a pair of shapes without a closed form, sizes or numbers of a law out of range
+  ContactModel(std::shared_ptr<const phs::Model> inner,
+               std::shared_ptr<const mechanics::MechanicalModel> mechanical,
+               std::vector<Contact> contacts, std::vector<Stop> stops = {});
+
+  const phs::Description& description() const override { return description_; }
+  std::vector<phs::HoldPtr> holds() const override { return inner_->holds(); }
+  const mechanics::Mechanism& mechanism() const { return mechanical_->mechanism(); }
+  const phs::Model& inner() const { return *inner_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<Stop>& stops() const { return stops_; }
+
+  template <class T>
+  std::unique_ptr<phs::System<T>> make_system() const;
+
+  /// The depths of laws that switch, at whose zeros a force or a derivative of it jumps. They read
+  /// a state that begins with the mechanism's, refer to this model, and must not outlive it.
+  std::unique_ptr<integrators::Switches> depths() const;
+
+  /// Two surfaces as placed in the mechanism.
+  struct Pair {
+    size_t contact;
+    int node_a, node_b;    ///< -1: fixed in the world
+    Shape a, b;            ///< with the frames in the nodes' frames (in the world for -1)
+    size_t first, points;  ///< of all points that may touch
+  };
+  /// A stop as placed in the mechanism.
+  struct PlacedStop {
+    size_t q, v;
+    int turn;  ///< its angle block, -1: none
+  };
+  struct Placed {
+    std::vector<Pair> pairs;
+    std::vector<PlacedStop> stops;
+    size_t points = 0;  ///< of all pairs
+  };
+
+ private:
+  std::shared_ptr<const phs::Model> inner_;
+  std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
+  std::vector<Contact> contacts_;
+  std::vector<Stop> stops_;
+  Placed placed_;
+  phs::Description description_;
+};
+
+}  // namespace porthos::contact

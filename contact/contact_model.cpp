@@ -1,0 +1,159 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/detail/gaps.h"
+
+namespace porthos::contact {
+namespace {
+
+using mechanics::Mechanism;
+
+[[noreturn]] void refuse(const char* what, const std::string& name, const std::string& why) {
+  throw InvalidArgument(fmt::format("{} '{}': {}", what, name, why));
+}
+/// Calls f; an error begins with the name.
+template <class F>
+void in(const char* what, const std::string& name, F f) {
+  try {
+    f();
+  } catch (const InvalidArgument& e) {
+    refuse(what, name, e.what());
+  }
+}
+
+/// A surface in the frame of its node.
+struct Seat {
+  int node;
+  Shape shape;
+};
+Seat seat(const Mechanism& m, const Surface& s) {
+  check(s.shape);
+  Seat at{-1, s.shape};
+  if (s.link == "world") return at;
+  const mechanics::BodyFrame& body = m.body(s.link);
+  at.node = body.node;
+  at.shape.pose = body.pose * s.shape.pose;
+  return at;
+}
+
+void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Placed& placed) {
+  if (c.a.empty() || c.b.empty()) throw InvalidArgument("one side has no shape, expected both");
+  check(c.law);
+  for (const Surface& on_a : c.a)
+    for (const Surface& on_b : c.b) {
+      const Seat a = seat(m, on_a), b = seat(m, on_b);
+      const int n = points(a.shape.kind, b.shape.kind);
+      if (n == 0)
+        throw InvalidArgument(fmt::format(
+            "there is no distance in closed form between a {} on '{}' and a {} on "
+            "'{}', expected one of the pairs {}",
+            to_string(a.shape.kind), on_a.link, to_string(b.shape.kind), on_b.link, known_pairs()));
+      if (a.node == b.node)
+        throw InvalidArgument(fmt::format(
+            "'{}' and '{}' are one rigid body, expected two that move", on_a.link, on_b.link));
+      placed.pairs.push_back({index, a.node, b.node, a.shape, b.shape, placed.points, size_t(n)});
+      placed.points += size_t(n);
+    }
+}
+
+ContactModel::PlacedStop place(const Mechanism& m, const Stop& s) {
+  check(s.law);
+  if (s.law.friction > 0) throw InvalidArgument("it has friction, expected none");
+  if (std::isnan(s.lower) || std::isnan(s.upper) || !(s.lower < s.upper))
+    throw InvalidArgument(fmt::format(
+        "the lower limit is {:g}, expected less than the upper one, {:g}", s.lower, s.upper));
+  if (!std::isfinite(s.lower) && !std::isfinite(s.upper))
+    throw InvalidArgument("it has no limit, expected a lower or an upper one");
+  const mechanics::JointCoordinates& c = m.coordinate(s.joint);
+  if (c.nq != 1 || c.nv != 1)
+    throw InvalidArgument(
+        fmt::format("joint '{}' has several freedoms, expected a joint of one", s.joint));
+  const bool turns = c.kind == phs::BlockKind::angle;
+  return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1};
+}
+
+phs::Description describe(const phs::Description& inner, const std::vector<Contact>& contacts,
+                          const std::vector<Stop>& stops, bool on_the_world) {
+  phs::Description d = inner;
+  d.flows.clear();
+  d.traits.separable = false;
+  const auto lose = [&](const std::string& name, bool any) {
+    if (!any) return;
+    d.powers.push_back({name, phs::PowerKind::dissipated});
+    d.traits.lossless = false;
+  };
+  for (const Contact& c : contacts) {
+    d.storages.push_back(c.name);
+    lose(c.name + ".loss", c.law.loss > 0);
+    lose(c.name + ".friction", c.law.friction > 0);
+  }
+  for (const Stop& s : stops) {
+    d.storages.push_back(s.name);
+    lose(s.name + ".loss", s.law.loss > 0);
+  }
+  d.invariants.clear();
+  int at = 0;
+  for (auto i : inner.invariants) {
+    if (on_the_world && i.name.find("_momentum") != std::string::npos) continue;
+    i.at = at;
+    at += i.size;
+    d.invariants.push_back(std::move(i));
+  }
+  return d;
+}
+
+class Depths final : public integrators::Switches {
+ public:
+  Depths(const ContactModel& model, const ContactModel::Placed& placed)
+      : gaps_(model, placed), nq_(size_t(model.mechanism().nq())) {
+    for (const auto& p : placed.pairs)
+      for (size_t i = p.first; i < p.first + p.points; ++i)
+        if (model.contacts()[p.contact].law.switches()) points_.push_back(i);
+    for (size_t s = 0; s < placed.stops.size(); ++s) {
+      const Stop& stop = model.stops()[s];
+      if (!stop.law.switches()) continue;
+      if (std::isfinite(stop.lower)) limits_.push_back(2 * s);
+      if (std::isfinite(stop.upper)) limits_.push_back(2 * s + 1);
+    }
+  }
+  size_t count() const override { return points_.size() + limits_.size(); }
+  void at(std::span<const double> x, std::span<const double> turns,
+          std::span<double> depth) override {
+    gaps_.set_turn_angles(turns);
+    gaps_.place(x.first(nq_));
+    size_t k = 0;
+    for (const size_t i : points_) depth[k++] = -gaps_.touch[i].gap;
+    for (const size_t i : limits_) depth[k++] = gaps_.depth[i];
+  }
+
+ private:
+  Gaps<double> gaps_;
+  size_t nq_;
+  std::vector<size_t> points_, limits_;
+};
+
+}  // namespace
+
+ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
+                           std::shared_ptr<const mechanics::MechanicalModel> mechanical,
+                           std::vector<Contact> contacts, std::vector<Stop> stops)
+    : inner_(std::move(inner)),
+      mechanical_(std::move(mechanical)),
+      contacts_(std::move(contacts)),
+      stops_(std::move(stops)) {
+  const Mechanism& m = mechanism();
+  for (size_t k = 0; k < contacts_.size(); ++k)
+    in("contact", contacts_[k].name, [&] { place(m, contacts_[k], k, placed_); });
+  for (const Stop& s : stops_) in("stop", s.name, [&] { placed_.stops.push_back(place(m, s)); });
+  const bool on_the_world = std::any_of(placed_.pairs.begin(), placed_.pairs.end(),
+                                        [](const Pair& p) { return p.node_a < 0 || p.node_b < 0; });
+  description_ = describe(inner_->description(), contacts_, stops_, on_the_world);
+}
+
+std::unique_ptr<integrators::Switches> ContactModel::depths() const {
+  return std::make_unique<Depths>(*this, placed_);
+}
+
+}  // namespace porthos::contact

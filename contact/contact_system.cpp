@@ -1,0 +1,319 @@
+// The system of a mechanism with contacts and stops: their forces, losses and rows in the ledger.
+#include <algorithm>
+
+#include "contact/detail/gaps.h"
+#include "phs/system/forwarding.h"
+
+namespace porthos::contact {
+namespace {
+
+using mechanics::Mechanism;
+namespace passes = mechanics::passes;
+
+template <class T>
+class ContactSystem final : public phs::Forwarding<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+  using Base = phs::Forwarding<T>;
+
+ public:
+  ContactSystem(const ContactModel& model, const ContactModel::Placed& placed)
+      : Base(model.inner().template instantiate<T>(), model.description()),
+        model_(model),
+        placed_(placed),
+        m_(model.mechanism()),
+        gaps_(model, placed),
+        nq_(size_t(m_.nq())),
+        rates_(size_t(m_.nv())),
+        force_(rates_.size()),
+        e_(2 * nq_, T(0.0)),
+        Gu_(2 * nq_, T(0.0)),
+        own_(2 * nq_),
+        coefficients_(2 * placed.points + 2 * placed.stops.size()) {
+    for (const auto& c : model.contacts()) {
+      lossy_ = lossy_ || c.law.loss > 0 || c.law.friction > 0;
+      never_off_ = never_off_ || !c.law.switches();
+    }
+    for (const auto& s : model.stops()) {
+      lossy_ = lossy_ || s.law.loss > 0;
+      never_off_ = never_off_ || !s.law.switches();
+    }
+  }
+
+  std::unique_ptr<phs::System<T>> clone() const override {
+    return this->alike(std::make_unique<ContactSystem>(model_, placed_));
+  }
+
+  T hamiltonian(In x) override {
+    T H = this->inner().hamiltonian(x);
+    gaps_.place(x.first(nq_));
+    each_point([&](size_t, const Law& law, const T& depth) { H = H + elastic_energy(law, depth); });
+    return H;
+  }
+  void gradient(In x, Out e) override {
+    this->inner().gradient(x, e);
+    gaps_.place(x.first(nq_));
+    if (!touching()) return;
+    begin_forces();
+    push_elastic();
+    collect(x);
+    for (size_t i = 0; i < nq_; ++i) e[i] = e[i] - Gu_[nq_ + i];
+  }
+  void field(T t, In x, In u, Out dx) override {
+    this->inner().field(t, x, u, dx);
+    gaps_.place(x.first(nq_));
+    if (!touching()) return;
+    begin_forces();
+    push_elastic();
+    if (lossy_) {
+      std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
+      move(x, e_);
+      resist();
+      push_losses(T(1.0));
+    }
+    add_to(x, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    this->inner().rate(t, x, e, dx);
+    if (lose(x, e, e, T(1.0))) add_to(x, dx);
+  }
+  void efforts(T t, In x, In dx, Out e) override {
+    std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
+    if (!lose(x, e_, e_, T(1.0))) return this->inner().efforts(t, x, dx, e);
+    collect(x);
+    for (size_t i = 0; i < 2 * nq_; ++i) own_[i] = dx[i] - Gu_[i];
+    this->inner().efforts(t, x, own_, e);
+  }
+  void apply_dissipation(In x, In e, Out Re) override {
+    this->inner().apply_dissipation(x, e, Re);
+    if (!lossy_) return;
+    gradient(x, own_);  // a nonlinear law enters R(x) as its secant at the rates of x
+    if (lose(x, own_, e, T(-1.0))) add_to(x, Re);
+  }
+
+  void stored(In x, Out values) override {
+    Base::stored(x, values);
+    gaps_.place(x.first(nq_));
+    each_point([&](size_t row, const Law& law, const T& depth) {
+      T& value = values[this->inner_storages() + row];
+      value = value + elastic_energy(law, depth);
+    });
+  }
+  void powers(T t, In x, In e, Out values) override {
+    Base::powers(t, x, e, values);
+    if (!lossy_) return;
+    gaps_.place(x.first(nq_));
+    if (!touching()) return;
+    move(x, e);
+    resist();
+    size_t k = this->inner_powers();
+    for (size_t c = 0; c < model_.contacts().size(); ++c) {
+      const Law& law = model_.contacts()[c].law;
+      T loss(0.0), rubbed(0.0);
+      each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
+        if (p.contact != c) return;
+        const Slip v = slip(p, pair, i);
+        loss = loss + coefficients_[2 * i] * v.depth_rate * v.depth_rate;
+        rubbed = rubbed + coefficients_[2 * i + 1] * dot(v.along, v.along);
+      });
+      if (law.loss > 0) values[k++] = loss;
+      if (law.friction > 0) values[k++] = rubbed;
+    }
+    for (size_t s = 0; s < placed_.stops.size(); ++s) {
+      if (!(model_.stops()[s].law.loss > 0)) continue;
+      const T& v = rates_[placed_.stops[s].v];
+      values[k++] = (of_stop(s, 0) + of_stop(s, 1)) * v * v;
+    }
+  }
+  void set_turn_angles(In angles) override {
+    Base::set_turn_angles(angles);
+    gaps_.set_turn_angles(angles);
+  }
+  /// A contact may be much stiffer than the mechanism: no solver of its own knows it.
+  std::unique_ptr<phs::Resolvent> resolvent() override { return nullptr; }
+
+ private:
+  /// Calls f(pair, its index, point) for each point of all pairs.
+  template <class F>
+  void each_touch(F f) {
+    for (size_t k = 0; k < placed_.pairs.size(); ++k) {
+      const ContactModel::Pair& p = placed_.pairs[k];
+      for (size_t i = p.first; i < p.first + p.points; ++i) f(p, k, i);
+    }
+  }
+  /// Calls f(row in the ledger, law, depth) for each point and each limit of a stop.
+  template <class F>
+  void each_point(F f) {
+    each_touch([&](const ContactModel::Pair& p, size_t, size_t i) {
+      f(p.contact, model_.contacts()[p.contact].law, -gaps_.touch[i].gap);
+    });
+    for (size_t s = 0; s < placed_.stops.size(); ++s)
+      for (size_t side = 0; side < 2; ++side)
+        if (limited(s, side))
+          f(model_.contacts().size() + s, model_.stops()[s].law, gaps_.depth[2 * s + side]);
+  }
+  bool limited(size_t stop, size_t side) const {
+    const Stop& s = model_.stops()[stop];
+    return std::isfinite(side == 0 ? s.lower : s.upper);
+  }
+  /// Whether anything pushes, in any lane.
+  bool touching() {
+    if (never_off_) return true;
+    bool some = false;
+    each_point(
+        [&](size_t, const Law&, const T& depth) { some = some || phs::any(depth > T(0.0)); });
+    return some;
+  }
+
+  // --- forces: wrenches on the nodes and joint forces --------------------------------------------
+  void begin_forces() {
+    for (auto& g : gaps_.w.g) g = passes::zero_force<T>();
+    std::fill(force_.begin(), force_.end(), T(0.0));
+  }
+  /// From the origin of a node's frame to point i of a pair, world axes.
+  Vec3<T> arm(int node, size_t pair, size_t i) const {
+    return (gaps_.origin[pair] - gaps_.pose[size_t(node)].r) + gaps_.touch[i].at;
+  }
+  void push(int node, const Vec3<T>& arm, const Vec3<T>& force) {
+    const Mat3<T>& R = gaps_.pose[size_t(node)].R;
+    const Vec3<T> f = R.tmul(force);
+    gaps_.w.g[size_t(node)] += mechanics::Force<T>{cross(R.tmul(arm), f), f};
+  }
+  /// A force on B at point i, and its opposite on A.
+  void push_apart(const ContactModel::Pair& p, size_t pair, size_t i, const Vec3<T>& force) {
+    if (p.node_b >= 0) push(p.node_b, arm(p.node_b, pair, i), force);
+    if (p.node_a >= 0) push(p.node_a, arm(p.node_a, pair, i), -force);
+  }
+  void push_stop(size_t s, size_t side, const T& force) {
+    T& f = force_[placed_.stops[s].v];
+    f = side == 0 ? f + force : f - force;
+  }
+  void push_elastic() {
+    each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
+      const auto& touch = gaps_.touch[i];
+      push_apart(p, pair, i,
+                 elastic_force(model_.contacts()[p.contact].law, T(-touch.gap)) * touch.n);
+    });
+    for (size_t s = 0; s < placed_.stops.size(); ++s)
+      for (size_t side = 0; side < 2; ++side)
+        if (limited(s, side))
+          push_stop(s, side, elastic_force(model_.stops()[s].law, gaps_.depth[2 * s + side]));
+  }
+  /// Joint forces of all wrenches, leaf to root, as p' in Gu_.
+  void collect(In x) {
+    const auto& nodes = m_.nodes();
+    auto& g = gaps_.w.g;
+    for (size_t i = placed_.pairs.empty() ? 0 : nodes.size(); i-- > 0;) {
+      const mechanics::Node& n = nodes[i];
+      mechanics::visit_joint(n.type, [&](auto J) {
+        mechanics::unroll<decltype(J)::nv>([&](auto k) {
+          T& f = force_[size_t(n.v + k)];
+          f = f + decltype(J)::template project<k>(n, g[i]);
+        });
+      });
+      if (n.parent >= 0) g[size_t(n.parent)] += gaps_.w.X[i].to_parent(g[i]);
+    }
+    passes::lift(m_, x.data(), force_.data(), Gu_.data() + nq_);
+  }
+  void add_to(In x, Out dx) {
+    collect(x);
+    for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
+  }
+
+  // --- losses ------------------------------------------------------------------------------------
+  struct Slip {
+    T depth_rate;
+    Vec3<T> along;  ///< of B relative to A, across the normal
+  };
+  /// Joint rates of the efforts e, and the twists of all nodes.
+  void move(In x, In e) {
+    passes::transposed_lift(m_, x.data(), e.data() + nq_, rates_.data());
+    if (!placed_.pairs.empty()) passes::twists(m_, gaps_.w, rates_.data());
+  }
+  Vec3<T> velocity(int node, const Vec3<T>& arm) const {
+    const Mat3<T>& R = gaps_.pose[size_t(node)].R;
+    const mechanics::Motion<T>& V = gaps_.w.V[size_t(node)];
+    return R * plus_cross(V.v, V.w, R.tmul(arm));
+  }
+  Slip slip(const ContactModel::Pair& p, size_t pair, size_t i) const {
+    Vec3<T> v{T(0.0), T(0.0), T(0.0)};
+    if (p.node_b >= 0) v += velocity(p.node_b, arm(p.node_b, pair, i));
+    if (p.node_a >= 0) v = v - velocity(p.node_a, arm(p.node_a, pair, i));
+    const Vec3<T>& n = gaps_.touch[i].n;
+    const T apart = dot(n, v);
+    return {-apart, fma(-apart, n, v)};
+  }
+  const T& of_stop(size_t s, size_t side) const {
+    return coefficients_[2 * placed_.points + 2 * s + side];
+  }
+  /// The coefficients of loss and friction at the motion of move().
+  void resist() {
+    each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
+      const Law& law = model_.contacts()[p.contact].law;
+      const Slip v = slip(p, pair, i);
+      const T f = elastic_force(law, T(-gaps_.touch[i].gap));
+      coefficients_[2 * i] = loss_coefficient(law, f, v.depth_rate);
+      coefficients_[2 * i + 1] =
+          law.friction > 0 ? friction_coefficient(law, f, v.depth_rate, dot(v.along, v.along))
+                           : T(0.0);
+    });
+    for (size_t s = 0; s < placed_.stops.size(); ++s)
+      for (size_t side = 0; side < 2; ++side) {
+        const Law& law = model_.stops()[s].law;
+        const T v = rates_[placed_.stops[s].v];
+        coefficients_[2 * placed_.points + 2 * s + side] =
+            limited(s, side) ? loss_coefficient(law, elastic_force(law, gaps_.depth[2 * s + side]),
+                                                side == 0 ? -v : v)
+                             : T(0.0);
+      }
+  }
+  /// Forces of the coefficients at the motion of move(), times `sign`.
+  void push_losses(const T& sign) {
+    each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
+      const Slip v = slip(p, pair, i);
+      const Vec3<T> normal = (coefficients_[2 * i] * v.depth_rate) * gaps_.touch[i].n;
+      push_apart(p, pair, i, sign * (normal - coefficients_[2 * i + 1] * v.along));
+    });
+    for (size_t s = 0; s < placed_.stops.size(); ++s) {
+      T& f = force_[placed_.stops[s].v];
+      f = f - sign * (of_stop(s, 0) + of_stop(s, 1)) * rates_[placed_.stops[s].v];
+    }
+  }
+  /// The losses of laws evaluated at the efforts `of`, for the motion of the efforts e. False if
+  /// there are none.
+  bool lose(In x, In of, In e, const T& sign) {
+    if (!lossy_) return false;
+    gaps_.place(x.first(nq_));
+    if (!touching()) return false;
+    begin_forces();
+    move(x, of);
+    resist();
+    if (e.data() != of.data()) move(x, e);
+    push_losses(sign);
+    return true;
+  }
+
+  const ContactModel& model_;
+  const ContactModel::Placed& placed_;
+  const Mechanism& m_;
+  Gaps<T> gaps_;
+  size_t nq_;
+  std::vector<T> rates_, force_;  ///< per freedom
+  std::vector<T> e_, Gu_, own_;   ///< per number of the state
+  std::vector<T> coefficients_;   ///< per point: of loss and friction; per limit: of loss
+  bool lossy_ = false, never_off_ = false;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<phs::System<T>> ContactModel::make_system() const {
+  return std::make_unique<ContactSystem<T>>(*this, placed_);
+}
+
+#define PORTHOS_INSTANTIATE(T) \
+  template std::unique_ptr<phs::System<T>> ContactModel::make_system<T>() const;
+PORTHOS_FOR_EACH_SCALAR(PORTHOS_INSTANTIATE)
+#undef PORTHOS_INSTANTIATE
+
+}  // namespace porthos::contact

@@ -1,0 +1,97 @@
+#pragma once
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "contact/contact.h"
+#include "integrators/control/switching.h"
+#include "mechanics/builder.h"
+
+namespace porthos::test {
+
+using contact::Contact;
+using contact::ContactModel;
+using contact::Kind;
+using contact::Law;
+using contact::Shape;
+using integrators::Outcome;
+using mechanics::Vec3d;
+using Numbers = std::vector<double>;
+
+inline mechanics::BodySpec body_on(const char* name, const char* joint, double mass) {
+  mechanics::BodySpec b;
+  b.name = name;
+  b.parent = "world";
+  b.joint.type = joint;
+  b.mass.mass = mass;
+  b.mass.inertia = {0.02 * mass, 0, 0, 0.03 * mass, 0, 0.04 * mass};
+  return b;
+}
+inline std::shared_ptr<const mechanics::MechanicalModel> mechanism_of(
+    const std::vector<mechanics::BodySpec>& bodies, double gravity = 0) {
+  mechanics::MechanismBuilder b("bodies");
+  for (const auto& each : bodies) b.add(each);
+  b.gravity({0, 0, -gravity});
+  return std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<const mechanics::Mechanism>(b.build()));
+}
+inline Shape ball(double radius) {
+  Shape s;
+  s.radius = radius;
+  return s;
+}
+inline Shape ground() {
+  Shape s;
+  s.kind = Kind::plane;
+  return s;
+}
+inline Law power_law(double k, double n, double loss = 0) {
+  return {.form = Law::Form::power, .stiffness = k, .exponent = n, .loss = loss};
+}
+
+/// A run by gauss16 whose steps end at touches, or one without (`blind`).
+struct ContactRun {
+  const ContactModel& model;
+  std::unique_ptr<integrators::Integrator> method;
+  phs::State state;
+  std::unique_ptr<phs::System<long double>> system;
+  long double H0 = 0;
+  Numbers works;
+  Outcome outcome = Outcome::ok;
+  double least_work = 0;  ///< of a step and a loss
+
+  ContactRun(const ContactModel& m, const Numbers& x, double h, bool blind = false,
+             const integrators::Options& options = {})
+      : model(m),
+        method(integrators::make_integrator("gauss16", m, h, options)),
+        state(m.description(), x),
+        system(m.instantiate<long double>()),
+        works(m.description().powers.size()) {
+    if (!blind) method = integrators::make_switched(std::move(method), m, h, m.depths());
+    H0 = energy();
+  }
+  long double energy() {
+    std::vector<long double> x, turns;
+    for (size_t i = 0; i < state.x.size(); ++i) x.push_back((long double)state.x[i] + state.lo[i]);
+    for (const auto n : state.turns) turns.push_back(6.283185307179586476925286766559L * n);
+    system->set_turn_angles(turns);
+    return system->hamiltonian(x);
+  }
+  bool step() {
+    outcome = method->step(state);
+    if (outcome != Outcome::ok) return false;
+    for (size_t k = 0; k < works.size(); ++k) {
+      works[k] += method->port_work()[k];
+      least_work = std::min(least_work, method->port_work()[k]);
+    }
+    return true;
+  }
+  /// H - H(start) + losses [J].
+  double defect() {
+    long double d = energy() - H0;
+    for (const double w : works) d += w;
+    return double(d);
+  }
+};
+
+}  // namespace porthos::test
