@@ -125,9 +125,9 @@ std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<c
   for (auto c = m.coordinates().rbegin(); c != m.coordinates().rend(); ++c)
     for (int k = 0; k < c->nv; ++k) {
       const double D_inverse = w.D_inverse[size_t(c->v + k)];
-      const double scale = norm(w.U[size_t(c->v + k)].n) + norm(w.U[size_t(c->v + k)].f);
+      const double gain = norm(w.K[size_t(c->v + k)].n) + norm(w.K[size_t(c->v + k)].f);
       // If an elimination should give zero, what remains is rounding, 1e-16 of the initial value.
-      if (!(D_inverse > 0) || !std::isfinite(D_inverse) || 1 / D_inverse < 1e-13 * scale ||
+      if (!(D_inverse > 0) || !std::isfinite(D_inverse) || !(1e-13 * gain < 1) ||
           1 / D_inverse < 1e-250)
         return c->joint;
     }

@@ -88,9 +88,9 @@ struct ArticulatedInertia {
     if constexpr (k == 4) return {H.y, {M.xy, M.yy, M.yz}};
     if constexpr (k == 5) return {H.z, {M.xz, M.yz, M.zz}};
   }
-  /// this - s·U Uᵀ
-  PORTHOS_INLINE void subtract(const Force<T>& U, T s) {
-    const Force<T> W = -s * U;
+  /// this - K Uᵀ, which is symmetric: K = s U
+  PORTHOS_INLINE void subtract(const Force<T>& K, const Force<T>& U) {
+    const Force<T> W = T(-1.0) * K;
     I.add_product(W.n, U.n);
     H.x = fma(W.f.x, U.n, H.x);
     H.y = fma(W.f.y, U.n, H.y);
@@ -99,8 +99,8 @@ struct ArticulatedInertia {
   }
   /// The same, but leaves the row and column of rotation about z unchanged, for callers that do not
   /// use them afterwards.
-  PORTHOS_INLINE void subtract_free_about_z(const Force<T>& U, T s) {
-    const Force<T> W = -s * U;
+  PORTHOS_INLINE void subtract_free_about_z(const Force<T>& K, const Force<T>& U) {
+    const Force<T> W = T(-1.0) * K;
     I.xx = fma(W.n.x, U.n.x, I.xx);
     I.xy = fma(W.n.x, U.n.y, I.xy);
     I.yy = fma(W.n.y, U.n.y, I.yy);
@@ -114,8 +114,8 @@ struct ArticulatedInertia {
   }
   /// The same for callers that use only rows and columns below k afterwards.
   template <int k>
-  PORTHOS_INLINE void subtract_below(const Force<T>& U, T s) {
-    const Force<T> W = -s * U;
+  PORTHOS_INLINE void subtract_below(const Force<T>& K, const Force<T>& U) {
+    const Force<T> W = T(-1.0) * K;
     if constexpr (k > 0) I.xx = fma(W.n.x, U.n.x, I.xx);
     if constexpr (k > 1) {
       I.xy = fma(W.n.x, U.n.y, I.xy);

@@ -112,7 +112,7 @@ struct Workspace {
         g(m.nodes().size()),
         a(m.nodes().size()),
         V(m.nodes().size()),
-        U(static_cast<size_t>(m.nv())),
+        K(static_cast<size_t>(m.nv())),
         D_inverse(static_cast<size_t>(m.nv())),
         u(static_cast<size_t>(m.nv())),
         rate(static_cast<size_t>(m.nv())),
@@ -138,7 +138,7 @@ struct Workspace {
   std::vector<Force<T>> g;   ///< external wrench on the subtree
   std::vector<Motion<T>> a;  ///< accelerations
   std::vector<Motion<T>> V;  ///< twists in body frames
-  std::vector<Force<T>> U;   ///< per freedom: A S
+  std::vector<Force<T>> K;   ///< per freedom: A S D⁻¹
   std::vector<T> D_inverse, u;
   std::vector<T> rate, mu;             ///< joint rates and momenta, size nv
   std::vector<T> turn_angle;           ///< 2π·turns of each angle block

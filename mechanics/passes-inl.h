@@ -38,9 +38,12 @@ template <class T>
 }
 
 /// Leaf → root, one body: eliminates its joint's freedoms from A_i and b_i, one S_k at a time:
-///   U = A S,  D = Sᵀ U + rotor inertia,  u = f - Sᵀ b,   A ← A - U D⁻¹ Uᵀ,   b ← b + U D⁻¹ u
+///   U = A S,  D = Sᵀ U + rotor inertia,  K = U D⁻¹,  u = f - Sᵀ b,   A ← A - K Uᵀ,   b ← b + K u
 /// f: joint momenta (Hamiltonian field) or joint forces (ABA). Afterwards A S = 0, except with a
-/// rotor.
+/// rotor. The way down uses the same rounded K, and Sᵀ K is exactly 1 where A S is exactly 0. So
+/// the recursion is Hamiltonian for each rounded K. (With U and D⁻¹ apart, the rounding of D⁻¹ at
+/// a leaf, where D is constant, does work that always has the same sign while the joint turns the
+/// same way.)
 template <class J, class T>
 [[gnu::always_inline]] inline void eliminate(const Node& n, Workspace<T>& w, const T* f, bool root,
                                              ArticulatedInertia<T>& A, Force<T>& b) {
@@ -55,18 +58,21 @@ template <class J, class T>
       if (n.rotor_inertia != 0) D = D + T(n.rotor_inertia);
     const T D_inverse = T(1.0) / D;
     const T u = f[j] - J::template project<k>(n, b);
-    w.U[j] = U;
+    Force<T>& K = w.K[j];
+    K = D_inverse * U;
+    if constexpr (requires { J::axis; })
+      if (n.rotor_inertia == 0) K[J::axis[size_t(k)]] = T(1.0);
     w.D_inverse[j] = D_inverse;
     w.u[j] = u;
-    b = fma(D_inverse * u, U, b);
+    b = fma(u, K, b);
     if constexpr (J::nv == 6)
-      A.template subtract_below<k>(U, D_inverse);
+      A.template subtract_below<k>(K, U);
     else if (k == 0 && root)
       return;  // the inertia passed to the world is never used
     else if (freed_about_z<J>(n))
-      A.subtract_free_about_z(U, D_inverse);
+      A.subtract_free_about_z(K, U);
     else
-      A.subtract(U, D_inverse);
+      A.subtract(K, U);
   });
   // After the elimination of all six freedoms no inertia remains and b equals f. Set it exactly,
   // without rounding.
@@ -114,13 +120,13 @@ template <class J, class T>
 }
 
 /// Root → leaf, one body: joint rates from the eliminated freedoms and the parent's motion v in the
-/// body frame. v becomes the body's own motion:  q̇ = D⁻¹ (u - Uᵀ v),  v ← v + S q̇.
+/// body frame. v becomes the body's own motion:  q̇ = D⁻¹ u - Kᵀ v,  v ← v + S q̇.
 template <class J, class T>
 [[gnu::always_inline]] inline void back_substitute(const Node& n, const Workspace<T>& w,
                                                    Motion<T>& v, T* rate) {
   unroll<J::nv>([&](auto k) {
     const size_t j = size_t(n.v) + k;
-    rate[j] = w.D_inverse[j] * (w.u[j] - dot(v, w.U[j]));
+    rate[j] = fma(w.D_inverse[j], w.u[j], -dot(v, w.K[j]));
     J::template add<k>(n, rate[j], v);
   });
 }

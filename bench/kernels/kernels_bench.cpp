@@ -22,7 +22,7 @@ using Vec = std::vector<double>;
 template <class T>
 size_t bytes(const Workspace<T>& w) {
   const auto of = [](const auto& v) { return v.size() * sizeof(v[0]); };
-  return of(w.X) + of(w.screw) + of(w.A) + of(w.b) + of(w.g) + of(w.a) + of(w.V) + of(w.U) +
+  return of(w.X) + of(w.screw) + of(w.A) + of(w.b) + of(w.g) + of(w.a) + of(w.V) + of(w.K) +
          of(w.D_inverse) + of(w.u) + of(w.rate) + of(w.mu) + of(w.turn_angle) + of(w.angle) +
          of(w.sine) + of(w.cosine);
 }

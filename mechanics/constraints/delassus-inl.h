@@ -85,8 +85,8 @@ class LanesOfMatrix {
 /// The Delassus matrix D = G M⁻¹ Gᵀ of a set, sparse, and its factors.
 ///
 /// M⁻¹ = Σ over freedoms of the articulated elimination. A row's unit wrenches β move up to the
-/// root: u_k = S_kᵀ β, β ← β - U_k u_k / D_k at every freedom, with the U and D that the factor of
-/// the field left in the workspace. Then D_rs = Σ_k u_k^r u_k^s / D_k over the freedoms that move
+/// root: u_k = S_kᵀ β, β ← β - K_k u_k at every freedom, with the K and D that the factor of the
+/// field left in the workspace. Then D_rs = Σ_k u_k^r u_k^s / D_k over the freedoms that move
 /// both rows: no sweep down, and no element where there are none.
 template <class T>
 class Delassus {
@@ -245,7 +245,7 @@ class Delassus {
           const T uk = of_terms_[v] + decltype(J)::template project<k>(n, beta);
           of_terms_[v] = T(0.0);
           bound += most_of<decltype(J), k>(n, reach_[size_t(i)], uk) * size_of(w.D_inverse[v]);
-          beta += (-(w.D_inverse[v] * uk)) * w.U[v];
+          beta += (-uk) * w.K[v];
           u_[--at] = uk;
           scaled_[at] = uk * w.D_inverse[v];
         });

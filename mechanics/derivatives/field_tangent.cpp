@@ -183,7 +183,7 @@ void FieldTangent<T>::up(In dq, In dp) {
       unroll_descending<Joint::nv>([&](auto k) {
         const size_t j = size_t(n.v + k);
         e_[j] = dmu[k] - Joint::template project<k>(n, beta);
-        beta = fma(w_.D_inverse[j] * e_[j], w_.U[j], beta);
+        beta = fma(e_[j], w_.K[j], beta);
       });
       if constexpr (Joint::nv == 6)
         for (int k = 0; k < 6; ++k) beta[k] = dmu[k];
@@ -236,7 +236,7 @@ void FieldTangent<T>::down(In dq, In dp, Out dq_dot, Out dp_dot) {
       b.dV = W;
       unroll<Joint::nv>([&](auto k) {
         const size_t j = size_t(n.v + k);
-        drate[j] = w_.D_inverse[j] * (e_[j] - dot(b.dV, w_.U[j]));
+        drate[j] = fma(w_.D_inverse[j], e_[j], -dot(b.dV, w_.K[j]));
         Joint::template add<k>(n, drate[j], b.dV);
       });
       if (!root && Joint::nv != 6) b.dh += passes::left_times<Joint>(n, w_.A[i], W);
