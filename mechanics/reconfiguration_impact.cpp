@@ -15,29 +15,6 @@ using Reals = Instant::Reals;
 
 const Vec3<Real>& column(const Mat3<Real>& R, int j) { return j == 0 ? R.x : j == 1 ? R.y : R.z; }
 
-/// The unit quaternion of a rotation matrix, from its largest component. Source: Shepperd 1978.
-Quaternion<Real> quaternion(const Mat3<Real>& R) {
-  const Real d[4] = {R.x.x + R.y.y + R.z.z, R.x.x, R.y.y, R.z.z};
-  const int k = int(std::max_element(d, d + 4) - d);
-  Real q[4];
-  const auto R_at = [&](int i, int j) { return column(R, j)[i]; };
-  if (k == 0) {
-    q[0] = 1 + d[0];
-    q[1] = R_at(2, 1) - R_at(1, 2);
-    q[2] = R_at(0, 2) - R_at(2, 0);
-    q[3] = R_at(1, 0) - R_at(0, 1);
-  } else {
-    const int i = k - 1, j = (i + 1) % 3, l = (i + 2) % 3;
-    q[0] = R_at(l, j) - R_at(j, l);
-    q[1 + i] = 1 + 2 * d[k] - d[0];
-    q[1 + j] = R_at(j, i) + R_at(i, j);
-    q[1 + l] = R_at(l, i) + R_at(i, l);
-  }
-  const Real size = phs::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  for (Real& x : q) x /= size;
-  return Quaternion<Real>::load(q);
-}
-
 /// Inertia of a body about its frame's origin, in its frame's axes, from the user's input.
 RigidInertia<Real> inertia_of(const MassProperties& given) {
   const auto& g = given.inertia;

@@ -8,9 +8,7 @@
 #include "mechanics/joint_list.h"
 
 namespace porthos::mechanics {
-namespace {
 
-/// A rotation whose z axis is `axis`; exact for axes along x, y, z.
 Mat3<double> frame_with_z(const Vec3d& axis) {
   const double length = norm(axis);
   const Vec3d z = (1 / length) * axis;
@@ -30,6 +28,8 @@ Mat3<double> frame_with_z(const Vec3d& axis) {
   X = (1 / norm(X)) * X;
   return Mat3<double>(Mat3<long double>{X, cross(Z, X), Z});
 }
+
+namespace {
 
 Pose inverse(const Pose& p) { return {p.R.transposed(), -p.R.tmul(p.r)}; }
 

@@ -61,7 +61,6 @@ struct UnitWrench {
 template <class T>
 class LanesOfMatrix {
  public:
-  static constexpr int most_columns = 1;
   explicit LanesOfMatrix(const phs::BlockPattern& p) : a_(p.elements(), T(0.0)) {}
   std::span<T> elements() { return a_; }
   int factor(std::span<const double>) { refuse(); }
@@ -69,10 +68,7 @@ class LanesOfMatrix {
   bool uses(int) const { refuse(); }
   bool unique(int) const { refuse(); }
   double smallest_pivot() const { refuse(); }
-  template <int>
-  void solve(std::span<T>) const {
-    refuse();
-  }
+  void solve(std::span<T>) const { refuse(); }
   void shorten(std::span<T>) const { refuse(); }
 
  private:
@@ -98,7 +94,8 @@ class Delassus {
         pattern_(set.pattern()),
         factors_(pattern_),
         bound_(size_t(set.count()), 0.0),
-        x_(bound_.size() * size_t(Cholesky::most_columns), T(0.0)),
+        x_(bound_.size(), T(0.0)),
+        sides_(std::is_same_v<T, double> ? bound_.size() : 0),
         beta_(m.nodes().size()),
         reach_(beta_.size()),
         of_terms_(size_t(m.nv()), T(0.0)) {
@@ -117,6 +114,8 @@ class Delassus {
   template <class EachRow>
   void sweep_rows(const EachRow& each_row, const Workspace<T>& w) {
     each_row([&](const UnitWrench<T>& unit) { sweep(unit, w); });
+    const auto elements = factors_.elements();
+    std::fill(elements.begin(), elements.end(), T(0.0));  // factors have more than D
     for (const Meeting& meeting : meetings_) multiply(meeting);
   }
 
@@ -136,21 +135,20 @@ class Delassus {
   bool uses(int row) const { return factors_.uses(place_[size_t(row)]); }
   bool unique(int row) const { return factors_.unique(place_[size_t(row)]); }
   double smallest_pivot() const { return factors_.smallest_pivot(); }
-  void solve(std::span<T> r) const { solve_some<1>(r.data(), 1); }
+  void solve(std::span<T> r) const {
+    by_place(r, [&](std::span<T> x) { factors_.solve(x); });
+  }
   /// @param r  m × n row-major: a right-hand side per column
   void solve_all(std::span<T> r, int n) const {
-    int column = 0;
-    const size_t width = size_t(n);
-    if constexpr (!phs::is_pack<T>) {
-      for (; column + 8 <= n; column += 8) solve_some<8>(r.data() + column, width);
-      for (; column + 4 <= n; column += 4) solve_some<4>(r.data() + column, width);
+    constexpr int width = phs::lanes<phs::Pack8>;
+    if constexpr (std::is_same_v<T, double>) {
+      for (int k = 0; k < n; k += width) solve_in_lanes(r.data() + k, n, std::min(n - k, width));
+    } else {
+      for (int k = 0; k < n; ++k) solve_column(r.data() + k, n);
     }
-    for (; column < n; ++column) solve_some<1>(r.data() + column, width);
   }
   void shorten(std::span<T> r) const {
-    for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i];
-    factors_.shorten(std::span<T>(x_).first(r.size()));
-    for (size_t i = 0; i < place_.size(); ++i) r[i] = x_[size_t(place_[i])];
+    by_place(r, [&](std::span<T> x) { factors_.shorten(x); });
   }
 
  private:
@@ -210,15 +208,29 @@ class Delassus {
         apply(i, j, to[size_t(i) * t.to.stride + size_t(j)]);
   }
 
-  /// Solves for successive right-hand sides. @return the next one
-  template <int columns>
-  void solve_some(T* r, size_t width) const {
-    const size_t m = place_.size();
-    for (size_t i = 0; i < m; ++i)
-      for (size_t c = 0; c < columns; ++c) x_[size_t(place_[i]) * columns + c] = r[i * width + c];
-    factors_.template solve<columns>(std::span<T>(x_).first(m * columns));
-    for (size_t i = 0; i < m; ++i)
-      for (size_t c = 0; c < columns; ++c) r[i * width + c] = x_[size_t(place_[i]) * columns + c];
+  template <class Apply>
+  void by_place(std::span<T> r, const Apply& apply) const {
+    for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i];
+    apply(std::span<T>(x_));
+    for (size_t i = 0; i < place_.size(); ++i) r[i] = x_[size_t(place_[i])];
+  }
+  /// One column of n.
+  void solve_column(T* r, int n) const {
+    for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i * size_t(n)];
+    factors_.solve(std::span<T>(x_));
+    for (size_t i = 0; i < place_.size(); ++i) r[i * size_t(n)] = x_[size_t(place_[i])];
+  }
+  /// Up to eight columns of n at once; lanes beyond them are zero.
+  void solve_in_lanes(T* r, int n, int columns) const {
+    for (size_t i = 0; i < place_.size(); ++i) {
+      phs::Pack8 x(0.0);
+      for (int c = 0; c < columns; ++c) x.set(c, r[i * size_t(n) + size_t(c)]);
+      sides_[size_t(place_[i])] = x;
+    }
+    factors_.solve(std::span<phs::Pack8>(sides_));
+    for (size_t i = 0; i < place_.size(); ++i)
+      for (int c = 0; c < columns; ++c)
+        r[i * size_t(n) + size_t(c)] = sides_[size_t(place_[i])][c];
   }
 
   void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {
@@ -283,8 +295,9 @@ class Delassus {
   const Mechanism& m_;
   const phs::BlockPattern& pattern_;
   Cholesky factors_;
-  std::vector<double> bound_;          ///< of the diagonal, by place
-  mutable std::vector<T> x_;           ///< right-hand sides by place
+  std::vector<double> bound_;  ///< of the diagonal, by place
+  mutable std::vector<T> x_;   ///< a right-hand side by place
+  mutable std::vector<phs::Pack8> sides_;
   std::vector<int> place_, block_of_;  ///< by row
   std::vector<Block> blocks_;
   std::vector<Common> common_;

@@ -1,13 +1,15 @@
 #pragma once
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/reconfiguration.h"
+#include "mechanics/rotation.h"
 #include "phs/scalars/scalar.h"
 
-/// The state that reconfigurations compute with. Private to reconfiguration*.cpp.
+/// The state that reconfigurations and changes of coordinates compute with.
 namespace porthos::mechanics {
 
 /// A mechanism at one instant, in 113 bits.
@@ -64,6 +66,29 @@ inline Transform<phs::Quad> inverse(const Transform<phs::Quad>& x) {
   const auto& R = x.R;
   const Mat3<phs::Quad> T{{R.x.x, R.y.x, R.z.x}, {R.x.y, R.y.y, R.z.y}, {R.x.z, R.y.z, R.z.z}};
   return {T, -(T * x.r)};
+}
+/// The unit quaternion of a rotation matrix, from its largest component. Source: Shepperd 1978.
+inline Quaternion<phs::Quad> quaternion(const Mat3<phs::Quad>& R) {
+  using Real = phs::Quad;
+  const Real d[4] = {R.x.x + R.y.y + R.z.z, R.x.x, R.y.y, R.z.z};
+  const int k = int(std::max_element(d, d + 4) - d);
+  Real q[4];
+  const auto R_at = [&](int i, int j) { return (j == 0 ? R.x : j == 1 ? R.y : R.z)[i]; };
+  if (k == 0) {
+    q[0] = 1 + d[0];
+    q[1] = R_at(2, 1) - R_at(1, 2);
+    q[2] = R_at(0, 2) - R_at(2, 0);
+    q[3] = R_at(1, 0) - R_at(0, 1);
+  } else {
+    const int i = k - 1, j = (i + 1) % 3, l = (i + 2) % 3;
+    q[0] = R_at(l, j) - R_at(j, l);
+    q[1 + i] = 1 + 2 * d[k] - d[0];
+    q[1 + j] = R_at(j, i) + R_at(i, j);
+    q[1 + l] = R_at(l, i) + R_at(i, l);
+  }
+  const Real size = phs::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (Real& x : q) x /= size;
+  return Quaternion<Real>::load(q);
 }
 inline double length(const Vec3<phs::Quad>& a) { return double(phs::sqrt(dot(a, a))); }
 

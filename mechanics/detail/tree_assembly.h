@@ -19,4 +19,7 @@ struct AssembledTree {
 /// as MechanismBuilder::build()
 AssembledTree assemble_tree(const std::vector<const BodySpec*>& order, bool accept_unphysical);
 
+/// A rotation whose z axis is `axis`; exact for axes along x, y, z.
+Mat3<double> frame_with_z(const Vec3d& axis);
+
 }  // namespace porthos::mechanics

@@ -22,8 +22,6 @@ class BlockCholesky {
  public:
   /// A pivot below this, in the scaled matrix, counts as zero.
   static constexpr double limit = 1e-9;
-  /// The right-hand sides of one pass of solve().
-  static constexpr int most_columns = 8;
 
   /// pattern: it must outlive this object
   explicit BlockCholesky(const BlockPattern& pattern)
@@ -33,7 +31,6 @@ class BlockCholesky {
         scale_(n_, T(0.0)),
         unit_(scale_),
         inverse_(scale_),
-        y_(n_ * most_columns, T(0.0)),
         x_(scale_),
         rest_(scale_),
         along_(scale_),
@@ -72,18 +69,14 @@ class BlockCholesky {
   /// Whether A x = r determines x at a place.
   bool unique(int place) const { return unique_[std::size_t(place)] != 0; }
 
-  /// r ← solutions of A x = r, for r in the range of A. @param r  rows × columns row-major, columns
-  ///   <= most_columns. Each column has the bits that it has alone
-  template <int columns>
-  void solve(std::span<T> r) const {
-    static_assert(columns <= most_columns);
-    const auto scale = [&](std::size_t i, bool used) {
-      for (T& x : r.subspan(i * columns, columns)) x = used ? scale_[i] * x : T(0.0);
-    };
-    for (std::size_t i = 0; i < n_; ++i) scale(i, true);
-    forward<columns, Rows::used>(r.data());
-    backward<columns, Rows::used>(r.data());
-    for (std::size_t i = 0; i < n_; ++i) scale(i, used_[i] != 0);
+  /// r ← a solution of A x = r, for r in the range of A, size n. C: T or, if T is double, lanes: a
+  /// right-hand side in each, with the bits that it has alone.
+  template <class C>
+  void solve(std::span<C> r) const {
+    for (std::size_t i = 0; i < n_; ++i) r[i] = C(scale_[i]) * r[i];
+    forward<Rows::used>(r);
+    backward<Rows::used>(r);
+    for (std::size_t i = 0; i < n_; ++i) r[i] = used_[i] ? C(scale_[i]) * r[i] : C(T(0.0));
   }
 
   /// x ← the shortest vector that differs from x by the kernel of A, size n: x - Z c, where Z spans
@@ -217,48 +210,45 @@ class BlockCholesky {
 
   // --- substitutions, in place ---------------------------------------------------------------
   /// y = L₁⁻¹ r of the rows in use; at the others, with Rows::all, r - L₂ y.
-  template <int columns, Rows rows>
-  void forward(T* r) const {
+  template <Rows rows, class C>
+  void forward(std::span<C> r) const {
     for (std::size_t f = 0; f < rank_of_.size(); ++f) {
       const Front& front = pattern_.fronts()[f];
       const std::size_t b = std::size_t(front.size), rank = rank_of_[f];
       const T* const L = a_.data() + front.data;
-      const auto subtract = [&](const T* row, std::size_t end, T* from) {
-        for (std::size_t l = 0; l < end; ++l)
-          for (int c = 0; c < columns; ++c)
-            from[c] = from[c] - row[l] * y_[l * columns + std::size_t(c)];
+      const int* const order = order_.data() + front.at;
+      const auto left = [&](const T* row, std::size_t end, C own) {
+        for (std::size_t l = 0; l < end; ++l) own = own - C(row[l]) * r[std::size_t(order[l])];
+        return own;
       };
       for (std::size_t k = 0; k < (rows == Rows::all ? b : rank); ++k) {
-        T* const own = r + std::size_t(order_[std::size_t(front.at) + k]) * columns;
-        subtract(L + k * b, std::min(k, rank), own);
-        if (k >= rank) continue;
-        for (int c = 0; c < columns; ++c)
-          y_[k * columns + std::size_t(c)] = own[c] = own[c] * inverse_[std::size_t(front.at) + k];
+        C& own = r[std::size_t(order[k])];
+        own = left(L + k * b, std::min(k, rank), own);
+        if (k < rank) own = own * C(inverse_[std::size_t(front.at) + k]);
       }
-      for (std::size_t p = b; p < height(front); ++p)
-        subtract(L + p * b, rank, r + std::size_t(front.below[p - b]) * columns);
+      for (std::size_t p = b; p < height(front); ++p) {
+        C& own = r[std::size_t(front.below[p - b])];
+        own = left(L + p * b, rank, own);
+      }
     }
   }
   /// x₁ of L₁ᵀ x₁ + L₂ᵀ x₂ = y, where x₂, at the rows not in use, is 0 or, with Rows::all, in r.
-  template <int columns, Rows rows>
-  void backward(T* r) const {
+  template <Rows rows, class C>
+  void backward(std::span<C> r) const {
     for (std::size_t f = rank_of_.size(); f-- > 0;) {
       const Front& front = pattern_.fronts()[f];
       const std::size_t b = std::size_t(front.size), rank = rank_of_[f];
       const T* const L = a_.data() + front.data;
       const int* const order = order_.data() + front.at;
       for (std::size_t k = rank; k-- > 0;) {
-        T* const own = r + std::size_t(order[k]) * columns;
-        const auto subtract = [&](std::size_t l, int place) {
-          const T* const x = r + std::size_t(place) * columns;
-          for (int c = 0; c < columns; ++c) own[c] = own[c] - L[l * b + k] * x[c];
-        };
+        C own = r[std::size_t(order[k])];
         for (std::size_t p = b; p < height(front); ++p) {
-          const int place = front.below[p - b];
-          if (rows == Rows::all || used_[std::size_t(place)]) subtract(p, place);
+          const std::size_t place = std::size_t(front.below[p - b]);
+          if (rows == Rows::all || used_[place]) own = own - C(L[p * b + k]) * r[place];
         }
-        for (std::size_t l = k + 1; l < (rows == Rows::all ? b : rank); ++l) subtract(l, order[l]);
-        for (int c = 0; c < columns; ++c) own[c] = own[c] * inverse_[std::size_t(front.at) + k];
+        for (std::size_t l = k + 1; l < (rows == Rows::all ? b : rank); ++l)
+          own = own - C(L[l * b + k]) * r[std::size_t(order[l])];
+        r[std::size_t(order[k])] = own * C(inverse_[std::size_t(front.at) + k]);
       }
     }
   }
@@ -267,13 +257,13 @@ class BlockCholesky {
   /// c = Zᵀ v at the rows left out, 0 at those in use.
   void onto_kernel(std::span<const T> v, std::span<T> c) const {
     for (std::size_t i = 0; i < n_; ++i) c[i] = unit_[i] * v[i];
-    forward<1, Rows::all>(c.data());
+    forward<Rows::all>(c);
     for (std::size_t i = 0; i < n_; ++i) c[i] = used_[i] ? T(0.0) : c[i] / unit_[i];
   }
   /// x_ = Z along_.
   void from_kernel() const {
     for (std::size_t i = 0; i < n_; ++i) x_[i] = used_[i] ? T(0.0) : along_[i] / unit_[i];
-    backward<1, Rows::all>(x_.data());
+    backward<Rows::all>(std::span<T>(x_));
     for (std::size_t i = 0; i < n_; ++i) x_[i] = unit_[i] * x_[i];
   }
   /// A row is unique where all vectors of the kernel are 0: where two sums of them are, each with
@@ -290,7 +280,7 @@ class BlockCholesky {
         depends = depends || dependent;
         x_[i] = T(dependent ? 1 + factor : 0.0);
       }
-      if (depends) backward<1, Rows::all>(x_.data());
+      if (depends) backward<Rows::all>(std::span<T>(x_));
       for (std::size_t i = 0; i < n_; ++i)
         if (!used_[i] || std::fabs(to_double(x_[i])) > 1e-6) unique_[i] = 0;
     }
@@ -301,7 +291,7 @@ class BlockCholesky {
   std::vector<T> a_;
   std::vector<T> scale_, unit_;  ///< unit_: scale_, but 1 of zero rows
   std::vector<T> inverse_;       ///< of the factor's diagonal, in the order of pivots
-  mutable std::vector<T> y_, x_, rest_, along_;
+  mutable std::vector<T> x_, rest_, along_;
   std::vector<int> order_;  ///< of each front's pivots, from its first place on: their places
   std::vector<int> position_;
   std::vector<std::size_t> rank_of_;  ///< by front

@@ -42,7 +42,7 @@ Lists twins(const Lists& neighbours) {
   return all;
 }
 
-int rows_of(const std::vector<int>& blocks, std::span<const int> sizes) {
+int count_of(const std::vector<int>& blocks, std::span<const int> sizes) {
   int rows = 0;
   for (const int b : blocks) rows += sizes[size_t(b)];
   return rows;
@@ -53,7 +53,7 @@ Elimination by_minimum_degree(const Lists& neighbours, std::span<const int> size
   const Lists sets = twins(neighbours);
   std::vector<int> set_of(neighbours.size()), weight(sets.size());
   for (size_t s = 0; s < sets.size(); ++s) {
-    weight[s] = rows_of(sets[s], sizes);
+    weight[s] = count_of(sets[s], sizes);
     for (const int b : sets[s]) set_of[size_t(b)] = int(s);
   }
   std::vector<std::set<int>> joined(sets.size());
@@ -114,7 +114,8 @@ Elimination without_needless_fronts(Elimination e, std::span<const int> sizes) {
     const int next = parents.next[k];
     if (next < 0) continue;
     auto& into = e.members[size_t(next)];
-    if (rows_of(e.later[k], sizes) != rows_of(into, sizes) + rows_of(e.later[size_t(next)], sizes))
+    if (count_of(e.later[k], sizes) !=
+        count_of(into, sizes) + count_of(e.later[size_t(next)], sizes))
       continue;
     into.insert(into.end(), e.members[k].begin(), e.members[k].end());
     taken[k] = 1;
@@ -141,14 +142,14 @@ Elimination with_dense_parts(Elimination e, std::span<const int> sizes) {
     root[k] = parents.next[k] < 0 ? int(k) : root[size_t(parents.next[k])];
   for (size_t k = 0; k < n; ++k) {
     Part& p = parts[size_t(root[k])];
-    const double own = rows_of(e.members[k], sizes), below = rows_of(e.later[k], sizes);
+    const double own = count_of(e.members[k], sizes), below = count_of(e.later[k], sizes);
     p.elements += own * (own + 1) / 2 + own * below;
     p.blocks.insert(p.blocks.end(), e.members[k].begin(), e.members[k].end());
   }
   Elimination joined;
   for (size_t k = 0; k < n; ++k) {
     Part& p = parts[size_t(root[k])];
-    const double rows = rows_of(p.blocks, sizes);
+    const double rows = count_of(p.blocks, sizes);
     if (rows * (rows + 1) / 2 > 2 * p.elements) {
       joined.members.push_back(std::move(e.members[k]));
       joined.later.push_back(std::move(e.later[k]));

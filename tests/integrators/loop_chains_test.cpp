@@ -109,6 +109,24 @@ TEST(LoopChains, FortyWindowsLONG) {
   expect_closed_form(40, 20, 1e-13);  // measured 2.1e-14
 }
 
+/// The factors of one state leave nothing in those of the next, also where they fill.
+TEST(LoopChains, FactorsCanBeMadeAgain) {
+  for (const int N : {3, 12}) {
+    auto l = test::windows(N, true);
+    const Vec x = l.start();
+    const auto model = l.model();
+    const auto system = model.instantiate<double>();
+    const auto rows = system->constraints();
+    Vec g(size_t(rows->count())), first(g.size(), 1.0), again(g.size(), 1.0);
+    rows->place(x, g);
+    rows->factor(x);
+    rows->solve(first);
+    rows->factor(x);
+    rows->solve(again);
+    EXPECT_EQ(first, again) << N;
+  }
+}
+
 /// Right-hand sides together have the bits that they have alone, and the chain couples its loops.
 TEST(LoopChains, ManySidesAreSolvedAtOnce) {
   auto l = test::windows(12, true);

@@ -95,7 +95,7 @@ struct Factored {
   }
   Vec solution(const Vec& r) const {
     Vec x = by_place(r);
-    factors.solve<1>(x);
+    factors.solve(std::span(x));
     return by_row(x);
   }
 };
@@ -196,16 +196,17 @@ TEST(BlockCholesky, ColumnsHaveTheBitsThatTheyHaveAlone) {
   const Problem p = problem(chain(30), 31, 6);
   const Factored f(p, BlockPattern(p.sizes, p.neighbours));
   const size_t m = size_t(p.A.rows);
-  Vec all(8 * m);
+  std::vector<Pack8> all(m);
   std::vector<Vec> each;
-  for (size_t c = 0; c < 8; ++c) {
+  for (int c = 0; c < 8; ++c) {
     each.push_back(f.by_place(times(p.A, numbers(m, unsigned(c)))));
-    for (size_t i = 0; i < m; ++i) all[8 * i + c] = each[c][i];
+    for (size_t i = 0; i < m; ++i) all[i].set(c, each[size_t(c)][i]);
   }
-  f.factors.solve<8>(all);
-  for (size_t c = 0; c < 8; ++c) {
-    f.factors.solve<1>(each[c]);
-    for (size_t i = 0; i < m; ++i) EXPECT_EQ(all[8 * i + c], each[c][i]);
+  f.factors.solve(std::span(all));
+  for (int c = 0; c < 8; ++c) {
+    auto& own = each[size_t(c)];
+    f.factors.solve(std::span(own));
+    for (size_t i = 0; i < m; ++i) EXPECT_EQ(all[i][c], own[i]);
   }
 }
 

@@ -17,6 +17,7 @@ struct Linkage {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   mechanics::ConstraintSpec spec;
   Vec q, v;
+  mechanics::MechanismBuilder parts = mechanics::MechanismBuilder("");  ///< of the mechanism
 
   mechanics::MechanicalModel model() const {
     return mechanics::MechanicalModel(mechanism, {}, spec);
@@ -56,7 +57,7 @@ inline Linkage four_bar(const std::string& type = "revolute", double gravity = -
   b.add(rod("coupler", "crank", 0.5, 0, 1.5, 2));
   b.add(rod("rocker", "world", 1.5, 0, 1.25, 1.5));
   b.gravity({0, gravity, 0});
-  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, {1, -0.5, 2}, {3, 0, 0}};
+  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, {1, -0.5, 2}, {3, 0, 0}, b};
   l.spec.loops.push_back({"pin", type, at("coupler", 1.5, 0), at("rocker", 1.25, 0)});
   return l;
 }
@@ -77,6 +78,7 @@ inline Linkage four_bars(int N) {
   }
   b.gravity({0, -9.8125, 0});
   l.mechanism = std::make_shared<mechanics::Mechanism>(b.build());
+  l.parts = b;
   return l;
 }
 
@@ -95,7 +97,7 @@ inline Linkage holding_arms() {
   shoulder.joint.type = "spherical";
   b.add(shoulder).add(rod("lower", "upper", 1.25, 0, 1, 0.5));
   b.add(rod("other", "base", 0.5, 0.5, 1.5, 1.25));
-  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, {}, {}};
+  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, {}, {}, b};
   l.q = l.mechanism->neutral();
   l.v = {0.3, -0.2, 0.4, 0.1, 0, -0.1, 0.5, 0.2, -0.3, 0.7, -0.6};
   const size_t elbow = size_t(l.mechanism->coordinate("lower_joint").q);
@@ -132,6 +134,48 @@ inline Linkage windows(int N, bool equal) {
   }
   b.gravity({0, -9.81, 0});
   l.mechanism = std::make_shared<mechanics::Mechanism>(b.build());
+  l.parts = b;
+  return l;
+}
+
+/// A lattice of n × n square cells in the plane: bars of 1 m with hinges where they meet, the first
+/// corner on the ground. All upright bars start to lean together.
+inline Linkage lattice(int n) {
+  mechanics::MechanismBuilder b("lattice");
+  Linkage l;
+  constexpr double quarter = 1.5707963267948966;
+  const auto name = [](bool up, int i, int j) {
+    return (up ? "up" : "along") + std::to_string(i) + "_" + std::to_string(j);
+  };
+  // A bar from node (i, j) hangs on the bar that leads there: along from the left, or the first up.
+  const auto add = [&](bool up, int i, int j) {
+    const bool first = i == 0 && j == 0, from_up = i == 0;
+    b.add(rod(name(up, i, j),
+              first     ? "world"
+              : from_up ? name(true, i, j - 1)
+                        : name(false, i - 1, j),
+              first ? 0 : 1, 0, 1, 1));
+    const bool parent_up = !first && from_up;
+    l.q.push_back((up ? quarter : 0) - (parent_up ? quarter : 0));
+    l.v.push_back((up ? 0.5 : 0) - (parent_up ? 0.5 : 0));
+  };
+  // Depth first, as the builder orders joints.
+  const auto grow = [&](const auto& self, bool up, int i, int j) -> void {
+    add(up, i, j);
+    const int k = up ? i : i + 1, m = up ? j + 1 : j;
+    if (up && i > 0) return;  // what starts there hangs on the bar from the left
+    if (k < n) self(self, false, k, m);
+    if (m < n) self(self, true, k, m);
+  };
+  grow(grow, false, 0, 0);
+  grow(grow, true, 0, 0);
+  for (int i = 1; i <= n; ++i)
+    for (int j = 1; j <= n; ++j)
+      l.spec.loops.push_back({"pin" + std::to_string(i) + "_" + std::to_string(j), "revolute",
+                              at(name(false, i - 1, j), 1, 0), at(name(true, i, j - 1), 1, 0)});
+  b.gravity({0, -1, 0});
+  l.mechanism = std::make_shared<mechanics::Mechanism>(b.build());
+  l.parts = b;
   return l;
 }
 
@@ -158,7 +202,7 @@ inline Linkage bricard() {
     place = u;
   }
   b.gravity({0, -9.8125, 0});
-  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, Vec(5, 0.0), Vec(5, 0.0)};
+  Linkage l{std::make_shared<mechanics::Mechanism>(b.build()), {}, Vec(5, 0.0), Vec(5, 0.0), b};
   // The axis of the last hinge is x: z of both frames.
   const mechanics::Mat3<double> R{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
   l.spec.loops.push_back({"hinge5", "revolute", {"rod4", {R, along[4]}}, {"", {R, {0, 0, 1}}}});
