@@ -9,6 +9,7 @@
 #include "integrators/methods/lobatto.h"
 #include "integrators/methods/projected_gauss.h"
 #include "integrators/methods/radau15.h"
+#include "integrators/methods/rattle.h"
 #include "integrators/methods/rk4.h"
 #include "integrators/methods/semi_implicit_euler.h"
 #include "integrators/methods/spark.h"
@@ -32,6 +33,7 @@ struct Families {
       gauss_entries,
       spark_entries,
       projected_gauss_entries,
+      rattle_entries,
       composition_entries,
       stormer_verlet_entries,
       lobatto_entries,

@@ -92,7 +92,10 @@ PORTHOS_FOR_EACH_STEP_SCALAR(PORTHOS_INSTANTIATE)
 
 Entries composition_entries() {
   const auto composition = [](const CompositionTable& table, Declaration d, std::string base) {
-    d.title = table.title + ", on " + (base == "midpoint" ? "the midpoint rule" : "Stormer-Verlet");
+    d.title = table.title + ", on " +
+              (base == "midpoint" ? "the midpoint rule"
+               : base == "rattle" ? "RATTLE, for constraints"
+                                  : "Stormer-Verlet");
     d.family = "Compositions";
     d.order = table.order;
     d.symmetric = d.symplectic = Claim::holds;
@@ -110,6 +113,12 @@ Entries composition_entries() {
         composition_table(name),
         {.name = std::string(name) + "_sv", .needs = {.canonical = true, .lossless = true}},
         "stormer_verlet"));
+  for (const char* name : {"suzuki4", "kahan_li8"})
+    e.push_back(composition(composition_table(name),
+                            {.name = std::string(name) + "_rattle",
+                             .constraints = true,
+                             .needs = {.canonical = true, .lossless = true}},
+                            "rattle"));
   return e;
 }
 

@@ -5,19 +5,12 @@
 
 #include "integrators/core/step_rule.h"
 #include "integrators/methods/splitting.h"
+#include "integrators/methods/unit_quaternions.h"
 
 namespace porthos::integrators {
 
 template <class T>
 class StormerVerlet {
-  /// A quaternion block and its multiplier.
-  struct Rotation {
-    size_t q;  ///< offset of ξ in q; π has the same offset in p
-    T kappa = T(0.0);
-    T lambda = T(0.0);  ///< multiplier of the first kick; the next start value
-    T lambda_before = T(0.0);
-  };
-
  public:
   static constexpr bool integrates_power = false;
   explicit StormerVerlet(const Workplace<T>& w)
@@ -28,16 +21,13 @@ class StormerVerlet {
         x1_(start_),
         f0_(start_),
         f1_(start_),
-        iteration_(phs::lanes<T>, {Stagnation::of<T>(w.options.iteration_tolerance)}) {
-    for (const auto& b : w.model.description().blocks)
-      if (b.kind == phs::BlockKind::rotation) rotations_.push_back({size_t(b.at)});
-    scale_rotations();
-  }
+        rotations_(w.system),
+        iteration_(phs::lanes<T>, {Stagnation::of<T>(w.options.iteration_tolerance)}) {}
 
   LaneSet begin(LaneSet lanes, const StepStart<T>& s) {
     stand(lanes, s);
     const auto now = mask_of<T>(lanes);
-    for (auto& r : rotations_) r.lambda_before = select(now, r.lambda, r.lambda_before);
+    for (auto& r : rotations_.all) r.lambda_before = select(now, r.lambda, r.lambda_before);
     for_each_lane(lanes, [&](int l) {
       iteration_[size_t(l)].stagnation.restart();
       iteration_[size_t(l)].sweeps = 0;
@@ -54,7 +44,7 @@ class StormerVerlet {
     field(s.t, x0_, f0_);
     field(s.t + s.h, x1_, f1_);  // time moves with q
     ++work_.cost.sweeps;
-    for (const auto& r : rotations_)  // first kick carries -λ ξ
+    for (const auto& r : rotations_.all)  // first kick carries -λ ξ
       for (size_t k = 0; k < 4; ++k)
         f0_[n_ + r.q + k] = f0_[n_ + r.q + k] - r.lambda * start_[r.q + k];
 
@@ -70,13 +60,11 @@ class StormerVerlet {
       p1 = select(now, p_half, p1);
       q1 = select(now, q_next, q1);
     }
-    for (auto& r : rotations_) {
-      T excess(-1.0);
-      for (size_t k = 0; k < 4; ++k) excess += x1_[r.q + k] * x1_[r.q + k];
+    for (auto& r : rotations_.all) {
       // ∂|ξ'|²/∂λ = -h² κ to leading order. The change of λ is applied to p½ and q' at once.
       // Through the following sweeps it would act two sweeps late, and the iteration would
       // oscillate.
-      const T d = excess / (s.h * s.h * r.kappa);
+      const T d = rotations_.excess(r, x1_) / (s.h * s.h * r.kappa);
       r.lambda = select(now, r.lambda + d, r.lambda);
       for (size_t k = 0; k < 4; ++k) {
         const T kick = half_h * d * start_[r.q + k];
@@ -91,7 +79,7 @@ class StormerVerlet {
     for_each_lane(lanes, [&](int l) { judge(l, in_lane(change, l), in_lane(size, l), e); });
     if (e.failed()) {
       const auto failed = mask_of<T>(e.failed());
-      for (auto& r : rotations_) r.lambda = select(failed, r.lambda_before, r.lambda);
+      for (auto& r : rotations_.all) r.lambda = select(failed, r.lambda_before, r.lambda);
       stand(e.failed(), s);
     }
     if (e.done) finish();
@@ -101,11 +89,11 @@ class StormerVerlet {
 
   void forget(LaneSet lanes, const StepStart<T>& s) {
     const auto now = mask_of<T>(lanes);
-    for (auto& r : rotations_) r.lambda = select(now, T(0.0), r.lambda);
+    for (auto& r : rotations_.all) r.lambda = select(now, T(0.0), r.lambda);
     stand(lanes, s);
   }
   void carry(Archive& a, int lane) {
-    for (auto& r : rotations_) carry_lane(a, r.lambda, lane);
+    for (auto& r : rotations_.all) carry_lane(a, r.lambda, lane);
   }
 
  private:
@@ -141,7 +129,7 @@ class StormerVerlet {
   /// p½ that enters the state, ½h f0 away. The p½ of the last sweep differs from it along ξ by the
   /// rounding of λ, which has a factor 1/(hκ).
   void finish() {
-    for (const auto& r : rotations_) {
+    for (const auto& r : rotations_.all) {
       T along(0.0), norm2(0.0);
       for (size_t k = 0; k < 4; ++k) {
         along += x1_[r.q + k] * (start_[n_ + r.q + k] + move(n_ + r.q + k));
@@ -156,37 +144,14 @@ class StormerVerlet {
   void field(T t, const std::vector<T>& x, std::vector<T>& f) {
     work_.system.field(t, x, {}, f);
     ++work_.cost.evaluations;
-    for (const auto& r : rotations_) {
-      T along(0.0);
-      for (size_t k = 0; k < 4; ++k) along += x[r.q + k] * x[n_ + r.q + k];
-      for (size_t k = 0; k < 4; ++k) {
-        f[r.q + k] += r.kappa * along * x[r.q + k];
-        f[n_ + r.q + k] = f[n_ + r.q + k] - r.kappa * along * x[n_ + r.q + k];
-      }
-    }
-  }
-
-  /// κ from the field at the zero configuration, so that it depends on the system and not on a
-  /// state. ξ' = ½ ξ∘ω with ω = I⁻¹m, so at ξ = 1 the mean of π·ξ'/|π|² over π = i, j, k is a
-  /// quarter of the mean inverse inertia.
-  void scale_rotations() {
-    std::vector<T>&x = x0_, &f = f0_;
-    for (const auto& r : rotations_) x[r.q] = T(1.0);
-    for (auto& r : rotations_) {
-      for (size_t k = 1; k < 4; ++k) {
-        x[n_ + r.q + k] = T(1.0);
-        work_.system.field(T(0.0), x, {}, f);
-        x[n_ + r.q + k] = T(0.0);
-        r.kappa += f[r.q + k] / T(3.0);
-      }
-    }
+    rotations_.add_to_field(x, f);
   }
 
   Workplace<T> work_;
   size_t n_;  ///< numbers in q
   T h_ = T(0.0);
   std::vector<T> start_, x0_, x1_, f0_, f1_;
-  std::vector<Rotation> rotations_;
+  UnitQuaternions<T> rotations_;
   std::vector<LaneIteration> iteration_;
 };
 

@@ -10,11 +10,9 @@ struct Entry;
 ///   p½ = p - (h/2) ∂qH(q, p½),  q' = q + (h/2)(∂pH(q, p½) + ∂pH(q', p½)),  p' = p½ - (h/2) ∂qH(q',
 ///   p½)
 /// (Hairer, Lubich, Wanner 2006, VI.3). On a quaternion block ξ this alone does not conserve |ξ| =
-/// 1. There the kicks have a multiplier along ξ (RATTLE, op. cit. VII.1.4) for the Hamiltonian H +
-/// (κ/2)(ξ·π)². It equals H on ξ·π = 0 and makes the multiplier well defined; κ is a quarter of the
-/// mean inverse inertia at the zero configuration. For a separable H = T(p) + V(q) the same map is
-/// explicit and computed as kick-drift-kick (splitting.h). Requires a canonical lossless system, x
-/// = (q, p).
+/// 1: there the kicks have a multiplier (unit_quaternions.h; RATTLE, op. cit. VII.1.4). For a
+/// separable H = T(p) + V(q) the same map is explicit and computed as kick-drift-kick
+/// (splitting.h). Requires a canonical lossless system, x = (q, p).
 std::vector<Entry> stormer_verlet_entries();
 
 }  // namespace porthos::integrators

@@ -6,6 +6,7 @@
 #include "integrators/control/step_control.h"
 #include "phs/linear_algebra/dense.h"
 #include "tests/integrators/problems.h"
+#include "tests/support/exact_start.h"
 #include "tests/support/reference.h"
 #include "tests/support/symplectic.h"
 
@@ -26,34 +27,6 @@ Outcome run(const std::string& method, const phs::Model& model, T h, int steps,
   return Outcome::ok;
 }
 
-/// The start in 113 bits: one Newton step from the double start doubles its digits.
-std::vector<Quad> exact_start(Linkage& l, const mechanics::MechanicalModel& model) {
-  const Vec x0 = l.start();
-  const auto system = model.instantiate<Quad>();
-  const auto rows = system->constraints();
-  const size_t m = size_t(rows->count()), nx = x0.size();
-  std::vector<Quad> x(x0.begin(), x0.end()), r(m), force(nx), e(nx);
-  for (int twice = 0; twice < 3; ++twice) {
-    // Positions along M⁻¹Gᵀ: the rates that the impulse -D⁻¹ g gives.
-    rows->place(x, r);
-    rows->factor(x);
-    rows->solve(r);
-    rows->forces(r, force);
-    std::vector<Quad> y(x.begin(), x.begin() + std::ptrdiff_t(nx / 2));
-    for (size_t i = nx / 2; i < nx; ++i) y.push_back(-force[i]);
-    system->gradient(y, e);
-    for (size_t i = 0; i < nx / 2; ++i) x[i] += e[nx / 2 + i];
-  }
-  rows->place(x, r);
-  rows->factor(x);
-  system->gradient(x, e);
-  rows->rates(e, r);
-  rows->solve(r);
-  rows->forces(r, force);
-  for (size_t i = 0; i < nx; ++i) x[i] -= force[i];
-  return x;
-}
-
 double distance(const std::vector<Quad>& a, const std::vector<Quad>& b) {
   Quad most = 0;
   for (size_t i = 0; i < a.size(); ++i) most = phs::max(most, phs::abs(a[i] - b[i]));
@@ -64,7 +37,7 @@ double distance(const std::vector<Quad>& a, const std::vector<Quad>& b) {
 void expect_order(int s, int coarse, double tolerance, int finest = 64) {
   auto l = test::four_bar("spherical");
   const auto model = l.model();
-  const auto x = exact_start(l, model);
+  const auto x = test::exact_start(l, model);
   const auto end = [&](const std::string& method, int steps) {
     phs::BasicState<Quad> state(model.description(), x);
     EXPECT_EQ(run<Quad>(method, model, Quad(0.5) / steps, steps, state), Outcome::ok);
