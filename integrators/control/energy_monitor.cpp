@@ -68,7 +68,6 @@ EnergyMonitor::EnergyMonitor(std::unique_ptr<Integrator> inner, const phs::Model
                      : a.kind == phs::PowerKind::dissipated ? -1
                                                             : 0);
   if (!monitor_.project) return;
-  phs::refuse_constraints(model.description(), "the monitor's projection");
   project_ = std::make_unique<EnergyProjection>(model, monitor_.keeps ? *monitor_.keeps : model);
 }
 

@@ -26,6 +26,13 @@ EnergyProjection::EnergyProjection(const phs::Model& model, const phs::Model& ke
     std::iota(moving_.begin(), moving_.end(), size_t(0));
   }
   d_.resize(moving_.size());
+  v_ = d_;
+  if (model.description().constraint_count() > 0) {
+    auto system = model.instantiate<double>();
+    auto rows = system->constraints();
+    const std::vector<double> row(size_t(rows->count()));
+    constraints_ = Rows{std::move(system), std::move(rows), row, x_, x_};
+  }
   basis_.assign(invariants_.count(), d_);
   trial_ = phs::State(model.description(), x_);
   found_ = found_lo_ = x_;
@@ -38,7 +45,7 @@ double EnergyProjection::energy(phs::System<double>& system, const phs::State& s
 
 double EnergyProjection::direction(phs::System<double>& system) {
   system.gradient(x_, e_);
-  for (size_t k = 0; k < d_.size(); ++k) d_[k] = e_[moving_[k]];
+  for (size_t k = 0; k < d_.size(); ++k) d_[k] = v_[k] = e_[moving_[k]];
   size_t rank = 0;
   for (size_t i = 0; i < invariants_.count(); ++i) {  // Gram-Schmidt, twice to reduce rounding
     auto& v = basis_[rank];
@@ -61,7 +68,28 @@ double EnergyProjection::direction(phs::System<double>& system) {
       const double c = dot(d_, basis_[j]);
       for (size_t k = 0; k < d_.size(); ++k) d_[k] -= c * basis_[j][k];
     }
-  return dot(d_, d_);
+  if (constraints_) keep_to_constraints(system);
+  return dot(v_, d_);
+}
+
+void EnergyProjection::keep_to_constraints(phs::System<double>& system) {
+  auto& [own, rows, row, push, at_rest] = *constraints_;
+  rows->place(x_, row);
+  rows->factor(x_);
+  const auto set_momenta = [&](const auto& value) {
+    for (size_t k = 0; k < d_.size(); ++k) x_[moving_[k]] = value(k);
+  };
+  for (int twice = 0; twice < 2; ++twice) {
+    set_momenta([](size_t) { return 0.0; });
+    system.gradient(x_, at_rest);
+    set_momenta([&](size_t k) { return d_[k]; });
+    system.gradient(x_, e_);
+    for (size_t i = 0; i < e_.size(); ++i) e_[i] -= at_rest[i];  // M⁻¹ d
+    rows->rates(e_, row);
+    rows->solve(row);
+    rows->forces(row, push);
+    for (size_t k = 0; k < d_.size(); ++k) d_[k] -= push[moving_[k]];
+  }
 }
 
 bool EnergyProjection::operator()(phs::System<double>& system, phs::State& state, double target) {
@@ -69,7 +97,10 @@ bool EnergyProjection::operator()(phs::System<double>& system, phs::State& state
   const double rounding =
       2 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(start), std::fabs(target));
   if (std::fabs(goal) <= rounding) return true;
-  double slope = direction(system);  // dH/dλ along d_, at λ = 0
+  double slope = direction(system);        // dH/dλ along d_, at λ = 0
+  const double sign = slope < 0 ? -1 : 1;  // rows that move can turn it round
+  for (double& number : d_) number *= sign;
+  slope *= sign;
   double lambda = 0, error = -goal, best = std::fabs(goal);
   trial_ = state;
   constexpr int most = 20;  // Newton doubles the digits: 3 or 4 are usual

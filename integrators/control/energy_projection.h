@@ -1,4 +1,6 @@
 #pragma once
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "integrators/core/integrator.h"
@@ -14,6 +16,10 @@ namespace porthos::integrators {
 /// all velocities is simpler but changes linear and angular momentum by the same factor.) In a
 /// system without momenta the whole state moves, along ∇H in the same way. Source: projection onto
 /// an invariant manifold, Hairer, Lubich, Wanner 2006, IV.4.
+///
+/// With constraints, d loses Gᵀ(G M⁻¹ Gᵀ)⁻¹ G M⁻¹ d too. Then G M⁻¹ d = 0, so the rates stay on the
+/// constraints; positions do not move. Forces of constraints change none of the invariants that the
+/// system declares, so neither does this part of d.
 class EnergyProjection {
  public:
   /// Both models must outlive it.
@@ -27,14 +33,23 @@ class EnergyProjection {
   bool operator()(phs::System<double>& system, phs::State& state, double target);
 
  private:
+  /// The rows of the constraints, and what takes d along them.
+  struct Rows {
+    std::unique_ptr<phs::System<double>> system;
+    std::unique_ptr<phs::Constraints<double>> rows;
+    std::vector<double> row, push, at_rest;
+  };
   double energy(phs::System<double>& system, const phs::State& s);
-  /// Computes d_ at x_; returns |d|²
+  /// Computes d_ at x_; returns dH/dλ along it
   double direction(phs::System<double>& system);
+  /// Takes from d_ what would change the rates across the constraints, at x_.
+  void keep_to_constraints(phs::System<double>& system);
 
   InvariantGradients invariants_;
+  std::optional<Rows> constraints_;
   size_t n_kept_;               ///< size of their system's state
   std::vector<size_t> moving_;  ///< indices of the state numbers that may move
-  std::vector<double> x_, e_, d_, slope_;
+  std::vector<double> x_, e_, v_, d_, slope_;
   std::vector<std::vector<double>> basis_;  ///< orthonormal, of the invariants' gradients
   phs::State trial_;
   std::vector<double> found_, found_lo_;  ///< the best x and lo so far

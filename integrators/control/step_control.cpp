@@ -1,8 +1,10 @@
 #include "integrators/control/step_control.h"
 
 #include <cmath>
+#include <optional>
 
 #include "integrators/control/controlled.h"
+#include "integrators/methods/manifold.h"
 #include "phs/system/reactions.h"
 #include "phs/system/time_transform.h"
 
@@ -38,6 +40,10 @@ class TimeTransformed final : public Controlled {
     plain_ = make_integrator(method, model, h, o);
     by_ = inner_.get();
     fresh_ = inner_->memory();
+    const size_t rows = size_t(model.description().constraint_count());
+    if (rows == 0) return;
+    manifold_.emplace(*system_, rows, cost_);
+    impulse_.resize(rows);
   }
 
   Outcome chosen_step(State& s) override {
@@ -57,6 +63,7 @@ class TimeTransformed final : public Controlled {
       s.x[i] = ext_.x[k];
       s.lo[i] = ext_.lo[k];
     }
+    if (manifold_) keep_rates(s);
     const size_t t = transformed_.time_at();
     if (autonomous_)
       s.step_off_the_grid(h_, ext_.x[t] + ext_.lo[t]);  // t began at 0
@@ -140,6 +147,12 @@ class TimeTransformed final : public Controlled {
   }
 
  private:
+  /// The method makes G ∂K/∂p = 0, which is G v = 0 only as far as K = 0. Of all momenta that differ
+  /// by Gᵀμ, which are one state of the constrained system, this takes those with G v = 0.
+  void keep_rates(State& s) {
+    Controlled::tell_turns(s);
+    manifold_->bring_momenta_back(0.0, s, impulse_);
+  }
   /// p_t = -H in extended precision, as a double and a low word.
   void begin(const State& s) {
     for (size_t i = 0; i < n_; ++i) exact_x_[i] = (long double)s.x[i] + s.lo[i];
@@ -170,6 +183,8 @@ class TimeTransformed final : public Controlled {
   std::unique_ptr<phs::System<long double>> exact_;
   TurnKeeper<long double> exact_turns_;
   std::vector<long double> exact_x_;
+  std::optional<Manifold<double>> manifold_;  ///< of constraints
+  std::vector<double> impulse_;
   State ext_;                           ///< of the transformed system
   mutable State end_;                   ///< of interpolate()
   mutable std::vector<double> inside_;  ///< likewise

@@ -58,21 +58,25 @@ class Manifold {
     }
     return false;
   }
-  /// Adds to momenta what makes Bᵀe + ∂g/∂t = 0 at time t, once more for its rounding. Factors the
-  /// rows there. @param impulse  written: the multipliers of that
+  /// Adds to momenta what makes Bᵀe + ∂g/∂t = 0 at time t, once more for its rounding, and until it
+  /// settles where e is not linear in the momenta. Factors the rows there. @param impulse  written:
+  /// the multipliers of that
   void bring_momenta_back(const T& t, State& state, std::span<T> impulse) {
     rows_->set_time(t);
     rows_.move_to(state.x);
     std::fill(impulse.begin(), impulse.end(), T(0.0));
-    for (int twice = 0; twice < 2; ++twice) {
+    double last = HUGE_VAL;
+    for (int i = 0;; ++i) {
       slips_at(state);
+      const double now = largest(slip_);
+      if (i >= 2 && (i >= 8 || !(now < 0.01 * last))) break;
+      last = now;
       std::copy(slip_.begin(), slip_.end(), row_.begin());
       rows_->solve(row_);
       rows_->forces(row_, push_);
       for (size_t r = 0; r < row_.size(); ++r) impulse[r] = impulse[r] + row_[r];
       for (const auto& [q, p] : pairs_) phs::compensated_add(state.x[p], state.lo[p], -push_[p]);
     }
-    slips_at(state);
     rows_.keep_at(state.x);
   }
   /// Bᵀe + ∂g/∂t that remained, and ∂g/∂t.

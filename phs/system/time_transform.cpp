@@ -39,6 +39,76 @@ class TransformedResolvent final : public Resolvent {
   std::vector<Complex4> r_;
 };
 
+/// Rows g(x) = 0 of the original system. On the manifold, where K = 0, ∂K/∂p = sigma v and
+/// G K_pp Gᵀ = sigma D: what else K_pp has stands beside G v or H + p_t, which are zero there.
+template <class T>
+class TransformedConstraints final : public Constraints<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+
+ public:
+  TransformedConstraints(std::unique_ptr<Constraints<T>> base, const TimeTransformedModel& m)
+      : base_(std::move(base)),
+        m_(m),
+        system_(m.model().instantiate<T>()),
+        scale_(m.scale().instantiate<T>()),
+        x_(size_t(m.model().description().nx)),
+        e_(x_) {}
+  int count() const override { return base_->count(); }
+  void set_time(const T&) override {}  // t is a part of the state, and no row moves
+  void place(In z, Out g) override { base_->place(read(z), g); }
+  void forces(In lambda, Out Bl) override {
+    base_->forces(lambda, x_);
+    std::fill(Bl.begin(), Bl.end(), T(0.0));
+    for (size_t i = 0; i < x_.size(); ++i) Bl[m_.position(i)] = x_[i];
+  }
+  void rates(In e, Out g_dot) override { base_->rates(read(e), g_dot); }
+  void add_drift(Out) override {}
+  void exerted(In lambda, Out reactions) const override { base_->exerted(lambda, reactions); }
+  void delassus(In z, Out D) override {
+    base_->delassus(read(z), D);
+    scale_at();
+    for (T& d : D) d = sigma_ * d;
+  }
+  int factor(In z) override {
+    const int rank = base_->factor(read(z));
+    scale_at();
+    return rank;
+  }
+  int rank() const override { return base_->rank(); }
+  bool uses(int row) const override { return base_->uses(row); }
+  void solve(Out r) const override {
+    base_->solve(r);
+    for (T& x : r) x = x / sigma_;
+  }
+  void shorten(Out lambda) const override { base_->shorten(lambda); }
+  bool unique(int row) const override { return base_->unique(row); }
+  double smallest_pivot() const override { return base_->smallest_pivot(); }
+  void set_turn_angles(In angles) override {
+    base_->set_turn_angles(angles);
+    system_->set_turn_angles(angles);
+    scale_->set_turn_angles(angles);
+  }
+
+ private:
+  In read(In z) {
+    for (size_t i = 0; i < x_.size(); ++i) x_[i] = z[m_.position(i)];
+    return x_;
+  }
+  /// sigma at x_.
+  void scale_at() {
+    system_->gradient(x_, e_);
+    sigma_ = scale_->value(x_, e_);
+  }
+
+  std::unique_ptr<Constraints<T>> base_;
+  const TimeTransformedModel& m_;
+  std::unique_ptr<System<T>> system_;
+  std::unique_ptr<TimeScale<T>> scale_;
+  std::vector<T> x_, e_;
+  T sigma_ = T(1.0);
+};
+
 template <class T>
 class TransformedSystem final : public System<T> {
   using In = std::span<const T>;
@@ -114,6 +184,13 @@ class TransformedSystem final : public System<T> {
         return std::make_unique<TransformedResolvent>(std::move(base), m_, *base_, *scale_);
     return nullptr;
   }
+  std::unique_ptr<Constraints<T>> constraints() override {
+    auto base = base_->constraints();
+    if (!base) return nullptr;
+    auto rows = std::make_unique<TransformedConstraints<T>>(std::move(base), m_);
+    if (!turns_.empty()) rows->set_turn_angles(turns_);
+    return rows;
+  }
 
  private:
   void read(In z) {
@@ -170,6 +247,7 @@ Description describe(const Description& d, size_t half) {
   }
   r.blocks.push_back({"time", BlockKind::linear, at, 1, d.nx + 1, "s", "J"});
   for (const auto& a : d.powers) r.powers.push_back({a.name, PowerKind::observed, a.control});
+  r.constraints = d.constraints;
   r.traits.canonical = d.traits.canonical && d.traits.lossless && d.traits.autonomous;
   return r;
 }
@@ -182,7 +260,11 @@ TimeTransformedModel::TimeTransformedModel(const Model& model, const TimeScaleMo
       n_(size_t(model.description().nx)),
       half_(model.description().traits.canonical ? n_ / 2 : n_),
       description_(describe(model.description(), half_)) {
-  refuse_constraints(model.description(), "a step control that transforms time");
+  for (const auto& c : model.description().constraints)
+    if (c.rolling || c.moving)
+      throw InvalidArgument("a step control that transforms time takes no constraint that " +
+                            std::string(c.rolling ? "rolls" : "moves") + ", and '" +
+                            model.description().name + "' has '" + c.name + "'");
 }
 
 template <class T>

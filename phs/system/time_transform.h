@@ -19,13 +19,17 @@ namespace porthos::phs {
 /// balanced by p_t: x' += sigma g, p_t' = -g·∂K/∂x. This structure matrix is skew too, so K is
 /// conserved and K = 0 stays true.
 ///
+/// Constraints stay those of x: Gᵀλ enters p', and K is 0 on their manifold too. Rows that move
+/// would push p_t, and rows that roll have no Hamiltonian; both are refused.
+///
 /// State, of n + 2 numbers: for a canonical system, x with t inserted after its first half and p_t
 /// at the end. That system is canonical again if the original is lossless and autonomous. For
 /// others: (x, t, p_t). It has no ports and no declared invariants besides K. The ledger is that of
 /// the original system, with powers per tau.
 class TimeTransformedModel : public ModelFor<TimeTransformedModel> {
  public:
-  /// Model and scale must outlive this object.
+  /// Model and scale must outlive this object. @throws InvalidArgument for constraints that roll or
+  /// move
   TimeTransformedModel(const Model& model, const TimeScaleModel& scale);
 
   const Description& description() const override { return description_; }

@@ -186,20 +186,18 @@ class Reader {
     s_.base.where = initial.at_key("base");
   }
 
-  /// The default method of loops; refuses features that cannot be combined with them.
+  /// The default method of loops; refuses what cannot be combined with them.
   void check_constrained_scene(const Table& method) {
     if (!method.has("method")) s_.method = s_.rolls() ? "pgauss16" : "spark16";
-    const auto& places = s_.constraints.where;
-    const std::string what =
-        places.empty() ? "[model] mimic = \"couple\"" : "'" + places.begin()->first + "'";
-    const auto refuse_with = [&](const std::string& where, const std::string& other) {
-      refuse(where,
-             fmt::format("{} cannot be combined with the constraint {}, expected one of both",
-                         other, what));
-    };
-    if (s_.step_control == integrators::StepControl::time_transformed)
-      refuse_with(method.at("step_control"), "step_control = \"time_transformed\"");
-    if (s_.monitor && s_.monitor->project) refuse_with(s_.path, "[monitor] project");
+    const auto& spec = s_.constraints.spec;
+    const std::string name = s_.rolls()             ? spec.rollings.front().name
+                             : !spec.driven.empty() ? spec.driven.front().name
+                                                    : "";
+    if (s_.step_control == integrators::StepControl::time_transformed && !name.empty())
+      refuse(method.at("step_control"),
+             fmt::format("step_control = \"time_transformed\" cannot be combined with the {} '{}', "
+                         "expected one of both",
+                         s_.rolls() ? "rolling body" : "motion", name));
   }
 
   /// Refuses features that cannot be combined with an orbit.

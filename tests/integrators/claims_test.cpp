@@ -10,6 +10,7 @@
 #include "tests/integrators/problems.h"
 #include "tests/support/gauss.h"
 #include "tests/support/gsl_methods.h"
+#include "tests/support/symplectic.h"
 
 namespace porthos::integrators::claims_test {
 namespace {
@@ -56,55 +57,12 @@ void judge(const char* property, Claim Declaration::*claim, double bound, double
   }
 }
 
-double dot_J(const Vec& a, const Vec& b) {
-  const size_t n = a.size() / 2;
-  double sum = 0;
-  for (size_t k = 0; k < n; ++k) sum += a[k] * b[n + k] - a[n + k] * b[k];
-  return sum;
-}
-double norm(const Vec& a) {
-  double sum = 0;
-  for (double x : a) sum += x * x;
-  return std::sqrt(sum);
-}
-
-/// |Ψuᵀ J Ψv - uᵀ J v| over |Ψu| |Ψv|, the largest over pairs of tangents; images[i] = Ψ
-/// tangents[i].
-double symplectic_defect(const std::vector<Vec>& tangents, const std::vector<Vec>& images) {
-  double worst = 0;
-  for (size_t i = 0; i < images.size(); ++i)
-    for (size_t j = 0; j < i; ++j) {
-      const double d = dot_J(images[i], images[j]) - dot_J(tangents[i], tangents[j]);
-      const double relative = std::fabs(d) / std::max(1.0, norm(images[i]) * norm(images[j]));
-      worst = !(relative <= worst) ? relative : worst;
-    }
-  return worst;
-}
-
-/// The exact Jacobian Ψ of two steps, applied to tangents: a dual number carries a tangent through
-/// the very code that steps a run, iteration included.
-double symplectic_defect(const Declaration& d, const test::Problem& p) {
-  const auto basis = test::tangents(p);
-  std::vector<Vec> images, moved;
-  for (const auto& u : basis) {
-    phs::BasicState<phs::Dual> s(p.model->description(), {p.start.x.begin(), p.start.x.end()});
-    for (size_t i = 0; i < u.size(); ++i) s.x[i].d = u[i];
-    const auto integrator = make_basic_integrator<phs::Dual>(d.name, *p.model, p.h);
-    bool ok = true;
-    for (int i = 0; i < 2; ++i) ok = ok && integrator->step(s) == Outcome::ok;
-    EXPECT_TRUE(ok || d.symplectic != Claim::holds) << d.name;
-    if (!ok) continue;  // difference quotients have no derivative to speak of
-    Vec image;
-    for (size_t i = 0; i < u.size(); ++i) image.push_back(s.x[i].d + s.lo[i].d);
-    images.push_back(image);
-    moved.push_back(u);
-  }
-  return symplectic_defect(moved, images);
-}
-
 TEST(Claims, Symplectic) {
   judge("|Psi' J Psi - J|", &Declaration::symplectic, 1e-13, 1e-9,
-        [](const auto& d, const auto& p) { return symplectic_defect(d, p); });
+        [](const Declaration& d, const test::Problem& p) {
+          return test::symplectic_defect(d.name, *p.model, p.start.x, test::tangents(p), p.h,
+                                         d.symplectic == Claim::holds);
+        });
 }
 
 // Velocity Verlet on M(q) q'' = f, with its explicit "forces" that depend on the velocity, is not
@@ -133,7 +91,7 @@ TEST(Claims, VelocityVerletWithVariableMassIsNotSymplectic) {
     mechanics::momenta_from_rates<phs::Dual>(m, w, q, v, p);
     images.push_back({q[0].d, q[1].d, p[0].d, p[1].d});
   }
-  const double defect = symplectic_defect(basis, images);
+  const double defect = test::symplectic_defect(basis, images);
   std::printf("  velocity Verlet, M(q): defect %.1e   must exceed 1e-3\n", defect);
   EXPECT_GT(defect, 1e-3);
 }
