@@ -122,10 +122,10 @@ Impact release(MovingMechanism& moving, const std::string& name) {
   body.joint = {};
   body.joint.name = name;
   body.joint.type = "free";
-  Impact r = change(moving, std::move(next), moving.constraints);
   // The joint that held the body no longer exists, so its lock cannot be undone.
-  std::erase_if(moving.locked, [&](const auto& lock) { return lock.second.free.name == name; });
-  return r;
+  LockedJoints locked = moving.locked;
+  std::erase_if(locked, [&](const auto& lock) { return lock.second.free.name == name; });
+  return change(moving, std::move(next), moving.constraints, std::move(locked));
 }
 
 Impact lock(MovingMechanism& moving, const std::string& joint) {
@@ -142,15 +142,11 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
   if (!body)
     throw InvalidArgument("lock: there is no joint '" + joint + "' that moves, expected one of " +
                           known);
-  for (const Coupling& c : moving.constraints.couplings)
-    for (const auto& t : c.terms)
-      if (moving.model->mechanism().coordinate(t.coordinate).joint == joint)
-        throw InvalidArgument("lock: the coupling '" + c.name + "' moves joint '" + joint +
-                              "', expected a joint without one, or the coupling open");
   for (const Driven& d : moving.constraints.driven)
     if (moving.model->mechanism().coordinate(d.coordinate).joint == joint)
       throw InvalidArgument("lock: the motion '" + d.name + "' drives joint '" + joint +
                             "', expected a joint without one");
+  const Instant now(*moving.model, moving.state);
   LockedJoint kept{*body, {}, {}, {}};
   size_t turn = 0;
   const auto& blocks = moving.model->description().blocks;
@@ -163,10 +159,10 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
         kept.lo.push_back(moving.state.lo[size_t(blocks[i].at + k)]);
       }
       if (angle) kept.turns.push_back(moving.state.turns[turn]);
+      if (blocks[i].size == 1) kept.values[coordinates[i].name] = now.q[size_t(coordinates[i].q)];
     }
     if (angle) ++turn;
   }
-  const Instant now(*moving.model, moving.state);
   const auto parent = body->parent == "world"
                           ? Instant::lifted({Mat3<double>::identity(), {0, 0, 0}})
                           : now.pose(body->parent);
@@ -174,9 +170,9 @@ Impact lock(MovingMechanism& moving, const std::string& joint) {
   const std::string name = joint_of(*body);
   body->joint = {};
   body->joint.name = name;
-  Impact r = change(moving, std::move(next), moving.constraints);
-  moving.locked.emplace(joint, std::move(kept));
-  return r;
+  LockedJoints locked = moving.locked;
+  locked.emplace(joint, std::move(kept));
+  return change(moving, std::move(next), moving.constraints, std::move(locked));
 }
 
 Impact unlock(MovingMechanism& moving, const std::string& joint) {
@@ -193,9 +189,9 @@ Impact unlock(MovingMechanism& moving, const std::string& joint) {
   BodySpec& body = body_of(next, kept->second.free.name, "unlock");
   body.joint = kept->second.free.joint;
   body.placement = kept->second.free.placement;
-  Impact r = change(moving, std::move(next), moving.constraints);
-  moving.locked.erase(joint);
-  return r;
+  LockedJoints locked = moving.locked;
+  locked.erase(joint);
+  return change(moving, std::move(next), moving.constraints, std::move(locked));
 }
 
 }  // namespace porthos::mechanics

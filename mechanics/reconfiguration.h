@@ -8,6 +8,7 @@
 #include "mechanics/builder.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/momentum.h"
+#include "phs/scalars/quad.h"
 #include "phs/system/state.h"
 
 /// Events that change a mechanism in motion: capture, release, locking and unlocking of joints,
@@ -32,11 +33,14 @@ struct LockedJoint {
   std::vector<double> q;  ///< its coordinates, low words and turns at the lock
   std::vector<double> lo;
   std::vector<std::int64_t> turns;
+  std::map<std::string, phs::Quad> values = {};  ///< by coordinate with one freedom, turns included
 };
 
 /// A mechanism in motion, with the parts it was built from and the loops that are closed.
 struct MovingMechanism {
   MechanismBuilder parts;
+  /// What is closed. Couplings have the coordinates of locked joints too: those are constants, so the
+  /// model has the rest of such a coupling, and nothing where no coordinate is left.
   ConstraintSpec constraints;
   std::shared_ptr<const MechanicalModel> model;
   phs::State state;                           ///< of model
@@ -87,8 +91,7 @@ void require_within_limits(const MovingMechanism& moving, const Latch& latch,
 /// Closes a loop, rod or coupling as the mechanism stands: frame b of a loop is placed on a, a rod
 /// gets the present distance as its length, a coupling the present sum as its offset.
 /// @param closing  with one constraint
-/// @throws InvalidArgument as ConstraintSet, for a rod without length and a coupling of a locked
-/// joint
+/// @throws InvalidArgument as ConstraintSet, and for a rod without length
 Impact close_loop(MovingMechanism& moving, ConstraintSpec closing);
 /// Opens one. @throws InvalidArgument for a name that is not closed
 Impact open_loop(MovingMechanism& moving, const std::string& name);
@@ -99,8 +102,9 @@ Pose relative_pose(const MovingMechanism& moving, const std::string& link, const
 /// that held the body ends with that joint.
 /// @throws InvalidArgument for an unknown body or one that is already free
 Impact release(MovingMechanism& moving, const std::string& body);
-/// Locks the joint in its current position. @throws InvalidArgument for an unknown joint, one that
-/// is already fixed or locked, or one that a closed coupling moves
+/// Locks the joint in its current position. Closed couplings of it hold its other joints as they
+/// then must: the second joint of a gear stops too. @throws InvalidArgument for an unknown joint, one
+/// that is already fixed or locked, or one that moves as told
 Impact lock(MovingMechanism& moving, const std::string& joint);
 /// Frees a locked joint. It starts at rest, with the coordinates it had when it was locked.
 /// @throws InvalidArgument for a joint that is not locked

@@ -193,9 +193,11 @@ void measure(Impact& r, Instant& from, const MechanicalModel& model, const phs::
 
 }  // namespace
 
-Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops) {
+Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops,
+              LockedJoints locked) {
   auto model = std::make_shared<const MechanicalModel>(
-      std::make_shared<const Mechanism>(next.build()), std::vector<BodyPort>(), loops);
+      std::make_shared<const Mechanism>(next.build()), std::vector<BodyPort>(),
+      without_locked(loops, locked));
   Instant from(*moving.model, moving.state);
   phs::State s = positions(moving, from, *model);
   Impact r = impact(from, next.bodies(), *model, moving.time, s);
@@ -205,6 +207,7 @@ Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loo
   moving.constraints = std::move(loops);
   moving.model = std::move(model);
   moving.state = std::move(s);
+  moving.locked = std::move(locked);
   return r;
 }
 

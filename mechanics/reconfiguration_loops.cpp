@@ -13,7 +13,8 @@ Transform<Real> place_of(const LinkFrame& f, const Instant& now) {
 }
 
 /// Adds the parts of one spec to another, as the mechanism stands.
-void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant& now) {
+void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant& now,
+                      const LockedJoints& locked) {
   for (LoopJoint& l : closing.loops) {
     l.b.pose = lowered(inverse(now.pose(l.b.link)) * place_of(l.a, now));
     all.loops.push_back(std::move(l));
@@ -24,8 +25,11 @@ void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant
   }
   for (Coupling& c : closing.couplings) {
     Real sum(0);
-    for (const auto& t : c.terms)
-      sum += Real(t.factor) * now.q[size_t(now.m.coordinate(t.coordinate).q)];
+    for (const auto& t : c.terms) {
+      const Real* at_lock = locked_value(locked, t.coordinate);
+      sum +=
+          Real(t.factor) * (at_lock ? *at_lock : now.q[size_t(now.m.coordinate(t.coordinate).q)]);
+    }
     c.offset = double(sum);
     all.couplings.push_back(std::move(c));
   }
@@ -33,14 +37,30 @@ void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant
 
 }  // namespace
 
+const Real* locked_value(const LockedJoints& locked, const std::string& coordinate) {
+  for (const auto& [joint, at_lock] : locked)
+    if (const auto v = at_lock.values.find(coordinate); v != at_lock.values.end())
+      return &v->second;
+  return nullptr;
+}
+
+ConstraintSpec without_locked(ConstraintSpec all, const LockedJoints& locked) {
+  for (Coupling& c : all.couplings) {
+    Real offset = c.offset;
+    std::erase_if(c.terms, [&](const Coupling::Term& t) {
+      const Real* at_lock = locked_value(locked, t.coordinate);
+      if (at_lock) offset -= Real(t.factor) * *at_lock;
+      return at_lock != nullptr;
+    });
+    c.offset = double(offset);
+  }
+  std::erase_if(all.couplings, [](const Coupling& c) { return c.terms.empty(); });
+  return all;
+}
+
 Impact close_loop(MovingMechanism& moving, ConstraintSpec closing) {
-  for (const Coupling& c : closing.couplings)
-    for (const auto& t : c.terms)
-      for (const auto& [joint, at_lock] : moving.locked)
-        if (t.coordinate == joint || t.coordinate.starts_with(joint + "."))
-          throw InvalidArgument("the joint '" + joint + "' is locked, expected it unlocked before");
   ConstraintSpec all = moving.constraints;
-  add_as_it_stands(all, std::move(closing), Instant(*moving.model, moving.state));
+  add_as_it_stands(all, std::move(closing), Instant(*moving.model, moving.state), moving.locked);
   return change(moving, moving.parts, std::move(all));
 }
 

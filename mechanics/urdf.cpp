@@ -52,9 +52,22 @@ class Assembler {
       j->spec = {};
       j->spec.name = name;
     }
+    lock_mimics();
     for (const auto& [name, values] : options_.locked_at)
       if (!coordinates.count(name) && !is_joint(name))
         log_.fail("lock: " + named(name) + " is not a coordinate of a locked joint");
+  }
+  /// The value of a locked joint is a constant of its <mimic>: what is left holds the other joint.
+  void lock_mimics() {
+    for (Coupling& c : m_.mimics)
+      std::erase_if(c.terms, [&](const Coupling::Term& t) {
+        const auto& all = options_.locked;
+        if (std::find(all.begin(), all.end(), t.coordinate) == all.end()) return false;
+        if (const auto at = options_.locked_at.find(t.coordinate); at != options_.locked_at.end())
+          c.offset -= t.factor * at->second.at(0);
+        return true;
+      });
+    std::erase_if(m_.mimics, [](const Coupling& c) { return c.terms.empty(); });
   }
   bool is_joint(const std::string& name) const {
     return std::any_of(m_.joints.begin(), m_.joints.end(),

@@ -92,8 +92,20 @@ inline Quaternion<phs::Quad> quaternion(const Mat3<phs::Quad>& R) {
 }
 inline double length(const Vec3<phs::Quad>& a) { return double(phs::sqrt(dot(a, a))); }
 
+using LockedJoints = std::map<std::string, LockedJoint>;
+
 /// Replaces the mechanism by the next one: positions, rates and the ledger of the event, see
-/// reconfiguration.h.
-Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops);
+/// reconfiguration.h. locked: the joints that are then.
+Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops,
+              LockedJoints locked);
+/// The same with the joints that are locked now.
+inline Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loops) {
+  return change(moving, std::move(next), std::move(loops), moving.locked);
+}
+/// The constraints of the joints that are free: the values of locked ones go to the offsets of
+/// couplings.
+ConstraintSpec without_locked(ConstraintSpec all, const LockedJoints& locked);
+/// The value of a coordinate of a locked joint, or null.
+const phs::Quad* locked_value(const LockedJoints& locked, const std::string& coordinate);
 
 }  // namespace porthos::mechanics

@@ -21,8 +21,7 @@ const Names splittings{"splitting strang", "splitting aba864"},
     // what damps, and laws that nobody can know not to
     losses{"damper", "friction", "controller", "sampled controller",
            "wheel",  "cmg",      "soft_latch", "engage and disengage"},
-    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"},
-    constraints = couplings + Names{"motion", "rolling"};
+    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
 
@@ -79,16 +78,12 @@ const std::vector<Refusal>& refusals() {
        "The methods for bodies that roll are not symmetric: they are brought back to the manifold "
        "at "
        "the end of a step."},
-      {constraints,
-       {"steps time_transformed", "monitor project"},
-       "Not built: the transformed system's rows, and a projection that keeps constraint and "
-       "energy "
-       "together."},
+      {{"motion", "rolling"},
+       {"steps time_transformed"},
+       "Transformed time is a coordinate whose momentum is the energy: a motor's power would push "
+       "it "
+       "at every instant, and what rolls has no Hamiltonian to transform."},
       {{"motion"}, {"lock above"}, "A joint that moves as told does not stop."},
-      {couplings,
-       {"lock and unlock", "lock above"},
-       "Not built: a coupling of which a locked joint is no longer a part. Open it before the "
-       "lock."},
       {{"ensemble"},
        {"report"},
        "The page is of one motion. An ensemble has its own picture, ensemble.svg."},

@@ -114,6 +114,47 @@ TEST(Loops, StepsFollowTheMotionReversibly) {
   EXPECT_EQ(again.final_state.x, r.final_state.x);
 }
 
+/// Steps of transformed time stay on the loop, and so does the monitor's projection, which keeps the
+/// energy of a method that does not.
+TEST(Loops, TransformedTimeAndProjection) {
+  TemporaryFolder one, two;
+  const auto timed =
+      shipped(one, "four_bar", 5,
+              {{"step = 0.0078125", "step = 0.0078125\nstep_control = \"time_transformed\""}});
+  const auto a = scene::run(timed, scene::assemble(timed), into(one / "out"));
+  const auto projected =
+      shipped(two, "four_bar", 5, {{"spark16", "spark4"}}, "[monitor]\nproject = true\n");
+  const auto b = scene::run(projected, scene::assemble(projected), into(two / "out"));
+  for (const auto* r : {&a, &b}) {
+    EXPECT_TRUE(r->passed());
+    std::printf("  %lld steps; gap %.1e, energy %.1e\n", (long long)r->steps, r->constraint_gap,
+                value_of(*r, "energy"));
+    EXPECT_LT(r->constraint_gap, 2e-15);
+    EXPECT_LT(value_of(*r, "energy"), 1e-14);
+  }
+  EXPECT_NE(a.steps, 640);
+}
+
+/// The lock of a geared joint by an event: the other one stands, and turns on when it is unlocked.
+TEST(Loops, AnEventLocksAJointOfACoupling) {
+  const std::string text = read_bytes(examples / "four_bar" / "scene.toml");
+  const size_t from = text.find("[[loop]]"), to = text.find("[integrator]");
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "four_bar", 3, {{text.substr(from, to - from), ""}},
+                         "[[coupling]]\nname = 'gear'\noffset = 0.5\n"
+                         "factors = { crank = 2, rocker = 1 }\n"
+                         "[[event]]\ntype = 'lock'\njoint = 'crank'\nat = 1\n"
+                         "[[event]]\ntype = 'unlock'\njoint = 'crank'\nat = 2\n");
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  EXPECT_TRUE(r.passed());
+  std::printf("  gap %.1e, energy %.1e\n", r.constraint_gap, value_of(r, "energy"));
+  const auto angle = [&](size_t k) {
+    return r.final_state.x[k] + r.final_state.lo[k] +
+           phs::two_pi_hi * double(r.final_state.turns[k]);
+  };
+  EXPECT_NEAR(2 * angle(0) + angle(2), 0.5, 1e-13);
+}
+
 /// A gear between crank and rocker, on the tree without its loop; also as <mimic>.
 TEST(Loops, CouplingsAndMimicsHold) {
   const std::string text = read_bytes(examples / "four_bar" / "scene.toml");
@@ -158,8 +199,9 @@ TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
   expect({{"\"revolute\"", "\"rod\""}}, "", "has no key 'length', expected one, because");
   expect({{"\"revolute\"", "\"revolute\"\npitch = 1"}}, "",
          "pitch means nothing to a loop of type revolute");
-  expect({{"step = 0.0078125", "step = 0.0078125\nstep_control = 'time_transformed'"}}, "",
-         "step_control = \"time_transformed\" cannot be combined with the constraint 'pin'");
+  expect({{"step = 0.0078125", "step = 0.0078125\nstep_control = 'time_transformed'"}},
+         "[[motion]]\nname = 'turn'\njoint = 'crank'\nsteady = { from = 1, rate = 3 }\n",
+         "step_control = \"time_transformed\" cannot be combined with the motion 'turn'");
   expect({}, "[[coupling]]\nname = 'gear'\nfactors = { crank = 1, elbow = 2 }\n",
          "constraint 'gear': the mechanism has no coordinate 'elbow', expected one of");
   expect({}, "[[coupling]]\nname = 'pin'\nfactors = { crank = 1 }\n",
