@@ -135,6 +135,32 @@ TEST(UrdfRealModels, LockedJointsAreFixedWhereTheyStart) {
   EXPECT_EQ(refusal(text, o), "r.urdf: lock: 'j.x' is not a coordinate of a locked joint");
 }
 
+/// The value of a locked joint is a constant of its <mimic>, which holds the other joint.
+TEST(UrdfRealModels, AMimicKeepsWhatALockLeavesOfIt) {
+  const std::string text =
+      robot({link("a"), link("b"), link("tip"), joint("j", "a", "b"),
+             joint("k", "b", "tip", "revolute", "<mimic joint='j' multiplier='2' offset='0.5'/>")});
+  Options o;
+  o.couple_mimics = true;
+  ASSERT_EQ(parse(text, o).mimics.size(), 1u);
+  EXPECT_EQ(parse(text, o).mimics[0].terms.size(), 2u);
+  o.locked = {"j"};
+  o.locked_at["j"] = {0.25};
+  const auto one = parse(text, o).mimics;
+  ASSERT_EQ(one.size(), 1u);
+  ASSERT_EQ(one[0].terms.size(), 1u);
+  EXPECT_EQ(one[0].terms[0].coordinate, "k");
+  EXPECT_EQ(one[0].offset, 1);  // k = 2 j + 0.5
+  o.locked = {"k"};
+  o.locked_at = {{"k", {1}}};
+  const auto other = parse(text, o).mimics;
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_EQ(other[0].terms[0].coordinate, "j");
+  EXPECT_EQ(other[0].offset, -0.5);  // -2 j = 0.5 - k
+  o.locked = {"j", "k"};
+  EXPECT_TRUE(parse(text, o).mimics.empty());
+}
+
 TEST(UrdfRealModels, AMasslessFingerIsSavedByItsLock) {
   const std::string text = robot({link("a"), link("b"), link("finger", ""), joint("j", "a", "b"),
                                   joint("g", "b", "finger", "prismatic")});
