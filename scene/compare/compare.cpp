@@ -310,7 +310,10 @@ class ComparisonRun {
 double Comparison::error_of(const Trial& t) const {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   if (!t.complete()) return none;
-  return by_energy ? t.report.energy.max_rel_error : t.trajectory_error.value_or(none);
+  if (by_energy) return t.report.energy.max_rel_error;
+  if (!t.trajectory_error) return none;
+  // The reference may be a run of the same method with the same step.
+  return reference ? std::max(*t.trajectory_error, reference->error) : *t.trajectory_error;
 }
 
 void check(const CompareOptions& options) {

@@ -65,7 +65,8 @@ struct Comparison {
   bool speaks_of(const integrators::Declaration& method) const {
     return !by_energy || method.energy_exact != integrators::Claim::holds;
   }
-  /// The error that is compared; NaN if a trial has none.
+  /// The error that is compared; NaN if a trial has none. One of the trajectory is never less than
+  /// that of the reference.
   double error_of(const Trial& t) const;
 };
 
