@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/chain.h"
+#include "bench/gradient_bench.h"
 #include "integrators/core/integrator.h"
 #include "integrators/core/stage_lanes.h"
 #include "mechanics/mechanical_model.h"
@@ -89,5 +90,7 @@ int main(int argc, char** argv) {
             read(PORTHOS_SOURCE_DIR "/tests/data/reference/pinocchio/urdf/sat_panda.urdf", true),
             0.02);
   for (int n : {10, 100, 1000}) add_steps("chain" + std::to_string(n), chain(n, false), 0.02);
+  const auto arm = std::make_shared<porthos::mechanics::MechanicalModel>(ets_vii);
+  add_gradients("ets_vii", arm, start(*arm, *ets_vii), 0.25);
   benchmark::RunSpecifiedBenchmarks();
 }

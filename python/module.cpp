@@ -20,6 +20,7 @@ PYBIND11_MODULE(_core, m) {
   bind_kinematics(m);
   bind_network(m);
   bind_integrators(m);
+  bind_derivatives(m);
   bind_scene(m);
   bind_environment(m);
   bind_baseline(m);

@@ -1,6 +1,9 @@
 #include "mechanics/derivatives/linearised_mechanism.h"
 
 #include "mechanics/derivatives/field_tangent.h"
+#include "mechanics/momentum.h"
+#include "mechanics/passes-inl.h"
+#include "phs/scalars/derivative.h"
 
 namespace porthos::mechanics {
 namespace {
@@ -119,6 +122,44 @@ class LinearisedMechanism final : public phs::Linearised<T> {
 template <class T>
 std::unique_ptr<phs::Linearised<T>> linearise(const Mechanism& m) {
   return std::make_unique<LinearisedMechanism<T>>(m);
+}
+
+StartGradient start_in_rates(const Mechanism& m, std::span<const double> q,
+                             std::span<const double> v, std::span<const double> lambda) {
+  using phs::Dual;
+  const size_t nq = size_t(m.nq()), nv = size_t(m.nv());
+  require_size("q", q.size(), nq);
+  require_size("v", v.size(), nv);
+  require_size("lambda", lambda.size(), 2 * nq);
+  const auto lambda_p = lambda.subspan(nq);
+
+  StartGradient g;
+  Workspace<Dual> duals(m);
+  std::vector<Dual> q_dual(q.begin(), q.end()), v_dual(v.begin(), v.end()), p_dual(nq);
+  const auto along_p = [&] {
+    momenta_from_rates<Dual>(m, duals, q_dual, v_dual, p_dual);
+    double sum = 0;
+    for (size_t i = 0; i < nq; ++i) sum += lambda_p[i] * p_dual[i].d;
+    return sum;
+  };
+  phs::along_each(q_dual, [&](size_t k) { g.q.push_back(lambda[k] + along_p()); });
+  phs::along_each(v_dual, [&](size_t) { g.v.push_back(along_p()); });
+
+  // λpᵀ M_θ v is the kinetic energy's bilinear form of v and of the rates that λp pairs with: the
+  // inertial gradient along momenta that cause those rates.
+  Workspace<double> w(m);
+  std::vector<double> p(nq), rates(nv), dp(nq), none(nq, 0.0), out(2 * nq);
+  momenta_from_rates<double>(m, w, q, v, p);
+  passes::transposed_lift(m, q.data(), lambda_p.data(), rates.data());
+  momenta_from_rates<double>(m, w, q, rates, dp);
+  const std::span<double> first(out.data(), nq), second(out.data() + nq, nq);
+  FieldTangent<double> tangent(m);
+  tangent.at(q, p, first, second);
+  tangent.times(none, dp, first, second);
+  g.parameters.assign(linearise<double>(m)->parameters().size(), 0.0);
+  tangent.add_inertial_gradient(
+      -1, std::span(g.parameters).first(FieldTangent<double>::inertial_count(m)));
+  return g;
 }
 
 #define PORTHOS_INSTANTIATE(T) \

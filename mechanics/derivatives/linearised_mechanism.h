@@ -16,4 +16,15 @@ namespace porthos::mechanics {
 template <class T>
 std::unique_ptr<phs::Linearised<T>> linearise(const Mechanism& m);
 
+/// A gradient with respect to a start that is given by coordinates and rates.
+struct StartGradient {
+  std::vector<double> q, v;        ///< sizes nq, nv
+  std::vector<double> parameters;  ///< as linearise(); what the momenta p(q, v, θ) add
+};
+/// From λ = ∂J/∂x of x = (q, p): the gradient along q and v, where p = M(q) v. A parameter's whole
+/// derivative is that with x kept plus the one here.
+/// @param q  size nq;  v: joint rates, size nv;  lambda: size 2 nq
+StartGradient start_in_rates(const Mechanism& m, std::span<const double> q,
+                             std::span<const double> v, std::span<const double> lambda);
+
 }  // namespace porthos::mechanics

@@ -7,6 +7,7 @@
 
 #include "integrators/control/step_control.h"
 #include "integrators/core/integrator.h"
+#include "integrators/derivatives/step_variation.h"
 #include "tests/support/robots.h"
 #include "tests/support/rollers.h"
 #include "tests/support/split_systems.h"
@@ -74,6 +75,25 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
       EXPECT_NE(turns, s.turns)
           << "the run must include wraps of the angles, which tell the systems their turns";
     }
+  }
+}
+
+TEST(Allocation, NoneInTheDerivativeOfAStep) {
+  const auto robot = test::ets_vii(8);
+  for (const auto side : {StepVariation::Side::tangent, StepVariation::Side::adjoint}) {
+    const auto variation = make_step_variation(*robot.model, 8, 0.05, side);
+    std::vector<double> Y;
+    for (int i = 0; i < 8; ++i) Y.insert(Y.end(), robot.start.x.begin(), robot.start.x.end());
+    TwoWords v(std::vector<double>(robot.start.x.size(), 1.0)), g(variation->parameters().size());
+    const long before = allocations;
+    bool ok = true;
+    for (int i = 0; i < 100; ++i) {
+      variation->at(0, Y, robot.start.turns);
+      ok = ok && variation->advance(v) == Outcome::ok;
+      if (side == StepVariation::Side::adjoint) variation->add_gradient(g);
+    }
+    EXPECT_EQ(allocations - before, 0);
+    EXPECT_TRUE(ok);
   }
 }
 

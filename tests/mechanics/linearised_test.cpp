@@ -9,6 +9,7 @@
 
 #include "mechanics/derivatives/linearised_mechanism.h"
 #include "mechanics/mechanical_model.h"
+#include "mechanics/momentum.h"
 #include "phs/network/network.h"
 #include "phs/scalars/lane.h"
 #include "tests/support/random_tree.h"
@@ -294,6 +295,55 @@ TEST(Linearised, NetworkParametersAreFactorsOfForces) {
   const auto law =
       phs::friction({.coulomb = 0.5, .breakaway = 0.75, .stribeck = 0.5, .smoothing = 0.25});
   EXPECT_NEAR(number("dry.factor"), -lambda[p] * (*law)(f[q]), 1e-14);
+}
+
+/// λ·x(q, v, θ) in 113 bits.
+Quad scalar_start(const Mechanism& m, const std::vector<Quad>& q, const std::vector<Quad>& v,
+                  const Vec& lambda) {
+  Workspace<Quad> w(m);
+  std::vector<Quad> p(q.size());
+  momenta_from_rates<Quad>(m, w, q, v, p);
+  Quad sum = 0;
+  for (size_t i = 0; i < q.size(); ++i)
+    sum += Quad(lambda[i]) * q[i] + Quad(lambda[q.size() + i]) * p[i];
+  return sum;
+}
+
+TEST(Linearised, StartInRatesIsThatOf113Bits) {
+  for (const std::string root : {"free", "spherical"}) {
+    const auto m = tree(4, root, false);
+    const size_t nq = size_t(m->nq()), nv = size_t(m->nv());
+    const Vec q = random_vector(nq, 1), v = random_vector(nv, 2), lambda = random_vector(2 * nq, 3);
+    const auto g = start_in_rates(*m, q, v, lambda);
+    const auto difference = [&](const auto& change) {
+      const double by = 0x1p-20;
+      Mechanism up = *m, down = *m;
+      auto q1 = as<Quad>(q), q2 = q1, v1 = as<Quad>(v), v2 = v1;
+      change(up, q1, v1, by);
+      change(down, q2, v2, -by);
+      return double((scalar_start(up, q1, v1, lambda) - scalar_start(down, q2, v2, lambda)) /
+                    Quad(2 * by));
+    };
+    using Quads = std::vector<Quad>;
+    Vec expected_q, expected_v, expected;
+    for (size_t k = 0; k < nq; ++k)
+      expected_q.push_back(
+          difference([&](Mechanism&, Quads& x, Quads&, double by) { x[k] += Quad(by); }));
+    for (size_t k = 0; k < nv; ++k)
+      expected_v.push_back(
+          difference([&](Mechanism&, Quads&, Quads& x, double by) { x[k] += Quad(by); }));
+    for (const BodyFrame& link : m->bodies())
+      for (int number = 0; number < 10 && link.node >= 0; ++number)
+        expected.push_back(difference(
+            [&](Mechanism& c, Quads&, Quads&, double by) { add_inertial(c, link, number, by); }));
+    const Vec inertial(g.parameters.begin(),
+                       g.parameters.begin() + std::ptrdiff_t(expected.size()));
+    std::printf("  off by %.1e, %.1e, %.1e of the largest   bounds 1e-10, 1e-10, 1e-9\n",
+                apart(g.q, expected_q), apart(g.v, expected_v), apart(inertial, expected));
+    EXPECT_LT(apart(g.q, expected_q), 1e-10);
+    EXPECT_LT(apart(g.v, expected_v), 1e-10);
+    EXPECT_LT(apart(inertial, expected), 1e-9);
+  }
 }
 
 TEST(Linearised, RefusesConstraints) {

@@ -1,0 +1,90 @@
+// What a gradient costs: a product with the transposed derivative against a field, and the gradient
+// of a run against the run.
+#include <benchmark/benchmark.h>
+
+#include "bench/gradient_bench.h"
+#include "integrators/core/stage_lanes.h"
+#include "integrators/derivatives/run_gradient.h"
+#include "mechanics/derivatives/field_tangent.h"
+#include "mechanics/derivatives/linearised_mechanism.h"
+
+namespace porthos::bench {
+namespace {
+
+using integrators::GradientOptions;
+using Lanes = phs::Pack<double, integrators::stage_lanes>;
+enum class Work { field, at, product, parameters };
+
+/// One evaluation in lanes.
+template <class T>
+void in_lanes(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalModel> model,
+              const phs::State& start, Work work) {
+  const auto system = model->instantiate<T>();
+  const auto linear = mechanics::linearise<T>(model->mechanism());
+  std::vector<T> x(start.x.begin(), start.x.end()), f(x.size()), l(x.size());
+  std::vector<T> gradient(linear->parameters().size(), T(0.0));
+  for (size_t k = 0; k < l.size(); ++k) l[k] = T(0.5 + 0.01 * double(k));
+  linear->at(T(0.0), x, f);
+  linear->transpose_times(l, f);
+  for (auto _ : state) {
+    if (work == Work::field) system->field(T(0.0), x, {}, f);
+    if (work == Work::at) linear->at(T(0.0), x, f);
+    if (work == Work::product) linear->transpose_times(l, f);
+    if (work == Work::parameters) linear->add_gradient(T(1.0), gradient);
+    benchmark::ClobberMemory();
+  }
+}
+
+void run(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalModel> model,
+         const phs::State& start, double h, std::int64_t steps) {
+  for (auto _ : state) {
+    phs::State s = start;
+    const auto method = integrators::make_integrator("gauss16", *model, h, {.port_work = false});
+    for (std::int64_t i = 0; i < steps; ++i)
+      if (method->step(s) != integrators::Outcome::ok) state.SkipWithError("the step failed");
+    state.counters["sweeps"] = double(method->cost().sweeps) / double(steps);
+  }
+}
+
+void gradient(benchmark::State& state, std::shared_ptr<const mechanics::MechanicalModel> model,
+              const phs::State& start, double h, std::int64_t steps, size_t memory) {
+  const integrators::Objective objective{
+      .end =
+          [](double, std::span<const double>, std::span<double> g) {
+            g[0] = 1;
+            return 0.0;
+          },
+      .sampled = {},
+      .running = {}};
+  for (auto _ : state) {
+    const auto g = integrators::gradient_of_run("gauss16", *model, start, h, steps, objective,
+                                                {.memory = memory});
+    if (g.outcome != integrators::Outcome::ok) state.SkipWithError(g.remark.c_str());
+    state.counters["sweeps"] = double(g.adjoint.sweeps) / double(steps);
+    state.counters["steps"] = double(g.steps_taken) / double(steps);
+  }
+}
+
+}  // namespace
+
+void add_gradients(const std::string& name,
+                   const std::shared_ptr<const mechanics::MechanicalModel>& model,
+                   const phs::State& start, double h) {
+  const auto add = [&](const std::string& what, auto work, auto... more) {
+    benchmark::RegisterBenchmark((what + "/" + name).c_str(), work, model, start, more...);
+  };
+  const std::pair<const char*, Work> works[]{{"field", Work::field},
+                                             {"linearised_at", Work::at},
+                                             {"transposed_product", Work::product},
+                                             {"parameter_gradient", Work::parameters}};
+  for (const auto& [what, work] : works) {
+    add(what, in_lanes<double>, work);
+    add(std::string(what) + "_lanes", in_lanes<Lanes>, work);
+  }
+  const std::int64_t steps = 2000;
+  add("run", run, h, steps);
+  add("gradient_kept_stages", gradient, h, steps, size_t(64) << 20);
+  add("gradient_checkpoints", gradient, h, steps, size_t(1) << 19);
+}
+
+}  // namespace porthos::bench

@@ -1,0 +1,86 @@
+"""porthos.gradient: against differences of runs, in rates, by costs of Python; what it refuses."""
+import math
+import re
+
+import numpy as np
+import pytest
+
+import porthos as ph
+from test_dynamics import refused
+
+
+def pendulum(mass=1.0, damping=0.125):
+    m = ph.MechanismBuilder("pendulum")
+    m.gravity((0, 0, -9.81))
+    m.add(ph.BodySpec(name="rod", parent="world",
+                      joint=ph.JointSpec(name="hinge", type="revolute", axis=(0, 1, 0), damping=damping),
+                      mass=ph.MassProperties(mass=mass, com=(0, 0, -0.5), inertia=(0.1, 0, 0, 0.1, 0, 0.01))))
+    return ph.MechanicalModel(m.build())
+
+
+def end(t, x):
+    return 0.5 * x[0] ** 2 + x[1], np.array([x[0], 1.0])
+
+
+def running(t, x):
+    return t * math.sin(x[0]), np.array([t * math.cos(x[0]), 0.0])
+
+
+def sampled(t, x):
+    return x[1] ** 2, np.array([0.0, 2 * x[1]])
+
+
+def test_the_gradient_is_that_of_differences():
+    def run(mass=1.0, damping=0.125, q=1.25, v=0.5):
+        model = pendulum(mass, damping)
+        return model, ph.gradient(model, model.state([q], [v]), 1 / 16, 40, end=end, running=running, sampled=sampled)
+
+    model, g = run()
+    dq, dv, by_start = ph.gradient_in_rates(model, np.array([1.25]), np.array([0.5]), g.start)
+    # a mass with its centre c and the inertia about it kept: m, m c and the inertia about the origin change
+    whole = {k: g.parameters[k] + by_start[k] for k in g.parameters}
+    mass = whole["rod.mass"] - 0.5 * whole["rod.moment.z"] + 0.25 * (whole["rod.inertia.xx"] + whole["rod.inertia.yy"])
+    by = 2.0 ** -17
+    for name, mine, at in (("mass", mass, 1.0), ("damping", whole["hinge.damping"], 0.125), ("q", dq[0], 1.25), ("v", dv[0], 0.5)):
+        up, down = (run(**{name: at + s * by})[1].cost for s in (1, -1))
+        difference = (up - down) / (2 * by)
+        print(f"  {name}: {mine:.12g}, off the difference by {abs(mine / difference - 1):.1e}, bound 1e-8")
+        assert abs(mine - difference) < 1e-8 * max(1, abs(mine))
+    assert g.steps_taken == 40 and math.isfinite(g.growth)
+    assert g.end.step == 40
+
+
+def test_no_cost_is_no_gradient():
+    model = pendulum()
+    g = ph.gradient(model, model.state([1.0], [0.0]), 0.1, 3)
+    assert g.cost == 0 and not g.start.any() and math.isnan(g.growth)
+
+
+def test_what_it_does_not_cover_is_refused():
+    model = pendulum()
+    x = model.state([1.0], [0.0])
+    refused(lambda: ph.gradient(model, x, 0.1, 3, method="rk4"), "not for 'rk4'")
+    refused(lambda: ph.gradient(model, np.zeros(3), 0.1, 3), "x has 3 numbers, expected 2")
+    refused(lambda: ph.gradient(model, x, 0.1, 3, end=lambda t, x: 1.0), "end(t, x) returned", "expected (value, gradient)")
+    refused(lambda: ph.gradient(model, x, 0.1, 3, end=lambda t, x: (1.0, [1.0])), "gradient")
+
+    class Fails(Exception):
+        pass
+
+    def fails(t, x):
+        raise Fails
+
+    with pytest.raises(Fails):
+        ph.gradient(model, x, 0.1, 3, end=fails)
+
+
+def test_the_page_runs(source, tmp_path, monkeypatch, capsys):
+    text = (source / "docs/derivatives.md").read_text(encoding="utf-8")
+    blocks = [(text[: m.start()].count("\n") + 2, m[1]) for m in re.finditer(r"```python\n(.*?)```", text, re.S)]
+    assert len(blocks) >= 2
+    (tmp_path / "examples").symlink_to(source / "examples")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for line, code in blocks:
+        exec(compile("\n" * (line - 1) + code, "docs/derivatives.md", "exec"), names)
+    assert abs(names["damping"] - 0.2) < 1e-9
