@@ -148,9 +148,9 @@ class Backwards {
       if (o != Outcome::ok)
         return give_up(o, "the adjoint of the step at t = " + number(times_[i]) +
                               " s: " + to_string(o) +
-                              (o == Outcome::not_converged ? ", expected a shorter step: its fixed "
-                                                             "point iteration does not contract"
-                                                           : ""));
+                              (o == Outcome::not_converged
+                                   ? ", expected a shorter step: its iteration does not contract"
+                                   : ""));
       adjoint_->add_gradient(parameters_);
     }
     return true;

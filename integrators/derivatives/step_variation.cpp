@@ -1,5 +1,6 @@
 #include "integrators/derivatives/step_variation.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "integrators/methods/collocation_stages.h"
@@ -13,6 +14,8 @@ class GaussVariation final : public StepVariation {
   using Step = CollocationStages<double, W>;
   using Lanes = typename Step::Lanes;
   static constexpr int V = Step::V, chunks = W / V;
+  static constexpr size_t most_unknowns = 2000;  ///< of a direct solution
+  static constexpr int direct_for = 32;
 
  public:
   GaussVariation(const phs::Model& model, int s, double h, Side side)
@@ -50,7 +53,12 @@ class GaussVariation final : public StepVariation {
     for (int c = 0; runs_ && c < chunks; ++c) gather(running, c, running_[c]);
     Equations equations{*this, v};
     ++cost_.steps;
-    const Outcome o = solver_.solve(equations, have_before_, cost_);
+    Outcome o = Outcome::not_converged;
+    if (direct_steps_ == 0) o = solver_.solve(equations, have_before_, cost_);
+    if (o == Outcome::not_converged && n_ * size_t(step_.s) <= most_unknowns) {
+      direct_steps_ = direct_steps_ > 0 ? direct_steps_ - 1 : direct_for;
+      o = directly(v);
+    }
     have_before_ = o == Outcome::ok;
     if (o != Outcome::ok) return o;
     for (size_t k = 0; k < n_; ++k) v.add(k, step_.sum(k));
@@ -89,14 +97,54 @@ class GaussVariation final : public StepVariation {
 
   void improve() {
     ++cost_.sweeps;
-    for (int c = 0; c < chunks; ++c) {
-      auto& L = step_.L[c];
-      if (reversed_)
-        linear_[c]->transpose_times(step_.Y[c], L);
-      else
-        linear_[c]->times(step_.Y[c], L);
-      for (size_t k = 0; k < n_; ++k) L[k] = step_.hb[c] * (runs_ ? L[k] + running_[c][k] : L[k]);
+    for (int c = 0; c < chunks; ++c) slopes(c, runs_, step_.L[c]);
+  }
+  /// h b (Df Y + running)
+  void slopes(int c, bool runs, std::vector<Lanes>& to) {
+    if (reversed_)
+      linear_[c]->transpose_times(step_.Y[c], to);
+    else
+      linear_[c]->times(step_.Y[c], to);
+    for (size_t k = 0; k < n_; ++k) to[k] = step_.hb[c] * (runs ? to[k] + running_[c][k] : to[k]);
+  }
+
+  /// The linear equations of a stiff step by LU: (1 - h b Df μ) L = h b (Df v + running), with the
+  /// solution refined twice.
+  Outcome directly(const TwoWords& v) {
+    using Index = Eigen::Index;
+    const Index n = Index(n_), s = step_.s;
+    typename Step::Stages F = step_.L;
+    Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n * s, n * s);
+    for (Index k = 0; k < n; ++k) {
+      for (int c = 0; c < chunks; ++c) {
+        for (Index i = 0; i < n; ++i) step_.Y[c][size_t(i)] = Lanes(i == k ? 1.0 : 0.0);
+        slopes(c, false, F[c]);
+      }
+      for (Index i = 0; i < s; ++i)
+        for (Index j = 0; j < s; ++j)
+          for (Index a = 0; a < n; ++a)
+            A(i * n + a, j * n + k) -=
+                Step::at(F, size_t(a), int(i)) * step_.table.mu[size_t(i * s + j)];
     }
+    ++cost_.factorisations;
+    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(A);
+    Eigen::VectorXd r(n * s);
+    for (int c = 0; c < chunks; ++c) std::fill(step_.L[c].begin(), step_.L[c].end(), Lanes(0.0));
+    for (int pass = 0; pass < 4; ++pass) {
+      step_.renew(v.x, v.lo);
+      for (int c = 0; c < chunks; ++c) slopes(c, runs_, F[c]);  // the last time for add_gradient()
+      if (pass == 3) break;
+      for (Index i = 0; i < s; ++i)
+        for (size_t a = 0; a < n_; ++a)
+          r[i * n + Index(a)] = Step::at(F, a, int(i)) - Step::at(step_.L, a, int(i));
+      r = lu.solve(r);
+      if (!r.allFinite()) return Outcome::not_finite;
+      for (size_t a = 0; a < n_; ++a)
+        for (int i = 0; i < W; ++i)
+          Step::set_stage(step_.L, a, i,
+                          Step::at(step_.L, a, i) + r[Index(step_.row(i)) * n + Index(a)]);
+    }
+    return Outcome::ok;
   }
   /// The stage in a lane.
   int stage(int i) const { return reversed_ ? step_.s - 1 - step_.row(i) : step_.row(i); }
@@ -118,6 +166,7 @@ class GaussVariation final : public StepVariation {
   Lanes used_[chunks];  ///< 1 in lanes with a stage
   std::vector<Lanes> field_, gradient_;
   bool have_before_ = false, runs_ = false;
+  int direct_steps_ = 0;  ///< left before the iteration is tried again
   Cost cost_;
 };
 

@@ -27,10 +27,11 @@ struct TwoWords {
 /// λ = ∂J/∂y if λ' = ∂J/∂y' and J also has the running cost Σ h b_i r(Y_i). The table is symmetric,
 /// μ_ji = μ_(s+1-i)(s+1-j): with its stages in reverse order the adjoint is the same step of the
 /// linear field Dfᵀλ + ∂r. So both are solved like the step itself: in lanes, to stagnation, from
-/// the polynomial of the step before (of the adjoint: the later one). Source: Sanz-Serna 2016,
-/// SIAM Rev. 58 (the adjoint of a symplectic table).
+/// the polynomial of the step before (of the adjoint: the later one). Where the iteration does not
+/// contract, as in a stiff step, the linear equations are solved by LU, up to 2000 unknowns s · nx.
+/// Source: Sanz-Serna 2016, SIAM Rev. 58 (the adjoint of a symplectic table).
 ///
-/// One object per thread. advance() allocates nothing.
+/// One object per thread. advance() allocates nothing but for LU.
 class StepVariation {
  public:
   enum class Side { tangent, adjoint };
@@ -39,8 +40,8 @@ class StepVariation {
   /// Moves to the step that began at t [s].
   /// @param Y  its stages, one after another, size s · nx;  turns: those of their angles
   virtual void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) = 0;
-  /// δy → δy', or λ' → λ. @return not_converged if the iteration does not contract, as in a stiff
-  /// step; then v is unchanged
+  /// δy → δy', or λ' → λ. @return not_converged for a stiff step with too many unknowns; then v is
+  /// unchanged
   /// @param v  size nx;  running: of the adjoint, ∂r at the stages, size s · nx; empty: none
   [[nodiscard]] virtual Outcome advance(TwoWords& v, std::span<const double> running = {}) = 0;
   /// After an adjoint step: gradient += Σ h b_i ∂(ℓ_iᵀ f(Y_i))/∂θ. Size of parameters().
