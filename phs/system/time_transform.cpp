@@ -81,6 +81,10 @@ class TransformedConstraints final : public Constraints<T> {
     base_->solve(r);
     for (T& x : r) x = x / sigma_;
   }
+  void solve_all(Out r, int n) const override {
+    base_->solve_all(r, n);
+    for (T& x : r) x = x / sigma_;
+  }
   void shorten(Out lambda) const override { base_->shorten(lambda); }
   bool unique(int row) const override { return base_->unique(row); }
   double smallest_pivot() const override { return base_->smallest_pivot(); }
