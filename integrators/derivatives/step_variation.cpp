@@ -86,7 +86,7 @@ class GaussVariation final : public StepVariation {
     void guess(bool predicted) { own.step_.guess(v.x, v.lo, 1, predicted ? 1 : 0); }
     Sweep sweep(double& distance) {
       own.improve();
-      const auto moves = own.step_.sweep(v.x, v.lo, 1);
+      const auto moves = own.step_.sweep(v.x, Step::low_words(v.lo), 1);
       distance = moves.distance;
       return moves.in_lane(0);
     }
@@ -131,7 +131,7 @@ class GaussVariation final : public StepVariation {
     Eigen::VectorXd r(n * s);
     for (int c = 0; c < chunks; ++c) std::fill(step_.L[c].begin(), step_.L[c].end(), Lanes(0.0));
     for (int pass = 0; pass < 4; ++pass) {
-      step_.renew(v.x, v.lo);
+      step_.renew(v.x, Step::low_words(v.lo));
       for (int c = 0; c < chunks; ++c) slopes(c, runs_, F[c]);  // the last time for add_gradient()
       if (pass == 3) break;
       for (Index i = 0; i < s; ++i)
