@@ -19,11 +19,11 @@ void bind_dynamics(pybind11::module_& m);
 void bind_kinematics(pybind11::module_& m);
 void bind_network(pybind11::module_& m);
 void bind_integrators(pybind11::module_& m);
-void bind_derivatives(pybind11::module_& m);
 void bind_energy_shaping(pybind11::module_& m);
 void bind_regulation(pybind11::module_& m);
 void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
+void bind_derivatives(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 

@@ -8,6 +8,8 @@
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "python/keywords.h"
+#include "scene/assemble/assembly.h"
+#include "scene/assemble/steps.h"
 
 namespace porthos::python {
 namespace {
@@ -37,22 +39,45 @@ py::dict named(const std::vector<std::string>& names, const std::vector<double>&
   return d;
 }
 
+RunGradient gradient_from(const phs::Model& model, const phs::State& start, double step,
+                          std::int64_t steps, const std::string& method, const py::object& end,
+                          const py::object& sampled, const py::object& running, size_t memory) {
+  const Objective objective{part_of("end", end), part_of("sampled", sampled),
+                            part_of("running", running)};
+  RunGradient r;
+  interruptibly([&](const std::atomic<bool>& stop) {
+    r = integrators::gradient_of_run(method, model, start, step, steps, objective,
+                                     {.memory = memory, .stop = &stop});
+  });
+  if (r.outcome != integrators::Outcome::ok)
+    throw std::runtime_error("the gradient by " + method + " stopped: " + r.remark);
+  return r;
+}
+
 RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
                      std::int64_t steps, const std::string& method, const py::object& end,
                      const py::object& sampled, const py::object& running, size_t memory) {
   const auto& d = model->description();
   phs::State start(d, numbers("x", x, size_t(d.nx)));
   phs::wrap_angles(d, start);
-  const Objective objective{part_of("end", end), part_of("sampled", sampled),
-                            part_of("running", running)};
-  RunGradient r;
-  interruptibly([&](const std::atomic<bool>& stop) {
-    r = integrators::gradient_of_run(method, *model, start, step, steps, objective,
-                                     {.memory = memory, .stop = &stop});
-  });
-  if (r.outcome != integrators::Outcome::ok)
-    throw std::runtime_error("the gradient by " + method + " stopped: " + r.remark);
-  return r;
+  return gradient_from(*model, start, step, steps, method, end, sampled, running, memory);
+}
+
+RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
+                              const py::object& end, const py::object& sampled,
+                              const py::object& running, size_t memory) {
+  const auto refuse = [&](const std::string& what) {
+    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what);
+  };
+  if (!s.events.empty()) refuse("no [[event]]");
+  if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
+  if (s.step_control != integrators::StepControl::fixed)
+    refuse(std::string("steps of one size, and the scene has step_control = \"") +
+           integrators::to_string(s.step_control) + "\"");
+  const scene::Steps steps = scene::steps_of(s);
+  if (steps.last > 0) refuse("whole steps, and the duration is no whole number of them");
+  return gradient_from(*a.model, a.initial, steps.size, steps.total, s.method, end, sampled,
+                       running, memory);
 }
 
 py::tuple in_rates(const mechanics::MechanicalModel& model, const py::object& q,
@@ -99,6 +124,9 @@ network; networks with controllers or wrenches have none. memory: bytes for stag
 
 Raises InvalidArgument for a method that is not Gauss collocation, a model with constraints or sampled controllers, and
 RuntimeError where a step or its adjoint does not converge.)");
+  m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
+        py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
+        "What Scene.gradient() calls.");
   m.def(
       "gradient_in_rates", &in_rates, py::arg("model"), py::arg("q"), py::arg("v"),
       py::arg("start"),

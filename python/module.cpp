@@ -20,8 +20,8 @@ PYBIND11_MODULE(_core, m) {
   bind_kinematics(m);
   bind_network(m);
   bind_integrators(m);
-  bind_derivatives(m);
   bind_scene(m);
+  bind_derivatives(m);
   bind_environment(m);
   bind_baseline(m);
   bind_energy_shaping(m);

@@ -15,6 +15,7 @@ from .progress import chosen
 from .results import Comparison, PathLike, Result
 
 Tell = Union[bool, None, Callable[[float, float, float], None]]
+CostPart = Union[None, Callable[[float, Any], "tuple[float, Any]"]]
 
 
 def _name_of(path: Path) -> str:
@@ -66,6 +67,14 @@ class Scene:
                 out: PathLike | None = None, progress: Tell = None) -> Comparison:
         """Speed against error of every method that fits, over a range of steps. budget: CPU seconds for everything."""
         return _compare(self.data, self.assembly, methods, budget, duration, out, progress)
+
+    def gradient(self, *, end: CostPart = None, sampled: CostPart = None, running: CostPart = None,
+                 memory: int = 64 << 20) -> _core.Gradient:
+        """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
+
+        Raises InvalidArgument for events, an orbit, a step control, a last step of another size, and all that gradient() refuses.
+        """
+        return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory)
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"

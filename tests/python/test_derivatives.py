@@ -74,6 +74,18 @@ def test_what_it_does_not_cover_is_refused():
         ph.gradient(model, x, 0.1, 3, end=fails)
 
 
+def test_a_scene_has_the_gradient_of_its_model(source):
+    scene = ph.Scene(source / "examples/ets_vii/scene.toml", duration=10)
+    cost = lambda t, x: (x[6], np.eye(26)[6])  # noqa: E731
+    g = scene.gradient(end=cost)
+    same = ph.gradient(scene.model, scene.assembly.initial.x.copy(), 0.5, 20, end=cost)
+    assert g.cost == same.cost and np.array_equal(g.start, same.start) and g.parameters == same.parameters
+    folder = source / "examples"
+    refused(lambda: ph.Scene(folder / "ets_vii_orbit/scene.toml").gradient(end=cost), "takes no")
+    refused(lambda: ph.Scene(folder / "ets_vii/scene.toml", duration=10.3).gradient(end=cost), "no whole number")
+    refused(lambda: ph.Scene(folder / "four_bar/scene.toml").gradient(end=cost), "for Gauss collocation")
+
+
 def test_the_page_runs(source, tmp_path, monkeypatch, capsys):
     text = (source / "docs/derivatives.md").read_text(encoding="utf-8")
     blocks = [(text[: m.start()].count("\n") + 2, m[1]) for m in re.finditer(r"```python\n(.*?)```", text, re.S)]

@@ -1166,33 +1166,6 @@ class Integrator:
         """
         ...
 
-class Gradient:
-    """The cost of a run and its gradient, from gradient()."""
-    @property
-    def cost(self) -> float:
-        """J."""
-        ...
-    @property
-    def start(self) -> NDArray[numpy.float64]:
-        """dJ/dx at the start, (nx,)."""
-        ...
-    @property
-    def parameters(self) -> dict:
-        """dJ/dtheta by name, with the state at the start kept."""
-        ...
-    @property
-    def end(self) -> State:
-        """The last state."""
-        ...
-    @property
-    def growth(self) -> float:
-        """log10 of |dJ/dx at the start| / |d end/dx at the end|, nan without an end cost. Large: the run is chaotic over its length, and the gradient, though exact, tells nothing of a finite change."""
-        ...
-    @property
-    def steps_taken(self) -> int:
-        """By the method, those repeated from checkpoints included."""
-        ...
-
 class Limits:
     """Limits of the verdict, relative. None: not checked; no limit at all: the defaults."""
     def __init__(self, *, energy: Optional[float] = ..., linear_momentum: Optional[float] = ..., angular_momentum: Optional[float] = ..., quaternion_norm: Optional[float] = ..., balance: Optional[float] = ..., symmetry: Optional[float] = ..., step_halving: Optional[float] = ..., orbital: Optional[float] = ..., coupling: Optional[float] = ..., constraints: Optional[float] = ...) -> None: ...
@@ -1325,6 +1298,33 @@ class RunFile:
         ...
     def attributes(self, object: str = '/') -> dict:
         """Attributes of a dataset or group ('/': of the file)."""
+        ...
+
+class Gradient:
+    """The cost of a run and its gradient, from gradient()."""
+    @property
+    def cost(self) -> float:
+        """J."""
+        ...
+    @property
+    def start(self) -> NDArray[numpy.float64]:
+        """dJ/dx at the start, (nx,)."""
+        ...
+    @property
+    def parameters(self) -> dict:
+        """dJ/dtheta by name, with the state at the start kept."""
+        ...
+    @property
+    def end(self) -> State:
+        """The last state."""
+        ...
+    @property
+    def growth(self) -> float:
+        """log10 of |dJ/dx at the start| / |d end/dx at the end|, nan without an end cost. Large: the run is chaotic over its length, and the gradient, though exact, tells nothing of a finite change."""
+        ...
+    @property
+    def steps_taken(self) -> int:
+        """By the method, those repeated from checkpoints included."""
         ...
 
 class Environment:
@@ -1628,28 +1628,6 @@ def integrator(name: str, model: Model, step: float, *, rtol: float = 1e-12, ato
     """
     ...
 
-def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
-    """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
-    the numbers the run computes. It takes the time of about two runs, however many parameters there are.
-
-    The cost is J = end(t, x) + the sum of sampled(t, x) over the ends of all steps + the integral of running(t, x) by the
-    method's quadrature. Each is a function that returns (value, gradient (nx,)), with the angles of x unwrapped; the last step
-    is asked first. Parameters: "<body>.mass", ".moment.x" (mass times centre), ".inertia.xx" (about the body's origin),
-    "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
-    network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
-
-    Raises InvalidArgument for a method that is not Gauss collocation, a model with constraints or sampled controllers, and
-    RuntimeError where a step or its adjoint does not converge.
-    """
-    ...
-
-def gradient_in_rates(model: MechanicalModel, q: Any, v: Any, start: Any) -> tuple:
-    """From Gradient.start of a MechanicalModel that started at coordinates q (nq,) and joint rates v (nv,): (dJ/dq, dJ/dv,
-    parameters). The momenta at given rates depend on the inertias, so a parameter's whole derivative is that of
-    Gradient.parameters plus the one here.
-    """
-    ...
-
 def read_scene(path: Any, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None) -> SceneData:
     """Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it."""
     ...
@@ -1686,6 +1664,32 @@ def find_template() -> str:
 
 def write_report(folder: str, out: str, page: str) -> None:
     """Fills the template `page` with the results in a folder and writes `out`."""
+    ...
+
+def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
+    """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
+    the numbers the run computes. It takes the time of about two runs, however many parameters there are.
+
+    The cost is J = end(t, x) + the sum of sampled(t, x) over the ends of all steps + the integral of running(t, x) by the
+    method's quadrature. Each is a function that returns (value, gradient (nx,)), with the angles of x unwrapped; the last step
+    is asked first. Parameters: "<body>.mass", ".moment.x" (mass times centre), ".inertia.xx" (about the body's origin),
+    "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
+    network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
+
+    Raises InvalidArgument for a method that is not Gauss collocation, a model with constraints or sampled controllers, and
+    RuntimeError where a step or its adjoint does not converge.
+    """
+    ...
+
+def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int) -> Gradient:
+    """What Scene.gradient() calls."""
+    ...
+
+def gradient_in_rates(model: MechanicalModel, q: Any, v: Any, start: Any) -> tuple:
+    """From Gradient.start of a MechanicalModel that started at coordinates q (nq,) and joint rates v (nv,): (dJ/dq, dJ/dv,
+    parameters). The momenta at given rates depend on the inertias, so a parameter's whole derivative is that of
+    Gradient.parameters plus the one here.
+    """
     ...
 
 def _cpp_seconds(mechanism: Mechanism, kernel: str, states: int, lanes: bool, repeats: int) -> float:
