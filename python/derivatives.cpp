@@ -114,7 +114,7 @@ void bind_derivatives(py::module_& m) {
       py::arg("sampled") = py::none(), py::arg("running") = py::none(),
       py::arg("memory") = size_t(64) << 20,
       R"(The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
-the numbers the run computes. It takes the time of about two runs, however many parameters there are.
+the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
 The cost is J = end(t, x) + the sum of sampled(t, x) over the ends of all steps + the integral of running(t, x) by the
 method's quadrature. Each is a function that returns (value, gradient (nx,)), with the angles of x unwrapped; the last step

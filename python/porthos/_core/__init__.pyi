@@ -1668,7 +1668,7 @@ def write_report(folder: str, out: str, page: str) -> None:
 
 def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
-    the numbers the run computes. It takes the time of about two runs, however many parameters there are.
+    the numbers the run computes. It takes the time of a few runs, however many parameters there are.
 
     The cost is J = end(t, x) + the sum of sampled(t, x) over the ends of all steps + the integral of running(t, x) by the
     method's quadrature. Each is a function that returns (value, gradient (nx,)), with the angles of x unwrapped; the last step
