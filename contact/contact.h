@@ -44,8 +44,8 @@ struct Stop {
 class ContactModel : public phs::ModelFor<ContactModel> {
  public:
   /// inner: the mechanism with its parts; its state is the mechanism's.
-  /// @throws InvalidArgument naming the contact: an unknown link or joint, two surfaces on one
-  ///   rigid body, a pair of shapes without a closed form, sizes or numbers of a law out of range
+  /// @throws InvalidArgument naming the contact: an unknown link or joint, a pair of shapes without
+  ///   a closed form, sizes or numbers of a law out of range. Surfaces on one body do not touch.
   ContactModel(std::shared_ptr<const phs::Model> inner,
                std::shared_ptr<const mechanics::MechanicalModel> mechanical,
                std::vector<Contact> contacts, std::vector<Stop> stops = {});

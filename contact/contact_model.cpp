@@ -50,9 +50,7 @@ void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Pla
             "there is no distance in closed form between a {} on '{}' and a {} on "
             "'{}', expected one of the pairs {}",
             to_string(a.shape.kind), on_a.link, to_string(b.shape.kind), on_b.link, known_pairs()));
-      if (a.node == b.node)
-        throw InvalidArgument(fmt::format(
-            "'{}' and '{}' are one rigid body, expected two that move", on_a.link, on_b.link));
+      if (a.node == b.node) continue;  // one rigid body, for example since a joint was locked
       placed.pairs.push_back({index, a.node, b.node, a.shape, b.shape, placed.points, size_t(n)});
       placed.points += size_t(n);
     }

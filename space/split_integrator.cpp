@@ -65,6 +65,7 @@ SplitIntegrator::SplitIntegrator(const integrators::OfRun& run, const Spacecraft
       taken_(e_.size()),
       kicked_(loops_ ? nq_ : 0) {
   keep_model(run.kept);
+  if (o.around) inner_ = o.around(std::move(inner_), internal_ ? *internal_ : model.internal(), h);
   for (const auto& n : model.mechanism().nodes())
     if (n.parent < 0) roots_.push_back(size_t(n.q));
   if (!scheme_.forward && !model.description().traits.lossless)

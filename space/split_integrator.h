@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "integrators/core/integrator.h"
 #include "space/ledgers.h"
 #include "space/plates.h"
@@ -12,6 +14,10 @@ struct SplitOptions {
   std::string splitting = "lobatto4";  ///< see split_schemes()
   std::string method = "gauss16";      ///< of the internal motion
   integrators::Options options = {};   ///< of that method
+  /// What surrounds the method of the internal motion, a model with its step; empty: nothing.
+  std::function<std::unique_ptr<integrators::Integrator>(
+      std::unique_ptr<integrators::Integrator> method, const phs::Model& internal, double h)>
+      around = {};
 };
 
 /// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991). The

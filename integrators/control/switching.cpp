@@ -25,6 +25,7 @@ class Switched final : public Integrator {
         sign_(now_.size()),
         work_(inner_->port_work().size()) {
     keep_model(inner_->kept_model());
+    if (inner_->varies()) sampler_.go_by_the_clock();
     for (int i = 0; i <= how_.samples + 1; ++i) samples_.emplace_back(now_.size());
   }
 
@@ -32,9 +33,13 @@ class Switched final : public Integrator {
     keep(s);
     const Outcome o = inner_->step(s);
     if (o != Outcome::ok || !switched(s)) return whole(o);
-    const Outcome parts = in_parts(s, before_.time(h_), h_);
+    const double t = before_.time(h_), h = varies() ? s.time(h_) - t : h_;
+    const Outcome parts = in_parts(s, t, h);
     if (parts != Outcome::ok) return undone(parts, s);
-    ++s.step;
+    if (varies())
+      s.step_off_the_grid(h_, h);
+    else
+      ++s.step;
     if (options_.wrap) phs::wrap_angles(system_->description(), s);
     return parts;
   }
@@ -69,6 +74,7 @@ class Switched final : public Integrator {
   std::span<const double> port_work() const override { return work_; }
   bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
+  bool varies() const override { return inner_->varies(); }
   Cost cost() const override { return inner_->cost(); }
   void set_cost(const Cost& c) override { inner_->set_cost(c); }
 

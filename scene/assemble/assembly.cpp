@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "scene/assemble/contacts.h"
 #include "scene/assemble/detail/start.h"
 #include "scene/assemble/parts.h"
 #include "scene/read/variation.h"
@@ -108,12 +109,14 @@ void scale_masses(mechanics::MechanismBuilder& parts,
 
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene) {
-  if (scene.elements.empty() && scene.actuators.empty()) return mechanical;
+  if (scene.elements.empty() && scene.actuators.empty() && scene.contacts.empty())
+    return mechanical;
   std::shared_ptr<const phs::Model> body = mechanical;
   if (space::Parts parts = parts_of(scene); parts.any())
     body = with_parts(mechanical, scene, parts);
+  body = with_contacts(std::move(body), mechanical, scene);
   if (scene.actuators.empty() && std::all_of(scene.elements.begin(), scene.elements.end(),
-                                             [](const Element& e) { return e.joint.empty(); }))
+                                             [](const Element& e) { return !e.add; }))
     return body;
   phs::Network n(mechanical->description().name);
   n.add("mechanism", body).main("mechanism");
@@ -138,6 +141,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = with_constraints(a.mechanism, scene, urdf.mimics);
   a.model = with_joint_parts(a.mechanical, scene);
+  check_contacts(scene, *a.mechanism);
   if (scene.orbit) {
     try {
       a.spacecraft = std::make_shared<const space::Spacecraft>(

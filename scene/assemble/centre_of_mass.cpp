@@ -41,6 +41,9 @@ std::string why_centre_stays(const Scene& s) {
   if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "the base is fixed";
   if (s.constraints.on_the_world())
     return "loop '" + s.constraints.held_to_the_world() + "' holds it to the world";
+  for (const SceneContact& c : s.contacts)
+    for (const auto& link : c.against)
+      if (link == "world") return "contact '" + c.name + "' touches the world";
   for (const Element& e : s.elements)
     if (e.thruster || e.torquer)
       return e.type + " '" + e.name + "' pushes from outside";

@@ -1,18 +1,20 @@
 // The integrator of a scene.
 #include "scene/assemble/assembly.h"
+#include "scene/assemble/contacts.h"
 #include "scene/assemble/detail/start.h"
 #include "scene/assemble/parts.h"
 #include "scene/read/variation.h"
-#include "space/split_integrator.h"
 
 namespace porthos::scene {
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options) {
-  if (!a.spacecraft) return integrators::make_integrator(method, *a.model, h, options);
+  if (!a.spacecraft)
+    return ending_at_touches(integrators::make_integrator(method, *a.model, h, options), *a.model,
+                             h);
   return std::make_unique<space::SplitIntegrator>(
-      *a.spacecraft, h, space::SplitOptions{a.splitting, method, options});
+      *a.spacecraft, h, split_options(*a.spacecraft, a.splitting, method, options));
 }
 
 std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
@@ -25,7 +27,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
   if (scene.orbit)
     if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model)) try {
         return std::make_unique<space::SplitIntegrator>(
-            *craft, h, space::SplitOptions{scene.orbit->splitting, scene.method, options});
+            *craft, h, split_options(*craft, scene.orbit->splitting, scene.method, options));
       } catch (const InvalidArgument& e) {
         throw InvalidArgument(in_file(scene.orbit->where) + e.what());
       }
@@ -39,7 +41,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
                               "' switches at the ends of steps, where " + scene.method +
                               " has a stage: it would push before its time, expected a method that "
                               "keeps a ledger of its own, such as gauss8");
-  return method;
+  return ending_at_touches(std::move(method), model, h);
 }
 
 }  // namespace porthos::scene

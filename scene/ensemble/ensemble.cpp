@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "scene/assemble/contacts.h"
 #include "scene/assemble/steps.h"
 #include "scene/ensemble/case_run.h"
 #include "scene/run/phase_sequence.h"
@@ -20,7 +21,7 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 /// take them.
 bool is_plain(const Scene& s) {
   return s.events.empty() && !s.monitor && !s.orbit &&
-         s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&
+         s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 && !switches(s) &&
          std::none_of(s.elements.begin(), s.elements.end(),
                       [](const Element& e) { return e.thruster || e.torquer; });
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/law.h"
 #include "phs/network/network.h"
 #include "space/parts.h"
 
@@ -34,12 +35,19 @@ struct JointElement {
   JointPlace place;
 };
 
+/// A stop of a joint that bounces; a limit that is not stated is that of the model file.
+struct JointStop {
+  std::optional<double> lower = {}, upper = {};  ///< [rad | m]
+  contact::Law law = {};
+};
+
 /// An element that acts at a joint of the model, or on links: an [[element]] of the scene,
 /// docs/scene.md. Its types are the files of elements/.
 struct Element {
   std::string type, name, joint;  ///< joint: empty for an element on links
   std::string where;              ///< "file:line:column"
-  /// Adds the element, passed as first argument, at its joint; empty for an element on links.
+  /// Adds the element, passed as first argument, at its joint; empty for an element on links and
+  /// for a stop.
   std::function<void(const Element&, const JointElement&)> add = {};
 
   // Used outside the network.
@@ -50,6 +58,7 @@ struct Element {
   std::optional<space::Thruster> thruster;
   std::optional<space::Torquer> torquer;
   std::optional<space::SoftLatch> latch;
+  std::optional<JointStop> stop;
 };
 
 /// Reads the [[element]] tables. @throws InvalidArgument as read_scene()

@@ -11,6 +11,7 @@
 #include "mechanics/urdf.h"
 #include "scene/read/actuator.h"
 #include "scene/read/constraints.h"
+#include "scene/read/contact.h"
 #include "scene/read/element.h"
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
@@ -71,6 +72,7 @@ struct Scene {
   std::vector<Event> events;                 ///< in the order of their times
   std::vector<JointActuator> actuators;
   SceneConstraints constraints;     ///< [[loop]] and [[coupling]]
+  std::vector<SceneContact> contacts;
   std::optional<OrbitScene> orbit;  ///< around a planet; empty in free space or on the ground
 
   std::string method =

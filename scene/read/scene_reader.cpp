@@ -61,6 +61,7 @@ class Reader {
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
     s_.constraints = read_constraints(top, s_.events);
+    s_.contacts = read_contacts(top);
     s_.orbit = read_orbit(top);
     const Table method = top.section("integrator");
     read_integrator(method, s_);

@@ -58,6 +58,20 @@ inline SchemaKey axes(const char* name, const char* unit, const char* what) {
   return {name, KeyKind::axes, unit, "0", what, {}, 3};
 }
 
+/// Keys of the law of a contact, see read_law(); the units of its numbers. stated: the default of
+/// the stiffness.
+inline Keys law_keys(std::vector<std::string> laws, const char* stiffness,
+                     const std::string& stated, const char* width, const char* loss,
+                     const char* speed) {
+  return {word("law", std::move(laws), "\"smooth\"", "how the force grows with the depth"),
+          number("stiffness", stiffness, stated, "more than 0"),
+          whole("exponent", "1", "of law = \"power\": 1, 2 or 3"),
+          number("width", width, "required by smooth", "of the rounded corner of the force"),
+          number("loss", loss, "0", "a in force · (1 + a · rate of the depth)"),
+          number("restitution", "1", "by loss", "instead of loss: of an impact at speed"),
+          number("speed", speed, "with restitution", "at which the restitution holds")};
+}
+
 /// Keys of a signal in time, see read_signal().
 inline Keys signal_keys(const char* unit) {
   return {number("constant", unit, "one of the three", "always the same"),

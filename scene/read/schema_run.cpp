@@ -34,6 +34,7 @@ std::vector<SchemaTable> run_tables() {
         table("coupling", "coupling", "none", "gears and the like", KeyKind::tables),
         table("rolling", "rolling", "none", "wheels, balls, blades on a plane", KeyKind::tables),
         table("motion", "motion", "none", "joints that move as told", KeyKind::tables),
+        table("contact", "contact", "none", "bodies that touch", KeyKind::tables),
         table("event", "event", "none", "changes of the mechanism", KeyKind::tables),
         table("planet", "planet", "Earth", "of a spacecraft in orbit"),
         table("orbit", "orbit", "none", "of the centre of mass"),

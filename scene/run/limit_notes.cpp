@@ -19,7 +19,7 @@ std::vector<std::string> notes_on_limits(const mechanics::MechanicalModel& model
     const char* unit = j.turn >= 0 ? "rad" : "m";
     notes.push_back(fmt::format(
         "joint '{}' is at {:.6g} {} {}, beyond its {} limit of {:.6g} {}: limits of the model file "
-        "do not act without an element of type \"limits\"",
+        "do not act without an element of type \"limits\" or \"joint_stop\"",
         j.joint, z, unit, when, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit));
   }
   return notes;

@@ -270,7 +270,7 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (assembly_.mechanical) {
     std::vector<std::string> held;
     for (const Element& e : scene_.elements)
-      if (e.type == "limits") held.push_back(e.joint);
+      if (e.type == "limits" || e.stop) held.push_back(e.joint);
     add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
   }

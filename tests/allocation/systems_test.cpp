@@ -7,6 +7,7 @@
 #include "phs/network/elements.h"
 #include "phs/network/network.h"
 #include "scene/run/watched_run.h"
+#include "tests/contact/support.h"
 #include "tests/space/support.h"
 #include "tests/support/swinging_pendulum.h"
 #include "tests/vsa/actuators.h"
@@ -182,6 +183,20 @@ TEST(Allocation, NoneInAStepOfPartsAndInOrbit) {
     expect_none(splitting, method,
                 phs::State(craft.description(), craft.state(arm.start.x, start)));
   }
+}
+
+/// A block that falls on the ground and tips, in steps of several parts.
+TEST(Allocation, NoneWhereBodiesTouch) {
+  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
+  Shape block;
+  block.kind = Kind::box;
+  block.half = {0.2, 0.3, 0.15};
+  Law law = power_law(5e3, 1, 0.2);
+  law.friction = 0.3;
+  law.creep = 0.1;
+  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
+  ContactRun run(model, body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)), 1e-3);
+  expect_none("contact", *run.method, run.state, 600);
 }
 
 }  // namespace

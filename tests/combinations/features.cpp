@@ -147,6 +147,22 @@ std::vector<Feature> all() {
                "body = 'lower'\non_body = [0, 0.2, -0.5]\nstiffness = 30\nrest = 0.8",
                "name = 'tether@'\nlink = 'bus'")},
 
+      {"contact",
+       {"contact", "bumper"},
+       {},
+       {},
+       "[[contact]]\nname = 'bumper@'\nlinks = ['lower']\nagainst = ['bus']\n"
+       "shape = { kind = 'sphere', radius = 0.2, at = [0, 0, -0.5] }\n"
+       "against_shape = { kind = 'sphere', radius = 0.4, at = [0.5, 0.3, -1.2] }\n"
+       "stiffness = 20\nwidth = 0.3\nloss = 0.1\nfriction = 0.2\ncreep = 1\n"},
+      {"joint_stop",
+       {"joint_stop"},
+       {},
+       {},
+       element(
+           "joint_stop",
+           "law = 'power'\nlower = -1\nupper = 0.35\nstiffness = 50\nexponent = 2\nloss = 0.1")},
+
       {"drive fixed", {"actuator"}, {}, {}, actuator("drive = 'fixed'")},
       {"drive torque",
        {"actuator"},

@@ -19,9 +19,11 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper", "friction", "controller", "sampled controller",
-           "wheel",  "cmg",      "soft_latch", "engage and disengage"},
-    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
+    losses{"damper",  "friction",  "controller", "sampled controller",
+           "wheel",   "cmg",       "soft_latch", "engage and disengage",
+           "contact", "joint_stop"},
+    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"},
+    constraints = couplings + Names{"motion", "rolling"};
 
 }  // namespace
 

@@ -166,6 +166,7 @@ std::string shown_of(const Feature& f) {
       {"Moon", "third_bodies"},
       {"soft_latch", "latch1"},
       {"line_spring", "tether1"},
+      {"contact", "bumper1"},
       {"panel", "panel"},
       {"cmg", "gimbal.cmg"},
       {"wheel", "wheel.wheel"},

@@ -71,6 +71,9 @@ std::map<std::string, std::string> places() {
       {"loop.frame",
        "[[loop]]\nname = \"l\"\ntype = \"revolute\"\nb = { link = \"base\" }\n[loop.a]\nlink = "
        "\"rod\"\n@"},
+      {"contact", "[[contact]]\nname = \"c\"\nlinks = [\"rod\"]\n@"},
+      {"contact.shape",
+       "[[contact]]\nname = \"c\"\nlinks = [\"rod\"]\n[contact.shape]\nkind = \"plane\"\n@"},
       {"coupling", "[[coupling]]\nname = \"c\"\nfactors = { j = 1 }\n@"},
       {"rolling", "[[rolling]]\nname = \"r\"\ntype = \"blade\"\nwheel = { link = \"rod\" }\n@"},
       {"motion", "[[motion]]\nname = \"m\"\njoint = \"j\"\n@"},

@@ -17,7 +17,8 @@
   X(thruster) \
   X(torquer) \
   X(soft_latch) \
-  X(line_spring)
+  X(line_spring) \
+  X(joint_stop)
 // clang-format on
 
 namespace porthos::scene {

@@ -1,0 +1,176 @@
+#include "scene/assemble/contacts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "contact/urdf_shapes.h"
+#include "integrators/control/switching.h"
+#include "phs/network/network.h"
+
+namespace porthos::scene {
+namespace {
+
+/// The surfaces of one side of a contact.
+std::vector<contact::Surface> surfaces(const Scene& scene, const std::vector<std::string>& links,
+                                       const std::optional<contact::Shape>& shape) {
+  std::vector<contact::Surface> all;
+  for (const auto& link : links) {
+    if (shape) {
+      all.push_back({link, *shape});
+    } else if (link == "world") {
+      contact::Shape ground;
+      ground.kind = contact::Kind::plane;
+      all.push_back({link, ground});
+    } else {
+      for (const contact::Shape& s : contact::urdf_shapes(scene.urdf_text, scene.urdf_path, link))
+        all.push_back({link, s});
+    }
+  }
+  return all;
+}
+
+/// 1/R of the one curved surface that Hertz's law takes from a modulus.
+double curvature(const contact::Surface& s) {
+  if (s.shape.kind == contact::Kind::plane) return 0;
+  if (s.shape.kind == contact::Kind::sphere) return 1 / s.shape.radius;
+  throw InvalidArgument(
+      fmt::format("a modulus is given for a {} on '{}', expected spheres and planes, or a "
+                  "stiffness",
+                  contact::to_string(s.shape.kind), s.link));
+}
+double hertz_stiffness(const contact::Contact& c, double modulus) {
+  double k = 0;
+  for (const contact::Surface& a : c.a)
+    for (const contact::Surface& b : c.b) {
+      const double own = contact::hertz_stiffness(modulus, curvature(a) + curvature(b));
+      if (k > 0 && own != k)
+        throw InvalidArgument(
+            "its pairs have different radii, expected a [[contact]] for each, or a stiffness");
+      k = own;
+    }
+  return k;
+}
+
+contact::Contact contact_of(const SceneContact& from, const Scene& scene) {
+  contact::Contact c{from.name, surfaces(scene, from.links, from.shape),
+                     surfaces(scene, from.against, from.against_shape), from.law};
+  if (from.modulus > 0) c.law.stiffness = hertz_stiffness(c, from.modulus);
+  return c;
+}
+
+contact::Stop stop_of(const Element& e, const mechanics::MechanicalModel& model) {
+  contact::Stop s;
+  s.name = e.name;
+  s.joint = e.joint;
+  s.law = e.stop->law;
+  auto lower = e.stop->lower, upper = e.stop->upper;
+  for (const auto& j : model.mechanism().joint_properties()) {
+    if (j.joint != e.joint) continue;
+    if (!lower) lower = j.lower;
+    if (!upper) upper = j.upper;
+  }
+  if (!lower && !upper)
+    throw InvalidArgument(
+        fmt::format("neither the scene nor the model file gives a limit of joint '{}', expected "
+                    "lower or upper",
+                    e.joint));
+  if (lower) s.lower = *lower;
+  if (upper) s.upper = *upper;
+  return s;
+}
+
+template <class F>
+auto at_place(const std::string& where, const char* what, const std::string& name, F f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(fmt::format("{}{} '{}': {}", in_file(where), what, name, e.what()));
+  }
+}
+
+/// The contacts in a model of a scene, or null.
+const contact::ContactModel* contacts_in(const phs::Model& model) {
+  if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model))
+    return contacts_in(craft->internal());
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&model))
+    return contacts_in(network->member("mechanism"));
+  return dynamic_cast<const contact::ContactModel*>(&model);
+}
+
+}  // namespace
+
+std::shared_ptr<const phs::Model> with_contacts(
+    std::shared_ptr<const phs::Model> inner,
+    const std::shared_ptr<const mechanics::MechanicalModel>& mechanical, const Scene& scene) {
+  std::vector<contact::Contact> contacts;
+  std::vector<contact::Stop> stops;
+  const auto model = [&](std::vector<contact::Contact> c, std::vector<contact::Stop> s) {
+    return std::make_shared<const contact::ContactModel>(inner, mechanical, std::move(c),
+                                                         std::move(s));
+  };
+  for (const SceneContact& c : scene.contacts) {
+    if (scene.orbit && std::count(c.against.begin(), c.against.end(), "world") > 0)
+      throw InvalidArgument(
+          fmt::format("{}: contact '{}' touches the world, expected a link or [[body]] in orbit",
+                      c.where, c.name));
+    contacts.push_back(at_place(c.where, "contact", c.name, [&] { return contact_of(c, scene); }));
+  }
+  for (const Element& e : scene.elements)
+    if (e.stop)
+      stops.push_back(
+          at_place(e.where, "element", e.name, [&] { return stop_of(e, *mechanical); }));
+  if (contacts.empty() && stops.empty()) return inner;
+  try {
+    return model(std::move(contacts), std::move(stops));
+  } catch (const InvalidArgument& why) {
+    const std::string text = why.what();
+    for (const SceneContact& c : scene.contacts)
+      if (text.starts_with("contact '" + c.name + "'"))
+        throw InvalidArgument(in_file(c.where) + text);
+    for (const Element& e : scene.elements)
+      if (text.starts_with("stop '" + e.name + "'")) throw InvalidArgument(in_file(e.where) + text);
+    throw;
+  }
+}
+
+void check_contacts(const Scene& scene, const mechanics::Mechanism& m) {
+  const auto node = [&](const std::string& link) {
+    return link == "world" ? -1 : m.body(link).node;
+  };
+  for (const SceneContact& c : scene.contacts)
+    for (const auto& a : c.links)
+      for (const auto& b : c.against)
+        if (node(a) == node(b))
+          throw InvalidArgument(
+              fmt::format("{}: contact '{}': '{}' and '{}' are one rigid body, expected two that "
+                          "move",
+                          c.where, c.name, a, b));
+}
+
+bool switches(const Scene& s) {
+  return std::any_of(s.contacts.begin(), s.contacts.end(),
+                     [](const SceneContact& c) { return c.law.switches(); }) ||
+         std::any_of(s.elements.begin(), s.elements.end(),
+                     [](const Element& e) { return e.stop && e.stop->law.switches(); });
+}
+
+std::unique_ptr<integrators::Integrator> ending_at_touches(
+    std::unique_ptr<integrators::Integrator> method, const phs::Model& model, double h,
+    const phs::Model* of_run) {
+  const auto* contacts = contacts_in(model);
+  if (!contacts) return method;
+  return integrators::make_switched(std::move(method), of_run ? *of_run : model, h,
+                                    contacts->depths());
+}
+
+space::SplitOptions split_options(const space::Spacecraft& craft, const std::string& splitting,
+                                  const std::string& method, const integrators::Options& options) {
+  return {splitting, method, options,
+          [&craft](std::unique_ptr<integrators::Integrator> internal, const phs::Model& of_run,
+                   double h) {
+            return ending_at_touches(std::move(internal), craft.internal(), h, &of_run);
+          }};
+}
+
+}  // namespace porthos::scene
