@@ -21,9 +21,10 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 /// take them.
 bool is_plain(const Scene& s) {
   return s.events.empty() && !s.monitor && !s.orbit &&
-         s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 && !switches(s) &&
-         std::none_of(s.elements.begin(), s.elements.end(),
-                      [](const Element& e) { return e.thruster || e.torquer; });
+         s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&
+         !switches(s) && std::none_of(s.elements.begin(), s.elements.end(), [](const Element& e) {
+           return e.thruster || e.torquer;
+         });
 }
 
 /// The systems in which a case may end.

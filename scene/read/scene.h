@@ -71,7 +71,7 @@ struct Scene {
   mechanics::Vec3d magnetic_field{0, 0, 0};  ///< constant in the world [T]; in orbit the planet's
   std::vector<Event> events;                 ///< in the order of their times
   std::vector<JointActuator> actuators;
-  SceneConstraints constraints;     ///< [[loop]] and [[coupling]]
+  SceneConstraints constraints;  ///< [[loop]] and [[coupling]]
   std::vector<SceneContact> contacts;
   std::optional<OrbitScene> orbit;  ///< around a planet; empty in free space or on the ground
 

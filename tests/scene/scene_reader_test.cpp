@@ -176,7 +176,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {rest("[verfiy]\nenergy = 1"),
        "12:2: unknown key 'verfiy' in the scene, the nearest known one is 'verify' "
        "(known: title, model, environment, initial, body, panel, element, actuator, loop, "
-       "coupling, rolling, motion, contact, event, planet, orbit, integrator, monitor, run, verify, "
+       "coupling, rolling, motion, contact, event, planet, orbit, integrator, monitor, run, "
+       "verify, "
        "ensemble)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
