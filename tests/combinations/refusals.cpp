@@ -22,8 +22,7 @@ const Names splittings{"splitting strang", "splitting aba864"},
     losses{"damper",  "friction",  "controller", "sampled controller",
            "wheel",   "cmg",       "soft_latch", "engage and disengage",
            "contact", "joint_stop"},
-    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"},
-    constraints = couplings + Names{"motion", "rolling"};
+    canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
 

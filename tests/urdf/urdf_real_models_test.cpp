@@ -138,7 +138,8 @@ TEST(UrdfRealModels, LockedJointsAreFixedWhereTheyStart) {
 /// The value of a locked joint is a constant of its <mimic>, which holds the other joint.
 TEST(UrdfRealModels, AMimicKeepsWhatALockLeavesOfIt) {
   const std::string text =
-      robot({link("a"), link("b"), link("tip"), joint("j", "a", "b"),
+      robot({link("a"), link("b"), link("tip"), link("end"), joint("j", "a", "b"),
+             joint("m", "tip", "end"),
              joint("k", "b", "tip", "revolute", "<mimic joint='j' multiplier='2' offset='0.5'/>")});
   Options o;
   o.couple_mimics = true;
