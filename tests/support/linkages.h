@@ -179,6 +179,33 @@ inline Linkage lattice(int n) {
   return l;
 }
 
+/// A deployable boom of n scissors in the plane: two bars of 1 m cross in each, and their ends are
+/// hinged to those of the next. It opens, and the first bar turns on the ground.
+inline Linkage scissors(int n) {
+  mechanics::MechanismBuilder b("scissors");
+  Linkage l;
+  constexpr double angle = 0.5, rate = 0.2;  // of the bars that rise
+  const auto name = [](const char* what, int i) { return what + std::to_string(i); };
+  for (int i = 0; i < n; ++i) {
+    b.add(i == 0 ? rod(name("rises", i), "world", 0, 0, 1, 1)
+                 : rod(name("rises", i), name("falls", i - 1), 0.5, 0, 1, 1));
+    auto falls = rod(name("falls", i), name("rises", i), 0.5, 0, 1, 1);
+    falls.mass.com = {0, 0, 0};  // it hangs on its middle
+    b.add(falls);
+    for (const double sign : {i == 0 ? 1. : 2., -2.}) {
+      l.q.push_back(sign * angle);
+      l.v.push_back(sign * rate);
+    }
+    if (i == 0) continue;
+    l.spec.loops.push_back({name("pin", i), "revolute", at(name("rises", i - 1), 1, 0),
+                            at(name("falls", i), -0.5, 0)});
+  }
+  b.gravity({0, -0.0625, 0});
+  l.mechanism = std::make_shared<mechanics::Mechanism>(b.build());
+  l.parts = b;
+  return l;
+}
+
 /// IFToMM's Bricard mechanism: five rods along edges of a cube, six hinges, each normal to the two
 /// edges that meet there. One freedom, though five links and six hinges count none: the five rows
 /// of the last hinge have rank 4.
