@@ -343,8 +343,8 @@ class CollocationStages {
   std::vector<Sizes> smallest_, per_size_, per_own_;
   std::vector<char> counts_;      ///< by component, whether its moves count; empty: all do
   std::vector<double> at_least_;  ///< and the least that it counts for; empty: nothing
-  LaneSet unsized_ = 0;  ///< lanes whose next sweep measures sizes
-  Size<T> least_ = 0.0;  ///< size that a component counts for at least
+  LaneSet unsized_ = 0;           ///< lanes whose next sweep measures sizes
+  Size<T> least_ = 0.0;           ///< size that a component counts for at least
 };
 
 /// Sets up Newton's iteration for the table, if it has one. @return whether it has

@@ -88,18 +88,16 @@ class SparkNodes {
   void place(std::span<const T> x, std::span<const T> lo, const Stages& L) {
     for (int c = 0; c < chunks; ++c)
       for (const size_t k : positions_)
-        Q[size_t(c)][k] = Lanes(x[k]) + combination(Lanes(lo[k]), c, nu_, [&](int j) {
-                            return at(L, k, j);
-                          });
+        Q[size_t(c)][k] =
+            Lanes(x[k]) + combination(Lanes(lo[k]), c, nu_, [&](int j) { return at(L, k, j); });
   }
   /// I += (B⁻¹ ⊗ D⁻¹) g / h in the rows in use. solve(r): r ← D⁻¹ r of V columns, r[row V + column]
   template <class Solve>
   void correct(const std::vector<size_t>& rows, const Solve& solve) {
     for (int c = 0; c < chunks && used(s_, c) > 0; ++c) {
       for (const size_t r : rows) {
-        const Lanes sum = combination(Lanes(T(0.0)), c, response_, [&](int j) {
-          return at(g, r, j);
-        });
+        const Lanes sum =
+            combination(Lanes(T(0.0)), c, response_, [&](int j) { return at(g, r, j); });
         for (int i = 0; i < V; ++i) change_[r * size_t(V) + size_t(i)] = over_h_ * sum[i];
       }
       solve(std::span<T>(change_));

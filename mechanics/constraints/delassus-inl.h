@@ -229,8 +229,7 @@ class Delassus {
     }
     factors_.solve(std::span<phs::Pack8>(sides_));
     for (size_t i = 0; i < place_.size(); ++i)
-      for (int c = 0; c < columns; ++c)
-        r[i * size_t(n) + size_t(c)] = sides_[size_t(place_[i])][c];
+      for (int c = 0; c < columns; ++c) r[i * size_t(n) + size_t(c)] = sides_[size_t(place_[i])][c];
   }
 
   void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {

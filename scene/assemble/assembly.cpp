@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "mechanics/constraints/maximal.h"
 #include "scene/assemble/contacts.h"
 #include "scene/assemble/detail/start.h"
 #include "scene/assemble/parts.h"
@@ -126,6 +127,17 @@ std::shared_ptr<const phs::Model> with_joint_parts(
 }
 
 namespace {
+void take_maximal_coordinates(const Scene& scene, Assembly& a) try {
+  auto form = mechanics::maximal_form(a.parts, scene.constraints.spec);
+  a.reduced = a.mechanical;
+  a.parts = std::move(form.parts);
+  a.mechanism = std::make_shared<const Mechanism>(a.parts.build());
+  a.mechanical = std::make_shared<const mechanics::MechanicalModel>(
+      a.mechanism, std::vector<mechanics::BodyPort>(), form.constraints);
+} catch (const InvalidArgument& e) {
+  throw scene.constraints.placed(e);
+}
+
 Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& options) {
   auto urdf = mechanics::parse_urdf(scene.urdf_text, scene.urdf_path, options);
   Assembly a;
@@ -140,6 +152,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   const auto& remarks = a.mechanism->remarks();
   a.notes.insert(a.notes.end(), remarks.begin(), remarks.end());
   a.mechanical = with_constraints(a.mechanism, scene, urdf.mimics);
+  if (scene.maximal) take_maximal_coordinates(scene, a);
   a.model = with_joint_parts(a.mechanical, scene);
   check_contacts(scene, *a.mechanism);
   if (scene.orbit) {

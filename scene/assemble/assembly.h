@@ -28,7 +28,9 @@ struct Assembly {
   /// one.
   std::shared_ptr<const mechanics::MechanicalModel> mechanical;
   std::shared_ptr<const mechanics::Mechanism> mechanism;
-  mechanics::MechanismBuilder parts;                    ///< builder of the mechanism
+  mechanics::MechanismBuilder parts;  ///< builder of the mechanism
+  /// In maximal coordinates: the same mechanism in reduced ones, in which its start is stated.
+  std::shared_ptr<const mechanics::MechanicalModel> reduced;
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   std::string splitting;  ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;

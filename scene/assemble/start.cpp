@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "mechanics/constraints/maximal.h"
 #include "mechanics/constraints/projection.h"
 #include "mechanics/rotation.h"
 #include "scene/assemble/assembly.h"
@@ -140,11 +141,12 @@ void put_driven(const Scene& scene, const Mechanism& m, Start& s) {
 
 /// Moves the start onto the loops. @return a note of the move, empty if it is rounding
 std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
-  const auto* loops = a.mechanical->constraint_set();
+  const auto& model = a.reduced ? *a.reduced : *a.mechanical;
+  const auto* loops = model.constraint_set();
   if (!loops) return "";
   try {
-    const auto held = stated(scene, *a.mechanism);
-    const auto moved = mechanics::close_loops(*a.mechanism, *loops, s.q, s.v, held);
+    const auto held = stated(scene, model.mechanism());
+    const auto moved = mechanics::close_loops(model.mechanism(), *loops, s.q, s.v, held);
     if (moved.moved < 1e-12 && moved.sped_up < 1e-12) return "";
     const std::string gap = moved.gap < 1e-12
                                 ? ""
@@ -157,6 +159,14 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   } catch (const InvalidArgument& e) {
     throw scene.constraints.placed(e);
   }
+}
+
+/// From the joints' coordinates to those of the free bodies.
+void move_to_bodies(const Assembly& a, Start& s) {
+  const phs::State joints(a.reduced->description(), a.reduced->state(s.q, s.v));
+  const auto bodies = mechanics::maximal_state(*a.reduced, joints, *a.mechanical);
+  s.v = a.mechanical->rates(bodies.x);
+  s.q.assign(bodies.x.begin(), bodies.x.begin() + a.mechanism->nq());
 }
 
 }  // namespace
@@ -177,27 +187,27 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   const bool apart = why_centre_stays(scene).empty();
   // The model of the mechanism and its parts, without the orbit.
   const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
-  Start start{a.mechanism->neutral(), std::vector<double>(size_t(a.mechanism->nv()), 0.0)};
-  if (scene.random) put_random(*scene.random, *a.mechanism, start);
+  const Mechanism& joints = a.reduced ? a.reduced->mechanism() : *a.mechanism;
+  Start start{joints.neutral(), std::vector<double>(size_t(joints.nv()), 0.0)};
+  if (scene.random) put_random(*scene.random, joints, start);
   for (const auto& [name, joint] : scene.joints) {
     if (free_base && name == mechanics::base_joint_name)
       refuse_start(name, joint, "it is the free base, expected its start in [initial] base");
     for (const auto& b : scene.bodies)
       if (name == b.name) refuse_start(name, joint, "expected its start in its [[body]]");
-    if (!is_locked(scene, name)) put_joint(name, joint, *a.mechanism, start);
+    if (!is_locked(scene, name)) put_joint(name, joint, joints, start);
   }
-  put_driven(scene, *a.mechanism, start);
+  put_driven(scene, joints, start);
   const BaseStart from = apart ? scene.base : BaseStart{};
-  if (free_base)
-    put_base(seen_from(from, scene.base), mechanics::base_joint_name, *a.mechanism, start);
-  for (const auto& b : scene.bodies)
-    put_base(seen_from(from, b.start), b.name, *a.mechanism, start);
-  if (const auto joint = mechanics::joint_without_inertia(*a.mechanism, start.q))
+  if (free_base) put_base(seen_from(from, scene.base), mechanics::base_joint_name, joints, start);
+  for (const auto& b : scene.bodies) put_base(seen_from(from, b.start), b.name, joints, start);
+  if (const auto joint = mechanics::joint_without_inertia(joints, start.q))
     throw InvalidArgument(fmt::format(
         "{}: joint '{}' moves no inertia where it starts, a singular position: expected another "
         "start of the joints in [initial]",
         scene.path, *joint));
   const std::string note = put_on_loops(scene, a, start);
+  if (a.reduced) move_to_bodies(a, start);
   CentreOfMass centre;
   if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);

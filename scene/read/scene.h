@@ -61,6 +61,7 @@ struct Scene {
   std::string urdf_path, urdf_text;  ///< resolved path and content
   mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
+  bool maximal = false;  ///< every body is free, and every joint a loop that closes it
 
   BaseStart base;
   std::map<std::string, JointStart> joints;
@@ -102,7 +103,7 @@ struct Scene {
   /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
   /// none).
   bool rolls() const { return !constraints.spec.rollings.empty(); }
-  bool is_constrained() const { return !constraints.empty() || urdf.couple_mimics; }
+  bool is_constrained() const { return !constraints.empty() || urdf.couple_mimics || maximal; }
   /// The energy error for which a method is searched: the stated one, else the limit of the
   /// verdict, else 1e-9.
   double target() const {

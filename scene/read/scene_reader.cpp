@@ -73,6 +73,7 @@ class Reader {
     else
       s_.verify = default_limits(s_.orbit.has_value());
     if (s_.orbit) check_orbit_scene();
+    if (s_.maximal) check_maximal_scene();
     return std::move(s_);
   }
 
@@ -92,6 +93,8 @@ class Reader {
     if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
     s_.urdf.use_damping = t.boolean("use_damping");
     s_.urdf.couple_mimics = t.choice("mimic") == "couple";
+    s_.maximal = t.choice("coordinates") == "maximal";
+    if (s_.maximal) maximal_at_ = t.at("coordinates");
     t.each("inertia", [&](const std::string& link, const std::string&, const Table& given) {
       s_.urdf.link_inertia[link] = read_mass_properties(given);
     });
@@ -201,6 +204,21 @@ class Reader {
                          s_.rolls() ? "rolling body" : "motion", name));
   }
 
+  /// Refuses what needs the coordinates of joints, or a model that changes.
+  void check_maximal_scene() const {
+    const auto refuse_with = [&](const std::string& other) {
+      refuse(maximal_at_, "coordinates = \"maximal\" cannot be combined with " + other +
+                              ", expected coordinates = \"reduced\"");
+    };
+    if (s_.orbit) refuse_with("[orbit]");
+    if (!s_.events.empty()) refuse_with("[[event]]");
+    if (!s_.actuators.empty()) refuse_with("[[actuator]]");
+    if (!s_.elements.empty()) refuse_with("[[element]] '" + s_.elements.front().name + "'");
+    if (!s_.panels.empty()) refuse_with("[[panel]]");
+    if (!s_.contacts.empty()) refuse_with("[[contact]]");
+    if (s_.urdf.couple_mimics) refuse_with("mimic = \"couple\"");
+  }
+
   /// Refuses features that cannot be combined with an orbit.
   void check_orbit_scene() const {
     const std::string& where = s_.orbit->where;
@@ -228,6 +246,7 @@ class Reader {
   const SceneTexts* kept_;
   toml::table root_;
   Scene s_;
+  std::string maximal_at_;  ///< "file:line:column" of coordinates = "maximal"
 };
 
 }  // namespace

@@ -57,6 +57,8 @@ std::vector<SchemaTable> run_tables() {
         yes_or_no("use_damping", "true", "simulate <dynamics damping>"),
         word("mimic", {"ignore", "couple"}, "\"ignore\"",
              "a <mimic> joint moves by itself, or follows as by a [[coupling]]"),
+        word("coordinates", {"reduced", "maximal"}, "\"reduced\"",
+             "of the joints, or of every body, with each joint as a loop"),
         table("inertia", "model.inertia", "none",
               "by link: mass properties of links the file gives none", KeyKind::named),
         {"mass_factor",

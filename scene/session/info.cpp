@@ -175,6 +175,11 @@ std::string translation_text(const Scene& s, const Assembly& a) {
   return "integrated with everything else: " + why;
 }
 
+std::string coordinates_text(const Assembly& a) {
+  if (!a.reduced) return "reduced: those of the joints";
+  return "maximal: every body is free, every joint is a loop";
+}
+
 std::string plan_section(const Scene& s, const Assembly& a) {
   const Mechanism& m = *a.mechanism;
   const Steps steps = steps_of(s);
@@ -185,6 +190,7 @@ std::string plan_section(const Scene& s, const Assembly& a) {
                   {"damping", joints_with(m, [](const auto& j) { return j.damping > 0; })},
                   {"springs", joints_with(m, [](const auto& j) { return j.stiffness > 0; })},
                   {"translation of the base", translation_text(s, a)},
+                  {"coordinates", coordinates_text(a)},
                   {"links on fixed joints", merged_text(m)},
                   {"SIMD", simd_text()},
                   {"method", fmt::format("{}, {} steps of {} s{} = {} s", s.method, steps.total,

@@ -141,7 +141,8 @@ TEST(LoopChains, ManySidesAreSolvedAtOnce) {
   EXPECT_EQ(rows->factor(x), 24);
   for (size_t k = 0; k < sides; ++k)
     for (size_t i = 0; i < m; ++i)
-      for (size_t j = 0; j < m; ++j) all[i * sides + k] += D[i * m + j] * std::sin(double(j + 3 * k));
+      for (size_t j = 0; j < m; ++j)
+        all[i * sides + k] += D[i * m + j] * std::sin(double(j + 3 * k));
   const Vec r = all;
   rows->solve_all(all, int(sides));
   double residual = 0, alone = 0;

@@ -6,9 +6,9 @@
 
 #include "integrators/core/integrator.h"
 #include "mechanics/constraints/maximal.h"
-#include "mechanics/kinematics.h"
 #include "tests/support/energy_run.h"
 #include "tests/support/linkages.h"
+#include "tests/support/poses.h"
 #include "tests/support/random_tree.h"
 
 namespace porthos::integrators::maximal_test {
@@ -18,6 +18,7 @@ using mechanics::ConstraintSpec;
 using mechanics::MechanicalModel;
 using mechanics::Mechanism;
 using mechanics::MechanismBuilder;
+using test::apart;
 using test::Vec;
 
 /// A mechanism in both coordinates, from the same start.
@@ -51,27 +52,6 @@ phs::State run(const MechanicalModel& model, const std::string& method, double h
     if (o != Outcome::ok) break;
   }
   return s;
-}
-
-/// The largest difference of the bodies' places [m] and axes in the world.
-double apart(const MechanicalModel& a, const phs::State& x, const MechanicalModel& b,
-             const phs::State& y) {
-  const auto poses = [](const MechanicalModel& model, const phs::State& s) {
-    const Mechanism& m = model.mechanism();
-    mechanics::Workspace<double> w(m);
-    w.set_turns(s.turns);
-    std::vector<mechanics::Pose> nodes(m.nodes().size());
-    mechanics::forward_kinematics<double>(m, w, std::span(s.x).first(size_t(m.nq())), nodes);
-    return nodes;
-  };
-  const auto at_x = poses(a, x), at_y = poses(b, y);
-  double most = 0;
-  for (const auto& body : a.mechanism().bodies()) {
-    const auto p = mechanics::body_pose<double>(a.mechanism(), body, at_x);
-    const auto q = mechanics::body_pose<double>(b.mechanism(), b.mechanism().body(body.name), at_y);
-    most = std::max({most, norm(p.r - q.r), norm(p.R.x - q.R.x), norm(p.R.z - q.R.z)});
-  }
-  return most;
 }
 
 /// A tree of all joint types, the axes of universal joints normal to each other.
