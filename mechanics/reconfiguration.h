@@ -39,8 +39,8 @@ struct LockedJoint {
 /// A mechanism in motion, with the parts it was built from and the loops that are closed.
 struct MovingMechanism {
   MechanismBuilder parts;
-  /// What is closed. Couplings have the coordinates of locked joints too: those are constants, so the
-  /// model has the rest of such a coupling, and nothing where no coordinate is left.
+  /// What is closed. Couplings have the coordinates of locked joints too: those are constants, so
+  /// the model has the rest of such a coupling, and nothing where no coordinate is left.
   ConstraintSpec constraints;
   std::shared_ptr<const MechanicalModel> model;
   phs::State state;                           ///< of model
@@ -103,8 +103,8 @@ Pose relative_pose(const MovingMechanism& moving, const std::string& link, const
 /// @throws InvalidArgument for an unknown body or one that is already free
 Impact release(MovingMechanism& moving, const std::string& body);
 /// Locks the joint in its current position. Closed couplings of it hold its other joints as they
-/// then must: the second joint of a gear stops too. @throws InvalidArgument for an unknown joint, one
-/// that is already fixed or locked, or one that moves as told
+/// then must: the second joint of a gear stops too. @throws InvalidArgument for an unknown joint,
+/// one that is already fixed or locked, or one that moves as told
 Impact lock(MovingMechanism& moving, const std::string& joint);
 /// Frees a locked joint. It starts at rest, with the coordinates it had when it was locked.
 /// @throws InvalidArgument for a joint that is not locked

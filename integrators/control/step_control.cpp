@@ -147,8 +147,8 @@ class TimeTransformed final : public Controlled {
   }
 
  private:
-  /// The method makes G ∂K/∂p = 0, which is G v = 0 only as far as K = 0. Of all momenta that differ
-  /// by Gᵀμ, which are one state of the constrained system, this takes those with G v = 0.
+  /// The method makes G ∂K/∂p = 0, which is G v = 0 only as far as K = 0. Of all momenta that
+  /// differ by Gᵀμ, which are one state of the constrained system, this takes those with G v = 0.
   void keep_rates(State& s) {
     Controlled::tell_turns(s);
     manifold_->bring_momenta_back(0.0, s, impulse_);
@@ -306,25 +306,6 @@ std::unique_ptr<Integrator> make(Declaration d, const std::string& method, const
 }
 
 }  // namespace
-
-const char* to_string(StepControl c) {
-  switch (c) {
-    case StepControl::fixed:
-      return "fixed";
-    case StepControl::time_transformed:
-      return "time_transformed";
-    case StepControl::reversible:
-      return "reversible";
-  }
-  return "unknown";
-}
-
-StepControl step_control_of(const std::string& name) {
-  for (const auto c : {StepControl::fixed, StepControl::time_transformed, StepControl::reversible})
-    if (name == to_string(c)) return c;
-  throw InvalidArgument("unknown step control '" + name +
-                        "', expected one of fixed, time_transformed, reversible");
-}
 
 std::unique_ptr<Integrator> make_time_transformed(const std::string& method,
                                                   const phs::Model& model, double h,

@@ -347,18 +347,4 @@ class CollocationStages {
   Size<T> least_ = 0.0;           ///< size that a component counts for at least
 };
 
-/// Sets up Newton's iteration for the table, if it has one. @return whether it has
-template <class Real>
-bool offer_newton(StepSolver& solver, const CollocationTable<Real>& t, const phs::Model& model,
-                  const Options& o) {
-  if (o.solver == Solver::fixed_point || t.degree() > 8 || !t.mu_p.empty()) return false;
-  const size_t s = size_t(t.s);
-  std::vector<double> A(s * s);  // of L = h b f(x + μ L)
-  for (size_t i = 0; i < s; ++i)
-    for (size_t j = 0; j < s; ++j)
-      A[i * s + j] = phs::to_double(t.b[i]) * phs::to_double(t.mu[i * s + j]);
-  solver.set_newton(std::make_unique<SimplifiedNewton>(model, A, o.solver));
-  return true;
-}
-
 }  // namespace porthos::integrators

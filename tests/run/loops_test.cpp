@@ -114,8 +114,8 @@ TEST(Loops, StepsFollowTheMotionReversibly) {
   EXPECT_EQ(again.final_state.x, r.final_state.x);
 }
 
-/// Steps of transformed time stay on the loop, and so does the monitor's projection, which keeps the
-/// energy of a method that does not.
+/// Steps of transformed time stay on the loop, and so does the monitor's projection, which keeps
+/// the energy of a method that does not.
 TEST(Loops, TransformedTimeAndProjection) {
   TemporaryFolder one, two;
   const auto timed =
