@@ -219,7 +219,7 @@ std::vector<Feature> all() {
        {"gear"},
        {},
        {{"integrator.method", "'spark16'"}},
-       "[[coupling]]\nname = 'gear@'\nfactors = { joint1 = 1, joint2 = 2 }\noffset = 0.9\n"},
+       "[[coupling]]\nname = 'gear@'\nfactors = { joint1 = 1, joint2 = -2 }\noffset = -0.3\n"},
       {"close and open",
        {"clutch"},
        {},
