@@ -63,7 +63,7 @@ class Backwards {
     const size_t row = (table_.s + 1) * n_, words = 2 * n_ + c.state.turns.size() + c.memory.size(),
                  half = options_.memory / 2 / sizeof(double);
     segment_ = std::max<std::int64_t>(1, std::int64_t(half / (row + 1)));
-    const auto checkpoints = double(half / (words + 16));
+    const double checkpoints = double(half) / double(words + 16);
     for (levels_ = 0;; ++levels_) {
       fan_ = std::max<std::int64_t>(2, std::int64_t(checkpoints / std::max(1, levels_)));
       if (double(segment_) * std::pow(double(fan_), levels_) >= double(steps)) break;
