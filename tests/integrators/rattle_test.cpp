@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "integrators/rivals/index_one.h"
 #include "tests/integrators/problems.h"
-#include "tests/support/eliminated.h"
 #include "tests/support/exact_start.h"
 #include "tests/support/rollers.h"
 
@@ -96,7 +96,7 @@ TEST(Rattle, StaysOnTheManifoldAndKeepsMomenta) {
 TEST(Rattle, VerletOnEliminatedMultipliersLeavesTheManifold) {
   auto l = test::four_bar("spherical");
   const auto model = l.model();
-  const test::EliminatedModel eliminated(model);
+  const IndexOneModel eliminated(model);
   const auto field = eliminated.instantiate<double>(), system = model.instantiate<double>();
   const auto rows = system->constraints();
   Vec x = l.start(), f(x.size()), e(x.size()), g(size_t(rows->count()));
