@@ -120,7 +120,10 @@ class Spark final : public BasicIntegrator<T> {
 
   // --- the iteration ----------------------------------------------------------------------------
   Outcome iterate(const State& state, bool predicted, bool same_rows) {
+    bool first_sweep = true, at_rest = false;  // at rest: the stages, as far as the guess knows
     const auto guess = [&](bool with) {
+      first_sweep = true;
+      at_rest = !with;
       step_.guess_slopes(with);
       step_.measure_anew(state.x, 1);
       nodes_.guess(with && same_rows);
@@ -140,7 +143,13 @@ class Spark final : public BasicIntegrator<T> {
       typename Step::Moves moves;
       with_first(state, [&](const auto& first) { moves = step_.sweep(state.x, first, 1); });
       distance = moves.distance;
-      return moves.in_lane(0);
+      Sweep s = moves.in_lane(0);
+      if (m_ == 0) return s;
+      // Positions, which alone count, answer to forces one sweep later.
+      s.changed = true;
+      if (first_sweep && (at_rest || s.change == 0)) s.change = std::max(s.change, 1.0);
+      first_sweep = false;
+      return s;
     };
     const Iteration parts{guess, sweep, [] {}, [] { return 0.0; }, [&] { evaluate(); }};
     const Outcome o =

@@ -89,12 +89,23 @@ auto at_place(const std::string& where, const char* what, const std::string& nam
   }
 }
 
+/// What scenes call the mechanism; null in a network that no scene made.
+const phs::Model* mechanism_of(const phs::NetworkModel& network) {
+  try {
+    return &network.member("mechanism");
+  } catch (const InvalidArgument&) {
+    return nullptr;
+  }
+}
+
 /// The contacts in a model of a scene, or null.
 const contact::ContactModel* contacts_in(const phs::Model& model) {
   if (const auto* craft = dynamic_cast<const space::Spacecraft*>(&model))
     return contacts_in(craft->internal());
-  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&model))
-    return contacts_in(network->member("mechanism"));
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&model)) {
+    const phs::Model* const mechanism = mechanism_of(*network);
+    return mechanism ? contacts_in(*mechanism) : nullptr;
+  }
   return dynamic_cast<const contact::ContactModel*>(&model);
 }
 

@@ -13,7 +13,9 @@ namespace {
 class Scenes : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / "porthos_vsa_scenes";
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("porthos_vsa_scenes_") + test->name());
     std::filesystem::create_directories(folder_);
     std::filesystem::copy_file(std::string(PORTHOS_SOURCE_DIR) + "/examples/qbmove_arm/arm.urdf",
                                folder_ / "arm.urdf",
