@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "integrators/core/integrator.h"
 #include "integrators/core/stage_lanes.h"
 #include "integrators/tables/spark_table.h"
 #include "phs/system/archive.h"
