@@ -21,7 +21,7 @@ void slopes(benchmark::State& state, const vsa::Device& d) {
 }
 
 /// The arm's field with and without actuators at its first seven joints.
-void arm(benchmark::State& state, bool actuators) {
+void field_of_arm(benchmark::State& state, bool actuators) {
   const auto m = chain(7, false);
   const auto bare = std::make_shared<const mechanics::MechanicalModel>(m);
   phs::Network n("arm");
@@ -50,8 +50,8 @@ const bool registered = [] {
   for (const auto& d : vsa::devices())
     if (!d.family.empty())
       benchmark::RegisterBenchmark(("vsa/slopes/" + d.name).c_str(), slopes, d);
-  benchmark::RegisterBenchmark("vsa/arm7/bare", arm, false);
-  benchmark::RegisterBenchmark("vsa/arm7/seven_qbmoves", arm, true);
+  benchmark::RegisterBenchmark("vsa/arm7/bare", field_of_arm, false);
+  benchmark::RegisterBenchmark("vsa/arm7/seven_qbmoves", field_of_arm, true);
   return true;
 }();
 

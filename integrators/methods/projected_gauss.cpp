@@ -100,9 +100,7 @@ class ProjectedGauss final : public BasicIntegrator<T> {
   }
   Outcome give_up(Outcome o) {
     have_before_ = false;
-    if (m_ == 0) return o;
-    manifold_->rows().forget();
-    return o == Outcome::not_converged && manifold_->rows().near_singular() ? Outcome::singular : o;
+    return m_ > 0 ? manifold_->rows().give_up(o) : o;
   }
   /// μ⁻¹
   void set_response() {
@@ -122,25 +120,16 @@ class ProjectedGauss final : public BasicIntegrator<T> {
   Outcome iterate(bool predicted) {
     step_.guess_slopes(predicted);
     std::fill(lambda_.begin(), lambda_.end(), Lanes(T(0.0)));
-    end_.restart();
-    for (int sweep = 0; sweep <= options_.max_sweeps; ++sweep) {
+    const auto sweep = [&](SweepMoves& moves) {
       step_.renew(start_, Step::low_words(start_lo_));
       measure_sizes();
       evaluate();
       if (m_ > 0) correct_impulses();
-      SweepMoves moves;
-      if (!take_slopes(moves)) return Outcome::not_finite;
-      if (sweep == 0) continue;  // from the guess
-      switch (end_.after(moves)) {
-        case SweepEnd::Verdict::ended:
-          return Outcome::ok;
-        case SweepEnd::Verdict::diverges:
-          return Outcome::not_converged;
-        case SweepEnd::Verdict::go_on:
-          break;
-      }
-    }
-    return end_.near_rounding() ? Outcome::ok : Outcome::not_converged;
+      return take_slopes(moves);
+    };
+    SweepMoves from_guess;
+    if (!sweep(from_guess)) return Outcome::not_finite;
+    return sweep_to_end(end_, options_.max_sweeps, sweep);
   }
   void measure_sizes() {
     for (size_t k = 0; k < n_; ++k) {

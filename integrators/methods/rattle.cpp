@@ -95,9 +95,7 @@ class Rattle final : public BasicIntegrator<T> {
   }
   Outcome give_up(Outcome o) {
     forget();
-    if (m_ == 0) return o;
-    manifold_->rows().forget();
-    return o == Outcome::not_converged && manifold_->rows().near_singular() ? Outcome::singular : o;
+    return m_ > 0 ? manifold_->rows().give_up(o) : o;
   }
 
   // --- the iteration ----------------------------------------------------------------------------
@@ -106,23 +104,12 @@ class Rattle final : public BasicIntegrator<T> {
     first_ = start_;
     kick();
     second_ = first_;
-    end_.restart();
-    for (int sweep = 0; sweep < options_.max_sweeps; ++sweep) {
+    return sweep_to_end(end_, options_.max_sweeps, [&](SweepMoves& moves) {
       field(t_, first_, f_first_);
       field(t_ + h_, second_, f_second_);
       ++cost_.sweeps;
-      SweepMoves moves;
-      if (!move(moves)) return Outcome::not_finite;
-      switch (end_.after(moves)) {
-        case SweepEnd::Verdict::ended:
-          return Outcome::ok;
-        case SweepEnd::Verdict::diverges:
-          return Outcome::not_converged;
-        case SweepEnd::Verdict::go_on:
-          break;
-      }
-    }
-    return end_.near_rounding() ? Outcome::ok : Outcome::not_converged;
+      return move(moves);
+    });
   }
   /// (∂pH, -∂qH), with the term of the quaternions.
   void field(T t, const std::vector<T>& x, std::vector<T>& f) {

@@ -113,9 +113,7 @@ class Spark final : public BasicIntegrator<T> {
   }
   Outcome give_up(Outcome o) {
     have_before_ = false;
-    if (m_ == 0) return o;
-    start_->forget();
-    return o == Outcome::not_converged && start_->near_singular() ? Outcome::singular : o;
+    return m_ > 0 ? start_->give_up(o) : o;
   }
 
   // --- the iteration ----------------------------------------------------------------------------

@@ -88,6 +88,25 @@ class SweepEnd {
   int idle_ = 0;
 };
 
+/// Sweeps until `end` says so, at most `most`. once(moves): a sweep. @return whether it is finite
+template <class Once>
+Outcome sweep_to_end(SweepEnd& end, int most, const Once& once) {
+  end.restart();
+  for (int sweep = 0; sweep < most; ++sweep) {
+    SweepMoves moves;
+    if (!once(moves)) return Outcome::not_finite;
+    switch (end.after(moves)) {
+      case SweepEnd::Verdict::ended:
+        return Outcome::ok;
+      case SweepEnd::Verdict::diverges:
+        return Outcome::not_converged;
+      case SweepEnd::Verdict::go_on:
+        break;
+    }
+  }
+  return end.near_rounding() ? Outcome::ok : Outcome::not_converged;
+}
+
 /// The constraints at the ends of a step: which rows are independent, and whether they still are.
 template <class T>
 class StepRows {
@@ -130,11 +149,13 @@ class StepRows {
   }
   /// The rows in use since then.
   const std::vector<size_t>& active() const { return active_; }
-  /// Whether a step that did not converge was near a singular position; fills trouble().
-  bool near_singular() {
-    const bool near = rows_->smallest_pivot() < 0.01 * best_pivot_;
-    if (near) trouble_ = text();
-    return near;
+  /// A step ended with o, not ok: the next choose() places the rows anew. @return o, or singular
+  /// for one that did not converge near a singular position, which trouble() then tells
+  Outcome give_up(Outcome o) {
+    placed_ = false;
+    if (o != Outcome::not_converged || !near_singular()) return o;
+    trouble_ = text();
+    return Outcome::singular;
   }
   /// The loss of rank at the last choice, as text; empty: none.
   const std::string& trouble() const { return trouble_; }
@@ -142,9 +163,6 @@ class StepRows {
     rows_->set_turn_angles(angles);
     placed_ = false;
   }
-  /// The next choose() places the rows anew.
-  void forget() { placed_ = false; }
-
   void carry(Archive& a) {
     a(rank_);
     a(best_pivot_);
@@ -157,6 +175,7 @@ class StepRows {
   }
 
  private:
+  bool near_singular() const { return rows_->smallest_pivot() < 0.01 * best_pivot_; }
   std::string text() const {
     return "rank " + std::to_string(rows_->rank()) + " of " + std::to_string(rank_) +
            ", smallest pivot " + number(rows_->smallest_pivot(), 3);

@@ -135,9 +135,7 @@ class Delassus {
   bool uses(int row) const { return factors_.uses(place_[size_t(row)]); }
   bool unique(int row) const { return factors_.unique(place_[size_t(row)]); }
   double smallest_pivot() const { return factors_.smallest_pivot(); }
-  void solve(std::span<T> r) const {
-    by_place(r, [&](std::span<T> x) { factors_.solve(x); });
-  }
+  void solve(std::span<T> r) const { solve_column(r.data(), 1); }
   /// @param r  m × n row-major: a right-hand side per column
   void solve_all(std::span<T> r, int n) const {
     constexpr int width = phs::lanes<phs::Pack8>;
@@ -148,7 +146,7 @@ class Delassus {
     }
   }
   void shorten(std::span<T> r) const {
-    by_place(r, [&](std::span<T> x) { factors_.shorten(x); });
+    by_place(r.data(), 1, [&](std::span<T> x) { factors_.shorten(x); });
   }
 
  private:
@@ -208,17 +206,15 @@ class Delassus {
         apply(i, j, to[size_t(i) * t.to.stride + size_t(j)]);
   }
 
+  /// Applies to one column of n.
   template <class Apply>
-  void by_place(std::span<T> r, const Apply& apply) const {
-    for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i];
-    apply(std::span<T>(x_));
-    for (size_t i = 0; i < place_.size(); ++i) r[i] = x_[size_t(place_[i])];
-  }
-  /// One column of n.
-  void solve_column(T* r, int n) const {
+  void by_place(T* r, int n, const Apply& apply) const {
     for (size_t i = 0; i < place_.size(); ++i) x_[size_t(place_[i])] = r[i * size_t(n)];
-    factors_.solve(std::span<T>(x_));
+    apply(std::span<T>(x_));
     for (size_t i = 0; i < place_.size(); ++i) r[i * size_t(n)] = x_[size_t(place_[i])];
+  }
+  void solve_column(T* r, int n) const {
+    by_place(r, n, [&](std::span<T> x) { factors_.solve(x); });
   }
   /// Up to eight columns of n at once; lanes beyond them are zero.
   void solve_in_lanes(T* r, int n, int columns) const {

@@ -57,7 +57,7 @@ class BlockCholesky {
       rank_ += int(rank_of_[f]);
       update_later(front, rank_of_[f]);
     }
-    find_unique();
+    unique_is_known_ = false;
     return rank_;
   }
 
@@ -67,7 +67,10 @@ class BlockCholesky {
   /// Whether the row at a place is in use.
   bool uses(int place) const { return used_[std::size_t(place)] != 0; }
   /// Whether A x = r determines x at a place.
-  bool unique(int place) const { return unique_[std::size_t(place)] != 0; }
+  bool unique(int place) const {
+    if (!unique_is_known_) find_unique();
+    return unique_[std::size_t(place)] != 0;
+  }
 
   /// r ← a solution of A x = r, for r in the range of A, size n. C: T or, if T is double, lanes: a
   /// right-hand side in each, with the bits that it has alone.
@@ -268,7 +271,8 @@ class BlockCholesky {
   }
   /// A row is unique where all vectors of the kernel are 0: where two sums of them are, each with
   /// factors that cancel in no other way.
-  void find_unique() {
+  void find_unique() const {
+    unique_is_known_ = true;
     std::fill(unique_.begin(), unique_.end(), 1);
     if (rank_ == int(n_)) return;
     double factor = 0;
@@ -295,7 +299,9 @@ class BlockCholesky {
   std::vector<int> order_;  ///< of each front's pivots, from its first place on: their places
   std::vector<int> position_;
   std::vector<std::size_t> rank_of_;  ///< by front
-  std::vector<char> used_, unique_;
+  std::vector<char> used_;
+  mutable std::vector<char> unique_;  ///< by place, when it is asked for: steps do not
+  mutable bool unique_is_known_ = true;
   double smallest_ = 1;
   int rank_ = 0;
 };
