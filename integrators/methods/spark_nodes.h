@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -37,11 +38,12 @@ class SparkNodes {
     const size_t n = m > 0 ? size_t(d.nx) : 0;
     for (auto* a : {&Q, &F, &first_})
       for (auto& chunk : *a) chunk.assign(n, Lanes(T(0.0)));
-    for (auto* a : {&g, &drift, &impulse_, &before_})
+    for (auto* a : {&g, &drift, &impulse_, &before_, &modes_})
       for (auto& chunk : *a) chunk.assign(m, Lanes(T(0.0)));
     F_start.assign(n, T(0.0));
     last_.assign(m, T(0.0));
     last_before_ = last_;
+    degree_.assign(m, s_ - 1);
     change_.assign(m * size_t(V), T(0.0));
     for (int lane = 0; lane < W; ++lane) {
       const int i = row(lane);
@@ -51,6 +53,7 @@ class SparkNodes {
         set(response_[size_t(j)], lane, table_.response[size_t(i * s_ + j)]);
       }
     }
+    expand_in_modes();
   }
 
   static int used(int s, int chunk) { return std::clamp(s - chunk * V, 0, V); }
@@ -58,16 +61,13 @@ class SparkNodes {
   /// Weights for a step of size h, and for extrapolation from the last step, of size `before`.
   void adapt_to(Real h, Real before) {
     if (have_weights_ && h == h_ && before == before_h_) return;
-    const size_t nodes = size_t(s_ + 1);
-    Real basis[W + 1];
+    Real P[W];
     const Real ratio = h / before;
     for (int lane = 0; lane < W; ++lane) {
       const size_t j = size_t(row(lane));
       set(node_time, lane, h * table_.node[j + 1]);
-      // I = h b̃ λ, with λ's polynomial
-      table_.basis(1 + ratio * table_.node[j], std::span<Real>(basis, nodes));
-      for (size_t l = 0; l < nodes; ++l)
-        set(ahead_[l], lane, ratio * table_.weight[j] * basis[l] / table_.weight[l]);
+      legendre(1 + ratio * table_.node[j], P);
+      for (int k = 0; k < s_; ++k) set(ahead_[size_t(k)], lane, ratio * table_.weight[j] * P[k]);
     }
     over_h_ = T(Real(1) / h);
     h_ = h;
@@ -77,11 +77,11 @@ class SparkNodes {
 
   /// First impulses: extrapolated or zero.
   void guess(bool predicted) {
+    predicted_ = predicted;
     for (size_t r = 0; r < m_; ++r)
       for (int c = 0; c < chunks; ++c) {
         Lanes sum(T(0.0));
-        for (int l = 0; predicted && l <= s_; ++l)
-          sum = fma(ahead_[size_t(l)][size_t(c)], Lanes(kept(size_t(l), r)), sum);
+        for (int k = 0; predicted && k <= degree_[r]; ++k) sum = sum + part(k, r, c);
         impulse_[size_t(c)][r] = sum;
       }
   }
@@ -145,9 +145,12 @@ class SparkNodes {
   /// I_s
   std::span<T> last() { return last_; }
 
+  /// The step is done: its impulses are those of the last step from now on.
   void keep() {
+    for (size_t r = 0; predicted_ && r < m_; ++r) degree_[r] = best_degree(r);
     std::swap(impulse_, before_);
     std::swap(last_, last_before_);
+    for (size_t r = 0; r < m_; ++r) find_modes(r);
   }
   /// The impulse of node j of the last step.
   T kept(size_t j, size_t r) const {
@@ -162,6 +165,8 @@ class SparkNodes {
           before_[size_t(lane / V)][r].set(lane % V, value);
       }
     a(last_before_);
+    for (int& degree : degree_) a(degree);
+    for (size_t r = 0; a.loads() && r < m_; ++r) find_modes(r);
   }
 
   Weights node_time;       ///< h c̃_j
@@ -172,6 +177,71 @@ class SparkNodes {
  private:
   int row(int lane) const { return std::min(lane, s_ - 1); }
   static T at(const Stages& a, size_t k, int i) { return a[size_t(i / V)][k][i % V]; }
+
+  // The prediction of impulses: h b̃ λ(t), where λ is the least-squares expansion of the last step's
+  // multipliers in Legendre polynomials P_0 … P_{s - 1}, cut off at a degree of the row's own.
+  // Impulses are known to u κ/h only, and an extrapolation of full degree makes 10⁵ times as much
+  // of that.
+
+  void legendre(Real x, Real* P) const {
+    const Real y = 2 * x - 1;
+    P[0] = 1;
+    P[1] = y;
+    for (int k = 1; k + 1 < s_; ++k)
+      P[k + 1] = (Real(2 * k + 1) * y * P[k] - Real(k) * P[k - 1]) / Real(k + 1);
+  }
+  /// λ = Σ a_k P_k with a_k = Σ_l P_k(c̃_l) I_l / (h γ_k), γ_k = Σ_l b̃_l P_k(c̃_l)².
+  void expand_in_modes() {
+    const size_t nodes = size_t(s_ + 1);
+    std::vector<Real> P(nodes * W), gamma(W, Real(0));  // P: row l at node l
+    for (size_t l = 0; l < nodes; ++l) {
+      Real* const at_node = P.data() + l * W;
+      legendre(table_.node[l], at_node);
+      for (int k = 0; k < s_; ++k) gamma[size_t(k)] += table_.weight[l] * at_node[k] * at_node[k];
+    }
+    for (size_t l = 0; l < nodes; ++l)
+      for (int lane = 0; lane < W; ++lane) {
+        const size_t k = size_t(row(lane));
+        set(mode_of_[l], lane, P[l * W + k] / gamma[k]);
+      }
+  }
+  /// What mode k of row r adds to the prediction.
+  Lanes part(int k, size_t r, int c) const {
+    return ahead_[size_t(k)][size_t(c)] * Lanes(at(modes_, r, k));
+  }
+  /// The degree that would have predicted this step's impulses of row r best.
+  int best_degree(size_t r) const {
+    std::array<Magnitudes<V>, size_t(W)> errors;
+    for (int c = 0; c < chunks; ++c) {
+      Lanes left = impulse_[size_t(c)][r];
+      for (int k = 0; k < W; ++k) {
+        if (k < s_) left = left - part(k, r, c);
+        Magnitudes<V>& error = errors[size_t(k)];
+        error = c == 0 ? magnitudes(left) : max(error, magnitudes(left));
+      }
+    }
+    int best = 0;
+    double least = HUGE_VAL;
+    for (int first = 0; first < s_; first += V) {
+      std::array<Magnitudes<V>, size_t(V)> some;
+      std::copy_n(errors.begin() + first, V, some.begin());
+      const auto largest = largest_of_each<V>(some);
+      for (int i = 0; i < V && first + i < s_; ++i)
+        if (largest[i] < least) {
+          least = largest[i];
+          best = first + i;
+        }
+    }
+    return best;
+  }
+  void find_modes(size_t r) {
+    for (int c = 0; c < chunks; ++c) {
+      Lanes sum(T(0.0));
+      for (int l = 0; l <= s_; ++l)
+        sum = fma(mode_of_[size_t(l)][size_t(c)], Lanes(kept(size_t(l), r)), sum);
+      modes_[size_t(c)][r] = sum;
+    }
+  }
   template <class R>
   static void set(Weights& a, int lane, const R& x) {
     a[size_t(lane / V)].set(lane % V, T(x));
@@ -189,8 +259,11 @@ class SparkNodes {
   size_t m_;
   std::vector<size_t> positions_, momenta_;
   std::array<Weights, size_t(W)> nu_, rest_, response_;
-  std::array<Weights, size_t(W + 1)> ahead_;
-  Stages impulse_, before_, first_;
+  std::array<Weights, size_t(W)> ahead_;        ///< by mode: of the prediction
+  std::array<Weights, size_t(W + 1)> mode_of_;  ///< by node: of an impulse, the modes in lanes
+  std::vector<int> degree_;                     ///< by row: of the prediction
+  bool predicted_ = false;                      ///< the step's first impulses were
+  Stages impulse_, before_, modes_, first_;
   std::vector<T> last_, last_before_;  ///< I_s
   std::vector<T> change_;              ///< of impulses, m × V
   T over_h_ = T(0.0);

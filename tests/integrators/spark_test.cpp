@@ -148,6 +148,23 @@ TEST(Spark, EnergyOfACrankThatTurnsOneWay) {
   std::printf("  energy error after 2^17 steps %.1e\n", error);
   EXPECT_LT(std::fabs(error), 1e-14);  // 3.7 standard deviations of its noise, 2.7e-15
 }
+/// Predicted impulses and the end of the iteration, by what they save.
+TEST(Spark, IterationsOfAStep) {
+  const auto sweeps_of = [](test::Linkage l, double h, int steps) {
+    const auto model = l.model();
+    phs::State s(model.description(), l.start());
+    const auto method = make_integrator("spark16", model, h);
+    for (int i = 0; i < steps; ++i) EXPECT_EQ(method->step(s), Outcome::ok);
+    return double(method->cost().sweeps) / steps;
+  };
+  const double one = sweeps_of(test::four_bars(1), 1. / 512, 1000),
+               lattice = sweeps_of(test::lattice(6), 1. / 512, 200);
+  std::printf(
+      "  four-bar %.2f (7.35 with impulses extrapolated by all nodes), lattice %.2f (13.8)\n", one,
+      lattice);
+  EXPECT_LT(one, 6.6);
+  EXPECT_LT(lattice, 9);
+}
 TEST(Spark, EnergyGrowthLONG) {
   const auto e = energy_of_run("spark16", 20, 1. / 128);
   std::printf("  2^20 steps: rms %.1e, slope %.2f\n", e.rms, e.slope);
