@@ -16,6 +16,10 @@ Transform<Real> place_of(const LinkFrame& f, const Instant& now) {
 void add_as_it_stands(ConstraintSpec& all, ConstraintSpec closing, const Instant& now,
                       const LockedJoints& locked) {
   for (LoopJoint& l : closing.loops) {
+    if (!l.points.empty())
+      throw InvalidArgument("'" + l.name +
+                            "' holds a point on a curve, expected a constraint that is closed from "
+                            "the start, or another type");
     l.b.pose = lowered(inverse(now.pose(l.b.link)) * place_of(l.a, now));
     all.loops.push_back(std::move(l));
   }

@@ -51,13 +51,18 @@ void bind_constraint_specs(py::module_& m) {
   py::class_<LoopJoint>(
       m, "LoopJoint",
       R"(A joint that closes a loop: frame b moves relative to frame a as the type allows. Types: revolute, continuous,
-prismatic, cylindrical, helical (about and along z), spherical, universal (z of a, x of b), planar (in x, y), fixed.)")
+prismatic, cylindrical, helical (about and along z), spherical, universal (z of a, x of b), planar (in x, y), fixed;
+on_plane, on_line, on_curve: only the origin of b is held, on z = 0, on the z axis, on a smooth curve through points.)")
       .def(from_keywords<LoopJoint>())
       .def_readwrite("name", &LoopJoint::name)
       .def_readwrite("type", &LoopJoint::type)
       .def_readwrite("a", &LoopJoint::a)
       .def_readwrite("b", &LoopJoint::b)
-      .def_readwrite("pitch", &LoopJoint::pitch, "Of a helical joint [m/rad].");
+      .def_readwrite("pitch", &LoopJoint::pitch, "Of a helical joint [m/rad].")
+      .def_readwrite("points", &LoopJoint::points,
+                     "Of on_curve: [x, y] in a [m], about equally far apart, >= 2 (closed: 3).")
+      .def_readwrite("closed", &LoopJoint::closed,
+                     "Of on_curve: whether the last point is joined to the first.");
   py::class_<Rod>(m, "Rod", "A massless rod: the origins of both frames keep their distance.")
       .def(from_keywords<Rod>())
       .def_readwrite("name", &Rod::name)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "mechanics/constraints/plane_curve.h"
 #include "mechanics/detail/body_checks.h"
 #include "mechanics/joint_list.h"
 
@@ -17,11 +18,18 @@ struct TypeOfRows {
 const std::vector<TypeOfRows>& types_of_rows() {
   using enum Row;
   static const std::vector<TypeOfRows> all{
-      {Revolute::name, {dx, dy, dz, xz, yz}},   {Continuous::name, {dx, dy, dz, xz, yz}},
-      {Prismatic::name, {dx, dy, weld}},        {Cylindrical::name, {dx, dy, xz, yz}},
-      {Helical::name, {dx, dy, xz, yz, screw}}, {Spherical::name, {dx, dy, dz}},
-      {Universal::name, {dx, dy, dz, zx}},      {Planar::name, {dz, xz, yz}},
+      {Revolute::name, {dx, dy, dz, xz, yz}},
+      {Continuous::name, {dx, dy, dz, xz, yz}},
+      {Prismatic::name, {dx, dy, weld}},
+      {Cylindrical::name, {dx, dy, xz, yz}},
+      {Helical::name, {dx, dy, xz, yz, screw}},
+      {Spherical::name, {dx, dy, dz}},
+      {Universal::name, {dx, dy, dz, zx}},
+      {Planar::name, {dz, xz, yz}},
       {Fixed::name, {dx, dy, dz, weld}},
+      {"on_plane", {dz}},
+      {"on_line", {dx, dy}},
+      {"on_curve", {dz, curve}},
   };
   return all;
 }
@@ -89,7 +97,14 @@ ConstraintSet::ConstraintSet(const Mechanism& m, const ConstraintSpec& spec) : s
     if (!std::isfinite(l.pitch) || (l.type == Helical::name && l.pitch == 0))
       refuse_constraint(l.name,
                         "pitch is " + number(l.pitch) + " m/rad, expected a number other than 0");
-    add_loop(m, l.name, l.type, l.a, l.b, rows_of(l.type), l.pitch, 0);
+    const auto rows = rows_of(l.type);
+    const bool on_curve = rows.back() == Row::curve;
+    if (!on_curve && !l.points.empty())
+      refuse_constraint(l.name, "points mean nothing to the type '" + l.type + "'");
+    add_loop(m, l.name, l.type, l.a, l.b, rows, l.pitch, 0,
+             on_curve ? std::make_shared<const PlaneCurve>(l.points, l.closed,
+                                                           "constraint '" + l.name + "'")
+                      : nullptr);
   }
   for (const auto& r : spec.rods) {
     if (!(r.length > 0) || !std::isfinite(r.length))
@@ -125,10 +140,10 @@ void ConstraintSet::add_block(const std::string& name, const std::string& kind, 
 
 void ConstraintSet::add_loop(const Mechanism& m, const std::string& name, const std::string& kind,
                              const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows,
-                             double pitch, double length) {
+                             double pitch, double length, std::shared_ptr<const PlaneCurve> curve) {
   const BodyFrame fa = frame_of(m, name, a), fb = frame_of(m, name, b);
-  Loop l{rows,  count_, count_rows(rows), fa.node, fb.node, fa.pose, fb.pose, {}, {}, {},
-         pitch, length};
+  Loop l{rows, count_, count_rows(rows), fa.node,         fb.node, fa.pose, fb.pose, {}, {},
+         {},   pitch,  length,           std::move(curve)};
   const auto up_a = ancestors(m, fa.node), up_b = ancestors(m, fb.node);
   for (const int i : up_a)
     if (!contains(up_b, i)) l.path_a.push_back(i);

@@ -12,6 +12,8 @@
 
 namespace porthos::mechanics {
 
+class PlaneCurve;
+
 /// Rows of a loop joint, rod or rolling body; d: origin of b in a; R: axes of b in a.
 enum class Row {
   dx,
@@ -21,6 +23,7 @@ enum class Row {
   yz,
   zx,        ///< x_a·z_b, y_a·z_b, z_a·x_b
   weld,      ///< three rows: twice the vector part of the quaternion of R
+  curve,     ///< signed distance of (d_x, d_y) from a curve
   screw,     ///< pitch sin(angle - d_z/pitch): periodic, so it counts no turns
   distance,  ///< (d·d - l²)/(2 l)
   disk,      ///< three rows: the height of the rim, and its slip along x_a and y_a
@@ -52,6 +55,7 @@ class ConstraintSet {
     std::vector<int> path_a, path_b;
     std::vector<int> above;  ///< all ancestors of both nodes, themselves included, leaves first
     double pitch, length;    ///< length: of a rod, or the radius
+    std::shared_ptr<const PlaneCurve> curve;  ///< null: none
     bool is_rod() const { return rows.front() == Row::distance; }
   };
   struct Term {
@@ -68,8 +72,8 @@ class ConstraintSet {
   };
   /// @throws InvalidArgument naming the constraint: an empty or duplicate name, an unknown link,
   ///   type or coordinate, two frames that no joint moves against each other, a length, radius or
-  ///   pitch that is not finite and > 0 (pitch: not 0), a coupling without terms, a coordinate with
-  ///   several freedoms
+  ///   pitch that is not finite and > 0 (pitch: not 0), points of no curve (plane_curve.h), a
+  ///   coupling without terms, a coordinate with several freedoms
   ConstraintSet(const Mechanism& mechanism, const ConstraintSpec& spec);
 
   int count() const { return count_; }  ///< rows
@@ -97,7 +101,7 @@ class ConstraintSet {
                  std::vector<phs::ConstraintBlock::Reaction> reactions);
   void add_loop(const Mechanism& m, const std::string& name, const std::string& kind,
                 const LinkFrame& a, const LinkFrame& b, std::span<const Row> rows, double pitch,
-                double length);
+                double length, std::shared_ptr<const PlaneCurve> curve = nullptr);
   void add_coupling(const Mechanism& m, const Coupling& c);
   void add_driven(const Mechanism& m, const Driven& d);
   static void add_term(const Mechanism& m, const std::string& name, const Coupling::Term& t,

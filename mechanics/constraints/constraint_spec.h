@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,11 +28,18 @@ struct LinkFrame {
 ///   universal             rotations about z of a and then x of b; z_a and x_b stay normal
 ///   planar                translation along x and y, rotation about z
 ///   fixed                 nothing
+///   on_plane              the origin of b along x and y, any rotation: a point on a plane
+///   on_line               the origin of b along z, any rotation
+///   on_curve              the origin of b along a curve in the plane z = 0 of a, any rotation
 struct LoopJoint {
   std::string name;
   std::string type;
   LinkFrame a, b;
   double pitch = 0;  ///< helical: advance per radian [m/rad]
+  /// on_curve: what a smooth curve goes through, [x, y] in a [m] (plane_curve.h). It must not cross
+  /// itself.
+  std::vector<std::array<double, 2>> points = {};
+  bool closed = false;  ///< on_curve: the last point is joined to the first
 };
 
 /// Σ factor · coordinate = offset, over coordinates with one freedom: gears, belts, differentials,

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "mechanics/constraints/constraint_set.h"
+#include "mechanics/constraints/plane_curve.h"
 #include "mechanics/passes-inl.h"
 
 /// The rows of a loop joint or a rolling body as functions of the pose X of frame b in frame a:
@@ -78,6 +79,13 @@ RowWrench<T> screw_row(const Transform<T>& X, double pitch) {
   const Vec3<T> along = cross(x, unit_vector<T>(1)), across = cross(x, unit_vector<T>(0));
   return {h * g, {h * (c * along - s * across), {o, o, -slope}}};
 }
+/// The distance's gradient is the normal of the curve, off the curve too.
+template <class T>
+RowWrench<T> curve_row(const Transform<T>& X, const PlaneCurve& curve) {
+  const T o(0.0);
+  const auto d = curve.distance(X.r.x, X.r.y);
+  return {d.value, {{o, o, o}, {d.nx, d.ny, o}}};
+}
 template <class T>
 RowWrench<T> distance_row(const Transform<T>& X, double length) {
   const T o(0.0), l(length);
@@ -143,6 +151,9 @@ void evaluate_rows(const ConstraintSet::Loop& loop, const Transform<T>& X, RowWr
         break;
       case Row::zx:
         *out = axis_row(X.R.x, 2);
+        break;
+      case Row::curve:
+        *out = curve_row(X, *loop.curve);
         break;
       case Row::screw:
         *out = screw_row(X, loop.pitch);

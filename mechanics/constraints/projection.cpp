@@ -134,6 +134,10 @@ std::string ends_of(const ConstraintSpec& spec, const std::string& name) {
     throw InvalidArgument("constraint '" + b.name + "' (disk) " + ends_of(set.spec(), b.name) +
                           "lies flat: its axle, z of the wheel's frame, is normal to the ground, "
                           "expected a disk that leans or stands");
+  if (undefined && b.kind == "on_curve")
+    throw InvalidArgument("constraint '" + b.name + "' (on_curve) " + ends_of(set.spec(), b.name) +
+                          "has its point beyond an end of the curve, expected a start nearer to "
+                          "the curve, or points farther on");
   if (undefined)
     throw InvalidArgument("constraint '" + b.name + "' (" + b.kind + ") " +
                           ends_of(set.spec(), b.name) +

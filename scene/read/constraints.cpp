@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "mechanics/rotation.h"
 #include "scene/read/toml_table-inl.h"
@@ -55,15 +56,25 @@ void read_loop(const Table& t, const std::string& name, mechanics::ConstraintSpe
   const std::string type = t.choice("type");
   const Vec3d z{0, 0, 1}, x{1, 0, 0};
   const LinkFrame a = frame(t, "a", z), b = frame(t, "b", type == "universal" ? x : z);
-  for (const auto& [key, of] : {std::pair{"pitch", "helical"}, {"length", "rod"}}) {
-    if (type == of) t.require(key, fmt::format("one, because the loop is a {}", of));
+  for (const auto& [key, of, some] : {std::array{"pitch", "helical", "one, because the loop is a"},
+                                      {"length", "rod", "one, because the loop is a"},
+                                      {"points", "on_curve", "some, because the loop is"}}) {
+    if (type == of) t.require(key, fmt::format("{} {}", some, of));
     if (type != of && t.has(key))
       t.fail(key, fmt::format("means nothing to a loop of type {}", type));
   }
-  if (type == "rod")
+  if (type != "on_curve" && t.has("closed"))
+    t.fail("closed", fmt::format("means nothing to a loop of type {}", type));
+  if (type == "rod") {
     spec.rods.push_back({name, a, b, t.positive("length")});
-  else
-    spec.loops.push_back({name, type, a, b, type == "helical" ? t.number("pitch") : 0});
+    return;
+  }
+  mechanics::LoopJoint loop{name, type, a, b, type == "helical" ? t.number("pitch") : 0};
+  if (type == "on_curve") {
+    loop.points = t.pairs("points");
+    loop.closed = t.boolean("closed");
+  }
+  spec.loops.push_back(std::move(loop));
 }
 
 void read_coupling(const Table& t, const std::string& name, mechanics::ConstraintSpec& spec) {

@@ -17,6 +17,7 @@ struct SchemaKey {
     numbers,
     axes,
     list,
+    pairs,
     texts,
     table,
     tables,

@@ -55,7 +55,7 @@ std::vector<std::string> loop_types() {
   std::vector<std::string> types;
   for (const auto& name : mechanics::joint_type_names())
     if (name != "free") types.push_back(name);
-  types.emplace_back("rod");
+  for (const char* more : {"on_plane", "on_line", "on_curve", "rod"}) types.emplace_back(more);
   return types;
 }
 
@@ -71,11 +71,16 @@ std::vector<SchemaTable> part_tables() {
        "[[loop]]",
        "A joint that closes a loop of the tree, or a rod between two links.",
        {text("name", required, "in the ledger and in messages"),
-        word("type", loop_types(), required, "what moves freely; rod: a distance is kept"),
+        word("type", loop_types(), required,
+             "what moves freely; rod: a distance is kept; on_plane, on_line, on_curve: where the "
+             "origin of b is kept"),
         table("a", "loop.frame", required, "where it sits on one link"),
         table("b", "loop.frame", required, "where it sits on the other"),
         number("pitch", "m/rad", "required by helical", "advance per radian"),
-        number("length", "m", "required by rod", "between the two positions")}},
+        number("length", "m", "required by rod", "between the two positions"),
+        {"points", KeyKind::pairs, "m", "required by on_curve",
+         "[x, y] in a, about equally far apart; a smooth curve goes through them"},
+        yes_or_no("closed", "false", "of on_curve: the last point is joined to the first")}},
       {"loop.frame",
        "[loop.a], [loop.b]",
        "A frame on a link. The joint is closed where a and b coincide, except for its freedoms.",

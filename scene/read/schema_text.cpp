@@ -49,6 +49,9 @@ Json value_of(const SchemaKey& k) {
                {finite, {{"type", "array"}, {"items", finite}, {"minItems", 3}, {"maxItems", 3}}}}};
     case KeyKind::list:
       return {{"type", "array"}, {"items", finite}};
+    case KeyKind::pairs:
+      return {{"type", "array"},
+              {"items", {{"type", "array"}, {"items", finite}, {"minItems", 2}, {"maxItems", 2}}}};
     case KeyKind::texts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}};
     case KeyKind::table:
@@ -104,6 +107,8 @@ const char* kind_text(KeyKind k) {
       return "number or 3 numbers";
     case KeyKind::list:
       return "list of numbers";
+    case KeyKind::pairs:
+      return "list of pairs of numbers";
     case KeyKind::texts:
       return "list of names";
     case KeyKind::table:

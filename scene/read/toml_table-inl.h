@@ -173,6 +173,21 @@ class Table {
       x.push_back(finite((*n.as_array())[i], fmt::format("{}{}[{}]", prefix_, key, i), unit));
     return x;
   }
+  /// An array of [x, y] of any length.
+  std::vector<std::array<double, 2>> pairs(const char* key) const {
+    const std::string unit = of_unit(of(key)), expected = "an array of pairs of numbers" + unit;
+    const toml::node& n = node(key);
+    if (!n.is_array()) fail(key, fmt::format("is {}, expected {}", found(n), expected));
+    std::vector<std::array<double, 2>> all;
+    for (const toml::node& each : *n.as_array()) {
+      const std::string name = fmt::format("{}{}[{}]", prefix_, key, all.size());
+      if (!each.is_array() || each.as_array()->size() != 2)
+        refuse(file_.at(each.source()), name + " is no pair of numbers, expected [x, y]");
+      const toml::array& pair = *each.as_array();
+      all.push_back({finite(pair[0], name + "[0]", unit), finite(pair[1], name + "[1]", unit)});
+    }
+    return all;
+  }
   /// An array of texts of any length.
   std::vector<std::string> texts(const char* key, const char* what) const {
     const toml::node& n = node(key);

@@ -21,6 +21,10 @@ void check_closing(const Scene& scene, const Event& e) {
     throw InvalidArgument(fmt::format("{}: {}", e.where, why));
   };
   const auto one = scene.constraints.awaited(e.name);
+  if (!one.loops.empty() && !one.loops[0].points.empty())
+    refuse("'" + e.name +
+           "' holds a point on a curve and cannot close as the mechanism stands, expected another "
+           "type of loop");
   const double least = std::min({e.latch.reach, e.latch.speed, e.latch.rate});
   if (!one.couplings.empty() && (e.within_reach || least < HUGE_VAL))
     refuse("coupling '" + e.name + "' joins no two frames, expected a time and no limits");

@@ -17,9 +17,10 @@ namespace {
 
 using Vec = std::vector<double>;
 
-const std::vector<std::string> loop_types{
-    "revolute", "continuous", "prismatic", "cylindrical", "helical", "spherical", "universal",
-    "planar",   "fixed",      "disk",      "sphere",      "blade",   "no_spin"};
+const std::vector<std::string> loop_types{"revolute", "continuous", "prismatic", "cylindrical",
+                                          "helical",  "spherical",  "universal", "planar",
+                                          "fixed",    "disk",       "sphere",    "blade",
+                                          "no_spin",  "on_plane",   "on_line",   "on_curve"};
 bool rolls(const std::string& type) {
   return type == "disk" || type == "sphere" || type == "blade" || type == "no_spin";
 }
@@ -45,6 +46,10 @@ Looped looped(const std::string& type, std::uint64_t seed, const std::string& ro
     l.spec.rollings.push_back({"loop", type, on_a, on_b, 0.4});
   else
     l.spec.loops.push_back({"loop", type, on_a, on_b, 0.2});
+  if (type == "on_curve") {
+    l.spec.loops[0].points = {{2, 0}, {1, 2}, {-2, 1}, {-1, -2}};
+    l.spec.loops[0].closed = true;
+  }
   l.spec.rods.push_back({"rod", {"body_5", random.pose()}, {"", random.pose()}, 0.7});
   l.spec.couplings.push_back({"gear", {{"joint_1", 2}, {"joint_3", -0.5}}, 0.1});
   l.q = random.q(*l.mechanism);

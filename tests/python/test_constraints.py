@@ -54,6 +54,20 @@ def test_rods_and_couplings_exert_what_statics_asks(tree):
     assert isinstance(exerted["stay"], float)
 
 
+def test_a_point_on_a_circle_moves_as_on_a_rod(tree):
+    ends = dict(a=ph.LinkFrame(position=(1.5, 0, 0)), b=ph.LinkFrame(link="coupler", position=(1.5, 0, 0)))
+    circle = ph.LoopJoint(name="pin", type="on_curve", points=[[1.25, 0], [0, 1.25], [-1.25, 0], [0, -1.25]], closed=True, **ends)
+    assert circle.closed and circle.points[1] == [0, 1.25]
+    final = []
+    for loop in [circle, ph.Rod(name="pin", length=1.25, **ends)]:
+        model = ph.MechanicalModel(tree, constraints=[loop])
+        q, v, _ = model.close_loops([1.0, -0.5, 2.0], [3.0, 0, 0], held=["crank"])
+        final.append(ph.simulate(model, model.state(q, v), method="spark16", step=1 / 128, duration=2).x[-1])
+    assert np.max(np.abs(final[0] - final[1])) < 1e-12
+    with pytest.raises(ph.InvalidArgument, match="constraint 'pin': the number of points is 0"):
+        ph.MechanicalModel(tree, constraints=[ph.LoopJoint(name="pin", type="on_curve", **ends)])
+
+
 def test_what_cannot_be_is_refused(tree):
     for wrong, says in [(pin(type="hinge"), "hinge"), (pin(name=""), "no name"), (pin(b=ph.LinkFrame(link="rock")), "'rock'")]:
         with pytest.raises(ph.InvalidArgument, match=says):

@@ -182,6 +182,41 @@ TEST(Loops, CouplingsAndMimicsHold) {
   EXPECT_GT(std::fabs(angle(a.final_state, 0)), 7);  // it has turned
 }
 
+/// A pin on a circle of the rocker's length about its pivot moves as on a rod, with another row.
+/// Four points at equal angles give the circle to rounding.
+TEST(Loops, APinOnACircleMovesAsOnARod) {
+  const auto end = [](const std::string& type) {
+    TemporaryFolder folder;
+    const auto s = shipped(folder, "four_bar", 10,
+                           {{"\"revolute\"", type},
+                            {"link = \"coupler_rod\"", "link = \"world\""},
+                            {"link = \"rocker_rod\", position = [1.25",
+                             "link = \"coupler_rod\", "
+                             "position = [1.5"}});
+    const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+    EXPECT_TRUE(r.passed()) << type;
+    EXPECT_LT(value_of(r, "constraints"), 2e-15);
+    return r.final_state.x;
+  };
+  const auto off = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double most = 0;
+    for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+    return most;
+  };
+  const auto circle = [&](const char* right) {
+    return end(
+        fmt::format("\"on_curve\"\nclosed = true\npoints = [[{}, 0], [0, 1.25], [-1.25, 0], "
+                    "[0, -1.25]]",
+                    right));
+  };
+  const auto rod = end("\"rod\"\nlength = 1.25");
+  const double error = off(circle("1.25"), rod), control = off(circle("1.2501"), rod);
+  std::printf("  on a circle against a rod: %.1e rad, 1e-12 allowed; control %.1e\n", error,
+              control);
+  EXPECT_LT(error, 1e-12);
+  EXPECT_GT(control, 1e-5);
+}
+
 TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
   TemporaryFolder folder;
   const auto expect = [&](const std::vector<Change>& changes, const std::string& more,
@@ -197,6 +232,14 @@ TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
          "cannot be closed from the given start: a gap of");
   expect({{"\"revolute\"", "\"hinge\""}}, "", "type is \"hinge\", expected \"revolute\" or");
   expect({{"\"revolute\"", "\"rod\""}}, "", "has no key 'length', expected one, because");
+  expect({{"\"revolute\"", "\"on_curve\""}}, "",
+         "has no key 'points', expected some, because the loop is on_curve");
+  expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [1, 2, 3]]"}}, "",
+         "points[1] is no pair of numbers, expected [x, y]");
+  expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [0, 0]]"}}, "",
+         "scene.toml:16:1: constraint 'pin': point 2 lies where the one before it does");
+  expect({{"\"revolute\"", "\"on_line\"\nclosed = true"}}, "",
+         "closed means nothing to a loop of type on_line");
   expect({{"\"revolute\"", "\"revolute\"\npitch = 1"}}, "",
          "pitch means nothing to a loop of type revolute");
   expect({{"step = 0.0078125", "step = 0.0078125\nstep_control = 'time_transformed'"}},

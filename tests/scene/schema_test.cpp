@@ -172,8 +172,8 @@ TEST(Schema, KeysAreOfTheKindTheReaderExpects) {
           {Kind::number, "a number"},       {Kind::whole, "whole number"},
           {Kind::boolean, "true or false"}, {Kind::numbers, "numbers"},
           {Kind::axes, "numbers"},          {Kind::list, "array"},
-          {Kind::table, "table"},           {Kind::named, "table"},
-          {Kind::tables, "tables"}};
+          {Kind::pairs, "pairs"},           {Kind::table, "table"},
+          {Kind::named, "table"},           {Kind::tables, "tables"}};
       const auto expected = words.find(k.kind);
       if (expected == words.end())  // text: neither of them
         EXPECT_EQ(said.find("numbers"), said.npos) << said;
