@@ -36,6 +36,7 @@ def type_of(text):
     text = re.sub(r"numpy\.ndarray\b(?!\[)", "NDArray[Any]", text)
     text = re.sub(r"\bobject\b", "Any", text)
     text = re.sub(r"\bfunction\b", "Callable[..., Any]", text)
+    text = re.sub(r"\bfloat\[\d+\]", "float", text)  # of a std::array
     text = re.sub(r"Annotated\[([^,\]]+(?:\[[^\]]*\])?), [^\]]*\]", r"\1", text)
     for old, new in {"List[": "list[", "Dict[": "dict[", "Tuple[": "tuple[", "buffer": "Any", "iterable": "Any"}.items():
         text = text.replace(old, new)

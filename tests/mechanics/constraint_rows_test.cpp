@@ -171,8 +171,8 @@ TEST(ConstraintRows, DelassusMatrixIsTheDenseOne) {
   std::printf("  Delassus matrix against G M^-1 G^T: %.1e\n", worst);
 }
 
-TEST(ConstraintRows, LanesAreTheScalarBits) {
-  const Looped l = looped("universal", 31);
+void expect_lanes_like_scalars(const std::string& type) {
+  const Looped l = looped(type, 31);
   const ConstraintSet set(*l.mechanism, l.spec);
   const size_t nq = size_t(l.mechanism->nq()), m = size_t(set.count());
   using Pack = phs::Pack8;
@@ -200,6 +200,12 @@ TEST(ConstraintRows, LanesAreTheScalarBits) {
     for (size_t r = 0; r < m; ++r) EXPECT_EQ(g1[r], g[r][lane]);
     for (size_t k = 0; k < 2 * nq; ++k) EXPECT_EQ(f1[k], force[k][lane]);
     for (size_t i = 0; i < m * m; ++i) EXPECT_EQ(D1[i], D[i][lane]);
+  }
+}
+TEST(ConstraintRows, LanesAreTheScalarBits) {
+  for (const char* type : {"universal", "on_plane", "on_line", "on_curve"}) {
+    SCOPED_TRACE(type);
+    expect_lanes_like_scalars(type);
   }
 }
 

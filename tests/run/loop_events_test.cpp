@@ -192,6 +192,13 @@ TEST(LoopEvents, WhatCannotBeIsRefusedBeforeTheRun) {
                        "[[coupling]]\nname = 'c'\nfactors = { left_elbow = 1 }\n[[event]]\n"
                        "type = 'close'\nat = 5.0\nloop = 'c'\nreach = 1\n"),
                    "coupling 'c' joins no two frames, expected a time and no limits"));
+  const std::string text =
+      read_bytes(fs::path(PORTHOS_SOURCE_DIR) / "examples/two_arms/scene.toml");
+  const size_t from = text.find("type = ", text.find("[[loop]]"));
+  EXPECT_TRUE(
+      says(why({{text.substr(from, text.find('\n', from) - from),
+                 "type = \"on_curve\"\npoints = [[0, 0], [1, 0]]"}}),
+           "'right_grip' holds a point on a curve and cannot close as the mechanism stands"));
   TemporaryFolder far;
   const auto s = shipped(far, "two_arms",
                          {{"at = 4.0\nloop = \"right_grip\"\nreach = 0.2",

@@ -766,9 +766,10 @@ class LinkFrame:
 
 class LoopJoint:
     """A joint that closes a loop: frame b moves relative to frame a as the type allows. Types: revolute, continuous,
-    prismatic, cylindrical, helical (about and along z), spherical, universal (z of a, x of b), planar (in x, y), fixed.
+    prismatic, cylindrical, helical (about and along z), spherical, universal (z of a, x of b), planar (in x, y), fixed;
+    on_plane, on_line, on_curve: only the origin of b is held, on z = 0, on the z axis, on a smooth curve through points.
     """
-    def __init__(self, *, name: str = ..., type: str = ..., a: LinkFrame = ..., b: LinkFrame = ..., pitch: float = ...) -> None: ...
+    def __init__(self, *, name: str = ..., type: str = ..., a: LinkFrame = ..., b: LinkFrame = ..., pitch: float = ..., points: list[list[float]] = ..., closed: bool = ...) -> None: ...
     @property
     def name(self) -> str: ...
     @name.setter
@@ -791,6 +792,18 @@ class LoopJoint:
         ...
     @pitch.setter
     def pitch(self, value: float) -> None: ...
+    @property
+    def points(self) -> list[list[float]]:
+        """Of on_curve: [x, y] in a [m], about equally far apart, >= 2 (closed: 3)."""
+        ...
+    @points.setter
+    def points(self, value: list[list[float]]) -> None: ...
+    @property
+    def closed(self) -> bool:
+        """Of on_curve: whether the last point is joined to the first."""
+        ...
+    @closed.setter
+    def closed(self, value: bool) -> None: ...
 
 class Rod:
     """A massless rod: the origins of both frames keep their distance."""
