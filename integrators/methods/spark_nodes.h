@@ -178,9 +178,9 @@ class SparkNodes {
   int row(int lane) const { return std::min(lane, s_ - 1); }
   static T at(const Stages& a, size_t k, int i) { return a[size_t(i / V)][k][i % V]; }
 
-  // The prediction of impulses: h b̃ λ(t), where λ is the least-squares expansion of the last step's
-  // multipliers in Legendre polynomials P_0 … P_{s - 1}, cut off at a degree of the row's own.
-  // Impulses are known to u κ/h only, and an extrapolation of full degree makes 10⁵ times as much
+  // The prediction of impulses: h b̃ λ(t). λ is the least-squares expansion of the last step's
+  // multipliers in Legendre polynomials P_0 … P_{s - 1}, cut off at a degree of the row's own:
+  // impulses are known to u κ/h only, and an extrapolation of full degree makes 10⁵ times as much
   // of that.
 
   void legendre(Real x, Real* P) const {

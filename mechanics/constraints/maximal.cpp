@@ -118,4 +118,16 @@ phs::State maximal_state(const MechanicalModel& from, const phs::State& s,
   return state;
 }
 
+double estimated_step(const MechanicalModel& model) {
+  double time = 0.6 * double(model.mechanism().nodes().size());
+  const ConstraintSet* const set = model.constraint_set();
+  if (!set) return time;
+  double operations = 0;  // of the factorisation
+  for (const auto& front : set->pattern().fronts()) {
+    const double b = front.size, below = double(front.below.size());
+    operations += b * (b * b / 6 + b * below / 2 + below * below / 2);
+  }
+  return time + 2 * set->count() + 0.0075 * double(set->pattern().elements()) + 2e-5 * operations;
+}
+
 }  // namespace porthos::mechanics

@@ -31,6 +31,7 @@ struct Assembly {
   mechanics::MechanismBuilder parts;  ///< builder of the mechanism
   /// In maximal coordinates: the same mechanism in reduced ones, in which its start is stated.
   std::shared_ptr<const mechanics::MechanicalModel> reduced;
+  std::string why_coordinates;  ///< why auto chose its coordinates; empty: the scene stated them
   std::shared_ptr<const space::Spacecraft> spacecraft;  ///< the model, if it is in orbit
   std::string splitting;  ///< of orbit and internal motion, as in OrbitScene
   phs::State initial;

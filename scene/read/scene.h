@@ -49,6 +49,9 @@ struct Limits {
   bool any() const;                   ///< whether a limit is stated
 };
 
+/// Of the joints, or of every body, with each joint as a loop (mechanics/constraints/maximal.h).
+enum class Coordinates { reduced, maximal, faster };
+
 /// Name for a method chosen by pilot runs, see compare/auto_method.h.
 inline constexpr const char* auto_method = "auto";
 
@@ -61,7 +64,8 @@ struct Scene {
   std::string urdf_path, urdf_text;  ///< resolved path and content
   mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
-  bool maximal = false;  ///< every body is free, and every joint a loop that closes it
+  Coordinates coordinates = Coordinates::reduced;
+  std::string why_coordinates;  ///< of a free choice that the scene itself decides
 
   BaseStart base;
   std::map<std::string, JointStart> joints;
@@ -103,7 +107,9 @@ struct Scene {
   /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
   /// none).
   bool rolls() const { return !constraints.spec.rollings.empty(); }
-  bool is_constrained() const { return !constraints.empty() || urdf.couple_mimics || maximal; }
+  bool is_constrained() const {
+    return !constraints.empty() || urdf.couple_mimics || coordinates == Coordinates::maximal;
+  }
   /// The energy error for which a method is searched: the stated one, else the limit of the
   /// verdict, else 1e-9.
   double target() const {

@@ -73,7 +73,7 @@ class Reader {
     else
       s_.verify = default_limits(s_.orbit.has_value());
     if (s_.orbit) check_orbit_scene();
-    if (s_.maximal) check_maximal_scene();
+    check_coordinates();
     return std::move(s_);
   }
 
@@ -93,8 +93,11 @@ class Reader {
     if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
     s_.urdf.use_damping = t.boolean("use_damping");
     s_.urdf.couple_mimics = t.choice("mimic") == "couple";
-    s_.maximal = t.choice("coordinates") == "maximal";
-    if (s_.maximal) maximal_at_ = t.at("coordinates");
+    const auto coordinates = t.choice("coordinates");
+    s_.coordinates = coordinates == "maximal" ? Coordinates::maximal
+                     : coordinates == "auto"  ? Coordinates::faster
+                                              : Coordinates::reduced;
+    coordinates_at_ = t.at("coordinates");
     t.each("inertia", [&](const std::string& link, const std::string&, const Table& given) {
       s_.urdf.link_inertia[link] = read_mass_properties(given);
     });
@@ -204,19 +207,26 @@ class Reader {
                          s_.rolls() ? "rolling body" : "motion", name));
   }
 
-  /// Refuses what needs the coordinates of joints, or a model that changes.
-  void check_maximal_scene() const {
-    const auto refuse_with = [&](const std::string& other) {
-      refuse(maximal_at_, "coordinates = \"maximal\" cannot be combined with " + other +
-                              ", expected coordinates = \"reduced\"");
-    };
-    if (s_.orbit) refuse_with("[orbit]");
-    if (!s_.events.empty()) refuse_with("[[event]]");
-    if (!s_.actuators.empty()) refuse_with("[[actuator]]");
-    if (!s_.elements.empty()) refuse_with("[[element]] '" + s_.elements.front().name + "'");
-    if (!s_.panels.empty()) refuse_with("[[panel]]");
-    if (!s_.contacts.empty()) refuse_with("[[contact]]");
-    if (s_.urdf.couple_mimics) refuse_with("mimic = \"couple\"");
+  /// Refuses maximal coordinates with what needs those of joints, or a model that changes; a free
+  /// choice is reduced ones then.
+  void check_coordinates() {
+    const std::string other = needs_joint_coordinates();
+    if (other.empty() || s_.coordinates == Coordinates::reduced) return;
+    if (s_.coordinates == Coordinates::maximal)
+      refuse(coordinates_at_, "coordinates = \"maximal\" cannot be combined with " + other +
+                                  ", expected coordinates = \"reduced\"");
+    s_.coordinates = Coordinates::reduced;
+    s_.why_coordinates = other + " needs them";
+  }
+  std::string needs_joint_coordinates() const {
+    return s_.orbit                ? "[orbit]"
+           : !s_.events.empty()    ? "[[event]]"
+           : !s_.actuators.empty() ? "[[actuator]]"
+           : !s_.elements.empty()  ? "[[element]] '" + s_.elements.front().name + "'"
+           : !s_.panels.empty()    ? "[[panel]]"
+           : !s_.contacts.empty()  ? "[[contact]]"
+           : s_.urdf.couple_mimics ? "mimic = \"couple\""
+                                   : "";
   }
 
   /// Refuses features that cannot be combined with an orbit.
@@ -246,7 +256,7 @@ class Reader {
   const SceneTexts* kept_;
   toml::table root_;
   Scene s_;
-  std::string maximal_at_;  ///< "file:line:column" of coordinates = "maximal"
+  std::string coordinates_at_;  ///< "file:line:column" of [model] coordinates
 };
 
 }  // namespace

@@ -176,8 +176,10 @@ std::string translation_text(const Scene& s, const Assembly& a) {
 }
 
 std::string coordinates_text(const Assembly& a) {
-  if (!a.reduced) return "reduced: those of the joints";
-  return "maximal: every body is free, every joint is a loop";
+  const std::string why = a.why_coordinates.empty() ? "" : "; chosen: " + a.why_coordinates;
+  return (a.reduced ? "maximal: every body is free, every joint is a loop"
+                    : "reduced: those of the joints") +
+         why;
 }
 
 std::string plan_section(const Scene& s, const Assembly& a) {

@@ -102,7 +102,7 @@ class Device:
 
 class Drive:
     """What moves theta or sigma."""
-    def __init__(self, *, kind: Drive.Kind = ..., inertia: float = ..., gear: float = ..., viscous: float = ..., friction: Function = ..., torque_limit: float = ..., rate_limit: float = ..., command: Function = ..., kp: float = ..., kd: float = ..., p: list[float[3]] = ...) -> None: ...
+    def __init__(self, *, kind: Drive.Kind = ..., inertia: float = ..., gear: float = ..., viscous: float = ..., friction: Function = ..., torque_limit: float = ..., rate_limit: float = ..., command: Function = ..., kp: float = ..., kd: float = ..., p: list[float] = ...) -> None: ...
     class Kind:
         fixed: typing.ClassVar[Kind]
         torque: typing.ClassVar[Kind]
@@ -171,11 +171,11 @@ class Drive:
     @kd.setter
     def kd(self, value: float) -> None: ...
     @property
-    def p(self) -> list[float[3]]:
+    def p(self) -> list[float]:
         """Of servo [1/s^3, 1/s^2, 1/s], stable: p1 < p2 p3."""
         ...
     @p.setter
-    def p(self, value: list[float[3]]) -> None: ...
+    def p(self, value: list[float]) -> None: ...
 
 class Actuator:
     """An elastic energy and what drives it. Rotors turn about the joint's axis only in what concerns their energy (Spong 1987)."""
