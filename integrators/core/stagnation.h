@@ -47,10 +47,6 @@ struct Sweep {
 /// last two moves above rounding tell the error that is left: it ends when the evaluation after the
 /// last sweep leaves less than 2⁻¹⁰ of a rounding, too little to bias the energy over 10⁶ steps
 /// (Brouwer's law, tests/integrators/brouwer_test.cpp).
-///
-/// Where the equations amplify rounding, as constraints do, moves shrink to a floor above it. With
-/// watch_floor(), two moves in turn that do not shrink any more tell the floor, and the iteration
-/// ends when the same extrapolation leaves less than 2⁻¹⁰ of that.
 class Stagnation {
  public:
   enum class Verdict {
@@ -69,12 +65,6 @@ class Stagnation {
     return Stagnation(unit_roundoff<T> * 1e5, tolerance, unit_roundoff<T>);
   }
 
-  /// Moves may have a floor above rounding.
-  Stagnation& watch_floor() {
-    watches_floor_ = true;
-    return *this;
-  }
-
   /// patience: sweeps without a record, far from a solution, before divergence is declared
   void restart(int patience = 10) {
     patience_ = patience;
@@ -84,7 +74,6 @@ class Stagnation {
     ratio_ = 0;
     contraction_ = left_ = last_own_ = HUGE_VAL;
     own_ratio_ = 0;
-    floor_ = Floor();
     last_ = HUGE_VAL;
     noise_ = 0;
     noise_known_ = false;
@@ -107,7 +96,6 @@ class Stagnation {
     if (!s.changed) return Verdict::exact;
     if (s.change <= tolerance_ || (std::isfinite(s.own) && foreseen(s.own)))
       return Verdict::stagnated;
-    if (watches_floor_ && floor_.reached(s.change, settled_)) return Verdict::stagnated;
     ratio_ = s.change / last_;
     last_ = s.change;
     since_record_ = s.change < smallest_ ? 0 : since_record_ + 1;
@@ -124,9 +112,8 @@ class Stagnation {
   double ratio() const { return ratio_; }
 
  private:
-  static constexpr double small = 1e5;           ///< times `settled`: larger moves are not noise
-  static constexpr double steady = 0.5;          ///< a contraction up to this is trusted
-  static constexpr double negligible = 0x1p-10;  ///< of a rounding
+  static constexpr double small = 1e5;   ///< times `settled`: larger moves are not noise
+  static constexpr double steady = 0.5;  ///< a contraction up to this is trusted
 
   /// Whether one evaluation more leaves a negligible error.
   bool foreseen(double move) {
@@ -142,48 +129,10 @@ class Stagnation {
     own_ratio_ = ratio;
     last_own_ = move;
     return !measured && as_expected && contraction_ < steady &&
-           left_ * contraction_ < negligible * roundoff_;
+           left_ * contraction_ < 0x1p-10 * roundoff_;
   }
 
-  /// Moves that shrink by a steady ratio, down to a floor that is not known beforehand.
-  class Floor {
-   public:
-    /// Whether the moves stay on the floor, and the error too is small against it.
-    bool reached(double move, double settled) {
-      const double ratio = move / last_;
-      last_ = move;
-      // Positions may answer a force one sweep late: a single pause is no floor.
-      pauses_ = ratio > 0.5 && move < settled ? pauses_ + 1 : 0;
-      if (pauses_ > 0) return pauses_ >= 2 && left() < negligible * move;
-      if (shrunk_ == 0) first_ = move;
-      ++shrunk_;
-      recent_ = std::sqrt(ratio * ratio_);
-      ratio_ = ratio;
-      lowest_ = move;
-      return false;
-    }
-
-   private:
-    /// A slower contraction may pause by itself.
-    static constexpr double fast = 0.1;
-
-    /// The error after one evaluation more, by the slower one of the last and of all contractions.
-    double left() const {
-      if (shrunk_ < 3) return HUGE_VAL;
-      const double all = std::pow(lowest_ / first_, 1.0 / (shrunk_ - 1)),
-                   c = std::max(all, recent_);
-      return c < fast ? lowest_ * std::pow(c, pauses_ + 1) : HUGE_VAL;
-    }
-
-    double last_ = HUGE_VAL, ratio_ = HUGE_VAL;
-    double recent_ = HUGE_VAL;  ///< the mean of the last two ratios above the floor
-    double first_ = 0, lowest_ = 0;
-    int shrunk_ = 0, pauses_ = 0;  ///< moves above the floor; in turn on it
-  };
-
   double settled_, tolerance_, roundoff_;
-  bool watches_floor_ = false;
-  Floor floor_;
   double noise_ = 0;
   bool noise_known_ = false;
   double smallest_ = HUGE_VAL, ratio_ = 0, last_ = HUGE_VAL;

@@ -71,8 +71,6 @@ class Iterating {
   /// Whether the sweeps are used up. The result is good enough if only noise seems to remain.
   bool ran_out() const { return sweeps_ >= most_; }
   bool settled() const { return stagnation_.settled(); }
-  /// As Stagnation::watch_floor.
-  void watch_floor() { stagnation_.watch_floor(); }
 
   int sweeps() const { return sweeps_; }
   bool dropped() const { return dropped_; }  ///< so the prediction was dropped

@@ -47,7 +47,6 @@ class Spark final : public BasicIntegrator<T> {
     for (auto& f : f_) f.resize(port_work_.any() ? n_ : 0);
     if (m_ == 0) return;
     step_.count_positions(model.description());
-    iteration_.watch_floor();
     manifold_.emplace(*system_, m_, cost_);
     start_ = &manifold_->rows();
     for (auto& rows : rows_at_) rows = std::make_unique<StageConstraints<T, V>>(model, o.lanes);
