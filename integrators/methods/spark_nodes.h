@@ -7,6 +7,7 @@
 
 #include "integrators/core/integrator.h"
 #include "integrators/core/stage_lanes.h"
+#include "integrators/tables/legendre.h"
 #include "integrators/tables/spark_table.h"
 #include "phs/system/archive.h"
 #include "phs/system/description.h"
@@ -52,8 +53,9 @@ class SparkNodes {
         set(rest_[size_t(j)], lane, table_.rest[size_t(j * s_ + i)]);
         set(response_[size_t(j)], lane, table_.response[size_t(i * s_ + j)]);
       }
+      for (int l = 0; l <= s_; ++l)
+        set(mode_of_[size_t(l)], lane, table_.mode[size_t(i * (s_ + 1) + l)]);
     }
-    expand_in_modes();
   }
 
   static int used(int s, int chunk) { return std::clamp(s - chunk * V, 0, V); }
@@ -61,12 +63,11 @@ class SparkNodes {
   /// Weights for a step of size h, and for extrapolation from the last step, of size `before`.
   void adapt_to(Real h, Real before) {
     if (have_weights_ && h == h_ && before == before_h_) return;
-    Real P[W];
     const Real ratio = h / before;
     for (int lane = 0; lane < W; ++lane) {
       const size_t j = size_t(row(lane));
       set(node_time, lane, h * table_.node[j + 1]);
-      legendre(1 + ratio * table_.node[j], P);
+      const Legendre<Real> P(s_, 2 * (1 + ratio * table_.node[j]) - 1);
       for (int k = 0; k < s_; ++k) set(ahead_[size_t(k)], lane, ratio * table_.weight[j] * P[k]);
     }
     over_h_ = T(Real(1) / h);
@@ -183,28 +184,6 @@ class SparkNodes {
   // impulses are known to u κ/h only, and an extrapolation of full degree makes 10⁵ times as much
   // of that.
 
-  void legendre(Real x, Real* P) const {
-    const Real y = 2 * x - 1;
-    P[0] = 1;
-    P[1] = y;
-    for (int k = 1; k + 1 < s_; ++k)
-      P[k + 1] = (Real(2 * k + 1) * y * P[k] - Real(k) * P[k - 1]) / Real(k + 1);
-  }
-  /// λ = Σ a_k P_k with a_k = Σ_l P_k(c̃_l) I_l / (h γ_k), γ_k = Σ_l b̃_l P_k(c̃_l)².
-  void expand_in_modes() {
-    const size_t nodes = size_t(s_ + 1);
-    std::vector<Real> P(nodes * W), gamma(W, Real(0));  // P: row l at node l
-    for (size_t l = 0; l < nodes; ++l) {
-      Real* const at_node = P.data() + l * W;
-      legendre(table_.node[l], at_node);
-      for (int k = 0; k < s_; ++k) gamma[size_t(k)] += table_.weight[l] * at_node[k] * at_node[k];
-    }
-    for (size_t l = 0; l < nodes; ++l)
-      for (int lane = 0; lane < W; ++lane) {
-        const size_t k = size_t(row(lane));
-        set(mode_of_[l], lane, P[l * W + k] / gamma[k]);
-      }
-  }
   /// What mode k of row r adds to the prediction.
   Lanes part(int k, size_t r, int c) const {
     return ahead_[size_t(k)][size_t(c)] * Lanes(at(modes_, r, k));

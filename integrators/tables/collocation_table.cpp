@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/tables/legendre.h"
 #include "phs/error.h"
 #include "phs/scalars/scalar.h"
 
@@ -10,20 +11,6 @@ namespace porthos::integrators {
 namespace {
 
 using phs::Quad;
-
-constexpr int most_stages = 16;
-/// P_0(x) … P_n(x), n <= most_stages + 1.
-template <class T>
-struct Legendre {
-  T p[most_stages + 2];
-  Legendre(int n, T x) {
-    p[0] = T(1.0);
-    p[1] = x;
-    for (int k = 1; k < n; ++k)
-      p[k + 1] = (T(2.0 * k + 1) * x * p[k] - T(double(k)) * p[k - 1]) / T(k + 1.0);
-  }
-  const T& operator[](int k) const { return p[k]; }
-};
 
 /// P_n'(x), |x| < 1
 Quad slope(int n, Quad x) {

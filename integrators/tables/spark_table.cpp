@@ -1,6 +1,9 @@
 #include "integrators/tables/spark_table.h"
 
+#include <span>
+
 #include "integrators/tables/inverse.h"
+#include "integrators/tables/legendre.h"
 
 namespace porthos::integrators {
 namespace {
@@ -20,17 +23,20 @@ Quads response_matrix(size_t s, const Quads& nu, const Quads& b) {
   return B;
 }
 
-}  // namespace
-
 template <class T>
-void SparkTable<T>::basis(T theta, std::span<T> values) const {
-  for (size_t j = 0; j < node.size(); ++j) {
-    T product(1.0);
-    for (size_t l = 0; l < node.size(); ++l)
-      if (l != j) product = product * ((theta - node[l]) / (node[j] - node[l]));
-    values[j] = product;
+std::vector<T> modes(const SparkTable<T>& t) {
+  std::vector<Legendre<T>> at_node;
+  for (const T c : t.node) at_node.emplace_back(t.s(), 2 * c - 1);
+  std::vector<T> mode;
+  for (int k = 0; k < t.s(); ++k) {
+    T gamma(0.0);
+    for (size_t l = 0; l < t.node.size(); ++l) gamma += t.weight[l] * at_node[l][k] * at_node[l][k];
+    for (const auto& P : at_node) mode.push_back(P[k] / gamma);
   }
+  return mode;
 }
+
+}  // namespace
 
 template <class T>
 SparkTable<T> spark_table(int s) {
@@ -54,6 +60,7 @@ SparkTable<T> spark_table(int s) {
     }
   }
   for (const Quad x : inverse_of(n, response_matrix(n, nu, gauss.b))) t.response.push_back(T(x));
+  t.mode = modes(t);
   return t;
 }
 

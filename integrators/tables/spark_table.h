@@ -1,5 +1,4 @@
 #pragma once
-#include <span>
 #include <vector>
 
 #include "integrators/tables/collocation_table.h"
@@ -23,10 +22,12 @@ struct SparkTable {
   /// Inverse of B_jk = Σ_i ν_ji b_i (1 - ν_ki), j = 1 … s, k = 0 … s - 1: row k, column j - 1. The
   /// positions at the nodes answer impulses by -h B ⊗ M⁻¹.
   std::vector<T> response;
+  /// The multipliers' least-squares expansion, h λ(θ) = Σ_k a_k P_k(2θ - 1), k < s, with
+  /// a_k = Σ_l mode_kl I_l: mode_kl = P_k(2 c̃_l - 1)/γ_k, γ_k = Σ_l b̃_l P_k(2 c̃_l - 1)², row k,
+  /// s × (s + 1).
+  std::vector<T> mode;
 
   int s() const { return gauss.s; }
-  /// Values at theta of the polynomials that are 1 at one node and 0 at the others. Writes s + 1.
-  void basis(T theta, std::span<T> values) const;
 };
 
 /// @throws InvalidArgument unless 1 <= s <= 8 (11 for Quad)

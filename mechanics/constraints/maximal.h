@@ -29,9 +29,8 @@ phs::State maximal_state(const MechanicalModel& from, const phs::State& s,
                          const MechanicalModel& to);
 
 /// The time of a step of spark16, estimated from bodies, rows and the fill of the Delassus matrix
-/// [µs, of one machine]: for comparing coordinates. It is within a third of what was measured for
-/// lattices, booms and arms (docs/constraints.md), whose reduced coordinates win up to 10 × 10
-/// cells.
+/// [µs, of one machine]: for comparing coordinates. It is within 40 % of what was measured for
+/// lattices, booms and arms (docs/constraints.md).
 double estimated_step(const MechanicalModel& model);
 
 }  // namespace porthos::mechanics

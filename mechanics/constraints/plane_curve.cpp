@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "phs/error.h"
-#include "phs/system/state.h"
 
 namespace porthos::mechanics {
 namespace {

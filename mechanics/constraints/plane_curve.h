@@ -7,6 +7,7 @@
 
 #include "phs/scalars/scalar.h"
 #include "phs/scalars/trig.h"
+#include "phs/system/state.h"
 
 namespace porthos::mechanics {
 
@@ -85,7 +86,7 @@ class PlaneCurve {
   struct Sample {
     double x, y;
   };
-  static constexpr double middle = 1.57079632679489661923;
+  static constexpr double middle = phs::pi_hi / 2;
   static Coordinate through(const std::vector<double>& values, bool closed);
   void leave_out_roundings(double size);
   void check_shape(const std::vector<Point>& points, const std::string& what) const;

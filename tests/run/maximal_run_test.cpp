@@ -111,8 +111,8 @@ scene::Scene lattice_scene(const TemporaryFolder& folder, int n, const std::stri
   return scene::read_scene((folder / "scene.toml").string());
 }
 
-/// The estimate decides: a lattice of 12 × 12 cells measured 7.6 ms a step in reduced coordinates,
-/// where the Delassus matrix fills, and 5.5 ms in maximal ones; of 4 × 4 cells 0.2 and 0.6 ms.
+/// The estimate decides: a lattice of 13 × 13 cells measured 10.8 ms a step in reduced coordinates,
+/// where the Delassus matrix fills, and 9.7 ms in maximal ones; of 8 × 8 cells 1.7 and 3.2 ms.
 TEST(MaximalRun, AutoChoosesTheFasterCoordinates) {
   TemporaryFolder folder;
   for (const auto& [n, is_maximal] : {std::pair{4, false}, std::pair{13, true}}) {
