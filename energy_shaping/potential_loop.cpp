@@ -156,9 +156,41 @@ PotentialLoop::PotentialLoop(std::shared_ptr<const mechanics::MechanicalModel> p
     mechanics::Workspace<double> w(mechanical_->mechanism());
     mechanics::rnea<double>(mechanical_->mechanism(), w, shaping.rest, {}, {}, {}, parts_.constant);
   }
+  if (shaping.search_rest) search_rest();
   certificate_ = Certificate("potential shaping '" + description_.name + "'");
   check(shaping);
   refuse_failure(certificate_);
+}
+
+/// Newton's method on V_d, with a multiple of 1 added to the Hessian so that each step falls
+/// (Levenberg 1944). A point that it does not reach is found by check().
+void PotentialLoop::search_rest() {
+  ShapedSystem<double> s(*this);
+  const auto n = size_t(mechanical_->mechanism().nq());
+  std::vector<double> e(2 * n), K(n * n), minus(n);
+  double damping = 1e-6;
+  for (int i = 0; i < 500; ++i) {
+    s.gradient(rest_, e);
+    const auto H = hessian(*this, rest_);
+    double size = 1e-300;
+    for (size_t a = 0; a < n; ++a) size = std::max(size, std::fabs(H[a * 2 * n + a]));
+    for (size_t a = 0; a < n; ++a) {
+      minus[a] = -e[a];
+      for (size_t b = 0; b < n; ++b)
+        K[a * n + b] = H[a * 2 * n + b] + (a == b ? damping * size : 0.0);
+    }
+    const auto least = phs::symmetric_eigenvalues(n, K).front();
+    const auto step = phs::linear_solve(n, K, minus);
+    auto next = rest_;
+    double most = 0;
+    for (size_t a = 0; a < n; ++a) most = std::max(most, std::fabs(step[a]));
+    for (size_t a = 0; a < n; ++a) next[a] += step[a];
+    const bool falls = least > 0 && most < 1 && s.hamiltonian(next) <= s.hamiltonian(rest_);
+    damping = falls ? std::max(1e-15, damping / 10) : damping * 10;
+    if (!falls && damping < 1e6) continue;
+    rest_ = next;
+    if (most <= 1e-14) return;
+  }
 }
 
 void PotentialLoop::check(const PotentialShaping& shaping) {

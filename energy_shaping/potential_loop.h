@@ -58,7 +58,9 @@ struct PotentialShaping {
   /// momentum is a Casimir of the loop. Needs one free root and joints of one degree of freedom.
   bool zero_momentum = false;
   std::vector<double> rest;  ///< rest coordinates, nq numbers
-  double tolerance = 1e-9;   ///< of forces no actuator can make, and of the rest point
+  /// `rest` is a guess: the nearest minimum of V_d is searched by Newton's method.
+  bool search_rest = false;
+  double tolerance = 1e-9;  ///< of forces no actuator can make, and of the rest point
 };
 
 /// A mechanism with potential shaping and damping injection: the plant's own structure with
@@ -104,6 +106,7 @@ class PotentialLoop : public ClosedLoopFor<PotentialLoop> {
 
  private:
   void check(const PotentialShaping& shaping);
+  void search_rest();
 
   std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
   Parts parts_;

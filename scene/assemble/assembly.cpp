@@ -109,20 +109,25 @@ void scale_masses(mechanics::MechanismBuilder& parts,
 }  // namespace
 
 std::shared_ptr<const phs::Model> with_joint_parts(
-    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene) {
-  if (scene.elements.empty() && scene.actuators.empty() && scene.contacts.empty())
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
+    std::vector<energy_shaping::Certificate>* certificates) {
+  if (scene.elements.empty() && scene.actuators.empty() && scene.contacts.empty() &&
+      scene.controllers.empty())
     return mechanical;
   std::shared_ptr<const phs::Model> body = mechanical;
   if (space::Parts parts = parts_of(scene); parts.any())
     body = with_parts(mechanical, scene, parts);
   body = with_contacts(std::move(body), mechanical, scene);
-  if (scene.actuators.empty() && std::all_of(scene.elements.begin(), scene.elements.end(),
-                                             [](const Element& e) { return !e.add; }))
+  if (scene.actuators.empty() && scene.controllers.empty() &&
+      std::all_of(scene.elements.begin(), scene.elements.end(),
+                  [](const Element& e) { return !e.add; }))
     return body;
   phs::Network n(mechanical->description().name);
   n.add("mechanism", body).main("mechanism");
   add_elements(n, *mechanical, scene.elements);
   add_actuators(n, *mechanical, scene.actuators);
+  auto made = add_controllers(n, mechanical, scene);
+  if (certificates) *certificates = std::move(made);
   return n.build();
 }
 
@@ -192,7 +197,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
     }
   }
   choose_coordinates(scene, a);
-  a.model = with_joint_parts(a.mechanical, scene);
+  a.model = with_joint_parts(a.mechanical, scene, &a.certificates);
   check_contacts(scene, *a.mechanism);
   if (scene.orbit) {
     try {

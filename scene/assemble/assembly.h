@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "energy_shaping/certificate.h"
 #include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
 #include "mechanics/urdf.h"
@@ -39,6 +40,7 @@ struct Assembly {
   /// relative to it, and uniform gravity acts on it instead of in the model.
   std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
+  std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
 };
 
 /// A method of the catalogue for the assembly, with steps of one size. In orbit it steps the
@@ -52,10 +54,14 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& assembl
 /// everything the URDF reader refuses.
 Assembly assemble(const Scene& scene);
 
-/// The mechanism with the scene's elements and actuators at its joints; itself if there are none.
-/// @throws InvalidArgument naming file and line, as add_elements() and add_actuators()
+/// The mechanism with the scene's elements, actuators and controllers at its joints; itself if
+/// there are none.
+/// @param certificates  of the controllers, if not null
+/// @throws InvalidArgument naming file and line, as add_elements(), add_actuators() and
+///   add_controllers()
 std::shared_ptr<const phs::Model> with_joint_parts(
-    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene);
+    std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
+    std::vector<energy_shaping::Certificate>* certificates = nullptr);
 
 /// A system of the user's own instead of a model file, from the state x at time 0. run() and the
 /// verdict take it with a Scene whose method, step, duration and record_every are set. @throws

@@ -12,6 +12,7 @@
 #include "scene/read/actuator.h"
 #include "scene/read/constraints.h"
 #include "scene/read/contact.h"
+#include "scene/read/controller.h"
 #include "scene/read/element.h"
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
@@ -78,7 +79,8 @@ struct Scene {
   std::vector<JointActuator> actuators;
   SceneConstraints constraints;  ///< [[loop]] and [[coupling]]
   std::vector<SceneContact> contacts;
-  std::optional<OrbitScene> orbit;  ///< around a planet; empty in free space or on the ground
+  std::vector<Controller> controllers;  ///< over several joints
+  std::optional<OrbitScene> orbit;      ///< around a planet; empty in free space or on the ground
 
   std::string method =
       "gauss16";    ///< or "auto" until a method is chosen, see compare/auto_method.h

@@ -62,6 +62,7 @@ class Reader {
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
     s_.constraints = read_constraints(top, s_.events);
     s_.contacts = read_contacts(top);
+    s_.controllers = read_controllers(top);
     s_.orbit = read_orbit(top);
     const Table method = top.section("integrator");
     read_integrator(method, s_);
@@ -219,14 +220,15 @@ class Reader {
     s_.why_coordinates = other + " needs them";
   }
   std::string needs_joint_coordinates() const {
-    return s_.orbit                ? "[orbit]"
-           : !s_.events.empty()    ? "[[event]]"
-           : !s_.actuators.empty() ? "[[actuator]]"
-           : !s_.elements.empty()  ? "[[element]] '" + s_.elements.front().name + "'"
-           : !s_.panels.empty()    ? "[[panel]]"
-           : !s_.contacts.empty()  ? "[[contact]]"
-           : s_.urdf.couple_mimics ? "mimic = \"couple\""
-                                   : "";
+    return s_.orbit                  ? "[orbit]"
+           : !s_.events.empty()      ? "[[event]]"
+           : !s_.actuators.empty()   ? "[[actuator]]"
+           : !s_.elements.empty()    ? "[[element]] '" + s_.elements.front().name + "'"
+           : !s_.panels.empty()      ? "[[panel]]"
+           : !s_.contacts.empty()    ? "[[contact]]"
+           : !s_.controllers.empty() ? "[[controller]] '" + s_.controllers.front().name + "'"
+           : s_.urdf.couple_mimics   ? "mimic = \"couple\""
+                                     : "";
   }
 
   /// Refuses features that cannot be combined with an orbit.

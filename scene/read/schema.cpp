@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "scene/read/controllers/controller_type.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/schema_keys-inl.h"
 
@@ -15,6 +16,10 @@ const std::vector<SchemaTable>& schema() {
   static const std::vector<SchemaTable> all = [] {
     auto a = run_tables();
     for (const ElementType& t : element_types()) a.push_back(t.table());
+    for (const ControllerType& t : controller_types()) {
+      a.push_back(t.table());
+      a.insert(a.end(), t.tables.begin(), t.tables.end());
+    }
     const auto b = part_tables();
     a.insert(a.end(), b.begin(), b.end());
     return a;

@@ -29,6 +29,7 @@ std::vector<SchemaTable> run_tables() {
               KeyKind::tables),
         table("panel", "panel", "none", "flexible panels", KeyKind::tables),
         table("element", "element", "none", "things at joints and links", KeyKind::tables),
+        table("controller", "controller", "none", "laws over several joints", KeyKind::tables),
         table("actuator", "actuator", "none", "actuators with a spring", KeyKind::tables),
         table("loop", "loop", "none", "joints that close loops, rods", KeyKind::tables),
         table("coupling", "coupling", "none", "gears and the like", KeyKind::tables),

@@ -175,6 +175,12 @@ Json model_notes(const Assembly& a) {
   return list;
 }
 
+Json certificates(const Assembly& a) {
+  Json list = Json::array();
+  for (const auto& c : a.certificates) list.push_back(Json::parse(c.json()));
+  return list;
+}
+
 }  // namespace
 
 std::string summary_json(const Scene& scene, const Assembly& assembly, const RunReport& r,
@@ -218,6 +224,7 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
   j["verdict"] = to_string(r.verdict());
   j["notes"] = r.notes;
   j["model_notes"] = model_notes(assembly);
+  if (!assembly.certificates.empty()) j["certificates"] = certificates(assembly);
   for (const auto& [name, value] : provenance(scene)) j["provenance"][name] = value;
   // A title or a joint name that is not UTF-8 must not prevent the summary.
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

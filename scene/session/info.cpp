@@ -229,6 +229,17 @@ std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
   return text;
 }
 
+std::string controllers_section(const Scene& scene, const Assembly& a) {
+  if (a.certificates.empty()) return "";
+  std::string text = "Controllers, and the conditions that were checked\n";
+  for (size_t i = 0; i < a.certificates.size(); ++i)
+    text += fmt::format(
+        "{} ({}{})\n{}", scene.controllers[i].name, scene.controllers[i].type,
+        scene.controllers[i].rate > 0 ? fmt::format(", at {:g} Hz", scene.controllers[i].rate) : "",
+        a.certificates[i].text());
+  return text;
+}
+
 // --- cost ----------------------------------------------------------------------------------------
 
 /// Median over batches of the time of one field evaluation [ns].
@@ -273,7 +284,8 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
         invariants_section(d), constraints_section(assembly), plan_section(scene, assembly),
-        left_out_section(m), notes_section(assembly.notes), cost_section(assembly)})
+        controllers_section(scene, assembly), left_out_section(m), notes_section(assembly.notes),
+        cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }

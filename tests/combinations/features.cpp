@@ -163,6 +163,13 @@ std::vector<Feature> all() {
            "joint_stop",
            "law = 'power'\nlower = -1\nupper = 0.35\nstiffness = 50\nexponent = 2\nloss = 0.1")},
 
+      {"law over joints",
+       {"law"},
+       {},
+       {},
+       "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
+       "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
+
       {"drive fixed", {"actuator"}, {}, {}, actuator("drive = 'fixed'")},
       {"drive torque",
        {"actuator"},

@@ -19,9 +19,9 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",  "friction",  "controller", "sampled controller",
-           "wheel",   "cmg",       "soft_latch", "engage and disengage",
-           "contact", "joint_stop"},
+    losses{"damper",  "friction",   "controller",     "sampled controller",
+           "wheel",   "cmg",        "soft_latch",     "engage and disengage",
+           "contact", "joint_stop", "law over joints"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -85,6 +85,10 @@ const std::vector<Refusal>& refusals() {
        "it "
        "at every instant, and what rolls has no Hamiltonian to transform."},
       {{"motion"}, {"lock above"}, "A joint that moves as told does not stop."},
+      {{"law over joints"},
+       couplings + Names{"motion", "rolling"},
+       "The conditions of the laws are those of trees: a rest point on a loop balances with its "
+       "multipliers, which no certificate looks at yet."},
       {{"ensemble"},
        {"report"},
        "The page is of one motion. An ensemble has its own picture, ensemble.svg."},

@@ -167,6 +167,7 @@ std::string shown_of(const Feature& f) {
       {"soft_latch", "latch1"},
       {"line_spring", "tether1"},
       {"contact", "bumper1"},
+      {"law over joints", "law1"},
       {"panel", "panel"},
       {"cmg", "gimbal.cmg"},
       {"wheel", "wheel.wheel"},

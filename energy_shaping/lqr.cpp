@@ -1,0 +1,163 @@
+#include "energy_shaping/lqr.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "energy_shaping/closed_loop.h"
+#include "energy_shaping/derivatives.h"
+#include "mechanics/crba.h"
+#include "phs/linear_algebra/linear_algebra.h"
+#include "phs/linear_algebra/riccati.h"
+#include "phs/system/random_state.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using phs::Matrix;
+
+Matrix zeros(size_t rows, size_t cols) { return Matrix(int(rows), int(cols)); }
+
+void check_weights(const LqrWeights& w, size_t n, size_t m) {
+  require_size("position weights", w.position.size(), n);
+  require_size("rate weights", w.rate.size(), n);
+  require_size("effort weights", w.effort.size(), m);
+  for (const auto* all : {&w.position, &w.rate})
+    for (const double x : *all)
+      if (!(x >= 0)) throw InvalidArgument(fmt::format("a weight is {}, expected 0 or more", x));
+  for (const double x : w.effort)
+    if (!(x > 0)) throw InvalidArgument(fmt::format("an effort weight is {}, expected > 0", x));
+}
+
+/// M⁻¹ W M⁻¹: rates are M⁻¹p.
+Matrix weight_of_momenta(const mechanics::Mechanism& m, std::span<const double> q,
+                         const std::vector<double>& rate) {
+  const size_t n = rate.size();
+  mechanics::Workspace<double> w(m);
+  std::vector<double> M(n * n);
+  mechanics::crba<double>(m, w, q, M);
+  Matrix inverse = zeros(n, n), W = zeros(n, n);
+  for (size_t j = 0; j < n; ++j) {
+    std::vector<double> unit(n, 0.0);
+    unit[j] = 1;
+    const auto column = phs::linear_solve(n, M, unit);
+    for (size_t i = 0; i < n; ++i) inverse(int(i), int(j)) = column[i];
+    W(int(j), int(j)) = rate[j];
+  }
+  return transpose(inverse) * W * inverse;
+}
+
+double largest(const Matrix& M) {
+  double most = 0;
+  for (const double x : M.a) most = std::fmax(most, std::isnan(x) ? HUGE_VAL : std::fabs(x));
+  return most;
+}
+
+}  // namespace
+
+Lqr::Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant,
+         std::vector<std::string> actuators, std::vector<double> rest, const LqrWeights& weights)
+    : plant_(std::move(plant)), actuators_(std::move(actuators)), rest_(std::move(rest)) {
+  const auto& d = plant_->description();
+  phs::refuse_constraints(d, "an LQR");
+  for (const auto& c : plant_->mechanism().coordinates())
+    if (c.nq != 1)
+      throw InvalidArgument("an LQR takes joints of one freedom; '" + c.joint + "' has several");
+  require_size("rest", rest_.size(), size_t(plant_->mechanism().nq()));
+  const auto at = port_offsets(d, actuators_);
+  require_size("numbers of the actuators' ports", at.size(), actuators_.size());
+  check_weights(weights, rest_.size(), at.size());
+  rest_.resize(2 * rest_.size(), 0.0);
+  certificate_ = Certificate("linear-quadratic regulator of '" + d.name + "'");
+  balance(at);
+  refuse_failure(certificate_);
+  design(at, weights);
+  refuse_failure(certificate_);
+}
+
+/// u* holds the plant at rest; what no actuator can hold must be zero.
+void Lqr::balance(const std::vector<int>& at) {
+  const auto& d = plant_->description();
+  const auto f = plant_->instantiate<double>();
+  const size_t n = rest_.size() / 2;
+  std::vector<double> dx(2 * n);
+  std::mt19937_64 generator(1);
+  double scale = 1e-300, left = 0;
+  for (int i = 0; i < 100; ++i) {
+    auto x = phs::random_state(d, 1.0, generator);
+    std::fill(x.begin() + long(n), x.end(), 0.0);
+    f->field(0.0, x, {}, dx);
+    for (size_t k = n; k < 2 * n; ++k) scale = std::max(scale, std::fabs(dx[k]));
+  }
+  f->field(0.0, rest_, {}, dx);
+  for (const int a : at) u_.push_back(-dx[n + size_t(a)]);
+  for (size_t k = 0; k < n; ++k)
+    if (std::find(at.begin(), at.end(), int(k)) == at.end())
+      left = std::max(left, std::fabs(dx[n + k]));
+  certificate_.at_most("force without actuator", left / scale, 1e-9,
+                       "at the rest point, over that of 100 random positions",
+                       {rest_.begin(), rest_.begin() + long(n)});
+  certificate_.report("effort at rest", left, "u* of each actuator", u_);
+}
+
+void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
+  const size_t n = rest_.size() / 2, m = at.size();
+  const int nx = int(2 * n);
+  Matrix A = zeros(2 * n, 2 * n), B = zeros(2 * n, m), Q = A, R = zeros(m, m), Ri = R;
+  A.a = field_jacobian(*plant_, rest_);  // forces of joint ports do not depend on the state
+  const auto Qp = weight_of_momenta(plant_->mechanism(), std::span(rest_).first(n), weights.rate);
+  for (size_t i = 0; i < n; ++i) {
+    Q(int(i), int(i)) = weights.position[i];
+    for (size_t j = 0; j < n; ++j) Q(int(n + i), int(n + j)) = Qp(int(i), int(j));
+  }
+  for (size_t j = 0; j < m; ++j) {
+    B(int(n) + at[j], int(j)) = 1;
+    R(int(j), int(j)) = weights.effort[j];
+    Ri(int(j), int(j)) = 1 / weights.effort[j];
+  }
+  const Matrix P = riccati(A, B, Q, R);
+  K_ = Ri * transpose(B) * P;
+  const Matrix AP = transpose(A) * P, PBK = P * B * K_, BK = B * K_;
+  Matrix residual = zeros(2 * n, 2 * n), closed = residual;
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < nx; ++j) {
+      residual(i, j) = AP(i, j) + AP(j, i) - PBK(i, j) + Q(i, j);
+      closed(i, j) = A(i, j) - BK(i, j);
+    }
+  certificate_.at_most("Riccati equation",
+                       largest(residual) / (largest(Q) + largest(AP) + largest(PBK)), 1e-9,
+                       "largest residual over its largest term; large: not stabilisable");
+  const auto spectrum = phs::eigenvalues(size_t(nx), closed.a);
+  const double size = std::abs(
+      *std::max_element(spectrum.begin(), spectrum.end(),
+                        [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
+  std::vector<double> parts;
+  for (const auto& s : spectrum) parts.insert(parts.end(), {s.real(), s.imag()});
+  certificate_.at_most("rightmost eigenvalue", spectrum.back().real(), -1e-9 * size,
+                       "real part, of the linearised loop [1/s]");
+  certificate_.report("eigenvalues", size, "the largest; real and imaginary parts [1/s]", parts);
+}
+
+std::vector<PortLaw> Lqr::port_laws(const std::vector<double>& limits) const {
+  if (!limits.empty()) require_size("limits", limits.size(), actuators_.size());
+  std::vector<PortLaw> laws;
+  for (size_t j = 0; j < actuators_.size(); ++j) {
+    const long nx = long(rest_.size());
+    const std::vector<double> row(K_.a.begin() + long(j) * nx, K_.a.begin() + long(j + 1) * nx);
+    const double limit = limits.empty() ? HUGE_VAL : limits[j];
+    laws.push_back({actuators_[j],
+                    phs::law([row, limit, rest = rest_, hold = u_[j]](auto, auto x, auto, auto u) {
+                      using T = typename decltype(u)::value_type;
+                      T sum(hold);
+                      for (size_t k = 0; k < row.size(); ++k)
+                        sum = sum - T(row[k]) * (x[k] - T(rest[k]));
+                      if (limit < HUGE_VAL) sum = phs::max(phs::min(sum, T(limit)), T(-limit));
+                      u[0] = sum;
+                    })});
+  }
+  return laws;
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,88 @@
+#include "scene/read/controller.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/mechanical_model.h"
+#include "scene/read/controllers/controller_type.h"
+#include "scene/read/scene.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+/// A law that sees the mechanism's state without what parts of the scene add to it.
+phs::LawPtr of_mechanism(phs::LawPtr law, size_t nx) {
+  return phs::law(
+      [law = std::move(law), nx](auto t, auto x, auto y, auto u) { (*law)(t, x.first(nx), y, u); });
+}
+
+}  // namespace
+
+std::vector<Controller> read_controllers(const Table& scene) {
+  std::vector<Controller> list;
+  scene.each_of("controller", "type", [&](const std::string& word, const Table& t) {
+    Controller c;
+    c.type = word;
+    c.where = t.where();
+    c.name = t.text("name", "the name of its row in the ledger");
+    if (t.has("rate")) c.rate = t.positive("rate");
+    for (const auto& other : list)
+      if (other.name == c.name)
+        t.fail("name", fmt::format("\"{}\" is that of another controller, expected one of its own",
+                                   c.name));
+    const auto& types = controller_types();
+    const auto type = std::find_if(types.begin(), types.end(),
+                                   [&](const ControllerType& k) { return k.name == word; });
+    type->read(t, c);
+    list.push_back(std::move(c));
+  });
+  return list;
+}
+
+std::vector<energy_shaping::Certificate> add_controllers(
+    phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
+    const Scene& scene) {
+  std::vector<energy_shaping::Certificate> certificates;
+  const auto nx = size_t(model->description().nx);
+  for (const Controller& c : scene.controllers)
+    at_line(c.where, [&] {
+      phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
+      auto made = c.design(c, {model, scene});
+      for (auto& l : made.laws) l.law = of_mechanism(std::move(l.law), nx);
+      phs::Network::Control how;
+      if (c.rate > 0) how.period = 1 / c.rate;
+      energy_shaping::control(n, c.name, "mechanism", made.laws, how);
+      certificates.push_back(std::move(made.certificate));
+    });
+  return certificates;
+}
+
+ControlledJoint controlled_joint(const mechanics::MechanicalModel& model, const Controller& c,
+                                 const std::string& joint) {
+  const std::string member = "mechanism.";
+  const JointPlace at = joint_place(model, c.where, "controller '" + c.name + "'", joint);
+  return {size_t(at.q), at.port.substr(member.size())};
+}
+
+std::array<double, 4> read_attitude(const Table& t, const char* key) {
+  if (!t.has(key)) return {1, 0, 0, 0};
+  auto a = t.numbers<4>(key);
+  const double size = std::hypot(std::hypot(a[0], a[1]), std::hypot(a[2], a[3]));
+  if (!(size > 0)) t.fail(key, "has length 0, expected a quaternion");
+  for (double& x : a) x /= size;
+  return a;
+}
+
+std::vector<double> stated_start(const ControllerPlant& plant) {
+  const auto& m = plant.model->mechanism();
+  auto q = m.neutral();
+  for (const auto& c : m.coordinates())
+    if (const auto s = plant.scene.joints.find(c.name); c.nq == 1 && s != plant.scene.joints.end())
+      q[size_t(c.q)] = s->second.position;
+  return q;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,41 @@
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "scene/read/controller.h"
+#include "scene/read/schema.h"
+
+namespace porthos::scene {
+
+/// A type of [[controller]]: the keys of its table, the tables in it, and their reader.
+struct ControllerType {
+  std::string name, what;
+  std::vector<SchemaKey> keys;      ///< besides type, name and rate
+  std::vector<SchemaTable> tables;  ///< inside it
+  /// Sets `design`; the other members are set.
+  void (*read)(const Table&, Controller&);
+
+  SchemaTable table() const;
+};
+
+/// Every type, in the order of docs/scene_reference.md. A new type is a file in this folder and a
+/// line of controller_types.cpp.
+const std::vector<ControllerType>& controller_types();
+
+// What the types share.
+
+/// A joint of one degree of freedom: its coordinate and its port.
+struct ControlledJoint {
+  size_t q;
+  std::string port;
+};
+/// @throws InvalidArgument beginning with the controller's place, listing the known ones
+ControlledJoint controlled_joint(const mechanics::MechanicalModel& model, const Controller& c,
+                                 const std::string& joint);
+/// A quaternion, normalised; [1, 0, 0, 0] if the key is missing.
+std::array<double, 4> read_attitude(const Table& t, const char* key);
+/// Start values of all coordinates as [initial] states them; random ones count as 0.
+std::vector<double> stated_start(const ControllerPlant& plant);
+
+}  // namespace porthos::scene

@@ -1,0 +1,88 @@
+#include "energy_shaping/lqr.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "scene/read/controllers/controller_type.h"
+#include "scene/read/schema_keys-inl.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+struct WeighedJoint {
+  std::string joint;
+  std::optional<double> target = {};
+  double position = 0, rate = 0, effort = 1, limit = HUGE_VAL;
+  bool actuated = true;
+};
+
+ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
+                            const std::vector<WeighedJoint>& joints) {
+  const auto n = size_t(plant.model->mechanism().nq());
+  auto rest = stated_start(plant);
+  energy_shaping::LqrWeights weights;
+  weights.position.assign(n, 0.0);
+  weights.rate.assign(n, 0.0);
+  std::vector<std::string> actuators;
+  std::vector<double> limits;
+  for (const WeighedJoint& j : joints) {
+    const ControlledJoint at = controlled_joint(*plant.model, c, j.joint);
+    if (j.target) rest[at.q] = *j.target;
+    weights.position[at.q] = j.position;
+    weights.rate[at.q] = j.rate;
+    if (!j.actuated) continue;
+    actuators.push_back(at.port);
+    weights.effort.push_back(j.effort);
+    limits.push_back(j.limit);
+  }
+  const energy_shaping::Lqr lqr(plant.model, actuators, rest, weights);
+  return {lqr.port_laws(limits), lqr.certificate()};
+}
+
+void read_lqr(const Table& t, Controller& c) {
+  std::vector<WeighedJoint> joints;
+  int actuated = 0;
+  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
+    WeighedJoint j;
+    j.joint = joint;
+    if (own.has("target")) j.target = own.number("target");
+    j.position = own.not_negative("position");
+    j.rate = own.not_negative("speed");
+    j.actuated = own.boolean("actuated");
+    if (!j.actuated && (own.has("effort") || own.has("limit")))
+      own.fail(own.has("effort") ? "effort" : "limit",
+               "is given with actuated = false, expected an actuated joint");
+    j.effort = own.positive("effort");
+    if (own.has("limit")) j.limit = own.positive("limit");
+    actuated += j.actuated;
+    joints.push_back(j);
+  });
+  if (actuated == 0) refuse(t.where(), t.label() + " has no actuated joint, expected one or more");
+  c.design = [joints](const Controller& own, const ControllerPlant& plant) {
+    return design_lqr(own, plant, joints);
+  };
+}
+
+}  // namespace
+
+ControllerType lqr_controller() {
+  using namespace keys;
+  return {"lqr",
+          "The linear-quadratic regulator about an equilibrium, its gains computed from weights.",
+          {table("joints", "controller.lqr.joint", required, "by joint: weights", KeyKind::named)},
+          {{"controller.lqr.joint",
+            "[controller.joints]",
+            "The equilibrium and the weights of a joint.",
+            {number("target", "rad (m)", "the start", "of the equilibrium; angles count turns"),
+             number("position", "1/rad² (1/m²)", "0", "weight of (q - target)²"),
+             number("speed", "s²/rad² (s²/m²)", "0", "weight of the rate squared"),
+             yes_or_no("actuated", "true", "false: it has no actuator"),
+             number("effort", "1/(N m)² (1/N²)", "1", "weight of the torque squared"),
+             number("limit", "N m (N)", "none", "largest torque or force")}}},
+          read_lqr};
+}
+
+}  // namespace porthos::scene

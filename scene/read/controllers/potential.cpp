@@ -1,0 +1,164 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "energy_shaping/potential_loop.h"
+#include "mechanics/rotation.h"
+#include "mechanics/urdf.h"
+#include "scene/read/controllers/controller_type.h"
+#include "scene/read/scene.h"
+#include "scene/read/schema_keys-inl.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+using energy_shaping::PoseSpring;
+
+/// What the shaping wants of one joint.
+struct JointShaping {
+  std::string joint;
+  double stiffness = 0, damping = 0, limit = HUGE_VAL;
+  std::optional<double> target = {};
+  bool periodic = false;
+};
+/// A link held in the world, and its attitude as a quaternion.
+struct HeldPose {
+  PoseSpring spring;
+  std::array<double, 4> wxyz{1, 0, 0, 0};
+};
+
+struct Wanted {
+  std::vector<JointShaping> joints;
+  std::vector<HeldPose> poses;
+  std::string gravity;
+  bool zero_momentum = false;
+};
+
+HeldPose read_pose(const std::string& link, const Table& t) {
+  HeldPose h;
+  PoseSpring& p = h.spring;
+  p.link = link;
+  p.point = t.vector("point");
+  p.stiffness = t.not_negative("stiffness");
+  if (p.stiffness > 0) t.require("position", "3 numbers of metres, because there is a stiffness");
+  if (t.has("position")) p.position = t.vector("position");
+  if (t.has("attitude_stiffness")) p.attitude_stiffness = t.vector("attitude_stiffness");
+  if (p.stiffness == 0 && mechanics::norm(p.attitude_stiffness) == 0)
+    refuse(t.where(), t.label() + " does nothing, expected a stiffness or attitude_stiffness");
+  h.wxyz = read_attitude(t, "attitude_wxyz");
+  p.attitude = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(h.wxyz.data()));
+  return h;
+}
+
+/// The attitude of a free base at rest. Other links cannot be held on a free base, where the rest
+/// of the joints would have to be found together with the base's.
+void put_rest_of_base(const ControllerPlant& plant, const HeldPose& h, std::vector<double>& rest) {
+  const auto& m = plant.model->mechanism();
+  const auto& body = m.body(h.spring.link);
+  const auto& base = m.coordinate(std::string(mechanics::base_joint_name) + ".attitude");
+  const auto& R = body.pose.R;
+  if (h.spring.stiffness > 0 || body.node != base.node || R.x.x + R.y.y + R.z.z != 3)
+    throw InvalidArgument(fmt::format(
+        "pose of '{}': the base is free, expected attitude_stiffness of its root link alone",
+        h.spring.link));
+  std::copy(h.wxyz.begin(), h.wxyz.end(), rest.begin() + base.q);
+}
+
+ControllerDesign design_potential(const Controller& c, const ControllerPlant& plant,
+                                  const Wanted& w) {
+  energy_shaping::PotentialShaping s;
+  s.name = c.name;
+  for (const HeldPose& h : w.poses) s.poses.push_back(h.spring);
+  s.compensate = w.gravity == "compensate";
+  s.constant_compensation = w.gravity == "constant";
+  s.zero_momentum = w.zero_momentum;
+  s.rest = stated_start(plant);
+  const bool free = plant.scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  std::vector<std::pair<int, double>> limits;
+  bool limited = false;
+  for (const JointShaping& j : w.joints) {
+    const ControlledJoint at = controlled_joint(*plant.model, c, j.joint);
+    if (j.target) s.rest[at.q] = *j.target;
+    if (j.stiffness > 0) s.joints.push_back({at.port, j.stiffness, *j.target, j.periodic});
+    if (j.damping > 0) s.damping.push_back({at.port, {j.damping}});
+    s.actuators.push_back(at.port);
+    limits.emplace_back(energy_shaping::port_offsets(plant.model->description(), {at.port})[0],
+                        j.limit);
+    limited = limited || j.limit < HUGE_VAL;
+  }
+  for (const HeldPose& h : w.poses)
+    if (free) put_rest_of_base(plant, h, s.rest);
+  s.search_rest = !free && !w.poses.empty();
+  std::sort(limits.begin(), limits.end());  // the order of ClosedLoop::actuated
+  std::vector<double> bounds;
+  for (const auto& l : limits)
+    if (limited) bounds.push_back(l.second);
+  const auto loop = std::make_shared<const energy_shaping::PotentialLoop>(plant.model, s);
+  return {port_laws(loop, bounds), loop->certificate()};
+}
+
+void read_potential(const Table& t, Controller& c) {
+  Wanted w;
+  t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
+    JointShaping j;
+    j.joint = joint;
+    j.stiffness = own.not_negative("stiffness");
+    j.damping = own.not_negative("damping");
+    j.periodic = own.boolean("periodic");
+    if (own.has("target")) j.target = own.number("target");
+    if (own.has("limit")) j.limit = own.positive("limit");
+    if (j.stiffness > 0) own.require("target", "a number, because there is a stiffness");
+    w.joints.push_back(j);
+  });
+  if (w.joints.empty())
+    refuse(t.where(), t.label() + " names no joints, expected those that are actuated");
+  t.each("poses", [&](const std::string& link, const std::string&, const Table& own) {
+    w.poses.push_back(read_pose(link, own));
+  });
+  w.gravity = t.choice("gravity");
+  w.zero_momentum = t.boolean("zero_momentum");
+  c.design = [w](const Controller& own, const ControllerPlant& plant) {
+    return design_potential(own, plant, w);
+  };
+}
+
+}  // namespace
+
+ControllerType potential_controller() {
+  using namespace keys;
+  return {
+      "potential",
+      "Potential shaping and damping: the joints make springs at joints and between links and the "
+      "world.",
+      {table("joints", "controller.potential.joint", required, "by joint: those with an actuator",
+             KeyKind::named),
+       table("poses", "controller.potential.pose", "none", "by link: where it is held",
+             KeyKind::named),
+       word("gravity", {"compensate", "constant", "keep"}, "\"compensate\"",
+            "of gravity and the model's springs: compensated everywhere, balanced at the target "
+            "by a constant, or kept"),
+       yes_or_no("zero_momentum", "false",
+                 "a free base is held by its joints, for a total momentum of 0")},
+      {{"controller.potential.joint",
+        "[controller.joints]",
+        "The spring and the damper that an actuated joint makes.",
+        {number("target", "rad (m)", "the start", "required with a stiffness"),
+         number("stiffness", "N m/rad (N/m)", "0", ""),
+         number("damping", "N m s/rad (N s/m)", "0", ""),
+         yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
+         number("limit", "N m (N)", "none", "largest torque or force")}},
+       {"controller.potential.pose",
+        "[controller.poses]",
+        "A spring between a link and the world; of a free base: the attitude of its root link.",
+        {numbers("point", 3, "m", "[0, 0, 0]", "that is held, in the link's frame"),
+         number("stiffness", "N/m", "0", ""),
+         numbers("position", 3, "m", "required with a stiffness", "in the world"),
+         numbers("attitude_stiffness", 3, "N m", "none", "of the trace potential"),
+         numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "link to world; normalised")}}},
+      read_potential};
+}
+
+}  // namespace porthos::scene

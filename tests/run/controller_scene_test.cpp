@@ -1,0 +1,190 @@
+// Scenes with [[controller]]: each type reaches its target, its power is in the ledger, its
+// certificate in the summary; resumed, through events and in orbit; and what is refused.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "integrators/core/integrator.h"
+#include "scene/session/memory_run.h"
+#include "tests/run/shipped.h"
+
+namespace porthos::test::controller_scene_test {
+namespace {
+
+constexpr const char* head =
+    "[environment]\ngravity = \"uniform\"\nvector = [0, 0, -9.81]\n[integrator]\nmethod = "
+    "\"gauss8\"\nstep = 0.005\n[run]\nduration = 20\n";
+
+/// Two rods under gravity; `start` after [initial].
+scene::Scene arm(const TemporaryFolder& folder, const std::string& start, const std::string& more,
+                 const std::string& body = head) {
+  const fs::path example = fs::path(PORTHOS_SOURCE_DIR) / "examples/double_pendulum";
+  write_bytes(folder / "arm.urdf", read_bytes(example / "double_pendulum.urdf"));
+  write_bytes(folder / "scene.toml", "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[initial]\n" +
+                                         start + "\n" + body + more);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+const std::string bent = "joints.shoulder = { position = 0.5 }\njoints.elbow = { position = 0.6 }";
+
+scene::RunReport run_of(const scene::Scene& s) {
+  return scene::run_in_memory(s, scene::assemble(s), {});
+}
+double at_end(const scene::Scene& s, const scene::RunReport& r, const std::string& joint) {
+  const auto a = scene::assemble(s);
+  for (const auto& c : a.mechanism->coordinates())
+    if (c.name == joint) return r.final_state.x[size_t(c.q)];
+  return NAN;
+}
+double entry_of(const scene::RunReport::Named& list, const std::string& name) {
+  for (const auto& [known, value] : list)
+    if (known == name) return value;
+  return NAN;
+}
+std::string refusal(const std::string& start, const std::string& more,
+                    const std::string& body = head) {
+  TemporaryFolder folder;
+  try {
+    (void)scene::assemble(arm(folder, start, more, body));
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "";
+}
+std::string controller(const std::string& type, const std::string& keys) {
+  return "[[controller]]\ntype = \"" + type + "\"\nname = \"law\"\n" + keys + "\n";
+}
+const std::string springs =
+    "joints.shoulder = { target = 1, stiffness = 20, damping = 20 }\n"
+    "joints.elbow = { target = -0.4, stiffness = 20, damping = 10 }\n";
+
+}  // namespace
+
+TEST(ControllerScene, TheShippedSlewPassesItsVerdictAndArrives) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "slew");
+  const auto r = run_of(s);
+  EXPECT_TRUE(r.passed());
+  EXPECT_NEAR(std::fabs(at_end(s, r, "base.attitude")), 1, 1e-14);  // measured 2e-16
+  EXPECT_NEAR(at_end(s, r, "shoulder"), 1, 1e-12);                  // 0
+  EXPECT_NEAR(at_end(s, r, "elbow"), -0.5, 1e-12);                  // 0
+  EXPECT_GT(std::fabs(entry_of(r.ports, "attitude.wheel_x.torque")), 100);
+  EXPECT_GT(std::fabs(entry_of(r.ports, "attitude.wheel_x.torque.hold")), 1e-6);
+  // Negative control: without the controller it goes on turning.
+  const auto text = read_bytes(folder / "scene.toml");
+  const auto from = text.find("[[controller]]"), to = text.find("[integrator]");
+  write_bytes(folder / "scene.toml", text.substr(0, from) + text.substr(to));
+  const auto loose = scene::read_scene((folder / "scene.toml").string());
+  EXPECT_LT(std::fabs(at_end(loose, run_of(loose), "base.attitude")), 0.99);
+}
+
+TEST(ControllerScene, APotentialHoldsJointsAgainstGravityInEachWay) {
+  for (const auto& [gravity, arrives] :
+       {std::pair{"compensate", true}, {"constant", true}, {"keep", false}}) {
+    TemporaryFolder folder;
+    const std::string keys = springs + "gravity = \"" + gravity + "\"\n";
+    if (!arrives) {  // 1 rad is no minimum of gravity and spring together
+      EXPECT_NE(refusal(bent, controller("potential", keys)).find("rest point"), std::string::npos);
+      continue;
+    }
+    const auto s = arm(folder, bent, controller("potential", keys));
+    const auto r = run_of(s);
+    EXPECT_TRUE(r.passed()) << gravity;
+    EXPECT_NEAR(at_end(s, r, "shoulder"), 1, 1e-6) << gravity;
+    EXPECT_NEAR(at_end(s, r, "elbow"), -0.4, 1e-6) << gravity;
+  }
+}
+
+TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
+  TemporaryFolder folder;
+  const auto s = arm(
+      folder, bent,
+      controller("potential",
+                 "joints.shoulder.damping = 9\njoints.elbow.damping = 9\nposes.lower = { point = "
+                 "[0, 0, -1], stiffness = 60, position = [-0.9, 0, -0.8] }"));
+  const auto r = run_of(s);
+  const double a = at_end(s, r, "shoulder"), b = at_end(s, r, "elbow");
+  EXPECT_NEAR(-std::sin(a) - std::sin(a + b), -0.9, 1e-9);  // rods of 1 m about y
+  EXPECT_NEAR(-std::cos(a) - std::cos(a + b), -0.8, 1e-9);
+}
+
+TEST(ControllerScene, BothTrackingLawsFollowAMotion) {
+  for (const std::string law : {"pd_plus", "computed_torque"}) {
+    TemporaryFolder folder;
+    const std::string gains = "kp = 30, kd = 15";
+    const auto s = arm(
+        folder, bent,
+        controller("tracking", "law = \"" + law + "\"\nover = 3\njoints.shoulder = { target = 2, " +
+                                   gains + " }\njoints.elbow = { target = -1, " + gains + " }\n"));
+    const auto r = run_of(s);
+    EXPECT_TRUE(r.passed()) << law;
+    EXPECT_NEAR(at_end(s, r, "shoulder"), 2, 1e-12) << law;  // measured 0
+    EXPECT_NEAR(at_end(s, r, "elbow"), -1, 1e-12) << law;    // 2e-16
+  }
+}
+
+TEST(ControllerScene, AnLqrBalancesAnAcrobotWhichFallsWithoutIt) {
+  TemporaryFolder folder;
+  const std::string near_top = "joints.shoulder = { position = 3.12 }",
+                    law = controller("lqr",
+                                     "joints.shoulder = { target = 3.141592653589793, position = "
+                                     "10, speed = 1, actuated = false }\njoints.elbow = { target = "
+                                     "0, position = 10, speed = 1, effort = 0.1 }");
+  const auto s = arm(folder, near_top, law);
+  const auto r = run_of(s);
+  EXPECT_TRUE(r.passed());
+  const double pi = std::acos(-1.0), from_top = at_end(s, r, "shoulder") - pi;
+  EXPECT_NEAR(std::remainder(from_top, 2 * pi), 0, 1e-12);  // measured 2e-15
+  EXPECT_NEAR(at_end(s, r, "elbow"), 0, 1e-12);             // 7e-15
+  // Its potential energy is that of the top: what was supplied is what it rose, ½ g (1 - cos) 4 m.
+  EXPECT_NEAR(entry_of(r.ports, "law"), 9.81 * 2 * (1 + std::cos(3.12)), 1e-12);
+  EXPECT_NE(refusal(near_top, controller("lqr",
+                                         "joints.shoulder = { target = 1, position = 1, actuated = "
+                                         "false }\njoints.elbow.target = 0"))
+                .find("force without actuator"),
+            std::string::npos);
+}
+
+TEST(ControllerScene, TheCertificateIsInTheSummaryAndAResumedRunHasTheSameBits) {
+  TemporaryFolder folder;
+  const auto s = arm(folder, bent, controller("potential", springs + "rate = 100\n"));
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  auto half = into(folder / "half");
+  for (const std::int64_t at : {1003, 2222}) {  // 1003 is between two samples
+    half.stop_at = at;
+    EXPECT_TRUE(scene::run(s, a, half).interrupted);
+    half.resume = true;
+  }
+  const auto rest = scene::run(s, a, into(folder / "half", true));
+  EXPECT_EQ(whole.final_state, rest.final_state);
+  EXPECT_EQ(whole.held, rest.held);
+  const auto j = nlohmann::json::parse(read_bytes(folder / "whole/summary.json"));
+  ASSERT_EQ(j["certificates"].size(), 1u);
+  EXPECT_TRUE(j["certificates"][0]["holds"]);
+}
+
+TEST(ControllerScene, RefusalsSayWhereAndWhat) {
+  const auto says = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_NE(text.find("scene.toml:"), std::string::npos) << text;
+  };
+  says(refusal(bent, controller("potential", "joints.knee.damping = 1")),
+       "no joint 'knee' of one freedom");
+  says(refusal(bent, controller("potential", "gravity = \"keep\"")), "names no joints");
+  says(refusal(bent, controller("potential", "joints.elbow.stiffness = 1")), "target");
+  says(refusal(bent, controller("potential", "joints.elbow = { target = 0, stiffness = 9 }")),
+       "force without actuator");  // gravity at the shoulder, which has no actuator
+  says(refusal(bent, controller("tracking", "over = 1\njoints.elbow = { kp = 1, kd = 1 }")),
+       "no gains for joint 'shoulder'");
+  says(refusal(bent, controller("lqr", "joints.elbow.actuated = false")), "no actuated joint");
+  says(refusal(bent, controller("potential", springs) + controller("potential", springs)),
+       "that of another controller");
+  says(refusal(bent, controller("wheels", springs)), "type is \"wheels\", expected");
+  says(refusal(bent, controller("wheel_attitude",
+                                "link = \"upper\"\nwheels = [\"elbow\"]\nstiffness = [1, 1, 1]\n"
+                                "damping = [1, 1, 1]")),
+       "free base");
+}
+
+}  // namespace porthos::test::controller_scene_test
