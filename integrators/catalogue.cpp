@@ -76,7 +76,7 @@ const char* to_string(Outcome o) {
     case Outcome::not_converged:
       return "the implicit equations did not converge: take a smaller step";
     case Outcome::not_finite:
-      return "the state became infinite or not a number";
+      return "the state became infinite or not a number: take a smaller step";
     case Outcome::failed:
       return "the method gave up";
     case Outcome::singular:

@@ -136,6 +136,7 @@ class Gathered {
       if (!assembly_) return;
       const auto r =
           open_log(checkpoint / "records.bin", assembly_->model->description(), scene_->extrema);
+      if (const std::string trouble = r->trouble(); !trouble.empty()) miss(trouble);
       stage_from_assembly();
       add_phase(*r, 0);
     });

@@ -19,11 +19,11 @@ class LogRecords : public Records {
         layout_(d, extrema),
         columns_(scene::columns_of(d, layout_)),
         turns_(scene::turn_names(d)) {
-    std::error_code e;
-    const auto bytes = std::filesystem::file_size(path, e);
-    if (e) throw InvalidArgument(fmt::format("{} cannot be read: {}", path.string(), e.message()));
-    count_ = std::int64_t(bytes / (layout_.size() * sizeof(double)));
+    scene::RecordReader reader(path_, layout_);
+    trouble_ = reader.read_sound();
+    count_ = reader.mark().records;
   }
+  std::string trouble() const override { return trouble_; }
   std::int64_t count() const override { return count_; }
   bool has(const std::string& name) const override { return find(name) != columns_.end(); }
   std::vector<std::string> names(const std::string& group) const override {
@@ -41,16 +41,16 @@ class LogRecords : public Records {
     scene::RecordReader reader(path_, layout_);
     std::vector<double> rows, values;
     for (std::int64_t first = 0; first < count_;) {
-      const auto n = std::int64_t(reader.read(rows, 4096));
+      const auto n =
+          std::int64_t(reader.read(rows, size_t(std::min<std::int64_t>(4096, count_ - first))));
       if (n == 0) break;
-      const std::int64_t used = std::min(n, count_ - first);
       values.clear();
-      for (std::int64_t i = 0; i < used; ++i)
+      for (std::int64_t i = 0; i < n; ++i)
         for (size_t c = 0; c < p->columns; ++c) {
           const double v = rows[size_t(i) * layout_.size() + p->first + c];
           values.push_back(p->integer ? double(scene::integer(v)) : v);
         }
-      f(first, used, int(p->columns), values.data());
+      f(first, n, int(p->columns), values.data());
       first += n;
     }
   }
@@ -65,6 +65,7 @@ class LogRecords : public Records {
   std::vector<Column> columns_;
   std::vector<std::string> turns_;
   std::int64_t count_ = 0;
+  std::string trouble_;
 };
 
 }  // namespace

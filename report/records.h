@@ -19,6 +19,8 @@ class Records {
   /// group.
   virtual std::vector<std::string> names(const std::string& group) const = 0;
   virtual bool has(const std::string& name) const = 0;
+  /// What is damaged behind the records; "" if nothing is.
+  virtual std::string trouble() const { return {}; }
   /// The names behind the columns of "turns".
   virtual std::vector<std::string> turn_names() const = 0;
   /// Whole texts of scene file and model; empty if not known.

@@ -72,9 +72,13 @@ void CaseLog::find_end() {
   std::vector<double> row(layout_.size());
   end_ = begin_;
   std::fseek(file_.get(), begin_, SEEK_SET);
-  while (std::fread(row.data(), sizeof(double), row.size(), file_.get()) == row.size() &&
-         layout_.sound(row))
-    end_ += bytes();
+  for (Place next = begin_ + bytes();
+       std::fread(row.data(), sizeof(double), row.size(), file_.get()) == row.size();
+       next += bytes())
+    if (layout_.sound(row))
+      end_ = next;
+    else
+      ++damaged_;
 }
 
 CaseLog::Place CaseLog::append(std::span<const double> row) {

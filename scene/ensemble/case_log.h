@@ -13,8 +13,8 @@
 namespace porthos::scene {
 
 /// Append-only file of the finished cases, in the order in which they finished. While it is open no
-/// other process can open it. An incomplete row at its end, left by a crash, is removed, and its
-/// case is run again.
+/// other process can open it. An incomplete row at its end, left by a crash, is removed. A row
+/// whose digest does not fit is passed over. Their cases are run again.
 class CaseLog {
  public:
   /// Starts a log, or continues one.
@@ -34,9 +34,10 @@ class CaseLog {
     std::vector<double> row(layout_.size());
     for (Place p = begin_; p < end_; p += bytes()) {
       read(p, row);
-      seen(row, p);
+      if (layout_.sound(row)) seen(row, p);
     }
   }
+  std::int64_t damaged() const { return damaged_; }  ///< rows that were found so when it was opened
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -46,6 +47,7 @@ class CaseLog {
   CaseLayout layout_;
   std::unique_ptr<std::FILE, FileCloser> file_;
   Place begin_ = 0, end_ = 0;
+  std::int64_t damaged_ = 0;
 };
 
 }  // namespace porthos::scene

@@ -85,6 +85,14 @@ std::int64_t CaseStore::missing(std::int64_t from) const {
   return -1;
 }
 
+std::string CaseStore::damage() const {
+  std::string text;
+  for (const auto& log : logs_)
+    if (log->damaged() > 0)
+      add_to_list(text, fmt::format("{} rows of {}", log->damaged(), log->path().string()));
+  return text.empty() ? text : text + " were damaged: their cases were run again";
+}
+
 void CaseStore::read(std::int64_t index, std::span<double> row) const {
   const Where& w = place_[size_t(index)];
   logs_[size_t(w.log)]->read(w.place, row);

@@ -89,6 +89,8 @@ class CaseStore {
   std::int64_t part_done() const { return part_done_; }
   void read(std::int64_t index, std::span<double> row) const;
   void sync() { own_->sync(); }
+  /// What was damaged in the logs, in one sentence; "" if nothing was.
+  std::string damage() const;
   /// Throws InvalidArgument naming the first missing cases, if any.
   void require_complete() const;
   /// Closes and removes the logs.
@@ -134,6 +136,7 @@ struct EnsembleReport {
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;
   std::int64_t run_here = 0;  ///< cases this process (and its ranks) ran
+  std::string damage = {};    ///< of the logs, in one sentence; not written into ensemble.json
   Verdict verdict() const {
     return passed == cases                ? Verdict::pass
            : passed + not_judged == cases ? Verdict::not_judged

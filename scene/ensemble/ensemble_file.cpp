@@ -230,6 +230,7 @@ void write_ensemble(const std::filesystem::path& folder, const Ensemble& e, cons
 
 EnsembleReport finish_ensemble(const Ensemble& e, CaseStore& store, const EnsembleOptions& o) {
   EnsembleReport r = report_of(e, store);
+  r.damage = store.damage();
   if (r.done < r.cases) return r;
   // The last part does not write what --join writes: another process may be writing it too.
   if (!o.part.whole()) return r;

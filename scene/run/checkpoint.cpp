@@ -14,10 +14,11 @@ namespace {
 // state.bin: magic, format version, length of the content, content, SHA-256 (hex) of everything
 // before it. Little-endian.
 constexpr char magic[8] = {'P', 'o', 'r', 't', 'h', 'o', 's', '\n'};
-constexpr std::uint64_t format_version = 4;
+constexpr std::uint64_t format_version = 5;  // 5: records.bin has a digest per record
 constexpr size_t head_size = 24, checksum_size = 64;
 
 fs::path file_in(const fs::path& folder) { return folder / "state.bin"; }
+fs::path file_before(const fs::path& folder) { return folder / "state.old"; }
 
 template <class T>
 void put(std::string& out, T value) {
@@ -96,6 +97,22 @@ std::string content_of(const Checkpoint& c) {
   return out;
 }
 
+/// Integers of a checkpoint are counts that a run can reach, so that sums of them do not overflow.
+void require_within_reach(const Checkpoint& c) {
+  constexpr std::int64_t most = std::int64_t(1) << 53;
+  const auto check = [&](std::int64_t n, std::int64_t least) {
+    if (n < least || n > most)
+      throw InvalidArgument(
+          fmt::format("the checkpoint's content is inconsistent: it has {} for a "
+                      "count, expected {} to {}",
+                      n, least, most));
+  };
+  for (const auto n : {c.state.step, c.state.origin_step, c.cost.steps, c.cost.evaluations,
+                       c.cost.sweeps, c.cost.factorisations, c.log.records})
+    check(n, 0);
+  for (const auto n : c.state.turns) check(n, -most);
+}
+
 Checkpoint parse(std::string_view content) {
   Checkpoint c;
   ByteReader in(content);
@@ -106,6 +123,8 @@ Checkpoint parse(std::string_view content) {
   }
   std::int64_t outcome = 0;
   in.get(outcome);
+  if (outcome < 0 || outcome > std::int64_t(integrators::Outcome::singular))
+    throw InvalidArgument("the checkpoint's content is inconsistent");
   c.outcome = static_cast<integrators::Outcome>(outcome);
   in.get(c.state.x);
   in.get(c.state.lo);
@@ -124,26 +143,12 @@ Checkpoint parse(std::string_view content) {
   in.get(c.log.digest);
   in.get(c.cpu_s);
   in.get(c.wall_s);
+  require_within_reach(c);
   return c;
 }
 
-}  // namespace
-
-void write_checkpoint(const fs::path& folder, const Checkpoint& c) {
-  const std::string content = content_of(c);
-  std::string out(magic, sizeof magic);
-  put(out, format_version);
-  put(out, content);
-  write_file(file_in(folder), out + sha256(out));
-}
-
-bool has_checkpoint(const fs::path& folder) { return fs::exists(file_in(folder)); }
-
-Checkpoint read_checkpoint(const fs::path& folder) {
-  const fs::path path = file_in(folder);
-  if (!has_checkpoint(folder))
-    throw InvalidArgument("there is no checkpoint in " + folder.string());
-  const std::string bytes = read_file(path);
+Checkpoint checkpoint_in(const fs::path& path) {
+  const std::string bytes = scene::read_file(path);
   if (bytes.size() < head_size)
     throw InvalidArgument(fmt::format("the checkpoint {} is truncated: it has {} bytes",
                                       path.string(), bytes.size()));
@@ -168,6 +173,40 @@ Checkpoint read_checkpoint(const fs::path& folder) {
     throw InvalidArgument(
         fmt::format("the checkpoint {} is damaged: its checksum does not fit", path.string()));
   return parse(signed_part.substr(head_size));
+}
+
+}  // namespace
+
+void write_checkpoint(const fs::path& folder, const Checkpoint& c) {
+  const std::string content = content_of(c);
+  std::string out(magic, sizeof magic);
+  put(out, format_version);
+  put(out, content);
+  write_aside(file_in(folder), out + sha256(out));
+  // A file system without hard links keeps one checkpoint only.
+  std::error_code ignored;
+  fs::remove(file_before(folder), ignored);
+  fs::create_hard_link(file_in(folder), file_before(folder), ignored);
+  put_in_place(file_in(folder));
+}
+
+bool has_checkpoint(const fs::path& folder) { return fs::exists(file_in(folder)); }
+
+bool has_checkpoint_before(const fs::path& folder) { return fs::exists(file_before(folder)); }
+
+void return_to_checkpoint_before(const fs::path& folder) {
+  if (std::rename(file_before(folder).c_str(), file_in(folder).c_str()) != 0)
+    cannot_write(file_in(folder));
+}
+
+Checkpoint read_checkpoint(const fs::path& folder) {
+  if (!has_checkpoint(folder))
+    throw InvalidArgument("there is no checkpoint in " + folder.string());
+  return checkpoint_in(file_in(folder));
+}
+
+Checkpoint read_checkpoint_before(const fs::path& folder) {
+  return checkpoint_in(file_before(folder));
 }
 
 }  // namespace porthos::scene

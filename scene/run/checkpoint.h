@@ -34,4 +34,12 @@ bool has_checkpoint(const std::filesystem::path& folder);
 /// format version
 Checkpoint read_checkpoint(const std::filesystem::path& folder);
 
+/// The checkpoint before the last one is kept beside it, as state.old, in case the last one or the
+/// records between the two are damaged.
+bool has_checkpoint_before(const std::filesystem::path& folder);
+/// Replaces the last checkpoint by the one before it. @throws IoError
+void return_to_checkpoint_before(const std::filesystem::path& folder);
+/// @throws InvalidArgument as read_checkpoint()
+Checkpoint read_checkpoint_before(const std::filesystem::path& folder);
+
 }  // namespace porthos::scene

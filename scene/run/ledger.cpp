@@ -136,6 +136,7 @@ void Ledger::restore(std::span<const double> m) {
   if (m.size() < own) require_size("memory of the ledger", m.size(), own);
   load_carried(*this, m.first(own), "memory of the ledger");
   energy_.restore(m.subspan(own));
+  (void)whole<std::int64_t>(totals_.looks, 0, 0x1p53);
 }
 
 }  // namespace porthos::scene

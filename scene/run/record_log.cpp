@@ -141,21 +141,21 @@ RecordLog::RecordLog(const std::filesystem::path& path, const RecordLayout& layo
                      const LogMark& mark)
     : path_(path), layout_(layout), mark_(mark) {
   open("r+b");
-  const auto bytes = static_cast<std::uintmax_t>(mark.records) * layout.size() * sizeof(double);
+  const size_t record = (layout.size() + 1) * sizeof(double);
   const auto present = std::filesystem::file_size(path);
-  if (present < bytes)
-    throw InvalidArgument(fmt::format("{} is truncated: it has {} bytes, the checkpoint needs {}",
-                                      path.string(), present, bytes));
-  if (ftruncate(fileno(file_.get()), static_cast<off_t>(bytes)) != 0) cannot_write(path_);
-
-  std::uint64_t digest = 0;
+  if (mark.records < 0 || present / record < static_cast<std::uintmax_t>(mark.records))
+    throw InvalidArgument(
+        fmt::format("{} is truncated: it has {} bytes, the checkpoint needs {} records of {} bytes",
+                    path.string(), present, mark.records, record));
   RecordReader reader(path, layout);
   std::vector<double> rows;
-  while (const size_t n = reader.read(rows, 4096))
-    digest_into(digest, std::span(rows).first(n * layout.size()));
-  if (digest != mark.digest)
+  while (reader.mark().records < mark.records)
+    reader.read(rows, size_t(std::min<std::int64_t>(4096, mark.records - reader.mark().records)));
+  if (reader.mark().digest != mark.digest)
     throw InvalidArgument(path.string() +
                           " is damaged: its records do not fit the checkpoint's digest");
+  const auto bytes = static_cast<off_t>(mark.records) * static_cast<off_t>(record);
+  if (ftruncate(fileno(file_.get()), bytes) != 0) cannot_write(path_);
   if (std::fseek(file_.get(), 0, SEEK_END) != 0) cannot_write(path_);
 }
 
@@ -171,9 +171,10 @@ void RecordLog::open(const char* mode) {
 }
 
 void RecordLog::append(std::span<const double> row) {
-  if (std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size())
-    cannot_write(path_);
   digest_into(mark_.digest, row);
+  if (std::fwrite(row.data(), sizeof(double), row.size(), file_.get()) != row.size() ||
+      std::fwrite(&mark_.digest, sizeof mark_.digest, 1, file_.get()) != 1)
+    cannot_write(path_);
   ++mark_.records;
 }
 
@@ -191,11 +192,42 @@ RecordReader::RecordReader(const std::filesystem::path& path, const RecordLayout
   if (!file_) cannot_read(path_);
 }
 
-size_t RecordReader::read(std::vector<double>& rows, size_t most) {
-  rows.resize(most * layout_.size());
-  const size_t got = std::fread(rows.data(), layout_.size() * sizeof(double), most, file_.get());
+/// The next sound rows; `damaged_` if one behind them is not.
+size_t RecordReader::next(std::vector<double>& rows, size_t most) {
+  const size_t n = layout_.size();
+  rows.resize(most * (n + 1));
+  const size_t got = std::fread(rows.data(), (n + 1) * sizeof(double), most, file_.get());
   if (std::ferror(file_.get())) cannot_read(path_);
+  for (size_t i = 0; i < got; ++i) {
+    const auto row = std::span<const double>(rows).subspan(i * (n + 1), n);
+    std::uint64_t digest = mark_.digest;
+    digest_into(digest, row);
+    if (std::bit_cast<std::uint64_t>(rows[i * (n + 1) + n]) != digest) {
+      damaged_ = true;
+      return i;
+    }
+    mark_ = {mark_.records + 1, digest};
+    std::copy(row.begin(), row.end(), rows.begin() + long(i * n));
+  }
   return got;
+}
+
+size_t RecordReader::read(std::vector<double>& rows, size_t most) {
+  const size_t got = next(rows, most);
+  if (damaged_)
+    throw InvalidArgument(fmt::format("{} is damaged at record {}: its checksum does not fit",
+                                      path_.string(), mark_.records));
+  rows.resize(got * layout_.size());
+  return got;
+}
+
+std::string RecordReader::read_sound() {
+  std::vector<double> rows;
+  while (!damaged_ && next(rows, 4096) > 0) {
+  }
+  if (!damaged_) return {};
+  return fmt::format("{} is damaged at record {}: the {} records before it are sound",
+                     path_.string(), mark_.records, mark_.records);
 }
 
 }  // namespace porthos::scene

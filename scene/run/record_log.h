@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "phs/system/description.h"
@@ -76,20 +77,23 @@ class Window {
   std::vector<double> low_, high_;
 };
 
-/// FNV-1a over 8-byte words: detects damage, not manipulation. digest: continued from its value.
+/// FNV-1a over 8-byte words, 64 bits: finds every change of one word, and detects damage, not
+/// manipulation. digest: continued from its value.
 void digest_into(std::uint64_t& digest, std::span<const double> words);
+inline constexpr std::uint64_t digest_of_nothing = 0xcbf29ce484222325u;
 
-/// The extent of a log when a checkpoint was written.
+/// The extent of a log when a checkpoint was written. digest: of all its records, in their order.
 struct LogMark {
   std::int64_t records = 0;
-  std::uint64_t digest = 0;
+  std::uint64_t digest = digest_of_nothing;
 };
 
-/// Append-only file of records. While it is open no other process can open it.
+/// Append-only file of records. Each is followed by the digest of the log up to it. While it is
+/// open no other process can open it.
 class RecordLog {
  public:
-  /// Starts an empty log, or continues one: truncates it to the mark and checks the rest against
-  /// the digest.
+  /// Starts an empty log, or continues one: checks the records up to the mark and cuts off those
+  /// behind it.
   /// @throws IoError if the file cannot be written, InvalidArgument if it is in use, damaged, or
   /// too short for the mark
   RecordLog(const std::filesystem::path& path, const RecordLayout& layout);
@@ -111,11 +115,20 @@ class RecordLog {
 /// Reads a log in chunks.
 class RecordReader {
  public:
+  /// @throws InvalidArgument "cannot read <path>: ..."
   RecordReader(const std::filesystem::path& path, const RecordLayout& layout);
-  /// The next rows, at most `most`; 0 at the end.
+  /// The next rows, at most `most`; 0 at the end. rows: without their digests.
+  /// @throws InvalidArgument if a digest does not fit: names the record
   size_t read(std::vector<double>& rows, size_t most);
+  /// What was read so far and found sound.
+  const LogMark& mark() const { return mark_; }
+  /// Reads up to the end, or to the first damaged record. @returns what is wrong with it, or ""
+  std::string read_sound();
 
  private:
+  size_t next(std::vector<double>& rows, size_t most);
+  bool damaged_ = false;
+  LogMark mark_;
   std::filesystem::path path_;
   RecordLayout layout_;
   std::unique_ptr<std::FILE, FileCloser> file_;

@@ -225,6 +225,8 @@ void WatchedRun::save(Checkpoint& c) const {
 
 void WatchedRun::restore(const Checkpoint& c) {
   require_size("state of the checkpoint", c.state.x.size(), state_.x.size());
+  require_size("low parts of the checkpoint", c.state.lo.size(), state_.lo.size());
+  require_size("turns of the checkpoint", c.state.turns.size(), state_.turns.size());
   state_ = c.state;
   restore_memory(c.memory);
   integrator_->set_cost(c.cost);

@@ -49,6 +49,11 @@ void refuse_unfinished(const std::string& out) {
         "{} holds an unfinished run: use --resume to continue it, or remove the folder", out));
 }
 
+/// A checkpoint that is sound and does not belong to the scene.
+struct OfAnotherRun : InvalidArgument {
+  using InvalidArgument::InvalidArgument;
+};
+
 /// A run with its files: the record log, the checkpoint, the results.
 class Session {
  public:
@@ -91,14 +96,41 @@ class Session {
       throw InvalidArgument(fmt::format(
           "a run by {} cannot be continued from a checkpoint: start it without --resume",
           scene_.method));
-    const Checkpoint c = read_checkpoint(folder_);
-    if (const auto changes = difference(c.fingerprint, fingerprint(scene_)); !changes.empty())
-      throw InvalidArgument(
-          fmt::format("the checkpoint in {} is of another run: {}", folder_.string(), changes));
+    const Checkpoint c = last_sound_checkpoint();
     run_.restore(c);
     cpu_before_ = c.cpu_s;
     wall_before_ = c.wall_s;
+  }
+
+  /// Opens the log that belongs to a checkpoint.
+  Checkpoint with_its_log(Checkpoint c) {
+    if (const auto changes = difference(c.fingerprint, fingerprint(scene_)); !changes.empty())
+      throw OfAnotherRun(
+          fmt::format("the checkpoint in {} is of another run: {}", folder_.string(), changes));
     log_ = std::make_unique<RecordLog>(log_path(), run_.layout(), c.log);
+    return c;
+  }
+
+  /// The last checkpoint, or the one before it if the last one or its records are damaged.
+  Checkpoint last_sound_checkpoint() {
+    try {
+      return with_its_log(read_checkpoint(folder_));
+    } catch (const OfAnotherRun&) {
+      throw;
+    } catch (const InvalidArgument& damage) {
+      if (!has_checkpoint_before(folder_)) throw;
+      Checkpoint c;
+      try {
+        c = with_its_log(read_checkpoint_before(folder_));
+      } catch (const InvalidArgument&) {
+        throw damage;
+      }
+      return_to_checkpoint_before(folder_);
+      if (options_.say)
+        options_.say(fmt::format("{}: the run continues from the checkpoint before it, at step {}",
+                                 damage.what(), c.state.step));
+      return c;
+    }
   }
 
   void loop() {

@@ -286,6 +286,24 @@ TEST_F(EnsembleCommand, RefusesInOneSentence) {
             std::string::npos);
 }
 
+// A row that is damaged costs its case, not those behind it.
+TEST_F(EnsembleCommand, DamagedRowsAreMadeAgain) {
+  run("whole", {.threads = 1});
+  run("out", {.part = {1, 2}, .threads = 1});
+  run("out", {.part = {2, 2}, .threads = 1});
+  const fs::path log = folder_ / "out/parts/1_of_2.bin";
+  std::string damaged = bytes(log);
+  for (const double at : {0.5, 0.8}) {
+    char& byte = damaged[size_t(at * double(damaged.size()))];
+    byte = char(byte ^ 1);
+  }
+  std::ofstream(log, std::ios::binary) << damaged;
+  const auto r = run("out", {.resume = true, .threads = 1});
+  EXPECT_EQ(r.damage, "2 rows of " + log.string() + " were damaged: their cases were run again");
+  EXPECT_EQ(r.run_here, 2);
+  EXPECT_TRUE(result("out") == result("whole"));
+}
+
 #ifdef PORTHOS_CLI
 /// Starts a command with its own group; the shell of `mpirun` and its ranks are in it.
 pid_t start(const std::vector<std::string>& words) {
