@@ -88,7 +88,9 @@ Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
 }
 
 Hdf5File::Dataset::~Dataset() {
-  if (id_ >= 0) H5Dclose(id_);
+  if (id_ < 0) return;
+  errno = 0;
+  if (H5Dclose(id_) < 0) file_->failed_ = errno != 0 ? errno : -1;
 }
 
 void Hdf5File::Dataset::write_rows(std::int64_t first_row, std::size_t count, const void* values,
@@ -118,8 +120,9 @@ void Hdf5File::text(const std::string& name, const std::string& content) {
   const Owned type(string_type(content)), space(H5Screate(H5S_SCALAR)),
       create(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(create, false);
-  const Owned d(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, H5P_DEFAULT));
-  require(d.ok() && H5Dwrite(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, content.c_str()) >= 0);
+  const Dataset d(
+      this, H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, H5P_DEFAULT), 0);
+  require(d.id_ >= 0 && H5Dwrite(d.id_, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, content.c_str()) >= 0);
 }
 
 void Hdf5File::attribute(const std::string& object, const std::string& name,
@@ -137,6 +140,10 @@ void Hdf5File::close() {
   file_ = -1;
   errno = 0;
   require(H5Fclose(file) >= 0);
+  if (failed_ != 0) {
+    errno = std::max(failed_, 0);
+    require(false);
+  }
   sync_to_disk(path_);
 }
 

@@ -58,6 +58,8 @@ class Hdf5File {
   void require(bool ok) const;
   std::filesystem::path path_;
   Id file_ = -1;
+  /// A dataset may write its last piece when it is closed: close() throws if that failed.
+  mutable int failed_ = 0;  ///< errno, -1 if there is none; 0: nothing failed
 };
 
 }  // namespace porthos::scene

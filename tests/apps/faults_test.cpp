@@ -1,0 +1,160 @@
+// The n-th call that changes a file fails, for every n of a short run: the run goes on, or ends
+// with one sentence, and what it had recorded is continued to the bytes of a run without a fault.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/places.h"
+#if __has_include("tests/faults.h")
+#include "tests/faults.h"
+#endif
+
+#if defined(PORTHOS_CLI) && defined(PORTHOS_FAULTS)
+namespace porthos::test::faults_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* model = R"(<robot name="pendulum"><link name="world"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+    <inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="1 0 0"/></joint>
+</robot>)";
+
+constexpr const char* text = R"(title = "Pendulum"
+[model]
+urdf = "pendulum.urdf"
+base = "fixed"
+[environment]
+gravity = "uniform"
+vector = [0, 0, -9.81]
+[initial]
+joints.hinge = { position = 1.0 }
+[integrator]
+method = "gauss8"
+step = 0.01
+[run]
+duration = 1.0
+record_every = 0.1
+[verify]
+energy = 1e-11
+[ensemble]
+cases = 5
+[ensemble.vary]
+"initial.joints.hinge.velocity" = { uniform = [-1, 1] }
+)";
+
+/// A command and what it leaves: the results, the file with which they are complete, and what is
+/// there while it is not at its end.
+struct Command {
+  const char *words, *results, *complete, *begun, *unfinished;
+};
+constexpr Command one_run{"run scene.toml --no-report", "run.h5", "summary.json",
+                          "checkpoint/state.bin", "checkpoint"};
+constexpr Command ensemble{"ensemble scene.toml --threads 1", "ensemble.h5", "ensemble.json",
+                           "parts/1_of_1.bin", "parts"};
+
+std::string bytes_of(const fs::path& path) {
+  std::ostringstream all;
+  all << std::ifstream(path, std::ios::binary).rdbuf();
+  return all.str();
+}
+
+class Faults : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "porthos_faults_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    std::ofstream(folder_ / "scene.toml") << text;
+    std::ofstream(folder_ / "pendulum.urdf") << model;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  struct Answer {
+    int code = 0;  ///< negative: a signal
+    std::string err;
+  };
+  /// A command in the test's folder. before: variables of the environment.
+  Answer run(const Command& c, const std::string& out, const std::string& more,
+             const std::string& before) const {
+    const auto err = folder_ / "err";
+    const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + PORTHOS_CLI +
+                             "' " + c.words + " --out " + out + more + " >/dev/null 2>'" +
+                             err.string() + "'";
+    const int status = std::system(line.c_str());
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return {code > 128 ? 128 - code : code, bytes_of(err)};  // of a shell: 128 + signal
+  }
+  std::string fault(long n, bool once, int error) const {
+    return std::string("LD_PRELOAD='") + PORTHOS_FAULTS + "' PORTHOS_FAULT=" + std::to_string(n) +
+           " PORTHOS_FAULT_LAST=" + (once ? "1" : "0") +
+           " PORTHOS_FAULT_ERROR=" + std::to_string(error);
+  }
+  /// How many calls a run makes that change files.
+  long calls(const Command& c) const {
+    run(c, "counted", "", fault(0, false, 0) + " PORTHOS_FAULT_COUNT=count");
+    return std::atol(bytes_of(folder_ / "count").c_str());
+  }
+  void every_fault(const Command& c, bool once, int error, long by);
+
+  fs::path folder_;
+};
+
+void Faults::every_fault(const Command& c, bool once, int error, long by) {
+  const long most = calls(c);
+  const std::string whole = bytes_of(folder_ / "counted" / c.results);
+  ASSERT_GT(most, 40);
+  ASSERT_GT(whole.size(), 1000u);
+  int went_on = 0, ended = 0, resumed = 0;
+  for (long n = 1; n <= most; n += by) {
+    const fs::path out = folder_ / "out";
+    fs::remove_all(out);
+    const Answer first = run(c, "out", "", fault(n, once, error));
+    ASSERT_GE(first.code, 0) << "call " << n << ": signal " << -first.code << "\n" << first.err;
+    if (first.code == 0) {
+      ++went_on;
+    } else {
+      ++ended;
+      EXPECT_EQ(first.code, 5) << n << ": " << first.err;
+      EXPECT_EQ(std::count(first.err.begin(), first.err.end(), '\n'), 1) << n << ": " << first.err;
+      EXPECT_NE(first.err.find("cannot "), std::string::npos) << n << ": " << first.err;
+      const bool begun = fs::exists(out / c.begun);
+      resumed += begun;
+      const Answer second = run(c, "out", begun ? " --resume" : "", "");
+      EXPECT_EQ(second.code, 0) << n << ": " << first.err << second.err;
+    }
+    EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
+    EXPECT_TRUE(fs::exists(out / c.complete)) << n;
+    EXPECT_FALSE(fs::exists(out / c.unfinished)) << n;
+  }
+  std::printf(
+      "  %ld calls, every %ld: %d runs went on, %d ended with a sentence, %d of them were "
+      "resumed\n",
+      most, by, went_on, ended, resumed);
+  EXPECT_GT(ended, 10);
+  EXPECT_GT(resumed, 10);
+}
+
+long apart(long most) { return std::getenv("PORTHOS_LONG") ? 1 : most; }
+
+TEST_F(Faults, OneCallFails) { every_fault(one_run, true, EIO, apart(1)); }
+TEST_F(Faults, TheDiskIsFullFromACallOn) { every_fault(one_run, false, ENOSPC, apart(3)); }
+TEST_F(Faults, OneCallOfAnEnsembleFails) { every_fault(ensemble, true, EIO, apart(2)); }
+
+TEST_F(Faults, AReadOnlyFolderIsOneSentence) {
+  const Answer a = run(one_run, "out", "", fault(1, false, EROFS));
+  EXPECT_EQ(a.code, 5);
+  EXPECT_NE(a.err.find("Read-only file system"), std::string::npos) << a.err;
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "run.h5"));
+}
+
+}  // namespace
+}  // namespace porthos::test::faults_test
+#endif
