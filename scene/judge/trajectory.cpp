@@ -15,6 +15,9 @@ using mechanics::JointCoordinates;
 using mechanics::Vec3d;
 using phs::BlockKind;
 
+/// Between two rows; more is no motion, and their sum would not fit an integer.
+constexpr double most_turns = 1e9;
+
 /// The columns of one coordinate: by the map, otherwise by the names of Porthos.
 class Finder {
  public:
@@ -235,7 +238,13 @@ void Trajectory::follow(size_t i, double h) {
   for (const Columns& k : columns_) {
     if (k.c.kind != BlockKind::angle) continue;
     const double step = k.q[0][i] - k.q[0][i - 1];
-    lost_[turn++] += std::llround((distance(k, i, h) - step) / phs::two_pi_hi);
+    const double turns = (distance(k, i, h) - step) / phs::two_pi_hi;
+    if (!(std::fabs(turns) + std::fabs(k.q[0][i]) < most_turns))
+      throw InvalidArgument(fmt::format(
+          "{}: the angle of '{}' is {:g} rad and turns {:g} times since the row before it, "
+          "expected less than {:g}",
+          table_.at(i), k.c.name, k.q[0][i], turns, most_turns));
+    lost_[turn++] += std::llround(turns);
   }
 }
 

@@ -1,0 +1,189 @@
+#include "tests/fuzz/readers.h"
+
+#include "mechanics/urdf.h"
+#include "report/report.h"
+#include "scene/ensemble/case_log.h"
+#include "scene/ensemble/ensemble_scene.h"
+#include "scene/judge/judge_file.h"
+#include "scene/run/checkpoint.h"
+#include "scene/run/watched_run.h"
+#include "scene/session/replot.h"
+#include "scene/session/report_reader.h"
+#include "tests/fuzz/base.h"
+#include "vsa/table.h"
+
+namespace porthos::test::fuzz {
+namespace {
+
+using Seeds = std::vector<std::string>;
+
+void read_urdf(const std::string& bytes) { (void)mechanics::parse_urdf(bytes, "model.urdf"); }
+Seeds urdf_seeds() {
+  return {arm_urdf("<dynamics damping='1'/><limit lower='-1' upper='1' effort='1' velocity='1'/>"),
+          from_source("examples/four_bar/four_bar.urdf"),
+          from_source("examples/lander/lander.urdf")};
+}
+
+// Read, not assembled: a scene may name a mechanism of any size.
+void read_scene(const std::string& bytes) {
+  (void)scene::read_scene(base().file("fuzzed.toml", bytes));
+}
+Seeds scene_seeds() {
+  return {read_bytes(base() / "scene.toml"), from_source("examples/ets_vii_orbit/scene.toml"),
+          from_source("examples/lander/scene.toml"), from_source("examples/four_bar/scene.toml"),
+          from_source("examples/ensemble/scene.toml")};
+}
+
+void read_actuator_csv(const std::string& bytes) {
+  (void)vsa::read_measurements(base().file("spring.csv", bytes));
+}
+Seeds actuator_csv_seeds() {
+  return {"# a spring\ndeflection,sigma,torque\n-1,0,-5\n0,0,0\n1,0,5\n",
+          "deflection,sigma,torque,stiffness,sigma_effort\n-1,0,-5,5,1\n0,0,0,5,0\n1,0,5,5,1\n"
+          "-1,1,-9,9,1\n0,1,0,9,0\n1,1,9,9,1\n"};
+}
+
+void read_ensemble_csv(const std::string& bytes) {
+  base().file("cases.csv", bytes);
+  scene::Scene s = base().arm().scene;
+  s.text += "[ensemble]\ntable = 'cases.csv'\n";
+  (void)scene::read_ensemble(s, base().arm().assembly);
+}
+Seeds ensemble_csv_seeds() {
+  return {"initial.joints.elbow.velocity,initial.joints.shoulder.position\n0.1,0.2\n-1,2\n",
+          "# one\nenvironment.vector[2]\n-9.81\n-1.62\n"};
+}
+
+void judge(const std::string& bytes, const char* name) {
+  base().file(name, bytes);
+  (void)scene::judge_file({.file = (base() / name).string(),
+                           .model = (base() / "arm.urdf").string(),
+                           .map = "",
+                           .out = (base() / "judged").string()});
+}
+void read_trajectory_csv(const std::string& bytes) { judge(bytes, "trajectory.csv"); }
+void read_trajectory_h5(const std::string& bytes) { judge(bytes, "trajectory.h5"); }
+Seeds trajectory_csv_seeds() {
+  std::string rows = "time,q.shoulder,q.elbow,v.shoulder,v.elbow\n";
+  for (int i = 0; i < 6; ++i)
+    rows += std::to_string(0.1 * i) + ",0.1,0.2," + std::to_string(0.01 * i) + ",0\n";
+  return {rows, "t;q.shoulder;q.elbow\n0;0;0\n1;0;0\n2;0;0\n"};
+}
+
+/// The bytes are the content of state.bin; head and checksum, which no mutation would hit, fit.
+void read_checkpoint(const std::string& bytes) {
+  base().restore_stopped();
+  const fs::path folder = base().stopped() / "checkpoint";
+  fs::remove(folder / "state.old");
+  std::string file = read_bytes(folder / "state.bin").substr(0, 16);
+  const std::uint64_t length = bytes.size();
+  file.append(reinterpret_cast<const char*>(&length), sizeof length);
+  file += bytes;
+  write_bytes(folder / "state.bin", file + scene::sha256(file));
+  scene::Checkpoint c = scene::read_checkpoint(folder);
+  // Forged numbers as far as they are used: three steps, and everything that is measured of them.
+  scene::WatchedRun run(base().arm().scene, base().arm().assembly, {}, [](auto) {});
+  run.restore(c);
+  for (int i = 0; i < 3 && run.goes_on(); ++i) run.step();
+  (void)run.report();
+  auto options = into(base().stopped(), true);
+  options.stop_at = c.state.step;
+  scene::run(base().arm().scene, base().arm().assembly, options);
+}
+Seeds checkpoint_seeds() {
+  const std::string file = base().kept("stopped/checkpoint/state.bin");
+  return {file.substr(24, file.size() - 24 - 64)};
+}
+
+void read_records(const std::string& bytes) {
+  base().restore_stopped();
+  write_bytes(base().stopped() / "checkpoint" / "records.bin", bytes);
+  (void)report::report_json(base().stopped());
+  auto options = into(base().stopped(), true);
+  options.stop_at = 5;
+  scene::run(base().arm().scene, base().arm().assembly, options);
+}
+Seeds records_seeds() { return {base().kept("stopped/checkpoint/records.bin")}; }
+
+scene::CaseLayout case_layout() {
+  const std::shared_ptr<const phs::Model> models[] = {base().arm().assembly.model};
+  return {2, scene::StateColumns(models), 1};
+}
+void read_cases(const std::string& bytes) {
+  const scene::CaseLog log(base().file("cases.bin", bytes), case_layout(), {{"scene file", "a"}});
+  log.each([](std::span<const double>, scene::CaseLog::Place) {});
+}
+Seeds case_seeds() {
+  const auto layout = case_layout();
+  fs::remove(base() / "cases.bin");
+  {
+    scene::CaseLog log(base() / "cases.bin", layout, {{"scene file", "a"}});
+    std::vector<double> row(layout.size());
+    for (int i = 0; i < 3; ++i) {
+      row[0] = i;
+      layout.seal(row);
+      log.append(row);
+    }
+  }
+  return {read_bytes(base() / "cases.bin")};
+}
+
+void read_run_file(const std::string& bytes) {
+  base().restore_finished();
+  write_bytes(base().finished() / "run.h5", bytes);
+  (void)report::report_json(base().finished());
+  scene::replot(base().finished());
+}
+Seeds run_file_seeds() { return {base().kept("finished/run.h5")}; }
+
+void read_summary(const std::string& bytes) {
+  base().restore_finished();
+  write_bytes(base().finished() / "summary.json", bytes);
+  try {
+    (void)scene::read_report(base().finished(), {});
+  } catch (const InvalidArgument&) {
+  }
+  (void)report::report_json(base().finished());
+  scene::replot(base().finished());
+}
+Seeds summary_seeds() { return {base().kept("finished/summary.json")}; }
+
+}  // namespace
+
+const std::vector<Reader>& readers() {
+  static const std::vector<Reader> all{
+      {"urdf", read_urdf, urdf_seeds},
+      {"scene", read_scene, scene_seeds},
+      {"actuator_csv", read_actuator_csv, actuator_csv_seeds},
+      {"ensemble_csv", read_ensemble_csv, ensemble_csv_seeds},
+      {"trajectory_csv", read_trajectory_csv, trajectory_csv_seeds},
+      {"trajectory_h5", read_trajectory_h5, run_file_seeds},
+      {"checkpoint", read_checkpoint, checkpoint_seeds},
+      {"records", read_records, records_seeds},
+      {"cases", read_cases, case_seeds},
+      {"run_file", read_run_file, run_file_seeds},
+      {"summary", read_summary, summary_seeds},
+  };
+  return all;
+}
+
+const Reader& reader(const std::string& name) {
+  std::string known;
+  for (const Reader& r : readers()) {
+    if (r.name == name) return r;
+    add_to_list(known, r.name);
+  }
+  throw InvalidArgument("there is no reader '" + name + "', expected one of " + known);
+}
+
+bool attempt(const Reader& reader, const std::string& bytes) {
+  try {
+    reader.read(bytes);
+    return false;
+  } catch (const InvalidArgument&) {
+  } catch (const IoError&) {
+  }
+  return true;
+}
+
+}  // namespace porthos::test::fuzz
