@@ -91,6 +91,45 @@ TEST_F(Report, TextOfTheRunCannotLeaveItsScript) {
   EXPECT_EQ(Json::parse(data)["summary"]["title"], "A </script><b>bold</b> title");
 }
 
+// Names from others are text on the page, and the page itself loads nothing: its policy forbids it.
+TEST_F(Report, HostileNamesStayTextAndNothingIsLoaded) {
+  const std::string evil = "</script><img src=x onerror=alert(1)>";
+  std::string urdf = scene::read_file(folder_ / "arm.urdf"), text;
+  for (const std::string word : {"\"hinge\"", "\"rod\""})
+    for (size_t at; (at = urdf.find(word)) != std::string::npos;)
+      urdf.replace(at, word.size(),
+                   "\"&lt;/script>&lt;img src=x onerror=alert(1)>" + word.substr(1));
+  std::ofstream(folder_ / "evil.urdf") << urdf;
+  std::ofstream(folder_ / "evil.toml")
+      << "title = '" << evil << "<!--'\n[model]\nurdf = 'evil.urdf'\nbase = 'free'\n[initial]\n"
+      << "base.angular_velocity = [0.1, 0.2, 0.3]\n[integrator]\nmethod = 'gauss8'\nstep = 0.05\n"
+      << "[run]\nduration = 1\n";
+  const auto scene = scene::read_scene((folder_ / "evil.toml").string());
+  scene::RunOptions options;
+  options.out = (folder_ / "evil").string();
+  scene::run(scene, scene::assemble(scene), options);
+  const auto count = [](const std::string& all, const std::string& what) {
+    int n = 0;
+    for (size_t at = 0; (at = all.find(what, at)) != std::string::npos; ++at) ++n;
+    return n;
+  };
+  const fs::path page = find_template(), made = folder_ / "report.html";
+  if (page.empty()) GTEST_SKIP() << no_template_text();
+  write_report(options.out, made, page);
+  text = scene::read_file(made);
+  const std::string blank = scene::read_file(page);
+  for (const char* tag : {"<script", "</script", "<img", "<!--"})
+    EXPECT_EQ(count(text, tag), count(blank, tag)) << tag;
+  EXPECT_EQ(count(text, "alert(1)") > 3, true) << "the names are on the page, as data";
+  EXPECT_EQ(count(text, "default-src 'none'; script-src 'unsafe-inline'"), 1);
+  for (const char* from : {"src=\"http", "href=\"http", "src=\"//", "@import", "url(http"})
+    EXPECT_EQ(count(text, from), 0) << from;
+  for (const auto& file : {options.out + "/energy_error.svg", options.out + "/ledger.svg"}) {
+    EXPECT_EQ(count(scene::read_file(file), "<img"), 0) << file;
+    EXPECT_EQ(count(scene::read_file(file), "<script"), 0) << file;
+  }
+}
+
 TEST_F(Report, TemplateWithoutAPlaceForTheDataIsRefused) {
   const fs::path page = folder_ / "page.html";
   std::ofstream(page) << "<script></script>";
