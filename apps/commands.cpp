@@ -58,8 +58,29 @@ std::optional<double> seconds(const char* name, const std::optional<std::string>
   return x;
 }
 
+std::string quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::string_view("/._-+=:").find(char(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string q = "'";
+  for (const char c : word) q += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return q + "'";
+}
+
+/// @throws InvalidArgument for a model in place of a scene, which a TOML reader would only call
+/// broken
+scene::Scene scene_of(const std::string& path) {
+  std::ifstream file;
+  if (fs::is_regular_file(path)) file.open(path);  // a pipe can be read only once
+  if (char first = 0; file >> first && first == '<')
+    throw InvalidArgument(fmt::format("{} is a model, expected a scene: porthos new {} writes one",
+                                      path, quoted(path)));
+  return scene::read_scene(path);
+}
+
 scene::Scene read(const Arguments& a) {
-  scene::Scene s = scene::read_scene(a.scene);
+  scene::Scene s = scene_of(a.scene);
   scene::apply(s, {a.method, seconds("step", a.step), seconds("duration", a.duration)});
   return s;
 }
@@ -69,16 +90,6 @@ std::string name_of(const std::string& scene) {
   const fs::path path = fs::absolute(scene);
   const std::string folder = path.parent_path().filename().string();
   return path.filename() == "scene.toml" && !folder.empty() ? folder : path.stem().string();
-}
-
-std::string quoted(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) || std::string_view("/._-+=:").find(char(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string q = "'";
-  for (const char c : word) q += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return q + "'";
 }
 
 std::string resume_line(const Arguments& a, const scene::RunOptions& o) {
@@ -174,7 +185,7 @@ int verify_command(const Arguments& a) {
 }
 
 int compare_command(const Arguments& a) {
-  const scene::Scene s = scene::read_scene(a.scene);
+  const scene::Scene s = scene_of(a.scene);
   const scene::Assembly assembly = scene::assemble(s);
   const std::string out = a.out.value_or("results/compare_" + name_of(a.scene));
   scene::CompareOptions options;

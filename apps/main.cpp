@@ -66,7 +66,7 @@ void add_commands(CLI::App& app, Arguments& a) {
   add_results(verify, a, "results/<name of the scene>-verify");
   add_overrides(verify, a);
 
-  auto* judge = add_command(app, "judge", "the verdict for a trajectory made elsewhere",
+  auto* judge = add_command(app, "judge", "judge a trajectory that another program made",
                             "porthos judge run.csv --model arm.urdf --map map.toml");
   judge->add_option("FILE", a.scene, "CSV with names in its first line, or HDF5")->required();
   judge->add_option("--model", a.model, "URDF file")->required()->type_name("M");
@@ -75,7 +75,7 @@ void add_commands(CLI::App& app, Arguments& a) {
   add_results(judge, a, "results/<name of the file>-judge");
 
   auto* compare = add_scene_command(
-      app, a, "compare", "speed against error: every method that fits, one table and plot",
+      app, a, "compare", "speed against error of every applicable method, as table and plot",
       "porthos compare examples/ets_vii/scene.toml --methods gauss8,rk4");
   add_results(compare, a, "results/compare_<name of the scene>", "compare.json");
   compare->add_option("--methods", a.methods, "some only, see: porthos methods")
@@ -84,9 +84,9 @@ void add_commands(CLI::App& app, Arguments& a) {
   compare->add_option("--budget", a.budget, "CPU seconds for everything [120]")->type_name("S");
   compare->add_option("--duration", a.duration, "instead of the scene's [s]")->type_name("T");
 
-  auto* ensemble = add_scene_command(app, a, "ensemble",
-                                     "the runs of a scene's [ensemble], over lanes and threads",
-                                     "porthos ensemble examples/ensemble/scene.toml --threads 2");
+  auto* ensemble = add_scene_command(
+      app, a, "ensemble", "the runs of a scene's [ensemble], in SIMD batches and threads",
+      "porthos ensemble examples/ensemble/scene.toml --threads 2");
   ensemble->add_option("--out", a.out, "results folder [results/<name of the scene>]")
       ->type_name("DIR");
   add_numbers(ensemble, a);
@@ -99,13 +99,13 @@ void add_commands(CLI::App& app, Arguments& a) {
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
-  add_command(app, "plot", "draw the pictures of a finished run anew from its run.h5",
+  add_command(app, "plot", "redraw the plots of a finished run from its run.h5",
               "porthos plot results/ets_vii")
       ->add_option("DIR", a.scene, "results folder of a finished run")
       ->required();
 
   add_scene_command(app, a, "info",
-                    "what a scene is assembled to: states, ports, invariants, plan, cost",
+                    "what was assembled from a scene: states, ports, invariants, plan, cost",
                     "porthos info examples/ets_vii/scene.toml");
   auto* starter = add_command(app, "new", "a commented scene for a URDF file, which runs as it is",
                               "porthos new satellite.urdf --base free --out satellite/scene.toml");
@@ -185,6 +185,10 @@ int main(int argc, char** argv) {
       "interrupted.\n");
   app.require_subcommand(1);
   add_commands(app, arguments);
+  if (argc == 1) {
+    fmt::print(stderr, "{}", app.help());
+    return exit_bad_input;
+  }
   try {
     app.parse(argc, argv);
     return dispatch(app, arguments);

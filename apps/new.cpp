@@ -26,7 +26,8 @@ int new_command(const Arguments& a) {
   if (a.out && fs::exists(out))
     throw InvalidArgument(fmt::format("{} is there already, expected a new file", out.string()));
   std::error_code e;
-  const fs::path relative = fs::relative(urdf, folder, e);
+  // Both absolute: the folder need not be there yet.
+  const fs::path relative = fs::relative(fs::absolute(urdf), fs::absolute(folder), e);
   const std::string text = scene::starter_scene(
       urdf.string(), e || relative.empty() ? urdf.string() : relative.string(), base);
   if (!a.out) {

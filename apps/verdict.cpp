@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 #include "scene/files/text_table.h"
 
 namespace porthos::apps {
@@ -13,11 +16,24 @@ using scene::TextRows;
 std::string checks_text(const RunReport& r) {
   TextRows rows{{"check", "value", "limit"}};
   for (const auto& c : r.checks)
-    rows.push_back({c.name, fmt::format("{:.3g}", c.value), fmt::format("{:.3g}", c.limit),
-                    c.pass ? "pass" : "FAIL"});
+    if (c.name == "outcome")
+      rows.push_back({"end reached", "no", "-", "FAIL"});
+    else
+      rows.push_back({c.name, fmt::format("{:.3g}", c.value), fmt::format("{:.3g}", c.limit),
+                      c.pass ? "pass" : "FAIL"});
   for (const auto& n : r.not_applicable)
     rows.push_back({n.name, "-", "-", "not applicable: " + n.why});
   return scene::aligned(rows);
+}
+
+std::string growth_text(const scene::EnergyReport& e) {
+  if (!std::isfinite(e.growth_exponent)) return "too few records to tell how the error grows";
+  const double floor = std::numeric_limits<double>::epsilon();
+  const char* drift = !e.drift_is_significant       ? "not significant"
+                      : e.max_rel_error > 2 * floor ? "significant"
+                                                    : "significant, below one rounding of a double";
+  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, {}",
+                     e.growth_exponent, e.drift_per_s, drift);
 }
 
 std::string energy_text(const RunReport& r) {
@@ -25,22 +41,20 @@ std::string energy_text(const RunReport& r) {
   std::string scale;
   for (const auto& [name, joule] : e.scale_parts)
     scale += fmt::format("{}{} {:.3g}", scale.empty() ? "" : " + ", name, joule);
-  return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative, rms {:.3g} relative\n",
-                     e.initial_J, e.max_abs_error_J, e.max_rel_error, e.rms_rel_error) +
+  const std::string rms =
+      std::isfinite(e.rms_rel_error) ? fmt::format(", rms {:.3g} relative", e.rms_rel_error) : "";
+  return fmt::format("start {:.9g} J, error max {:.3g} J = {:.3g} relative{}\n", e.initial_J,
+                     e.max_abs_error_J, e.max_rel_error, rms) +
          fmt::format(
              "            relative to {:.4g} J ({}), seen at {} records and {} steps between\n",
              e.scale_J, scale.empty() ? "no energy stored" : scale, r.records, r.looks) +
-         fmt::format(
-             "            growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, "
-             "{}",
-             e.growth_exponent, e.drift_per_s,
-             e.drift_is_significant ? "significant" : "not significant");
+         "            " + growth_text(e);
 }
 
 /// Three ledgers, never one total.
 std::string space_text(const RunReport& r) {
   const auto& s = *r.space;
-  TextRows rows{{"ledger", "start J", "change J", "largest defect J", "relative"}};
+  TextRows rows{{"ledger", "start J", "change J", "largest residual J", "relative"}};
   const auto add = [&](const char* name, double start, double change, double defect, double rel) {
     rows.push_back({name, fmt::format("{:.6g}", start), fmt::format("{:.6g}", change),
                     fmt::format("{:.3g}", defect), fmt::format("{:.3g}", rel)});
@@ -52,7 +66,7 @@ std::string space_text(const RunReport& r) {
     if (l->scale > 0) add(l->name.c_str(), l->initial, l->change, l->largest_defect, l->relative());
   return scene::aligned(rows) +
          fmt::format(
-             "            coupling: its gradient turned {:.4g} J over, the defect is {:.2g} of "
+             "            coupling: the gradient exchanged {:.4g} J, the residual is {:.2g} of "
              "that\n",
              s.coupling.turned_over,
              s.coupling.turned_over > 0 ? s.coupling.largest_defect / s.coupling.turned_over
@@ -96,7 +110,7 @@ std::string impulses_text(const RunReport& r) {
 
 std::string cost_text(const RunReport& r) {
   const double steps = r.cost.steps > 0 ? double(r.cost.steps) : 1;
-  return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} sweeps per step, {} evaluations",
+  return fmt::format("{:.3g} s CPU, {:.3g} us per step, {:.2f} iterations per step, {} evaluations",
                      r.cpu_s, 1e6 * r.cpu_s / steps, double(r.cost.sweeps) / steps,
                      r.cost.evaluations);
 }

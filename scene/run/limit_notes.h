@@ -7,8 +7,9 @@
 
 namespace porthos::scene {
 
-/// A note for each joint whose coordinate is beyond a position limit of the model file that nothing
-/// enforces. when: "at the start"; held: joints whose limits act as elements, which are left out.
+/// One note that names every joint whose coordinate is beyond a position limit of the model file
+/// that nothing enforces; empty if none is. when: "at the start"; held: joints whose limits act as
+/// elements, which are left out.
 std::vector<std::string> notes_on_limits(const mechanics::MechanicalModel& model,
                                          const phs::State& state, const std::string& when,
                                          const std::vector<std::string>& held);

@@ -336,8 +336,7 @@ RunReport PhaseSequence::finish() {
   r.final_state = moving_.state;
   for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));
   if (std::any_of(scene_.events.begin(), scene_.events.end(), [](auto& e) { return e.waits(); }))
-    r.checks.push_back(
-        {"events that never happened", double(waiting_.size()), 0, waiting_.empty(), false});
+    r.checks.push_back({"missed_events", double(waiting_.size()), 0, waiting_.empty(), false});
   return r;
 }
 

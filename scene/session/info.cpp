@@ -111,7 +111,7 @@ std::string ledger_section(const phs::Description& d) {
   for (const auto& p : d.powers)
     if (p.kind != phs::PowerKind::observed)
       rows.push_back({p.kind == phs::PowerKind::supplied ? "supplied" : "dissipated", p.name});
-  return "Energy is booked as\n" + aligned(rows, "  ");
+  return "Energy accounts\n" + aligned(rows, "  ");
 }
 
 std::string invariants_section(const phs::Description& d) {
@@ -219,7 +219,7 @@ std::string left_out_section(const Mechanism& m) {
       rows.push_back(
           {j.joint, fmt::format("friction {} {}, not simulated", j.friction, turns ? "N m" : "N")});
   }
-  return rows.empty() ? "" : "Read but left out\n" + aligned(rows, "  ");
+  return rows.empty() ? "" : "In the URDF, not simulated\n" + aligned(rows, "  ");
 }
 
 std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {

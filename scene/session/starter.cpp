@@ -271,7 +271,10 @@ Accepted accept(const std::string& content, const std::string& urdf, Base base) 
       }
     }
     if (!massless || massless->joint.empty() || massless->joint == mechanics::base_joint_name)
-      throw InvalidArgument(refusal);
+      throw InvalidArgument(
+          refusal + (massless && base == Base::free
+                         ? "; its root can stand in the world instead, with base = \"fixed\""
+                         : ""));
     lock.push_back(massless->joint);
     if (!massless->links.empty()) light.push_back(massless->links.front());
   }

@@ -129,7 +129,9 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
       {"run", "porthos: SCENE is required (see porthos --help)\n"},
-      {"", "porthos: A subcommand is required (see porthos --help)\n"},
+      {"info swing/pendulum.urdf",
+       "porthos: swing/pendulum.urdf is a model, expected a scene: porthos new "
+       "swing/pendulum.urdf writes one\n"},
   };
   for (const auto& [arguments, message] : cases) {
     const Answer a = porthos(arguments);
@@ -232,7 +234,7 @@ TEST_F(Cli, RunPrintsAVerdictAndFillsTheDefaultFolder) {
   const Answer a = porthos("run swing/scene.toml");
   EXPECT_EQ(a.code, 0) << a.err;
   for (const char* part : {"Pendulum: gauss8, 200 steps of 0.01 s", "energy", "pass", "us per step",
-                           "sweeps per step", "results/swing/: summary.json, run.h5"})
+                           "iterations per step", "results/swing/: summary.json, run.h5"})
     EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
   EXPECT_TRUE(fs::exists(folder_ / "results/swing/summary.json"));
 }
@@ -268,6 +270,17 @@ TEST_F(Cli, NumericalFailureIsExitCode3) {
   EXPECT_EQ(a.code, 3) << a.out << a.err;
   EXPECT_TRUE(contains(a.err, "did not converge")) << a.err;
   EXPECT_TRUE(contains(a.err, "the last good state is in stuck/checkpoint")) << a.err;
+}
+
+TEST_F(Cli, ARunThatEndedEarlySaysSoInWords) {
+  const Answer a = porthos("run '" PORTHOS_SOURCE_DIR
+                           "/examples/double_pendulum/scene.toml' --method rk4 --step 1.5 "
+                           "--out wild");
+  EXPECT_EQ(a.code, 3) << a.out << a.err;
+  EXPECT_TRUE(contains(a.out, "end reached  no")) << a.out;
+  EXPECT_TRUE(contains(a.out, "too few records to tell how the error grows")) << a.out;
+  EXPECT_TRUE(contains(a.out, "expected a smaller step than 1.5 s")) << a.out;
+  for (const char* raw : {"nan", "inf ", "outcome"}) EXPECT_FALSE(contains(a.out, raw)) << a.out;
 }
 
 TEST_F(Cli, CompareEndsWithAdviceAndFillsItsFolder) {

@@ -178,6 +178,27 @@ TEST_F(SmallCommands, NewWritesOverNothing) {
   EXPECT_EQ(porthos("new no.urdf").code, 2);
 }
 
+/// The path of the model in the scene is right whether or not the folder was there before.
+TEST_F(SmallCommands, NewFindsItsModelFromAFolderItMakes) {
+  fs::create_directories(folder_ / "models");
+  fs::copy_file(fs::path(PORTHOS_SOURCE_DIR) / "examples/dc_motor_arm/arm.urdf",
+                folder_ / "models/arm.urdf");
+  for (const std::string name : {"deep/er/first.toml", "deep/er/second.toml"}) {
+    ASSERT_EQ(porthos("new models/arm.urdf --out " + name).code, 0);
+    EXPECT_NE(text(name).find("urdf = \"../../models/arm.urdf\""), std::string::npos) << text(name);
+    EXPECT_EQ(porthos("info " + name).code, 0) << name;
+  }
+}
+
+TEST_F(SmallCommands, WithoutACommandHelpIsPrinted) {
+  const Answer bare = porthos(""), asked = porthos("--help");
+  EXPECT_EQ(bare.code, 2);
+  EXPECT_EQ(asked.code, 0);
+  EXPECT_EQ(bare.err, asked.out);
+  EXPECT_EQ(bare.out, "");
+  EXPECT_NE(asked.out.find("a commented scene for a URDF file"), std::string::npos);
+}
+
 TEST_F(SmallCommands, SchemaIsJson) {
   const Answer a = porthos("schema");
   ASSERT_EQ(a.code, 0) << a.err;

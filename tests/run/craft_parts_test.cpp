@@ -369,7 +369,7 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   s.duration = 4;
   const auto never = scene::run(s, a, into(folder / "never"));
   EXPECT_FALSE(never.passed());
-  ASSERT_TRUE(check_of(never, "events that never happened"));
+  ASSERT_TRUE(check_of(never, "missed_events"));
 }
 
 TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {

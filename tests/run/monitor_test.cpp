@@ -50,7 +50,8 @@ TEST(Controllers, TheHoldIsARowAndTheBalanceCloses) {
                           : "10 Hz, mean rate",
                 row(r, "elbow.controller"), hold[at], r.defect_J, r.turned_over_J);
     EXPECT_TRUE(std::isfinite(row(r, "elbow.controller"))) << at;
-    EXPECT_NE(notes(r).find("controller 'elbow.controller' gave up to"), std::string::npos)
+    EXPECT_NE(notes(r).find("net energy delivered by controllers: 'elbow.controller' up to"),
+              std::string::npos)
         << "a spring with a target gives what it was never given";
     ++at;
   }

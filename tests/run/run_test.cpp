@@ -395,5 +395,23 @@ TEST(Run, NotesWhatStartsBeyondALimitOfTheModelFile) {
   EXPECT_EQ(notes, 1);
 }
 
+TEST(Run, OneNoteNamesEveryJointBeyondItsLimit) {
+  TemporaryFolder folder;
+  scene::Scene s = pendulum(folder).scene;
+  std::string urdf = arm_urdf("<limit lower='-1' upper='0.5' effort='0' velocity='0'/>");
+  for (size_t at; (at = urdf.find("continuous")) != std::string::npos;)
+    urdf.replace(at, 10, "revolute");
+  urdf.insert(urdf.rfind("</joint>"), "<limit lower='3' upper='9' effort='0' velocity='0'/>");
+  s.duration = 0.1;
+  const Case limited = make_case(folder, s, urdf);
+  const auto r = scene::run(limited.scene, limited.assembly, into(folder / "out"));
+  std::string at_start;
+  for (const auto& n : r.notes)
+    if (n.find("at the start") != std::string::npos) at_start += n + "\n";
+  EXPECT_EQ(std::count(at_start.begin(), at_start.end(), '\n'), 1) << at_start;
+  for (const char* part : {"joint 'shoulder' is at 1.2 rad", ", 'elbow' at ", "(lower 3)"})
+    EXPECT_NE(at_start.find(part), std::string::npos) << at_start;
+}
+
 }  // namespace
 }  // namespace porthos::test::run_test
