@@ -138,10 +138,14 @@ class LedgerPlot {
     size_t next = 0;
     for (const auto* lines : {&s_.supplied, &s_.dissipated})
       for (const auto& l : *lines) {
+        // What was never used is not in the legend of many.
+        const bool idle =
+            s_.supplied.size() + s_.dissipated.size() > 4 &&
+            std::all_of(l.value.begin(), l.value.end(), [](double v) { return v == 0; });
         const char* dash = lines == &s_.dissipated ? R"( stroke-dasharray="6 3.5")" : "";
         const char* c = colour_of(2 * next + (2 * next / std::size(palette)));
         svg_.polyline(path(l.value), c, 2, dash);
-        legend(l.name + (lines == &s_.dissipated ? " (lost)" : " (in)"), c, dash);
+        if (!idle) legend(l.name + (lines == &s_.dissipated ? " (lost)" : " (in)"), c, dash);
         ++next;
       }
   }
@@ -149,9 +153,9 @@ class LedgerPlot {
   void defect() {
     Range r;
     for (const double v : s_.defect) r.take(v);
-    panel(130, r, "defect [J]");
+    panel(130, r, "residual [J]");
     svg_.polyline(path(s_.defect), colour::alarm, 1.4);
-    legend("what does not add up", colour::alarm, "");
+    legend("residual of the balance", colour::alarm, "");
   }
 
   void time_axis() {

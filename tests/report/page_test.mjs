@@ -36,6 +36,12 @@ porthos("run", example("capture"), "--duration", "400", "--out", out("capture"))
 porthos("run", example("ets_vii_orbit"), "--duration", "60000", "--out", out("orbit"));
 porthos("run", example("dc_motor_arm"), "--out", out("motor"));
 porthos("compare", example("double_pendulum"), "--duration", "5", "--budget", "1.5", "--methods", "gauss4,gauss8,rk4", "--out", out("compare"));
+porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "0.05", "--duration", "100", "--out", out("coarse"));
+porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "1.5", "--out", out("wild"));
+mkdirSync(out("loose_scene"), { recursive: true });  // a limit far above the errors
+cpSync(join(source, "examples/ets_vii/ets_vii.urdf"), join(out("loose_scene"), "ets_vii.urdf"));
+writeFileSync(join(out("loose_scene"), "scene.toml"), readFileSync(example("ets_vii"), "utf8").replace(/^energy = .*/m, "energy = 1e-9"));
+porthos("run", join(out("loose_scene"), "scene.toml"), "--duration", "4000", "--out", out("loose"));
 cpSync(out("ets"), out("damaged"), { recursive: true });
 truncateSync(join(out("damaged"), "run.h5"), statSync(join(out("damaged"), "run.h5")).size >> 1);
 porthos("report", out("damaged"));
@@ -121,6 +127,53 @@ await look("compare", { verdict: undefined, charts: 0 });
 await look("damaged", { title: "ETS-VII, free floating", verdict: "Pass", charts: 0, banner: /Damaged results.*run\.h5/ });
 await look("broken", { verdict: "No verdict", charts: 4, banner: /Damaged results.*summary\.json/ });
 await look("unfinished", { title: "ETS-VII, the energy ledger of a driven arm", verdict: "Unfinished", charts: 4, both: true, banner: /Unfinished run.*not come to its end/ });
+
+console.log("words and axes");
+{
+  const said = async (name) => {
+    const { tab } = await open(name);
+    await scroll(tab);
+    const all = await tab.evaluate(() => {
+      const error = document.querySelector("#errors canvas"), rms = [0x1d, 0x5c, 0x96];
+      let columns = 0;
+      if (error) {
+        const { data, width, height } = error.getContext("2d").getImageData(0, 0, error.width, error.height);
+        for (let x = 0; x < width; ++x) for (let y = 0; y < height; ++y) {
+          const at = 4 * (y * width + x);
+          if (rms.every((c, k) => Math.abs(data[at + k] - c) < 24) && data[at + 3] > 200) { ++columns; break; }
+        }
+        columns /= width;
+      }
+      const stray = [...document.querySelectorAll(".u-legend .u-series:first-child")].filter((e) => getComputedStyle(e).visibility !== "hidden").length;
+      return { verdict: document.getElementById("verdict").textContent, errors: document.getElementById("errors")?.textContent || "", columns, stray, legends: document.querySelectorAll(".u-legend").length };
+    });
+    await tab.close();
+    return all;
+  };
+  const coarse = await said("coarse"), loose = await said("loose"), wild = await said("wild"), ets = await said("ets");
+  expect(/1 of 1 checks does not hold/.test(coarse.verdict) && !/like rounding/.test(coarse.verdict) && /above rounding|drifts/.test(coarse.verdict), "a truncation error is not called rounding");
+  expect(/grows like rounding|stays bounded \(|below one rounding/.test(loose.verdict), `an error at rounding is called so: ${loose.verdict.match(/The energy error[^.]*\./)?.[0]}`);
+  expect(/The limit, 10⁻⁹, is off the plot/.test(loose.errors) && loose.columns > 0.8, `with a limit far above it the error fills the plot: its line is in ${(100 * loose.columns).toFixed(0)} % of the columns, more than 80 % expected`);
+  expect(/end of the run reached✗ failno–/.test(wild.verdict) && !/NaN|nan|undefined|null/.test(wild.verdict), "an early end in words");
+  expect(/Not an error of this run: the centre of mass moved in closed form/.test(ets.errors), "an error that is no error says why");
+  expect(ets.legends >= 4 && ets.stray === 0, `${ets.legends} legends, ${ets.stray} with an entry without a line`);
+}
+
+console.log("comparison");
+{
+  const { tab } = await open("compare");
+  const state = () => tab.evaluate(() => {
+    const lines = [...document.querySelectorAll("svg.wp g[data-method]")];
+    return { all: lines.map((g) => g.dataset.method), shown: lines.filter((g) => g.style.display !== "none").map((g) => g.dataset.method), looks: Object.fromEntries(lines.map((g) => [g.dataset.method, g.dataset.look])) };
+  });
+  const first = await state();
+  expect(first.all.length >= 3 && first.shown.length >= 1, `${first.shown.length} of ${first.all.length} methods at first: ${first.shown}`);
+  expect(first.looks.gauss4 === first.looks.gauss8 && first.looks.gauss4 !== first.looks.rk4, "a look per family");
+  await tab.locator("#comparison button", { hasText: "rk4" }).first().click();
+  const second = await state();
+  expect(second.shown.includes("rk4") !== first.shown.includes("rk4"), "a name shows or hides its line");
+  await tab.close();
+}
 
 console.log("controls: what must fail does");
 {

@@ -44,11 +44,11 @@ export function chart(o) {
     const soft = colour("soft"), grid = { stroke: colour("grid"), width: 1 }, ticks = { stroke: colour("rule"), width: 1, size: 5 };
     const axis = { stroke: soft, grid, ticks, font: font(12), labelFont: font(12.5), labelSize: 20 };
     entry.plot = new uPlot({
-      width, height: o.height || 270, padding: [10, 12, 0, 0],
+      width, height: o.height || 270, padding: [10, 30, 0, 0],
       cursor: { sync: { key: "porthos", scales: ["x", null] }, drag: { x: true, y: false }, points: { size: 6 }, focus: { prox: 24 } },
       focus: { alpha: 0.35 },
       legend: { live: true, markers: { dash: (u, i) => (i > 0 && o.lines[i - 1].dash ? "dashed" : "solid") } },
-      scales: { x: { time: false, distr: o.logTime ? 3 : 1 }, y: o.log ? { distr: 3, range: logRange(o.decades || 8) } : { distr: 1, range: (u, a, b) => {
+      scales: { x: { time: false, distr: o.logTime ? 3 : 1, ...(o.logTime ? { range: (u, a, b) => [a, b] } : {}) }, y: o.log ? { distr: 3, range: logRange(o.decades || 8) } : { distr: 1, range: (u, a, b) => {
         if (a === null) return [0, 1];
         const room = (b - a || Math.abs(b) || 1) * 0.06;
         return [o.stacked && a >= 0 ? 0 : a - room, b + room];
@@ -59,7 +59,7 @@ export function chart(o) {
           ...(o.log ? { values: decades, filter: (u, s) => s } : { values: (u, v) => v.map(short) }), space: 34 },
       ],
       series: [
-        { label: `t`, value: (u, v) => (v === null ? "" : `${short(Number(v.toPrecision(5)))} ${unit.name}`) },
+        { label: "time", value: (u, v) => (v === null ? "" : `${short(Number(v.toPrecision(5)))} ${unit.name}`) },
         ...o.lines.map((l) => ({
           label: l.name, stroke: colour(l.colour), width: l.width || 1.6, dash: l.dash, spanGaps: false, points: { show: false },
           show: !l.hidden, value: (u, v, s, i) => (i === null || i === undefined ? "" : short(Number(Number(l.shown ? l.shown[i + Math.max(0, from)] : v).toPrecision(4)))),

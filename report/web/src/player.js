@@ -59,8 +59,8 @@ export function player(d) {
       stage.rate = s.usual;
       ticks.replaceChildren(...events.filter((e) => e.t > stage.first && e.t < stage.last).map((e) => h("i", { style: `left:${(100 * (e.t - stage.first)) / span}%`, title: e.text })));
       const c = stage.clips[0], whole = stage.clips[0] === clips[0], often = Math.max(...stage.clips.map((x) => x.turn));
-      warning.textContent = `${c.t.length > 1 ? `A picture every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))} of the run; between them places are joined straight and attitudes the short way.` : ""}`
-        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: what is seen may be slower than what happened.${several && whole ? " The beginning can be seen record by record." : " A smaller record_every shows more."}` : "");
+      warning.textContent = `${c.t.length > 1 ? `One frame every ${duration((c.t[c.t.length - 1] - c.t[0]) / (c.t.length - 1))}; positions are interpolated linearly, attitudes along the shortest arc.` : ""}`
+        + (often > 1.6 ? ` A body turns by up to ${Math.round((often * 180) / Math.PI)}° between two of them: fast rotation may appear slowed (aliasing).${several && whole ? " The beginning can be seen record by record." : " Record more often to see it."}` : "");
     }
     let shownEvent = -1;
     let told = 0;

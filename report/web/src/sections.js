@@ -11,6 +11,7 @@ const absolute = (v) => Float64Array.from(v, Math.abs);
 const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0) || 1);
 
 const names = {
+  outcome: "end of the run reached", missed_events: "all events occurred",
   energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
   balance: "power balance", symmetry: "forth and back", step_halving: "half the step", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
   constraints: "gaps of loops", constraint_rates: "rates of these gaps",
@@ -20,15 +21,36 @@ const names = {
 function room(c) {
   if (!(c.value > 0) || !(c.limit > 0)) return c.pass ? h("span", { class: "soft" }, "exact") : "";
   const decades = Math.log10(c.limit / c.value), factor = c.pass ? c.limit / c.value : c.value / c.limit;
-  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}×${c.pass ? "" : " above"}`),
+  return h("div", { class: "room" }, h("span", { class: "n" }, `${number(Number(factor.toPrecision(2)), 2)}× ${c.pass ? "below" : "above"}`),
     h("span", { class: `track ${c.pass ? "" : "fail"}` }, h("i", { style: `width:${c.pass ? Math.min(100, Math.max(3, (100 * decades) / 6)) : 100}%` })));
 }
 
-function growthWords(e) {
-  const g = e.growth_exponent;
+/** The time of a jump that makes up most of the largest error; null: there is none. */
+function jumpTime(series) {
+  if (!series) return null;
+  const v = series.error;
+  let top = 0, step = 0, at = 0;
+  for (let i = 0; i < v.length; ++i) {
+    top = Math.max(top, Math.abs(v[i]));
+    const change = i > 0 ? Math.abs(v[i] - v[i - 1]) : 0;
+    if (change > step) step = change, at = i;
+  }
+  // An oscillation has many such changes, and one of them back.
+  const stays = v.slice(at).every((x) => Math.abs(x - v[at]) < 0.5 * step) && v.slice(0, at).every((x) => Math.abs(x - v[at]) > 0.5 * step);
+  return step > 0.5 * top && stays ? series.t[at] : null;
+}
+
+/** How an energy error grows. Its exponent says "rounding" only of errors of the size of rounding, a few units of it times √steps. */
+export function growthWords(e, steps, series) {
+  const g = e.growth_exponent, unit = 2 ** -52, rounding = e.max_rel_error <= 4 * unit * Math.sqrt(Math.max(1, steps));
+  if (!(e.max_rel_error < Infinity)) return "is not a finite number";
+  if (e.max_rel_error < unit) return "is below one rounding of a double";
   if (g === null) return "has too few records to tell how it grows";
-  const kind = g < 0.25 ? "stays bounded" : g < 0.75 ? "grows like rounding, √t" : "drifts, like t";
-  return `${kind} (exponent ${g.toFixed(2)})`;
+  const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
+  if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
+  if (g >= 0.75) return `drifts, like t${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
+  if (rounding) return `${g < 0.25 ? "stays bounded" : "grows like rounding, √t"}${exponent}`;
+  return g < 0.25 ? `stays bounded${exponent}, above rounding: the truncation of the method` : `grows${exponent} above rounding: the motion is not resolved everywhere`;
 }
 
 export function verdict(d) {
@@ -36,16 +58,16 @@ export function verdict(d) {
   if (!s) return section("verdict", "Verdict", h("div", { class: "verdict" }, h("span", { class: "badge open" }, d.status.state === "unfinished" ? "Unfinished" : "No verdict"),
     h("p", {}, d.status.text || "There is no summary of this run.")));
   const failed = s.checks.filter((c) => !c.pass), pass = s.verdict === "pass", open = s.verdict === "not judged", none = s.not_applicable || [];
-  const what = pass ? `All ${s.checks.length} checks hold.`
+  const what = pass ? (s.checks.length === 1 ? "The one check holds." : `All ${s.checks.length} checks hold.`)
     : open ? "The run reached its end, and none of its checks could have told a wrong motion from a right one."
     : failed.length ? `${failed.length} of ${s.checks.length} checks ${failed.length > 1 ? "do" : "does"} not hold: ${failed.map((c) => names[c.name] || c.name).join(", ")}.` : "The run did not reach its end.";
   const perStep = s.steps > 0 ? s.cpu_s / s.steps : 0;
   const tile = (value, text) => h("div", { class: "tile" }, h("b", {}, value), h("span", {}, text));
   return section("verdict", "Verdict",
     h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"),
-      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy)}.`))),
-    s.checks.length + none.length ? card(table(["check", "", "value", "limit", "below the limit by"],
-      [...s.checks.map((c) => [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
+      h("p", {}, what, " ", s.outcome !== "ok" ? `The run ended early: ${s.outcome}. ` : "", h("span", { class: "soft" }, `The energy error ${growthWords(s.energy, s.steps, d.series)}.`))),
+    s.checks.length + none.length ? card(table(["check", "", "value", "limit", "against the limit"],
+      [...s.checks.map((c) => c.name === "outcome" ? [names.outcome, h("span", { class: "word fail" }, "✗ fail"), "no", "–", ""] : [names[c.name] || c.name.replaceAll("_", " "), h("span", { class: `word ${c.pass ? "pass" : "fail"}` }, c.pass ? "✓ pass" : "✗ fail"), number(c.value), number(c.limit), room(c)]),
         ...none.map((n) => [names[n.name] || n.name.replaceAll("_", " "), h("span", { class: "soft" }, "not applicable"), "–", "–", h("span", { class: "soft" }, n.why)])], ["", "", "n", "n", ""])) : "",
     h("div", { class: "tiles" },
       tile(number(s.energy.max_rel_error), "largest energy error, relative"),
@@ -74,14 +96,14 @@ export function energy(d) {
   const balance = d.summary?.balance;
   const row = (name, what, joule) => [name, what, number(joule, 5)];
   return section("energy", "Energy",
-    lead("Where the energy stands, and what sources put in and losses take. What does not add up is the error below."),
+    lead("Where the energy stands, and what sources put in and losses take. The residual of this balance is the error below."),
     card(chart({ title: "Stored energies, stacked", what: negative.length ? `From zero, ${negative.join(", ")} from its least value.` : "", unit: "energy [J]", t, stacked: true, height: 280, lines: stack })),
     flows.length ? card(chart({ title: "Ledger by port", what: "Work since the start: what came in counts up, what was lost counts down.", unit: "work [J]", t, lines: flows, height: 280 })) : "",
     balance ? card(h("h3", {}, "Balance over the run"), table(["what", "kind", "J"], [
       ...Object.entries(balance.storages).map(([n, j]) => row(n, "change of stored energy", j)),
       ...Object.entries(balance.ports).map(([n, j]) => row(n, "supplied", j)),
       ...Object.entries(balance.losses).map(([n, j]) => row(n, "dissipated", j)),
-      row(h("b", {}, "defect"), "stored + dissipated − supplied", balance.defect_J),
+      row(h("b", {}, "residual"), "stored + dissipated − supplied", balance.defect_J),
     ], ["", "soft", "n"]), flows.length ? "" : h("p", { class: "what soft" }, "Nothing supplies or takes energy in this scene.")) : "");
 }
 
@@ -97,33 +119,41 @@ function guides(t, end) {
 export function errors(d) {
   const s = d.series, t = s.t, scale = d.summary?.energy.scale_J || 1, relative = !!d.summary;
   const limit = d.summary?.checks.find((c) => c.name === "energy")?.limit;
-  const error = absolute(s.error).map((x) => x / scale), rms = s.rms.map((x) => x / scale), end = rms[rms.length - 1];
-  const flat = (title, what, unit, v, colour) => card(any(v)
+  const error = absolute(s.error).map((x) => x / scale), top = error.reduce((a, b) => (b > a ? b : a), 0);
+  // The limit is shown where it leaves most of the plot to the data; six decades below the largest error in any case.
+  const shown = limit > 0 && limit < 1e4 * top, decades = 6 + (shown ? Math.max(0, Math.ceil(Math.log10(limit / top))) : 0);
+  const rms = s.rms.map((x) => x / scale), end = rms[rms.length - 1];
+  const zero = (check) => {
+    const why = d.summary?.not_applicable?.find((n) => n.name === check)?.why;
+    if (d.summary?.checks.some((c) => c.name === check)) return "0 at every record: kept exactly.";
+    return why ? `Not an error of this run: ${why}.` : d.summary ? "No invariant of this system." : "0 at every record.";
+  };
+  const flat = (title, what, unit, v, colour, check) => card(any(v)
     ? chart({ title, what, unit, t, log: true, logTime: wide(t), height: 220, decades: 6, lines: [{ name: "error", v, colour, width: 1.2 }] })
-    : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, "0 at every record: kept exactly, or no invariant of this system.")));
+    : h("div", {}, h("h3", {}, title), h("p", { class: "soft" }, zero(check))));
   return section("errors", "Errors",
     lead("Against the start of the run, measured in extended precision. Rounding errors of a good method add up like a random walk, √t; a steady drift grows like t."),
     card(any(error) ? chart({
-      title: "Defect of the energy balance", what: `|H − H(start) − supplied + dissipated|${relative ? `, relative to ${number(scale, 4)} J` : ""}.`, unit: relative ? "relative error" : "error [J]",
-      t, log: true, logTime: wide(t), height: 320, decades: 6,
+      title: "Residual of the energy balance", what: `|H − H(start) − supplied + dissipated|${relative ? `, relative to ${number(scale, 4)} J` : ""}.`, unit: relative ? "relative error" : "error [J]",
+      t, log: true, logTime: wide(t), height: 320, decades,
       lines: [{ name: "|error|", v: error, colour: "c7", width: 1 }, { name: "rms so far", v: rms, colour: "c0", width: 2.2 }, ...(end > 0 ? guides(t, end) : []),
-        ...(limit > 0 && limit < 1e5 * end ? [{ name: "limit", v: new Float64Array(t.length).fill(limit), colour: "fail", dash: [3, 4], width: 1.4 }] : [])],
-      note: limit > 0 && !(limit < 1e5 * end) ? `The limit, ${number(limit)}, is off the plot.` : "",
+        ...(shown ? [{ name: "limit", v: new Float64Array(t.length).fill(limit), colour: "fail", dash: [3, 4], width: 1.4 }] : [])],
+      note: limit > 0 && !shown ? `The limit, ${number(limit)}, is off the plot.` : "",
     }) : h("p", {}, "The balance closes exactly at every record.")),
     h("div", { class: "grid3" },
-      flat("Linear momentum", "|P − P(start)|", "kg m/s", s.linear, "c2"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3")));
+      flat("Linear momentum", "|P − P(start)|", "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3", "quaternion_norm")));
 }
 
 export function steps(d) {
   const s = d.series, varying = any(s.step) && new Set(Array.from(s.step).filter(Number.isFinite).map((x) => x.toPrecision(6))).size > 2;
   const step = d.summary?.step_s ?? d.scene?.step_s;
   const sweeps = any(s.sweeps);
-  return section("steps", "Steps and sweeps",
+  return section("steps", "Steps and iterations",
     lead(varying ? "The step follows the motion; the mean between two records is shown." : `Every step is ${number(step, 4)} s.`,
-      d.summary ? ` ${grouped(d.summary.steps)} steps, ${grouped(d.summary.evaluations)} evaluations of the field, ${number(d.summary.sweeps_per_step)} sweeps a step.` : ""),
+      d.summary ? ` ${grouped(d.summary.steps)} steps, ${grouped(d.summary.evaluations)} evaluations of the field, ${number(d.summary.sweeps_per_step)} fixed-point iterations a step.` : ""),
     varying || sweeps ? h("div", { class: varying && sweeps ? "grid2" : "" },
       varying ? card(chart({ title: "Step size", unit: "step [s]", t: s.t, lines: [{ name: "step", v: s.step, colour: "c0" }], height: 220, log: true, decades: 8 })) : "",
-      sweeps ? card(chart({ title: "Sweeps of the implicit iteration", what: "Mean per step between two records.", unit: "sweeps per step", t: s.t, lines: [{ name: "sweeps", v: s.sweeps, colour: "c1", width: 1.2 }], height: 220 })) : "") : "");
+      sweeps ? card(chart({ title: "Fixed-point iterations", what: "Mean per step between two records.", unit: "iterations per step", t: s.t, lines: [{ name: "iterations", v: s.sweeps, colour: "c1", width: 1.2 }], height: 220 })) : "") : "");
 }
 
 export function ledgers(d) {
@@ -134,9 +164,9 @@ export function ledgers(d) {
     || (k === "internal" ? `supplied ${number(l[k].supplied_J, 4)} J, dissipated ${number(l[k].dissipated_J, 4)} J` : "–");
   return section("ledgers", "Three ledgers",
     lead("In orbit energy stands in three places, and there is no total: one rounding of the orbital energy is more than an arm moves in a year."),
-    card(table(["ledger", "start [J]", "change [J]", "largest defect [J]", "relative", "works"],
+    card(table(["ledger", "start [J]", "change [J]", "largest residual [J]", "relative", "works"],
       rows.map((k) => [k, number(l[k].initial_J, 6), number(l[k].change_J, 4), number(l[k].largest_defect_J), number(l[k].largest_relative_defect), h("span", { class: "soft" }, works(k))]), ["", "n", "n", "n", "n", ""]),
-      h("p", { class: "soft", style: "margin-top:12px" }, `Angular momentum about the centre of mass: up to ${number(l.angular_momentum.largest_kg_m2_s, 4)} kg m²/s, impulse of the gradient's torque ${number(l.angular_momentum.gradient_impulse_kg_m2_s, 4)} kg m²/s, left over ${number(l.angular_momentum.largest_relative_defect)} relative. Neglected next order of the gradient: ${number(l.neglected_next_order)}.`)));
+      h("p", { class: "soft", style: "margin-top:12px" }, `Angular momentum about the centre of mass: up to ${number(l.angular_momentum.largest_kg_m2_s, 4)} kg m²/s, impulse of the gradient's torque ${number(l.angular_momentum.gradient_impulse_kg_m2_s, 4)} kg m²/s, residual ${number(l.angular_momentum.largest_relative_defect)} relative. Neglected next order of the gradient: ${number(l.neglected_next_order)}.`)));
 }
 
 export function comparison(d) {
@@ -152,7 +182,7 @@ export function comparison(d) {
   const methods = [...byMethod.values()].filter((m) => m.points.length);
   return section("comparison", "Speed against error",
     lead(`Every method over a range of steps, ${duration(c.duration_s)} simulated. Down is more accurate, left is faster. ${c.interrupted ? "The comparison was interrupted. " : ""}`, c.advice.sentence ? `${c.advice.sentence[0].toUpperCase()}${c.advice.sentence.slice(1)}.` : ""),
-    card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "Squares are rivals that work to a tolerance; the dotted line is the target.")),
+    card(workPrecision(methods, c.advice.target, c.error === "energy" ? "largest relative energy error" : "trajectory error"), h("p", { class: "what soft" }, "Methods of one family have one colour; squares are reference solvers that work to a tolerance; the dotted line is the target. A name shows or hides its line.")),
     h("details", {}, h("summary", {}, `All ${c.runs.length} trials`), card(table(["method", "step or tolerance", "CPU [s]", "steps", "energy error", "trajectory error", "outcome"],
       c.runs.map((r) => [r.method, r.rtol ? `rtol ${short(r.rtol)}` : `${short(r.step_s)} s`, number(r.cpu_s), grouped(r.steps), number(r.energy.max_rel_error), number(r.trajectory_error), r.outcome]), ["", "n", "n", "n", "n", "n", ""]))));
 }
@@ -161,7 +191,7 @@ export function credibility(d) {
   if (!d.credibility) return null;
   const kind = { stated: "pass", partly: "some", "not stated": "none" };
   return section("credibility", "Credibility",
-    lead("What this run knows of the factors after NASA-STD-7009A. It grades nothing: levels are a reviewer's to give."),
+    lead("What this run knows of the factors after NASA-STD-7009A. Levels are left to the reviewer."),
     card(table(["factor", "", "what is known"], d.credibility.map((r) => [h("b", { style: "font-weight:560" }, r.factor), h("span", { class: `word ${kind[r.stands]}` }, r.stands), r.text]))));
 }
 
