@@ -134,8 +134,8 @@ std::string verdict_text(const RunReport& r, const std::string& out, bool has_pa
   if (!r.impulses.rows.empty()) text += impulses_text(r) + "\n";
   text += "energy      " + energy_text(r) + "\n";
   text += "cost        " + cost_text(r) + "\n";
-  const std::string pictures =
-      std::string("run.h5, energy_error.svg, ledger.svg") + (r.space ? ", ledgers.svg" : "");
+  const std::string pictures = std::string("run.h5, energy_error.svg, ledger.svg, motion.svg") +
+                               (r.space ? ", ledgers.svg" : "");
   const char* page = has_page ? ", report.html" : "";
   text += r.phases == 0 ? fmt::format("results     {}/: summary.json, {}{}\n", out, pictures, page)
                         : fmt::format("results     {}/: summary.json; phase_1{}: {}{}\n", out,

@@ -12,6 +12,7 @@
 #include "scene/files/files.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
+#include "scene/session/phase_events.h"
 
 namespace porthos::report {
 namespace {
@@ -102,6 +103,7 @@ class Gathered {
     attempt("series", [&] { phase["series"] = Thinned(r, most_buckets).json(); });
     if (stage_.mechanism) {
       stage_.records = &r;
+      attempt("no motion", [&] { phase["motion"] = motion(stage_, most_frames / phase_count_); });
       attempt("no playback",
               [&] { phase["playback"] = playback(stage_, most_frames / phase_count_); });
     }
@@ -165,28 +167,20 @@ class Gathered {
           if (rows > 0) from = t[rows - 1];
         });
         if (!moving || k + 1 == count) return;
-        moving->state = scene::read_checkpoint(folder / "end").state;
-        const size_t own = size_t(moving->model->description().nx);  // in orbit the orbit follows
-        moving->state.x.resize(own);
-        moving->state.lo.resize(own);
-        for (scene::Event e : scene_->events) {
-          if (e.on_latch() || e.on_loop() || !happened(e, from)) continue;  // no body moves
-          e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL;
-          scene::apply(*moving, e);
-        }
+        scene::pass_events(*moving, *scene_, folder, from, happened());
         stage_.mechanism =
             std::shared_ptr<const mechanics::Mechanism>(moving->model, &moving->model->mechanism());
         stage_.bodies = moving->parts.bodies();
       });
   }
 
-  /// Whether an event happened at that time, by the summary, which has the times of waiting events.
-  bool happened(const scene::Event& e, double at) const {
-    const auto near = [&](double t) { return std::fabs(t - at) <= 1e-9 * at; };
-    if (!summary_.is_object() || !summary_.contains("events")) return near(e.at);
-    for (const auto& known : summary_.at("events"))
-      if (known.at("event") == scene::text(e) && near(known.at("at_s").get<double>())) return true;
-    return false;
+  /// By the summary, which has the times of waiting events.
+  std::optional<scene::EventTimes> happened() const {
+    if (!summary_.is_object() || !summary_.contains("events")) return {};
+    scene::EventTimes all;
+    for (const auto& e : summary_.at("events"))
+      all.emplace_back(e.at("event").get<std::string>(), e.at("at_s").get<double>());
+    return all;
   }
 
   /// results/compare_<name> of the same scene and model.

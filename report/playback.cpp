@@ -6,24 +6,14 @@
 
 #include "mechanics/kinematics.h"
 #include "report/detail/shapes.h"
+#include "scene/plot/motion.h"
 #include "scene/run/columns.h"
 
 namespace porthos::report {
 namespace {
 
 using mechanics::Transform;
-
-/// Records first, first + every, … and the last of them.
-std::vector<std::int64_t> evenly(std::int64_t records, std::int64_t most) {
-  std::vector<std::int64_t> rows;
-  if (records <= most) {
-    for (std::int64_t i = 0; i < records; ++i) rows.push_back(i);
-  } else {
-    for (std::int64_t k = 0; k < most; ++k)
-      rows.push_back(std::llround(double(k) * double(records - 1) / double(most - 1)));
-  }
-  return rows;
-}
+using scene::evenly;
 
 /// The columns of a dataset at some rows, one after another.
 std::vector<double> at_rows(const Records& r, const std::string& name,
@@ -130,6 +120,24 @@ class Clip {
 };
 
 }  // namespace
+
+Json motion(const Stage& stage, std::int64_t most) {
+  const Records& r = *stage.records;
+  const auto rows = evenly(r.count(), most);
+  const auto all = [&](const std::string& name) {
+    return r.has(name) ? at_rows(r, name, rows) : std::vector<double>{};
+  };
+  const scene::MotionRecords records{all("time"), r.turn_names(), all};
+  Json panels = Json::array();
+  for (const auto& p : scene::motion_panels(*stage.mechanism, records)) {
+    Json lines = Json::array();
+    for (const auto& l : p.lines)
+      lines.push_back(
+          {{"name", l.name}, {"v", base64(std::vector<float>(l.value.begin(), l.value.end()))}});
+    panels.push_back({{"what", p.what}, {"lines", lines}});
+  }
+  return {{"t", base64(records.t)}, {"panels", panels}};
+}
 
 Json playback(const Stage& stage, std::int64_t most) {
   const auto& m = *stage.mechanism;

@@ -15,6 +15,10 @@ struct Stage {
   const Records* records = nullptr;
 };
 
+/// The panels of scene::motion_panels at no more than `most` records, equally far apart:
+/// {t, panels: [{what, lines: [{name, v}]}]}.
+Json motion(const Stage& stage, std::int64_t most);
+
 /// Poses of the moving bodies at no more than `most` records, equally far apart: whole run, and
 /// where records were left out also its beginning, record by record. {bodies: shapes with node and
 /// pose, nodes, clips: [{name, t, origin, poses, orbit?, turn}]}: origin [m] of each frame and,

@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/plot/ledger_plot.h"
+#include "scene/plot/motion.h"
 #include "scene/plot/plot.h"
+#include "scene/read/scene_texts.h"
 #include "scene/run/columns.h"
+#include "scene/session/phase_events.h"
 #include "scene/session/results.h"
 
 namespace porthos::scene {
@@ -102,7 +106,32 @@ std::string energy_picture(const RunReport& r, const std::vector<double>& t,
   return energy_plot(envelope, {r.title, plot_subtitle(r), limit});
 }
 
-std::vector<std::string> replot_one(const fs::path& folder, const Json& summary) {
+/// The motion in run.h5; empty where a series is missing.
+std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m,
+                           const RunReport& r) {
+  const auto shown = evenly(file.dataset("time").size(), most_of_motion);
+  const auto series = [&](const std::string& name) {
+    std::vector<double> some;
+    if (!file.datasets().count(name)) return some;
+    const auto& d = file.dataset(name);
+    const size_t columns = d.shape.size() > 1 ? size_t(d.shape[1]) : 1;
+    std::vector<double> all(size_t(d.size()));
+    file.read(name, all.data());
+    for (const auto row : shown)
+      some.insert(some.end(), all.begin() + long(size_t(row) * columns),
+                  all.begin() + long((size_t(row) + 1) * columns));
+    return some;
+  };
+  std::vector<std::string> turns;
+  if (file.datasets().count("turns")) {
+    std::istringstream names(file.texts("turns")["columns"]);
+    for (std::string name; std::getline(names, name);) turns.push_back(name);
+  }
+  return motion_plot(m, {series("time"), turns, series}, r.title, plot_subtitle(r));
+}
+
+std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
+                                    const mechanics::Mechanism* mechanism) {
   const RunReport r = report_of(summary);
   const Hdf5Reader file(folder / "run.h5");
   const auto t = column(file, "time"), error = column(file, "energy_error");
@@ -122,7 +151,58 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary)
   write_aside(ledger, ledger_plot(s, r.title, plot_subtitle(r)));
   put_in_place(svg);
   put_in_place(ledger);
-  return {svg.string(), ledger.string()};
+  std::vector<std::string> files{svg.string(), ledger.string()};
+  if (const auto text = mechanism ? motion_picture(file, *mechanism, r) : ""; !text.empty()) {
+    const fs::path motion = folder / "motion.svg";
+    write_aside(motion, text);
+    put_in_place(motion);
+    files.push_back(motion.string());
+  }
+  return files;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs::path& folder) {
+  const Json summary = summary_of(folder);
+  const bool one = fs::exists(folder / "run.h5");
+  const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
+  if (!first.datasets().count("provenance/scene")) return {};  // of a system of the user's own
+  const auto model =
+      first.datasets().count("provenance/model") ? first.text("provenance/model") : "";
+  const Scene scene =
+      read_scene_again((folder / "scene.toml").string(), {first.text("provenance/scene"), model});
+  const Assembly assembly = assemble(scene);
+  if (!assembly.mechanism) return {};
+  std::vector<std::shared_ptr<const mechanics::Mechanism>> all{assembly.mechanism};
+  if (one) return all;
+  std::optional<EventTimes> happened;
+  if (summary.contains("events")) {
+    happened.emplace();
+    for (const auto& e : summary.at("events"))
+      happened->emplace_back(e.at("event").get<std::string>(), e.at("at_s").get<double>());
+  }
+  mechanics::MovingMechanism moving(assembly.parts);
+  for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
+    const fs::path phase = folder / fmt::format("phase_{}", k);
+    const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
+    pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
+    all.emplace_back(moving.model, &moving.model->mechanism());
+  }
+  return all;
+}
+
+namespace {
+
+/// None where the scene was made in code, or names tables that the results do not hold: then the
+/// plot of the motion stays as the run has drawn it.
+std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_if_known(
+    const fs::path& folder) {
+  try {
+    return mechanisms_of(folder);
+  } catch (const InvalidArgument&) {
+    return {};
+  }
 }
 
 }  // namespace
@@ -130,11 +210,16 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary)
 std::vector<std::string> replot(const fs::path& folder) {
   const Json summary = summary_of(folder);
   try {
-    if (fs::exists(folder / "run.h5")) return replot_one(folder, summary);
+    const auto mechanisms = mechanisms_if_known(folder);
+    const auto one = [&](size_t k) {
+      return k < mechanisms.size() ? mechanisms[k].get() : nullptr;
+    };
+    if (fs::exists(folder / "run.h5")) return replot_one(folder, summary, one(0));
     std::vector<std::string> files;
     for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k) {
       const fs::path phase = folder / fmt::format("phase_{}", k);
-      for (auto& f : replot_one(phase, summary_of(phase))) files.push_back(std::move(f));
+      for (auto& f : replot_one(phase, summary_of(phase), one(size_t(k) - 1)))
+        files.push_back(std::move(f));
     }
     if (!files.empty()) return files;
   } catch (const Json::exception& e) {

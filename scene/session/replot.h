@@ -1,12 +1,21 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "mechanics/mechanism.h"
+
 namespace porthos::scene {
 
-/// Draws energy_error.svg and ledger.svg of a finished run, and of all its phases, again from
-/// summary.json and run.h5.
+/// The mechanisms of a finished run, one per phase, from the scene and the model in its results;
+/// empty for a system without a mechanism.
+/// @throws InvalidArgument as replot(), and where the scene cannot be read again
+std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(
+    const std::filesystem::path& folder);
+
+/// Draws energy_error.svg, ledger.svg and motion.svg of a finished run, and of all its phases,
+/// again from summary.json and run.h5. motion.svg stays as it is where the scene cannot be read.
 /// @return the files written
 /// @throws InvalidArgument for a folder without a finished run, or one whose files are damaged
 std::vector<std::string> replot(const std::filesystem::path& folder);

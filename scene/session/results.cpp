@@ -6,9 +6,11 @@
 
 #include "scene/files/files.h"
 #include "scene/plot/ledger_plot.h"
+#include "scene/plot/motion.h"
 #include "scene/plot/panel_plot.h"
 #include "scene/plot/plot.h"
 #include "scene/plot/space_plot.h"
+#include "scene/run/columns.h"
 #include "scene/run/record_log.h"
 #include "scene/run/run_file.h"
 
@@ -60,6 +62,37 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
   return ledger_plot(s, scene.title, plot_subtitle(r));
 }
 
+/// The motion, with at most 1500 records; empty: nothing of it is in the records.
+std::string motion(const Scene& scene, const Assembly& assembly, const RunReport& r,
+                   const std::filesystem::path& log) {
+  if (!assembly.mechanism) return "";
+  const phs::Description& d = assembly.model->description();
+  const RecordLayout layout(d, scene.extrema);
+  const auto columns = columns_of(d, layout);
+  const auto shown = evenly(r.records, most_of_motion);
+  std::vector<double> kept, rows;
+  RecordReader reader(log, layout);
+  size_t next = 0;
+  for (std::int64_t at = 0; const size_t n = reader.read(rows, 4096);)
+    for (size_t i = 0; i < n; ++i, ++at)
+      if (next < shown.size() && shown[next] == at) {
+        const auto row = rows.begin() + long(i * layout.size());
+        kept.insert(kept.end(), row, row + long(layout.size()));
+        ++next;
+      }
+  const auto series = [&](const std::string& name) {
+    std::vector<double> all;
+    for (const Column& c : columns)
+      for (size_t k = 0; c.name == name && k < next * c.columns; ++k) {
+        const double v = kept[k / c.columns * layout.size() + c.first + k % c.columns];
+        all.push_back(c.integer ? double(integer(v)) : v);
+      }
+    return all;
+  };
+  return motion_plot(*assembly.mechanism, {series("time"), turn_names(d), series}, scene.title,
+                     plot_subtitle(r));
+}
+
 /// Writes pictures and summary, and puts them in place after the files written before.
 void write_with(const std::filesystem::path& folder, const Scene& scene, const Assembly& assembly,
                 const RunReport& report, const std::filesystem::path& log,
@@ -70,6 +103,7 @@ void write_with(const std::filesystem::path& folder, const Scene& scene, const A
   };
   write("energy_error.svg", plot(scene, assembly, report, log));
   write("ledger.svg", ledger(scene, assembly, report, log));
+  if (const auto svg = motion(scene, assembly, report, log); !svg.empty()) write("motion.svg", svg);
   if (!scene.panels.empty()) write("panels.svg", panel_plot(scene, assembly, report, log));
   if (report.space) write("ledgers.svg", space_plot(report));
   write("summary.json", summary_json(scene, assembly, report, report.final_state));

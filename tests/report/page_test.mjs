@@ -75,8 +75,8 @@ async function open(name, size = "wide", colorScheme = "light") {
 }
 /** Goes down the page, so that everything is drawn. */
 async function scroll(tab) {
-  const height = await tab.evaluate(() => document.body.scrollHeight);
-  for (let y = 0; y < height; y += 500) {
+  const height = () => tab.evaluate(() => document.body.scrollHeight);  // grows as plots are drawn
+  for (let y = 0; y < (await height()); y += 500) {
     await tab.evaluate((to) => scrollTo({ top: to, behavior: "instant" }), y);
     await tab.waitForTimeout(60);
   }
@@ -157,6 +157,21 @@ console.log("words and axes");
   expect(/end of the run reached✗ failno–/.test(wild.verdict) && !/NaN|nan|undefined|null/.test(wild.verdict), "an early end in words");
   expect(/Not an error of this run: the centre of mass moved in closed form/.test(ets.errors), "an error that is no error says why");
   expect(ets.legends >= 4 && ets.stray === 0, `${ets.legends} legends, ${ets.stray} with an entry without a line`);
+}
+
+console.log("motion");
+{
+  const { tab } = await open("capture");
+  const seen = await tab.evaluate(() => ({ titles: [...document.querySelectorAll("#motion h3")].map((e) => e.textContent), data: porthos.data.motion }));
+  expect(["Joints", "Rates of joints", "Rotation of base", "Rates of base, own axes", "Path of base", "Velocity of base"].every((t) => seen.titles.includes(t)), `plots of the motion: ${seen.titles.join(", ")}`);
+  const path = await tab.evaluate(() => {
+    const line = porthos.data.motion.panels.find((p) => p.what === "path of base [m]").lines[0].v;
+    let jump = 0, most = 0;
+    for (let i = 1; i < line.length; ++i) jump = Math.max(jump, Math.abs(line[i] - line[i - 1])), most = Math.max(most, Math.abs(line[i]));
+    return { jump, most };
+  });
+  expect(path.jump < 0.05 * path.most, `the path goes on across events: largest step ${path.jump.toExponential(1)} m of ${path.most.toExponential(1)} m`);
+  await tab.close();
 }
 
 console.log("comparison");

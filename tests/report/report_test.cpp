@@ -71,6 +71,19 @@ TEST_F(Report, OfAFinishedRun) {
             std::string::npos);
 }
 
+TEST_F(Report, HasTheMotion) {
+  const Json j = Json::parse(report_json(out()));
+  const Json& panels = j["phases"][0]["motion"]["panels"];
+  std::vector<std::string> what;
+  for (const auto& p : panels) what.push_back(p["what"]);
+  EXPECT_EQ(what,
+            (std::vector<std::string>{"joints [rad]", "rates of joints [rad/s]",
+                                      "rotation of base [rad]", "rates of base, own axes [rad/s]",
+                                      "path of base [m]", "velocity of base [m/s]"}));
+  EXPECT_EQ(panels[0]["lines"][0]["name"], "hinge");
+  EXPECT_EQ(panels[0]["lines"][0]["v"].get<std::string>().size(), 540u);  // 101 floats in base64
+}
+
 TEST_F(Report, BoxesHaveTheInertiaTheyStandFor) {
   const Json j = Json::parse(report_json(out()));
   const Json& box = j["phases"][0]["playback"]["bodies"][0]["box"];

@@ -28,6 +28,29 @@ TEST(Replot, PicturesAreThoseOfTheRunByteForByte) {
   }
 }
 
+TEST(Replot, TheMotionIsThatOfTheRunInEveryPhase) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf());
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+              "vector = [0, 0, -9.81]\n[initial]\njoints.shoulder = { position = 1.2 }\n"
+              "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 2\n"
+              "[[event]]\ntype = 'lock'\njoint = 'elbow'\nat = 1.0\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  std::vector<std::string> before;
+  for (const char* phase : {"phase_1", "phase_2"}) {
+    const fs::path svg = folder / "out" / phase / "motion.svg";
+    before.push_back(read_bytes(svg));
+    fs::remove(svg);
+  }
+  EXPECT_EQ(scene::replot(folder / "out").size(), 6u);
+  EXPECT_EQ(read_bytes(folder / "out/phase_1/motion.svg"), before[0]);
+  EXPECT_EQ(read_bytes(folder / "out/phase_2/motion.svg"), before[1]);
+  EXPECT_NE(before[0].find("elbow"), std::string::npos);
+  EXPECT_EQ(before[1].find("elbow"), std::string::npos) << "a locked joint does not move";
+}
+
 TEST(Replot, FoldersWithoutAFinishedRunAreRefused) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& name) {

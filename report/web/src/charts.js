@@ -27,7 +27,7 @@ const logRange = (most) => (u, low, high) => {
 /** o: {title, what, unit, t, lines: [{name, v, colour, width, dash, fill, hidden}], log, logTime, stacked, height, decades, note} */
 export function chart(o) {
   const box = h("div", { class: "chart" }, o.title && h("h3", {}, o.title), o.what && h("p", { class: "what" }, o.what));
-  const place = h("div", {});
+  const place = h("div", { style: `min-height:${o.height || 270}px` });  // so that the page hardly grows when it is drawn
   box.append(place, o.note ? h("p", { class: "what" }, o.note) : "");
   const last = o.t[o.t.length - 1] || 1, unit = o.logTime ? { name: "s", seconds: 1 } : timeUnit(last);
   // A logarithmic axis has no place for 0.

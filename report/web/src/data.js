@@ -45,6 +45,21 @@ function join(phases) {
   };
 }
 
+/** The motion of all phases, one after another; a line that a phase lacks is a gap there. Panels are met by their titles and lines. */
+function joinMotion(phases) {
+  const all = phases.map((p) => p.motion).filter((m) => m && m.panels.length);
+  if (!all.length) return null;
+  const t = all.map((m) => doubles(m.t)), panels = new Map();
+  all.forEach((m, k) => m.panels.forEach((p) => p.lines.forEach((l) => {
+    if (!panels.has(p.what)) panels.set(p.what, new Map());
+    const lines = panels.get(p.what);
+    if (!lines.has(l.name)) lines.set(l.name, t.map((x) => new Float64Array(x.length).fill(NaN)));
+    const before = k > 0 && p.what.startsWith("path of") ? lines.get(l.name)[k - 1].at(-1) : 0;  // a path goes on from where it was
+    lines.get(l.name)[k] = Float64Array.from(floats(l.v), (x) => x + (before || 0));
+  })));
+  return { t: joined(t), panels: [...panels].map(([what, lines]) => ({ what, lines: [...lines].map(([name, v]) => ({ name, v: joined(v) })) })) };
+}
+
 function decodeClip(c, nodes) {
   const t = doubles(c.t);
   return { name: c.name, t, origin: doubles(c.origin), poses: floats(c.poses), nodes, turn: c.turn, orbit: c.orbit ? doubles(c.orbit) : null };
@@ -53,6 +68,7 @@ function decodeClip(c, nodes) {
 export function read() {
   const d = JSON.parse(document.getElementById("porthos-data").textContent);
   d.series = join(d.phases.filter((p) => p.series));
+  d.motion = joinMotion(d.phases);
   d.acts = d.phases.filter((p) => p.playback).map((p) => ({
     ...p.playback, from: p.from, clips: p.playback.clips.map((c) => decodeClip(c, p.playback.nodes)),
   }));

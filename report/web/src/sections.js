@@ -144,6 +144,22 @@ export function errors(d) {
       flat("Linear momentum", "|P − P(start)|", "kg m/s", s.linear, "c2", "linear_momentum"), flat("Angular momentum", "|L − L(start)|", "kg m²/s", s.angular, "c4", "angular_momentum"), flat("Quaternion norm", "| |ξ| − 1 |, largest", "1", s.quaternion, "c3", "quaternion_norm")));
 }
 
+/** What moved: joints, then bodies that are free. Many lines are cut into plots of eight. */
+export function motion(d) {
+  const m = d.motion;
+  if (!m) return null;
+  const plots = m.panels.flatMap((p) => {
+    const [, title, unit] = p.what.match(/^(.*) \[(.*)\]$/), count = Math.ceil(p.lines.length / 8);
+    return Array.from({ length: count }, (_, k) => chart({
+      title: `${title[0].toUpperCase()}${title.slice(1)}${count > 1 ? `, ${k + 1} of ${count}` : ""}`, unit: `[${unit}]`, t: m.t, height: 220,
+      lines: p.lines.slice(8 * k, 8 * k + 8).map((l, i) => ({ ...l, colour: `c${i}`, width: 1.4 })),
+    }));
+  });
+  return section("motion", "Motion",
+    lead("Positions and rates at the records. A rotation is a vector along its axis, from the attitude at the start (after an event: at the event), world axes; its length is the angle. Angular rates are in the body's own axes, paths and velocities in world axes."),
+    h("div", { class: plots.length > 1 ? "grid2" : "" }, plots.map((p) => card(p))));
+}
+
 export function steps(d) {
   const s = d.series, varying = any(s.step) && new Set(Array.from(s.step).filter(Number.isFinite).map((x) => x.toPrecision(6))).size > 2;
   const step = d.summary?.step_s ?? d.scene?.step_s;

@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+#include "scene/plot/trace_plot.h"
+
+namespace porthos::scene {
+
+/// The records of a run from which its motion is shown.
+struct MotionRecords {
+  std::vector<double> t;           ///< [s]
+  std::vector<std::string> turns;  ///< the names behind the columns of "turns"
+  /// The columns of a series of run.h5 ("state/elbow") at these times, one record after another;
+  /// empty: there is no such series.
+  std::function<std::vector<double>(const std::string& name)> rows;
+};
+
+/// How a mechanism moved: positions and rates of its joints, and of every body that is free or on a
+/// ball joint its attitude (rotation from the start as a vector along its axis, continuous where
+/// less than half a turn lies between two records), its angular rate in its own axes, its path from
+/// the start and its velocity, both in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p.
+/// A joint that makes more than four turns has panels apart. Empty: a coordinate is not recorded.
+std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
+                                      const MotionRecords& records);
+
+/// The panels as a complete SVG document; empty: there are none.
+std::string motion_plot(const mechanics::Mechanism& mechanism, const MotionRecords& records,
+                        const std::string& title, const std::string& subtitle);
+
+inline constexpr std::int64_t most_of_motion = 1500;  ///< records in a plot of the motion
+
+/// At most `most` of `count` records, equally far apart, the first and the last among them.
+std::vector<std::int64_t> evenly(std::int64_t count, std::int64_t most);
+
+}  // namespace porthos::scene
