@@ -2,8 +2,11 @@
 #include "scene/assemble/assembly.h"
 
 #include <fmt/format.h>
+#include <pybind11/functional.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
+#include <cmath>
 #include <set>
 
 #include "phs/network/network.h"
@@ -15,9 +18,12 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/plot/motion.h"
 #include "scene/run/columns.h"
+#include "scene/run/statistics.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
+#include "scene/session/replot.h"
 #include "scene/session/run.h"
 
 namespace porthos::python {
@@ -186,6 +192,30 @@ void bind_reader(py::module_& m) {
           arg("object") = "/", "Attributes of a dataset or group ('/': of the file).");
 }
 
+py::dict statistics_of(const std::vector<double>& errors) {
+  ErrorStatistics s;
+  for (const double e : errors) {
+    if (!std::isfinite(e)) throw InvalidArgument("errors has a number that is not finite");
+    s.add(e);
+  }
+  using namespace py::literals;
+  return py::dict("max_abs"_a = s.max_abs(), "rms"_a = s.rms(), "change"_a = s.change(),
+                  "growth_exponent"_a = s.growth_exponent(),
+                  "drift_is_significant"_a = s.drift_is_significant());
+}
+
+py::list motion_of(const std::shared_ptr<const mechanics::Mechanism>& m, std::vector<double> t,
+                   std::vector<std::string> turns,
+                   const std::function<std::vector<double>(const std::string&)>& rows) {
+  py::list all;
+  for (const auto& p : motion_panels(*m, {std::move(t), std::move(turns), rows})) {
+    py::dict lines;
+    for (const auto& l : p.lines) lines[py::str(l.name)] = as_array(std::vector<double>(l.value));
+    all.append(py::make_tuple(p.what, lines));
+  }
+  return all;
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE(readability-function-size): a list of bindings
@@ -284,6 +314,18 @@ void bind_scene(py::module_& m) {
       },
       arg("folder"), arg("out"), arg("page"),
       "Fills the template `page` with the results in a folder and writes `out`.");
+  m.def("mechanisms_of", &mechanisms_of, arg("folder"),
+        "The mechanisms of a finished run, one per phase, from the scene and the model in its "
+        "results; empty for a system without one.");
+  m.def("motion_panels", &motion_of, arg("mechanism"), arg("t"), arg("turns"), arg("rows"),
+        "How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind "
+        "the columns of \"turns\"; rows(name): the flat values of a series at the times t, empty "
+        "where there is none.");
+  m.def("error_statistics", &statistics_of, arg("errors"),
+        "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
+        "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "
+        "or so) and drift_is_significant (beyond three standard errors of a random walk with the "
+        "same increments).");
   bind_reader(m);
 }
 

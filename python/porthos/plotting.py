@@ -1,4 +1,4 @@
-"""Pictures of a run, by matplotlib: energies, works, the defect of the balance with guide lines, momentum errors."""
+"""Pictures of a run, by matplotlib: energies, works, the residual of the balance with guide lines, the motion, momentum errors."""
 
 from __future__ import annotations
 
@@ -117,9 +117,7 @@ def draw(result: Result) -> "Figure":
     ((a, b), (c, d)) = figure.subplots(2, 2)
     _energies(a, result)
     _works(b, result)
-    scale = s["energy"]["scale_J"] or 1.0
-    _style(c, "defect of the balance, relative (band: range, line: largest so far)", "1")
-    _logarithmic(c, {"energy": (result.time, result["energy_error"] / scale)}, True)
+    _residual(c, result)
     limit = next((x["limit"] for x in s["checks"] if x["name"] == "energy"), None)
     if limit and c.get_yscale() == "log":
         c.axhline(limit, color="#c8472f", linewidth=1)
@@ -136,18 +134,77 @@ def draw(result: Result) -> "Figure":
     return figure
 
 
-def plot(result: Result | PathLike, path: PathLike | None = None) -> Any:
-    """Draws a result, or the one in a folder. path: a .png or .svg file; None: plot.png in the folder of the run, or for a
-    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each.
+def _of_motion(result: Result) -> dict[str, Any]:
+    """Panels of the motion by their titles without units: "joints", "rates of joints", ..."""
+    motion = result.motion()
+    t = motion.pop("time [s]")["t"]
+
+    def panel(what, lines):
+        def draw_into(ax, _):
+            title, unit = what[:-1].split(" [")
+            _style(ax, title, unit)
+            for k, (name, y) in enumerate(lines.items()):
+                ax.plot(t, y, color=LINES[k % len(LINES)], linestyle=("-", "--", ":")[k // len(LINES) % 3], linewidth=1.2, label=name)
+            _legend(ax)
+        return draw_into
+
+    return {what[:-1].split(" [")[0]: panel(what, lines) for what, lines in motion.items()}
+
+
+def _residual(ax: "Axes", r: Result) -> None:
+    _style(ax, "residual of the energy balance, relative (band: range, line: largest so far)", "1")
+    _logarithmic(ax, {"energy": (r.time, r["energy_error"] / (r.summary["energy"]["scale_J"] or 1.0))}, True)
+
+
+PANELS = {"energies": _energies, "works": _works, "residual": _residual}
+
+
+def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> Any:
+    """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
+
+    what = "motion": all panels of the motion in one figure. Returns the Figure. Raises InvalidArgument, naming what there is.
     """
+    if not isinstance(result, Result):
+        result = open_result(result)
+    known = dict(PANELS)
+    if what not in known:
+        known.update(_of_motion(result))
+    names = [n for n in known if n not in PANELS] if what == "motion" else [what]
+    if what != "motion" and what not in known:
+        raise InvalidArgument(f"what is '{what}', expected one of motion, {', '.join(known)}")
+    if axes is not None:
+        if len(names) > 1:
+            raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
+        known[names[0]](axes, result)
+        return axes.figure
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 2.3 * len(names) + 0.6), layout="constrained")
+    for name, ax in zip(names, figure.subplots(len(names), 1, squeeze=False)[:, 0]):
+        known[name](ax, result)
+        ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
+    figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
+    return figure
+
+
+def plot(result: Result | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None) -> Any:
+    """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
+    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each.
+
+    what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in.
+    """
+    if what is None and axes is not None:
+        raise InvalidArgument("axes are of one panel, expected what as well")
     if not isinstance(result, Result):
         result = open_result(result)
     phases = result.phases
     if len(phases) > 1:
-        return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}")) for k, p in enumerate(phases, 1)]
-    if path is None and result.folder is not None:
+        if axes is not None:
+            raise InvalidArgument(f"axes are of one phase, expected one of the {len(phases)} in result.phases")
+        return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}"), what) for k, p in enumerate(phases, 1)]
+    if path is None and result.folder is not None and what is None:
         path = result.folder / "plot.png"
-    figure = draw(phases[0])
+    figure = draw(phases[0]) if what is None else panel(phases[0], what, axes)
     if path is not None:
         if Path(path).suffix not in (".png", ".svg", ".pdf"):
             raise InvalidArgument(f"path is '{path}', expected a name that ends with .png, .svg or .pdf")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from typing import Any, Iterator, Union
 
 import numpy as np
 
-from ._core import InvalidArgument, RunFile
+from ._core import InvalidArgument, RunFile, mechanisms_of, motion_panels
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -29,6 +30,7 @@ class Result(Mapping):
         self.folder = folder  #: None for a run in memory
         self._columns = columns
         self._states = states
+        self.mechanism: Any = None  #: what moved; None: of the folder's scene, or there is none
         self._file: RunFile | None = None
         self._read: dict[str, np.ndarray] = {}
 
@@ -140,10 +142,51 @@ class Result(Mapping):
             raise InvalidArgument("the flat states are kept by runs in memory only, expected the series of state/ and momentum/")
         return self._states
 
+    def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
+        """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
+
+        Positions and rates of joints; rotation from the start, rates, path and velocity of free bodies, as motion.svg has them.
+        Raises InvalidArgument for a system without a mechanism.
+        """
+        if self.mechanism is None:
+            self.mechanism = _mechanism_of(self.folder)
+        if self.mechanism is None:
+            raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel")
+        t = self.time
+        at = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).astype(int))
+        turns = [c.name for c in self.mechanism.coordinates if c.q.stop - c.q.start == 1 and c.unit == "rad"]
+        if self.file is not None and "turns" in self.file.names:
+            turns = self.file.attributes("turns")["columns"].split("\n")
+        rows = lambda name: np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
+        panels: dict[str, dict[str, np.ndarray]] = {}
+        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows):
+            panels.setdefault(what, {}).update(lines)
+        return {**panels, "time [s]": {"t": t[at]}}
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: the verdict and its checks."""
+        cell = lambda x: f"<td>{html.escape(str(x))}</td>"
+        rows = [(c["name"], _short(c["value"]), _short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
+        rows += [(n["name"], "", "", f"not applicable: {n['why']}") for n in self.not_applicable]
+        body = "".join("<tr>" + "".join(map(cell, r)) + "</tr>" for r in rows)
+        s = self.summary
+        return (f"<p><b>{html.escape(s['title'] or 'run')}</b>: {html.escape(self.verdict)}; {html.escape(s['method'])}, {s['steps']} steps of {s['step_s']:g} s</p>"
+                f"<table><tr><th>check</th><th>value</th><th>limit</th><th></th></tr>{body}</table>")
+
     def group(self, name: str) -> dict[str, np.ndarray]:
         """The series of a group without its name: group("stored") -> {"kinetic": ..., "gravity": ...}."""
         start = name + "/"
         return {n[len(start):]: self[n] for n in self.names if n.startswith(start)}
+
+
+def _mechanism_of(folder: Path | None):
+    """The mechanism of a finished run or of a phase."""
+    if folder is None:
+        return None
+    number = folder.name.removeprefix("phase_")
+    phase = number.isdigit() and number != folder.name and (folder.parent / "summary.json").exists()
+    all = mechanisms_of(folder.parent if phase else folder)
+    return all[int(number) - 1 if phase else 0] if all else None
 
 
 def _short(x) -> str:

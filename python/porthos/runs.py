@@ -160,8 +160,12 @@ def simulate(model: Model, x, *, step: float, duration: float, method: str = "ga
     """
     data, assembly = _scene_of(model, x, step, duration, method, record_every, limits, title, options)
     if out is not None:
-        return _into(data, assembly, out, False, False, progress)
-    return _in_memory(data, assembly, False, progress)
+        result = _into(data, assembly, out, False, False, progress)
+        result.mechanism = getattr(model, "mechanism", None)
+        return result
+    result = _in_memory(data, assembly, False, progress)
+    result.mechanism = getattr(model, "mechanism", None)
+    return result
 
 
 def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,

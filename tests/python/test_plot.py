@@ -21,11 +21,45 @@ def run(source, tmp_path_factory):
 def test_four_panels(run, tmp_path):
     figure = ph.plot(run, tmp_path / "a.svg")
     titles = [a.get_title(loc="left") for a in figure.axes]
-    assert len(titles) == 4 and "stored" in titles[0] and "works" in titles[1] and "defect" in titles[2] and "momentum" in titles[3]
+    assert len(titles) == 4 and "stored" in titles[0] and "works" in titles[1] and "residual" in titles[2] and "momentum" in titles[3]
     names = [t.get_text() for t in figure.axes[1].get_legend().get_texts()]
     assert names == list(run.group("supplied")) + list(run.group("dissipated"))
     assert (tmp_path / "a.svg").stat().st_size > 20000
     refused(lambda: ph.plot(run, tmp_path / "a.gif"), "a.gif", ".png, .svg or .pdf")
+
+
+def test_the_motion(run, source, tmp_path):
+    figure = ph.plot(run, tmp_path / "motion.svg", what="motion")
+    titles = [a.get_title(loc="left") for a in figure.axes]
+    assert {"rotation of base", "rates of base, own axes", "path of base", "velocity of base"} <= set(titles), titles
+    assert (tmp_path / "motion.svg").stat().st_size > 20000
+    from matplotlib.figure import Figure
+
+    mine = Figure().subplots()
+    which = "joints" if "joints" in titles else "turning joints"
+    assert ph.plot(run, what=which, axes=mine) is mine.figure
+    assert [t.get_text() for t in mine.get_legend().get_texts()] == list(run.motion()[f"{which} [rad]"])
+    # rates are the derivatives of positions: central differences of records 1 s apart, of a slow motion
+    m = ph.Scene(source / "examples/ets_vii/scene.toml", duration=40).run(tmp_path / "slow", progress=False).motion()
+    t = m["time [s]"]["t"]
+    q, v = m["path of base [m]"]["x"], m["velocity of base [m/s]"]["x"]
+    off = np.abs((q[2:] - q[:-2]) / (t[2:] - t[:-2]) - v[1:-1]).max()
+    assert off < 0.05 * np.abs(v).max(), off  # measured 0.010
+    refused(lambda: ph.plot(run, what="motions"), "what is 'motions', expected one of motion", "rotation of base")
+    refused(lambda: ph.plot(run, what="motion", axes=mine), "axes are of one panel")
+    refused(lambda: ph.plot(run, axes=mine), "expected what as well")
+
+
+def test_the_motion_of_a_run_in_memory(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    r = ph.simulate(model, model.state([0.3, -0.2], [0.5, 0]), step=0.01, duration=2)
+    m = r.motion()
+    assert list(m) == ["joints [rad]", "rates of joints [rad/s]", "time [s]"]
+    rates = m["rates of joints [rad/s]"]
+    assert abs(rates["upper"][0] - 0.5) < 1e-14 and abs(rates["lower"][0]) < 1e-14
+    t, q = m["time [s]"]["t"], m["joints [rad]"]["lower"]
+    assert np.abs(np.gradient(q, t)[1:-1] - rates["lower"][1:-1]).max() < 1e-3 * np.abs(rates["lower"]).max()
+    assert "pass" in r._repr_html_() or "not judged" in r._repr_html_()
 
 
 def test_the_command(run, tmp_path):

@@ -1679,6 +1679,18 @@ def write_report(folder: str, out: str, page: str) -> None:
     """Fills the template `page` with the results in a folder and writes `out`."""
     ...
 
+def mechanisms_of(folder: os.PathLike) -> list[Mechanism]:
+    """The mechanisms of a finished run, one per phase, from the scene and the model in its results; empty for a system without one."""
+    ...
+
+def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]]) -> list:
+    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none."""
+    ...
+
+def error_statistics(errors: list[float]) -> dict:
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (beyond three standard errors of a random walk with the same increments)."""
+    ...
+
 def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
     the numbers the run computes. It takes the time of a few runs, however many parameters there are.

@@ -1,0 +1,168 @@
+"""Environments with the interface of Gymnasium, over the batch of Environment. Gymnasium itself is not needed: spaces are its own
+where it is installed, else of the same members.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+import numpy as np
+
+from ._core import Environment, InvalidArgument, Model, rates_from_momenta
+from .results import PathLike
+
+try:
+    import gymnasium
+except ImportError:
+    gymnasium = None
+
+Reward = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Box:
+    """What is used of gymnasium.spaces.Box, where gymnasium is not installed."""
+
+    def __init__(self, low: float, high: float, shape: tuple[int, ...], dtype: Any = np.float32):
+        self.low, self.high = np.full(shape, low, dtype), np.full(shape, high, dtype)
+        self.shape, self.dtype = shape, np.dtype(dtype)
+        self._random = np.random.default_rng()
+
+    def seed(self, seed: int | None = None) -> None:
+        self._random = np.random.default_rng(seed)
+
+    def sample(self) -> np.ndarray:
+        if not (np.isfinite(self.low).all() and np.isfinite(self.high).all()):
+            return self._random.normal(size=self.shape).astype(self.dtype)
+        return self._random.uniform(self.low, self.high).astype(self.dtype)
+
+    def contains(self, x: Any) -> bool:
+        x = np.asarray(x)
+        return x.shape == self.shape and bool((x >= self.low).all() and (x <= self.high).all())
+
+    def __repr__(self) -> str:
+        return f"Box({self.low.min():g}, {self.high.max():g}, {self.shape}, {self.dtype})"
+
+
+def _box(low: float, high: float, shape: tuple[int, ...], dtype: Any) -> Any:
+    return (gymnasium.spaces.Box if gymnasium else Box)(low, high, shape=shape, dtype=dtype)
+
+
+_VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
+_EnvBase = gymnasium.Env if gymnasium else object
+
+
+class VectorEnv(_VectorBase):
+    """Many environments of one model, as gymnasium.vector.VectorEnv.
+
+    Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
+    where. Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
+    An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
+    mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
+    options: those of Environment (step, substeps, longest, method, begin, ended, threads, ...); begin and ended take states.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP
+                                if gymnasium and hasattr(gymnasium.vector, "AutoresetMode") else "SameStep"}
+    render_mode = None
+
+    def __init__(self, model: Model, start, *, reward: Reward, limit: float, num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None, **options: Any):
+        if "observed" in options or "outputs" in options:
+            raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
+        if not limit > 0:
+            raise InvalidArgument(f"limit is {limit}, expected more than 0: the largest input of a port")
+        self._batch = Environment(model, start, count=num_envs, **options)
+        self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
+        self._reward, self._dtype = reward, np.dtype(dtype)
+        description = model.description
+        ports = options.get("ports") or [p.name for p in description.ports]
+        sizes = {p.name: p.size for p in description.ports}
+        number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
+        self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
+        m = self._mechanism
+        if m is None:
+            self.names: list[str] = [f"x[{k}]" for k in range(description.nx)]
+        else:
+            self.names = [n for c in m.coordinates for n in number(c.name, c.q.stop - c.q.start)] + [n for c in m.coordinates for n in number(f"rate of {c.name}", c.v.stop - c.v.start)]
+        self.num_envs = num_envs
+        self.single_observation_space = _box(-np.inf, np.inf, (len(self.names),), self._dtype)
+        self.single_action_space = _box(-limit, limit, (self._batch.action_size,), self._dtype)
+        self.observation_space = _box(-np.inf, np.inf, (num_envs, len(self.names)), self._dtype)
+        self.action_space = _box(-limit, limit, (num_envs, self._batch.action_size), self._dtype)
+        self._limit = float(limit)
+
+    @classmethod
+    def from_scene(cls, path: PathLike, **options: Any):
+        """The model, the start, the method and the step of a scene; options replace them."""
+        from .runs import Scene
+
+        scene = Scene(path)
+        start = scene.assembly.initial.x
+        return cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, **options})
+
+    @property
+    def batch(self) -> Environment:
+        """The environments below: states, energies, lengths of episodes."""
+        return self._batch
+
+    def _seen(self, x: np.ndarray) -> np.ndarray:
+        m = self._mechanism
+        if m is None:
+            return x.astype(self._dtype)
+        q, p = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq])
+        return np.hstack([q, rates_from_momenta(m, q, p)]).astype(self._dtype)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """(observations, info): the first episode of the seed, or the next."""
+        return self._seen(self._batch.reset(seed)), {}
+
+    def step(self, actions):
+        """(observations, rewards, terminated, truncated, info)."""
+        given = np.asarray(actions, dtype=np.float64).reshape(self.num_envs, -1)
+        u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
+        x, terminated, truncated = self._batch.step(u)
+        ended = terminated | truncated
+        observations, info = self._seen(x), {}
+        last = observations
+        if ended.any():
+            last = self._seen(self._batch.final_observations)
+            info = {"final_obs": last, "_final_obs": ended.copy()}
+        rewards = np.asarray(self._reward(last, u), dtype=np.float64)
+        if rewards.shape != (self.num_envs,):
+            raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
+        return observations, rewards, terminated.copy(), truncated.copy(), info
+
+    def close(self, **_: Any) -> None:
+        """Nothing is held open."""
+
+
+class Env(_EnvBase):
+    """One environment, as gymnasium.Env: see VectorEnv for the arguments. reward(observation, action) -> float.
+
+    After an episode has ended the next begins with reset().
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+    render_mode = None
+
+    def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float, **options: Any):
+        if "num_envs" in options:
+            raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
+        self._vector = VectorEnv(model, start, reward=lambda o, u: [reward(o[0], u[0])], limit=limit, **options)
+        self.observation_space = self._vector.single_observation_space
+        self.action_space = self._vector.single_action_space
+        self.names, self.action_names = self._vector.names, self._vector.action_names
+
+    from_scene = classmethod(VectorEnv.from_scene.__func__)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """(observation, info)."""
+        observations, info = self._vector.reset(seed=seed, options=options)
+        return observations[0], info
+
+    def step(self, action):
+        """(observation, reward, terminated, truncated, info)."""
+        observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
+        return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {}
+
+    def close(self) -> None:
+        """Nothing is held open."""

@@ -1,0 +1,112 @@
+"""Env and VectorEnv: the interface of Gymnasium, with and without the package."""
+import importlib.util
+import sys
+import types
+
+import numpy as np
+
+import porthos as ph
+from test_dynamics import refused
+
+KW = dict(step=0.01, substeps=2, ports=["upper.torque"], limit=2.0)
+
+
+def many(pendulum, **options):
+    model = ph.MechanicalModel(pendulum)
+    return ph.VectorEnv(model, model.state([0.1, 0.2], [0.3, -0.4]), **{**KW, "num_envs": 3, "reward": lambda o, u: -(o**2).sum(axis=1), **options})
+
+
+def one(pendulum, **options):
+    model = ph.MechanicalModel(pendulum)
+    return ph.Env(model, model.state([0.1, 0.2], [0.3, -0.4]), **{**KW, "reward": lambda o, u: -float(u[0] ** 2), **options})
+
+
+def test_observations_are_coordinates_and_rates_by_name(pendulum):
+    e = many(pendulum)
+    assert e.names == ["upper", "lower", "rate of upper", "rate of lower"] and e.action_names == ["upper.torque"]
+    obs, info = e.reset(seed=1)
+    assert obs.dtype == np.float32 and obs.shape == e.observation_space.shape and info == {}
+    assert np.abs(obs - np.float32([0.1, 0.2, 0.3, -0.4])).max() < 1e-7
+    # rates are what positions do: the reason why observations are not momenta
+    before = obs.copy()
+    after, *_ = e.step(np.zeros((3, 1)))
+    assert np.abs((after[:, :2] - before[:, :2]) / 0.02 - 0.5 * (before + after)[:, 2:]).max() < 2e-3
+
+
+def test_float32_and_float64_actions_are_the_same(pendulum):
+    a, b = many(pendulum), many(pendulum)
+    for e in (a, b):
+        e.reset(seed=3)
+    u = np.float32([[0.5], [-1.25], [9.0]])
+    x, y = a.step(u), b.step(u.astype(np.float64))
+    assert np.array_equal(x[0], y[0]) and np.array_equal(x[1], y[1])
+    b.reset(seed=3), a.reset(seed=3)
+    assert np.array_equal(a.step(np.full((3, 1), 2.0))[0][2], b.step(u)[0][2])  # 9 is cut off at the limit of 2
+    assert not np.array_equal(a.step(u)[0][0], a.step(-u)[0][0])  # control: actions do something
+
+
+def test_episodes(pendulum):
+    e = many(pendulum, longest=3)
+    e.reset(seed=0)
+    infos = [e.step(np.zeros((3, 1))) for _ in range(3)]
+    *_, truncated, info = infos[-1]
+    assert truncated.all() and info["_final_obs"].all() and not infos[0][3].any() and infos[0][4] == {}
+    assert not np.array_equal(info["final_obs"], infos[-1][0])  # one is the end, the other the new start
+    s = one(pendulum, longest=3)
+    obs, _ = s.reset(seed=0)
+    for k in range(3):
+        obs, reward, terminated, truncated, info = s.step(np.float32([0.5]))
+        assert s.observation_space.contains(obs) and reward == -0.25 and isinstance(truncated, bool)
+    assert truncated and not terminated and not np.array_equal(obs, s.reset()[0])
+
+
+def test_from_a_scene(source):
+    scene = source / "examples/ets_vii/scene.toml"
+    e = ph.Env.from_scene(scene, ports=["joint_1.torque"], limit=1.0, reward=lambda o, u: 0.0, method="gauss4", step=0.1)
+    obs, _ = e.reset(seed=0)
+    assert abs(obs[e.names.index("joint_1")] - 0.3) < 1e-6 and abs(obs[e.names.index("rate of joint_1")] - 0.05) < 1e-6
+    assert np.array_equal(e.step(np.float32([0]))[0].shape, e.observation_space.shape)
+
+
+def test_wrong_arguments_are_refused(pendulum):
+    refused(lambda: many(pendulum, limit=0), "limit is 0")
+    refused(lambda: many(pendulum, observed=[0]), "observations are coordinates and rates")
+    refused(lambda: one(pendulum, num_envs=2), "num_envs is of VectorEnv")
+    e = many(pendulum, reward=lambda o, u: 0.0)
+    e.reset(seed=0)
+    refused(lambda: e.step(np.zeros((3, 1))), "reward gave shape ()", "(3,)")
+
+
+def test_with_gymnasium(monkeypatch, pendulum):
+    """The classes of gymnasium are used where it is there; here a stand-in with what is used of it."""
+    class Box:
+        def __init__(self, low, high, shape, dtype):
+            self.shape, self.dtype = shape, dtype
+
+    fake = types.ModuleType("gymnasium")
+    fake.Env = type("Env", (), {})
+    fake.vector = types.SimpleNamespace(VectorEnv=type("VectorEnv", (), {}), AutoresetMode=types.SimpleNamespace(SAME_STEP="same"))
+    fake.spaces = types.SimpleNamespace(Box=Box)
+    monkeypatch.setitem(sys.modules, "gymnasium", fake)
+    spec = importlib.util.spec_from_file_location("porthos.envs_again", ph.envs.__file__)
+    again = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(again)
+    assert issubclass(again.Env, fake.Env) and issubclass(again.VectorEnv, fake.vector.VectorEnv)
+    model = ph.MechanicalModel(pendulum)
+    e = again.VectorEnv(model, model.state([0, 0], [0, 0]), num_envs=2, reward=lambda o, u: np.zeros(2), **KW)
+    assert isinstance(e.action_space, Box) and e.metadata["autoreset_mode"] == "same"
+    assert e.reset(seed=1)[0].shape == (2, 4)
+
+
+def test_statistics_of_errors(pendulum):
+    model = ph.MechanicalModel(pendulum)
+    r = ph.simulate(model, model.state([1.0, 0.5], [0, 0]), step=0.02, duration=20, method="gauss4")
+    s = ph.error_statistics(r["energy_error"])
+    e = r.summary["energy"]
+    assert abs(s["growth_exponent"] - e["growth_exponent"]) < 1e-9 and s["drift_is_significant"] == e["drift_is_significant"]
+    rng = np.random.default_rng(1)
+    walk, drift = np.cumsum(rng.normal(size=4096)), np.arange(4096.0) + rng.normal(size=4096)
+    a, b = ph.error_statistics(walk), ph.error_statistics(drift)
+    assert 0.4 < a["growth_exponent"] < 0.6 and not a["drift_is_significant"]
+    assert b["growth_exponent"] > 0.75 and b["drift_is_significant"] and b["max_abs"] == np.abs(drift).max()
+    refused(lambda: ph.error_statistics([0.0, np.nan]), "not finite")
