@@ -63,7 +63,10 @@ class TracePlot {
       high_ = std::ceil(high_);
       if (high_ <= low_) high_ = low_ + 1;
     } else {
-      const double room = high_ > low_ ? 0.05 * (high_ - low_) : std::max(1e-12, std::fabs(high_));
+      // What differs by rounding alone is drawn as constant: no tick is that fine.
+      const double size = std::max(std::fabs(low_), std::fabs(high_));
+      const double room =
+          high_ - low_ > 1e-9 * size ? 0.05 * (high_ - low_) : std::max(1e-12, size);
       low_ -= room;
       high_ += room;
     }

@@ -1,4 +1,5 @@
 #include "scene/plot/plot.h"
+#include "scene/plot/trace_plot.h"
 
 #include <gtest/gtest.h>
 #include <tinyxml2.h>
@@ -62,6 +63,17 @@ TEST(Plot, SurvivesEveryDegenerateSeries) {
   Envelope one(0, 0);
   one.add(0, 0);
   expect_valid(energy_plot(one, {"t", "s", 0.0}));
+}
+
+/// A coordinate that a lock holds differs by its last bit: ticks that fine would not end.
+TEST(Plot, TracesOfAlmostEqualValuesHaveTicks) {
+  for (const double low : {0.0, 1e-300, 0.32, -5e6, 1e300})
+    for (const double high : {low, std::nextafter(low, HUGE_VAL), low + 1e-10 * std::fabs(low)}) {
+      const std::vector<TracePanel> panels{{"angle [rad]", {{"j", {0, 1}, {low, high}}}}};
+      const auto svg = trace_plot(panels, "t", "s");
+      expect_valid(svg);
+      EXPECT_LT(svg.size(), 10000u) << low << ' ' << high;
+    }
 }
 
 }  // namespace

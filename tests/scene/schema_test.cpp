@@ -33,6 +33,7 @@ const std::string actuator =
 const std::string motor =
     "[[element]]\ntype = \"dc_motor\"\njoint = \"j\"\ninductance = 1\nresistance = 1\nconstant = "
     "1\n";
+const std::string law = "[[controller]]\ntype = \"{}\"\nname = \"c\"\n";
 const std::string force = "[[element]]\ntype = \"force\"\njoint = \"j\"\n";
 
 /// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are
@@ -93,9 +94,23 @@ std::map<std::string, std::string> places() {
       {"orbit.drag",
        "[orbit]\naltitude = 5e5\n[orbit.drag]\ndensity = 1\naltitude = 1\nscale_height = "
        "1\narea_coefficient = 1\n@"},
+      {"controller.potential.joint",
+       fmt::format(fmt::runtime(law), "potential") + "[controller.joints.j]\n@"},
+      {"controller.potential.pose",
+       fmt::format(fmt::runtime(law), "potential") +
+           "joints = { j = { damping = 1 } }\n[controller.poses.rod]\n@"},
+      {"controller.tracking.joint",
+       fmt::format(fmt::runtime(law), "tracking") + "[controller.joints.j]\nkp = 1\nkd = 1\n@"},
+      {"controller.lqr.joint", fmt::format(fmt::runtime(law), "lqr") + "[controller.joints.j]\n@"},
       {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
   const std::map<std::string, std::string> besides{
       // so that what is read first is there
+      {"controller.potential", "name = \"c\"\njoints = { j = { damping = 1 } }\n"},
+      {"controller.wheel_attitude",
+       "name = \"c\"\nlink = \"base\"\nwheels = []\nstiffness = [1, 1, 1]\ndamping = [1, 1, "
+       "1]\n"},
+      {"controller.tracking", "name = \"c\"\njoints = { j = { kp = 1, kd = 1 } }\n"},
+      {"controller.lqr", "name = \"c\"\njoints = { j = { position = 1 } }\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.torquer", "name = \"t\"\ndirection = [1, 0, 0]\n"},
