@@ -33,6 +33,7 @@ const head = porthos("--help").includes("report") && porthos("run", example("ets
 if (!existsSync(join(out("ets"), "report.html"))) skip("no template of the report was built");
 expect(head.includes("report.html"), "run names report.html among its results");
 porthos("run", example("capture"), "--duration", "400", "--out", out("capture"));
+porthos("run", example("slew"), "--duration", "20", "--out", out("slew"));
 porthos("run", example("ets_vii_orbit"), "--duration", "60000", "--out", out("orbit"));
 porthos("run", example("dc_motor_arm"), "--out", out("motor"));
 porthos("compare", example("double_pendulum"), "--duration", "5", "--budget", "1.5", "--methods", "gauss4,gauss8,rk4", "--out", out("compare"));
@@ -172,6 +173,17 @@ console.log("motion");
   });
   expect(path.jump < 0.05 * path.most, `the path goes on across events: largest step ${path.jump.toExponential(1)} m of ${path.most.toExponential(1)} m`);
   await tab.close();
+}
+
+console.log("controllers");
+{
+  const { tab } = await open("slew");
+  const rows = await tab.evaluate(() => [...document.querySelectorAll("#controllers tbody tr")].map((r) => r.textContent));
+  expect(rows.filter((r) => /holds/.test(r)).length >= 9 && rows.some((r) => /wheels axisymmetric/.test(r)) && !rows.some((r) => /NaN|undefined|null/.test(r)), `${rows.length} conditions and figures of two laws`);
+  await tab.close();
+  const without = await open("ets");
+  expect(await without.tab.evaluate(() => !document.getElementById("controllers")), "no section in a scene without controllers");
+  await without.tab.close();
 }
 
 console.log("comparison");

@@ -203,6 +203,19 @@ export function comparison(d) {
       c.runs.map((r) => [r.method, r.rtol ? `rtol ${short(r.rtol)}` : `${short(r.step_s)} s`, number(r.cpu_s), grouped(r.steps), number(r.energy.max_rel_error), number(r.trajectory_error), r.outcome]), ["", "n", "n", "n", "n", "n", ""]))));
 }
 
+/** The certificates of the scene's controllers. */
+export function controllers(d) {
+  const all = d.summary?.certificates;
+  if (!Array.isArray(all) || !all.length) return null;
+  const word = { holds: "pass", fails: "none", reported: "soft" };
+  const bound = (i) => (i.bound === undefined || i.bound === null ? "" : number(i.bound));
+  return section("controllers", "Controllers",
+    lead("The conditions of each law, checked at points before the run. A line without a bound is a figure."),
+    all.map((c) => h("details", { open: "" }, h("summary", {}, c.title),
+      card(table(["condition", "", "value", "bound", "what was checked"],
+        (c.items || []).map((i) => [i.name, h("span", { class: `word ${word[i.finding]}` }, i.finding), typeof i.value === "number" ? number(i.value) : i.value, bound(i), i.text]), ["", "", "n", "n", ""])))));
+}
+
 export function credibility(d) {
   if (!d.credibility) return null;
   const kind = { stated: "pass", partly: "some", "not stated": "none" };
