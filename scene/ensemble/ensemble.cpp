@@ -42,7 +42,9 @@ Ensemble::Ensemble(Scene scene)
       sampler_(cases_),
       state_columns_(systems_of(scene_, assembly_)),
       layout_(size_t(cases_.columns()), state_columns_, scene_.events.size()),
-      one_model_(std::all_of(cases_.quantities.begin(), cases_.quantities.end(),
+      // A controller is designed from the start: its motion begins there.
+      one_model_(scene_.controllers.empty() &&
+                 std::all_of(cases_.quantities.begin(), cases_.quantities.end(),
                              [](const Quantity& q) { return is_of_start(q.key); })),
       in_lanes_(one_model_ && assembly_.model->holds().empty() && is_plain(scene_)) {
   (void)WatchedRun(scene_, assembly_, {}, {});  // refuses a method or a monitor that does not fit

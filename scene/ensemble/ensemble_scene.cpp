@@ -183,8 +183,8 @@ class EnsembleReader {
   /// Refuses a quantity that has no place in the scene, with the message of the reader that refuses
   /// it.
   void try_out(const Quantity& q) const {
-    static const Names first = {"initial",  "environment", "model",  "element",
-                                "actuator", "body",        "planet", "orbit"};
+    static const Names first = {"initial",    "environment", "model",  "element", "actuator",
+                                "controller", "body",        "planet", "orbit"};
     const std::string table = q.key.substr(0, q.key.find_first_of(".["));
     if (std::find(first.begin(), first.end(), table) == first.end())
       refuse(q.where, fmt::format("\"{}\" cannot differ from case to case, expected a key of {}",
@@ -198,7 +198,8 @@ class EnsembleReader {
     if (e_.rows.empty()) q.distribution.at(middle, r.values.data());
     try {
       const Scene s = read_variation(scene_, std::span(&r, 1));
-      is_of_start(q.key) ? (void)start_of(s, assembly_) : (void)assemble(s);
+      is_of_start(q.key) && s.controllers.empty() ? (void)start_of(s, assembly_)
+                                                  : (void)assemble(s);
     } catch (const InvalidArgument& error) {
       std::string why = error.what();  // a replaced number has no place in the file
       if (const std::string nowhere = scene_.path + ":1:1: "; why.starts_with(nowhere))

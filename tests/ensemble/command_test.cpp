@@ -179,6 +179,37 @@ TEST_F(EnsembleCommand, ACaseIsTheRunOfItsScene) {
   }
 }
 
+/// A controller's motion begins at the start of its case; its gains differ from case to case.
+TEST_F(EnsembleCommand, ACaseWithAControllerIsTheRunOfItsScene) {
+  std::string text(head);
+  text.replace(text.find("record_every = 0.5"), 18, "record_every = 0.32");
+  text +=
+      "[[controller]]\ntype = \"tracking\"\nname = \"law\"\nover = 8\n"
+      "joints.shoulder = { target = 0.5, kp = 30, kd = 9 }\n"
+      "joints.elbow = { target = 0.2, kp = 30, kd = 9 }\n";
+  write("cases.csv",
+        "initial.joints.shoulder.position,controller[0].joints.elbow.kp\n0.25,40\n-1,30\n");
+  write("scene.toml", text + "[ensemble]\ntable = \"cases.csv\"\n");
+  const Ensemble e(scene::read_scene(scene()));
+  std::vector<std::vector<double>> rows(2);
+  std::int64_t next = 0;
+  e.work([&] { return next < 2 ? next++ : -1; },
+         [&](std::span<const double> row) {
+           rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
+         },
+         {});
+  text.replace(text.find("{ position = 1.0 }"), 18, "{ position = 0.25 }");
+  text.replace(text.find("0.2, kp = 30"), 12, "0.2, kp = 40");
+  write("alone.toml", text);
+  const auto s = scene::read_scene((folder_ / "alone.toml").string());
+  const auto r = scene::run(s, assemble(s), {.out = (folder_ / "alone").string()});
+  const auto& l = e.layout();
+  for (size_t i = 0; i < l.nx; ++i) {
+    EXPECT_EQ(rows[0][l.x() + i], r.final_state.x[i]);
+    EXPECT_NE(rows[1][l.x() + i], r.final_state.x[i]) << "control: another case";
+  }
+}
+
 TEST_F(EnsembleCommand, ParametersOfTheModelAndCasesItRefuses) {
   std::string text(head);
   text += "[[element]]\ntype = \"spring\"\njoint = \"elbow\"\nstiffness = 5.0\n";
