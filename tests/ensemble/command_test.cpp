@@ -187,26 +187,35 @@ TEST_F(EnsembleCommand, ACaseWithAControllerIsTheRunOfItsScene) {
       "[[controller]]\ntype = \"tracking\"\nname = \"law\"\nover = 8\n"
       "joints.shoulder = { target = 0.5, kp = 30, kd = 9 }\n"
       "joints.elbow = { target = 0.2, kp = 30, kd = 9 }\n";
-  write("cases.csv",
-        "initial.joints.shoulder.position,controller[0].joints.elbow.kp\n0.25,40\n-1,30\n");
-  write("scene.toml", text + "[ensemble]\ntable = \"cases.csv\"\n");
-  const Ensemble e(scene::read_scene(scene()));
-  std::vector<std::vector<double>> rows(2);
-  std::int64_t next = 0;
-  e.work([&] { return next < 2 ? next++ : -1; },
-         [&](std::span<const double> row) {
-           rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
-         },
-         {});
-  text.replace(text.find("{ position = 1.0 }"), 18, "{ position = 0.25 }");
-  text.replace(text.find("0.2, kp = 30"), 12, "0.2, kp = 40");
-  write("alone.toml", text);
-  const auto s = scene::read_scene((folder_ / "alone.toml").string());
-  const auto r = scene::run(s, assemble(s), {.out = (folder_ / "alone").string()});
-  const auto& l = e.layout();
-  for (size_t i = 0; i < l.nx; ++i) {
-    EXPECT_EQ(rows[0][l.x() + i], r.final_state.x[i]);
-    EXPECT_NE(rows[1][l.x() + i], r.final_state.x[i]) << "control: another case";
+  text.insert(text.find("[integrator]"), "joints.elbow = { velocity = 1 }\n");  // off the motion
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    other.replace(other.find(from), from.size(), to);
+    return other;
+  };
+  const std::string start = "initial.joints.shoulder.position\n0.25\n-1\n",
+                    gain = "controller[0].joints.elbow.kp\n40\n20\n";
+  for (const auto& [table, alone] :
+       {std::pair{start, changed("{ position = 1.0 }", "{ position = 0.25 }")},
+        {gain, changed("0.2, kp = 30", "0.2, kp = 40")}}) {
+    write("cases.csv", table);
+    write("scene.toml", text + "[ensemble]\ntable = \"cases.csv\"\n");
+    const Ensemble e(scene::read_scene(scene()));
+    std::vector<std::vector<double>> rows(2);
+    std::int64_t next = 0;
+    e.work([&] { return next < 2 ? next++ : -1; },
+           [&](std::span<const double> row) {
+             rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
+           },
+           {});
+    write("alone.toml", alone);
+    const auto s = scene::read_scene((folder_ / "alone.toml").string());
+    const auto r = scene::run(s, assemble(s), {.out = (folder_ / "alone").string()});
+    const auto& l = e.layout();
+    for (size_t i = 0; i < l.nx; ++i) {
+      EXPECT_EQ(rows[0][l.x() + i], r.final_state.x[i]) << table;
+      EXPECT_NE(rows[1][l.x() + i], r.final_state.x[i]) << "control: another case";
+    }
   }
 }
 
