@@ -20,16 +20,15 @@ struct InverseDynamics {
     const auto& m = plant->mechanism();
     const auto n = size_t(m.nv());
     return [self = *this, &m, n, w = mechanics::Workspace<T>(m), q = std::vector<T>(n),
-            v = std::vector<T>(n), a = std::vector<T>(n), rate = std::vector<T>(n),
-            tau = std::vector<T>(n)](T t, std::span<const T> x, std::span<T> u) mutable {
+            v = std::vector<T>(n), a = std::vector<T>(n),
+            rate = std::vector<T>(n)](T t, std::span<const T> x, std::span<T> u) mutable {
       self.trajectory->at(t, std::span<T>(q), std::span<T>(v), std::span<T>(a));
       mechanics::rates_from_momenta<T>(m, w, x.first(n), x.subspan(n, n));
       rate = w.rate;
       for (size_t i = 0; i < n; ++i)
         a[i] = a[i] - T(self.kd[i]) * (rate[i] - v[i]) - T(self.kp[i]) * (x[i] - q[i]);
-      mechanics::rnea<T>(m, w, x.first(n), rate, a, {}, tau);
       for (T& y : u) y = T(0.0);
-      for (size_t i = 0; i < n; ++i) u[i] = tau[i];
+      mechanics::rnea<T>(m, w, x.first(n), rate, a, {}, u.first(n));
       for (const auto& j : m.joint_properties()) {
         T& y = u[size_t(j.v)];
         y = y + T(j.stiffness) * (x[size_t(j.q)] - T(j.rest)) + T(j.damping) * rate[size_t(j.v)];

@@ -12,7 +12,7 @@
 #include "scene/files/files.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
-#include "scene/session/phase_events.h"
+#include "scene/session/event_times-inl.h"
 
 namespace porthos::report {
 namespace {
@@ -167,20 +167,12 @@ class Gathered {
           if (rows > 0) from = t[rows - 1];
         });
         if (!moving || k + 1 == count) return;
-        scene::pass_events(*moving, *scene_, folder, from, happened());
+        // the summary has the times of waiting events
+        scene::pass_events(*moving, *scene_, folder, from, scene::event_times(summary_));
         stage_.mechanism =
             std::shared_ptr<const mechanics::Mechanism>(moving->model, &moving->model->mechanism());
         stage_.bodies = moving->parts.bodies();
       });
-  }
-
-  /// By the summary, which has the times of waiting events.
-  std::optional<scene::EventTimes> happened() const {
-    if (!summary_.is_object() || !summary_.contains("events")) return {};
-    scene::EventTimes all;
-    for (const auto& e : summary_.at("events"))
-      all.emplace_back(e.at("event").get<std::string>(), e.at("at_s").get<double>());
-    return all;
   }
 
   /// results/compare_<name> of the same scene and model.

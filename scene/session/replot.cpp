@@ -14,7 +14,7 @@
 #include "scene/plot/plot.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/columns.h"
-#include "scene/session/phase_events.h"
+#include "scene/session/event_times-inl.h"
 #include "scene/session/results.h"
 
 namespace porthos::scene {
@@ -176,12 +176,7 @@ std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs:
   if (!assembly.mechanism) return {};
   std::vector<std::shared_ptr<const mechanics::Mechanism>> all{assembly.mechanism};
   if (one) return all;
-  std::optional<EventTimes> happened;
-  if (summary.contains("events")) {
-    happened.emplace();
-    for (const auto& e : summary.at("events"))
-      happened->emplace_back(e.at("event").get<std::string>(), e.at("at_s").get<double>());
-  }
+  const auto happened = event_times(summary);
   mechanics::MovingMechanism moving(assembly.parts);
   for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
     const fs::path phase = folder / fmt::format("phase_{}", k);

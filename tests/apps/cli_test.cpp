@@ -10,6 +10,7 @@
 #include <string>
 
 #include "integrators/core/integrator.h"
+#include "tests/apps/pendulum.h"
 #include "tests/places.h"
 #ifdef PORTHOS_GSL_RIVALS
 #include "tests/support/gsl_methods.h"
@@ -20,13 +21,6 @@ namespace porthos::test::cli_test {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* pendulum = R"(<robot name="pendulum">
-  <link name="world"/>
-  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
-    <inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="1 0 0"/></joint>
-</robot>)";
 
 constexpr const char* scene = R"(title = "Pendulum"
 [model]

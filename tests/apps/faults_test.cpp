@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/apps/pendulum.h"
 #include "tests/places.h"
 #if __has_include("tests/faults.h")
 #include "tests/faults.h"
@@ -20,12 +21,6 @@ namespace porthos::test::faults_test {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* model = R"(<robot name="pendulum"><link name="world"/>
-  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
-    <inertia ixx="0.2" iyy="0.2" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="hinge" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="1 0 0"/></joint>
-</robot>)";
 
 constexpr const char* text = R"(title = "Pendulum"
 [model]
@@ -73,7 +68,7 @@ class Faults : public testing::Test {
     ASSERT_NE(mkdtemp(pattern.data()), nullptr);
     folder_ = pattern;
     std::ofstream(folder_ / "scene.toml") << text;
-    std::ofstream(folder_ / "pendulum.urdf") << model;
+    std::ofstream(folder_ / "pendulum.urdf") << pendulum;
   }
   void TearDown() override { fs::remove_all(folder_); }
 

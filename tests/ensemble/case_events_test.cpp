@@ -8,6 +8,7 @@
 #include "scene/ensemble/ensemble.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/session/memory_run.h"
+#include "tests/ensemble/rows.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::case_events_test {
@@ -98,17 +99,6 @@ class CaseEvents : public testing::Test {
   std::string result(const std::string& out) const {
     return read_bytes(folder_ / out / "ensemble.h5") + read_bytes(folder_ / out / "ensemble.json") +
            read_bytes(folder_ / out / "ensemble.svg");
-  }
-  /// Every row of an ensemble, by its index.
-  static std::vector<std::vector<double>> rows_of(const Ensemble& e, int threads = 1) {
-    std::vector<std::vector<double>> rows(size_t(e.cases().cases));
-    std::int64_t next = 0;
-    e.work([&] { return next < e.cases().cases ? next++ : -1; },
-           [&](std::span<const double> row) {
-             rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
-           },
-           {.threads = threads});
-    return rows;
   }
   /// The scene of one case, run into a folder.
   scene::RunReport alone(const Ensemble& e, std::int64_t index, const std::string& out) const {

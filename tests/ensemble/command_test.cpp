@@ -15,6 +15,7 @@
 #include "scene/ensemble/ensemble.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/variation.h"
+#include "tests/ensemble/rows.h"
 #include "tests/places.h"
 #include "tests/support/bounds.h"
 
@@ -157,13 +158,7 @@ TEST_F(EnsembleCommand, ACaseIsTheRunOfItsScene) {
   often.replace(often.find("record_every = 0.5"), 18, "record_every = 0.32");
   write("scene.toml", often + "[ensemble]\ntable = \"cases.csv\"\n");
   const Ensemble e(scene::read_scene(scene()));
-  std::vector<std::vector<double>> rows(2);
-  std::int64_t next = 0;
-  e.work([&] { return next < 2 ? next++ : -1; },
-         [&](std::span<const double> row) {
-           rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
-         },
-         {});
+  const auto rows = rows_of(e, 0);
   std::string text = often;
   text.replace(text.find("{ position = 1.0 }"), 18,
                "{ position = 0.25 }\njoints.elbow = { velocity = 1.5 }");
@@ -201,13 +196,7 @@ TEST_F(EnsembleCommand, ACaseWithAControllerIsTheRunOfItsScene) {
     write("cases.csv", table);
     write("scene.toml", text + "[ensemble]\ntable = \"cases.csv\"\n");
     const Ensemble e(scene::read_scene(scene()));
-    std::vector<std::vector<double>> rows(2);
-    std::int64_t next = 0;
-    e.work([&] { return next < 2 ? next++ : -1; },
-           [&](std::span<const double> row) {
-             rows[size_t(scene::integer(row[0]))].assign(row.begin(), row.end());
-           },
-           {});
+    const auto rows = rows_of(e, 0);
     write("alone.toml", alone);
     const auto s = scene::read_scene((folder_ / "alone.toml").string());
     const auto r = scene::run(s, assemble(s), {.out = (folder_ / "alone").string()});

@@ -11,11 +11,6 @@
 namespace porthos::test::contact_run_test {
 namespace {
 
-double entry_of(const scene::RunReport::Named& list, const std::string& name) {
-  for (const auto& [known, value] : list)
-    if (known == name) return value;
-  return NAN;
-}
 scene::RunReport run_of(const scene::Scene& s) {
   return scene::run_in_memory(s, scene::assemble(s), {});
 }

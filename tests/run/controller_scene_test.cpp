@@ -36,11 +36,6 @@ double at_end(const scene::Scene& s, const scene::RunReport& r, const std::strin
     if (c.name == joint) return r.final_state.x[size_t(c.q)];
   return NAN;
 }
-double entry_of(const scene::RunReport::Named& list, const std::string& name) {
-  for (const auto& [known, value] : list)
-    if (known == name) return value;
-  return NAN;
-}
 std::string refusal(const std::string& start, const std::string& more,
                     const std::string& body = head) {
   TemporaryFolder folder;

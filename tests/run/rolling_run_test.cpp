@@ -11,11 +11,6 @@
 namespace porthos::test::rolling_run_test {
 namespace {
 
-double entry_of(const scene::RunReport::Named& list, const std::string& name) {
-  for (const auto& [known, value] : list)
-    if (known == name) return value;
-  return NAN;
-}
 std::string refusal(const std::string& name, const std::vector<Change>& changes,
                     const std::string& more = "") {
   TemporaryFolder folder;

@@ -48,5 +48,11 @@ inline double value_of(const scene::RunReport& r, const std::string& check) {
     if (c.name == check) return c.value;
   return NAN;
 }
+/// An entry of a ledger by its name, as of RunReport::ports.
+inline double entry_of(const scene::RunReport::Named& list, const std::string& name) {
+  for (const auto& [known, value] : list)
+    if (known == name) return value;
+  return NAN;
+}
 
 }  // namespace porthos::test
