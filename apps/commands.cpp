@@ -24,6 +24,7 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/run/verdict.h"
+#include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
@@ -98,7 +99,7 @@ std::string resume_line(const Arguments& a, const scene::RunOptions& o) {
   if (a.method) line += " --method " + quoted(*a.method);
   if (a.step) line += " --step " + quoted(*a.step);
   if (a.duration) line += " --duration " + quoted(*a.duration);
-  return line + " --resume";
+  return line + (a.extend ? " --extend " + quoted(*a.extend) : " --resume");
 }
 
 bool resumable(const std::string& method) {
@@ -155,8 +156,14 @@ int finish(const Arguments& a, const scene::RunOptions& options, const scene::Ru
 }
 
 int run_and_judge(const Arguments& a, scene::RunOptions options) {
-  const scene::Scene s = read(a);
+  scene::Scene s = read(a);
+  const auto end = seconds("extend", a.extend);
+  if (end) scene::extend_to(s, options.out, *end);
   const scene::Assembly assembly = scene::assemble(s);
+  if (end) {
+    scene::reopen(options.out, s, assembly);
+    options.resume = true;
+  }
   for (const auto& note : assembly.notes)
     log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;

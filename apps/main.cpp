@@ -59,6 +59,10 @@ void add_commands(CLI::App& app, Arguments& a) {
       "  porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1 --resume");
   add_results(run, a, "results/<name of the scene>");
   add_overrides(run, a);
+  run->add_option("--extend", a.extend, "continue the finished run in the folder to this time [s]")
+      ->type_name("T")
+      ->excludes("--resume")
+      ->excludes("--duration");
 
   auto* verify = add_scene_command(
       app, a, "verify", "run a scene with every check: energy, momenta, balance, symmetry",

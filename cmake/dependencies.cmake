@@ -14,6 +14,9 @@ pkg_check_modules(PORTHOS_HDF5 REQUIRED IMPORTED_TARGET hdf5-serial)
 # BSD-3; without it the mean ellipses of Sun and Moon remain.
 pkg_check_modules(PORTHOS_ERFA IMPORTED_TARGET erfa)
 
+# Formulas of outputs.
+pkg_check_modules(PORTHOS_MUPARSER REQUIRED IMPORTED_TARGET muparser)
+
 # toml++ header-only, so that an installed Porthos does not ask for its shared library.
 find_path(PORTHOS_TOML_INCLUDE_DIR toml++/toml.h REQUIRED)
 mark_as_advanced(PORTHOS_TOML_INCLUDE_DIR)

@@ -1,5 +1,8 @@
 #include "mechanics/kinematics.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "mechanics/passes-inl.h"
 
 namespace porthos::mechanics {
@@ -60,6 +63,27 @@ void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const 
     visit_joint(n.type, [&](auto J) {
       decltype(J)::rates(q.data() + n.q, v.data() + n.v, q_dot.data() + n.q);
     });
+}
+
+std::array<double, 4> quaternion_of(const Mat3<double>& R) {
+  // Columns x, y, z; the largest of the four squares decides which formula divides.
+  const double xx = R.x.x, yy = R.y.y, zz = R.z.z;
+  const std::array<double, 4> square{1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz,
+                                     1 - xx - yy + zz};
+  const auto k = std::max_element(square.begin(), square.end()) - square.begin();
+  const double twice = std::sqrt(square[size_t(k)]), f = 0.5 / twice, own = 0.5 * twice;
+  const double a = (R.y.z - R.z.y) * f, b = (R.z.x - R.x.z) * f, c = (R.x.y - R.y.x) * f;
+  const double xy = (R.x.y + R.y.x) * f, xz = (R.x.z + R.z.x) * f, yz = (R.y.z + R.z.y) * f;
+  switch (k) {
+    case 0:
+      return {own, a, b, c};
+    case 1:
+      return {a, own, xy, xz};
+    case 2:
+      return {b, xy, own, yz};
+    default:
+      return {c, xz, yz, own};
+  }
 }
 
 #define PORTHOS_INSTANTIATE(T)                                                                     \

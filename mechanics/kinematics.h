@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+
 #include "mechanics/hamiltonian_field.h"
 
 namespace porthos::mechanics {
@@ -30,5 +32,8 @@ void jacobian(const Mechanism& m, Workspace<T>& w, std::span<const T> q, const B
 template <class T>
 void coordinate_rates(const Mechanism& m, std::span<const T> q, std::span<const T> v,
                       std::span<T> q_dot);
+
+/// (w, x, y, z) of a rotation.
+std::array<double, 4> quaternion_of(const Mat3<double>& R);
 
 }  // namespace porthos::mechanics

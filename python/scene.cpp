@@ -21,6 +21,7 @@
 #include "scene/plot/motion.h"
 #include "scene/run/columns.h"
 #include "scene/run/statistics.h"
+#include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
 #include "scene/session/replot.h"
@@ -44,9 +45,15 @@ void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
 }
 
 /// (summary.json, whether it was interrupted) of a run into a folder.
-py::tuple run_into(const Scene& s, const Assembly& a, const std::string& out, bool resume,
-                   bool check_symmetry, py::object report) {
+py::tuple run_into(const Scene& given, const Assembly& a, const std::string& out, bool resume,
+                   bool check_symmetry, py::object report, std::optional<double> extend) {
   RunOptions o{.out = out, .resume = resume, .check_symmetry = check_symmetry};
+  Scene s = given;
+  if (extend) {
+    extend_to(s, out, *extend);
+    reopen(out, s, a);
+    o.resume = true;
+  }
   RunReport r;
   Advance advance;
   interruptibly(
@@ -101,7 +108,7 @@ py::tuple in_memory(const Scene& given, const Assembly& a, bool check_symmetry, 
     throw InvalidArgument(
         "a scene with events or an orbit cannot run in memory, whose columns are those of one "
         "mechanism: give it an `out` folder");
-  const RecordLayout layout(a.model->description(), s.extrema);
+  const RecordLayout layout(s, a);
   std::vector<double> rows;
   const auto keep = [&](std::span<const double> row) {
     rows.insert(rows.end(), row.begin(), row.end());
@@ -206,9 +213,11 @@ py::dict statistics_of(const std::vector<double>& errors) {
 
 py::list motion_of(const std::shared_ptr<const mechanics::Mechanism>& m, std::vector<double> t,
                    std::vector<std::string> turns,
-                   const std::function<std::vector<double>(const std::string&)>& rows) {
+                   const std::function<std::vector<double>(const std::string&)>& rows,
+                   std::vector<std::pair<std::string, std::string>> outputs) {
   py::list all;
-  for (const auto& p : motion_panels(*m, {std::move(t), std::move(turns), rows})) {
+  for (const auto& p :
+       motion_panels(*m, {std::move(t), std::move(turns), rows, std::move(outputs)})) {
     py::dict lines;
     for (const auto& l : p.lines) lines[py::str(l.name)] = as_array(std::vector<double>(l.value));
     all.append(py::make_tuple(p.what, lines));
@@ -292,9 +301,9 @@ void bind_scene(py::module_& m) {
   m.def("version_text", &version_text, "What `porthos --version` prints.");
   m.def(
       "run_into", &run_into, arg("scene"), arg("assembly"), arg("out"), arg("resume") = false,
-      arg("check_symmetry") = false, arg("report") = py::none(),
+      arg("check_symmetry") = false, arg("report") = py::none(), arg("extend") = py::none(),
       "Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with "
-      "(fraction, spent, left).");
+      "(fraction, spent, left). extend: continues the finished run in the folder to this time.");
   m.def("run_in_memory", &in_memory, arg("scene"), arg("assembly"), arg("check_symmetry") = false,
         arg("report") = py::none(),
         "Runs without files: (summary.json, {name: (array, unit)}, states). The names are those of "
@@ -318,9 +327,10 @@ void bind_scene(py::module_& m) {
         "The mechanisms of a finished run, one per phase, from the scene and the model in its "
         "results; empty for a system without one.");
   m.def("motion_panels", &motion_of, arg("mechanism"), arg("t"), arg("turns"), arg("rows"),
+        arg("outputs") = std::vector<std::pair<std::string, std::string>>{},
         "How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind "
         "the columns of \"turns\"; rows(name): the flat values of a series at the times t, empty "
-        "where there is none.");
+        "where there is none. outputs: name and unit of the scene's outputs.");
   m.def("error_statistics", &statistics_of, arg("errors"),
         "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
         "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "

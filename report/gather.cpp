@@ -136,8 +136,8 @@ class Gathered {
       understand(scene::read_file(checkpoint / "scene.toml"),
                  scene::read_file(checkpoint / "model.urdf"));
       if (!assembly_) return;
-      const auto r =
-          open_log(checkpoint / "records.bin", assembly_->model->description(), scene_->extrema);
+      const auto r = open_log(checkpoint / "records.bin", assembly_->model->description(),
+                              scene::RecordLayout(*scene_, *assembly_));
       if (const std::string trouble = r->trouble(); !trouble.empty()) miss(trouble);
       stage_from_assembly();
       add_phase(*r, 0);

@@ -14,9 +14,9 @@ using scene::RecordLayout;
 
 class LogRecords : public Records {
  public:
-  LogRecords(const std::filesystem::path& path, const phs::Description& d, scene::Extrema extrema)
+  LogRecords(const std::filesystem::path& path, const phs::Description& d, RecordLayout layout)
       : path_(path),
-        layout_(d, extrema),
+        layout_(std::move(layout)),
         columns_(scene::columns_of(d, layout_)),
         turns_(scene::turn_names(d)) {
     scene::RecordReader reader(path_, layout_);
@@ -31,6 +31,10 @@ class LogRecords : public Records {
     for (const auto& p : columns_)
       if (p.name.rfind(group + "/", 0) == 0) list.push_back(p.name.substr(group.size() + 1));
     return list;
+  }
+  std::string unit(const std::string& name) const override {
+    const auto c = find(name);
+    return c == columns_.end() ? "" : c->unit;
   }
   std::vector<std::string> turn_names() const override { return turns_; }
   std::string text(const std::string&) const override { return ""; }
@@ -71,8 +75,8 @@ class LogRecords : public Records {
 }  // namespace
 
 std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
-                                  scene::Extrema extrema) {
-  return std::make_unique<LogRecords>(path, model, extrema);
+                                  const scene::RecordLayout& layout) {
+  return std::make_unique<LogRecords>(path, model, layout);
 }
 
 }  // namespace porthos::report

@@ -127,7 +127,9 @@ Json motion(const Stage& stage, std::int64_t most) {
   const auto all = [&](const std::string& name) {
     return r.has(name) ? at_rows(r, name, rows) : std::vector<double>{};
   };
-  const scene::MotionRecords records{all("time"), r.turn_names(), all};
+  scene::MotionRecords records{all("time"), r.turn_names(), all};
+  for (const auto& name : r.names("output"))
+    records.outputs.emplace_back(name, r.unit("output/" + name));
   Json panels = Json::array();
   for (const auto& p : scene::motion_panels(*stage.mechanism, records)) {
     Json lines = Json::array();

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/read/scene.h"
+#include "scene/run/record_log.h"
 
 namespace porthos::report {
 
@@ -18,6 +18,8 @@ class Records {
   /// Names of the datasets below a group ("stored"), in the order of the file; empty: no such
   /// group.
   virtual std::vector<std::string> names(const std::string& group) const = 0;
+  /// The unit of a series; empty if it has none.
+  virtual std::string unit(const std::string& name) const = 0;
   virtual bool has(const std::string& name) const = 0;
   /// What is damaged behind the records; "" if nothing is.
   virtual std::string trouble() const { return {}; }
@@ -41,6 +43,6 @@ std::unique_ptr<Records> open_run_file(const std::filesystem::path& path);
 /// far as it was written, with its model.
 /// @throws InvalidArgument if it cannot be read
 std::unique_ptr<Records> open_log(const std::filesystem::path& path, const phs::Description& model,
-                                  scene::Extrema extrema);
+                                  const scene::RecordLayout& layout);
 
 }  // namespace porthos::report

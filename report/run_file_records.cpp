@@ -26,6 +26,9 @@ class RunFileRecords : public Records {
       if (name.rfind(group + "/", 0) == 0) list.push_back(name.substr(group.size() + 1));
     return list;
   }
+  std::string unit(const std::string& name) const override {
+    return has(name) ? file_.texts(name)["unit"] : "";
+  }
   std::vector<std::string> turn_names() const override {
     std::vector<std::string> list;
     if (!has("turns")) return list;

@@ -145,7 +145,7 @@ class Result(Mapping):
     def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
-        Positions and rates of joints; rotation from the start, rates, path and velocity of free bodies, as motion.svg has them.
+        The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies, as motion.svg has them.
         Raises InvalidArgument for a system without a mechanism.
         """
         if self.mechanism is None:
@@ -159,7 +159,8 @@ class Result(Mapping):
             turns = self.file.attributes("turns")["columns"].split("\n")
         rows = lambda name: np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
         panels: dict[str, dict[str, np.ndarray]] = {}
-        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows):
+        outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
+        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs):
             panels.setdefault(what, {}).update(lines)
         return {**panels, "time [s]": {"t": t[at]}}
 

@@ -59,6 +59,14 @@ class Scene:
         """
         return _into(self.data, self.assembly, out or Path("results") / _name_of(self.path), resume, False, progress)
 
+    def extend(self, to: float, out: PathLike | None = None, *, progress: Tell = None) -> Result:
+        """Continues the finished run in the folder `out` (default: as run()) to the time `to` [s], bit for bit.
+
+        Raises InvalidArgument where the folder has no run of this scene that can be continued, and for scenes with events or
+        a step control, whose runs begin anew from a last state with [initial] from.
+        """
+        return _into(self.data, self.assembly, out or Path("results") / _name_of(self.path), False, False, progress, to)
+
     def verify(self, out: PathLike | None = None, *, progress: Tell = None) -> Result:
         """The same with every check: also symmetry in time and the axioms of the system."""
         return _into(self.data, self.assembly, out or Path("results") / (_name_of(self.path) + "-verify"), False, True, progress)
@@ -80,10 +88,10 @@ class Scene:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"
 
 
-def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress: Tell) -> Result:
+def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress: Tell, extend: float | None = None) -> Result:
     tell, line = chosen(progress)
     try:
-        summary, interrupted = _core.run_into(data, assembly, str(out), resume, symmetry, tell)
+        summary, interrupted = _core.run_into(data, assembly, str(out), resume, symmetry, tell, extend)
     finally:
         line.finish()
     if interrupted:

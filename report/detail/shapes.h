@@ -12,7 +12,4 @@ namespace porthos::report {
 ///   the body carries others
 Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf);
 
-/// (w, x, y, z) of a rotation.
-std::array<double, 4> quaternion_of(const mechanics::Mat3<double>& R);
-
 }  // namespace porthos::report

@@ -7,7 +7,9 @@
 #include "mechanics/constraints/maximal.h"
 #include "scene/assemble/contacts.h"
 #include "scene/assemble/detail/start.h"
+#include "scene/assemble/outputs.h"
 #include "scene/assemble/parts.h"
+#include "scene/assemble/stops.h"
 #include "scene/read/variation.h"
 
 namespace porthos::scene {
@@ -213,6 +215,8 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   if (!start.note.empty()) a.notes.push_back({scene.path, start.note});
   a.initial = std::move(start.state);
   a.centre = start.centre;
+  if (!scene.outputs.empty()) (void)stop_events(scene, a);  // refuses what they cannot be
+  (void)Outputs(scene, a);
   return a;
 }
 }  // namespace

@@ -41,6 +41,7 @@ struct Assembly {
   std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
   std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
+  bool is_phase = false;  ///< between events: parts of the scene may be inactive
 };
 
 /// A method of the catalogue for the assembly, with steps of one size. In orbit it steps the

@@ -161,6 +161,21 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   }
 }
 
+/// Coordinates and rates of a record.
+FromRecord put_record(const StartFrom& from, const Assembly& a, Start& s) {
+  const auto& m = *a.mechanism;
+  auto record = numbers_of(from, a.model->description(), 2 * m.nq());
+  const auto x = std::span<const double>(record.state.x).first(size_t(2 * m.nq()));
+  s.q.assign(x.begin(), x.begin() + m.nq());
+  s.v = a.mechanical->rates(x, record.state.turns);
+  return record;
+}
+
+std::string note_of(const StartFrom& from) {
+  return fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
+                     from.low_words ? "" : ", whose low words were not recorded");
+}
+
 /// From the joints' coordinates to those of the free bodies.
 void move_to_bodies(const Assembly& a, Start& s) {
   const phs::State joints(a.reduced->description(), a.reduced->state(s.q, s.v));
@@ -198,16 +213,20 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
     if (!is_locked(scene, name)) put_joint(name, joint, joints, start);
   }
   put_driven(scene, joints, start);
+  std::optional<FromRecord> record;
+  if (scene.start_from) record = put_record(*scene.start_from, a, start);
   const BaseStart from = apart ? scene.base : BaseStart{};
-  if (free_base) put_base(seen_from(from, scene.base), mechanics::base_joint_name, joints, start);
-  for (const auto& b : scene.bodies) put_base(seen_from(from, b.start), b.name, joints, start);
+  if (free_base && !record)
+    put_base(seen_from(from, scene.base), mechanics::base_joint_name, joints, start);
+  for (const auto& b : scene.bodies)
+    if (!record) put_base(seen_from(from, b.start), b.name, joints, start);
   if (const auto joint = mechanics::joint_without_inertia(joints, start.q))
     throw InvalidArgument(fmt::format(
         "{}: joint '{}' moves no inertia where it starts, a singular position: expected another "
         "start of the joints in [initial]",
         scene.path, *joint));
-  const std::string note = put_on_loops(scene, a, start);
-  if (a.reduced) move_to_bodies(a, start);
+  const std::string note = record ? note_of(*scene.start_from) : put_on_loops(scene, a, start);
+  if (a.reduced && !record) move_to_bodies(a, start);
   CentreOfMass centre;
   if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
   auto x = a.mechanical->state(start.q, start.v);
@@ -222,6 +241,8 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
     }
   phs::State s(a.model->description(), std::move(x));
   phs::wrap_angles(a.model->description(), s);
+  if (record && !apart) put_exactly(*record, s);
+  if (record && apart) s.turns = record->state.turns;
   if (!apart) return {std::move(s), {}, note};
   settle_momentum(*a.mechanism, s);
   centre.start += CentreOfMass::Vec(from.position);

@@ -93,11 +93,14 @@ void StateColumns::put_locked(const std::string& joint, const mechanics::LockedJ
     if (is_of(angles_[i], joint)) turns[i] = locked.turns[k++];
 }
 
-CaseLayout::CaseLayout(size_t columns_, const StateColumns& state, size_t events_)
+CaseLayout::CaseLayout(size_t columns_, const StateColumns& state, size_t events_, size_t outputs_,
+                       size_t stops_)
     : columns(columns_),
       nx(state.numbers().size()),
       turns(state.angles().size()),
-      events(events_) {}
+      events(events_),
+      outputs(outputs_),
+      stops(stops_) {}
 
 void CaseLayout::seal(std::span<double> row) const {
   row[digest()] = std::bit_cast<double>(digest_of(row.first(digest())));

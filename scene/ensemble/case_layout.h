@@ -43,7 +43,9 @@ class StateColumns {
 /// is a digest of the others.
 struct CaseLayout {
   size_t columns, nx, turns, events;
-  CaseLayout(size_t columns_, const StateColumns& state, size_t events_);
+  size_t outputs, stops;  ///< numbers of the scene's outputs; its stops
+  CaseLayout(size_t columns_, const StateColumns& state, size_t events_, size_t outputs_ = 0,
+             size_t stops_ = 0);
 
   static constexpr size_t index = 0, status = 1, steps = 2, passed = 3;  // integers
   static constexpr size_t energy_initial = 4, energy_scale = 5, energy_abs = 6, energy = 7,
@@ -55,7 +57,14 @@ struct CaseLayout {
   /// The time of each event [s] and the energy it dissipated [J]; NaN: it never happened.
   size_t event_time() const { return turn() + turns; }
   size_t event_loss() const { return event_time() + events; }
-  size_t digest() const { return event_loss() + events; }
+  /// Of each output its value at the end, the smallest and the largest one at the records.
+  size_t output_end() const { return event_loss() + events; }
+  size_t output_least() const { return output_end() + outputs; }
+  size_t output_largest() const { return output_least() + outputs; }
+  /// The time of the end [s] and the index of the stop, -1: none; if there are stops.
+  size_t end_time() const { return output_largest() + outputs; }
+  size_t stop() const { return end_time() + 1; }  ///< integer
+  size_t digest() const { return end_time() + (stops > 0 ? 2 : 0); }
   size_t size() const { return digest() + 1; }
 
   /// Sets the digest of a row.

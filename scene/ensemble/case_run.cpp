@@ -22,7 +22,8 @@ class CaseRow {
       : e_(e), l_(e.layout()), row_(l_.size(), 0.0) {
     put(l_.index, index);
     std::copy(values.begin(), values.end(), row_.begin() + long(l_.inputs));
-    std::fill_n(row_.begin() + long(l_.event_time()), 2 * l_.events, std::nan(""));
+    std::fill_n(row_.begin() + long(l_.event_time()), 2 * l_.events + 3 * l_.outputs, std::nan(""));
+    if (l_.stops > 0) put(l_.stop(), -1);
   }
 
   /// Sets the final state, of this assembly.
@@ -55,6 +56,16 @@ class CaseRow {
     row_[l_.linear] = r.linear_momentum_error;
     row_[l_.angular] = r.angular_momentum_error;
     row_[l_.quaternion] = r.quaternion_norm_error;
+    for (size_t k = 0; k < r.outputs.size() && k < l_.outputs; ++k) {
+      row_[l_.output_end() + k] = r.outputs[k].end;
+      row_[l_.output_least() + k] = r.outputs[k].least;
+      row_[l_.output_largest() + k] = r.outputs[k].largest;
+    }
+    if (l_.stops == 0) return;
+    row_[l_.end_time()] = r.simulated_s;
+    const auto& stops = e_.scene().stops;
+    for (size_t k = 0; r.stopped && k < stops.size(); ++k)
+      if (stops[k].name == r.stopped->name) put(l_.stop(), std::int64_t(k));
   }
   void failed() { put(l_.passed, number_of(Verdict::fail)); }
   std::span<const double> sealed(int status) {

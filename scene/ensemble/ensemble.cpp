@@ -20,7 +20,7 @@ integrators::Options method_options(const Scene& s, const phs::Description& d) {
 /// Whether the cases of a scene consist only of steps of one size by one method, so that lanes can
 /// take them.
 bool is_plain(const Scene& s) {
-  return s.events.empty() && !s.monitor && !s.orbit &&
+  return s.events.empty() && s.outputs.empty() && !s.monitor && !s.orbit &&
          s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&
          !switches(s) && std::none_of(s.elements.begin(), s.elements.end(), [](const Element& e) {
            return e.thruster || e.torquer;
@@ -41,7 +41,8 @@ Ensemble::Ensemble(Scene scene)
       cases_(read_ensemble(scene_, assembly_)),
       sampler_(cases_),
       state_columns_(systems_of(scene_, assembly_)),
-      layout_(size_t(cases_.columns()), state_columns_, scene_.events.size()),
+      layout_(size_t(cases_.columns()), state_columns_, scene_.events.size(),
+              numbers_in(scene_.outputs), scene_.stops.size()),
       // A controller is designed from the start: its motion begins there.
       one_model_(scene_.controllers.empty() &&
                  std::all_of(cases_.quantities.begin(), cases_.quantities.end(),

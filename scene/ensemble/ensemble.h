@@ -125,14 +125,22 @@ struct EventSpread {
   Spread time;                ///< of those [s]
 };
 
+/// A number of an [[output]] over the cases: at the end, and its extremes at the records.
+struct OutputSpread {
+  std::string name;
+  Spread end, least, largest;
+};
+
 /// How the cases of an ensemble ended.
 struct EnsembleReport {
   std::int64_t cases = 0, done = 0, passed = 0;
   std::int64_t not_judged = 0;                   ///< none of their checks is telling
   std::map<std::string, std::int64_t> failures;  ///< cases that did not reach their end, by reason
-  Spread energy, linear, angular;        ///< of the others: relative errors, maxima over the run
-  std::vector<EventSpread> events;       ///< in the order of the scene, over all cases
-  std::vector<std::int64_t> not_passed;  ///< the first ten
+  Spread energy, linear, angular;   ///< of the others: relative errors, maxima over the run
+  std::vector<EventSpread> events;  ///< in the order of the scene, over all cases
+  std::vector<OutputSpread> outputs;
+  std::vector<std::int64_t> stopped;           ///< cases that each stop ended
+  std::vector<std::int64_t> not_passed;        ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;
   std::int64_t run_here = 0;  ///< cases this process (and its ranks) ran

@@ -29,8 +29,15 @@ std::vector<std::string> event_names(const Scene& s) {
   return names;
 }
 
+std::vector<std::string> output_names(const Scene& s) {
+  std::vector<std::string> names;
+  for (const Output& o : s.outputs)
+    for (auto& name : component_names(o)) names.push_back(std::move(name));
+  return names;
+}
+
 /// A dataset and the numbers of a row it is filled from.
-struct Column {
+struct CaseColumn {
   Hdf5File::Dataset data;
   size_t first, count;
   Kind kind;
@@ -58,8 +65,9 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
   if (!e.cases().table_text.empty()) file.text("provenance/table", e.cases().table_text);
   file.group("final");
   if (l.events > 0) file.group("events");
+  if (l.outputs > 0) file.group("outputs");
   {
-    std::vector<Column> columns;
+    std::vector<CaseColumn> columns;
     const auto add = [&](const char* name, size_t first, size_t count, Kind kind, const char* unit,
                          const std::string& names = "") {
       if (count == 0) return;
@@ -88,6 +96,14 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
     const std::string events = lines(event_names(s));
     add("events/time", l.event_time(), l.events, real, "s", events);
     add("events/dissipated", l.event_loss(), l.events, real, "J", events);
+    const std::string outputs = lines(output_names(s));
+    add("outputs/end", l.output_end(), l.outputs, real, "", outputs);
+    add("outputs/least", l.output_least(), l.outputs, real, "", outputs);
+    add("outputs/largest", l.output_largest(), l.outputs, real, "", outputs);
+    if (l.stops > 0) {
+      add("end_time", l.end_time(), 1, real, "s");
+      add("stop", l.stop(), 1, integer, "1");
+    }
 
     std::vector<double> rows(size_t(rows_at_once) * l.size()), reals;
     std::vector<std::int64_t> integers;
@@ -95,7 +111,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
       const auto n = size_t(std::min(rows_at_once, cases - at));
       for (size_t i = 0; i < n; ++i)
         store.read(at + std::int64_t(i), std::span(rows).subspan(i * l.size(), l.size()));
-      for (Column& c : columns) {
+      for (CaseColumn& c : columns) {
         reals.clear();
         integers.clear();
         for (size_t i = 0; i < n; ++i)
@@ -136,11 +152,16 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   std::vector<std::pair<double, std::int64_t>> energy, linear, angular;
   std::vector<std::vector<std::pair<double, std::int64_t>>> times(l.events);
   std::vector<double> row(l.size());
+  std::vector<std::vector<std::pair<double, std::int64_t>>> outputs(3 * l.outputs);
+  r.stopped.assign(l.stops, 0);
   for (std::int64_t i = 0; i < r.cases; ++i) {
     if (!store.has(i)) continue;
     store.read(i, row);
     for (size_t k = 0; k < l.events; ++k)
       if (const double at = row[l.event_time() + k]; !std::isnan(at)) times[k].emplace_back(at, i);
+    for (size_t k = 0; k < outputs.size(); ++k)
+      if (const double v = row[l.output_end() + k]; !std::isnan(v)) outputs[k].emplace_back(v, i);
+    if (l.stops > 0 && integer(row[l.stop()]) >= 0) ++r.stopped[size_t(integer(row[l.stop()]))];
     const int status = int(integer(row[l.status]));
     if (status != 0) {
       ++r.failures[case_status(status)];
@@ -162,6 +183,10 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   const auto names = event_names(e.scene());
   for (size_t k = 0; k < l.events; ++k)
     r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
+  const auto numbers = output_names(e.scene());
+  for (size_t k = 0; k < l.outputs; ++k)
+    r.outputs.push_back({numbers[k], spread_of(outputs[k]), spread_of(outputs[l.outputs + k]),
+                         spread_of(outputs[2 * l.outputs + k])});
   return r;
 }
 
@@ -198,6 +223,10 @@ std::string ensemble_json(const Ensemble& e, const CaseStore& store, const Ensem
   for (const EventSpread& event : r.events)
     j["events"].push_back(
         {{"event", event.name}, {"happened", event.happened}, {"time_s", json_of(event.time)}});
+  for (const OutputSpread& o : r.outputs)
+    j["outputs"][o.name] = {
+        {"end", json_of(o.end)}, {"least", json_of(o.least)}, {"largest", json_of(o.largest)}};
+  for (size_t k = 0; k < l.stops; ++k) j["stopped"][e.scene().stops[k].name] = r.stopped[k];
   Json not_passed = Json::array();
   std::vector<double> row(l.size());
   const auto names = e.cases().column_names();

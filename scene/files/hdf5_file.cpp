@@ -147,4 +147,9 @@ void Hdf5File::close() {
   sync_to_disk(path_);
 }
 
+std::string link_name(std::string name) {
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
 }  // namespace porthos::scene

@@ -62,4 +62,7 @@ class Hdf5File {
   mutable int failed_ = 0;  ///< errno, -1 if there is none; 0: nothing failed
 };
 
+/// The name of an object in a file for a name: '/' is replaced, because it would open a group.
+std::string link_name(std::string name);
+
 }  // namespace porthos::scene

@@ -93,6 +93,8 @@ RunReport judge_file(const JudgeOptions& o) {
   if (scene.title == fs::path(scene.path).stem())  // none was given
     scene.title = fs::path(o.file).filename().string();
   scene.method = "recorded";
+  scene.outputs.clear();  // of a run's own records
+  scene.stops.clear();
 
   Assembly a = assemble(scene);
   if (a.model->description().nx != a.mechanical->description().nx)
@@ -134,7 +136,8 @@ RunReport judge_file(const JudgeOptions& o) {
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
       const double error = ledger.add(t[i] - t[0], m, regular);
-      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, row);
+      fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
+                  row);
       log.append(row);
       r.final_state = world;
       const auto fallen = CentreOfMass::Real(t[i] - t[0]) * CentreOfMass::Vec(scene.urdf.gravity);

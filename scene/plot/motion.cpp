@@ -122,7 +122,9 @@ std::vector<Vec3d> rotations(const MotionTable& m, const JointCoordinates& c) {
 class MotionPanels {
  public:
   MotionPanels(const mechanics::Mechanism& m, const MotionRecords& r) : m_(m), r_(r), table_(m, r) {
-    if (!table_.known() || r.t.empty()) return;
+    if (r.t.empty()) return;
+    outputs();
+    if (!table_.known()) return;
     for (const bool turning : {false, true})
       for (const auto* unit : {"rad", "m"}) joints(unit, turning);
     size_t bodies = 0;
@@ -143,6 +145,36 @@ class MotionPanels {
       const size_t to = std::min(from + most_lines, lines.size());
       panels_.push_back({what, {lines.begin() + long(from), lines.begin() + long(to)}});
     }
+  }
+
+  void outputs() {
+    std::vector<std::string> units;
+    for (const auto& [name, unit] : r_.outputs)
+      if (std::find(units.begin(), units.end(), unit) == units.end()) units.push_back(unit);
+    for (const auto& unit : units) {
+      std::vector<TraceLine> numbers;
+      for (const auto& [name, own] : r_.outputs) {
+        if (own != unit) continue;
+        const auto rows = r_.rows("output/" + name);
+        const size_t columns = rows.size() / r_.t.size();
+        std::vector<TraceLine> lines;
+        for (size_t k = 0; k < columns; ++k)
+          lines.push_back(line(columns == 1 ? name : component(columns, k),
+                               [&](size_t i) { return rows[i * columns + k]; }));
+        if (columns == 1)
+          numbers.push_back(std::move(lines.front()));
+        else
+          add(name + " [" + unit + "]", std::move(lines));
+      }
+      const std::string what = numbers.size() == 1 ? numbers.front().name : "outputs";
+      add(what + " [" + unit + "]", std::move(numbers));
+    }
+  }
+  /// As component_names(): of a vector, a quaternion, a wrench.
+  static std::string component(size_t columns, size_t k) {
+    static const char *three[] = {"x", "y", "z"}, *four[] = {"w", "x", "y", "z"},
+                      *six[] = {"mx", "my", "mz", "fx", "fy", "fz"};
+    return columns == 3 ? three[k] : columns == 4 ? four[k] : six[k];
   }
 
   void joints(const std::string& unit, bool turning) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mechanics/mechanism.h"
@@ -16,12 +17,15 @@ struct MotionRecords {
   /// The columns of a series of run.h5 ("state/elbow") at these times, one record after another;
   /// empty: there is no such series.
   std::function<std::vector<double>(const std::string& name)> rows;
+  /// Name and unit of the outputs of the scene, the series "output/<name>".
+  std::vector<std::pair<std::string, std::string>> outputs = {};
 };
 
-/// How a mechanism moved: positions and rates of its joints, and of every body that is free or on a
-/// ball joint its attitude (rotation from the start as a vector along its axis, continuous where
-/// less than half a turn lies between two records), its angular rate in its own axes, its path from
-/// the start and its velocity, both in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p.
+/// How a mechanism moved: the scene's outputs (numbers of one unit share a panel), positions and
+/// rates of its joints, and of every body that is free or on a ball joint its attitude (rotation
+/// from the start as a vector along its axis, continuous where less than half a turn lies between
+/// two records), its angular rate in its own axes, its path from the start and its velocity, both
+/// in world axes. Rates are of the recorded momenta, v = M(q)⁻¹ p.
 /// A joint that makes more than four turns has panels apart. Empty: a coordinate is not recorded.
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records);

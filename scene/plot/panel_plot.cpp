@@ -47,7 +47,7 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
     if (c.joint == mechanics::base_joint_name && c.kind == phs::BlockKind::rotation) base = c.v;
   if (base >= 0) rates.lines = {{"x"}, {"y"}, {"z"}};
 
-  const RecordLayout layout(assembly.model->description(), scene.extrema);
+  const RecordLayout layout(scene, assembly);
   RecordReader reader(log, layout);
   std::vector<double> rows;
   std::vector<std::int64_t> turns(layout.turns);

@@ -126,6 +126,7 @@ void read_run(const Table& t, Scene& s) {
   s.record_every_given = t.has("record_every");
   s.record_every =
       s.record_every_given ? t.seconds("record_every") : default_record_every(s.step, s.duration);
+  s.low_words = t.boolean("low_words");
   const std::string extrema = t.choice("extrema");
   s.extrema = extrema == "none"    ? Extrema::none
               : extrema == "state" ? Extrema::state

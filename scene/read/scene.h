@@ -16,6 +16,8 @@
 #include "scene/read/element.h"
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
+#include "scene/read/output.h"
+#include "scene/read/start_from.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in
 /// docs/scene.md.
@@ -71,6 +73,7 @@ struct Scene {
   BaseStart base;
   std::map<std::string, JointStart> joints;
   std::optional<RandomStart> random;
+  std::optional<StartFrom> start_from;       ///< instead of all of them
   std::vector<Element> elements;             ///< at the joints, in addition to the model file
   std::vector<FreeBody> bodies;              ///< in addition to the model
   std::vector<mechanics::Panel> panels;      ///< flexible ones, on links of the model
@@ -80,6 +83,8 @@ struct Scene {
   SceneConstraints constraints;  ///< [[loop]] and [[coupling]]
   std::vector<SceneContact> contacts;
   std::vector<Controller> controllers;  ///< over several joints
+  std::vector<Output> outputs;          ///< recorded besides the states
+  std::vector<Stop> stops;              ///< conditions that end the run
   std::optional<OrbitScene> orbit;      ///< around a planet; empty in free space or on the ground
 
   std::string method =
@@ -102,6 +107,7 @@ struct Scene {
   bool record_every_given =
       false;  ///< by the file; if not, it follows overrides of step and duration
   Extrema extrema = Extrema::none;  ///< of the window before each record
+  bool low_words = false;           ///< records have those of the state
   double checkpoint_every = 60;     ///< wall-clock seconds
 
   Limits verify;

@@ -38,8 +38,9 @@ std::string read_file(const std::string& path, const std::string& what) {
 
 class Reader {
  public:
-  explicit Reader(std::string path, const SceneTexts* kept = nullptr)
-      : file_{std::move(path)}, kept_(kept) {}
+  explicit Reader(std::string path, const SceneTexts* kept = nullptr,
+                  const StartFrom* kept_from = nullptr)
+      : file_{std::move(path)}, kept_(kept), kept_from_(kept_from) {}
 
   Scene read(std::span<const Replacement> replacements = {}) {
     s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
@@ -63,6 +64,8 @@ class Reader {
     s_.constraints = read_constraints(top, s_.events);
     s_.contacts = read_contacts(top);
     s_.controllers = read_controllers(top);
+    s_.outputs = read_outputs(top);
+    s_.stops = read_stops(top, s_.outputs);
     s_.orbit = read_orbit(top);
     const Table method = top.section("integrator");
     read_integrator(method, s_);
@@ -74,6 +77,10 @@ class Reader {
     else
       s_.verify = default_limits(s_.orbit.has_value());
     if (s_.orbit) check_orbit_scene();
+    if (s_.start_from && !s_.constraints.spec.driven.empty())
+      refuse(s_.start_from->where,
+             "[initial] from cannot be combined with [[motion]], whose time begins anew, expected "
+             "one of both");
     check_coordinates();
     return std::move(s_);
   }
@@ -152,6 +159,17 @@ class Reader {
   }
 
   void initial(const Table& t) {
+    if (t.has("from")) {
+      for (const char* other : {"base", "joints", "random"})
+        if (t.has(other))
+          t.fail(other,
+                 "is given besides from, which states the whole start, expected one of both");
+      s_.start_from = kept_from_ && kept_from_->folder == t.text("from", "a folder")
+                          ? *kept_from_
+                          : read_start_from(t, fs::path(s_.path).parent_path().string());
+      return;
+    }
+    if (t.has("at")) t.fail("at", "is given without from, expected both or neither");
     if (t.has("base")) base(t);
     t.each("joints", [&](const std::string& joint, const std::string& where, const Table& start) {
       s_.joints[joint] = joint_start(start);
@@ -220,6 +238,9 @@ class Reader {
     s_.why_coordinates = other + " needs them";
   }
   std::string needs_joint_coordinates() const {
+    std::string joint_output;
+    for (const Output& o : s_.outputs)
+      if (o.of_joint()) joint_output = o.name;
     return s_.orbit                  ? "[orbit]"
            : !s_.events.empty()      ? "[[event]]"
            : !s_.actuators.empty()   ? "[[actuator]]"
@@ -227,6 +248,7 @@ class Reader {
            : !s_.panels.empty()      ? "[[panel]]"
            : !s_.contacts.empty()    ? "[[contact]]"
            : !s_.controllers.empty() ? "[[controller]] '" + s_.controllers.front().name + "'"
+           : !joint_output.empty()   ? "[[output]] '" + joint_output + "'"
            : s_.urdf.couple_mimics   ? "mimic = \"couple\""
                                      : "";
   }
@@ -256,6 +278,7 @@ class Reader {
 
   File file_;
   const SceneTexts* kept_;
+  const StartFrom* kept_from_;  ///< read already
   toml::table root_;
   Scene s_;
   std::string coordinates_at_;  ///< "file:line:column" of [model] coordinates
@@ -267,7 +290,8 @@ Scene read_scene(const std::string& path) { return Reader(path).read(); }
 
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
   const SceneTexts kept{scene.text, scene.urdf_text};
-  return Reader(scene.path, &kept).read(replacements);
+  const StartFrom* from = scene.start_from ? &*scene.start_from : nullptr;
+  return Reader(scene.path, &kept, from).read(replacements);
 }
 
 Scene read_scene_again(const std::string& path, const SceneTexts& kept) {

@@ -8,6 +8,7 @@
 
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/elements/element_type.h"
+#include "scene/read/output.h"
 #include "scene/read/schema_keys-inl.h"
 
 namespace porthos::scene {
@@ -20,8 +21,8 @@ const std::vector<SchemaTable>& schema() {
       a.push_back(t.table());
       a.insert(a.end(), t.tables.begin(), t.tables.end());
     }
-    const auto b = part_tables();
-    a.insert(a.end(), b.begin(), b.end());
+    for (const auto& more : {part_tables(), output_tables()})
+      a.insert(a.end(), more.begin(), more.end());
     return a;
   }();
   return all;

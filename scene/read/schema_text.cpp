@@ -20,8 +20,7 @@ Json reference(const std::string& id) {
 Json one_of(const std::string& id) {
   Json list = Json::array();
   for (const auto& t : schema())
-    if (t.id.rfind(id + ".", 0) == 0 && t.heading.find("type = ") != std::string::npos)
-      list.push_back(reference(t.id));
+    if (t.id.rfind(id + ".", 0) == 0 && t.heading.ends_with('"')) list.push_back(reference(t.id));
   return list.empty() ? reference(id) : Json{{"oneOf", list}};
 }
 

@@ -19,16 +19,22 @@ class Links {
   std::set<std::string> taken_;
 };
 
-void add_state(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+/// The state or its low words, from a column on.
+void add_blocks(std::vector<Column>& all, const phs::Description& d, size_t from,
+                const std::string& state, const std::string& momentum) {
   Links link;
   for (const auto& b : d.blocks) {
     const std::string name = link(b.name);
-    const auto add = [&](const char* group, int at, const std::string& unit) {
-      all.push_back({group + name, unit, l.x() + size_t(at), size_t(b.size), b.size > 1});
+    const auto add = [&](const std::string& group, int at, const std::string& unit) {
+      all.push_back({group + name, unit, from + size_t(at), size_t(b.size), b.size > 1});
     };
-    add("state/", b.at, b.unit);
-    if (b.momentum >= 0) add("momentum/", b.momentum, b.momentum_unit);
+    add(state, b.at, b.unit);
+    if (b.momentum >= 0) add(momentum, b.momentum, b.momentum_unit);
   }
+}
+
+void add_state(std::vector<Column>& all, const phs::Description& d, const RecordLayout& l) {
+  add_blocks(all, d, l.x(), "state/", "momentum/");
   if (l.turns > 0) all.push_back({"turns", "1", l.turn(), l.turns, true, true});
 }
 
@@ -93,6 +99,12 @@ std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& l)
   for (size_t k = 0; k < l.ledgers; ++k)
     all.push_back({std::string("ledgers/") + ledger_columns()[k].name, ledger_columns()[k].unit,
                    l.ledger() + k});
+  size_t at = l.output();
+  for (const OutputColumn& o : l.outputs) {
+    all.push_back({"output/" + o.name, o.unit, at, o.size, o.size > 1});
+    at += o.size;
+  }
+  if (l.low_words) add_blocks(all, d, l.low(), "low_words/", "low_words_momentum/");
   add_extrema(all, l);
   return all;
 }
@@ -102,11 +114,6 @@ std::vector<std::string> turn_names(const phs::Description& d) {
   for (const auto& b : d.blocks)
     if (b.kind == phs::BlockKind::angle) names.push_back(b.name);
   return names;
-}
-
-std::string link_name(std::string name) {
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
 }
 
 }  // namespace porthos::scene

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "phs/system/description.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/run/record_log.h"
 
 namespace porthos::scene {
@@ -21,8 +22,5 @@ std::vector<Column> columns_of(const phs::Description& d, const RecordLayout& la
 
 /// The names behind the columns of "turns".
 std::vector<std::string> turn_names(const phs::Description& d);
-
-/// The name in run.h5 for a name: '/' is replaced, because it would open a group.
-std::string link_name(std::string name);
 
 }  // namespace porthos::scene

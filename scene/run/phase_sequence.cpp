@@ -7,6 +7,7 @@
 
 #include "phs/network/network.h"
 #include "scene/assemble/parts.h"
+#include "scene/assemble/stops.h"
 #include "scene/run/loop_events.h"
 
 namespace porthos::scene {
@@ -76,15 +77,11 @@ Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
   return s;
 }
 
-/// The model that is stepped, without the orbit.
-const phs::Model& stepped(const Assembly& a) {
-  return a.spacecraft ? a.spacecraft->internal() : *a.model;
-}
-
 Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
                            const mechanics::MovingMechanism& moving, const MotorStates& motors,
                            const OrbitApart& orbit) {
   Assembly a = whole;
+  a.is_phase = true;
   a.mechanical = moving.model;
   a.mechanism =
       std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
@@ -119,84 +116,6 @@ mechanics::MovingMechanism moving_at_start(const Assembly& a, MotorStates& motor
 void without_limits(Event& e) { e.latch.reach = e.latch.speed = e.latch.rate = HUGE_VAL; }
 
 }  // namespace
-
-void OrbitApart::take_off(phs::State& s) {
-  if (!in_orbit_) return;
-  x_.assign(s.x.end() - 6, s.x.end());
-  lo_.assign(s.lo.end() - 6, s.lo.end());
-  s.x.resize(s.x.size() - 6);
-  s.lo.resize(s.lo.size() - 6);
-}
-
-void OrbitApart::put_back(phs::State& s) const {
-  if (!in_orbit_) return;
-  s.x.insert(s.x.end(), x_.begin(), x_.end());
-  s.lo.insert(s.lo.end(), lo_.begin(), lo_.end());
-}
-
-void OrbitApart::put_back(Assembly& a, const Scene& scene) const {
-  if (!in_orbit_) return;
-  try {
-    a.spacecraft = std::make_shared<const space::Spacecraft>(
-        a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
-  } catch (const InvalidArgument& e) {
-    throw InvalidArgument(scene.orbit->where + ": " + e.what());
-  }
-  a.model = a.spacecraft;
-  put_back(a.initial);
-}
-
-void OrbitApart::settle(mechanics::MovingMechanism& m) const {
-  if (in_orbit_ || centre_apart_) settle_momentum(m.model->mechanism(), m.state);
-}
-
-MotorStates::MotorStates(const Scene& scene) {
-  for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
-  for (const Element& e : scene.elements)
-    if (e.motor) names_.push_back(e.name);
-}
-
-void MotorStates::take_off(const Assembly& a, phs::State& s) {
-  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&stepped(a)))
-    for (const auto& name : names_) {
-      const long at = network->offset(name), n = network->member(name).description().nx;
-      const auto part = [&](const std::vector<double>& of) {
-        return std::vector<double>(of.begin() + at, of.begin() + at + n);
-      };
-      x_lo_[name] = {part(s.x), part(s.lo)};
-    }
-  const auto mechanism = size_t(a.mechanical->description().nx);
-  s.x.resize(mechanism);
-  s.lo.resize(mechanism);
-}
-
-void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
-  const auto* network = dynamic_cast<const phs::NetworkModel*>(&model);
-  if (!network) return;
-  s.x.resize(size_t(model.description().nx), 0.0);
-  s.lo.resize(s.x.size(), 0.0);
-  for (const auto& [name, own] : x_lo_) {
-    std::copy(own.first.begin(), own.first.end(), s.x.begin() + network->offset(name));
-    std::copy(own.second.begin(), own.second.end(), s.lo.begin() + network->offset(name));
-  }
-}
-
-void HeldOutputs::keep(const phs::Model& model, std::span<const double> memory) {
-  values_.clear();
-  for (const auto& hold : model.holds()) {
-    if (memory.size() < hold->fresh.size())
-      require_size("memory of the sampled controllers", memory.size(), hold->fresh.size());
-    const auto own = memory.first(hold->fresh.size());
-    values_[hold->name].assign(own.begin(), own.end());
-    memory = memory.subspan(own.size());
-  }
-}
-
-void HeldOutputs::put_in(const phs::Model& model) const {
-  for (const auto& hold : model.holds())
-    if (const auto known = values_.find(hold->name); known != values_.end())
-      hold->fresh = known->second;
-}
 
 std::vector<std::shared_ptr<const phs::Model>> rehearse(const Scene& scene,
                                                         const Assembly& assembly) {
@@ -282,9 +201,20 @@ void PhaseSequence::assemble(double end) {
   assembled_ = true;
 }
 
+/// Whether the events have led to a state at which a stop holds: then the run is over.
+bool PhaseSequence::stopped() {
+  const int k =
+      count_ == 0 ? -1 : stop_that_holds(scene_, phase_.assembly, from_, phase_.assembly.initial);
+  if (k < 0) return false;
+  note_stop(whole_.report(), stopped_by(scene_.stops[size_t(k)], from_));
+  more_ = false;
+  return true;
+}
+
 const Phase* PhaseSequence::next() {
   if (!more_) return nullptr;
   assemble(end_after(scene_, from_));
+  if (stopped()) return nullptr;
   phase_.from = from_;
   phase_.waiting = waiting_;
   phase_.until.clear();
@@ -315,7 +245,8 @@ void PhaseSequence::done(const RunReport& r) {
   orbit_.take_off(moving_.state);
   motors_.take_off(phase_.assembly, moving_.state);
   from_ = moving_.time = end;
-  more_ = end < scene_.duration;
+  more_ = end < scene_.duration && !r.stopped;
+  if (r.stopped) return;
   std::vector<const Event*> due;
   for (const Event& e : scene_.events) {
     const bool waits = std::count(waiting_.begin(), waiting_.end(), &e) > 0;
@@ -331,7 +262,7 @@ RunReport PhaseSequence::finish() {
   if (broken_off_) return r;
   // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
-  motors_.put_back(stepped(phase_.assembly), moving_.state);
+  motors_.put_back(internal_model(phase_.assembly), moving_.state);
   orbit_.put_back(moving_.state);
   r.final_state = moving_.state;
   for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));

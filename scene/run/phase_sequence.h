@@ -13,6 +13,9 @@
 
 namespace porthos::scene {
 
+/// The model that is stepped, without the orbit.
+const phs::Model& internal_model(const Assembly& a);
+
 /// A mechanism between phases whose centre of mass is integrated separately: events change the
 /// state of the motion about the centre of mass, and in orbit they do not change the orbit.
 class OrbitApart {
@@ -115,6 +118,7 @@ class PhaseSequence {
   void happen(const Event& e);
   void happen_at_once();
   void assemble(double end);
+  bool stopped();
 
   const Scene& scene_;
   const Assembly& whole_assembly_;

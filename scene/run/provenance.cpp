@@ -34,6 +34,8 @@ NamedTexts tables_of(const Scene& scene) {
   NamedTexts list;
   for (const JointActuator& a : scene.actuators)
     if (!a.table.empty()) list.emplace_back("file " + a.table, sha256(a.table_text));
+  if (scene.start_from)
+    list.emplace_back("record of " + scene.start_from->folder, sha256(text(*scene.start_from)));
   return list;
 }
 

@@ -39,13 +39,20 @@ const std::vector<LedgerColumn>& ledger_columns() {
   return all;
 }
 
-RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
+RecordLayout::RecordLayout(const Scene& scene, const Assembly& assembly)
+    : RecordLayout(assembly.model->description(), scene.extrema, output_columns(scene, assembly),
+                   scene.low_words) {}
+
+RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema, std::vector<OutputColumn> of,
+                           bool with_low)
     : nx(size_t(d.nx)),
       turns(0),
       storages(d.storages.size()),
       powers(d.powers.size()),
       reactions(size_t(d.reaction_count())),
-      ledgers(0) {
+      ledgers(0),
+      outputs(std::move(of)),
+      low_words(with_low) {
   for (const auto& b : d.blocks) {
     turns += b.kind == phs::BlockKind::angle;
     if (b.name == "orbit.position") ledgers = ledger_columns().size();
@@ -57,14 +64,20 @@ RecordLayout::RecordLayout(const phs::Description& d, Extrema extrema)
   if (extrema == Extrema::all) watch(energy(), work());
   if (extrema != Extrema::none) {
     watch(work(), sweeps());
-    watch(ledger(), plain());
+    watch(ledger(), extrema == Extrema::all ? low() : output());
   }
+}
+
+size_t RecordLayout::output_count() const {
+  size_t n = 0;
+  for (const OutputColumn& o : outputs) n += o.size;
+  return n;
 }
 
 void fill_record(const RecordLayout& l, double time, const phs::State& s, const Measured& m,
                  std::span<const double> works, double energy_error, std::int64_t sweeps,
                  std::span<const double> reactions, std::span<const double> ledgers,
-                 std::span<double> row) {
+                 std::span<const double> outputs, std::span<double> row) {
   row[0] = std::bit_cast<double>(s.step);
   row[l.time()] = time;
   std::copy(s.x.begin(), s.x.end(), row.begin() + long(l.x()));
@@ -80,6 +93,8 @@ void fill_record(const RecordLayout& l, double time, const phs::State& s, const 
   row[l.sweeps()] = double(sweeps);
   std::copy(reactions.begin(), reactions.end(), row.begin() + long(l.reaction()));
   std::copy(ledgers.begin(), ledgers.end(), row.begin() + long(l.ledger()));
+  std::copy(outputs.begin(), outputs.end(), row.begin() + long(l.output()));
+  if (l.low_words) std::copy(s.lo.begin(), s.lo.end(), row.begin() + long(l.low()));
 }
 
 void turns_of(const RecordLayout& l, std::span<const double> row, std::span<std::int64_t> turns) {

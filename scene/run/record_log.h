@@ -9,6 +9,7 @@
 
 #include "phs/system/description.h"
 #include "phs/system/state.h"
+#include "scene/assemble/outputs.h"
 #include "scene/files/files.h"
 #include "scene/run/measure.h"
 
@@ -23,12 +24,17 @@ const std::vector<LedgerColumn>& ledger_columns();
 /// A record is a row of 8-byte numbers: step (bits of an integer), time, x, turns (integers too),
 /// energy error [J], errors of linear and angular momentum (3 each), quaternion norm error, stored
 /// energies [J], works [J], sweeps of the implicit iteration since the start, the reactions of
-/// constraints, and the ledgers of a spacecraft in orbit. The smallest and the largest value of
-/// each watched column over the steps since the previous record follow (angles with their turns).
+/// constraints, the ledgers of a spacecraft in orbit, the outputs of the scene, and low words. The
+/// smallest and the largest value of each watched column over the steps since the previous record
+/// follow (angles with their turns).
 struct RecordLayout {
   size_t nx, turns, storages, powers, reactions, ledgers;
+  std::vector<OutputColumn> outputs;
+  bool low_words;
   std::vector<size_t> watched;  ///< columns
-  RecordLayout(const phs::Description& d, Extrema extrema);
+  RecordLayout(const phs::Description& d, Extrema extrema, std::vector<OutputColumn> outputs = {},
+               bool low_words = false);
+  RecordLayout(const Scene& scene, const Assembly& assembly);
   size_t time() const { return 1; }
   size_t x() const { return 2; }
   size_t turn() const { return 2 + nx; }
@@ -41,17 +47,21 @@ struct RecordLayout {
   size_t sweeps() const { return work() + powers; }
   size_t reaction() const { return sweeps() + 1; }
   size_t ledger() const { return reaction() + reactions; }
-  size_t plain() const { return ledger() + ledgers; }  ///< a row without extrema
+  size_t output() const { return ledger() + ledgers; }
+  size_t low() const { return output() + output_count(); }
+  size_t plain() const { return low() + (low_words ? nx : 0); }  ///< a row without extrema
+  size_t output_count() const;
   size_t size() const { return plain() + 2 * watched.size(); }
 };
 
 /// Fills one row. works: of each of the system's powers since the start; `energy_error` includes
-/// them. reactions, ledgers: layout.reactions and layout.ledgers numbers. row: written,
+/// them. reactions, ledgers, outputs: as many numbers as the layout has of each. row: written,
 /// layout.plain() numbers.
 void fill_record(const RecordLayout& layout, double time, const phs::State& state,
                  const Measured& m, std::span<const double> works, double energy_error,
                  std::int64_t sweeps, std::span<const double> reactions,
-                 std::span<const double> ledgers, std::span<double> row);
+                 std::span<const double> ledgers, std::span<const double> outputs,
+                 std::span<double> row);
 
 /// The turns of a row's angle blocks. turns: written, layout.turns of them.
 void turns_of(const RecordLayout& layout, std::span<const double> row,

@@ -111,8 +111,7 @@ class RunFile {
 void write_run_file(const std::filesystem::path& path, const Scene& scene, const Assembly& assembly,
                     const RunReport& report, const std::filesystem::path& log) {
   errno = 0;
-  RunFile file(aside(path), RecordLayout(assembly.model->description(), scene.extrema),
-               report.records);
+  RunFile file(aside(path), RecordLayout(scene, assembly), report.records);
   file.declare(assembly, report);
   file.describe(scene);
   file.fill(log);

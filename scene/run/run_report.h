@@ -5,6 +5,7 @@
 #include "integrators/control/step_control.h"
 #include "integrators/core/integrator.h"
 #include "scene/read/scene.h"
+#include "scene/run/output_summary.h"
 #include "scene/run/wheel_momentum.h"
 #include "space/ledgers.h"
 
@@ -47,6 +48,18 @@ struct EnergyReport {
   std::vector<std::pair<std::string, double>> scale_parts = {};
 };
 
+/// A [[stop]] that ended a run.
+struct Stopped {
+  std::string name, condition;
+  double at = 0;  ///< [s]
+  bool fails = false;
+};
+Stopped stopped_by(const Stop& stop, double at);
+
+struct RunReport;
+/// Notes the stop in a report; one that fails adds a check that does not hold.
+void note_stop(RunReport& report, const Stopped& by);
+
 /// The content of summary.json of a run.
 struct RunReport {
   std::string title, method;
@@ -67,14 +80,16 @@ struct RunReport {
   Named ports, losses;  ///< energy supplied by each source, lost in each dissipating element [J]
   std::vector<MomentumRow> momentum;        ///< of wheels, the total last; empty without wheels
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
+  std::vector<OutputRow> outputs;           ///< of the scene's [[output]]s
   std::optional<space::SpaceReport> space;  ///< of a spacecraft in orbit
   std::vector<Check> checks;
   std::vector<NotApplicable> not_applicable;
   std::vector<std::string> notes;
   integrators::Outcome outcome = integrators::Outcome::ok;
-  std::string trouble;  ///< why the run ended, if more is known than its outcome
-  int until = -1;       ///< event of RunOptions::until that ended it, -1: none
-  int phases = 0;       ///< runs between events, see phases.h; 0: a scene without any
+  std::string trouble;             ///< why the run ended, if more is known than its outcome
+  int until = -1;                  ///< event of RunOptions::until that ended it, -1: none
+  int phases = 0;                  ///< runs between events, see phases.h; 0: a scene without any
+  std::optional<Stopped> stopped;  ///< the stop that ended it
   bool interrupted = false;
   phs::State final_state;  ///< the last good one; relative to Assembly::centre if there is one
   std::vector<double>

@@ -83,6 +83,17 @@ Json momentum(const RunReport& r) {
   return j;
 }
 
+Json outputs(const RunReport& r) {
+  Json j = Json::object();
+  for (const OutputRow& o : r.outputs)
+    j[o.name] = {{"unit", o.unit},
+                 {"start", o.start},
+                 {"end", o.end},
+                 {"least", o.least},
+                 {"largest", o.largest}};
+  return j;
+}
+
 Json impulses(const RunReport& r) {
   Json j = Json::object();
   for (const ImpulseRow& row : r.impulses.rows) {
@@ -216,6 +227,12 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
       j["momentum_less_impulses"] = {{"linear", r.impulses.linear_left},
                                      {"angular", r.impulses.angular_left}};
   }
+  if (!r.outputs.empty()) j["outputs"] = outputs(r);
+  if (r.stopped)
+    j["stopped_by"] = {{"name", r.stopped->name},
+                       {"condition", r.stopped->condition},
+                       {"at_s", r.stopped->at},
+                       {"fails", r.stopped->fails}};
   if (r.space) j["ledgers"] = ledgers(r);
   if (assembly.centre) j["centre_of_mass"] = centre_of_mass(*assembly.centre, r.simulated_s);
   j["final_state"] = final_state(assembly, r.simulated_s, last);

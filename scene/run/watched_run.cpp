@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "scene/assemble/stops.h"
 #include "scene/run/limit_notes.h"
 #include "scene/run/verdict.h"
 
@@ -22,6 +23,24 @@ const Scene& with_positive_numbers(const Scene& s) {
   return s;
 }
 
+std::vector<integrators::Event> with_stops(std::vector<integrators::Event> until,
+                                           const Scene& scene, const Assembly& assembly) {
+  for (auto& stop : stop_events(scene, assembly)) until.push_back(std::move(stop));
+  return until;
+}
+
+/// A stop is passed during the run; at its start it is a mistake.
+void refuse_stopped(const Scene& scene, const Assembly& assembly) {
+  const phs::State& s = assembly.initial;
+  const int k = stop_that_holds(scene, assembly, s.time(scene.step), s);
+  if (k < 0) return;
+  const Stop& stop = scene.stops[size_t(k)];
+  throw InvalidArgument(
+      fmt::format("{}: '{}' ({}) holds where the run starts, expected a run that "
+                  "begins before it",
+                  stop.where, stop.name, text(stop)));
+}
+
 }  // namespace
 
 WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
@@ -30,14 +49,16 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       assembly_(assembly),
       record_(std::move(record)),
       fixed_(scene.step_control == integrators::StepControl::fixed),
+      stops_from_(int(until.size())),
       own_(make()),
-      events_(make_events(std::move(until))),
+      events_(make_events(with_stops(std::move(until), scene, assembly))),
       integrator_(events_ ? &events_->method() : own_.get()),
       monitor_(dynamic_cast<integrators::EnergyMonitor*>(integrator_)),
       split_(dynamic_cast<space::SplitIntegrator*>(monitor_ ? &monitor_->inner() : integrator_)),
       meter_(assembly),
+      outputs_(scene, assembly),
       view_(assembly),
-      layout_(assembly.model->description(), scene.extrema),
+      layout_(scene, assembly),
       row_(layout_.size()),
       ledgers_(layout_.ledgers, 0.0),
       window_(assembly.model->description(), layout_),
@@ -48,6 +69,7 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       ledger_(assembly.model->description()),
       good_{state_, {}, {}, ledger_} {
   if (layout_.reactions > 0) reactions_.emplace(*assembly.model);
+  refuse_stopped(scene, assembly);
 }
 
 /// The scene's method, with its monitor if there is one.
@@ -148,6 +170,11 @@ void WatchedRun::fill_ledgers() {
   std::copy(now.begin(), now.end(), ledgers_.begin());
 }
 
+std::span<const double> WatchedRun::put_out() {
+  if (outputs_.size() == 0) return {};
+  return outputs_.at(time(), state_, integrator_->sampler().memory());
+}
+
 /// What the loops and couplings exert at the state.
 std::span<const double> WatchedRun::react() {
   if (!reactions_) return {};
@@ -169,7 +196,7 @@ void WatchedRun::look() {
   if (!record_ || !window_.watches()) return;
   fill_ledgers();
   fill_record(layout_, time(), view_(time(), state_), all ? *m : unmeasured_, ledger_.port_work(),
-              error, 0, {}, ledgers_, row_);
+              error, 0, {}, ledgers_, all ? put_out() : std::span<const double>(), row_);
   window_.see(row_);
 }
 
@@ -187,7 +214,7 @@ void WatchedRun::record() {
   if (record_) {
     fill_ledgers();
     fill_record(layout_, time(), view_(time(), state_), m, ledger_.port_work(), error,
-                integrator_->cost().sweeps, react(), ledgers_, row_);
+                integrator_->cost().sweeps, react(), ledgers_, put_out(), row_);
     if (window_.watches()) {
       window_.see(row_);
       window_.put(row_);
@@ -259,12 +286,25 @@ RunReport WatchedRun::report() const {
   if (outcome_ == Outcome::singular)
     r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
   r.final_state = state_;
-  r.until = until_;
+  if (until_ >= stops_from_)
+    r.stopped = stopped_by(scene_.stops[size_t(until_ - stops_from_)], time());
+  else
+    r.until = until_;
   r.held = integrator_->sampler().memory();
   return r;
 }
 
+Stopped stopped_by(const Stop& stop, double at) { return {stop.name, text(stop), at, stop.fails}; }
+
+void note_stop(RunReport& r, const Stopped& by) {
+  r.stopped = by;
+  r.notes.push_back(fmt::format("the run ended at {:.17g} s by the stop '{}'{}", by.at, by.name,
+                                by.name == by.condition ? "" : ": " + by.condition));
+  if (by.fails) r.checks.push_back({"stop." + by.name, 1, 0, false, false});
+}
+
 void WatchedRun::add_notes(RunReport& r) const {
+  if (r.stopped) note_stop(r, *r.stopped);
   const auto add = [&](std::vector<std::string> notes) {
     for (auto& note : notes) r.notes.push_back(std::move(note));
   };

@@ -7,6 +7,7 @@
 
 #include "integrators/control/event.h"
 #include "phs/system/reactions.h"
+#include "scene/assemble/outputs.h"
 #include "scene/assemble/steps.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/ledger.h"
@@ -29,12 +30,12 @@ using RecordSink = std::function<void(std::span<const double>)>;
 /// its sink, and for reactions that are not unique.
 class WatchedRun {
  public:
-  /// The scene must state its method and have no events, which are handled between runs. Scene and
-  /// assembly must outlive the run.
+  /// The scene must state its method and have no events, which are handled between runs. Its stops
+  /// end the run like `until`. Scene and assembly must outlive the run.
   /// @param until   events that end the run, see RunOptions::until
   /// @param record  may be empty: then no rows are written
-  /// @throws InvalidArgument if step, duration or record distance are not positive, and as
-  /// make_integrator()
+  /// @throws InvalidArgument if step, duration or record distance are not positive, if a stop holds
+  /// at the start, and as make_integrator()
   WatchedRun(const Scene& scene, const Assembly& assembly, std::vector<integrators::Event> until,
              RecordSink record);
   WatchedRun(const WatchedRun&) = delete;
@@ -81,6 +82,7 @@ class WatchedRun {
   std::span<const double> react();
   void look();
   void record();
+  std::span<const double> put_out();
   void not_finite();
   void remember();
   void recall();
@@ -88,7 +90,8 @@ class WatchedRun {
   const Scene& scene_;
   const Assembly& assembly_;
   const RecordSink record_;
-  const bool fixed_;                                   ///< steps of the scene's size
+  const bool fixed_;      ///< steps of the scene's size
+  const int stops_from_;  ///< index of the first stop, behind the caller's events
   std::unique_ptr<integrators::Integrator> own_;       ///< null: events_ owns it
   std::unique_ptr<integrators::EventStepper> events_;  ///< null: all steps are whole ones
   integrators::Integrator* integrator_;
@@ -96,7 +99,8 @@ class WatchedRun {
   space::SplitIntegrator* split_;        ///< null: not in orbit
   Meter meter_;
   std::optional<phs::Reactions> reactions_;  ///< of loops and couplings
-  WorldView view_;                           ///< records are in the world frame
+  Outputs outputs_;
+  WorldView view_;  ///< records are in the world frame
   RecordLayout layout_;
   std::vector<double> row_, ledgers_;
   const Measured unmeasured_{};

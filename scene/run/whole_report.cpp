@@ -50,6 +50,8 @@ void WholeReport::add(const RunReport& p, double from) {
   for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
     for (const auto& [name, joule] : p.*list) entry(r_.*list, name) += joule;
   for (const MomentumRow& m : p.momentum) add_momentum(m);
+  add_outputs(r_.outputs, p.outputs);
+  r_.stopped = p.stopped;
   add_impulses(p.impulses);
   for (const Check& c : p.checks) worst(c);
   for (const NotApplicable& n : p.not_applicable) cannot(n);

@@ -18,12 +18,13 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   const auto wall = Clock::now();
   const double cpu = thread_cpu_now();
   const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
-  MomentumLedger momenta(scene, assembly,
-                         RecordLayout(assembly.model->description(), scene.extrema));
+  MomentumLedger momenta(scene, assembly, RecordLayout(scene, assembly));
+  OutputSummary outputs(scene, RecordLayout(scene, assembly));
   RecordSink record = o.record;
-  if (momenta.any())
+  if (momenta.any() || outputs.any())
     record = [&](std::span<const double> row) {
-      momenta.see(row);
+      if (momenta.any()) momenta.see(row);
+      outputs.see(row);
       if (o.record) o.record(row);
     };
   WatchedRun run(scene, assembly, until, record);
@@ -45,6 +46,7 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   run.add_notes(r);
   if (interrupted) return r;
   momenta.fill(r);
+  outputs.fill(r);
   run.judge(r);
   judge_beside(r, scene, assembly, o.check_symmetry);
   return r;

@@ -127,7 +127,11 @@ std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m
     std::istringstream names(file.texts("turns")["columns"]);
     for (std::string name; std::getline(names, name);) turns.push_back(name);
   }
-  return motion_plot(m, {series("time"), turns, series}, r.title, plot_subtitle(r));
+  MotionRecords records{series("time"), turns, series};
+  for (const auto& [name, d] : file.datasets())
+    if (name.starts_with("output/"))
+      records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
+  return motion_plot(m, records, r.title, plot_subtitle(r));
 }
 
 std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,

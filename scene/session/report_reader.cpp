@@ -93,6 +93,14 @@ RunReport report_of(const Json& j, const phs::State& end) {
     for (const auto& [name, m] : j.at("momentum").items())
       r.momentum.push_back(
           {name, number(m.at("start_Nms")), number(m.at("end_Nms")), number(m.at("largest_Nms"))});
+  if (j.contains("outputs"))
+    for (const auto& [name, o] : j.at("outputs").items())
+      r.outputs.push_back({name, o.at("unit"), number(o.at("start")), number(o.at("end")),
+                           number(o.at("least")), number(o.at("largest"))});
+  if (j.contains("stopped_by")) {
+    const Json& s = j.at("stopped_by");
+    r.stopped = {s.at("name"), s.at("condition"), number(s.at("at_s")), s.at("fails")};
+  }
   if (j.contains("ledgers")) r.space = read_space(j.at("ledgers"));
   if (j.contains("impulses")) {
     for (const auto& [name, i] : j.at("impulses").items()) {

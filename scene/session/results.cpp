@@ -19,7 +19,7 @@ namespace {
 
 std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& r,
                  const std::filesystem::path& log) {
-  const RecordLayout layout(assembly.model->description(), scene.extrema);
+  const RecordLayout layout(scene, assembly);
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
   const bool fixed = scene.step_control == integrators::StepControl::fixed;
   Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
@@ -37,7 +37,7 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
 std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport& r,
                    const std::filesystem::path& log) {
   const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(d, scene.extrema);
+  const RecordLayout layout(scene, assembly);
   LedgerSeries s;
   for (const auto& name : d.storages) s.stored.push_back({name, {}});
   std::vector<LedgerLine> works;
@@ -67,7 +67,7 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
                    const std::filesystem::path& log) {
   if (!assembly.mechanism) return "";
   const phs::Description& d = assembly.model->description();
-  const RecordLayout layout(d, scene.extrema);
+  const RecordLayout layout(scene, assembly);
   const auto columns = columns_of(d, layout);
   const auto shown = evenly(r.records, most_of_motion);
   std::vector<double> kept, rows;
@@ -89,8 +89,9 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
       }
     return all;
   };
-  return motion_plot(*assembly.mechanism, {series("time"), turn_names(d), series}, scene.title,
-                     plot_subtitle(r));
+  MotionRecords records{series("time"), turn_names(d), series};
+  for (const OutputColumn& o : layout.outputs) records.outputs.emplace_back(o.name, o.unit);
+  return motion_plot(*assembly.mechanism, records, scene.title, plot_subtitle(r));
 }
 
 /// Writes pictures and summary, and puts them in place after the files written before.

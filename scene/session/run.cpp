@@ -73,10 +73,13 @@ class Session {
 
  private:
   fs::path log_path() const { return folder_ / "records.bin"; }
+  fs::path end_folder() const { return fs::path(options_.out) / "end"; }
 
   void start() {
     refuse_unfinished(options_.out);
     make_folder(folder_);
+    std::error_code none;
+    if (!assembly_.is_phase) fs::remove_all(end_folder(), none);
     keep_texts();
     log_ = std::make_unique<RecordLog>(log_path(), run_.layout());
     run_.begin();
@@ -165,7 +168,8 @@ class Session {
   double cpu() const { return cpu_before_ + (stopped_ ? 0 : cpu_now() - cpu_start_); }
   double wall() const { return wall_before_ + (stopped_ ? 0 : since(wall_start_)); }
 
-  void checkpoint() {
+  void checkpoint() { checkpoint_in(folder_); }
+  void checkpoint_in(const fs::path& folder) {
     log_->sync();
     Checkpoint c;
     c.fingerprint = fingerprint(scene_);
@@ -173,7 +177,7 @@ class Session {
     c.log = log_->mark();
     c.cpu_s = cpu();
     c.wall_s = wall();
-    write_checkpoint(folder_, c);
+    write_checkpoint(folder, c);
   }
 
   void report_progress() const {
@@ -201,6 +205,9 @@ class Session {
     MomentumLedger momenta(scene_, assembly_, run_.layout());
     momenta.read(log_path());
     momenta.fill(r);
+    OutputSummary outputs(scene_, run_.layout());
+    outputs.read(log_path());
+    outputs.fill(r);
     run_.judge(r);
     const bool more = has_more_to_judge(r, scene_, options_.check_symmetry);
     write_results(options_.out, scene_, assembly_, more ? not_yet_judged(r) : r, log_path());
@@ -208,7 +215,11 @@ class Session {
       judge_beside(r, scene_, assembly_, options_.check_symmetry);
       write_verdict(options_.out, scene_, assembly_, r, log_path());
     }
-    if (r.outcome != Outcome::ok) return r;  // the last good state stays
+    if (r.outcome != Outcome::ok) return r;         // the last good state stays
+    if (run_.resumable() && !assembly_.is_phase) {  // for extend_to() and starts from here
+      make_folder(end_folder());
+      checkpoint_in(end_folder());
+    }
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
     return r;

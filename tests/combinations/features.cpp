@@ -170,6 +170,22 @@ std::vector<Feature> all() {
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
 
+      {"outputs",
+       {"output"},
+       {},
+       {},
+       "[[output]]\nquantity = 'position'\nname = 'tip@'\nlink = 'lower'\nrelative_to = 'bus'\n"
+       "[[output]]\nquantity = 'angular_velocity'\nname = 'turning@'\nlink = 'upper'\n"
+       "[[output]]\nquantity = 'momentum'\nname = 'momentum@'\n"
+       "[[output]]\nquantity = 'joint_torque'\nname = 'torque@'\njoint = 'joint2'\n"
+       "[[output]]\nquantity = 'formula'\nname = 'far@'\nformula = 'sqrt(tip@.x^2 + tip@.y^2)'\n"
+       "[[stop]]\noutput = 'far@'\nabove = 50\n"},
+      {"joint wrench",
+       {"wrench"},
+       {},
+       {},
+       "[[output]]\nquantity = 'joint_wrench'\nname = 'wrench@'\njoint = 'joint1'\n"},
+
       {"drive fixed", {"actuator"}, {}, {}, actuator("drive = 'fixed'")},
       {"drive torque",
        {"actuator"},

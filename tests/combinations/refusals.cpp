@@ -89,6 +89,11 @@ const std::vector<Refusal>& refusals() {
        couplings + Names{"motion", "rolling"},
        "The conditions of the laws are those of trees: a rest point on a loop balances with its "
        "multipliers, which no certificate looks at yet."},
+      {{"joint wrench"},
+       couplings + Names{"rolling", "motion", "contact", "thruster", "torquer", "soft_latch",
+                         "engage and disengage", "line_spring"},
+       "The wrench is what changes the momentum of the bodies behind the joint, less their weight. "
+       "What else pulls at them, or closes a loop with them, would have to be taken off it."},
       {{"ensemble"},
        {"report"},
        "The page is of one motion. An ensemble has its own picture, ensemble.svg."},

@@ -168,6 +168,8 @@ std::string shown_of(const Feature& f) {
       {"line_spring", "tether1"},
       {"contact", "bumper1"},
       {"law over joints", "law1"},
+      {"outputs", "tip1"},
+      {"joint wrench", "wrench1"},
       {"panel", "panel"},
       {"cmg", "gimbal.cmg"},
       {"wheel", "wheel.wheel"},

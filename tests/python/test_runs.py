@@ -214,3 +214,29 @@ def test_where_progress_is_shown(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     assert chosen(None)[0] is None  # neither a notebook nor a terminal
     assert chosen(print)[0] is print
+
+
+def test_outputs_are_series_and_panels(source, tmp_path):
+    result = ph.Scene(source / "examples/slew/scene.toml", duration=60).run(tmp_path / "out")
+    assert result.unit("output/pointing_error") == "rad"
+    assert result["output/hand"].shape == (len(result.time), 3)
+    assert result["output/pointing_error"][0] > 1.5 > result["output/pointing_error"][-1]
+    assert result.summary["outputs"]["hand.x"]["end"] == result["output/hand"][-1, 0]
+    assert list(result.motion()["outputs [N m]"]) == ["torque_x", "torque_y", "torque_z"]
+    ph.plot(result, tmp_path / "error.png", what="pointing_error")
+    assert (tmp_path / "error.png").stat().st_size > 1000
+
+
+def test_extended_is_the_longer_run(source, tmp_path):
+    whole = ph.Scene(source / "examples/slew/scene.toml", duration=60)
+    whole.data.record_every = 1.0
+    half = ph.Scene(source / "examples/slew/scene.toml", duration=20)
+    half.data.record_every = 1.0
+    half.run(tmp_path / "parts")
+    parts, all = half.extend(60, tmp_path / "parts"), whole.run(tmp_path / "whole")
+    assert parts.summary["steps"] == 600
+    assert all.time[-1] == parts.time[-1]
+    for name in all:
+        assert np.array_equal(all[name], parts[name]), name
+    with pytest.raises(ph.InvalidArgument, match="expected a later time"):
+        half.extend(30, tmp_path / "parts")

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mechanics/builder.h"
+#include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
 #include "phs/error.h"
 #include "report/detail/shapes.h"
@@ -189,7 +190,7 @@ TEST(Shapes, QuaternionsOfRotations) {
   for (const auto& [r, p, y] :
        {std::array{0.1, 0.2, 0.3}, {3.1, 0.1, -2.9}, {0.2, 1.5, 3.0}, {-3.0, -1.0, 0.4}}) {
     const auto R = mechanics::rotation_from_rpy(r, p, y);
-    const auto q = quaternion_of(R);
+    const auto q = mechanics::quaternion_of(R);
     const auto back = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(q.data()));
     EXPECT_NEAR(mechanics::norm(back.x - R.x) + mechanics::norm(back.y - R.y) +
                     mechanics::norm(back.z - R.z),

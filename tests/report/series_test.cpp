@@ -18,6 +18,7 @@ class Made : public Records {
     return g == "stored" ? std::vector<std::string>{"kinetic"} : std::vector<std::string>{};
   }
   bool has(const std::string& name) const override { return name != "sweeps"; }
+  std::string unit(const std::string&) const override { return ""; }
   std::vector<std::string> turn_names() const override { return {}; }
   std::string text(const std::string&) const override { return ""; }
   static double value(const std::string& name, std::int64_t i) {

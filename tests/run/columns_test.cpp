@@ -62,7 +62,7 @@ TEST(Columns, ALogHasWhatTheFileHas) {
   ASSERT_TRUE(scene::run(c.scene, c.assembly, options).interrupted);
   const auto& d = c.assembly.model->description();
   const auto log =
-      report::open_log(folder / "out" / "checkpoint" / "records.bin", d, c.scene.extrema);
+      report::open_log(folder / "out" / "checkpoint" / "records.bin", d, {d, c.scene.extrema});
   for (const auto& column : scene::columns_of(d, {d, c.scene.extrema}))
     EXPECT_TRUE(log->has(column.name)) << column.name;
   EXPECT_EQ(log->names("momentum").size(), 2u);

@@ -120,6 +120,17 @@ std::map<std::string, std::string> places() {
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
       p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) + "\n" +
                 (besides.count(t.id) ? besides.at(t.id) : "joint = \"j\"\n") + "@";
+  for (const auto& t : schema())
+    if (t.id.rfind("output.", 0) == 0) {
+      const auto word = t.id.substr(7);
+      p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\nlink = \"rod\"\n@";
+      if (word.rfind("joint_", 0) == 0 || word == "energy" || word == "power" ||
+          word == "centre_of_mass" || word == "altitude" || word == "formula")
+        p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\n@";
+    }
+  p["stop"] =
+      "[[output]]\nquantity = \"centre_of_mass\"\nname = \"c\"\n[[stop]]\noutput = "
+      "\"c.x\"\nabove = 1\n@";
   for (const char* e :
        {"capture", "release", "lock", "unlock", "engage", "disengage", "close", "open"})
     p[fmt::format("event.{}", e)] = fmt::format("[[event]]\ntype = \"{}\"\nat = 5\n@", e);

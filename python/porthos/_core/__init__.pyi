@@ -1659,8 +1659,8 @@ def version_text() -> str:
     """What `porthos --version` prints."""
     ...
 
-def run_into(scene: SceneData, assembly: Assembly, out: str, resume: bool = False, check_symmetry: bool = False, report: Any = None) -> tuple:
-    """Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with (fraction, spent, left)."""
+def run_into(scene: SceneData, assembly: Assembly, out: str, resume: bool = False, check_symmetry: bool = False, report: Any = None, extend: Optional[float] = None) -> tuple:
+    """Runs a scene into a folder: (summary.json, whether it was interrupted). report: called with (fraction, spent, left). extend: continues the finished run in the folder to this time."""
     ...
 
 def run_in_memory(scene: SceneData, assembly: Assembly, check_symmetry: bool = False, report: Any = None) -> tuple:
@@ -1683,8 +1683,8 @@ def mechanisms_of(folder: os.PathLike) -> list[Mechanism]:
     """The mechanisms of a finished run, one per phase, from the scene and the model in its results; empty for a system without one."""
     ...
 
-def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]]) -> list:
-    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none."""
+def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = []) -> list:
+    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs."""
     ...
 
 def error_statistics(errors: list[float]) -> dict:

@@ -1,0 +1,286 @@
+#include "scene/assemble/outputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/hamiltonian_field.h"
+#include "mechanics/kinematics.h"
+
+namespace porthos::scene {
+namespace {
+
+using mechanics::Vec3d;
+
+void put(const Vec3d& v, std::span<double> to) {
+  for (int k = 0; k < 3; ++k) to[size_t(k)] = v[k];
+}
+
+/// The unit of an output; that of a joint depends on the mechanism.
+std::string unit_of(const Output& o, const Assembly& a) {
+  if (!o.unit.empty() || !a.mechanism) return o.unit;
+  for (const auto& c : a.mechanism->coordinates())
+    if (c.name == o.of_what)
+      return o.quantity == OutputQuantity::joint_position ? c.unit
+             : o.quantity == OutputQuantity::joint_rate   ? c.rate_unit
+                                                          : c.effort_unit;
+  return "";
+}
+
+}  // namespace
+
+std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly) {
+  std::vector<OutputColumn> all;
+  for (const Output& o : scene.outputs) all.push_back({o.name, unit_of(o, assembly), o.size()});
+  return all;
+}
+
+Outputs::Outputs(const Scene& scene, const Assembly& assembly)
+    : scene_(scene), assembly_(assembly), view_(assembly) {
+  std::vector<std::string> names;
+  for (const Output& o : scene.outputs) {
+    Item item{};
+    item.output = &o;
+    bind(item);
+    if (o.quantity == OutputQuantity::formula) item.formula.emplace(o.formula, names);
+    for (auto& name : component_names(o)) names.push_back(std::move(name));
+    size_ += o.size();
+    items_.push_back(std::move(item));
+  }
+  values_.resize(size_);
+  if (items_.empty()) return;
+  const auto& m = *assembly.mechanism;
+  w_.emplace(m);
+  poses_.resize(m.nodes().size());
+  const auto needs = [&](auto... q) {
+    return std::any_of(scene.outputs.begin(), scene.outputs.end(),
+                       [&](const Output& o) { return ((o.quantity == q) || ...); });
+  };
+  twists_ =
+      needs(OutputQuantity::velocity, OutputQuantity::angular_velocity, OutputQuantity::joint_rate,
+            OutputQuantity::momentum, OutputQuantity::angular_momentum);
+  fields_ = needs(OutputQuantity::joint_torque, OutputQuantity::joint_wrench);
+  if (needs(OutputQuantity::energy, OutputQuantity::power))
+    whole_ = assembly.model->instantiate<double>();
+  const phs::Model& inner = assembly.spacecraft ? assembly.spacecraft->internal() : *assembly.model;
+  if (fields_) {
+    inner_ = inner.instantiate<double>();
+    mechanism_ = assembly.mechanical->instantiate<double>();
+    field_.resize(size_t(inner.description().nx));
+    bare_field_.resize(size_t(assembly.mechanical->description().nx));
+  }
+  if (needs(OutputQuantity::joint_wrench)) {
+    dual_w_.emplace(m);
+    dual_poses_.resize(m.nodes().size());
+    dual_q_.resize(size_t(m.nq()));
+    dual_p_.resize(size_t(m.nq()));
+    carried_.resize(m.nodes().size());
+  }
+  const auto& d = assembly.model->description();
+  stored_.resize(d.storages.size());
+  powers_.resize(d.powers.size());
+  efforts_.resize(size_t(d.nx));
+  angles_.resize(size_t(d.angle_count()));
+  holds_ = assembly.model->holds();
+}
+
+void Outputs::hold(std::span<const double> values) {
+  if (holds_.empty()) return;
+  if (held_.empty()) {
+    for (const auto& h : holds_) held_.push_back(std::make_shared<std::vector<double>>(h->fresh));
+    const std::vector<phs::HeldPtr> views(held_.begin(), held_.end());
+    if (whole_) whole_->use_held(views);
+    if (inner_) inner_->use_held(views);
+  }
+  for (const auto& h : held_) {
+    if (values.size() < h->size()) return;  // before the first instant
+    std::copy_n(values.begin(), h->size(), h->begin());
+    values = values.subspan(h->size());
+  }
+}
+
+/// Energies and powers, and what changes the momenta.
+void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const double> held) {
+  if (!whole_ && !inner_) return;
+  hold(held);
+  for (size_t i = 0; i < angles_.size(); ++i)
+    angles_[i] = i < s.turns.size() ? double(s.turns[i]) * phs::two_pi_hi : 0;
+  if (whole_) {
+    whole_->set_turn_angles(angles_);
+    whole_->stored(s.x, stored_);
+    whole_->gradient(s.x, efforts_);
+    whole_->powers(t, s.x, efforts_, powers_);
+  }
+  if (!inner_) return;
+  const auto x = std::span<const double>(s.x);
+  inner_->set_turn_angles(angles_);
+  inner_->field(t, x.first(field_.size()), {}, field_);
+  mechanism_->set_turn_angles(angles_);
+  mechanism_->field(t, x.first(bare_field_.size()), {}, bare_field_);
+}
+
+std::span<const double> Outputs::at(double t, const phs::State& s, std::span<const double> held) {
+  if (items_.empty()) return {};
+  const auto& m = *assembly_.mechanism;
+  const auto nq = size_t(m.nq());
+  const phs::State& world = view_(t, s);
+  w_->set_turns(world.turns);
+  const auto q = std::span<const double>(world.x).first(nq);
+  if (twists_)
+    mechanics::rates_from_momenta<double>(m, *w_, q,
+                                          std::span<const double>(world.x).subspan(nq, nq));
+  mechanics::forward_kinematics<double>(m, *w_, q, poses_);
+  evaluate_fields(t, s, held);
+  size_t to = 0;
+  for (Item& item : items_) {
+    const auto own = std::span(values_).subspan(to, item.output->size());
+    if (item.gone)
+      std::fill(own.begin(), own.end(), NAN);
+    else
+      evaluate(item, item.output->quantity == OutputQuantity::joint_wrench ? s : world, own);
+    to += own.size();
+  }
+  return values_;
+}
+
+void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
+  const Output& o = *item.output;
+  const auto turn = [&] { return item.turn < 0 ? 0 : double(s.turns[size_t(item.turn)]); };
+  switch (o.quantity) {
+    case OutputQuantity::position:
+    case OutputQuantity::attitude:
+    case OutputQuantity::angle:
+    case OutputQuantity::distance:
+      return frame(item, to);
+    case OutputQuantity::velocity:
+    case OutputQuantity::angular_velocity:
+      return motion(item, to);
+    case OutputQuantity::joint_position:
+      to[0] = s.x[size_t(item.q)] + turn() * phs::two_pi_hi;
+      return;
+    case OutputQuantity::joint_rate:
+      to[0] = w_->rate[size_t(item.v)];
+      return;
+    case OutputQuantity::joint_torque: {
+      const auto p = size_t(assembly_.mechanism->nq() + item.q);
+      to[0] = field_[p] - bare_field_[p];
+      return;
+    }
+    case OutputQuantity::joint_wrench:
+      return wrench(item, s, to);
+    case OutputQuantity::centre_of_mass:
+      return put(mechanics::centre_of_mass<double>(
+                     *assembly_.mechanism, *w_,
+                     std::span<const double>(s.x).first(size_t(assembly_.mechanism->nq()))),
+                 to);
+    case OutputQuantity::momentum:
+    case OutputQuantity::angular_momentum:
+      return momenta(item, to);
+    case OutputQuantity::energy:
+      to[0] = stored_[size_t(item.row)];
+      return;
+    case OutputQuantity::power:
+      to[0] = powers_[size_t(item.row)];
+      return;
+    case OutputQuantity::altitude: {
+      const double* r = s.x.data() + s.x.size() - 6;
+      to[0] = std::hypot(r[0], r[1], r[2]) - scene_.orbit->environment.planet.radius;
+      return;
+    }
+    case OutputQuantity::formula:
+      to[0] = (*item.formula)(
+          std::span<const double>(values_).first(size_t(to.data() - values_.data())));
+  }
+}
+
+mechanics::Pose Outputs::pose_of(const Place& p) const {
+  return p.node < 0 ? p.pose : poses_[size_t(p.node)] * p.pose;
+}
+
+/// Angular velocity and velocity of the point, world axes.
+mechanics::Motion<double> Outputs::twist_at(const Place& p) const {
+  if (p.node < 0) return {{0, 0, 0}, {0, 0, 0}};
+  const auto& V = w_->V[size_t(p.node)];
+  const auto& R = poses_[size_t(p.node)].R;
+  return {R * V.w, R * (V.v + cross(V.w, p.pose.r))};
+}
+
+void Outputs::frame(const Item& item, std::span<double> to) const {
+  const auto a = pose_of(item.of), b = pose_of(item.seen_from);
+  const Output& o = *item.output;
+  if (o.quantity == OutputQuantity::position) return put(b.R.tmul(a.r - b.r), to);
+  if (o.quantity == OutputQuantity::distance) {
+    to[0] = mechanics::norm(a.r - b.r) - o.of.radius - o.seen_from.radius;
+    return;
+  }
+  const auto xi = mechanics::quaternion_of({b.R.tmul(a.R.x), b.R.tmul(a.R.y), b.R.tmul(a.R.z)});
+  if (o.quantity == OutputQuantity::angle) {
+    to[0] = 2 * std::atan2(std::hypot(xi[1], xi[2], xi[3]), std::fabs(xi[0]));
+    return;
+  }
+  for (size_t k = 0; k < 4; ++k) to[k] = xi[0] < 0 ? -xi[k] : xi[k];
+}
+
+void Outputs::motion(const Item& item, std::span<double> to) const {
+  const auto a = pose_of(item.of), b = pose_of(item.seen_from);
+  const auto A = twist_at(item.of), B = twist_at(item.seen_from);
+  if (item.output->quantity == OutputQuantity::angular_velocity)
+    return put(b.R.tmul(A.w - B.w), to);
+  put(b.R.tmul(A.v - B.v - cross(B.w, a.r - b.r)), to);
+}
+
+/// Of one node or all; the angular one about their centre of mass.
+void Outputs::momenta(const Item& item, std::span<double> to) const {
+  const auto& nodes = assembly_.mechanism->nodes();
+  Vec3d P{0, 0, 0}, L{0, 0, 0}, mc{0, 0, 0};
+  double mass = 0;
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (item.node >= 0 && size_t(item.node) != i) continue;
+    const auto& I = nodes[i].inertia;
+    const auto h = poses_[i].to_parent(I * w_->V[i]);
+    P += h.f;
+    L += h.n;
+    mass += I.m;
+    mc += I.m * poses_[i].r + poses_[i].R * I.mc;
+  }
+  if (item.output->quantity == OutputQuantity::momentum) return put(P, to);
+  put(L - cross((1 / mass) * mc, P), to);
+}
+
+void Outputs::wrench(const Item& item, const phs::State& s, std::span<double> to) {
+  const auto& m = *assembly_.mechanism;
+  const auto nq = size_t(m.nq());
+  for (size_t i = 0; i < nq; ++i) {
+    dual_q_[i] = {s.x[i], field_[i]};
+    dual_p_[i] = {s.x[nq + i], field_[nq + i]};
+  }
+  dual_w_->set_turns(s.turns);
+  mechanics::rates_from_momenta<Dual>(m, *dual_w_, dual_q_, dual_p_);
+  mechanics::forward_kinematics<Dual>(m, *dual_w_, dual_q_, dual_poses_);
+  // The momentum of the subtree about the world's origin changes by the wrench and by its weight.
+  Vec3d n{0, 0, 0}, f{0, 0, 0};
+  const auto& nodes = m.nodes();
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    const int parent = nodes[i].parent;
+    carried_[i] = int(i) == item.node || (parent >= 0 && carried_[size_t(parent)]);
+    if (!carried_[i]) continue;
+    const auto& I = nodes[i].inertia;
+    const auto& X = dual_poses_[i];
+    const mechanics::RigidInertia<Dual> J{Dual(I.m), mechanics::Vec3<Dual>(I.mc),
+                                          mechanics::Sym3<Dual>(I.I)};
+    const auto h = X.to_parent(J * dual_w_->V[i]);
+    const auto mc = mechanics::Vec3<Dual>(Dual(I.m) * X.r) + X.R * J.mc;
+    const Vec3d at{mc.x.v, mc.y.v, mc.z.v}, weight = I.m * m.gravity();
+    n += Vec3d{h.n.x.d, h.n.y.d, h.n.z.d} - cross(at, m.gravity());
+    f += Vec3d{h.f.x.d, h.f.y.d, h.f.z.d} - weight;
+  }
+  const auto& X = dual_poses_[size_t(item.node)];
+  const auto value = [](const mechanics::Vec3<Dual>& v) { return Vec3d{v.x.v, v.y.v, v.z.v}; };
+  const mechanics::Pose node{{value(X.R.x), value(X.R.y), value(X.R.z)}, value(X.r)};
+  const auto joint = node * item.of.pose;
+  put(joint.R.tmul(n - cross(joint.r, f)), to);
+  put(joint.R.tmul(f), to.subspan(3));
+}
+
+}  // namespace porthos::scene

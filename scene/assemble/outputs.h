@@ -1,0 +1,93 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+#include "scene/assemble/assembly.h"
+#include "scene/read/formula.h"
+#include "scene/read/output.h"
+
+namespace porthos::scene {
+
+/// A series of an output in the records.
+struct OutputColumn {
+  std::string name, unit;
+  size_t size;
+};
+/// Of the scene's outputs, in their order.
+std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly);
+
+/// Evaluates the [[output]]s of a scene at states of its assembly. Joints that an event has locked
+/// and what acts at them have no outputs: NaN.
+///
+/// joint_torque of a joint is the difference of p' with and without the scene's parts. joint_wrench
+/// is the rate of change of the momentum of all bodies that the joint carries, exact by duals, less
+/// their weight. Cost of the two: an evaluation of the field, of duals for the wrench; others cost
+/// a pass of kinematics. Not thread-safe.
+class Outputs {
+ public:
+  /// Scene and assembly must outlive it.
+  /// @throws InvalidArgument with file and line, for a link, joint or row that does not exist, and
+  ///   for a quantity that the scene does not have
+  Outputs(const Scene& scene, const Assembly& assembly);
+
+  size_t size() const { return size_; }
+  /// @param s  as integrated: relative to Assembly::centre if there is one
+  /// @param held  values of the sampled controllers, as Sampler::memory()
+  /// @return all numbers, valid until the next call. Allocates nothing after the first call.
+  std::span<const double> at(double t, const phs::State& s, std::span<const double> held);
+
+ private:
+  struct Place {  ///< of a point on a link
+    int node = -1;
+    mechanics::Pose pose;
+  };
+  struct Item {
+    const Output* output;
+    Place of, seen_from;
+    int q = 0, v = 0, turn = -1, node = -1;  ///< of the joint
+    int row = -1;                            ///< of the storage or power; node: of the link
+    bool gone = false;
+    std::optional<Formula> formula;
+  };
+  using Dual = phs::Dual;
+
+  void bind(Item& item);
+  void bind_joint(Item& item);
+  void bind_row(Item& item);
+  Place place(const LinkPoint& point, const std::string& where) const;
+  void refuse_wrench(const Output& o) const;
+  void hold(std::span<const double> held);
+  void evaluate_fields(double t, const phs::State& s, std::span<const double> held);
+  void evaluate(Item& item, const phs::State& s, std::span<double> to);
+  void motion(const Item& item, std::span<double> to) const;
+  void frame(const Item& item, std::span<double> to) const;
+  void momenta(const Item& item, std::span<double> to) const;
+  void wrench(const Item& item, const phs::State& s, std::span<double> to);
+  mechanics::Pose pose_of(const Place& p) const;
+  mechanics::Motion<double> twist_at(const Place& p) const;
+
+  const Scene& scene_;
+  const Assembly& assembly_;
+  WorldView view_;
+  size_t size_ = 0;
+  std::vector<double> values_;
+  std::vector<Item> items_;
+  std::optional<mechanics::Workspace<double>> w_;
+  std::optional<mechanics::Workspace<Dual>> dual_w_;
+  std::vector<mechanics::Pose> poses_;
+  std::vector<mechanics::Transform<Dual>> dual_poses_;
+  std::vector<Dual> dual_q_, dual_p_;
+  std::vector<char> carried_;  ///< by the joint of a wrench
+  bool twists_ = false, fields_ = false, bare_ = false;
+  // The system in motion, without the orbit, and the mechanism alone.
+  std::unique_ptr<phs::System<double>> whole_, inner_, mechanism_;
+  std::vector<phs::HoldPtr> holds_;
+  std::vector<std::shared_ptr<std::vector<double>>> held_;
+  std::vector<double> stored_, powers_, efforts_, field_, bare_field_, angles_;
+};
+
+}  // namespace porthos::scene

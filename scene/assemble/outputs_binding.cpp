@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "scene/assemble/outputs.h"
+
+/// What the names of an output stand for in a mechanism.
+namespace porthos::scene {
+namespace {
+
+bool of_links(OutputQuantity q) { return q <= OutputQuantity::distance; }
+
+[[noreturn]] void refuse_output(const Output& o, const std::string& why) {
+  throw InvalidArgument(fmt::format("{}: output '{}': {}", o.where, o.name, why));
+}
+
+}  // namespace
+
+Outputs::Place Outputs::place(const LinkPoint& p, const std::string& where) const {
+  const mechanics::Pose point{mechanics::Mat3<double>::identity(), p.at};
+  if (p.link == "world") return {-1, point};
+  try {
+    const auto& body = assembly_.mechanism->body(p.link);
+    return {body.node, body.pose * point};
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(where + ": " + e.what());
+  }
+}
+
+void Outputs::bind(Item& item) {
+  const Output& o = *item.output;
+  if (!assembly_.mechanism) refuse_output(o, "the system has no mechanism, expected a model file");
+  if (of_links(o.quantity)) {
+    item.of = place(o.of, o.where);
+    item.seen_from = place(o.seen_from, o.where);
+  }
+  if (o.of_joint()) bind_joint(item);
+  if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
+  if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
+    refuse_output(o, "the scene has no [orbit], expected one");
+  const bool momentum =
+      o.quantity == OutputQuantity::momentum || o.quantity == OutputQuantity::angular_momentum;
+  if (momentum && !o.of_what.empty()) {
+    item.node = place({o.of_what, {}, 0}, o.where).node;
+    if (item.node < 0) refuse_output(o, "link '" + o.of_what + "' does not move");
+  }
+}
+
+void Outputs::bind_joint(Item& item) {
+  const Output& o = *item.output;
+  if (o.quantity == OutputQuantity::joint_wrench) {
+    refuse_wrench(o);
+    for (const auto& c : assembly_.mechanism->coordinates())
+      if (c.joint == o.of_what) item.node = c.node;
+    for (const auto& b : assembly_.parts.bodies())  // the frame of the joint is its child's
+      if (b.joint.name == o.of_what && item.node >= 0) item.of = place({b.name, {}, 0}, o.where);
+    item.gone = item.node < 0 && assembly_.is_phase;
+    if (item.node < 0 && !item.gone)
+      refuse_output(o, "the model has no joint '" + o.of_what + "' that moves");
+    return;
+  }
+  for (const auto& c : assembly_.mechanism->coordinates()) {
+    if (c.name != o.of_what) continue;
+    if (c.nq != 1 || c.nv != 1)
+      refuse_output(o, "joint '" + o.of_what + "' has several freedoms, expected one");
+    item.q = c.q;
+    item.v = c.v;
+    item.turn = assembly_.mechanism->nodes()[size_t(c.node)].turn;
+    return;
+  }
+  item.gone = assembly_.is_phase;
+  if (item.gone) return;
+  try {
+    (void)assembly_.mechanism->coordinate(o.of_what);  // names the known ones
+  } catch (const InvalidArgument& e) {
+    refuse_output(o, e.what());
+  }
+}
+
+void Outputs::bind_row(Item& item) {
+  const Output& o = *item.output;
+  const auto& d = assembly_.model->description();
+  std::vector<std::string> known;
+  if (o.quantity == OutputQuantity::energy)
+    known = d.storages;
+  else
+    for (const auto& p : d.powers) known.push_back(p.name);
+  const auto at = std::find(known.begin(), known.end(), o.of_what);
+  item.row = int(at - known.begin());
+  item.gone = at == known.end() && assembly_.is_phase;
+  if (at == known.end() && !item.gone)
+    refuse_output(o, fmt::format("the ledger has no row '{}', expected one of: {}", o.of_what,
+                                 fmt::join(known, ", ")));
+}
+
+/// What acts on links or closes loops would have to be taken off the subtree's momentum.
+void Outputs::refuse_wrench(const Output& o) const {
+  const auto refuse = [&](const std::string& other) {
+    refuse_output(o, "joint_wrench cannot be combined with " + other + ", expected one of both");
+  };
+  for (const auto& [name, where] : scene_.constraints.where) refuse("'" + name + "'");
+  if (scene_.is_constrained()) refuse("mimic = \"couple\"");
+  for (const auto& c : scene_.contacts) refuse("contact '" + c.name + "'");
+  for (const Element& e : scene_.elements)
+    if (e.joint.empty()) refuse(fmt::format("{} '{}', which acts on links", e.type, e.name));
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,249 @@
+#include "scene/read/output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "scene/read/formula.h"
+#include "scene/read/schema_keys-inl.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+struct QuantityInfo {
+  OutputQuantity quantity;
+  const char* word;
+  size_t size;
+  const char *unit, *what;
+  keys::Keys own;
+};
+
+keys::Keys joint_key() { return {keys::text("joint", keys::required, "as porthos info names it")}; }
+
+keys::Keys frame_keys(const char* axes) {
+  using namespace keys;
+  return {text("link", required, "of the model, or a [[body]]"),
+          text("relative_to", "\"world\"", axes)};
+}
+keys::Keys point_keys(const char* axes) {
+  using namespace keys;
+  return joined(frame_keys(axes),
+                {numbers("at", 3, "m", "[0, 0, 0]", "the point, in the link's frame"),
+                 numbers("relative_at", 3, "m", "[0, 0, 0]", "a point of relative_to")});
+}
+
+/// Every quantity of an [[output]], in the order of docs/scene_reference.md.
+const std::vector<QuantityInfo>& quantities() {
+  using namespace keys;
+  static const char* axes = "a link, in whose axes it is stated";
+  static const std::vector<QuantityInfo> all{
+      {OutputQuantity::position, "position", 3, "m", "Where a point is.", point_keys(axes)},
+      {OutputQuantity::attitude, "attitude", 4, "1", "A quaternion (w, x, y, z), w 0 or more.",
+       frame_keys(axes)},
+      {OutputQuantity::angle, "angle", 1, "rad", "By how much two frames are turned, 0 to π.",
+       frame_keys("a link")},
+      {OutputQuantity::velocity, "velocity", 3, "m/s", "Of a point, as seen from relative_to.",
+       point_keys(axes)},
+      {OutputQuantity::angular_velocity, "angular_velocity", 3, "rad/s", "Against relative_to.",
+       frame_keys(axes)},
+      {OutputQuantity::distance, "distance", 1, "m", "Of two points, or of spheres round them.",
+       joined(point_keys("a link"), {number("radius", "m", "0", "of a sphere round the point"),
+                                     number("relative_radius", "m", "0", "likewise")})},
+      {OutputQuantity::joint_position, "joint_position", 1, "", "With all its turns.", joint_key()},
+      {OutputQuantity::joint_rate, "joint_rate", 1, "", "Of a joint of one freedom.", joint_key()},
+      {OutputQuantity::joint_torque, "joint_torque", 1, "",
+       "What elements, actuators, controllers and contacts exert at a joint.", joint_key()},
+      {OutputQuantity::joint_wrench,
+       "joint_wrench",
+       6,
+       "N m, N",
+       "Moment and force that a joint transmits to its child, about and along its frame.",
+       {text("joint", required, "a joint of the model file that moves")}},
+      {OutputQuantity::centre_of_mass, "centre_of_mass", 3, "m", "Of all moving bodies.", {}},
+      {OutputQuantity::momentum,
+       "momentum",
+       3,
+       "kg m/s",
+       "Of a link with all fixed to it, or of all.",
+       {text("link", "all bodies", "of the model, or a [[body]]")}},
+      {OutputQuantity::angular_momentum,
+       "angular_momentum",
+       3,
+       "kg m^2/s",
+       "Likewise, about their centre of mass.",
+       {text("link", "all bodies", "of the model, or a [[body]]")}},
+      {OutputQuantity::energy,
+       "energy",
+       1,
+       "J",
+       "In a storage of the ledger.",
+       {text("row", required, "its name there: kinetic, potential, ...")}},
+      {OutputQuantity::power,
+       "power",
+       1,
+       "W",
+       "Of a source or a loss of the ledger.",
+       {text("row", required, "its name there")}},
+      {OutputQuantity::altitude,
+       "altitude",
+       1,
+       "m",
+       "In orbit: of the centre of mass, above the sphere of the planet's equator.",
+       {}},
+      {OutputQuantity::formula,
+       "formula",
+       1,
+       "1",
+       "Of outputs before it.",
+       {text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
+        text("unit", "\"1\"", "for tables and axes")}}};
+  return all;
+}
+
+const QuantityInfo& info_of(OutputQuantity q) {
+  return *std::find_if(quantities().begin(), quantities().end(),
+                       [&](const QuantityInfo& k) { return k.quantity == q; });
+}
+
+/// A name that a formula can use.
+void require_name(const Table& t, const std::string& name) {
+  const auto fits = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0])) ||
+      !std::all_of(name.begin(), name.end(), fits))
+    t.fail("name",
+           fmt::format("is \"{}\", expected letters, digits and '_', not first a digit", name));
+}
+
+LinkPoint read_point(const Table& t, const char* link, const char* at, const char* radius) {
+  LinkPoint p;
+  if (t.has(link)) p.link = t.text(link, "the name of a link");
+  if (t.has(at)) p.at = t.vector(at);
+  if (t.has(radius)) p.radius = t.not_negative(radius);
+  return p;
+}
+
+Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std::string>& known) {
+  Output o;
+  o.quantity = k.quantity;
+  o.where = t.where();
+  o.name = t.text("name", "a name");
+  require_name(t, o.name);
+  o.unit = k.unit;
+  o.of = read_point(t, "link", "at", "radius");
+  o.seen_from = read_point(t, "relative_to", "relative_at", "relative_radius");
+  const bool of_frame = std::any_of(k.own.begin(), k.own.end(),
+                                    [](const SchemaKey& key) { return key.name == "relative_to"; });
+  if (of_frame) t.require("link", "the name of a link");
+  for (const char* key : {"joint", "row"})
+    if (std::any_of(k.own.begin(), k.own.end(), [&](auto& own) { return own.name == key; }))
+      o.of_what = t.text(key, "a name");
+  if (!of_frame && t.has("link")) o.of_what = o.of.link;
+  if (k.quantity != OutputQuantity::formula) return o;
+  o.formula = t.text("formula", "a formula");
+  if (t.has("unit")) o.unit = t.text("unit", "a unit");
+  try {
+    (void)Formula(o.formula, known);
+  } catch (const InvalidArgument& e) {
+    t.fail("formula", e.what());
+  }
+  return o;
+}
+
+}  // namespace
+
+size_t Output::size() const { return info_of(quantity).size; }
+
+bool Output::needs_field() const {
+  return quantity == OutputQuantity::joint_torque || quantity == OutputQuantity::joint_wrench ||
+         quantity == OutputQuantity::power;
+}
+
+size_t numbers_in(const std::vector<Output>& outputs) {
+  size_t n = 0;
+  for (const Output& o : outputs) n += o.size();
+  return n;
+}
+
+std::vector<std::string> component_names(const Output& o) {
+  static const std::vector<std::string> none{""}, three{".x", ".y", ".z"},
+      four{".w", ".x", ".y", ".z"}, six{".mx", ".my", ".mz", ".fx", ".fy", ".fz"};
+  const size_t n = o.size();
+  std::vector<std::string> names;
+  for (const auto& suffix : n == 3 ? three : n == 4 ? four : n == 6 ? six : none)
+    names.push_back(o.name + suffix);
+  return names;
+}
+
+std::vector<Output> read_outputs(const Table& scene) {
+  std::vector<Output> list;
+  std::vector<std::string> known;
+  scene.each_of("output", "quantity", [&](const std::string& word, const Table& t) {
+    const auto& k = *std::find_if(quantities().begin(), quantities().end(),
+                                  [&](const QuantityInfo& q) { return q.word == word; });
+    Output o = read_output(t, k, known);
+    for (const Output& other : list)
+      if (other.name == o.name)
+        t.fail("name",
+               fmt::format("\"{}\" is that of another output, expected one of its own", o.name));
+    for (auto& name : component_names(o)) known.push_back(std::move(name));
+    list.push_back(std::move(o));
+  });
+  return list;
+}
+
+std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs) {
+  std::vector<Stop> list;
+  std::vector<std::string> known;
+  for (const Output& o : outputs)
+    for (auto& name : component_names(o)) known.push_back(std::move(name));
+  scene.each_of("stop", "output", [&](const std::string& output, const Table& t) {
+    Stop s;
+    s.where = t.where();
+    s.output = output;
+    if (std::find(known.begin(), known.end(), output) == known.end())
+      t.fail("output", fmt::format("is \"{}\", expected a number of an [[output]]: {}", output,
+                                   known.empty() ? "there is none"
+                                                 : fmt::format("{}", fmt::join(known, ", "))));
+    const int given = t.has("above") + t.has("below");
+    if (given != 1)
+      refuse(t.where(),
+             fmt::format("[[stop]] has {} of the keys above and below, expected one", given));
+    s.above = t.has("above");
+    s.limit = t.number(s.above ? "above" : "below");
+    if (t.has("after")) s.after = t.seconds("after");
+    s.fails = t.choice("outcome") == "fail";
+    s.name = t.has("name") ? t.text("name", "a name") : text(s);
+    list.push_back(std::move(s));
+  });
+  return list;
+}
+
+std::string text(const Stop& s) {
+  return fmt::format("{} {} {:g}", s.output, s.above ? "above" : "below", s.limit);
+}
+
+std::vector<SchemaTable> output_tables() {
+  using namespace keys;
+  std::vector<SchemaTable> all;
+  for (const QuantityInfo& k : quantities())
+    all.push_back({fmt::format("output.{}", k.word),
+                   fmt::format("[[output]] quantity = \"{}\"", k.word), k.what,
+                   joined({word("quantity", {k.word}, required, "what is computed"),
+                           text("name", required, "of its series; letters, digits and _")},
+                          k.own)});
+  all.push_back(
+      {"stop",
+       "[[stop]]",
+       "Ends the run at the instant at which an output passes a value.",
+       {text("output", required, "a number of an [[output]]: \"height\", \"tip.z\""),
+        number("above", "its unit", "one of both", "ends once it is above"),
+        number("below", "its unit", "one of both", "ends once it is below"),
+        number("after", "s", "0", "not before this time"),
+        word("outcome", {"end", "fail"}, "\"end\"", "the run ends and is judged, or it fails"),
+        text("name", "the condition", "for reports")}});
+  return all;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,84 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+#include "scene/read/schema.h"
+
+namespace porthos::scene {
+
+class Table;
+
+/// A point on a link.
+struct LinkPoint {
+  std::string link = "world";
+  mechanics::Vec3d at{0, 0, 0};  ///< in the link's frame [m]
+  double radius = 0;             ///< of a sphere round it [m]
+};
+
+/// Something that is computed from the states of a run and recorded: an [[output]] of the scene,
+/// docs/scene.md#output.
+struct Output {
+  enum class Quantity {
+    position,
+    attitude,
+    angle,
+    velocity,
+    angular_velocity,
+    distance,
+    joint_position,
+    joint_rate,
+    joint_torque,
+    joint_wrench,
+    centre_of_mass,
+    momentum,
+    angular_momentum,
+    energy,
+    power,
+    altitude,
+    formula
+  } quantity;
+  std::string name;
+  LinkPoint of, seen_from;  ///< of quantities of links
+  std::string of_what;      ///< the joint, the row of the ledger, the link (empty: all bodies)
+  std::string formula;
+  std::string unit;   ///< empty: that of the joint
+  std::string where;  ///< "file:line:column"
+  size_t size() const;
+  bool of_joint() const {
+    return quantity >= Quantity::joint_position && quantity <= Quantity::joint_wrench;
+  }
+  /// Whether it depends on what sampled controllers hold.
+  bool needs_field() const;
+};
+
+using OutputQuantity = Output::Quantity;
+
+/// The names of an output's numbers: its own, or "tip.x", "tip.y", "tip.z".
+std::vector<std::string> component_names(const Output& o);
+
+/// How many numbers they are.
+size_t numbers_in(const std::vector<Output>& outputs);
+
+/// Ends a run where an output passes a value: a [[stop]] of the scene.
+struct Stop {
+  std::string name, output;  ///< output: a component name
+  bool above = true;
+  double limit = 0;
+  double after = 0;    ///< [s]
+  bool fails = false;  ///< the run then fails
+  std::string where;   ///< "file:line:column"
+};
+/// "altitude below 120000", for reports.
+std::string text(const Stop& s);
+
+/// The tables [[output]]. @throws InvalidArgument as read_scene()
+std::vector<Output> read_outputs(const Table& scene);
+/// The tables [[stop]]. @throws InvalidArgument as read_scene()
+std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs);
+
+/// The tables of the schema, one for each quantity, and that of [[stop]].
+std::vector<SchemaTable> output_tables();
+
+}  // namespace porthos::scene

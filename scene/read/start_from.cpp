@@ -1,0 +1,106 @@
+#include "scene/read/start_from.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "scene/files/hdf5_reader.h"
+#include "scene/read/toml_table-inl.h"
+
+namespace porthos::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The series of a run; of its last phase if it has several.
+fs::path series_in(const fs::path& folder) {
+  if (fs::exists(folder / "run.h5")) return folder / "run.h5";
+  fs::path last;
+  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k)
+    last = folder / fmt::format("phase_{}/run.h5", k);
+  if (last.empty())
+    throw InvalidArgument(
+        fmt::format("{} has no run.h5, expected the results of a run", folder.string()));
+  return last;
+}
+
+/// The record at a time; the last one if there is none.
+std::int64_t record_at(const Hdf5Reader& file, const double* at, double& time) {
+  std::vector<double> t(size_t(file.dataset("time").size()));
+  if (t.empty()) throw InvalidArgument("the run has no records");
+  file.read("time", t.data());
+  size_t k = t.size() - 1;
+  if (at)
+    k = size_t(std::min_element(
+                   t.begin(), t.end(),
+                   [&](double a, double b) { return std::fabs(a - *at) < std::fabs(b - *at); }) -
+               t.begin());
+  if (at && std::fabs(t[k] - *at) > 1e-9 * std::max(1.0, std::fabs(*at)))
+    throw InvalidArgument(
+        fmt::format("the run has no record at {:g} s, the nearest one is at {:.17g} s", *at, t[k]));
+  time = t[k];
+  return std::int64_t(k);
+}
+
+std::vector<double> row_of(const Hdf5Reader& file, const std::string& name, std::int64_t k) {
+  const auto& d = file.dataset(name);
+  std::vector<double> row(d.shape.size() > 1 ? size_t(d.shape[1]) : 1);
+  file.read_rows(name, k, 1, row.data());
+  return row;
+}
+
+void read_group(const Hdf5Reader& file, const std::string& group, const std::string& low,
+                std::int64_t k, std::map<std::string, StartFrom::Numbers>& to) {
+  for (const auto& [name, d] : file.datasets()) {
+    if (name.rfind(group, 0) != 0) continue;
+    StartFrom::Numbers n{row_of(file, name, k), {}};
+    const std::string own = low + name.substr(group.size());
+    n.low =
+        file.datasets().count(own) ? row_of(file, own, k) : std::vector<double>(n.x.size(), 0.0);
+    to[name.substr(group.size())] = std::move(n);
+  }
+}
+
+}  // namespace
+
+StartFrom read_start_from(const Table& t, const std::string& beside) {
+  StartFrom from;
+  from.folder = t.text("from", "the results folder of a run");
+  from.where = t.at("from");
+  double at = 0;
+  if (t.has("at")) at = t.seconds("at");
+  try {
+    const Hdf5Reader file(series_in(fs::path(beside) / from.folder));
+    const std::int64_t k = record_at(file, t.has("at") ? &at : nullptr, from.time);
+    from.low_words =
+        file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
+    read_group(file, "state/", "low_words/", k, from.state);
+    read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
+    if (!file.datasets().count("turns")) return from;
+    std::istringstream names(file.texts("turns")["columns"]);
+    const auto turns = row_of(file, "turns", k);
+    size_t i = 0;
+    for (std::string name; std::getline(names, name) && i < turns.size(); ++i)
+      from.turns[name] = std::llround(turns[i]);
+  } catch (const InvalidArgument& e) {
+    refuse(from.where, e.what());
+  }
+  return from;
+}
+
+std::string text(const StartFrom& from) {
+  std::string all = fmt::format("{} {:a}\n", from.folder, from.time);
+  for (const auto* group : {&from.state, &from.momentum})
+    for (const auto& [name, n] : *group) {
+      all += name;
+      for (size_t i = 0; i < n.x.size(); ++i) all += fmt::format(" {:a} {:a}", n.x[i], n.low[i]);
+      all += '\n';
+    }
+  for (const auto& [name, n] : from.turns) all += fmt::format("{} {}\n", name, n);
+  return all;
+}
+
+}  // namespace porthos::scene

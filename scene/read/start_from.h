@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace porthos::scene {
+
+class Table;
+
+/// A record of another run, with which a run starts: [initial] from.
+struct StartFrom {
+  struct Numbers {
+    std::vector<double> x, low;  ///< low: zeros where they were not recorded
+  };
+  std::string folder;  ///< as the scene states it
+  std::string where;   ///< "file:line:column"
+  double time = 0;     ///< of the record [s]
+  bool low_words = false;
+  /// Of the blocks of the state, by their names in run.h5.
+  std::map<std::string, Numbers> state, momentum;
+  std::map<std::string, std::int64_t> turns;  ///< by the names of the angles
+};
+
+/// Reads the keys from and at of [initial]. beside: the folder of the scene file, to which a
+/// relative path refers. @throws InvalidArgument with file and line: there is no such run, or no
+/// record at the time
+StartFrom read_start_from(const Table& initial, const std::string& beside);
+
+/// All of it as text, for digests.
+std::string text(const StartFrom& from);
+
+}  // namespace porthos::scene

@@ -1,0 +1,49 @@
+#include "scene/run/output_summary.h"
+
+#include <cmath>
+
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+OutputSummary::OutputSummary(const Scene& scene, const RecordLayout& layout) : layout_(layout) {
+  for (size_t k = 0; k < layout.outputs.size(); ++k)
+    for (auto& name : component_names(scene.outputs[k]))
+      rows_.push_back({std::move(name), layout.outputs[k].unit});
+}
+
+void OutputSummary::see(std::span<const double> record) {
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    OutputRow& r = rows_[k];
+    r.end = record[layout_.output() + k];
+    if (first_) r.start = r.least = r.largest = r.end;
+    r.least = std::fmin(r.least, r.end);  // of numbers: a locked joint has none
+    r.largest = std::fmax(r.largest, r.end);
+  }
+  first_ = false;
+}
+
+void OutputSummary::read(const std::filesystem::path& log) {
+  if (!any()) return;
+  RecordReader reader(log, layout_);
+  std::vector<double> records;
+  while (const size_t n = reader.read(records, 4096))
+    for (size_t i = 0; i < n; ++i)
+      see(std::span<const double>(records).subspan(i * layout_.size(), layout_.size()));
+}
+
+void OutputSummary::fill(RunReport& report) const { report.outputs = rows_; }
+
+void add_outputs(std::vector<OutputRow>& all, const std::vector<OutputRow>& later) {
+  if (all.empty()) {
+    all = later;
+    return;
+  }
+  for (size_t k = 0; k < all.size() && k < later.size(); ++k) {
+    all[k].end = later[k].end;
+    all[k].least = std::fmin(all[k].least, later[k].least);
+    all[k].largest = std::fmax(all[k].largest, later[k].largest);
+  }
+}
+
+}  // namespace porthos::scene

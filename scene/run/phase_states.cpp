@@ -1,0 +1,92 @@
+#include <algorithm>
+
+#include "phs/network/network.h"
+#include "scene/assemble/parts.h"
+#include "scene/run/phase_sequence.h"
+
+/// What a state keeps from phase to phase besides the mechanism's.
+namespace porthos::scene {
+
+const phs::Model& internal_model(const Assembly& a) {
+  return a.spacecraft ? a.spacecraft->internal() : *a.model;
+}
+
+void OrbitApart::take_off(phs::State& s) {
+  if (!in_orbit_) return;
+  x_.assign(s.x.end() - 6, s.x.end());
+  lo_.assign(s.lo.end() - 6, s.lo.end());
+  s.x.resize(s.x.size() - 6);
+  s.lo.resize(s.lo.size() - 6);
+}
+
+void OrbitApart::put_back(phs::State& s) const {
+  if (!in_orbit_) return;
+  s.x.insert(s.x.end(), x_.begin(), x_.end());
+  s.lo.insert(s.lo.end(), lo_.begin(), lo_.end());
+}
+
+void OrbitApart::put_back(Assembly& a, const Scene& scene) const {
+  if (!in_orbit_) return;
+  try {
+    a.spacecraft = std::make_shared<const space::Spacecraft>(
+        a.mechanical, a.model, scene.orbit->environment, orbit_parts_of(scene));
+  } catch (const InvalidArgument& e) {
+    throw InvalidArgument(scene.orbit->where + ": " + e.what());
+  }
+  a.model = a.spacecraft;
+  put_back(a.initial);
+}
+
+void OrbitApart::settle(mechanics::MovingMechanism& m) const {
+  if (in_orbit_ || centre_apart_) settle_momentum(m.model->mechanism(), m.state);
+}
+
+MotorStates::MotorStates(const Scene& scene) {
+  for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
+  for (const Element& e : scene.elements)
+    if (e.motor) names_.push_back(e.name);
+}
+
+void MotorStates::take_off(const Assembly& a, phs::State& s) {
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&internal_model(a)))
+    for (const auto& name : names_) {
+      const long at = network->offset(name), n = network->member(name).description().nx;
+      const auto part = [&](const std::vector<double>& of) {
+        return std::vector<double>(of.begin() + at, of.begin() + at + n);
+      };
+      x_lo_[name] = {part(s.x), part(s.lo)};
+    }
+  const auto mechanism = size_t(a.mechanical->description().nx);
+  s.x.resize(mechanism);
+  s.lo.resize(mechanism);
+}
+
+void MotorStates::put_back(const phs::Model& model, phs::State& s) const {
+  const auto* network = dynamic_cast<const phs::NetworkModel*>(&model);
+  if (!network) return;
+  s.x.resize(size_t(model.description().nx), 0.0);
+  s.lo.resize(s.x.size(), 0.0);
+  for (const auto& [name, own] : x_lo_) {
+    std::copy(own.first.begin(), own.first.end(), s.x.begin() + network->offset(name));
+    std::copy(own.second.begin(), own.second.end(), s.lo.begin() + network->offset(name));
+  }
+}
+
+void HeldOutputs::keep(const phs::Model& model, std::span<const double> memory) {
+  values_.clear();
+  for (const auto& hold : model.holds()) {
+    if (memory.size() < hold->fresh.size())
+      require_size("memory of the sampled controllers", memory.size(), hold->fresh.size());
+    const auto own = memory.first(hold->fresh.size());
+    values_[hold->name].assign(own.begin(), own.end());
+    memory = memory.subspan(own.size());
+  }
+}
+
+void HeldOutputs::put_in(const phs::Model& model) const {
+  for (const auto& hold : model.holds())
+    if (const auto known = values_.find(hold->name); known != values_.end())
+      hold->fresh = known->second;
+}
+
+}  // namespace porthos::scene
