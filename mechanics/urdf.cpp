@@ -31,11 +31,11 @@ class Assembler {
     lock();
     index_links();
     index_joints();
-    const std::size_t root = find_root();
-    const auto order = depth_first(root);
+    const auto roots = find_roots();
+    const auto order = depth_first(roots);
     settle_masses(order);
     const MechanismBuilder made = parts(order);
-    return {build(made), log_.notes(), m_.links[root].name, made, std::move(m_.mimics)};
+    return {build(made), log_.notes(), m_.links[roots.front()].name, made, std::move(m_.mimics)};
   }
 
  private:
@@ -163,16 +163,23 @@ class Assembler {
   }
   std::size_t parent(std::size_t i) const { return by_name_.at(carrier_[i]->parent); }
 
-  std::size_t find_root() const {
-    std::optional<std::size_t> root;
-    for (std::size_t i = 0; i < m_.links.size(); ++i) {
-      if (carrier_[i]) continue;
-      if (root)
-        fail(m_.links[i], "and link " + named(m_.links[*root].name) +
-                              " are no joint's child, expected one root link");
-      root = i;
-    }
-    return root ? *root : refuse_cycle(0);
+  /// The root, and behind it the inertial frame if other trees hang on that (robots beside it).
+  std::vector<std::size_t> find_roots() {
+    std::vector<std::size_t> roots;
+    for (std::size_t i = 0; i < m_.links.size(); ++i)
+      if (!carrier_[i]) roots.push_back(i);
+    if (roots.empty()) refuse_cycle(0);
+    std::stable_partition(roots.begin(), roots.end(),
+                          [&](std::size_t i) { return m_.links[i].name != "world"; });
+    beside_world_ = roots.size() == 2 && m_.links[roots[1]].name == "world";
+    if (roots.size() > 1 && !beside_world_)
+      fail(m_.links[roots[1]], "and link " + named(m_.links[roots[0]].name) +
+                                   " are no joint's child, expected one root link");
+    return roots;
+  }
+  /// Whether a root floats on a free base.
+  bool floats(std::size_t root) const {
+    return free_base_ && !(beside_world_ && m_.links[root].name == "world");
   }
   /// Refuses link `i`, which has no path to a root.
   [[noreturn]] std::size_t refuse_cycle(std::size_t i) const {
@@ -187,8 +194,8 @@ class Assembler {
   }
 
   /// Children in the file order of their joints.
-  std::vector<std::size_t> depth_first(std::size_t root) const {
-    std::vector<std::size_t> order, stack{root};
+  std::vector<std::size_t> depth_first(const std::vector<std::size_t>& roots) const {
+    std::vector<std::size_t> order, stack(roots.rbegin(), roots.rend());
     std::vector<bool> reached(m_.links.size());
     while (!stack.empty()) {
       const std::size_t i = stack.back();
@@ -211,7 +218,7 @@ class Assembler {
     for (const std::size_t i : order) {
       const Joint* j = carrier_[i];
       const bool jointed = j && freedoms(j->spec.type) > 0;
-      moves[i] = j ? moves[parent(i)] || jointed : free_base_;
+      moves[i] = j ? moves[parent(i)] || jointed : floats(i);
       whole[i] = j && !jointed ? whole[parent(i)] : i;
       const auto given = options_.link_inertia.find(m_.links[i].name);
       if (given != options_.link_inertia.end())
@@ -289,7 +296,7 @@ class Assembler {
   /// On a fixed base, a root link named "world" is the inertial frame itself, as in many files.
   bool is_world(const Link& root) const {
     if (root.name != "world") return false;
-    if (free_base_)
+    if (free_base_ && !beside_world_)
       fail(root, "is the inertial frame, expected another name for the root of a free base");
     return true;
   }
@@ -298,6 +305,7 @@ class Assembler {
   Log& log_;
   const UrdfOptions& options_;
   const bool free_base_ = options_.base == UrdfOptions::Base::free;
+  bool beside_world_ = false;  ///< the root is not the inertial frame, on which other trees hang
   const std::size_t n_ = m_.links.size();
   std::map<std::string, std::size_t> by_name_;
   std::map<std::string, int> joint_lines_;

@@ -56,11 +56,25 @@ inline constexpr const char* base_joint_name = "base";
 /// Reads a mechanism from a URDF file. Visual and collision geometry is not needed and not read.
 /// These are accepted with a note: a lower limit above the upper one (no limit), an undeclared
 /// parent "world" (the inertial frame), a robot without a name (the file's name), <mimic>
-/// (ignored unless wanted), unknown tags and attributes.
+/// (ignored unless wanted), unknown tags and attributes. Beside the tree of the root, which `base`
+/// is about, other trees may hang on a link "world", the inertial frame.
 /// @throws InvalidArgument "file:line: ..." for a missing file, broken XML, missing or malformed
 ///   numbers, unknown joint types, several root links, cycles, and everything MechanismBuilder
 ///   refuses; MasslessPart for links without <inertial> that move
 UrdfResult read_urdf(const std::string& path, const UrdfOptions& options = {});
+
+/// Another robot beside that of a file.
+struct OtherRobot {
+  std::string name;  ///< its links and joints are called "<name>.<their names>"
+  bool free = true;  ///< floats on a joint called `name`; false: fixed to the world at the place
+  Vec3d at{0, 0, 0}, rpy{0, 0, 0};  ///< of its root, fixed; [m], roll, pitch, yaw [rad]
+};
+/// The text of a file with the links and joints of another file behind its own, as a second tree
+/// that hangs on the world. Lines of the first keep their numbers.
+/// A first text that is no robot comes back as it is.
+/// @throws InvalidArgument with the name of the other file, if its XML is broken
+std::string with_robot(const std::string& urdf, const std::string& other,
+                       const std::string& other_file, const OtherRobot& robot);
 
 /// The same from text; `name` replaces the file name in messages.
 UrdfResult parse_urdf(const std::string& text, const std::string& name,

@@ -39,6 +39,8 @@ mechanics::Momentum<double> CentreOfMass::in_world(double t,
 std::string why_centre_stays(const Scene& s) {
   if (s.orbit) return "it is in orbit, where the split of orbit and internal motion takes it out";
   if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "the base is fixed";
+  for (const Robot& r : s.robots)
+    if (!r.free) return "robot '" + r.name + "' is fixed to the world";
   if (s.constraints.on_the_world())
     return "loop '" + s.constraints.held_to_the_world() + "' holds it to the world";
   for (const SceneContact& c : s.contacts)

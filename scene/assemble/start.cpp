@@ -210,6 +210,8 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
       refuse_start(name, joint, "it is the free base, expected its start in [initial] base");
     for (const auto& b : scene.bodies)
       if (name == b.name) refuse_start(name, joint, "expected its start in its [[body]]");
+    for (const auto& r : scene.robots)
+      if (name == r.name) refuse_start(name, joint, "expected its start in its [[robot]]");
     if (!is_locked(scene, name)) put_joint(name, joint, joints, start);
   }
   put_driven(scene, joints, start);
@@ -218,6 +220,8 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   const BaseStart from = apart ? scene.base : BaseStart{};
   if (free_base && !record)
     put_base(seen_from(from, scene.base), mechanics::base_joint_name, joints, start);
+  for (const auto& r : scene.robots)
+    if (!record && r.free) put_base(seen_from(from, r.start), r.name, joints, start);
   for (const auto& b : scene.bodies)
     if (!record) put_base(seen_from(from, b.start), b.name, joints, start);
   if (const auto joint = mechanics::joint_without_inertia(joints, start.q))

@@ -17,6 +17,7 @@
 #include "scene/read/event.h"
 #include "scene/read/orbit.h"
 #include "scene/read/output.h"
+#include "scene/read/robot.h"
 #include "scene/read/start_from.h"
 
 /// A scene: one TOML file that describes a run completely. Every key is documented in
@@ -64,7 +65,7 @@ struct Scene {
   std::string text;  ///< whole text, for provenance
   std::string title;
 
-  std::string urdf_path, urdf_text;  ///< resolved path and content
+  std::string urdf_path, urdf_text;  ///< resolved path, and content with the robots
   mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
   Coordinates coordinates = Coordinates::reduced;
@@ -76,6 +77,7 @@ struct Scene {
   std::optional<StartFrom> start_from;       ///< instead of all of them
   std::vector<Element> elements;             ///< at the joints, in addition to the model file
   std::vector<FreeBody> bodies;              ///< in addition to the model
+  std::vector<Robot> robots;                 ///< likewise; urdf_text has their links and joints
   std::vector<mechanics::Panel> panels;      ///< flexible ones, on links of the model
   mechanics::Vec3d magnetic_field{0, 0, 0};  ///< constant in the world [T]; in orbit the planet's
   std::vector<Event> events;                 ///< in the order of their times

@@ -53,6 +53,8 @@ class Reader {
     model(top.section("model"));
     if (top.has("environment")) environment(top.section("environment"));
     if (top.has("initial")) initial(top.section("initial"));
+    s_.robots =
+        read_robots(top, fs::path(s_.path).parent_path().string(), kept_ != nullptr, s_.urdf_text);
     s_.bodies = read_bodies(top);
     s_.panels = read_panels(top);
     s_.elements = read_elements(top);
@@ -260,6 +262,11 @@ class Reader {
     if (s_.urdf.base != mechanics::UrdfOptions::Base::free)
       refuse(where,
              "[orbit] is given, but the base is \"fixed\", expected [model] base = \"free\"");
+    for (const Robot& r : s_.robots)
+      if (!r.free)
+        refuse(r.where, "robot '" + r.name +
+                            "' is fixed to the world and the scene has an [orbit], "
+                            "expected base = \"free\"");
     if (mechanics::norm(s_.urdf.gravity) != 0)
       refuse(where, "[orbit] is given with uniform gravity, expected one of both");
     if (mechanics::norm(s_.magnetic_field) != 0)

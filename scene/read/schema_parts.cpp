@@ -65,6 +65,13 @@ std::vector<std::string> loop_types() {
 std::vector<SchemaTable> part_tables() {
   using namespace keys;
   std::vector<SchemaTable> all{
+      {"robot", "[[robot]]",
+       "A robot besides that of [model]; its links and joints are called <name>.<their names>.",
+       joined({text("name", required, "that all its names begin with"),
+               text("urdf", required, "URDF file, relative to the scene file"),
+               word("base", {"free", "fixed"}, required, "how its root link is carried"),
+               numbers("rpy", 3, "rad", "[0, 0, 0]", "roll, pitch, yaw of a fixed base")},
+              motion(true))},
       {"body", "[[body]]", "A body besides the model, free in the world.",
        joined(joined({text("name", required, "its name")}, mass(required)), motion(true))},
       {"loop",

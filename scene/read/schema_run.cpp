@@ -25,6 +25,7 @@ std::vector<SchemaTable> run_tables() {
         table("model", "model", required, "the mechanism"),
         table("environment", "environment", "no gravity", "gravity on the ground"),
         table("initial", "initial", "at rest at 0", "start values"),
+        table("robot", "robot", "none", "robots besides that of the model", KeyKind::tables),
         table("body", "body", "none", "bodies besides the model, free in the world",
               KeyKind::tables),
         table("panel", "panel", "none", "flexible panels", KeyKind::tables),

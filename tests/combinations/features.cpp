@@ -170,6 +170,12 @@ std::vector<Feature> all() {
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
 
+      {"robot",
+       {"robot", "other"},
+       {},
+       {},
+       "[[robot]]\nname = 'other@'\nurdf = 'model.urdf'\nbase = 'free'\nposition = [0, 6, 0]\n"
+       "angular_velocity = [0.1, 0, 0.2]\n[initial.joints.'other@.joint1']\nvelocity = 0.3\n"},
       {"outputs",
        {"output"},
        {},

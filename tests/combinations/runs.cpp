@@ -169,6 +169,7 @@ std::string shown_of(const Feature& f) {
       {"contact", "bumper1"},
       {"law over joints", "law1"},
       {"outputs", "tip1"},
+      {"robot", "other1.position"},
       {"joint wrench", "wrench1"},
       {"panel", "panel"},
       {"cmg", "gimbal.cmg"},

@@ -53,6 +53,7 @@ std::map<std::string, std::string> places() {
       {"run", "[run]\nduration = 10\n@"},
       {"verify", "[verify]\n@"},
       {"ensemble", "[ensemble]\n@"},
+      {"robot", "[[robot]]\nname = \"r\"\nbase = \"free\"\n@"},
       {"body", "[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1, 1, 0, 0, 0]\n@"},
       {"actuator", actuator + theta + "@"},
       {"actuator.limits", actuator + theta + "[actuator.limits]\n@"},

@@ -1,0 +1,185 @@
+// Scenes with several robots: each moves as it does alone, an articulated target is captured by its
+// root and any two links are joined by a loop; in orbit, and what is refused.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/read/scene_texts.h"
+#include "scene/session/memory_run.h"
+#include "tests/run/shipped.h"
+
+namespace porthos::test::robots_test {
+namespace {
+
+/// A bus with a panel on a hinge.
+std::string target_urdf() {
+  return "<robot name='target'><material name='grey'><color rgba='1 1 1 1'/></material>" +
+         link("bus", 8) + link("panel", 2) + joint("hinge", "bus", "panel", "0 0 1") + "</robot>";
+}
+const std::string moving_arm =
+    "[initial]\nbase.linear_velocity = [0.1, 0, 0]\njoints.shoulder.velocity = 1\n"
+    "joints.elbow = { position = 0.5, velocity = -2 }\n";
+const std::string target =
+    "[[robot]]\nname = \"target\"\nurdf = \"target.urdf\"\nbase = \"free\"\n"
+    "position = [3, 0.5, 0]\nattitude_wxyz = [0.6, 0, 0.8, 0]\nlinear_velocity = [-0.3, 0, 0]\n"
+    "angular_velocity = [0.2, 0.1, -0.1]\n";
+const std::string swinging = "joints.\"target.hinge\" = { position = 0.4, velocity = 1.5 }\n";
+
+scene::Scene scene_of(const TemporaryFolder& folder, const std::string& more,
+                      const std::string& urdf = "model.urdf", const char* base = "free",
+                      double duration = 2) {
+  write_bytes(folder / "model.urdf", arm_urdf());
+  write_bytes(folder / "target.urdf", target_urdf());
+  write_bytes(folder / "scene.toml",
+              fmt::format("[model]\nurdf = \"{}\"\nbase = \"{}\"\n{}[integrator]\nmethod = "
+                          "\"gauss8\"\nstep = 0.01\n[run]\nduration = {}\n",
+                          urdf, base, more, duration));
+  return scene::read_scene((folder / "scene.toml").string());
+}
+struct Ran {
+  scene::Assembly assembly;
+  scene::RunReport report;
+  phs::State end;  ///< in the world
+};
+Ran run(const scene::Scene& s) {
+  auto a = scene::assemble(s);
+  auto r = scene::run_in_memory(s, a, {});
+  scene::WorldView view(a);
+  phs::State end = view(r.simulated_s, r.final_state);
+  return {std::move(a), std::move(r), std::move(end)};
+}
+/// Coordinates of a block at the end.
+std::vector<double> at_end(const Ran& r, const std::string& name) {
+  for (const auto& c : r.assembly.mechanism->coordinates())
+    if (c.name == name) return {r.end.x.begin() + c.q, r.end.x.begin() + c.q + c.nq};
+  return {};
+}
+double far_apart(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.empty() || a.size() != b.size()) return HUGE_VAL;
+  double most = 0;
+  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+  return most;
+}
+std::string refusal(const std::string& more, const char* base = "free") {
+  TemporaryFolder folder;
+  try {
+    (void)scene::assemble(scene_of(folder, more, "model.urdf", base));
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST(Robots, TwoThatDoNotTouchMoveAsEachDoesAlone) {
+  TemporaryFolder folder;
+  const auto both = run(scene_of(folder, moving_arm + swinging + target));
+  EXPECT_TRUE(both.report.passed());
+  const auto one = run(scene_of(folder, moving_arm));
+  const std::string start =
+      "[initial]\nbase.position = [3, 0.5, 0]\nbase.attitude_wxyz = [0.6, 0, 0.8, 0]\n"
+      "base.linear_velocity = [-0.3, 0, 0]\nbase.angular_velocity = [0.2, 0.1, -0.1]\n"
+      "joints.hinge = { position = 0.4, velocity = 1.5 }\n";
+  const auto other = run(scene_of(folder, start, "target.urdf"));
+  for (const char* name : {"base.position", "base.attitude", "shoulder", "elbow"})
+    EXPECT_LE(far_apart(at_end(both, name), at_end(one, name)), 1e-13) << name;  // 1e-15
+  for (const char* name : {"position", "attitude"})
+    EXPECT_LE(far_apart(at_end(both, std::string("target.") + name),
+                        at_end(other, std::string("base.") + name)),
+              1e-13)
+        << name;
+  EXPECT_LE(far_apart(at_end(both, "target.hinge"), at_end(other, "hinge")), 1e-13);
+  // Negative control: it has moved.
+  EXPECT_GT(far_apart(at_end(both, "target.position"), {3, 0.5, 0}), 0.1);
+}
+
+TEST(Robots, AnArticulatedTargetIsCapturedAndReleasedWithItsPanelMoving) {
+  TemporaryFolder folder;
+  const auto event = [](const std::string& type, const std::string& keys) {
+    return "[[event]]\ntype = \"" + type + "\"\nbody = \"target.bus\"\n" + keys + "\n";
+  };
+  const auto s = scene_of(folder, moving_arm + swinging + target +
+                                      event("capture", "link = \"lower\"\nat = 0.5\nreach = 9") +
+                                      event("release", "at = 1.5"));
+  const auto a = scene::assemble(s);
+  const auto r = scene::run(s, a, into(folder / "out"));
+  EXPECT_TRUE(r.passed()) << r.checks.size();
+  EXPECT_EQ(r.phases, 3);
+  double across = HUGE_VAL;
+  for (const auto& c : r.checks)
+    if (c.name == "momentum_across_events") across = c.value;
+  EXPECT_LE(across, 1e-14);  // 3e-16
+  EXPECT_GT(r.dissipated_J, 0.1) << "the impact is plastic";
+}
+
+TEST(Robots, ALoopJoinsAnyTwoLinksOfTwoRobots) {
+  TemporaryFolder folder;
+  const std::string more =
+      moving_arm + swinging + target +
+      "[[loop]]\nname = \"grip\"\ntype = \"fixed\"\na = { link = \"lower\" }\nb = { link = "
+      "\"target.panel\" }\n[[event]]\ntype = \"close\"\nloop = \"grip\"\nat = 0.5\nreach = 9\n";
+  auto s = scene_of(folder, more);
+  s.method = "spark8";
+  const auto r = scene::run_in_memory(s, scene::assemble(s), {});
+  EXPECT_TRUE(r.passed());
+  EXPECT_LE(r.constraint_gap, 1e-14);
+  EXPECT_LE(r.angular_momentum_error, 1e-13);
+}
+
+TEST(Robots, OneThatStandsHasItsPlace) {
+  TemporaryFolder folder;
+  const std::string standing =
+      "[[robot]]\nname = \"second\"\nurdf = \"model.urdf\"\nbase = \"fixed\"\nposition = [1, 2, "
+      "3]\nrpy = [0, 0, 1.5707963267948966]\n";
+  const std::string gravity = "[environment]\ngravity = \"uniform\"\nvector = [0, 0, -9.81]\n";
+  const std::string start =
+      "[initial]\njoints.shoulder.position = 1\njoints.\"second.shoulder\" = { position = 1 }\n";
+  const auto both = run(scene_of(folder, gravity + start + standing, "model.urdf", "fixed"));
+  // Turned about the vertical and shifted, it swings like the first, bit for bit.
+  EXPECT_EQ(at_end(both, "second.shoulder"), at_end(both, "shoulder"));
+  EXPECT_NE(at_end(both, "shoulder").at(0), 1);
+  const auto& m = *both.assembly.mechanism;
+  EXPECT_NEAR(m.body("second.body").pose.r.y, 2, 1e-15);
+  // Beside a free base: the centre of mass stays in the equations, with the reason.
+  const auto s = scene_of(folder, standing);
+  EXPECT_TRUE(says(scene::why_centre_stays(s), "robot 'second' is fixed to the world"));
+  EXPECT_TRUE(run(s).report.passed());
+}
+
+TEST(Robots, ResultsKeepTheWholeModel) {
+  TemporaryFolder folder;
+  const auto s = scene_of(folder, moving_arm + swinging + target);
+  const auto again = scene::read_scene_again("elsewhere/scene.toml", {s.text, s.urdf_text});
+  EXPECT_EQ(scene::assemble(again).initial.x, scene::assemble(s).initial.x);
+  EXPECT_EQ(again.urdf_text, s.urdf_text);
+}
+
+TEST(Robots, InOrbit) {
+  TemporaryFolder folder;
+  const auto s =
+      scene_of(folder, moving_arm.substr(0, 10) + swinging + target + "[orbit]\naltitude = 5e5\n");
+  const auto r = run(s);
+  EXPECT_TRUE(r.report.passed());
+  EXPECT_EQ(r.assembly.mechanism->body_count(), 5);
+}
+
+TEST(Robots, WhatCannotBeIsRefusedWithItsPlace) {
+  EXPECT_TRUE(says(refusal("[[robot]]\nname = \"r\"\nurdf = \"no.urdf\"\nbase = \"free\"\n"),
+                   "scene.toml:6:"));
+  EXPECT_TRUE(says(refusal(target + target), "is that of another robot"));
+  EXPECT_TRUE(says(refusal("[[robot]]\nname = \"base\"\nurdf = \"target.urdf\"\nbase = "
+                           "\"free\"\n"),
+                   "expected another one"));
+  EXPECT_TRUE(says(refusal(target + "rpy = [0, 0, 1]\n"), "expected attitude_wxyz"));
+  EXPECT_TRUE(says(refusal("[[robot]]\nname = \"r\"\nurdf = \"target.urdf\"\nbase = \"fixed\"\n"
+                           "angular_velocity = [0, 0, 1]\n"),
+                   "is of a free base"));
+  EXPECT_TRUE(says(refusal("[[robot]]\nname = \"r\"\nurdf = \"target.urdf\"\nbase = \"fixed\"\n"
+                           "[orbit]\naltitude = 5e5\n"),
+                   "is fixed to the world and the scene has an [orbit]"));
+  EXPECT_TRUE(says(refusal("[initial]\njoints.target.velocity = 1\n" + target),
+                   "expected its start in its [[robot]]"));
+}
+
+}  // namespace porthos::test::robots_test
