@@ -14,13 +14,14 @@ BELOW = {
     "phs": [],
     "mechanics": ["phs"],
     "integrators": ["phs"],
+    "planning": ["integrators"],
     "ensemble": ["integrators"],
     "adapters": ["scene"],
     "energy_shaping": ["mechanics", "integrators"],
     "vsa": ["mechanics"],
     "space": ["mechanics", "integrators"],
     "contact": ["mechanics", "integrators"],
-    "scene": ["contact", "space", "energy_shaping", "vsa", "ensemble"],
+    "scene": ["contact", "space", "energy_shaping", "vsa", "ensemble", "planning"],
     "report": ["scene"],
     "apps": ["report", "adapters"],
     "python": ["report", "ensemble"],
@@ -31,7 +32,7 @@ FOLDERS = {
     "integrators": ["core", "implicit", "tables", "methods", "derivatives", "rivals", ".", "control"],
     "scene": ["files", "read", "assemble", "run", "plot", "compare", "session", "judge", "ensemble"],
 }
-LIBRARIES = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]
+LIBRARIES = ["phs", "mechanics", "integrators", "planning", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]
 ANYTHING_GOES = ["tests", "bench", "examples"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

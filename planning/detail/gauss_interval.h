@@ -1,0 +1,64 @@
+#pragma once
+#include <Eigen/LU>
+
+#include "integrators/tables/collocation_table.h"
+#include "planning/detail/cost.h"
+
+namespace porthos::planning::detail {
+
+/// One interval of a plan: a step of Gauss's method from x with inputs w,
+///
+///   L_i = h b_i f(Y_i, u_i),   Y_i = x + Σ μ_ij L_j,   x' = x + Σ L_i,
+///
+/// with its cost Σ h b_i l(Y_i, u_i). All derivatives are those of these formulas, at stages that
+/// are solved to rounding. With M = 1 - h b Df μ:
+///
+///   first    M δL = h b (∂f/∂x δx + ∂f/∂u δu)
+///   second   Σ h b_i δ(Y_i, u_i)ᵀ ∇²(η_iᵀ f + l) δ(Y_i, u_i),   Mᵀ η = λ' + Σ μ_ij h b_i ∂l_i
+class GaussInterval {
+ public:
+  GaussInterval(const Problem& problem, const integrators::CollocationTable<double>& table,
+                int number);
+
+  /// Solves the stages from those of the last call. @return false: no solution was found
+  bool solve(const double* x, const double* w);
+  /// After solve(): the state at the end and the cost.
+  const Vector& end() const { return end_; }
+  double cost() const { return cost_; }
+  /// The polynomial of the step at its fraction theta.
+  Vector value(double theta) const;
+
+  /// After solve(): A = ∂x'/∂x, B = ∂x'/∂w and the gradient of the cost along (x, w).
+  void differentiate();
+  const Matrix& A() const { return A_; }
+  const Matrix& B() const { return B_; }
+  const Vector& gradient() const { return gradient_; }
+
+  /// After differentiate(): the Hessian along (x, w) of cost + λᵀx', or without the curvature of f.
+  void hessian(const Vector& lambda, bool exact, Matrix& H);
+  /// Stages and inputs there, size s · nx and s · nu.
+  const Vector& stages() const { return Y_; }
+  const std::vector<double>& inputs() const { return u_; }
+  /// The field at the stages.
+  const std::vector<double>& fields() const { return f_; }
+
+ private:
+  bool iterate(bool afresh);
+  void spread(const double* w);
+  void place(const Vector& L);
+  void factorise();
+
+  const Problem& p_;
+  const integrators::CollocationTable<double>& table_;
+  long s_, nx_, nu_, nw_;
+  CostAtPoint point_;
+  std::vector<double> hb_, t_, u_, f_, J_, H_;
+  Vector x_, w_, L_, Y_, end_, gradient_, residual_;
+  Matrix sensitivity_;  ///< ∂L/∂(x, w)
+  Eigen::PartialPivLU<Matrix> lu_;
+  Matrix A_, B_, dl_;
+  double cost_ = 0;
+  bool have_factor_ = false, have_sensitivity_ = false;
+};
+
+}  // namespace porthos::planning::detail

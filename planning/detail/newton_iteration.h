@@ -1,0 +1,67 @@
+#pragma once
+#include "planning/detail/shooting.h"
+#include "planning/planner.h"
+
+namespace porthos::planning::detail {
+
+/// Newton's iteration on the optimality conditions of a problem; see planning::solve().
+class NewtonIteration {
+ public:
+  NewtonIteration(const Problem& problem, const Trajectory& guess, const PlannerOptions& options);
+  Plan run();
+
+ private:
+  /// An iterate: unknowns and all multipliers.
+  struct Point {
+    Vector v, lambda, nu;
+    Vector lower, upper;  ///< multipliers of limits, 0 where there is none
+  };
+  struct Move {
+    Vector v, lambda, nu, lower, upper;
+  };
+  struct Residuals {
+    double defect = 0, stationarity = 0, complementarity = 0;
+    double largest() const { return std::max({defect, stationarity, complementarity}); }
+  };
+
+  void set_limits();
+  void move_inside(Vector& v) const;
+  void estimate_multipliers();
+  Residuals residuals(double barrier);
+  bool lower_barrier();
+  double barrier_at(const Vector& v, double cost) const;
+
+  /// The Newton step of the programme; raises the regularisation until it is convex.
+  bool step(Move& move, bool exact);
+  void set_up(bool exact);
+  bool try_sweep();
+  void read_move(Move& move) const;
+  double rho_unit() const;
+  double room(const Vector& v, const Vector& dv) const;
+  double room_of(const Vector& z, const Vector& dz) const;
+
+  bool search(const Move& move);
+  bool search_extremal(const Move& move);
+  bool search_afresh(const Move& move);
+  bool accept(double theta, double phi, double alpha, double slope, double theta0, double phi0);
+  bool inside(const Vector& v) const;
+  void take(const Move& move, double alpha, double alpha_dual, const Vector& v);
+  void finish(Plan& plan);
+  bool polish(Plan& plan);
+
+  const Problem& p_;
+  const PlannerOptions& o_;
+  Shooting shooting_;
+  RiccatiQp sweep_;
+  Point at_;
+  Vector low_, high_;          ///< limits of each unknown
+  std::vector<long> limited_;  ///< unknowns with limits
+  Vector gradient_;            ///< by the unknowns of the Lagrangian
+  double barrier_ = 0, last_step_ = 0;
+  double regularisation_ = 0, last_regularisation_ = 0, rho_ = 0;
+  std::vector<std::pair<double, double>> filter_;  ///< infeasibility and barrier function
+  double most_infeasible_ = 0;
+  int evaluations_ = 0;
+};
+
+}  // namespace porthos::planning::detail

@@ -1,0 +1,185 @@
+#include "planning/detail/gauss_interval.h"
+
+#include <cmath>
+
+namespace porthos::planning::detail {
+
+GaussInterval::GaussInterval(const Problem& problem,
+                             const integrators::CollocationTable<double>& table, int number)
+    : p_(problem),
+      table_(table),
+      s_(table.s),
+      nx_(problem.dynamics->nx()),
+      nu_(problem.dynamics->nu()),
+      nw_(problem.per_interval()),
+      point_(problem.cost, int(nx_), int(nu_)),
+      hb_(size_t(s_)),
+      t_(size_t(s_)),
+      u_(size_t(s_ * nu_)),
+      f_(size_t(s_ * nx_)),
+      J_(size_t(s_ * nx_ * (nx_ + nu_))),
+      H_(size_t(s_ * (nx_ + nu_) * (nx_ + nu_))),
+      x_(nx_),
+      w_(nw_),
+      L_(Vector::Zero(s_ * nx_)),
+      Y_(s_ * nx_),
+      end_(nx_),
+      gradient_(nx_ + nw_),
+      residual_(s_ * nx_),
+      sensitivity_(s_ * nx_, nx_ + nw_),
+      A_(nx_, nx_),
+      B_(nx_, nw_),
+      dl_(nx_ + nu_, s_) {
+  const double h = problem.step();
+  table.weights(h, hb_);
+  for (size_t i = 0; i < t_.size(); ++i) t_[i] = (number + table.c[i]) * h;
+}
+
+/// The inputs of the interval at its stages.
+void GaussInterval::spread(const double* w) {
+  for (long i = 0; i < s_; ++i)
+    for (long a = 0; a < nu_; ++a)
+      u_[size_t(i * nu_ + a)] = w[p_.inputs == Inputs::held ? a : i * nu_ + a];
+}
+
+/// Y = x + μ L
+void GaussInterval::place(const Vector& L) {
+  for (long i = 0; i < s_; ++i) {
+    auto Y = Y_.segment(i * nx_, nx_);
+    Y = x_;
+    for (long j = 0; j < s_; ++j) Y += table_.mu[size_t(i * s_ + j)] * L.segment(j * nx_, nx_);
+  }
+}
+
+/// M = 1 - h b Df μ at the stages Y.
+void GaussInterval::factorise() {
+  const long z = nx_ + nu_;
+  p_.dynamics->jacobian(t_, {Y_.data(), size_t(Y_.size())}, u_, f_, J_);
+  Matrix M = Matrix::Identity(s_ * nx_, s_ * nx_);
+  for (long i = 0; i < s_; ++i) {
+    const Eigen::Map<const Matrix> F(J_.data() + i * nx_ * z, nx_, nx_);
+    for (long j = 0; j < s_; ++j)
+      M.block(i * nx_, j * nx_, nx_, nx_) -= (hb_[size_t(i)] * table_.mu[size_t(i * s_ + j)]) * F;
+  }
+  lu_.compute(M);
+  have_factor_ = true;
+}
+
+bool GaussInterval::solve(const double* x, const double* w) {
+  const Eigen::Map<const Vector> to_x(x, nx_), to_w(w, nw_);
+  const bool warm = have_factor_ && have_sensitivity_;
+  if (warm)  // the first guess is the linearised one
+    L_ += sensitivity_.leftCols(nx_) * (to_x - x_) + sensitivity_.rightCols(nw_) * (to_w - w_);
+  x_ = to_x;
+  w_ = to_w;
+  spread(w);
+  if (!(warm && iterate(false)) && !iterate(true)) return have_factor_ = have_sensitivity_ = false;
+  end_ = x_;
+  for (long i = 0; i < s_; ++i) end_ += L_.segment(i * nx_, nx_);
+  cost_ = 0;
+  for (long i = 0; i < s_; ++i)
+    cost_ += hb_[size_t(i)] * point_.value(f_.data() + i * nx_, u_.data() + i * nu_);
+  return end_.allFinite();
+}
+
+/// Newton with the factor of the last call while that converges fast, until rounding ends it.
+/// afresh: from L = 0, with a new factor for every pass.
+bool GaussInterval::iterate(bool afresh) {
+  if (afresh) L_.setZero();
+  double before = HUGE_VAL;
+  for (int pass = 0; pass < 40; ++pass) {
+    place(L_);
+    p_.dynamics->field(t_, {Y_.data(), size_t(Y_.size())}, u_, f_);
+    for (long i = 0; i < s_; ++i)
+      residual_.segment(i * nx_, nx_) =
+          hb_[size_t(i)] * Eigen::Map<const Vector>(f_.data() + i * nx_, nx_) -
+          L_.segment(i * nx_, nx_);
+    const double size = residual_.lpNorm<Eigen::Infinity>(),
+                 scale = 1 + L_.lpNorm<Eigen::Infinity>() + x_.lpNorm<Eigen::Infinity>();
+    if (!std::isfinite(size) || (!afresh && size > 1e3 * before)) return false;
+    if (size == 0 || (size <= 1e-15 * scale && size > 0.25 * before)) return true;
+    if (size > 1e-13 * scale && (afresh || size > 0.1 * before)) factorise();
+    before = size;
+    L_ += lu_.solve(residual_);
+  }
+  return false;
+}
+
+Vector GaussInterval::value(double theta) const {
+  std::vector<double> B(static_cast<size_t>(s_));
+  table_.polynomial(theta, B);
+  Vector x = x_;
+  for (long i = 0; i < s_; ++i) x += B[size_t(i)] * L_.segment(i * nx_, nx_);
+  return x;
+}
+
+void GaussInterval::differentiate() {
+  const long z = nx_ + nu_;
+  factorise();
+  sensitivity_.setZero();
+  for (long i = 0; i < s_; ++i) {
+    const Eigen::Map<const Matrix> J(J_.data() + i * nx_ * z, nx_, z);
+    const double hb = hb_[size_t(i)];
+    const long at = nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_);
+    sensitivity_.block(i * nx_, 0, nx_, nx_) = hb * J.leftCols(nx_);
+    sensitivity_.block(i * nx_, at, nx_, nu_) = hb * J.rightCols(nu_);
+  }
+  sensitivity_ = lu_.solve(sensitivity_);
+  have_sensitivity_ = true;
+  A_.setIdentity();
+  B_.setZero();
+  for (long i = 0; i < s_; ++i) {
+    A_ += sensitivity_.block(i * nx_, 0, nx_, nx_);
+    B_ += sensitivity_.block(i * nx_, nx_, nx_, nw_);
+  }
+  gradient_.setZero();
+  for (long i = 0; i < s_; ++i) {
+    const Eigen::Map<const Matrix> J(J_.data() + i * nx_ * z, nx_, z);
+    point_.gradient(f_.data() + i * nx_, J, u_.data() + i * nu_, dl_.col(i));
+    const double hb = hb_[size_t(i)];
+    const auto lx = dl_.col(i).head(nx_);
+    const long at = nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_);
+    gradient_.head(nx_) += hb * lx;
+    for (long j = 0; j < s_; ++j)
+      gradient_ += hb * table_.mu[size_t(i * s_ + j)] *
+                   (sensitivity_.middleRows(j * nx_, nx_).transpose() * lx);
+    gradient_.segment(at, nu_) += hb * dl_.col(i).tail(nu_);
+  }
+}
+
+void GaussInterval::hessian(const Vector& lambda, bool exact, Matrix& H) {
+  const long z = nx_ + nu_;
+  Vector eta(s_ * nx_);
+  for (long j = 0; j < s_; ++j) {
+    auto e = eta.segment(j * nx_, nx_);
+    e = lambda;
+    for (long i = 0; i < s_; ++i)
+      e += hb_[size_t(i)] * table_.mu[size_t(i * s_ + j)] * dl_.col(i).head(nx_);
+  }
+  eta = lu_.transpose().solve(eta);
+  if (!exact) eta.setZero();
+  std::vector<Matrix> own(size_t(s_), Matrix(z, z));
+  for (long i = 0; i < s_; ++i) {
+    const Eigen::Map<const Matrix> J(J_.data() + i * nx_ * z, nx_, z);
+    point_.hessian(f_.data() + i * nx_, J, u_.data() + i * nu_, own[size_t(i)],
+                   eta.data() + i * nx_);
+  }
+  if (exact)
+    p_.dynamics->hessian(t_, {Y_.data(), size_t(Y_.size())}, u_, {eta.data(), size_t(eta.size())},
+                         H_);
+  H.setZero(nx_ + nw_, nx_ + nw_);
+  Matrix Z(z, nx_ + nw_);
+  for (long i = 0; i < s_; ++i) {
+    Matrix& at_stage = own[size_t(i)];
+    if (exact) at_stage += Eigen::Map<const Matrix>(H_.data() + i * z * z, z, z);
+    const long at = nx_ + (p_.inputs == Inputs::held ? 0 : i * nu_);
+    Z.setZero();
+    Z.topLeftCorner(nx_, nx_).setIdentity();
+    for (long j = 0; j < s_; ++j)
+      Z.topRows(nx_) += table_.mu[size_t(i * s_ + j)] * sensitivity_.middleRows(j * nx_, nx_);
+    Z.block(nx_, at, nu_, nu_).setIdentity();
+    H.noalias() += hb_[size_t(i)] * (Z.transpose() * (at_stage * Z));
+  }
+}
+
+}  // namespace porthos::planning::detail

@@ -1,0 +1,144 @@
+#include "planning/planner.h"
+
+#include <fmt/format.h>
+
+#include "planning/detail/approach.h"
+#include "planning/detail/newton_iteration.h"
+
+namespace porthos::planning {
+namespace detail {
+
+/// Full Newton steps as long as they halve the residual: the last digits. Without limits only.
+/// @return whether the iterate is the better one
+bool NewtonIteration::polish(Plan& plan) {
+  const Point before = at_;
+  const double was = residuals(0).largest();
+  Move move;
+  if (!step(move, true)) return false;
+  ++evaluations_;
+  const bool solved = shooting_.evaluate(at_.v + move.v);
+  if (solved) {
+    take(move, 1, 1, before.v + move.v);
+    shooting_.differentiate();
+    ++plan.iterations;
+    if (residuals(0).largest() < 0.5 * was) return true;
+  }
+  at_ = before;
+  (void)shooting_.evaluate(at_.v);
+  shooting_.differentiate();
+  return false;
+}
+
+/// The longest of the halved steps that lessens the residual.
+bool NewtonIteration::search_extremal(const Move& move) {
+  const Point before = at_;
+  const double was = residuals(0).largest();
+  for (double alpha = 1; alpha > 1e-6; alpha *= 0.5) {
+    ++evaluations_;
+    at_ = before;
+    if (!shooting_.evaluate(at_.v + alpha * move.v)) continue;
+    take(move, alpha, alpha, before.v + alpha * move.v);
+    shooting_.differentiate();
+    if (residuals(0).largest() < (1 - 0.1 * alpha) * was) return true;
+  }
+  at_ = before;
+  return false;
+}
+
+void NewtonIteration::finish(Plan& plan) {
+  const Residuals r = residuals(0);
+  plan.residual = r.largest();
+  plan.defect = r.defect;
+  plan.stationarity = r.stationarity;
+  plan.complementarity = r.complementarity;
+  plan.cost = shooting_.cost;
+  plan.evaluations = evaluations_;
+  const auto list = [](const auto& part) { return std::vector<double>(part.begin(), part.end()); };
+  plan.motion.x = list(at_.v.head(shooting_.at_w(0)));
+  plan.motion.u = list(at_.v.tail(shooting_.N() * shooting_.nw()));
+  at_.lambda.head(shooting_.nx()) = shooting_.at_start(at_.lambda);
+  plan.costates = list(at_.lambda);
+  plan.goal_multipliers = list(at_.nu);
+  for (const long i : limited_) {
+    const auto touches = [&](double limit) {
+      return std::fabs(at_.v[i] - limit) < 1e-6 * (1 + std::fabs(limit));
+    };
+    plan.active_limits += touches(low_[i]) || touches(high_[i]);
+  }
+}
+
+Plan NewtonIteration::run() {
+  Plan plan;
+  if (o_.approach) {
+    plan.approach = approach(shooting_, at_.v, o_);
+    if (plan.approach < 0)
+      throw InvalidArgument(
+          "a step with the inputs of the guess has no solution, expected smaller "
+          "inputs or more intervals");
+    move_inside(at_.v);
+  }
+  if (!shooting_.evaluate(at_.v))
+    throw InvalidArgument(
+        "a step of the first guess has no solution, expected a gentler guess or more intervals");
+  for (;; ++plan.iterations) {
+    shooting_.differentiate();
+    if (plan.iterations == 0) estimate_multipliers();
+    const Residuals r = residuals(0);
+    plan.history.push_back({shooting_.cost, r.defect, r.stationarity, last_step_, regularisation_});
+    if (r.largest() <= o_.tolerance) {
+      plan.status = Plan::Status::optimal;
+      break;
+    }
+    plan.status = Plan::Status::too_many_iterations;
+    if (plan.iterations >= o_.iterations) break;
+    plan.status = Plan::Status::stopped;
+    if (o_.stop && o_.stop->load(std::memory_order_relaxed)) break;
+    if (plan.iterations > 0) lower_barrier();
+    Move move;
+    plan.status = Plan::Status::no_progress;
+    if (!step(move, o_.exact_hessian)) break;
+    if (o_.any_extremal ? !search_extremal(move) : !search(move) && !search_afresh(move)) {
+      if (sweep_.unreached > 0) plan.status = Plan::Status::unreachable;
+      (void)shooting_.evaluate(at_.v);
+      shooting_.differentiate();
+      break;
+    }
+  }
+  if (plan.status == Plan::Status::optimal && limited_.empty() && o_.exact_hessian)
+    while (plan.iterations < o_.iterations && polish(plan)) {
+    }
+  finish(plan);
+  return plan;
+}
+
+}  // namespace detail
+
+const char* to_string(Plan::Status status) {
+  switch (status) {
+    case Plan::Status::optimal:
+      return "optimal";
+    case Plan::Status::no_progress:
+      return "no progress";
+    case Plan::Status::too_many_iterations:
+      return "too many iterations";
+    case Plan::Status::unreachable:
+      return "unreachable";
+    case Plan::Status::stopped:
+      return "stopped";
+  }
+  return "";
+}
+
+Plan solve(const Problem& problem, const Trajectory& guess, const PlannerOptions& options) {
+  problem.check();
+  const size_t N = size_t(problem.intervals);
+  const Limits& l = problem.limits;
+  if (options.any_extremal && !(l.input_lower.empty() && l.input_upper.empty() &&
+                                l.state_lower.empty() && l.state_upper.empty()))
+    throw InvalidArgument("any_extremal takes no limits, expected a problem without");
+  require_size("states of the guess", guess.x.size(), (N + 1) * problem.start.size());
+  require_size("inputs of the guess", guess.u.size(), N * size_t(problem.per_interval()));
+  return detail::NewtonIteration(problem, guess, options).run();
+}
+
+}  // namespace porthos::planning

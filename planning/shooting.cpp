@@ -1,0 +1,157 @@
+#include "planning/detail/shooting.h"
+
+namespace porthos::planning::detail {
+
+Shooting::Shooting(const Problem& p)
+    : defects(p.intervals * p.dynamics->nx()),
+      goals(long(p.goals.size())),
+      p_(p),
+      nx_(p.dynamics->nx()),
+      nw_(p.per_interval()),
+      N_(p.intervals),
+      f_(size_t(nx_)),
+      none_(size_t(p.dynamics->nu()), 0.0) {
+  const size_t z = size_t(nx_) + none_.size();
+  J_.resize(size_t(nx_) * z);
+  H_.resize(z * z);
+  nu_x_.resize(size_t(nx_));
+  table_ = std::make_shared<const integrators::CollocationTable<double>>(
+      integrators::gauss_table<double>(p.stages));
+  intervals_.reserve(size_t(N_));
+  for (int k = 0; k < p.intervals; ++k) intervals_.emplace_back(p, *table_, k);
+  qp.stages.resize(size_t(N_));
+  qp.last_H = Matrix::Zero(nx_, nx_);
+  qp.last_g = Vector::Zero(nx_);
+  qp.C = Matrix::Zero(goals.size(), nx_);
+  qp.c = Vector::Zero(goals.size());
+}
+
+bool Shooting::evaluate(const Vector& v) {
+  cost = 0;
+  for (long k = 0; k < N_; ++k) {
+    auto& interval = intervals_[size_t(k)];
+    if (!interval.solve(v.data() + at_x(k), v.data() + at_w(k))) return false;
+    cost += interval.cost();
+    defects.segment(k * nx_, nx_) = interval.end() - v.segment(at_x(k + 1), nx_);
+  }
+  evaluate_goals(v.data() + at_x(N_));
+  return std::isfinite(cost) && defects.allFinite() && goals.allFinite();
+}
+
+bool Shooting::follow(const Vector& v, const Vector& move, double alpha, const RiccatiQp& sweep,
+                      Vector& trial) {
+  cost = 0;
+  trial = v + alpha * move;
+  for (long k = 0; k < N_; ++k) {
+    auto& interval = intervals_[size_t(k)];
+    const auto x = trial.segment(at_x(k), nx_);
+    const Vector strayed = x - v.segment(at_x(k), nx_) - alpha * move.segment(at_x(k), nx_);
+    trial.segment(at_w(k), nw_) += sweep.feedback(size_t(k)) * strayed;
+    if (!interval.solve(trial.data() + at_x(k), trial.data() + at_w(k))) return false;
+    cost += interval.cost();
+    defects.segment(k * nx_, nx_) = (1 - alpha) * qp.stages[size_t(k)].d;
+    trial.segment(at_x(k + 1), nx_) = interval.end() - defects.segment(k * nx_, nx_);
+  }
+  evaluate_goals(trial.data() + at_x(N_));
+  return std::isfinite(cost) && goals.allFinite();
+}
+
+bool Shooting::roll(Vector& v) {
+  for (long k = 0; k < N_; ++k) {
+    auto& interval = intervals_[size_t(k)];
+    if (!interval.solve(v.data() + at_x(k), v.data() + at_w(k))) return false;
+    v.segment(at_x(k + 1), nx_) = interval.end();
+  }
+  return evaluate(v);
+}
+
+void Shooting::evaluate_goals(const double* x) {
+  last_.assign(x, x + nx_);
+  const double t = p_.duration;
+  bool rates = false;
+  for (const Goal& g : p_.goals) rates = rates || g.rate >= 0;
+  if (rates) p_.dynamics->field({&t, 1}, last_, none_, f_);
+  for (size_t i = 0; i < p_.goals.size(); ++i) {
+    const Goal& g = p_.goals[i];
+    double value = g.rate >= 0 ? f_[size_t(g.rate)] : 0;
+    for (const auto& [k, factor] : g.row) value += factor * x[k];
+    goals[long(i)] = value - g.value;
+  }
+}
+
+double Shooting::largest_defect() const {
+  return std::max(defects.lpNorm<Eigen::Infinity>(),
+                  goals.size() > 0 ? goals.lpNorm<Eigen::Infinity>() : 0.0);
+}
+
+void Shooting::differentiate() {
+  for (long k = 0; k < N_; ++k) {
+    auto& interval = intervals_[size_t(k)];
+    interval.differentiate();
+    auto& s = qp.stages[size_t(k)];
+    s.A = interval.A();
+    s.B = interval.B();
+  }
+  renew_slopes();
+  set_equations(defects, goals);
+  const double t = p_.duration;
+  qp.C.setZero();
+  bool have = false;
+  for (size_t i = 0; i < p_.goals.size(); ++i) {
+    const Goal& g = p_.goals[i];
+    for (const auto& [k, factor] : g.row) qp.C(long(i), k) += factor;
+    if (g.rate < 0) continue;
+    if (!have) p_.dynamics->jacobian({&t, 1}, last_, none_, f_, J_);
+    have = true;
+    qp.C.row(long(i)) = Eigen::Map<const Matrix>(J_.data(), nx_, nx_).row(g.rate);
+  }
+}
+
+void Shooting::renew_slopes() {
+  for (long k = 0; k < N_; ++k) qp.stages[size_t(k)].g = intervals_[size_t(k)].gradient();
+  qp.last_g.setZero();
+}
+
+void Shooting::set_equations(const Vector& d, const Vector& c) {
+  for (long k = 0; k < N_; ++k) qp.stages[size_t(k)].d = d.segment(k * nx_, nx_);
+  qp.c = c;
+}
+
+void Shooting::curve(const Vector& lambda, const Vector& nu, bool exact) {
+  for (long k = 0; k < N_; ++k)
+    intervals_[size_t(k)].hessian(lambda.segment((k + 1) * nx_, nx_), exact,
+                                  qp.stages[size_t(k)].H);
+  qp.last_H.setZero();
+  std::fill(nu_x_.begin(), nu_x_.end(), 0.0);
+  bool curved = false;
+  for (size_t i = 0; i < p_.goals.size(); ++i)
+    if (p_.goals[i].rate >= 0) {
+      nu_x_[size_t(p_.goals[i].rate)] += nu[long(i)];
+      curved = true;
+    }
+  if (!curved || !exact) return;
+  const double t = p_.duration;
+  p_.dynamics->hessian({&t, 1}, last_, none_, nu_x_, H_);
+  const long z = nx_ + long(none_.size());
+  qp.last_H = Eigen::Map<const Matrix>(H_.data(), z, z).topLeftCorner(nx_, nx_);
+}
+
+void Shooting::slope(const Vector& lambda, const Vector& nu, Vector& gradient) const {
+  gradient.setZero(unknowns());
+  for (long k = 0; k < N_; ++k) {
+    const auto& s = qp.stages[size_t(k)];
+    const auto next = lambda.segment((k + 1) * nx_, nx_);
+    if (k > 0)
+      gradient.segment(at_x(k), nx_) =
+          s.g.head(nx_) + s.A.transpose() * next - lambda.segment(k * nx_, nx_);
+    gradient.segment(at_w(k), nw_) = s.g.tail(nw_) + s.B.transpose() * next;
+  }
+  gradient.segment(at_x(N_), nx_) = qp.C.transpose() * nu - lambda.segment(N_ * nx_, nx_);
+}
+
+Vector Shooting::at_start(const Vector& lambda) const {
+  const auto& s = qp.stages.front();
+  return s.g.head(nx_) + s.A.transpose() * lambda.segment(nx_, nx_);
+}
+
+}  // namespace porthos::planning::detail

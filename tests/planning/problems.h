@@ -1,0 +1,75 @@
+#pragma once
+#include <cmath>
+
+#include "mechanics/builder.h"
+#include "mechanics/mechanical_model.h"
+#include "planning/planner.h"
+
+/// Optimal control problems with known answers.
+namespace porthos::test {
+
+/// Cart and pendulum (Kelly 2017, SIAM Rev. 59): 1 kg and 0.3 kg on 0.5 m, g = 9.81. θ = 0 hangs.
+inline std::shared_ptr<const mechanics::MechanicalModel> cart_pole() {
+  mechanics::MechanismBuilder b("cart-pole");
+  b.gravity({0, 0, -9.81});
+  mechanics::BodySpec cart, pole;
+  cart.name = "cart";
+  cart.parent = "world";
+  cart.joint.name = "slide";
+  cart.joint.type = "prismatic";
+  cart.joint.axis = {1, 0, 0};
+  cart.mass.mass = 1;
+  pole.name = "pole";
+  pole.parent = "cart";
+  pole.joint.name = "hinge";
+  pole.joint.type = "revolute";
+  pole.joint.axis = {0, -1, 0};
+  pole.mass.mass = 0.3;
+  pole.mass.com = {0, 0, -0.5};
+  b.add(cart).add(pole);
+  return std::make_shared<const mechanics::MechanicalModel>(
+      std::make_shared<const mechanics::Mechanism>(b.build()));
+}
+
+/// Two uniform rods of 1 kg and 1 m, torque at the elbow. θ = 0 hangs.
+inline std::shared_ptr<const mechanics::MechanicalModel> acrobot() {
+  mechanics::MechanismBuilder b("acrobot");
+  b.gravity({0, 0, -9.81});
+  for (const std::string name : {"upper", "lower"}) {
+    mechanics::BodySpec rod;
+    rod.name = name;
+    rod.parent = name == "upper" ? "world" : "upper";
+    rod.joint.name = name == "upper" ? "shoulder" : "elbow";
+    rod.joint.type = "revolute";
+    rod.joint.axis = {0, -1, 0};
+    if (name == "lower") rod.placement.r = {0, 0, -1};
+    rod.mass.mass = 1;
+    rod.mass.com = {0, 0, -0.5};
+    rod.mass.inertia = {1. / 12, 0, 0, 1. / 12, 0, 0};
+    b.add(rod);
+  }
+  return std::make_shared<const mechanics::MechanicalModel>(
+      std::make_shared<const mechanics::Mechanism>(b.build()));
+}
+
+/// Every number of the end is a goal.
+inline std::vector<planning::Goal> ends_at(const std::vector<double>& x) {
+  std::vector<planning::Goal> goals;
+  for (size_t k = 0; k < x.size(); ++k) goals.push_back({{{int(k), 1.0}}, -1, x[k]});
+  return goals;
+}
+
+inline planning::Problem cart_pole_swing_up(int stages, int intervals) {
+  planning::Problem p;
+  p.dynamics = planning::dynamics_of(cart_pole(), {"slide.force"});
+  p.stages = stages;
+  p.duration = 2;
+  p.intervals = intervals;
+  p.inputs = planning::Inputs::at_stages;
+  p.start = {0, 0, 0, 0};
+  p.cost.input = {1};
+  p.goals = ends_at({1, M_PI, 0, 0});
+  return p;
+}
+
+}  // namespace porthos::test

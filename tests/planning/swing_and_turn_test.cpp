@@ -1,0 +1,123 @@
+// ETS-VII turns its base by 10 degrees with its arm alone; the acrobot swings up.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+
+#include "integrators/core/integrator.h"
+#include "phs/network/network.h"
+#include "tests/planning/problems.h"
+#include "tests/support/robots.h"
+
+namespace porthos::planning::swing_and_turn_test {
+namespace {
+
+using Vec = std::vector<double>;
+using Clock = std::chrono::steady_clock;
+
+std::string port(int joint) { return "joint_" + std::to_string(joint) + ".torque"; }
+
+/// From rest to rest within 100 s, joint torques held over each second, least ∫ rates² of the
+/// joints. The state: position 0-2, attitude 3-6, joints 7-12, then the momenta.
+Problem turn_about_y(const test::Robot& robot, double angle) {
+  std::vector<std::string> ports;
+  for (int i = 1; i <= 6; ++i) ports.push_back(port(i));
+  Problem p;
+  p.dynamics = dynamics_of(robot.model, ports);
+  p.stages = 2;
+  p.duration = 100;
+  p.intervals = 100;
+  p.start = robot.start.x;
+  p.cost.input = Vec(6, 1e-6);
+  p.cost.rate = Vec(26, 0.0);
+  for (size_t k = 7; k < 13; ++k) p.cost.rate[k] = 1;
+  p.goals = attitude_goals(3, {std::cos(angle / 2), 0, std::sin(angle / 2), 0});
+  for (int k = 20; k < 26; ++k) p.goals.push_back({{{k, 1.0}}, -1, 0});
+  return p;
+}
+
+TEST(EtsVii, TurnsItsBase) {
+  const auto robot = test::ets_vii(0);
+  const double angle = 10 * M_PI / 180;
+  const Problem p = turn_about_y(robot, angle);
+  const auto begin = Clock::now();
+  const Plan plan = solve(p, straight(p, p.start), {.approach = true});
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  std::printf("  %s, J = %.9f, %d + %d iterations, residual %.1e (bound 1e-9), %.2f s\n",
+              to_string(plan.status), plan.cost, plan.approach, plan.iterations, plan.residual,
+              seconds);
+  ASSERT_EQ(plan.status, Plan::Status::optimal);
+  EXPECT_LT(plan.residual, 1e-9);
+
+  // the torques through the house's integrator
+  phs::Network n("ets_vii");
+  n.add("plant", robot.model).main("plant");
+  for (int i = 0; i < 6; ++i)
+    n.source("torque " + std::to_string(i), "plant." + port(i + 1),
+             input_signal(p, plan.motion, i));
+  const auto model = n.build();
+  phs::State state(model->description(), p.start);
+  const auto method = integrators::make_integrator("gauss4", *model, 1);
+  for (int k = 0; k < 100; ++k) ASSERT_EQ(method->step(state), integrators::Outcome::ok);
+  const double turned = 2 * std::atan2(state.x[5], state.x[3]);
+  double momentum = 0, other = std::max(std::fabs(state.x[4]), std::fabs(state.x[6]));
+  for (size_t k = 13; k < 26; ++k) momentum = std::max(momentum, std::fabs(state.x[k]));
+  std::printf("  replayed: turned off by %.1e rad (bound 1e-12), other axes %.1e, momenta %.1e\n",
+              turned - angle, other, momentum);
+  EXPECT_NEAR(turned, angle, 1e-12);
+  EXPECT_LT(other, 1e-12);
+  EXPECT_LT(momentum, 1e-11);
+}
+
+/// Without momentum a base that is turned back by its arm has the attitude of its joints' path, so
+/// a loop of the joints is needed where they must return: here by a degree.
+TEST(EtsVii, TurnsItsBaseWithJointsThatReturn) {
+  const auto robot = test::ets_vii(0);
+  Problem p = turn_about_y(robot, 1 * M_PI / 180);
+  for (int k = 7; k < 13; ++k) p.goals.push_back({{{k, 1.0}}, -1, p.start[size_t(k)]});
+  Trajectory guess = straight(p, p.start);
+  for (int k = 0; k < 100; ++k) {  // joints 2 and 3 go round
+    const double s = 2 * M_PI * (k + 0.5) / 100;
+    guess.u[size_t(6 * k + 1)] = 0.2 * std::cos(s);
+    guess.u[size_t(6 * k + 2)] = -0.1 * std::sin(s);
+  }
+  follow_inputs(p, guess);
+  const Plan plan = solve(p, guess, {.approach = false});
+  std::printf("  %s, J = %.9f, %d + %d iterations, residual %.1e\n", to_string(plan.status),
+              plan.cost, plan.approach, plan.iterations, plan.residual);
+  EXPECT_EQ(plan.status, Plan::Status::optimal);
+  for (size_t k = 7; k < 13; ++k)
+    EXPECT_NEAR(plan.motion.x[plan.motion.x.size() - 26 + k], p.start[k], 1e-9);
+}
+
+/// One of the acrobot's many swing-ups, from a table of four digits (tests/data/README.md).
+TEST(Acrobot, SwingsUp) {
+  Problem p;
+  p.dynamics = dynamics_of(test::acrobot(), {"elbow.torque"});
+  p.stages = 4;
+  p.duration = 4;
+  p.intervals = 80;
+  p.inputs = Inputs::at_stages;
+  p.start = {0, 0, 0, 0};
+  p.cost.input = {1};
+  p.goals = test::ends_at({M_PI, 0, 0, 0});
+  Trajectory guess = straight(p, {M_PI, 0, 0, 0});
+  std::ifstream file(test::data_file("planning/acrobot_guess.txt"));
+  for (auto* list : {&guess.x, &guess.u})
+    for (double& number : *list) file >> number;
+  ASSERT_TRUE(file.good());
+  const auto begin = Clock::now();
+  const Plan first = solve(p, guess);
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  Problem fine = p;
+  fine.stages = 8;
+  fine.intervals = 160;
+  const Plan plan = solve(fine, resample(p, first.motion, fine));
+  std::printf("  J off by %.1e (bound 1e-8), %d iterations in %.3f s, then %d; residual %.1e\n",
+              plan.cost - 22.44030018, first.iterations, seconds, plan.iterations, plan.residual);
+  EXPECT_EQ(plan.status, Plan::Status::optimal);
+  EXPECT_NEAR(plan.cost, 22.44030018, 1e-8);
+}
+
+}  // namespace
+}  // namespace porthos::planning::swing_and_turn_test
