@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "apps/ensemble.h"
 #include "apps/methods.h"
 #include "apps/output.h"
+#include "apps/plan.h"
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
@@ -266,6 +268,18 @@ int ensemble_command(const Arguments& a) {
   else
     print(ensemble_text(ensemble, r, options.out));
   return r.complete ? exit_code(r.verdict()) : exit_ok;
+}
+
+int plan_command(const Arguments& a) {
+  const scene::Scene s = read(a);
+  const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
+  stop_on_signals();
+  const scene::PlanReport r = scene::plan(s, scene::assemble(s), out, &stop);
+  print(a.json ? file_text(out + "/plan.json") : plan_text(r, s.title, out));
+  if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
+  return r.plan.status == planning::Plan::Status::optimal && std::isfinite(r.replay)
+             ? exit_ok
+             : exit_numerical;
 }
 
 int plot_command(const Arguments& a) {

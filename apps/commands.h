@@ -30,6 +30,7 @@ int run_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
 int compare_command(const Arguments& arguments);
 int ensemble_command(const Arguments& arguments);
+int plan_command(const Arguments& arguments);
 int plot_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);

@@ -99,6 +99,13 @@ void add_commands(CLI::App& app, Arguments& a) {
   ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
   ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
   ensemble->add_flag("--resume", a.resume, "run the cases that are missing in the folder");
+  auto* plan = add_scene_command(
+      app, a, "plan", "the joint torques of a scene's [plan], and a scene to replay them",
+      "porthos plan examples/ets_vii_reorientation/scene.toml");
+  plan->add_option("--out", a.out, "results folder [results/<name of the scene>-plan]")
+      ->type_name("DIR");
+  add_numbers(plan, a);
+  plan->add_flag("--json", a.json, "print plan.json instead of the summary");
   auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
@@ -152,6 +159,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("judge")) return judge_command(a);
   if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
+  if (app.got_subcommand("plan")) return plan_command(a);
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("new")) return new_command(a);

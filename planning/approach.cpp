@@ -21,6 +21,7 @@ class Approach {
     rho_ = 20 * (1 + shooting_.cost) / (1e-12 + before * before);
     int iterations = 0;
     for (int round = 0; round < rounds && before > enough; ++round) {
+      exact_ = o_.exact_hessian;
       for (int i = 0; i < steps_of_a_round; ++i, ++iterations)
         if (!improve()) break;
       const double now = shooting_.goals.norm();
@@ -68,7 +69,8 @@ class Approach {
     if (o_.stop && o_.stop->load(std::memory_order_relaxed)) return false;
     const double was = merit();
     shooting_.differentiate();
-    bool ok = o_.exact_hessian && sweep(true, 0);
+    bool ok = exact_ && sweep(true, 0);
+    exact_ = ok;  // not convex: without second derivatives for the rest of the round
     for (double more = 0; !ok && more < 1e12; more = std::max(1e-8, 10 * more))
       ok = sweep(false, more);
     if (!ok) return false;
@@ -93,6 +95,7 @@ class Approach {
   RiccatiQp sweep_;
   Vector nu_;
   double rho_ = 1;
+  bool exact_ = true;
 };
 
 }  // namespace

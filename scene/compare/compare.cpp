@@ -328,6 +328,12 @@ Comparison compare(const Scene& scene, const Assembly& assembly, const CompareOp
         "the controller '{}' is sampled, so the system is another one at every step size: expected "
         "a continuous controller to compare methods with",
         holds[0]->name));
+  for (const Element& e : scene.elements)
+    if (e.period > 0)
+      throw InvalidArgument(fmt::format(
+          "'{}' has pieces that fit some step sizes only: expected a smooth force to compare "
+          "methods with",
+          e.name));
   return ComparisonRun(scene, assembly, options).run();
 }
 

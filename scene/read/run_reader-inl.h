@@ -9,5 +9,7 @@ void read_integrator(const Table& t, Scene& s);
 void read_monitor(const Table& t, Scene& s);
 void read_run(const Table& t, Scene& s);
 void read_verify(const Table& t, Scene& s);
+/// Forces of pieces need steps of one size, a whole number of them in a piece.
+void check_pieces(const Scene& s);
 
 }  // namespace porthos::scene

@@ -152,6 +152,22 @@ void read_verify(const Table& t, Scene& s) {
   if (!l.any()) l = default_limits(s.orbit.has_value());
 }
 
+void check_pieces(const Scene& s) {
+  for (const Element& e : s.elements) {
+    if (e.period == 0) continue;
+    const std::string what = fmt::format("'{}' has pieces of {} s", e.name, e.period);
+    if (s.method == auto_method)
+      refuse(e.where, what + ", which method = \"auto\" does not know: expected a method");
+    if (s.step_control != integrators::StepControl::fixed)
+      refuse(e.where, what + ", which steps of a step_control pass: expected steps of one size");
+    const double steps = e.period / s.step;
+    if (std::fabs(steps - std::round(steps)) > 1e-9 * steps || steps < 0.5)
+      refuse(e.where, fmt::format("{} and the step is {} s, expected a whole number of steps in a "
+                                  "piece",
+                                  what, s.step));
+  }
+}
+
 void apply(Scene& scene, const Overrides& overrides) {
   Scene s = scene;  // all or nothing
   if (overrides.method) {
@@ -167,6 +183,7 @@ void apply(Scene& scene, const Overrides& overrides) {
     check_step_count(s.step, s.duration, overrides.duration ? "--duration" : "--step");
     if (!s.record_every_given) s.record_every = default_record_every(s.step, s.duration);
   }
+  check_pieces(s);
   scene = std::move(s);
 }
 

@@ -74,6 +74,7 @@ class Reader {
     if (top.has("monitor")) read_monitor(top.section("monitor"), s_);
     if (s_.is_constrained()) check_constrained_scene(method);
     read_run(top.section("run"), s_);
+    check_pieces(s_);
     if (top.has("verify"))
       read_verify(top.section("verify"), s_);
     else

@@ -92,6 +92,12 @@ std::vector<Feature> all() {
        {{"verify.energy", "1e-5"}},  // its force has a kink: docs/ports.md
        element("limits", "lower = -1\nupper = 0.35\nstiffness = 20")},
       {"force", {"force"}, {}, {}, element("force", "sine = { amplitude = 0.5, frequency = 0.7 }")},
+      {"force of pieces",
+       {"force", "pieces"},
+       {},
+       {},
+       element("force",
+               "pieces = { period = 0.1, nodes = 2, values = [0.5, 0.2, -0.3, 0.1, 0, 0.4] }")},
       {"dc_motor",
        {"dc_motor"},
        {},

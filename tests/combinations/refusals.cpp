@@ -66,6 +66,10 @@ const std::vector<Refusal>& refusals() {
       {{"rival, cvode_adams"},
        {"resume"},
        "What a multistep method knows of its last steps stays inside the library."},
+      {{"force of pieces"},
+       controls + Names{"auto", "compare"},
+       "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
+       "pass the jumps."},
       {{"sampled controller"},
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "

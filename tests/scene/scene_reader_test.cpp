@@ -180,7 +180,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "coupling, rolling, motion, contact, event, output, stop, planet, orbit, integrator, "
        "monitor, run, "
        "verify, "
-       "ensemble)"},
+       "ensemble, plan)"},
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
        "(known: urdf, base, lock, links_without_inertia, unphysical_inertia, use_damping, "

@@ -1,0 +1,153 @@
+#include "scene/plan/plan.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "scene/files/files.h"
+#include "scene/plan/replay_scene.h"
+
+namespace porthos::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "slide", "base.attitude[0]", then the momenta "p.slide"
+std::vector<std::string> state_names(const phs::Description& d) {
+  std::vector<std::string> names(size_t(d.nx), "x");
+  for (const auto& b : d.blocks)
+    for (int i = 0; i < b.size; ++i) {
+      const std::string index = b.size > 1 ? fmt::format("[{}]", i) : "";
+      names[size_t(b.at + i)] = b.name + index;
+      if (b.momentum >= 0) names[size_t(b.momentum + i)] = "p." + b.name + index;
+    }
+  return names;
+}
+
+std::string row_of(double t, const double* x, size_t n) {
+  std::string row = fmt::format("{}", t);
+  for (size_t i = 0; i < n; ++i) row += fmt::format(",{}", x[i]);
+  return row;
+}
+
+/// Time, states and torques at the ends of the intervals; a torque is that of the interval that
+/// begins there.
+std::string motion_csv(const PlanProblem& made, const phs::Description& d,
+                       const planning::Trajectory& t) {
+  const auto& p = made.problem;
+  const size_t n = p.start.size(), nw = size_t(p.per_interval()), nu = made.inputs.size();
+  std::string text = "time";
+  for (const auto& name : state_names(d)) text += "," + name;
+  for (const auto& name : made.inputs) text += "," + name + ".torque";
+  text += "\n";
+  for (int k = 0; k <= p.intervals; ++k) {
+    text += row_of(k * p.step(), t.x.data() + size_t(k) * n, n);
+    const double* u = t.u.data() + size_t(std::min(k, p.intervals - 1)) * nw;
+    for (size_t i = 0; i < nu; ++i) text += fmt::format(",{}", u[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string costates_csv(const PlanProblem& made, const phs::Description& d,
+                         const std::vector<double>& costates) {
+  const size_t n = made.problem.start.size();
+  std::string text = "time";
+  for (const auto& name : state_names(d)) text += "," + name;
+  text += "\n";
+  for (int k = 0; k <= made.problem.intervals; ++k)
+    text += row_of(k * made.problem.step(), costates.data() + size_t(k) * n, n) + "\n";
+  return text;
+}
+
+Json plan_json(const PlanReport& r, const PlanProblem& made) {
+  const auto& plan = r.plan;
+  Json goals = Json::array();
+  for (size_t i = 0; i < r.goals.size(); ++i)
+    goals.push_back({{"name", r.goals[i]},
+                     {"value", made.problem.goals[i].value},
+                     {"multiplier", plan.goal_multipliers[i]}});
+  Json history = Json::array();
+  for (const auto& l : plan.history)
+    history.push_back({{"cost", l.cost},
+                       {"defect", l.defect},
+                       {"stationarity", l.stationarity},
+                       {"step", l.step},
+                       {"regularisation", l.regularisation}});
+  return {{"status", to_string(plan.status)},
+          {"cost", plan.cost},
+          {"residual", plan.residual},
+          {"defect", plan.defect},
+          {"stationarity", plan.stationarity},
+          {"complementarity", plan.complementarity},
+          {"approach_iterations", plan.approach},
+          {"iterations", plan.iterations},
+          {"active_limits", plan.active_limits},
+          {"seconds", r.seconds},
+          {"method", r.method},
+          {"step_s", r.step},
+          {"duration_s", r.duration},
+          {"inputs", r.inputs},
+          {"input_values", made.problem.inputs == planning::Inputs::held ? "held" : "polynomial"},
+          {"goals", goals},
+          {"replay_distance", std::isfinite(r.replay) ? Json(r.replay) : Json()},
+          {"history", history}};
+}
+
+/// Runs the replay and compares its end.
+double replay_distance(const std::string& path, const std::vector<double>& x, int intervals) {
+  const Scene scene = read_scene(path);
+  const Assembly a = assemble(scene);
+  const auto method = make_integrator(a, scene.method, scene.step);
+  phs::State state = a.initial;
+  for (int k = 0; k < intervals; ++k)
+    if (method->step(state) != integrators::Outcome::ok) return NAN;
+  size_t angle = 0;
+  for (const auto& b : a.model->description().blocks)
+    if (b.kind == phs::BlockKind::angle)
+      state.x[size_t(b.at)] += phs::two_pi_hi * double(state.turns[angle++]);
+  double off = 0;
+  const double* end = x.data() + x.size() - state.x.size();
+  for (size_t i = 0; i < state.x.size(); ++i)
+    off = std::max(off, std::fabs(state.x[i] - end[i]) / (1 + std::fabs(end[i])));
+  return off;
+}
+
+}  // namespace
+
+PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string& out,
+                const std::atomic<bool>* stop) {
+  PlanScene wanted = read_plan(scene);
+  wanted.options.stop = stop;
+  const PlanProblem made = plan_problem(scene, assembly, wanted);
+  PlanReport r;
+  r.inputs = made.inputs;
+  r.goals = made.goal_names;
+  r.method = scene.method;
+  r.step = scene.step;
+  r.duration = scene.duration;
+  const auto begin = std::chrono::steady_clock::now();
+  r.plan = planning::solve(made.problem, made.guess, wanted.options);
+  r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  r.replay = NAN;
+  const std::filesystem::path folder(out);
+  make_folder(folder);
+  const auto& d = assembly.model->description();
+  write_file(folder / "motion.csv", motion_csv(made, d, r.plan.motion));
+  write_file(folder / "costates.csv", costates_csv(made, d, r.plan.costates));
+  if (r.plan.status == planning::Plan::Status::optimal) {
+    r.replay_path = (folder / "replay.toml").string();
+    write_file(folder / "model.urdf", scene.urdf_text);
+    write_file(r.replay_path, replay_scene(scene, made, r.plan.motion));
+    r.replay = replay_distance(r.replay_path, r.plan.motion.x, made.problem.intervals);
+  } else {  // no replay of an earlier plan stays
+    std::error_code ignored;
+    std::filesystem::remove(folder / "replay.toml", ignored);
+  }
+  write_file(folder / "plan.json", plan_json(r, made).dump(2) + "\n");
+  return r;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,29 @@
+#pragma once
+#include <atomic>
+#include <string>
+
+#include "scene/plan/plan_scene.h"
+
+namespace porthos::scene {
+
+/// What porthos plan found.
+struct PlanReport {
+  planning::Plan plan;
+  std::vector<std::string> inputs, goals;  ///< names
+  std::string method;
+  double step = 0, duration = 0;  ///< [s]
+  double seconds = 0;             ///< wall time of the solver
+  /// Largest distance of the end of the replayed run from the planned end, over the state numbers,
+  /// each relative to 1 + its size; NaN if the replay failed.
+  double replay = 0;
+  std::string replay_path;  ///< of the scene that repeats the plan; empty without a plan
+};
+
+/// Plans a scene and writes into the folder `out`: plan.json, motion.csv, costates.csv, and, if an
+/// optimum was found, replay.toml with model.urdf, which porthos run runs and porthos verify
+/// checks. The replay is run once in memory.
+/// @throws InvalidArgument as read_plan(), plan_problem() and planning::solve(); IoError
+PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string& out,
+                const std::atomic<bool>* stop = nullptr);
+
+}  // namespace porthos::scene
