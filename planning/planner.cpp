@@ -8,20 +8,19 @@
 namespace porthos::planning {
 namespace detail {
 
-/// Full Newton steps as long as they halve the residual: the last digits. Without limits only.
-/// @return whether the iterate is the better one
+/// A full Newton step for the last digits, at the last barrier. @return whether the residual halved
 bool NewtonIteration::polish(Plan& plan) {
   const Point before = at_;
-  const double was = residuals(0).largest();
+  const double was = residuals(barrier_).largest();
   Move move;
   if (!step(move, true)) return false;
+  const double dual = std::min(room_of(at_.lower, move.lower), room_of(at_.upper, move.upper));
   ++evaluations_;
-  const bool solved = shooting_.evaluate(at_.v + move.v);
-  if (solved) {
-    take(move, 1, 1, before.v + move.v);
+  if (room(at_.v, move.v) == 1 && shooting_.evaluate(at_.v + move.v)) {
+    take(move, 1, dual, before.v + move.v);
     shooting_.differentiate();
     ++plan.iterations;
-    if (residuals(0).largest() < 0.5 * was) return true;
+    if (residuals(barrier_).largest() < 0.5 * was) return true;
   }
   at_ = before;
   (void)shooting_.evaluate(at_.v);
@@ -104,7 +103,7 @@ Plan NewtonIteration::run() {
       break;
     }
   }
-  if (plan.status == Plan::Status::optimal && limited_.empty() && o_.exact_hessian)
+  if (plan.status == Plan::Status::optimal && o_.exact_hessian)
     while (plan.iterations < o_.iterations && polish(plan)) {
     }
   finish(plan);

@@ -16,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-ROOMS = ["phs", "mechanics", "integrators", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]
+ROOMS = ["phs", "mechanics", "integrators", "planning", "ensemble", "energy_shaping", "vsa", "space", "contact", "scene", "report"]
 STUBS = ROOT / "python/porthos/_core"
 MATHJAX = Path("/usr/share/javascript/mathjax")
 MATHJAX_PARTS = ["MathJax.js", "config/TeX-AMS_SVG.js", "jax/input/TeX", "jax/element", "jax/output/SVG", "extensions"]

@@ -7,7 +7,8 @@
 #include "planning/planner.h"
 #include "scene/assemble/assembly.h"
 
-/// The [plan] of a scene: joint torques that bring it to goals at least cost. Keys: docs/planning.md.
+/// The [plan] of a scene: joint torques that bring it to goals at least cost. Keys:
+/// docs/planning.md.
 namespace porthos::scene {
 
 /// A joint of [plan.joints].

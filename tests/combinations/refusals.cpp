@@ -67,7 +67,7 @@ const std::vector<Refusal>& refusals() {
        {"resume"},
        "What a multistep method knows of its last steps stays inside the library."},
       {{"force of pieces"},
-       controls + Names{"auto", "compare"},
+       controls + Names{"auto", "compare", "radau15", "rival, cvode_adams"},
        "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
        "pass the jumps."},
       {{"sampled controller"},

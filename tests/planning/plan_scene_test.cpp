@@ -1,0 +1,175 @@
+// porthos plan from the scene to the replay: examples, what it writes, what it refuses.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "scene/plan/plan.h"
+#include "scene/session/run.h"
+#include "tests/places.h"
+
+namespace porthos::planning::plan_scene_test {
+namespace {
+
+namespace fs = std::filesystem;
+using scene::read_scene;
+using scene::Scene;
+
+const std::string examples = PORTHOS_SOURCE_DIR "/examples/";
+
+class PlanScene : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("porthos_plan_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  /// The cart and pendulum of the examples with another text in place of one.
+  Scene changed(const std::string& what, const std::string& to) {
+    fs::copy(examples + "cart_pole_plan/cart_pole.urdf", folder_ / "cart_pole.urdf",
+             fs::copy_options::overwrite_existing);
+    std::ifstream file(examples + "cart_pole_plan/scene.toml");
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    const auto at = text.find(what);
+    EXPECT_NE(at, text.npos) << what;
+    text.replace(at, what.size(), to);
+    std::ofstream(folder_ / "scene.toml") << text;
+    return read_scene((folder_ / "scene.toml").string());
+  }
+  std::string refusal(const std::string& what, const std::string& to) {
+    try {
+      const Scene s = changed(what, to);
+      const auto a = scene::assemble(s);
+      (void)scene::plan_problem(s, a, scene::read_plan(s));
+    } catch (const InvalidArgument& e) {
+      return e.what();
+    }
+    return "";
+  }
+  fs::path folder_;
+};
+
+TEST_F(PlanScene, WritesASceneThatReplays) {
+  const Scene s = read_scene(examples + "cart_pole_plan/scene.toml");
+  const auto r = scene::plan(s, scene::assemble(s), (folder_ / "out").string());
+  EXPECT_EQ(r.plan.status, Plan::Status::optimal);
+  std::printf("  J = %.9f, replay off by %.1e (bound 1e-12)\n", r.plan.cost, r.replay);
+  EXPECT_LT(r.replay, 1e-12);
+  EXPECT_NEAR(r.plan.cost, 57.944780307, 1e-8);
+
+  std::ifstream file(folder_ / "out/plan.json");
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["status"], "optimal");
+  EXPECT_EQ(json["goals"].size(), 4u);
+  EXPECT_EQ(json["goals"][0]["name"], "hinge.position");
+  EXPECT_DOUBLE_EQ(json["cost"], r.plan.cost);
+  for (const std::string name : {"motion.csv", "costates.csv"}) {
+    std::ifstream table(folder_ / "out" / name);
+    int lines = 0;
+    for (std::string line; std::getline(table, line);) ++lines;
+    EXPECT_EQ(lines, 52) << name;  // names and 51 ends of steps
+  }
+
+  const Scene replay = read_scene(r.replay_path);
+  scene::RunOptions options;
+  options.out = (folder_ / "run").string();
+  options.check_symmetry = true;
+  const auto run = scene::run(replay, scene::assemble(replay), options);
+  EXPECT_EQ(run.verdict(), scene::Verdict::pass);
+}
+
+/// An override of the command line is in the replay too.
+TEST_F(PlanScene, ReplayHasTheMethodAndTheStepOfThePlan) {
+  Scene s = read_scene(examples + "cart_pole_plan/scene.toml");
+  scene::apply(s, {.method = "gauss6", .step = 0.05});
+  const auto r = scene::plan(s, scene::assemble(s), folder_.string());
+  ASSERT_EQ(r.plan.status, Plan::Status::optimal);
+  EXPECT_LT(r.replay, 1e-12);
+  const Scene replay = read_scene(r.replay_path);
+  EXPECT_EQ(replay.method, "gauss6");
+  EXPECT_EQ(replay.step, 0.05);
+}
+
+/// Springs, dampers and limits act in the plan as in the run; a limit of the force is kept.
+TEST_F(PlanScene, ElementsAndLimits) {
+  Scene s = changed("[plan]\n",
+                    "[[element]]\ntype = \"damper\"\njoint = \"hinge\"\ndamping = 0.02\n"
+                    "[[element]]\ntype = \"spring\"\njoint = \"slide\"\nstiffness = 1.5\n[plan]\n");
+  const auto r = scene::plan(s, scene::assemble(s), (folder_ / "a").string());
+  EXPECT_EQ(r.plan.status, Plan::Status::optimal);
+  EXPECT_LT(r.replay, 1e-12);
+  EXPECT_GT(std::fabs(r.plan.cost - 57.944780307), 1);
+  s = changed(
+      "slide = { position = 1.0, guess = -7.0 }",
+      "slide = { position = 1.0, guess = -7.0, torque_limit = 11, upper = 1.1, lower = -0.4 }");
+  const auto limited = scene::plan(s, scene::assemble(s), (folder_ / "b").string());
+  EXPECT_EQ(limited.plan.status, Plan::Status::optimal);
+  EXPECT_LT(limited.replay, 1e-9);
+  double most = 0;
+  for (const double u : limited.plan.motion.u) most = std::max(most, std::fabs(u));
+  std::printf("  largest force %.9f N (limit 11), J = %.4f, %d limits reached, %d iterations\n",
+              most, limited.plan.cost, limited.plan.active_limits, limited.plan.iterations);
+  std::printf("  replay off by %.1e (bound 1e-9)\n", limited.replay);
+  EXPECT_LE(most, 11);
+}
+
+TEST_F(PlanScene, Refusals) {
+  const std::string joints = "hinge = { actuated = false, position = 3.141592653589793 }";
+  const struct {
+    std::string what, to, words;
+  } cases[] = {
+      {"[plan]", "[ensemble]\n[other]", "unknown key 'other'"},
+      {"method = \"gauss12\"", "method = \"rk4\"",
+       "[plan] is given with method = \"rk4\", expected a Gauss method: gauss2 to gauss16"},
+      {"method = \"gauss12\"", "method = \"gauss12\"\nstep_control = \"reversible\"",
+       "[plan] is given with a step_control, expected steps of one size"},
+      {"duration = 2.0", "duration = 2.03", "expected a whole number of steps"},
+      {joints, "hinge = { actuated = false, weight = 1 }",
+       "joints.hinge.weight is given to a joint that is not actuated, expected neither"},
+      {joints, "elbow = { position = 1 }", "[plan]: the model has no joint 'elbow'"},
+      {joints, "hinge = { rate = 1, free_rate = true }", "rate is given with free_rate"},
+      {joints, "hinge = { position = 2, upper = 1 }", "position is 2, which is beyond its limits"},
+      {joints, joints + "\nbase = { rate_weight = 1 }", "no joint 'base'"},
+      {"slide = { position = 1.0, guess = -7.0 }", "slide = { actuated = false }",
+       "[plan] has no actuated joint"},
+      {"[plan]\n", "[plan]\nbase = { rate_weight = 1 }\n",
+       "[plan] base is given, but the base is \"fixed\", expected [model] base = \"free\""},
+      {"[plan]\n", "[[element]]\ntype = \"controller\"\njoint = \"hinge\"\nstiffness = 1\n[plan]\n",
+       "[plan] cannot be combined with an element of type \"controller\""},
+      {"[plan]\n", "[[event]]\ntype = \"lock\"\njoint = \"hinge\"\nat = 1.0\n[plan]\n",
+       "[plan] cannot be combined with [[event]], expected a scene without"},
+      {"[plan]\n", "[[coupling]]\nname = \"c\"\nfactors = { slide = 1, hinge = -1 }\n[plan]\n",
+       "[plan] cannot be combined with loops or couplings"},
+  };
+  for (const auto& c : cases) {
+    const std::string said = refusal(c.what, c.to);
+    EXPECT_NE(said.find(c.words), said.npos) << c.to << "\n" << said;
+  }
+}
+
+/// Forces of pieces need steps that end where they do.
+TEST_F(PlanScene, PiecesNeedWholeSteps) {
+  const auto with = [](const std::string& pieces) {
+    return "[[element]]\ntype = \"force\"\njoint = \"slide\"\npieces = { " + pieces +
+           " }\n[plan]\n";
+  };
+  EXPECT_EQ(refusal("[plan]\n", with("period = 0.08, values = [1, 2]")), "");
+  const struct {
+    std::string pieces, words;
+  } cases[] = {
+      {"period = 0.1, values = [1]", "has pieces of 0.1 s and the step is 0.04 s"},
+      {"period = 0.02, values = [1]", "has pieces of 0.02 s and the step is 0.04 s"},
+      {"period = 0, values = [1]", "period is 0, expected a number of seconds above 0"},
+      {"period = 0.04, nodes = 9, values = [1]", "nodes is 9, expected 1 to 8"},
+      {"period = 0.04, nodes = 2, values = [1]", "there are 1 values, expected a multiple of 2"},
+      {"period = 0.04, nodes = 2, values = []", "there are 0 values, expected a multiple of 2"},
+  };
+  for (const auto& c : cases) {
+    const std::string said = refusal("[plan]\n", with(c.pieces));
+    EXPECT_NE(said.find(c.words), said.npos) << said;
+  }
+}
+
+}  // namespace
+}  // namespace porthos::planning::plan_scene_test
