@@ -8,13 +8,14 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
                       const std::string& out) {
   const auto& p = r.plan;
   std::string text = fmt::format(
-      "{}\n{} inputs over {:g} s, {:.0f} steps of {} by {}\n\n"
+      "{}\n{} over {:g} s, {:.0f} steps of {} by {}\n\n"
       "cost        {:.10g}\n"
       "iterations  {}{}, {:.2f} s\n"
       "residual    {:.1e}: equations {:.1e}, stationarity {:.1e}, complementarity {:.1e}\n",
-      title, r.inputs.size(), r.duration, r.duration / r.step, fmt::format("{:g} s", r.step),
-      r.method, p.cost, p.approach > 0 ? fmt::format("{} + ", p.approach) : "", p.iterations,
-      r.seconds, p.residual, p.defect, p.stationarity, p.complementarity);
+      title, r.inputs.size() == 1 ? "1 input" : fmt::format("{} inputs", r.inputs.size()),
+      r.duration, r.duration / r.step, fmt::format("{:g} s", r.step), r.method, p.cost,
+      p.approach > 0 ? fmt::format("{} + ", p.approach) : "", p.iterations, r.seconds, p.residual,
+      p.defect, p.stationarity, p.complementarity);
   if (p.active_limits > 0) text += fmt::format("limits      {} are reached\n", p.active_limits);
   if (p.status != planning::Plan::Status::optimal)
     return text + fmt::format(

@@ -35,12 +35,16 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       scene.step_control, scene.method, model, h,
       {.rate = scene.control_rate, .length = scene.control_length}, options);
   if (!method->sees_inside())
-    for (const Element& e : scene.elements)
+    for (const Element& e : scene.elements) {
+      const std::string here = "at the ends of steps, where " + scene.method + " has a stage: ",
+                        expected =
+                            "expected a method that keeps a ledger of its own, such as gauss8";
       if (e.thruster)
-        throw InvalidArgument(e.where + ": thruster '" + e.name +
-                              "' switches at the ends of steps, where " + scene.method +
-                              " has a stage: it would push before its time, expected a method that "
-                              "keeps a ledger of its own, such as gauss8");
+        throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches " + here +
+                              "it would push before its time, " + expected);
+      if (e.period > 0)
+        throw InvalidArgument(e.where + ": '" + e.name + "' jumps " + here + expected);
+    }
   return ending_at_touches(std::move(method), model, h);
 }
 

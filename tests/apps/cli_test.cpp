@@ -118,7 +118,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, report, plot, info, new, schema, completion, methods, actuators (see porthos "
+       "ensemble, plan, report, plot, info, new, schema, completion, methods, actuators (see "
+       "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
        "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
@@ -213,6 +214,28 @@ TEST_F(Cli, InfoGoesToStdout) {
   for (const char* part : {"Pendulum\n", "hinge.torque", "active, uniform (0, 0, -9.81) m/s^2",
                            "Cost of one evaluation"})
     EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+}
+
+TEST_F(Cli, PlansAndReplays) {
+  Answer a = porthos("plan swing/scene.toml");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.err,
+            "porthos: swing/scene.toml:1:1: there is no [plan], expected a table with the key "
+            "joints; see docs/planning.md\n");
+  write("swing/plan.toml", std::string(scene) + "[plan.joints]\nhinge = { position = 2.0 }\n");
+  a = porthos("plan swing/plan.toml --step 0.05 --out planned");
+  EXPECT_EQ(a.code, 0) << a.err;
+  for (const char* part : {"1 input over 2 s, 40 steps of 0.05 s by gauss8", "residual",
+                           "porthos verify planned/replay.toml"})
+    EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+  a = porthos("plan swing/plan.toml --step 0.05 --out planned --json");
+  EXPECT_TRUE(contains(a.out, "\"status\": \"optimal\"")) << a.out;
+  write("swing/plan.toml", std::string(scene) + "[plan]\niterations = 1\napproach = false\n" +
+                               "[plan.joints]\nhinge = { position = 2.0 }\n");
+  a = porthos("plan swing/plan.toml --step 0.05 --out planned");
+  EXPECT_EQ(a.code, 3) << a.err;
+  EXPECT_TRUE(contains(a.out, "no plan     too many iterations")) << a.out;
+  EXPECT_FALSE(fs::exists(folder_ / "planned/replay.toml"));
 }
 
 TEST_F(Cli, OutputThatCannotBeWrittenIsAnError) {

@@ -47,9 +47,9 @@ const std::vector<Refusal>& refusals() {
        "A splitting of order above 2 in the whole step takes parts of it backwards (Sheng 1989, "
        "Suzuki 1991), and "
        "backwards in time losses grow."},
-      {{"thruster"},
+      {{"thruster", "force of pieces"},
        canonical,
-       "Thrust jumps where it switches. A method with a stage on that instant, or beyond it, sees "
+       "They jump where they switch. A method with a stage on that instant, or beyond it, sees "
        "the jump on the wrong side, and without a ledger of its own its impulse is not known to "
        "rounding."},
       {controls,

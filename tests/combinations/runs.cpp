@@ -176,6 +176,7 @@ std::string shown_of(const Feature& f) {
       {"wheel", "wheel.wheel"},
       {"sampled controller", "joint1.controller.hold"},
       {"thruster", "thruster1"},
+      {"force of pieces", "joint1.force"},
       {"torquer", "torquer1"},
       {"capture", "capture of target1"},
       {"release", "release of tool1"},
