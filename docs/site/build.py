@@ -41,7 +41,7 @@ def say(text):
 def stage(source):
     """The tree's Markdown in the tree's order, so that relative links hold."""
     shutil.rmtree(source, ignore_errors=True)
-    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), *ROOT.glob("examples/*/README.md")]:
+    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("docs/tutorials/*.md"), *ROOT.glob("examples/README.md"), *ROOT.glob("examples/*/README.md")]:
         copy = source / page.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text(site_links(page))

@@ -14,6 +14,9 @@ namespace {
 std::string obstacle(const Scene& s) {
   return s.orbit                  ? "[orbit]"
          : s.rolls()              ? "[[rolling]]"
+         : !s.robots.empty()      ? "[[robot]]"
+         : !s.stops.empty()       ? "[[stop]]"
+         : s.start_from           ? "[initial] from"
          : s.is_constrained()     ? "loops or couplings"
          : !s.events.empty()      ? "[[event]]"
          : !s.controllers.empty() ? "[[controller]] '" + s.controllers.front().name + "'"

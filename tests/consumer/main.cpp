@@ -1,4 +1,4 @@
-// What a user of an installed Porthos writes: the README's two examples in one file.
+// What a user of an installed Porthos writes: the two examples of docs/cpp.md in one file.
 #include <cmath>
 #include <cstdio>
 

@@ -35,7 +35,7 @@ def rod(name, parent, z):
 
 @pytest.fixture(scope="session")
 def pendulum():
-    """The double pendulum of README.md."""
+    """The double pendulum of docs/cpp.md."""
     b = porthos.MechanismBuilder("double pendulum")
     b.add(rod("upper", "world", 0)).add(rod("lower", "upper", -1)).gravity((0, 0, -9.81))
     return b.build()
