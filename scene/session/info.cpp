@@ -8,6 +8,7 @@
 
 #include "phs/scalars/pack.h"
 #include "scene/assemble/assembly.h"
+#include "scene/assemble/outputs.h"
 #include "scene/assemble/steps.h"
 #include "scene/build_info.h"
 #include "scene/compare/auto_method.h"
@@ -240,6 +241,17 @@ std::string controllers_section(const Scene& scene, const Assembly& a) {
   return text;
 }
 
+std::string outputs_section(const Scene& scene, const Assembly& a) {
+  if (scene.outputs.empty()) return "";
+  std::vector<std::vector<std::string>> rows{{"name", "numbers", "unit"}};
+  for (const OutputColumn& o : output_columns(scene, a))
+    rows.push_back({o.name, std::to_string(o.size), o.unit});
+  std::string text = "Outputs\n" + aligned(rows, "  ");
+  for (const Stop& s : scene.stops)
+    text += fmt::format("  the run ends{} where {}\n", s.fails ? " and fails" : "", scene::text(s));
+  return text;
+}
+
 // --- cost ----------------------------------------------------------------------------------------
 
 /// Median over batches of the time of one field evaluation [ns].
@@ -284,8 +296,8 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
         invariants_section(d), constraints_section(assembly), plan_section(scene, assembly),
-        controllers_section(scene, assembly), left_out_section(m), notes_section(assembly.notes),
-        cost_section(assembly)})
+        controllers_section(scene, assembly), outputs_section(scene, assembly), left_out_section(m),
+        notes_section(assembly.notes), cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }

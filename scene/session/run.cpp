@@ -78,8 +78,6 @@ class Session {
   void start() {
     refuse_unfinished(options_.out);
     make_folder(folder_);
-    std::error_code none;
-    if (!assembly_.is_phase) fs::remove_all(end_folder(), none);
     keep_texts();
     log_ = std::make_unique<RecordLog>(log_path(), run_.layout());
     run_.begin();
@@ -215,14 +213,21 @@ class Session {
       judge_beside(r, scene_, assembly_, options_.check_symmetry);
       write_verdict(options_.out, scene_, assembly_, r, log_path());
     }
-    if (r.outcome != Outcome::ok) return r;         // the last good state stays
-    if (run_.resumable() && !assembly_.is_phase) {  // for extend_to() and starts from here
-      make_folder(end_folder());
-      checkpoint_in(end_folder());
-    }
+    if (r.outcome != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;
+    if (!assembly_.is_phase) keep_end(ignored);
     fs::remove_all(folder_, ignored);
     return r;
+  }
+
+  /// Keeps the last state for extend_to(). One of an earlier run in the folder would not fit.
+  void keep_end(std::error_code& ignored) {
+    if (!run_.resumable()) {
+      fs::remove_all(end_folder(), ignored);
+      return;
+    }
+    make_folder(end_folder());
+    checkpoint_in(end_folder());
   }
 
   /// The report written while the remaining checks are made: results, and no verdict.
