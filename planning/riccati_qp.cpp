@@ -7,7 +7,6 @@ namespace porthos::planning::detail {
 RiccatiQp::Result RiccatiQp::solve(const QuadraticProgramme& qp, double regularisation, double rho,
                                    bool any) {
   const size_t N = qp.stages.size();
-  const long n = qp.last_H.rows(), m = qp.C.rows();
   gains_.resize(N);
   P_.resize(N + 1);
   p_.resize(N + 1);
@@ -15,9 +14,18 @@ RiccatiQp::Result RiccatiQp::solve(const QuadraticProgramme& qp, double regulari
   P_[N] = qp.last_H + rho * qp.C.transpose() * qp.C;
   p_[N] = qp.last_g + rho * qp.C.transpose() * qp.c;
   Gamma_[N] = qp.C.transpose();
-  Matrix W = Matrix::Zero(m, m);
-  Vector e = qp.c;
-  for (size_t k = N; k-- > 0;) {
+  W_ = Matrix::Zero(qp.C.rows(), qp.C.rows());
+  e_ = qp.c;
+  if (!back(qp, regularisation, any)) return Result::not_convex;
+  settle_goals();
+  forth(qp);
+  return Result::ok;
+}
+
+/// P, p and Γ from the last block to the first, with the gains; W and e of the goals.
+bool RiccatiQp::back(const QuadraticProgramme& qp, double regularisation, bool any) {
+  const long n = qp.last_H.rows();
+  for (size_t k = qp.stages.size(); k-- > 0;) {
     const auto& s = qp.stages[k];
     const long nw = s.B.cols();
     const Matrix &P = P_[k + 1], &Gamma = Gamma_[k + 1];
@@ -48,7 +56,7 @@ RiccatiQp::Result RiccatiQp::solve(const QuadraticProgramme& qp, double regulari
       solve_by(lu_);
     } else {
       llt_.compute(R_);
-      if (llt_.info() != Eigen::Success || !(llt_.rcond() > 1e-15)) return Result::not_convex;
+      if (llt_.info() != Eigen::Success || !(llt_.rcond() > 1e-15)) return false;
       solve_by(llt_);
     }
     P_[k] = Q_;
@@ -58,28 +66,38 @@ RiccatiQp::Result RiccatiQp::solve(const QuadraticProgramme& qp, double regulari
     p_[k].noalias() += S_.transpose() * g.k;
     Gamma_[k].noalias() = s.A.transpose() * Gamma;
     Gamma_[k].noalias() += S_.transpose() * g.Knu;
-    e.noalias() += Gamma.transpose() * s.d;
-    e.noalias() += Gw_.transpose() * g.k;
-    W.noalias() -= Gw_.transpose() * g.Knu;
+    e_.noalias() += Gamma.transpose() * s.d;
+    e_.noalias() += Gw_.transpose() * g.k;
+    W_.noalias() -= Gw_.transpose() * g.Knu;
   }
+  return true;
+}
+
+/// W ν = e. Where the programme is convex W is semidefinite; what it cannot reach is left out.
+void RiccatiQp::settle_goals() {
+  const long m = W_.rows();
   nu = Vector::Zero(m);
   unreached = 0;
-  if (m > 0) {  // W is semidefinite where the programme is convex; what it cannot reach is left out
-    const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(W);
-    const auto& values = spectrum.eigenvalues();
-    const double largest = values.cwiseAbs().maxCoeff();
-    for (long i = 0; i < m; ++i) {
-      const auto v = spectrum.eigenvectors().col(i);
-      if (std::fabs(values[i]) > 1e-13 * largest)
-        nu += v * (v.dot(e) / values[i]);
-      else
-        ++unreached;
-    }
+  if (m == 0) return;
+  const Eigen::SelfAdjointEigenSolver<Matrix> spectrum(W_);
+  const auto& values = spectrum.eigenvalues();
+  const double largest = values.cwiseAbs().maxCoeff();
+  for (long i = 0; i < m; ++i) {
+    const auto v = spectrum.eigenvectors().col(i);
+    if (std::fabs(values[i]) > 1e-13 * largest)
+      nu += v * (v.dot(e_) / values[i]);
+    else
+      ++unreached;
   }
+}
+
+/// The moves and λ from the first block to the last.
+void RiccatiQp::forth(const QuadraticProgramme& qp) {
+  const size_t N = qp.stages.size();
   x.resize(N + 1);
   w.resize(N);
   lambda.resize(N + 1);
-  x[0] = Vector::Zero(n);
+  x[0] = Vector::Zero(qp.last_H.rows());
   for (size_t k = 0; k < N; ++k) {
     const auto& s = qp.stages[k];
     const Gains& g = gains_[k];
@@ -95,7 +113,6 @@ RiccatiQp::Result RiccatiQp::solve(const QuadraticProgramme& qp, double regulari
     lambda[k].noalias() += P_[k] * x[k];
     lambda[k].noalias() += Gamma_[k] * nu;
   }
-  return Result::ok;
 }
 
 }  // namespace porthos::planning::detail

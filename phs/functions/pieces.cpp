@@ -26,7 +26,8 @@ class Pieces {
       return map_lanes([this](double each) { return (*this)(each); }, t);
     } else {
       const double at = std::floor(to_double(t) / period_);
-      if (!(at >= 0 && at < double(c_.size() / nodes_.size()))) return T(0.0);
+      const size_t count = c_.size() / nodes_.size();
+      if (!(at >= 0 && at < double(count))) return T(0.0);
       const double* c = c_.data() + size_t(at) * nodes_.size();
       const T theta = t / T(period_) - T(at);
       T value(c[nodes_.size() - 1]);

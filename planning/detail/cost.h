@@ -12,7 +12,7 @@ using Vector = Eigen::VectorXd;
 /// A running cost at one point, from the field f and its derivative J = [∂f/∂x ∂f/∂u] there.
 class CostAtPoint {
  public:
-  CostAtPoint(const RunningCost& cost, int nx, int nu) : c_(cost), nx_(nx), nu_(nu) {}
+  CostAtPoint(const RunningCost& cost, int nx) : c_(cost), nx_(nx) {}
 
   /// l at the field f and the inputs u.
   double value(const double* f, const double* u) const {
@@ -73,7 +73,7 @@ class CostAtPoint {
     }
   };
   const RunningCost& c_;
-  long nx_, nu_;
+  long nx_;
 };
 
 }  // namespace porthos::planning::detail

@@ -36,11 +36,6 @@ class GaussInterval {
 
   /// After differentiate(): the Hessian along (x, w) of cost + λᵀx', or without the curvature of f.
   void hessian(const Vector& lambda, bool exact, Matrix& H);
-  /// Stages and inputs there, size s · nx and s · nu.
-  const Vector& stages() const { return Y_; }
-  const std::vector<double>& inputs() const { return u_; }
-  /// The field at the stages.
-  const std::vector<double>& fields() const { return f_; }
 
  private:
   bool iterate(bool afresh);

@@ -49,11 +49,17 @@ class RiccatiQp {
     Matrix K, Knu;
     Vector k;
   };
+  bool back(const QuadraticProgramme& qp, double regularisation, bool any);
+  void settle_goals();
+  void forth(const QuadraticProgramme& qp);
+
   std::vector<Gains> gains_;
   std::vector<Matrix> P_, Gamma_;
   std::vector<Vector> p_;
   Matrix PA_, PB_, Q_, S_, R_, Gw_;
   Vector q_, r_, pd_;
+  Matrix W_;
+  Vector e_;
   Eigen::LLT<Matrix> llt_;
   Eigen::PartialPivLU<Matrix> lu_;
 };

@@ -47,8 +47,7 @@ class Shooting {
   Vector at_start(const Vector& lambda) const;
 
   QuadraticProgramme qp;
-  const GaussInterval& interval(long k) const { return intervals_[size_t(k)]; }
-  /// Sets the programme's d and c: second-order corrections have others than evaluate().
+  /// Sets the programme's d and c; differentiate() sets those of evaluate().
   void set_equations(const Vector& defects, const Vector& goals);
 
  private:
