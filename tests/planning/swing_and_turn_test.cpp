@@ -90,6 +90,52 @@ TEST(EtsVii, TurnsItsBaseWithJointsThatReturn) {
     EXPECT_NEAR(plan.motion.x[plan.motion.x.size() - 26 + k], p.start[k], 1e-9);
 }
 
+/// The cart's force draws at least what the pendulum gains, 2 m g l, and less than in the plan of
+/// least ∫ force², which is where the solver begins.
+TEST(CartPole, DrawsLittleEnergy) {
+  Problem p = test::cart_pole_swing_up(3, 40);
+  const Plan least_force = solve(p, straight(p, {1, M_PI, 0, 0}));
+  ASSERT_EQ(least_force.status, Plan::Status::optimal);
+  p.cost.input = {1e-3};
+  p.cost.drawn = {{0, 0, 1, 0.5}};
+  const Plan plan = solve(p, least_force.motion);
+  const double gained = 2 * 0.3 * 9.81 * 0.5, of_force = plan.history.front().cost;
+  std::printf("  %s: %.4f J instead of %.4f J, least possible %.4f J; %d iterations\n",
+              to_string(plan.status), plan.cost, of_force, gained, plan.iterations);
+  EXPECT_EQ(plan.status, Plan::Status::optimal);
+  EXPECT_GT(plan.cost, gained);
+  EXPECT_LT(plan.cost, 0.8 * of_force);
+}
+
+/// An arm that moves from posture to posture with weight on the base's rate turns it less.
+TEST(EtsVii, DisturbsItsBaseLittle) {
+  const auto robot = test::ets_vii(0);
+  Problem p = turn_about_y(robot, 0);
+  p.goals.clear();
+  for (int k = 0; k < 6; ++k) {
+    p.goals.push_back({{{7 + k, 1.0}}, -1, p.start[size_t(7 + k)] + (k % 2 ? -0.5 : 0.6)});
+    p.goals.push_back({{{20 + k, 1.0}}, -1, 0});
+  }
+  Vec end = p.start;
+  for (size_t k = 0; k < 6; ++k) end[7 + k] += k % 2 ? -0.5 : 0.6;
+  // ∫|ω|² from the attitudes a second apart
+  const auto restlessness = [&](const Plan& plan) {
+    EXPECT_EQ(plan.status, Plan::Status::optimal);
+    double sum = 0;
+    for (size_t k = 26; k < plan.motion.x.size(); k += 26)
+      for (size_t i = 3; i < 7; ++i)
+        sum += 4 * std::pow(plan.motion.x[k + i] - plan.motion.x[k - 26 + i], 2);
+    return sum;
+  };
+  const Plan straightest = solve(p, straight(p, end));
+  for (size_t k = 3; k < 7; ++k) p.cost.rate[k] = 4e5;  // |ω|² = 4 |ξ'|²
+  const Plan calm = solve(p, straightest.motion);
+  std::printf(
+      "  integral of |rate of the base|^2: %.3e instead of %.3e rad^2/s; %d and %d iterations\n",
+      restlessness(calm), restlessness(straightest), straightest.iterations, calm.iterations);
+  EXPECT_LT(restlessness(calm), 0.9 * restlessness(straightest));
+}
+
 /// One of the acrobot's many swing-ups, from a table of four digits (tests/data/README.md).
 TEST(Acrobot, SwingsUp) {
   Problem p;
