@@ -2,12 +2,14 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact/geometry/pairs.h"
 #include "contact/law.h"
 #include "integrators/control/switching.h"
 #include "mechanics/mechanical_model.h"
+#include "phs/system/state.h"
 
 namespace porthos::contact {
 
@@ -25,8 +27,8 @@ struct Contact {
   Law law;
 };
 
-/// A soft stop of a joint with one freedom: the law of a contact, with angles [rad] for lengths if
-/// it turns, beyond either limit. It has no friction.
+/// A stop of a joint with one freedom: the law of a contact, with angles [rad] for lengths if it
+/// turns, beyond either limit. It has no friction.
 struct Stop {
   std::string name, joint;
   double lower = -std::numeric_limits<double>::infinity(),
@@ -41,6 +43,9 @@ struct Stop {
 /// one point, so a contact between links keeps the momenta to rounding. Without loss and friction
 /// the system stays canonical. Cost beyond the mechanism: one computation of body poses and of the
 /// gaps; where something touches, two passes over the tree.
+///
+/// A rigid contact or stop adds nothing to the field: with_rigid_contacts() makes a run jump
+/// where it touches. Its loss is "<name>.impact"; "<name>.impacts" counts (an observed power).
 class ContactModel : public phs::ModelFor<ContactModel> {
  public:
   /// inner: the mechanism with its parts; its state is the mechanism's.
@@ -54,7 +59,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   std::vector<phs::HoldPtr> holds() const override { return inner_->holds(); }
   const mechanics::Mechanism& mechanism() const { return mechanical_->mechanism(); }
   const phs::Model& inner() const { return *inner_; }
-  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }  ///< those that are soft
   const std::vector<Stop>& stops() const { return stops_; }
 
   template <class T>
@@ -63,6 +68,9 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// The depths of laws that switch, at whose zeros a force or a derivative of it jumps. They read
   /// a state that begins with the mechanism's, refer to this model, and must not outlive it.
   std::unique_ptr<integrators::Switches> depths() const;
+
+  /// The rigid contact or stop whose shapes overlap most at a state, and by how much [m | rad].
+  std::pair<std::string, double> deepest_rigid(const phs::State& state) const;
 
   /// Two surfaces as placed in the mechanism.
   struct Pair {
@@ -75,19 +83,31 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   struct PlacedStop {
     size_t q, v;
     int turn;  ///< its angle block, -1: none
+    double lower, upper;
   };
   struct Placed {
     std::vector<Pair> pairs;
     std::vector<PlacedStop> stops;
     size_t points = 0;  ///< of all pairs
   };
+  /// A rigid contact or, after all contacts, a rigid stop.
+  struct Rigid {
+    std::string name;
+    double restitution;
+    Simultaneous simultaneous;
+  };
+  const std::vector<Rigid>& rigid() const { return rigid_; }
+  /// Their pairs and stops; a pair's `contact` is an index of rigid(); the stops are its last
+  /// elements.
+  const Placed& placed_rigid() const { return placed_rigid_; }
 
  private:
   std::shared_ptr<const phs::Model> inner_;
   std::shared_ptr<const mechanics::MechanicalModel> mechanical_;
   std::vector<Contact> contacts_;
   std::vector<Stop> stops_;
-  Placed placed_;
+  std::vector<Rigid> rigid_;
+  Placed placed_, placed_rigid_;
   phs::Description description_;
 };
 

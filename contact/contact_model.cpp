@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/detail/gaps.h"
+#include "contact/detail/rigid_gaps.h"
 
 namespace porthos::contact {
 namespace {
@@ -69,11 +69,12 @@ ContactModel::PlacedStop place(const Mechanism& m, const Stop& s) {
     throw InvalidArgument(
         fmt::format("joint '{}' has several freedoms, expected a joint of one", s.joint));
   const bool turns = c.kind == phs::BlockKind::angle;
-  return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1};
+  return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1, s.lower, s.upper};
 }
 
 phs::Description describe(const phs::Description& inner, const std::vector<Contact>& contacts,
-                          const std::vector<Stop>& stops, bool on_the_world) {
+                          const std::vector<Stop>& stops,
+                          const std::vector<ContactModel::Rigid>& rigid, bool on_the_world) {
   phs::Description d = inner;
   d.flows.clear();
   d.traits.separable = false;
@@ -91,6 +92,10 @@ phs::Description describe(const phs::Description& inner, const std::vector<Conta
     d.storages.push_back(s.name);
     lose(s.name + ".loss", s.law.loss > 0);
   }
+  for (const auto& r : rigid) {
+    lose(r.name + ".impact", true);
+    d.powers.push_back({r.name + ".impacts", phs::PowerKind::observed});
+  }
   d.invariants.clear();
   int at = 0;
   for (auto i : inner.invariants) {
@@ -105,7 +110,7 @@ phs::Description describe(const phs::Description& inner, const std::vector<Conta
 class Depths final : public integrators::Switches {
  public:
   Depths(const ContactModel& model, const ContactModel::Placed& placed)
-      : gaps_(model, placed), nq_(size_t(model.mechanism().nq())) {
+      : gaps_(model.mechanism(), placed), nq_(size_t(model.mechanism().nq())) {
     for (const auto& p : placed.pairs)
       for (size_t i = p.first; i < p.first + p.points; ++i)
         if (model.contacts()[p.contact].law.switches()) points_.push_back(i);
@@ -117,7 +122,7 @@ class Depths final : public integrators::Switches {
     }
   }
   size_t count() const override { return points_.size() + limits_.size(); }
-  void at(std::span<const double> x, std::span<const double> turns,
+  void at(double, std::span<const double> x, std::span<const double> turns,
           std::span<double> depth) override {
     gaps_.set_turn_angles(turns);
     gaps_.place(x.first(nq_));
@@ -137,21 +142,48 @@ class Depths final : public integrators::Switches {
 ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
                            std::shared_ptr<const mechanics::MechanicalModel> mechanical,
                            std::vector<Contact> contacts, std::vector<Stop> stops)
-    : inner_(std::move(inner)),
-      mechanical_(std::move(mechanical)),
-      contacts_(std::move(contacts)),
-      stops_(std::move(stops)) {
+    : inner_(std::move(inner)), mechanical_(std::move(mechanical)) {
   const Mechanism& m = mechanism();
-  for (size_t k = 0; k < contacts_.size(); ++k)
-    in("contact", contacts_[k].name, [&] { place(m, contacts_[k], k, placed_); });
-  for (const Stop& s : stops_) in("stop", s.name, [&] { placed_.stops.push_back(place(m, s)); });
-  const bool on_the_world = std::any_of(placed_.pairs.begin(), placed_.pairs.end(),
-                                        [](const Pair& p) { return p.node_a < 0 || p.node_b < 0; });
-  description_ = describe(inner_->description(), contacts_, stops_, on_the_world);
+  const auto is_rigid = [&](const std::string& name, const Law& law) {
+    if (law.rigid()) rigid_.push_back({name, law.restitution, law.simultaneous});
+    return law.rigid();
+  };
+  for (Contact& c : contacts)
+    in("contact", c.name, [&] {
+      const bool rigid = is_rigid(c.name, c.law);
+      place(m, c, rigid ? rigid_.size() - 1 : contacts_.size(), rigid ? placed_rigid_ : placed_);
+      if (!rigid) contacts_.push_back(std::move(c));
+    });
+  for (Stop& s : stops)
+    in("stop", s.name, [&] {
+      const bool rigid = is_rigid(s.name, s.law);
+      (rigid ? placed_rigid_ : placed_).stops.push_back(place(m, s));
+      if (!rigid) stops_.push_back(std::move(s));
+    });
+  const auto on_world = [](const Placed& placed) {
+    return std::any_of(placed.pairs.begin(), placed.pairs.end(),
+                       [](const Pair& p) { return p.node_a < 0 || p.node_b < 0; });
+  };
+  description_ = describe(inner_->description(), contacts_, stops_, rigid_,
+                          on_world(placed_) || on_world(placed_rigid_));
 }
 
 std::unique_ptr<integrators::Switches> ContactModel::depths() const {
   return std::make_unique<Depths>(*this, placed_);
+}
+
+std::pair<std::string, double> ContactModel::deepest_rigid(const phs::State& state) const {
+  RigidGaps<double> gaps(*this);
+  std::vector<double> q, turns;
+  for (size_t i = 0; i < size_t(mechanism().nq()); ++i) q.push_back(state.x[i] + state.lo[i]);
+  for (size_t i = 0; i < size_t(mechanism().angle_count()); ++i)
+    turns.push_back(double(state.turns[i]) * phs::two_pi_hi);
+  gaps.set_turn_angles(turns);
+  gaps.place(q);
+  std::pair<std::string, double> deepest{"", -std::numeric_limits<double>::infinity()};
+  for (size_t k = 0; k < gaps.count(); ++k)
+    if (-gaps.gap(k) > deepest.second) deepest = {rigid_[gaps.rigid(k)].name, -gaps.gap(k)};
+  return deepest;
 }
 
 }  // namespace porthos::contact

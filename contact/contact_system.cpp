@@ -22,14 +22,14 @@ class ContactSystem final : public phs::Forwarding<T> {
         model_(model),
         placed_(placed),
         m_(model.mechanism()),
-        gaps_(model, placed),
+        gaps_(m_, placed),
         nq_(size_t(m_.nq())),
         rates_(size_t(m_.nv())),
-        force_(rates_.size()),
         e_(2 * nq_, T(0.0)),
         Gu_(2 * nq_, T(0.0)),
         own_(2 * nq_),
         coefficients_(2 * placed.points + 2 * placed.stops.size()) {
+    soft_ = !model.contacts().empty() || !model.stops().empty();
     for (const auto& c : model.contacts()) {
       lossy_ = lossy_ || c.law.loss > 0 || c.law.friction > 0;
       never_off_ = never_off_ || !c.law.switches();
@@ -46,24 +46,27 @@ class ContactSystem final : public phs::Forwarding<T> {
 
   T hamiltonian(In x) override {
     T H = this->inner().hamiltonian(x);
+    if (!soft_) return H;
     gaps_.place(x.first(nq_));
     each_point([&](size_t, const Law& law, const T& depth) { H = H + elastic_energy(law, depth); });
     return H;
   }
   void gradient(In x, Out e) override {
     this->inner().gradient(x, e);
+    if (!soft_) return;
     gaps_.place(x.first(nq_));
     if (!touching()) return;
-    begin_forces();
+    gaps_.begin_forces();
     push_elastic();
     collect(x);
     for (size_t i = 0; i < nq_; ++i) e[i] = e[i] - Gu_[nq_ + i];
   }
   void field(T t, In x, In u, Out dx) override {
     this->inner().field(t, x, u, dx);
+    if (!soft_) return;
     gaps_.place(x.first(nq_));
     if (!touching()) return;
-    begin_forces();
+    gaps_.begin_forces();
     push_elastic();
     if (lossy_) {
       std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
@@ -93,6 +96,7 @@ class ContactSystem final : public phs::Forwarding<T> {
 
   void stored(In x, Out values) override {
     Base::stored(x, values);
+    if (!soft_) return;
     gaps_.place(x.first(nq_));
     each_point([&](size_t row, const Law& law, const T& depth) {
       T& value = values[this->inner_storages() + row];
@@ -112,7 +116,7 @@ class ContactSystem final : public phs::Forwarding<T> {
       T loss(0.0), rubbed(0.0);
       each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
         if (p.contact != c) return;
-        const Slip v = slip(p, pair, i);
+        const Slip v = slip(pair, i);
         loss = loss + coefficients_[2 * i] * v.depth_rate * v.depth_rate;
         rubbed = rubbed + coefficients_[2 * i + 1] * dot(v.along, v.along);
       });
@@ -130,7 +134,9 @@ class ContactSystem final : public phs::Forwarding<T> {
     gaps_.set_turn_angles(angles);
   }
   /// A contact may be much stiffer than the mechanism: no solver of its own knows it.
-  std::unique_ptr<phs::Resolvent> resolvent() override { return nullptr; }
+  std::unique_ptr<phs::Resolvent> resolvent() override {
+    return soft_ ? nullptr : Base::resolvent();
+  }
 
  private:
   /// Calls f(pair, its index, point) for each point of all pairs.
@@ -165,55 +171,26 @@ class ContactSystem final : public phs::Forwarding<T> {
     return some;
   }
 
-  // --- forces: wrenches on the nodes and joint forces --------------------------------------------
-  void begin_forces() {
-    for (auto& g : gaps_.w.g) g = passes::zero_force<T>();
-    std::fill(force_.begin(), force_.end(), T(0.0));
-  }
-  /// From the origin of a node's frame to point i of a pair, world axes.
-  Vec3<T> arm(int node, size_t pair, size_t i) const {
-    return (gaps_.origin[pair] - gaps_.pose[size_t(node)].r) + gaps_.touch[i].at;
-  }
-  void push(int node, const Vec3<T>& arm, const Vec3<T>& force) {
-    const Mat3<T>& R = gaps_.pose[size_t(node)].R;
-    const Vec3<T> f = R.tmul(force);
-    gaps_.w.g[size_t(node)] += mechanics::Force<T>{cross(R.tmul(arm), f), f};
-  }
-  /// A force on B at point i, and its opposite on A.
-  void push_apart(const ContactModel::Pair& p, size_t pair, size_t i, const Vec3<T>& force) {
-    if (p.node_b >= 0) push(p.node_b, arm(p.node_b, pair, i), force);
-    if (p.node_a >= 0) push(p.node_a, arm(p.node_a, pair, i), -force);
-  }
+  // --- forces ------------------------------------------------------------------------------------
   void push_stop(size_t s, size_t side, const T& force) {
-    T& f = force_[placed_.stops[s].v];
+    T& f = gaps_.force[placed_.stops[s].v];
     f = side == 0 ? f + force : f - force;
   }
   void push_elastic() {
     each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
       const auto& touch = gaps_.touch[i];
-      push_apart(p, pair, i,
-                 elastic_force(model_.contacts()[p.contact].law, T(-touch.gap)) * touch.n);
+      gaps_.push_apart(pair, i,
+                       elastic_force(model_.contacts()[p.contact].law, T(-touch.gap)) * touch.n);
     });
     for (size_t s = 0; s < placed_.stops.size(); ++s)
       for (size_t side = 0; side < 2; ++side)
         if (limited(s, side))
           push_stop(s, side, elastic_force(model_.stops()[s].law, gaps_.depth[2 * s + side]));
   }
-  /// Joint forces of all wrenches, leaf to root, as p' in Gu_.
+  /// Joint forces of all wrenches as p' in Gu_.
   void collect(In x) {
-    const auto& nodes = m_.nodes();
-    auto& g = gaps_.w.g;
-    for (size_t i = placed_.pairs.empty() ? 0 : nodes.size(); i-- > 0;) {
-      const mechanics::Node& n = nodes[i];
-      mechanics::visit_joint(n.type, [&](auto J) {
-        mechanics::unroll<decltype(J)::nv>([&](auto k) {
-          T& f = force_[size_t(n.v + k)];
-          f = f + decltype(J)::template project<k>(n, g[i]);
-        });
-      });
-      if (n.parent >= 0) g[size_t(n.parent)] += gaps_.w.X[i].to_parent(g[i]);
-    }
-    passes::lift(m_, x.data(), force_.data(), Gu_.data() + nq_);
+    gaps_.collect();
+    passes::lift(m_, x.data(), gaps_.force.data(), Gu_.data() + nq_);
   }
   void add_to(In x, Out dx) {
     collect(x);
@@ -230,15 +207,8 @@ class ContactSystem final : public phs::Forwarding<T> {
     passes::transposed_lift(m_, x.data(), e.data() + nq_, rates_.data());
     if (!placed_.pairs.empty()) passes::twists(m_, gaps_.w, rates_.data());
   }
-  Vec3<T> velocity(int node, const Vec3<T>& arm) const {
-    const Mat3<T>& R = gaps_.pose[size_t(node)].R;
-    const mechanics::Motion<T>& V = gaps_.w.V[size_t(node)];
-    return R * plus_cross(V.v, V.w, R.tmul(arm));
-  }
-  Slip slip(const ContactModel::Pair& p, size_t pair, size_t i) const {
-    Vec3<T> v{T(0.0), T(0.0), T(0.0)};
-    if (p.node_b >= 0) v += velocity(p.node_b, arm(p.node_b, pair, i));
-    if (p.node_a >= 0) v = v - velocity(p.node_a, arm(p.node_a, pair, i));
+  Slip slip(size_t pair, size_t i) const {
+    const Vec3<T> v = gaps_.apart(pair, i);
     const Vec3<T>& n = gaps_.touch[i].n;
     const T apart = dot(n, v);
     return {-apart, fma(-apart, n, v)};
@@ -250,7 +220,7 @@ class ContactSystem final : public phs::Forwarding<T> {
   void resist() {
     each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
       const Law& law = model_.contacts()[p.contact].law;
-      const Slip v = slip(p, pair, i);
+      const Slip v = slip(pair, i);
       const T f = elastic_force(law, T(-gaps_.touch[i].gap));
       coefficients_[2 * i] = loss_coefficient(law, f, v.depth_rate);
       coefficients_[2 * i + 1] =
@@ -269,13 +239,13 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
   /// Forces of the coefficients at the motion of move(), times `sign`.
   void push_losses(const T& sign) {
-    each_touch([&](const ContactModel::Pair& p, size_t pair, size_t i) {
-      const Slip v = slip(p, pair, i);
+    each_touch([&](const ContactModel::Pair&, size_t pair, size_t i) {
+      const Slip v = slip(pair, i);
       const Vec3<T> normal = (coefficients_[2 * i] * v.depth_rate) * gaps_.touch[i].n;
-      push_apart(p, pair, i, sign * (normal - coefficients_[2 * i + 1] * v.along));
+      gaps_.push_apart(pair, i, sign * (normal - coefficients_[2 * i + 1] * v.along));
     });
     for (size_t s = 0; s < placed_.stops.size(); ++s) {
-      T& f = force_[placed_.stops[s].v];
+      T& f = gaps_.force[placed_.stops[s].v];
       f = f - sign * (of_stop(s, 0) + of_stop(s, 1)) * rates_[placed_.stops[s].v];
     }
   }
@@ -285,7 +255,7 @@ class ContactSystem final : public phs::Forwarding<T> {
     if (!lossy_) return false;
     gaps_.place(x.first(nq_));
     if (!touching()) return false;
-    begin_forces();
+    gaps_.begin_forces();
     move(x, of);
     resist();
     if (e.data() != of.data()) move(x, e);
@@ -298,10 +268,10 @@ class ContactSystem final : public phs::Forwarding<T> {
   const Mechanism& m_;
   Gaps<T> gaps_;
   size_t nq_;
-  std::vector<T> rates_, force_;  ///< per freedom
-  std::vector<T> e_, Gu_, own_;   ///< per number of the state
-  std::vector<T> coefficients_;   ///< per point: of loss and friction; per limit: of loss
-  bool lossy_ = false, never_off_ = false;
+  std::vector<T> rates_;         ///< per freedom
+  std::vector<T> e_, Gu_, own_;  ///< per number of the state
+  std::vector<T> coefficients_;  ///< per point: of loss and friction; per limit: of loss
+  bool soft_ = false, lossy_ = false, never_off_ = false;
 };
 
 }  // namespace

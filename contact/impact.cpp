@@ -48,18 +48,19 @@ void RigidImpact<T>::push(std::span<const T> W, std::span<const T> lambda, std::
       if (lambda[j] != T(0.0)) v[i] = v[i] + W[i * m_ + j] * lambda[j];
 }
 
+/// Those that approach, but for what is rounding of a double beside the fastest: a contact at rest
+/// would change the order of the reflections.
 template <class T>
 bool RigidImpact<T>::approaches(std::span<const T> v) {
-  bool some = false;
-  for (size_t i = 0; i < m_; ++i) {
-    among_[i] = v[i] < -least_;
-    some = some || among_[i];
-  }
-  return some;
+  T fastest(0.0);
+  for (const T& each : v) fastest = std::max(fastest, T(-each));
+  if (!(fastest > least_)) return false;
+  for (size_t i = 0; i < m_; ++i) among_[i] = -v[i] > T(1e-12) * fastest;
+  return true;
 }
 
-/// Those in free_ at rest: W λ = -v in their rows, by Cholesky's factors, into candidate_. False if a
-/// row depends on those before it.
+/// Those in free_ at rest: W λ = -v in their rows, by Cholesky's factors, into candidate_. False
+/// if a row depends on those before it.
 template <class T>
 bool RigidImpact<T>::solve_free(std::span<const T> W, std::span<const T> v) {
   using phs::sqrt;

@@ -12,7 +12,7 @@ namespace porthos::contact {
 ///   reflections  while some of them approach, the motion is reflected at the plastic impact of
 ///                those alone (Smith, Kaufman, Vouga, Tamstorf, Grinspun 2012). A row of balls
 ///                passes the motion on to the last one.
-///   moreau       all at once: v⁺ = -e v⁻ + (1+e) u with the plastic u (Moreau 1988). A row of balls
+///   moreau       all at once: v⁺ = -e v⁻ + (1+e) u, u plastic (Moreau 1988). A row of balls
 ///                moves on together, and the first comes back.
 enum class Simultaneous { reflections, moreau };
 const char* to_string(Simultaneous rule);
@@ -22,10 +22,10 @@ const char* to_string(Simultaneous rule);
 ///
 /// The plastic impact leaves the rates u = argmin |q' - q'⁻| in the metric of the kinetic energy,
 /// with G u >= 0: the complementarity problem 0 <= λ ⊥ v + W λ >= 0, solved by an active set, so
-/// exactly. With restitution 0 <= e <= 1 each rule gives e times its elastic outcome plus 1 - e times
-/// the plastic one, and no rule makes energy. Of contacts that push in one impact with different e,
-/// the least counts. If no motion leaves all contacts, reflections do not end; what is left is then
-/// a plastic impact.
+/// exactly. With restitution 0 <= e <= 1 each rule gives e times its elastic outcome plus 1 - e
+/// times the plastic one, and no rule makes energy. Of contacts that push in one impact with
+/// different e, the least counts. If no motion leaves all contacts, reflections do not end; what
+/// is left is then a plastic impact.
 template <class T>
 class RigidImpact {
  public:

@@ -15,6 +15,11 @@ void require(bool holds, const char* what, double value, const char* expected) {
 }  // namespace
 
 void check(const Law& l) {
+  if (l.rigid()) {
+    require(l.restitution >= 0 && l.restitution <= 1, "restitution", l.restitution, "0 to 1");
+    require(l.friction == 0, "friction", l.friction, "0 for a rigid contact");
+    return;
+  }
   require(l.stiffness > 0, "stiffness", l.stiffness, "more than 0");
   if (l.form == Law::Form::smooth)
     require(l.width > 0, "width", l.width, "more than 0 m");

@@ -1,4 +1,5 @@
 #pragma once
+#include "contact/impact.h"
 #include "phs/scalars/scalar.h"
 
 /// Forces of a contact as functions of its depth δ (positive: the shapes overlap) and rates.
@@ -21,16 +22,20 @@ using phs::sqrt;
 /// they are pulled apart faster than 1/a. Friction on a slip v is μ f (1 + a δ')₊ v / √(v² + v_s²)
 /// against it: regularised, so a load at rest creeps.
 struct Law {
-  enum class Form { power, smooth } form = Form::smooth;
-  double stiffness = 0;  ///< k [N/mⁿ], > 0
-  double exponent = 1;   ///< n of power
-  double width = 0;      ///< s of smooth [m], > 0
-  double loss = 0;       ///< a [s/m], >= 0
-  double friction = 0;   ///< μ, >= 0
-  double creep = 0;      ///< v_s [m/s], > 0 with friction
+  /// rigid: no force and no depth, the rates jump at the touch (impact.h)
+  enum class Form { power, smooth, rigid } form = Form::smooth;
+  double stiffness = 0;                                   ///< k [N/mⁿ], > 0
+  double exponent = 1;                                    ///< n of power
+  double width = 0;                                       ///< s of smooth [m], > 0
+  double loss = 0;                                        ///< a [s/m], >= 0
+  double friction = 0;                                    ///< μ, >= 0
+  double creep = 0;                                       ///< v_s [m/s], > 0 with friction
+  double restitution = 1;                                 ///< e of rigid, 0 to 1
+  Simultaneous simultaneous = Simultaneous::reflections;  ///< of rigid
   /// Whether the force or a derivative jumps at δ = 0, where a step must end for the order of a
   /// method.
-  bool switches() const { return form == Form::power; }
+  bool switches() const { return form != Form::smooth; }
+  bool rigid() const { return form == Form::rigid; }
 };
 /// @throws InvalidArgument naming the number that is out of range
 void check(const Law& law);

@@ -38,8 +38,7 @@ SplitIntegrator::SplitIntegrator(const integrators::OfRun& run, const Spacecraft
       scheme_(split_scheme(o.splitting)),
       internal_(run.kept ? std::make_unique<integrators::RunModel>(model.internal(), *run.kept)
                          : nullptr),
-      inner_(integrators::make_integrator(o.method, internal_ ? *internal_ : model.internal(), h,
-                                          o.options)),
+      inner_(o.method_for(internal_ ? *internal_ : model.internal(), h)),
       gradient_(model.mechanism()),
       push_(model.mechanism(), model.parts(), model.orbit().environment().planet),
       plates_(model.mechanism(), model.orbit().environment().plates),
@@ -65,7 +64,6 @@ SplitIntegrator::SplitIntegrator(const integrators::OfRun& run, const Spacecraft
       taken_(e_.size()),
       kicked_(loops_ ? nq_ : 0) {
   keep_model(run.kept);
-  if (o.around) inner_ = o.around(std::move(inner_), internal_ ? *internal_ : model.internal(), h);
   for (const auto& n : model.mechanism().nodes())
     if (n.parent < 0) roots_.push_back(size_t(n.q));
   if (!scheme_.forward && !model.description().traits.lossless)

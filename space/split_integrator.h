@@ -14,10 +14,12 @@ struct SplitOptions {
   std::string splitting = "lobatto4";  ///< see split_schemes()
   std::string method = "gauss16";      ///< of the internal motion
   integrators::Options options = {};   ///< of that method
-  /// What surrounds the method of the internal motion, a model with its step; empty: nothing.
-  std::function<std::unique_ptr<integrators::Integrator>(
-      std::unique_ptr<integrators::Integrator> method, const phs::Model& internal, double h)>
-      around = {};
+  /// Makes the method of the internal motion, a model, with its step; empty: that of the name.
+  std::function<std::unique_ptr<integrators::Integrator>(const phs::Model& internal, double h)>
+      make = {};
+  std::unique_ptr<integrators::Integrator> method_for(const phs::Model& internal, double h) const {
+    return make ? make(internal, h) : integrators::make_integrator(method, internal, h, options);
+  }
 };
 
 /// Orbit ⊕ internal motion ⊕ coupling, a splitting of the type of Wisdom and Holman (1991). The

@@ -83,6 +83,7 @@ class EnergyMonitor : public Integrator {
   void carry(Archive& archive) override;
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> port_work() const override { return port_work_sum_; }
+  std::span<const Jump> jumps() const override { return inner_->jumps(); }
   bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
   bool varies() const override { return inner_->varies(); }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/control/zero-inl.h"
+#include "integrators/control/switch_search-inl.h"
 
 namespace porthos::integrators {
 namespace {
@@ -14,26 +14,21 @@ class Switched final : public Integrator {
            std::unique_ptr<Switches> switches, const SwitchOptions& how, const Options& o)
       : Integrator(inner->declaration(), inner->kept_model() ? *inner->kept_model() : model, h, o),
         inner_(std::move(inner)),
-        switches_(std::move(switches)),
         how_(how),
         before_(model.description(), std::vector<double>(n_)),
         start_(before_),
         trial_(before_),
-        x_(n_),
-        angles_(before_.turns.size()),
-        now_(switches_->count()),
-        sign_(now_.size()),
+        search_(std::move(switches), *inner_, how, model.description()),
         work_(inner_->port_work().size()) {
     keep_model(inner_->kept_model());
     if (inner_->varies()) sampler_.go_by_the_clock();
-    for (int i = 0; i <= how_.samples + 1; ++i) samples_.emplace_back(now_.size());
   }
 
   Outcome step(State& s) override {
     keep(s);
     const Outcome o = inner_->step(s);
-    if (o != Outcome::ok || !switched(s)) return whole(o);
-    const double t = before_.time(h_), h = varies() ? s.time(h_) - t : h_;
+    const double t = before_.time(h_), h = o == Outcome::ok && varies() ? s.time(h_) - t : h_;
+    if (o != Outcome::ok || !switched(s, t, h)) return whole(o, s);
     const Outcome parts = in_parts(s, t, h);
     if (parts != Outcome::ok) return undone(parts, s);
     if (varies())
@@ -46,7 +41,7 @@ class Switched final : public Integrator {
   Outcome step_by(State& s, double h) override {
     keep(s);
     const Outcome o = inner_->step_by(s, h);
-    if (o != Outcome::ok || !switched(s)) return whole(o);
+    if (o != Outcome::ok || !switched(s, before_.time(h_), h)) return whole(o, s);
     const Outcome parts = in_parts(s, before_.time(h_), h);
     if (parts != Outcome::ok) return undone(parts, s);
     s.step_off_the_grid(h_, h);
@@ -54,11 +49,14 @@ class Switched final : public Integrator {
     return parts;
   }
   Outcome advance(double t, double h, State& s) override {
-    keep(s);
+    keep(s, t);
     const Outcome o = inner_->advance_with_port_work(t, h, s);
-    if (o != Outcome::ok || !switched(s)) return whole(o);
+    if (o != Outcome::ok || !switched(s, t, h)) return whole(o, s);
     const Outcome parts = in_parts(s, t, h);
-    if (parts != Outcome::ok) s = before_;
+    if (parts != Outcome::ok) {
+      s = before_;
+      restore_both(before_memory_);
+    }
     return parts;
   }
   double time(const State& s) const override { return inner_->time(s); }
@@ -69,7 +67,11 @@ class Switched final : public Integrator {
   bool interpolate(const State& after, double theta, std::span<double> x) const override {
     return whole_ && inner_->interpolate(after, theta, x);
   }
-  void carry(Archive& a) override { inner_->carry(a); }
+  void carry(Archive& a) override {
+    inner_->carry(a);
+    search_.switches->carry(a);
+  }
+  std::span<const Jump> jumps() const override { return search_.switches->jumped(); }
   std::string remark() const override { return inner_->remark(); }
   std::span<const double> port_work() const override { return work_; }
   bool integrates_power() const override { return inner_->integrates_power(); }
@@ -79,88 +81,54 @@ class Switched final : public Integrator {
   void set_cost(const Cost& c) override { inner_->set_cost(c); }
 
  private:
-  struct Point {
-    double at = 0, g = 0;
-  };
+  using Found = SwitchSearch::Found;
+  using Point = SwitchSearch::Point;
 
-  void keep(const State& s) {
+  void keep(const State& s) { keep(s, s.time(h_)); }
+  void keep(const State& s, double t) {
     before_ = start_ = s;
     memory_.clear();
-    inner_->save(memory_);
-    values(s.x, s.lo, s.turns, now_);
-    for (size_t k = 0; k < now_.size(); ++k) sign_[k] = sign_of(now_[k]);
+    save_both(memory_);
+    before_memory_ = memory_;
+    own_memory_.reserve(memory_.size());
+    search_.switches->begin_step();
+    search_.begin_part(s, t);
+    for (size_t k = 0; k < search_.now.size(); ++k)
+      search_.sign[k] = search_.switches->jumps(k) ? -1 : sign_of(search_.now[k]);
+  }
+  void save_both(std::vector<double>& m) const {
+    inner_->save(m);
+    save_carried(*search_.switches, m);
+  }
+  void restore_both(std::span<const double> m) {
+    std::vector<double>& own = own_memory_;
+    own.clear();
+    save_carried(*search_.switches, own);
+    inner_->restore(m.first(m.size() - own.size()));
+    load_carried(*search_.switches, m.last(own.size()), "memory of the switches");
   }
   /// The step was one part, or failed.
-  Outcome whole(Outcome o) {
+  Outcome whole(Outcome o, State& s) {
     whole_ = true;
     std::copy(inner_->port_work().begin(), inner_->port_work().end(), work_.begin());
+    if (o == Outcome::ok) search_.switches->settle(s);
     return o;
   }
   Outcome undone(Outcome o, State& s) {
     s = before_;
+    restore_both(before_memory_);
     inner_->sampler().take_back();
     return o;
   }
   /// Back to the start of the current part.
   void go_back(State& s) {
     s = start_;
-    inner_->restore(memory_);
+    restore_both(memory_);
   }
 
-  void values(std::span<const double> x, std::span<const double> lo,
-              const std::vector<std::int64_t>& turns, std::vector<double>& g) {
-    for (size_t i = 0; i < n_; ++i) x_[i] = lo.empty() ? x[i] : x[i] + lo[i];
-    for (size_t k = 0; k < angles_.size(); ++k) angles_[k] = phs::two_pi_hi * double(turns[k]);
-    switches_->at(x_, angles_, g);
-  }
-  /// Values at the sample points of a part that ended at `after`; those without dense output are
-  /// NaN.
-  void sample(const State& after) {
-    const int last = how_.samples + 1;
-    values(start_.x, start_.lo, start_.turns, samples_[0]);
-    values(after.x, after.lo, after.turns, samples_[size_t(last)]);
-    inside_.resize(n_);
-    for (int i = 1; i < last; ++i) {
-      auto& g = samples_[size_t(i)];
-      if (inner_->interpolate(after, double(i) / last, inside_))
-        values(inside_, {}, after.turns, g);
-      else
-        std::fill(g.begin(), g.end(), NAN);
-    }
-  }
-  struct Found {
-    size_t index = 0;
-    Point a, b;
-  };
-  /// The earliest interval between samples in which a switch passes 0, of the one that does so
-  /// first by the secants; false if none does.
-  bool earliest(const State& after, Found& found) {
-    sample(after);
-    const int last = how_.samples + 1;
-    double first = HUGE_VAL;
-    for (size_t k = 0; k < now_.size(); ++k) {
-      Point a{0, samples_[0][k]};
-      if (sign_of(a.g) != sign_[k]) a.g = 0;  // it has just passed 0 here
-      for (int i = 1; i <= last; ++i) {
-        const Point b{double(i) / last, samples_[size_t(i)][k]};
-        if (std::isnan(b.g)) continue;
-        if (sign_of(b.g) == sign_[k] || b.g == 0) {
-          a = b;
-          continue;
-        }
-        const double at = a.g == 0 ? a.at : secant(a, b);
-        if (at < first) {
-          first = at;
-          found = {k, a, b};
-        }
-        break;
-      }
-    }
-    return first < HUGE_VAL;
-  }
-  bool switched(const State& after) {
+  bool switched(const State& after, double t, double h) {
     Found any;
-    return earliest(after, any);
+    return search_.earliest(start_, after, t, h, any);
   }
 
   /// g of a switch after a part of length `h`, by the method itself; NaN if that fails.
@@ -168,64 +136,89 @@ class Switched final : public Integrator {
     go_back(trial_);
     trial_outcome_ = inner_->advance(t, h, trial_);
     if (trial_outcome_ != Outcome::ok) return NAN;
-    values(trial_.x, trial_.lo, trial_.turns, now_);
-    return now_[k];
+    search_.values(t + h, trial_.x, trial_.lo, trial_.turns, search_.now);
+    return search_.now[k];
   }
   /// The length, relative to `rest`, of the part that ends where a switch passes 0.
   double end_of_part(const Found& f, const State& after, double t, double rest) {
     Point a = f.a, b = f.b;
     if (a.g == 0) return a.at;
-    const double first = guess_zero(a, b, [&](double at) {
-      if (!inner_->interpolate(after, at, inside_)) return double(NAN);
-      values(inside_, {}, after.turns, now_);
-      return now_[f.index];
-    });
+    const auto of = [&](double value, double at) { return f.returns ? value / at : value; };
+    const double first = guess_zero(
+        a, b, [&](double at) { return of(search_.inside(f.index, after, at, t, rest), at); });
     // The dense output is less accurate than a step: its signs are checked.
-    const auto g = [&](double at) { return tried(f.index, t, at * rest); };
-    if (a.at > 0 && sign_of(a.g = g(a.at)) != sign_[f.index]) a = {0, samples_[0][f.index]};
-    if (b.at < 1 && sign_of(b.g = g(b.at)) == sign_[f.index])
-      b = {1, samples_[samples_.size() - 1][f.index]};
+    const auto g = [&](double at) { return of(tried(f.index, t, at * rest), at); };
+    if (a.at > 0 && sign_of(a.g = g(a.at)) != search_.sign[f.index])
+      a = {0, search_.samples[0][f.index]};
+    if (b.at < 1 && sign_of(b.g = g(b.at)) == search_.sign[f.index])
+      b = {1, search_.samples[size_t(search_.last())][f.index]};
     if (trial_outcome_ != Outcome::ok) return 0;
-    if (sign_of(a.g) != sign_[f.index]) return a.at;
-    if (b.g == 0 || sign_of(b.g) == sign_[f.index]) return b.at;
+    if (sign_of(a.g) != search_.sign[f.index]) return a.at;
+    if (b.g == 0 || sign_of(b.g) == search_.sign[f.index]) return b.at;
     return refine_zero(a, b, first, how_.most_trials, g).at;
   }
-
   /// The step of size h from before_ again, in parts.
   Outcome in_parts(State& s, double t, double h) {
     whole_ = false;
     std::fill(work_.begin(), work_.end(), 0.0);
     go_back(s);
     double done = 0;
-    for (int part = 1;; ++part) {
+    for (int part = 1, jumps = 0;;) {
       const double rest = h - done;
       start_ = s;
       memory_.clear();
-      inner_->save(memory_);
+      save_both(memory_);
+      search_.begin_part(s, t + done);
+      Found next;
+      if (next.index = search_.at_once(); next.index < search_.now.size()) {
+        if (++jumps > how_.most_jumps) return Outcome::failed;
+        if (const Outcome o = search_.switches->jump(next.index, t + done, s, work_);
+            o != Outcome::ok)
+          return o;
+        continue;
+      }
       Outcome o = inner_->advance_with_port_work(t + done, rest, s);
       if (o != Outcome::ok) return o;
-      Found next;
-      if (part == how_.most_parts || !earliest(s, next)) {
+      if (part >= how_.most_parts || !search_.earliest(start_, s, t + done, rest, next)) {
         book();
+        search_.switches->settle(s);
         return o;
       }
       trial_outcome_ = Outcome::ok;
-      const double at = end_of_part(next, s, t + done, rest);
+      double at = std::min(1.0, end_of_part(next, s, t + done, rest));
       if (trial_outcome_ != Outcome::ok) return trial_outcome_;
-      if (at >= 1) {
-        book();
-        return o;
-      }
-      go_back(s);
-      if (at > 0) {
+      for (size_t others = 0; at > 0; ++others) {
+        go_back(s);
         o = inner_->advance_with_port_work(t + done, at * rest, s);
         if (o != Outcome::ok) return o;
+        if (!search_.jumps || others > search_.now.size() ||
+            !search_.overtaken(s, t + done + at * rest, at, next))
+          break;
+        at = end_of_part(next, s, t + done, rest);
+        if (trial_outcome_ != Outcome::ok) return trial_outcome_;
+      }
+      if (at > 0) {
         book();
         done += at * rest;
+        search_.switches->settle(s);
+      } else {
+        go_back(s);
       }
-      values(s.x, s.lo, s.turns, now_);
-      for (size_t k = 0; k < sign_.size(); ++k) sign_[k] = sign_of(now_[k]);
-      sign_[next.index] = sign_of(next.b.g);
+      search_.values(t + done, s.x, s.lo, s.turns, search_.now);
+      // A peak of the dense output may be none of the step.
+      const bool jump = search_.switches->jumps(next.index) && search_.now[next.index] > -1e-10;
+      if (at >= 1 && !jump) return o;
+      if (jump) {
+        if (++jumps > how_.most_jumps) return Outcome::failed;
+        o = search_.switches->jump(next.index, t + done, s, work_);
+        if (o != Outcome::ok || at >= 1) return o;
+      } else {
+        ++part;
+      }
+      search_.values(t + done, s.x, s.lo, s.turns, search_.now);
+      for (size_t k = 0; k < search_.sign.size(); ++k)
+        search_.sign[k] = search_.switches->jumps(k) ? -1 : sign_of(search_.now[k]);
+      if (!jump) search_.sign[next.index] = sign_of(next.b.g);
     }
   }
   void book() {
@@ -233,13 +226,10 @@ class Switched final : public Integrator {
   }
 
   std::unique_ptr<Integrator> inner_;
-  std::unique_ptr<Switches> switches_;
   SwitchOptions how_;
   State before_, start_, trial_;  ///< starts of the step and of the part
-  std::vector<double> memory_;    ///< of the inner method at start_
-  std::vector<double> x_, inside_, angles_, now_;
-  std::vector<int> sign_;  ///< of each switch behind start_
-  std::vector<std::vector<double>> samples_;
+  SwitchSearch search_;
+  std::vector<double> memory_, before_memory_, own_memory_;  ///< of both at start_ and before_
   std::vector<double> work_;
   Outcome trial_outcome_ = Outcome::ok;
   bool whole_ = true;  ///< the last step was one part

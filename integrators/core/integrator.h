@@ -85,6 +85,13 @@ struct Cost {
 enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
 const char* to_string(Solver s);
 
+/// A jump of the state inside a step: an impact.
+struct Jump {
+  double t;      ///< [s]
+  size_t power;  ///< of the system's powers, the one that has its loss
+  double loss;   ///< [J]
+};
+
 /// Options besides method and step. Each method uses those that apply to it.
 struct Options {
   double rtol = 1e-12, atol = 1e-14;  ///< of tolerance-controlled methods
@@ -171,6 +178,9 @@ class BasicIntegrator {
   virtual bool integrates_power() const { return false; }
   /// Whether each step evaluates a force that jumps at the ends of steps from its inside.
   virtual bool sees_inside() const { return integrates_power(); }
+
+  /// Jumps of the state in the last step, in order.
+  virtual std::span<const Jump> jumps() const { return {}; }
 
   /// Whether the method chooses its own step sizes instead of step_size().
   virtual bool varies() const { return false; }

@@ -214,6 +214,7 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   auto start = start_of(scene, a);
   if (!start.note.empty()) a.notes.push_back({scene.path, start.note});
   a.initial = std::move(start.state);
+  check_overlaps(scene, *a.model, a.initial);
   a.centre = start.centre;
   if (!scene.outputs.empty()) (void)stop_events(scene, a);  // refuses what they cannot be
   (void)Outputs(scene, a);

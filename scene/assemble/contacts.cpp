@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "contact/rigid.h"
 #include "contact/urdf_shapes.h"
 #include "integrators/control/switching.h"
 #include "phs/network/network.h"
@@ -120,13 +121,23 @@ std::shared_ptr<const phs::Model> with_contacts(
     return std::make_shared<const contact::ContactModel>(inner, mechanical, std::move(c),
                                                          std::move(s));
   };
+  const auto refuse_rigid = [&](const std::string& where, const std::string& what) {
+    const auto& constraints = mechanical->description().constraints;
+    if (!constraints.empty())
+      throw InvalidArgument(fmt::format(
+          "{}{} is rigid and '{}' is a constraint, expected a soft law in a mechanism with any",
+          in_file(where), what, constraints.front().name));
+  };
   for (const SceneContact& c : scene.contacts) {
+    if (c.law.rigid()) refuse_rigid(c.where, "contact '" + c.name + "'");
     if (scene.orbit && std::count(c.against.begin(), c.against.end(), "world") > 0)
       throw InvalidArgument(
           fmt::format("{}: contact '{}' touches the world, expected a link or [[body]] in orbit",
                       c.where, c.name));
     contacts.push_back(at_place(c.where, "contact", c.name, [&] { return contact_of(c, scene); }));
   }
+  for (const Element& e : scene.elements)
+    if (e.stop && e.stop->law.rigid()) refuse_rigid(e.where, "joint stop '" + e.name + "'");
   for (const Element& e : scene.elements)
     if (e.stop)
       stops.push_back(
@@ -166,21 +177,45 @@ bool switches(const Scene& s) {
                      [](const Element& e) { return e.stop && e.stop->law.switches(); });
 }
 
-std::unique_ptr<integrators::Integrator> ending_at_touches(
-    std::unique_ptr<integrators::Integrator> method, const phs::Model& model, double h,
-    const phs::Model* of_run) {
-  const auto* contacts = contacts_in(model);
-  if (!contacts) return method;
-  return integrators::make_switched(std::move(method), of_run ? *of_run : model, h,
-                                    contacts->depths());
+namespace {
+/// with_touches() of the contacts, null: none, in a model.
+std::unique_ptr<integrators::Integrator> with_those(const contact::ContactModel* contacts,
+                                                    const phs::Model& model, double h,
+                                                    const MakeMethod& make) {
+  if (!contacts) return make(model);
+  if (!contacts->rigid().empty()) return contact::with_rigid_contacts(model, *contacts, h, make);
+  return integrators::make_switched(make(model), model, h, contacts->depths());
+}
+}  // namespace
+
+std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model, double h,
+                                                      const MakeMethod& make) {
+  return with_those(contacts_in(model), model, h, make);
+}
+
+void check_overlaps(const Scene& scene, const phs::Model& model, const phs::State& start) {
+  const auto* const contacts = contacts_in(model);
+  if (!contacts) return;
+  const auto [name, depth] = contacts->deepest_rigid(start);
+  if (!(depth > 1e-9)) return;
+  const auto refuse = [&, &named = name, &deep = depth](const std::string& where) {
+    throw InvalidArgument(
+        fmt::format("{}'{}' is rigid and overlaps by {:.3g} at the start, expected a gap",
+                    in_file(where), named, deep));
+  };
+  for (const SceneContact& c : scene.contacts)
+    if (c.name == name) refuse(c.where);
+  for (const Element& e : scene.elements)
+    if (e.name == name) refuse(e.where);
 }
 
 space::SplitOptions split_options(const space::Spacecraft& craft, const std::string& splitting,
                                   const std::string& method, const integrators::Options& options) {
   return {splitting, method, options,
-          [&craft](std::unique_ptr<integrators::Integrator> internal, const phs::Model& of_run,
-                   double h) {
-            return ending_at_touches(std::move(internal), craft.internal(), h, &of_run);
+          [&craft, method, options](const phs::Model& of_run, double h) {
+            return with_those(contacts_in(craft.internal()), of_run, h, [&](const phs::Model& m) {
+              return integrators::make_integrator(method, m, h, options);
+            });
           }};
 }
 

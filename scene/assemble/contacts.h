@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 
 #include "integrators/core/integrator.h"
@@ -12,7 +13,7 @@ namespace porthos::scene {
 /// there are none.
 /// @throws InvalidArgument naming file and line, as contact::ContactModel, for a link without a
 ///   shape, for a modulus with shapes that are not spheres and planes, for a stop without limits,
-///   and in orbit for what touches the world
+///   in orbit for what touches the world, and for what is rigid in a mechanism with constraints
 std::shared_ptr<const phs::Model> with_contacts(
     std::shared_ptr<const phs::Model> inner,
     const std::shared_ptr<const mechanics::MechanicalModel>& mechanical, const Scene& scene);
@@ -25,12 +26,19 @@ void check_contacts(const Scene& scene, const mechanics::Mechanism& mechanism);
 /// begins to touch.
 bool switches(const Scene& scene);
 
-/// A method whose steps end where the contacts of its model begin and cease to touch; the method
-/// itself if nothing in the model switches. @param h  the method's step; @param of_run  the same
-/// model with what its sampled controllers hold in this run, null: the method's own
-std::unique_ptr<integrators::Integrator> ending_at_touches(
-    std::unique_ptr<integrators::Integrator> method, const phs::Model& model, double h,
-    const phs::Model* of_run = nullptr);
+/// Makes a method for a model.
+using MakeMethod = std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>;
+
+/// A method for a model whose steps end where its contacts begin and cease to touch, and jump where
+/// rigid ones do; the method itself if nothing in the model switches. @param h  the method's step;
+/// @param make  makes the method for the model it is given
+std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model, double h,
+                                                      const MakeMethod& make);
+
+/// @throws InvalidArgument naming file and line: a rigid contact or stop whose shapes overlap at
+/// the
+///   start, by more than 1e-9 m (or rad)
+void check_overlaps(const Scene& scene, const phs::Model& model, const phs::State& start);
 
 /// A splitting in orbit whose internal motion does the same. The craft must outlive its run.
 space::SplitOptions split_options(const space::Spacecraft& craft, const std::string& splitting,

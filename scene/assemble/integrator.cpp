@@ -11,8 +11,9 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options) {
   if (!a.spacecraft)
-    return ending_at_touches(integrators::make_integrator(method, *a.model, h, options), *a.model,
-                             h);
+    return with_touches(*a.model, h, [&](const phs::Model& model) {
+      return integrators::make_integrator(method, model, h, options);
+    });
   return std::make_unique<space::SplitIntegrator>(
       *a.spacecraft, h, split_options(*a.spacecraft, a.splitting, method, options));
 }
@@ -31,21 +32,23 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       } catch (const InvalidArgument& e) {
         throw InvalidArgument(in_file(scene.orbit->where) + e.what());
       }
-  auto method = integrators::make_controlled(
-      scene.step_control, scene.method, model, h,
-      {.rate = scene.control_rate, .length = scene.control_length}, options);
-  if (!method->sees_inside())
-    for (const Element& e : scene.elements) {
-      const std::string here = "at the ends of steps, where " + scene.method + " has a stage: ",
-                        expected =
-                            "expected a method that keeps a ledger of its own, such as gauss8";
-      if (e.thruster)
-        throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches " + here +
-                              "it would push before its time, " + expected);
-      if (e.period > 0)
-        throw InvalidArgument(e.where + ": '" + e.name + "' jumps " + here + expected);
-    }
-  return ending_at_touches(std::move(method), model, h);
+  return with_touches(model, h, [&](const phs::Model& of_run) {
+    auto method = integrators::make_controlled(
+        scene.step_control, scene.method, of_run, h,
+        {.rate = scene.control_rate, .length = scene.control_length}, options);
+    if (!method->sees_inside())
+      for (const Element& e : scene.elements) {
+        const std::string here = "at the ends of steps, where " + scene.method + " has a stage: ",
+                          expected =
+                              "expected a method that keeps a ledger of its own, such as gauss8";
+        if (e.thruster)
+          throw InvalidArgument(e.where + ": thruster '" + e.name + "' switches " + here +
+                                "it would push before its time, " + expected);
+        if (e.period > 0)
+          throw InvalidArgument(e.where + ": '" + e.name + "' jumps " + here + expected);
+      }
+    return method;
+  });
 }
 
 }  // namespace porthos::scene

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "scene/assemble/contacts.h"
 #include "scene/assemble/parts.h"
 #include "scene/run/cpu_clock.h"
 #include "scene/run/ledger.h"
@@ -28,8 +29,10 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
   o.iteration_tolerance = s.iteration_tolerance;
   o.instants = s.instants;
   if (s.control != integrators::StepControl::fixed)
-    return integrators::make_controlled(s.control, s.method, *a.model, s.step,
-                                        {.rate = s.control_rate, .length = s.control_length}, o);
+    return with_touches(*a.model, s.step, [&](const phs::Model& model) {
+      return integrators::make_controlled(s.control, s.method, model, s.step,
+                                          {.rate = s.control_rate, .length = s.control_length}, o);
+    });
   return make_integrator(a, s.method, s.step, o);
 }
 

@@ -36,6 +36,19 @@ contact::Shape read_shape(const Table& t) {
   return s;
 }
 
+contact::Law read_rigid(const Table& t) {
+  contact::Law law;
+  law.form = contact::Law::Form::rigid;
+  for (const char* key : {"stiffness", "loss", "speed"})
+    if (t.has(key)) t.fail(key, "is given with law = \"rigid\", expected a soft law or none");
+  t.require("restitution", "0 to 1, because the law is \"rigid\"");
+  law.restitution = t.number("restitution");
+  if (!(law.restitution >= 0 && law.restitution <= 1))
+    t.fail("restitution", fmt::format("is {}, expected 0 to 1", law.restitution));
+  if (t.choice("simultaneous") == "moreau") law.simultaneous = contact::Simultaneous::moreau;
+  return law;
+}
+
 }  // namespace
 
 contact::Law read_law(const Table& t) {
@@ -48,6 +61,9 @@ contact::Law read_law(const Table& t) {
   };
   only_with("width", "smooth");
   only_with("exponent", "power");
+  (void)t.choice("simultaneous");
+  only_with("simultaneous", "rigid");
+  if (form == "rigid") return read_rigid(t);
   if (form == "smooth") {
     law.width = t.positive("width");
   } else {
@@ -95,6 +111,9 @@ std::vector<SceneContact> read_contacts(const Table& scene) {
       t.require("stiffness", "one, or a modulus, because the law is \"hertz\"");
     }
     c.law = read_law(t);
+    for (const char* key : {"friction", "creep"})
+      if (c.law.rigid() && t.has(key))
+        t.fail(key, "is given with law = \"rigid\", expected a soft law or none");
     c.law.friction = t.not_negative("friction");
     if (c.law.friction > 0)
       c.law.creep = t.positive("creep");

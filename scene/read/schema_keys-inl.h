@@ -63,13 +63,18 @@ inline SchemaKey axes(const char* name, const char* unit, const char* what) {
 inline Keys law_keys(std::vector<std::string> laws, const char* stiffness,
                      const std::string& stated, const char* width, const char* loss,
                      const char* speed) {
-  return {word("law", std::move(laws), "\"smooth\"", "how the force grows with the depth"),
-          number("stiffness", stiffness, stated, "more than 0"),
-          whole("exponent", "1", "of law = \"power\": 1, 2 or 3"),
-          number("width", width, "required by smooth", "of the rounded corner of the force"),
-          number("loss", loss, "0", "a in force · (1 + a · rate of the depth)"),
-          number("restitution", "1", "by loss", "instead of loss: of an impact at speed"),
-          number("speed", speed, "with restitution", "at which the restitution holds")};
+  return {
+      word("law", std::move(laws), "\"smooth\"", "how the force grows with the depth"),
+      number("stiffness", stiffness, stated, "more than 0"),
+      whole("exponent", "1", "of law = \"power\": 1, 2 or 3"),
+      number("width", width, "required by smooth", "of the rounded corner of the force"),
+      number("loss", loss, "0", "a in force · (1 + a · rate of the depth)"),
+      number("restitution", "1", "by loss",
+             "instead of loss: of an impact at speed; of rigid: of "
+             "every impact, 0 to 1"),
+      number("speed", speed, "with restitution", "at which the restitution holds; not of rigid"),
+      word("simultaneous", {"reflections", "moreau"}, "\"reflections\"",
+           "of rigid: what several contacts do that touch at one instant")};
 }
 
 /// Keys of a signal in time, see read_signal().

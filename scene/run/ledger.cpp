@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string_view>
 
 #include "phs/error.h"
 
@@ -12,6 +13,9 @@ namespace porthos::scene {
 namespace {
 
 double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
+
+/// What rigid contacts count, see contact::ContactModel.
+constexpr std::string_view counted = ".impacts";
 
 /// The relative error; without a scale it stays absolute.
 double relative(double error, double scale) { return scale > 0 ? error / scale : error; }
@@ -96,7 +100,12 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   std::string givers;
   for (size_t a = 0; a < sum_.size(); ++a) {
     const auto& power = description_->powers[a];
-    if (power.kind == phs::PowerKind::observed) continue;
+    if (power.kind == phs::PowerKind::observed) {
+      if (power.name.ends_with(counted))
+        r.impacts.push_back(
+            {power.name.substr(0, power.name.size() - counted.size()), std::int64_t(sum_[a])});
+      continue;
+    }
     const bool in = power.kind == phs::PowerKind::supplied;
     if (power.control && peak_[a] > 1e-12 * e.scale_J)
       add_to_list(givers, fmt::format("'{}' up to {:.3g} J", power.name, peak_[a]));

@@ -59,6 +59,14 @@ Stopped stopped_by(const Stop& stop, double at);
 struct RunReport;
 /// Notes the stop in a report; one that fails adds a check that does not hold.
 void note_stop(RunReport& report, const Stopped& by);
+/// Impacts of a rigid contact or stop.
+struct ImpactRow {
+  static constexpr int most_times = 100;
+  std::string name;
+  std::int64_t count = 0;
+  std::vector<double> first_s = {};  ///< times of the first most_times [s]
+  friend bool operator==(const ImpactRow&, const ImpactRow&) = default;
+};
 
 /// The content of summary.json of a run.
 struct RunReport {
@@ -78,6 +86,7 @@ struct RunReport {
   using Named = std::vector<std::pair<std::string, double>>;
   Named storages;       ///< change of each stored energy [J]
   Named ports, losses;  ///< energy supplied by each source, lost in each dissipating element [J]
+  std::vector<ImpactRow> impacts;           ///< of rigid contacts and stops
   std::vector<MomentumRow> momentum;        ///< of wheels, the total last; empty without wheels
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::vector<OutputRow> outputs;           ///< of the scene's [[output]]s

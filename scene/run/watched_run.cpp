@@ -67,7 +67,8 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       steps_(steps_of(scene)),
       end_(steps_.time(steps_.total)),
       ledger_(assembly.model->description()),
-      good_{state_, {}, {}, ledger_} {
+      good_{state_, {}, {}, ledger_},
+      seen_(assembly.model->description().powers.size(), 0) {
   if (layout_.reactions > 0) reactions_.emplace(*assembly.model);
   refuse_stopped(scene, assembly);
 }
@@ -115,10 +116,26 @@ void WatchedRun::step() {
   outcome_ = fixed_ ? fixed_step() : controlled_step();
   if (outcome_ != Outcome::ok) return;
   ledger_.book(integrator_->port_work());
+  note_impacts();
   if (at_record() || ended())
     record();
   else
     look();
+}
+
+void WatchedRun::note_impacts() {
+  for (const auto& jump : integrator_->jumps()) {
+    if (++seen_[jump.power] > ImpactRow::most_times) continue;
+    impacts_.push_back(double(jump.power));
+    impacts_.push_back(jump.t);
+  }
+}
+/// Takes over the impacts that save() stored.
+void WatchedRun::restore_impacts(std::span<const double> impacts) {
+  impacts_.assign(impacts.begin(), impacts.end());
+  std::fill(seen_.begin(), seen_.end(), 0);
+  for (size_t i = 0; i + 1 < impacts_.size(); i += 2)
+    ++seen_[size_t(whole<std::int64_t>(impacts_[i], 0, double(seen_.size()) - 1))];
 }
 
 double WatchedRun::time() const {
@@ -230,6 +247,7 @@ void WatchedRun::remember() {
   save_memory(good_.memory);
   good_.cost = integrator_->cost();
   good_.ledger = ledger_;
+  good_.impacts = impacts_.size();
 }
 
 void WatchedRun::recall() {
@@ -237,6 +255,7 @@ void WatchedRun::recall() {
   restore_memory(good_.memory);
   integrator_->set_cost(good_.cost);
   ledger_ = good_.ledger;
+  impacts_.resize(good_.impacts);
   window_.restart();
 }
 
@@ -248,6 +267,8 @@ void WatchedRun::save(Checkpoint& c) const {
   c.statistics = ledger_.memory();
   const auto extrema = window_.memory();
   c.statistics.insert(c.statistics.end(), extrema.begin(), extrema.end());
+  c.statistics.insert(c.statistics.end(), impacts_.begin(), impacts_.end());
+  c.statistics.push_back(double(impacts_.size()));
 }
 
 void WatchedRun::restore(const Checkpoint& c) {
@@ -258,9 +279,14 @@ void WatchedRun::restore(const Checkpoint& c) {
   restore_memory(c.memory);
   integrator_->set_cost(c.cost);
   const size_t extrema = window_.memory().size();
-  if (c.statistics.size() < extrema)
-    require_size("statistics of the checkpoint", c.statistics.size(), extrema);
-  const auto statistics = std::span<const double>(c.statistics);
+  auto statistics = std::span<const double>(c.statistics);
+  const double stored = statistics.empty() ? 0 : statistics.back();
+  const size_t impacts = size_t(whole<std::int64_t>(stored, 0, double(statistics.size())));
+  if (statistics.size() < extrema + impacts + 1)
+    require_size("statistics of the checkpoint", statistics.size(), extrema + impacts + 1);
+  statistics = statistics.first(statistics.size() - 1);
+  restore_impacts(statistics.last(impacts));
+  statistics = statistics.first(statistics.size() - impacts);
   ledger_.restore(statistics.first(statistics.size() - extrema));
   window_.restore(statistics.last(extrema));
   remember();
@@ -280,6 +306,11 @@ RunReport WatchedRun::report() const {
   r.steps = state_.step;
   r.cost = integrator_->cost();
   ledger_.fill(r, meter_);
+  const auto& powers = assembly_.model->description().powers;
+  for (size_t i = 0; i + 1 < impacts_.size(); i += 2)
+    for (ImpactRow& row : r.impacts)
+      if (powers[size_t(impacts_[i])].name == row.name + ".impact")
+        row.first_s.push_back(impacts_[i + 1]);
   if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
   r.outcome = outcome_;
   if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();

@@ -84,6 +84,8 @@ class WatchedRun {
   void record();
   std::span<const double> put_out();
   void not_finite();
+  void note_impacts();
+  void restore_impacts(std::span<const double> impacts);
   void remember();
   void recall();
 
@@ -114,7 +116,11 @@ class WatchedRun {
     std::vector<double> memory;
     integrators::Cost cost;
     Ledger ledger;
+    size_t impacts = 0;
   } good_;  ///< the last record
+  /// Power and time of the first impacts of every contact, and how many there were by power.
+  std::vector<double> impacts_;
+  std::vector<int> seen_;
   integrators::Outcome outcome_ = integrators::Outcome::ok;
   int until_ = -1;  ///< which event ended the run
 };

@@ -49,6 +49,7 @@ void WholeReport::add(const RunReport& p, double from) {
     r_.*at += p.*at;
   for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
     for (const auto& [name, joule] : p.*list) entry(r_.*list, name) += joule;
+  for (const ImpactRow& i : p.impacts) add_impacts(i);
   for (const MomentumRow& m : p.momentum) add_momentum(m);
   add_outputs(r_.outputs, p.outputs);
   r_.stopped = p.stopped;
@@ -79,6 +80,17 @@ void WholeReport::add_energy(const EnergyReport& p, bool first) {
     e.*at = std::fmax(e.*at, p.*at);  // not a number: too few records
   if (std::fabs(p.drift_per_s) > std::fabs(e.drift_per_s)) e.drift_per_s = p.drift_per_s;
   e.drift_is_significant |= p.drift_is_significant;
+}
+
+void WholeReport::add_impacts(const ImpactRow& i) {
+  for (ImpactRow& known : r_.impacts)
+    if (known.name == i.name) {
+      known.count += i.count;
+      for (const double t : i.first_s)
+        if (int(known.first_s.size()) < ImpactRow::most_times) known.first_s.push_back(t);
+      return;
+    }
+  r_.impacts.push_back(i);
 }
 
 /// A locked wheel keeps its last row.

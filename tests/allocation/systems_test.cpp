@@ -3,6 +3,7 @@
 
 #include <atomic>
 
+#include "contact/rigid.h"
 #include "integrators/control/energy_monitor.h"
 #include "phs/network/elements.h"
 #include "phs/network/network.h"
@@ -197,6 +198,24 @@ TEST(Allocation, NoneWhereBodiesTouch) {
   const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
   ContactRun run(model, body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)), 1e-3);
   expect_none("contact", *run.method, run.state, 600);
+}
+
+/// The same block with a rigid law: impacts, then rest on an edge and on a face.
+TEST(Allocation, NoneAtImpacts) {
+  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
+  Shape block;
+  block.kind = Kind::box;
+  block.half = {0.2, 0.3, 0.15};
+  Law law;
+  law.form = Law::Form::rigid;
+  law.restitution = 0.5;
+  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
+  const auto method = contact::with_rigid_contacts(model, model, 1e-3, [](const phs::Model& run) {
+    return integrators::make_integrator("gauss16", run, 1e-3);
+  });
+  phs::State state(model.description(),
+                   body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
+  expect_none("rigid contact", *method, state, 600);
 }
 
 }  // namespace

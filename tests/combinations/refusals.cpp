@@ -19,9 +19,9 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",  "friction",   "controller",     "sampled controller",
-           "wheel",   "cmg",        "soft_latch",     "engage and disengage",
-           "contact", "joint_stop", "law over joints"},
+    losses{"damper",  "friction",   "controller",    "sampled controller",
+           "wheel",   "cmg",        "soft_latch",    "engage and disengage",
+           "contact", "joint_stop", "rigid contact", "law over joints"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -78,6 +78,11 @@ const std::vector<Refusal>& refusals() {
        Names{"gauss16, stages in lanes", "composition", "stormer_verlet", "tao4",
              "discrete gradient", "radau15", "rk4", "rival, cvode_adams"},
        "These methods have no multipliers: nothing in them holds a constraint.", true},
+      {{"rigid contact"},
+       couplings + Names{"motion", "rolling"},
+       "An impact would go through the loops as well, and a closed contact press on them: both "
+       "need "
+       "their rows in one system with those of the contacts, which is not built."},
       {{"steps reversible"},
        {"rolling"},
        "The methods for bodies that roll are not symmetric: they are brought back to the manifold "

@@ -167,6 +167,7 @@ std::string shown_of(const Feature& f) {
       {"soft_latch", "latch1"},
       {"line_spring", "tether1"},
       {"contact", "bumper1"},
+      {"rigid contact", "striker1"},
       {"law over joints", "law1"},
       {"outputs", "tip1"},
       {"robot", "other1.position"},

@@ -143,9 +143,10 @@ TEST(Impact, OneContact) {
   }
 }
 
-/// Random bodies, also with more contacts than freedoms: nothing approaches afterwards, no energy is
-/// made, reflections with e = 1 keep it where a motion leaves all contacts, and the losses are the
-/// difference. Control: v⁺ = -e v⁻ at each of two contacts, which may need an impulse that pulls.
+/// Random bodies, also with more contacts than freedoms: nothing approaches afterwards, no energy
+/// is made, reflections with e = 1 keep it where a motion leaves all contacts, and the losses are
+/// the difference. Control: v⁺ = -e v⁻ at each of two contacts, which may need an impulse that
+/// pulls.
 TEST(Impact, RandomBodiesNeverGainEnergy) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);

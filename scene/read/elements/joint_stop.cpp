@@ -23,7 +23,7 @@ ElementType joint_stop_element() {
   return {"joint_stop", "Stops that bounce, with the law of a contact.", ElementType::Place::joint,
           joined({number("lower", "rad (m)", "the model file's, if any", ""),
                   number("upper", "rad (m)", "the model file's, if any", "")},
-                 law_keys({"smooth", "power"}, "N m/radⁿ (N/mⁿ)", required, "rad (m)",
+                 law_keys({"smooth", "power", "rigid"}, "N m/radⁿ (N/mⁿ)", required, "rad (m)",
                           "s/rad (s/m)", "rad/s (m/s)")),
           read_joint_stop};
 }

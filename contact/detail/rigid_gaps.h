@@ -1,0 +1,119 @@
+#pragma once
+#include "contact/detail/gaps.h"
+#include "mechanics/hamiltonian_field.h"
+
+namespace porthos::contact {
+
+/// The rigid contacts of a model as a list of gaps g(q), with their rates and gradients: first
+/// every point of every pair, then the limits of stops.
+template <class T>
+class RigidGaps {
+ public:
+  explicit RigidGaps(const ContactModel& model)
+      : m_(model.mechanism()),
+        placed_(model.placed_rigid()),
+        gaps_(m_, placed_),
+        p_(size_t(m_.nq())) {
+    const size_t stops = placed_.stops.size(), contacts = model.rigid().size() - stops;
+    for (size_t k = 0; k < placed_.pairs.size(); ++k) {
+      const auto& pair = placed_.pairs[k];
+      for (size_t i = pair.first; i < pair.first + pair.points; ++i)
+        all_.push_back({pair.contact, k, i, false});
+    }
+    for (size_t s = 0; s < stops; ++s)
+      for (size_t side = 0; side < 2; ++side)
+        if (std::isfinite(side == 0 ? placed_.stops[s].lower : placed_.stops[s].upper))
+          all_.push_back({contacts + s, s, 2 * s + side, true});
+  }
+  size_t count() const { return all_.size(); }
+  /// Its contact or stop, an index of ContactModel::rigid().
+  size_t rigid(size_t k) const { return all_[k].rigid; }
+
+  void set_turn_angles(std::span<const T> angles) { gaps_.set_turn_angles(angles); }
+  void place(std::span<const T> q) { gaps_.place(q); }
+  T gap(size_t k) const {
+    const Gap& g = all_[k];
+    return g.stop ? -gaps_.depth[g.at] : gaps_.touch[g.at].gap;
+  }
+  /// The rates of all bodies with momenta p; after place() at the same q.
+  void move(std::span<const T> q, std::span<const T> p) {
+    mechanics::rates_from_momenta<T>(m_, gaps_.w, q, p);
+  }
+  /// G_k q' of the last move().
+  T rate(size_t k) const {
+    const Gap& g = all_[k];
+    if (!g.stop) return dot(gaps_.touch[g.at].n, gaps_.apart(g.of, g.at));
+    const T& v = gaps_.w.rate[placed_.stops[g.of].v];
+    return g.at % 2 == 0 ? v : -v;
+  }
+  const std::vector<T>& joint_rates() const { return gaps_.w.rate; }
+  /// G_kᵀ as momenta p. Valid until the next call.
+  std::span<const T> gradient(size_t k, std::span<const T> q) {
+    const Gap& g = all_[k];
+    gaps_.begin_forces();
+    if (g.stop)
+      gaps_.force[placed_.stops[g.of].v] = T(g.at % 2 == 0 ? 1.0 : -1.0);
+    else
+      gaps_.push_apart(g.of, g.at, gaps_.touch[g.at].n);
+    gaps_.collect();
+    mechanics::passes::lift(m_, q.data(), gaps_.force.data(), p_.data());
+    return p_;
+  }
+
+ private:
+  struct Gap {
+    size_t rigid, of, at;  ///< of: its pair or stop; at: its point, or 2 stop + side
+    bool stop;
+  };
+  const mechanics::Mechanism& m_;
+  const ContactModel::Placed& placed_;
+  Gaps<T> gaps_;
+  std::vector<T> p_;
+  std::vector<Gap> all_;
+};
+
+/// The rows G_k of some gaps with what they need together: W = G M⁻¹ Gᵀ.
+template <class T>
+class RigidRows {
+ public:
+  explicit RigidRows(const ContactModel& model)
+      : gaps(model), nq_(size_t(model.mechanism().nq())), nv_(size_t(model.mechanism().nv())) {
+    const size_t m = gaps.count();
+    W.reserve(m * m);
+    G_.resize(m * nq_);
+    pushed_.resize(m * nv_);
+    v.reserve(m);
+    rows.reserve(m);
+  }
+  /// Of the gaps in `rows`, after gaps.place(q): rates v at the momenta p, then W.
+  void evaluate(std::span<const T> q, std::span<const T> p) {
+    const size_t m = rows.size();
+    v.resize(m);
+    W.resize(m * m);
+    gaps.move(q, p);
+    for (size_t i = 0; i < m; ++i) v[i] = gaps.rate(rows[i]);
+    for (size_t i = 0; i < m; ++i) {
+      const auto g = gaps.gradient(rows[i], q);
+      std::copy(g.begin(), g.end(), G_.begin() + long(i * nq_));
+      gaps.move(q, g);
+      for (size_t j = 0; j < m; ++j) W[i * m + j] = gaps.rate(rows[j]);
+      const auto& rates = gaps.joint_rates();
+      std::copy(rates.begin(), rates.end(), pushed_.begin() + long(i * nv_));
+    }
+    for (size_t i = 0; i < m; ++i)
+      for (size_t j = 0; j < i; ++j) W[j * m + i] = W[i * m + j];
+  }
+  /// G_iᵀ of rows[i] as momenta, and M⁻¹ G_iᵀ as joint rates.
+  std::span<const T> gradient(size_t i) const { return std::span(G_).subspan(i * nq_, nq_); }
+  std::span<const T> pushed(size_t i) const { return std::span(pushed_).subspan(i * nv_, nv_); }
+
+  RigidGaps<T> gaps;
+  std::vector<size_t> rows;
+  std::vector<T> v, W;
+
+ private:
+  size_t nq_, nv_;
+  std::vector<T> G_, pushed_;
+};
+
+}  // namespace porthos::contact
