@@ -78,7 +78,7 @@ class Progress {
   double work_ = 0;  ///< of the normal force
 };
 
-void require(bool holds, const char* what, double value, const char* expected) {
+void require_range(bool holds, const char* what, double value, const char* expected) {
   if (!holds || !std::isfinite(value))
     throw InvalidArgument(fmt::format("{} is {:g}, expected {}", what, value, expected));
 }
@@ -86,10 +86,10 @@ void require(bool holds, const char* what, double value, const char* expected) {
 }  // namespace
 
 PlanarOutcome impact_with_friction(const PlanarImpact& start, double e, double mu) {
-  require(e >= 0 && e <= 1, "restitution", e, "0 to 1");
-  require(mu >= 0, "friction", mu, "0 or more");
+  require_range(e >= 0 && e <= 1, "restitution", e, "0 to 1");
+  require_range(mu >= 0, "friction", mu, "0 or more");
   const double det = start.nn * start.tt - start.nt * start.nt;
-  require(start.nn > 0 && det > 0, "the determinant of W", det, "more than 0");
+  require_range(start.nn > 0 && det > 0, "the determinant of W", det, "more than 0");
   Progress impact(start, mu);
   if (start.normal < 0) {
     impact.compress();
