@@ -103,7 +103,10 @@ void Outputs::refuse_wrench(const Output& o) const {
   if (scene_.is_constrained()) refuse("mimic = \"couple\"");
   for (const auto& c : scene_.contacts) refuse("contact '" + c.name + "'");
   for (const Element& e : scene_.elements)
-    if (e.joint.empty()) refuse(fmt::format("{} '{}', which acts on links", e.type, e.name));
+    if (e.joint.empty())
+      refuse(fmt::format("{} '{}', which acts on links", e.type, e.name));
+    else if (e.stop && e.stop->law.rigid())
+      refuse("the rigid stop '" + e.name + "'");
 }
 
 }  // namespace porthos::scene
