@@ -254,6 +254,7 @@ bool NewtonIteration::inside(const Vector& v) const {
   return true;
 }
 
+/// Moves by a part of the step to v, and the multipliers with it.
 void NewtonIteration::take(const Move& move, double alpha, double alpha_dual, const Vector& v) {
   at_.v = v;
   at_.lambda += alpha * move.lambda;
@@ -299,8 +300,9 @@ bool NewtonIteration::search_afresh(const Move& move) {
   return search(move);
 }
 
+/// Halves the step until the filter takes it, as it is or as a motion.
 bool NewtonIteration::search(const Move& move) {
-  const Vector v0 = at_.v, defects = shooting_.defects, goals = shooting_.goals;
+  const Vector v0 = at_.v;
   const double theta0 = shooting_.infeasibility(), phi0 = barrier_at(v0, shooting_.cost);
   // the slope of the barrier function along the step: that of the Lagrangian's cost part
   double slope = 0;

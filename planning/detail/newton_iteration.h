@@ -31,7 +31,6 @@ class NewtonIteration {
   bool lower_barrier();
   double barrier_at(const Vector& v, double cost) const;
 
-  /// The Newton step of the programme; raises the regularisation until it is convex.
   bool step(Move& move, bool exact);
   void set_up(bool exact);
   bool try_sweep();

@@ -175,6 +175,10 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
       p.goals.push_back({{}, at.q, *j.rate});
       made.goal_names.push_back(j.name + ".rate");
     }
+    if (const double q = p.start[size_t(at.q)];
+        (j.lower && q < *j.lower) || (j.upper && q > *j.upper))
+      refuse(j.where, fmt::format("joint '{}' starts at {}, which is beyond its limits in [plan]",
+                                  j.name, q));
     if (j.lower) set_limit(p.limits.state_lower, nx, -planning::no_limit, at.q, *j.lower);
     if (j.upper) set_limit(p.limits.state_upper, nx, planning::no_limit, at.q, *j.upper);
     if (!j.actuated) continue;

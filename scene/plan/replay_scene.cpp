@@ -34,7 +34,8 @@ std::string replay_scene(const Scene& scene, const PlanProblem& made,
   root.insert_or_assign("title", scene.title + ", replayed");
   root["model"].as_table()->insert_or_assign("urdf", "model.urdf");
   toml::table& integrator = *root["integrator"].as_table();
-  integrator.insert_or_assign("method", scene.method);  // of the command line, if it was given there
+  // of the command line, if they were given there
+  integrator.insert_or_assign("method", scene.method);
   integrator.insert_or_assign("step", scene.step);
   root["run"].as_table()->insert_or_assign("duration", scene.duration);
   std::ostringstream text;

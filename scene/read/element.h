@@ -51,7 +51,7 @@ struct Element {
   std::function<void(const Element&, const JointElement&)> add = {};
 
   // Used outside the network.
-  double rate = 0;  ///< [Hz], of a sampled controller; 0: continuous
+  double rate = 0;    ///< [Hz], of a sampled controller; 0: continuous
   double period = 0;  ///< [s], of the pieces of a force; 0: it has none
   std::optional<phs::DcMotor> motor;
   std::optional<double> wheel_gain;  ///< [N m s/rad], of a reaction wheel

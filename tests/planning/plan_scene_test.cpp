@@ -130,6 +130,7 @@ TEST_F(PlanScene, Refusals) {
       {joints, "elbow = { position = 1 }", "[plan]: the model has no joint 'elbow'"},
       {joints, "hinge = { rate = 1, free_rate = true }", "rate is given with free_rate"},
       {joints, "hinge = { position = 2, upper = 1 }", "position is 2, which is beyond its limits"},
+      {joints, "hinge = { lower = 1 }", "joint 'hinge' starts at 0, which is beyond its limits"},
       {joints, joints + "\nbase = { rate_weight = 1 }", "no joint 'base'"},
       {"slide = { position = 1.0, guess = -7.0 }", "slide = { actuated = false }",
        "[plan] has no actuated joint"},
