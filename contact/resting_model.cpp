@@ -79,7 +79,11 @@ class RestingSystem final : public phs::Forwarding<T> {
 RestingModel::RestingModel(const phs::Model& whole, const ContactModel& contacts)
     : whole_(whole),
       contacts_(contacts),
-      closed_(std::make_shared<std::vector<char>>(RigidGaps<double>(contacts).count(), 0)) {}
+      description_(whole.description()),
+      closed_(std::make_shared<std::vector<char>>(RigidGaps<double>(contacts).count(), 0)) {
+  for (auto& p : description_.powers)
+    if (p.kind == phs::PowerKind::observed && p.name.ends_with(".impacts")) p.name += "_so_far";
+}
 
 template <class T>
 std::unique_ptr<phs::System<T>> RestingModel::make_system() const {

@@ -18,7 +18,9 @@ class RestingModel final : public phs::ModelFor<RestingModel> {
   /// whole: a model whose state begins with that of the mechanism in `contacts`
   RestingModel(const phs::Model& whole, const ContactModel& contacts);
 
-  const phs::Description& description() const override { return whole_.description(); }
+  /// That of the whole, but its counts of impacts have other names: methods refuse a model that
+  /// jumps, and this one does not.
+  const phs::Description& description() const override { return description_; }
   std::vector<phs::HoldPtr> holds() const override { return whole_.holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
@@ -31,6 +33,7 @@ class RestingModel final : public phs::ModelFor<RestingModel> {
  private:
   const phs::Model& whole_;
   const ContactModel& contacts_;
+  phs::Description description_;
   std::shared_ptr<std::vector<char>> closed_;
 };
 

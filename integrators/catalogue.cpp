@@ -1,6 +1,7 @@
 #include "integrators/catalogue.h"
 
 #include <cmath>
+#include <string_view>
 
 #include "integrators/methods/composition.h"
 #include "integrators/methods/discrete_gradient.h"
@@ -168,6 +169,17 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
 
 namespace {
 
+/// Methods know no jumps of the state. A model with rigid contacts counts its <name>.impacts.
+void refuse_jumps(const phs::Description& d) {
+  constexpr std::string_view counted = ".impacts";
+  for (const auto& p : d.powers)
+    if (p.kind == phs::PowerKind::observed && p.name.ends_with(counted))
+      throw InvalidArgument("'" + d.name + "' jumps at the impacts of '" +
+                            p.name.substr(0, p.name.size() - counted.size()) +
+                            "', which are rigid: expected a run of a scene, or "
+                            "contact::with_rigid_contacts()");
+}
+
 const Entry& fitting_entry(const std::string& method, const phs::Model& model, double h) {
   if (!std::isfinite(h) || h == 0)
     throw InvalidArgument("step is " + std::to_string(h) +
@@ -175,6 +187,7 @@ const Entry& fitting_entry(const std::string& method, const phs::Model& model, d
   const Entry& e = entry_of(method);
   if (const auto reason = misfit(e.declaration, model.description()))
     throw InvalidArgument(*reason);
+  refuse_jumps(model.description());
   return e;
 }
 

@@ -177,6 +177,11 @@ bool switches(const Scene& s) {
                      [](const Element& e) { return e.stop && e.stop->law.switches(); });
 }
 
+bool has_rigid(const phs::Model& model) {
+  const auto* const contacts = contacts_in(model);
+  return contacts && !contacts->rigid().empty();
+}
+
 namespace {
 /// with_touches() of the contacts, null: none, in a model.
 std::unique_ptr<integrators::Integrator> with_those(const contact::ContactModel* contacts,

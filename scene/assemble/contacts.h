@@ -26,6 +26,9 @@ void check_contacts(const Scene& scene, const mechanics::Mechanism& mechanism);
 /// begins to touch.
 bool switches(const Scene& scene);
 
+/// Whether a model of a scene has rigid contacts or stops.
+bool has_rigid(const phs::Model& model);
+
 /// Makes a method for a model.
 using MakeMethod = std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>;
 

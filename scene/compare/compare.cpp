@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/assemble/contacts.h"
 #include "scene/compare/ladder.h"
 #include "scene/compare/sound_method.h"
 #include "scene/run/cpu_clock.h"
@@ -180,7 +181,7 @@ class ComparisonRun {
                                   .stop = options_.stop});
     return c_.sensitivity.time_of_growth(trajectory_growth);
   } catch (const InvalidArgument& why) {
-    if (!assembly_.spacecraft) throw;
+    if (!assembly_.spacecraft && !has_rigid(*assembly_.model)) throw;
     c_.notes.push_back(fmt::format("how small deviations grow is not known: {}", why.what()));
     return HUGE_VAL;
   }

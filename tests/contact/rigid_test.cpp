@@ -159,6 +159,19 @@ TEST(Rigid, TenThousandElasticBounces) {
   EXPECT_GT(control.time, 1e-11);
 }
 
+/// A method without the jumps would fall through the ground.
+TEST(Rigid, MethodsAloneRefuseIt) {
+  const Rail rail(0.75);
+  try {
+    integrators::make_integrator("gauss16", rail.model, 0.1);
+    ADD_FAILURE() << "no refusal";
+  } catch (const InvalidArgument& why) {
+    EXPECT_STREQ(why.what(),
+                 "'bodies' jumps at the impacts of 'ground', which are rigid: expected a run of a "
+                 "scene, or contact::with_rigid_contacts()");
+  }
+}
+
 /// A pendulum that swings onto a stop: the reference's impacts.
 TEST(Rigid, PendulumOnAStop) {
   const auto reference = read_json(data_file("reference/q_pendulum_stop.json"));
