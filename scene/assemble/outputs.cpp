@@ -76,6 +76,10 @@ Outputs::Outputs(const Scene& scene, const Assembly& assembly)
     dual_q_.resize(size_t(m.nq()));
     dual_p_.resize(size_t(m.nq()));
     carried_.resize(m.nodes().size());
+    if (!inner.description().constraints.empty()) {
+      reactions_.emplace(inner);
+      forces_.resize(field_.size());
+    }
   }
   const auto& d = assembly.model->description();
   stored_.resize(d.storages.size());
@@ -116,6 +120,11 @@ void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const dou
   const auto x = std::span<const double>(s.x);
   inner_->set_turn_angles(angles_);
   inner_->field(t, x.first(field_.size()), {}, field_);
+  if (reactions_) {  // x' = field - Bλ
+    if (!held.empty()) reactions_->hold(held);
+    (void)reactions_->at(t, x.first(field_.size()), s.turns);
+    reactions_->forces(forces_);
+  }
   mechanism_->set_turn_angles(angles_);
   mechanism_->field(t, x.first(bare_field_.size()), {}, bare_field_);
 }
@@ -252,8 +261,9 @@ void Outputs::wrench(const Item& item, const phs::State& s, std::span<double> to
   const auto& m = *assembly_.mechanism;
   const auto nq = size_t(m.nq());
   for (size_t i = 0; i < nq; ++i) {
-    dual_q_[i] = {s.x[i], field_[i]};
-    dual_p_[i] = {s.x[nq + i], field_[nq + i]};
+    const auto rate = [&](size_t k) { return reactions_ ? field_[k] - forces_[k] : field_[k]; };
+    dual_q_[i] = {s.x[i], rate(i)};
+    dual_p_[i] = {s.x[nq + i], rate(nq + i)};
   }
   dual_w_->set_turns(s.turns);
   mechanics::rates_from_momenta<Dual>(m, *dual_w_, dual_q_, dual_p_);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mechanics/mechanism.h"
+#include "phs/system/reactions.h"
 #include "scene/assemble/assembly.h"
 #include "scene/read/formula.h"
 #include "scene/read/output.h"
@@ -85,9 +86,10 @@ class Outputs {
   bool twists_ = false, fields_ = false, bare_ = false;
   // The system in motion, without the orbit, and the mechanism alone.
   std::unique_ptr<phs::System<double>> whole_, inner_, mechanism_;
+  std::optional<phs::Reactions> reactions_;  ///< of couplings and driven joints, for wrenches
   std::vector<phs::HoldPtr> holds_;
   std::vector<std::shared_ptr<std::vector<double>>> held_;
-  std::vector<double> stored_, powers_, efforts_, field_, bare_field_, angles_;
+  std::vector<double> stored_, powers_, efforts_, field_, bare_field_, forces_, angles_;
 };
 
 }  // namespace porthos::scene

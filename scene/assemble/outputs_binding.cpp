@@ -94,16 +94,20 @@ void Outputs::bind_row(Item& item) {
                                  fmt::join(known, ", ")));
 }
 
-/// What acts on links or closes loops would have to be taken off the subtree's momentum.
+/// What acts on links that the joint carries, or closes loops, would have to be taken off their
+/// momentum.
 void Outputs::refuse_wrench(const Output& o) const {
   const auto refuse = [&](const std::string& other) {
     refuse_output(o, "joint_wrench cannot be combined with " + other + ", expected one of both");
   };
-  for (const auto& [name, where] : scene_.constraints.where) refuse("'" + name + "'");
-  if (scene_.is_constrained()) refuse("mimic = \"couple\"");
+  for (const auto* spec : {&scene_.constraints.spec, &scene_.constraints.later}) {
+    for (const auto& l : spec->loops) refuse("loop '" + l.name + "'");
+    for (const auto& l : spec->rods) refuse("rod '" + l.name + "'");
+    for (const auto& l : spec->rollings) refuse("rolling '" + l.name + "'");
+  }
   for (const auto& c : scene_.contacts) refuse("contact '" + c.name + "'");
   for (const Element& e : scene_.elements)
-    if (e.joint.empty())
+    if (e.joint.empty() && !e.torquer)  // rods are on the base, which no joint carries
       refuse(fmt::format("{} '{}', which acts on links", e.type, e.name));
     else if (e.stop && e.stop->law.rigid())
       refuse("the rigid stop '" + e.name + "'");

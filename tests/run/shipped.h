@@ -31,6 +31,9 @@ inline scene::Scene shipped(const TemporaryFolder& folder, const std::string& na
     if (at == in.npos) throw std::runtime_error("no '" + from + "' in " + name);
     in.replace(at, from.size(), to);
   }
+  for (const auto& other : fs::directory_iterator(example))  // of its robots
+    if (other.path().extension() == ".urdf")
+      write_bytes(folder / other.path().filename().string(), read_bytes(other.path()));
   write_bytes(folder / beside, urdf);
   write_bytes(folder / "scene.toml", text + more);
   return scene::read_scene((folder / "scene.toml").string());

@@ -1,0 +1,79 @@
+#include <fmt/format.h>
+
+#include "scene/run/limit_notes.h"
+#include "scene/run/verdict.h"
+#include "scene/run/watched_run.h"
+
+/// What a run in progress tells of itself.
+namespace porthos::scene {
+
+using integrators::Outcome;
+
+RunReport WatchedRun::report() const {
+  RunReport r;
+  r.title = scene_.title;
+  r.method = scene_.method;
+  r.step_control = scene_.step_control;
+  r.step_s = scene_.step;
+  r.simulated_s = time();
+  r.steps = state_.step;
+  r.cost = integrator_->cost();
+  ledger_.fill(r, meter_);
+  const auto& powers = assembly_.model->description().powers;
+  for (size_t i = 0; i + 1 < impacts_.size(); i += 2)
+    for (ImpactRow& row : r.impacts)
+      if (powers[size_t(impacts_[i])].name == row.name + ".impact")
+        row.first_s.push_back(impacts_[i + 1]);
+  if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
+  r.outcome = outcome_;
+  if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
+  if (outcome_ == Outcome::singular)
+    r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
+  r.final_state = state_;
+  if (until_ >= stops_from_)
+    r.stopped = stopped_by(scene_.stops[size_t(until_ - stops_from_)], time());
+  else
+    r.until = until_;
+  r.held = integrator_->sampler().memory();
+  return r;
+}
+
+Stopped stopped_by(const Stop& stop, double at) { return {stop.name, text(stop), at, stop.fails}; }
+
+void note_stop(RunReport& r, const Stopped& by) {
+  r.stopped = by;
+  r.notes.push_back(fmt::format("the run ended at {:.17g} s by the stop '{}'{}", by.at, by.name,
+                                by.name == by.condition ? "" : ": " + by.condition));
+  if (by.fails) r.checks.push_back({"stop." + by.name, 1, 0, false, false});
+}
+
+void WatchedRun::add_notes(RunReport& r) const {
+  if (r.stopped) note_stop(r, *r.stopped);
+  const auto add = [&](std::vector<std::string> notes) {
+    for (auto& note : notes) r.notes.push_back(std::move(note));
+  };
+  if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
+  if (assembly_.mechanical) {
+    std::vector<std::string> held;
+    for (const Element& e : scene_.elements)
+      if (e.type == "limits" || e.stop) held.push_back(e.joint);
+    add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
+    add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
+  }
+  add(notes_on_numbers(scene_, r.cost.sweeps));
+  if (const auto remark = integrator_->remark(); !remark.empty() && outcome_ != Outcome::singular)
+    r.notes.push_back(integrator_->declaration().rival ? remark
+                                                       : "implicit equations by " + remark);
+  if (!integrator_->port_work().empty() && !integrator_->integrates_power())
+    r.notes.push_back(fmt::format(
+        "{} keeps no ledger of its own: works are taken by two Gauss points of each step, whose "
+        "error (order 4 in the step) stands in the defect of the balance",
+        scene_.method));
+  if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
+}
+
+void WatchedRun::judge(RunReport& r) const {
+  scene::judge(r, scene_, integrator_->declaration(), meter_);
+}
+
+}  // namespace porthos::scene
