@@ -162,9 +162,10 @@ void check_pieces(const Scene& s) {
       refuse(e.where, what + ", which steps of a step_control pass: expected steps of one size");
     const auto& method = integrators::declaration_of(s.method);
     if (method.rival || method.order == 0)
-      refuse(e.where, fmt::format("{}, and {} chooses its steps itself: expected a method with steps "
-                                  "of one size",
-                                  what, s.method));
+      refuse(e.where,
+             fmt::format("{}, and {} chooses its steps itself: expected a method with steps "
+                         "of one size",
+                         what, s.method));
     const double steps = e.period / s.step;
     if (std::fabs(steps - std::round(steps)) > 1e-9 * steps || steps < 0.5)
       refuse(e.where, fmt::format("{} and the step is {} s, expected a whole number of steps in a "

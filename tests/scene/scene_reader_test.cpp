@@ -175,7 +175,8 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
        "12:2: unknown key 'verfiy' in the scene, the nearest known one is 'verify' "
-       "(known: title, model, environment, initial, robot, body, panel, element, controller, actuator, "
+       "(known: title, model, environment, initial, robot, body, panel, element, controller, "
+       "actuator, "
        "loop, "
        "coupling, rolling, motion, contact, event, output, stop, planet, orbit, integrator, "
        "monitor, run, "
