@@ -31,14 +31,15 @@ void check_program(const QuadraticProgram& p) {
 
 }  // namespace
 
-/// With G = L Lᵀ and the active rows N: J = L⁻ᵀ Q, Nᵀ J = [Rᵀ 0]. So Jᵀ G J = 1, the first k columns
-/// of J belong to the active rows, and the others, J2, span the moves that keep them.
+/// With G = L Lᵀ and the active rows N: J = L⁻ᵀ Q, Nᵀ J = [Rᵀ 0]. So Jᵀ G J = 1, the first k
+/// columns of J belong to the active rows, and the others, J2, span the moves that keep them.
 struct QpSolver::Work {
   using Matrix = Eigen::MatrixXd;
   using Vector = Eigen::VectorXd;
   using Rows = Eigen::Map<const Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>;
 
   long n = 0, m = 0, k = 0;
+  double reach = 0;     ///< largest |x| so far: what the rounding of steps is relative to
   long equalities = 0;  ///< rows of `active` that are equalities: the first ones
   Eigen::LLT<Matrix> llt;
   Matrix J, R;
@@ -135,9 +136,9 @@ struct QpSolver::Work {
     }
   }
 
-  /// The rounding of row i at x, in units of the row's length.
-  double rounding(const QuadraticProgram& p, long i) const {
-    return double(n) * eps_qp * (x.norm() + std::fabs(p.c[size_t(i)]) / norm[i]);
+  /// The rounding of row i at points of that size, in units of the row's length.
+  double rounding(const QuadraticProgram& p, long i, double size) const {
+    return double(n) * eps_qp * (size + std::fabs(p.c[size_t(i)]) / norm[i]);
   }
 
   QpSolution::Status contradiction(long i, double sign) {
@@ -169,11 +170,12 @@ bool QpSolver::Work::begin(const QuadraticProgram& p, bool warm) {
     if (look_at(p, i)) add(i);
   equalities = k;
   settle(p);
+  reach = x.norm();
   for (long i = 0; i < p.equalities; ++i) {
     if (passed[size_t(i)]) continue;
     passed[size_t(i)] = 1;
     const double off = row(p, i).dot(x) - p.c[size_t(i)];
-    if (std::fabs(off) / norm[i] <= 1e4 * rounding(p, i)) continue;
+    if (std::fabs(off) / norm[i] <= 1e4 * rounding(p, i, x.norm())) continue;
     look_at(p, i);
     s.status = contradiction(i, off > 0 ? -1 : 1);
     return false;
@@ -206,7 +208,7 @@ QpSolution::Status QpSolver::Work::bring_in(const QuadraticProgram& p, long i) {
       }
     const double primal = independent ? -off / d.tail(n - k).squaredNorm() : HUGE_VAL;
     if (!independent && leaves < 0) {
-      if (-off / norm[i] > 1e4 * rounding(p, i)) return contradiction(i, 1);
+      if (-off / norm[i] > 1e4 * rounding(p, i, reach)) return contradiction(i, 1);
       passed[size_t(i)] = 1;  // it follows from active rows, to rounding
       return QpSolution::Status::optimal;
     }
@@ -214,6 +216,7 @@ QpSolution::Status QpSolver::Work::bring_in(const QuadraticProgram& p, long i) {
     if (independent) {
       z.noalias() = J.rightCols(n - k) * d.tail(n - k);
       x += t * z;
+      reach = std::max(reach, x.norm());
     }
     u.head(k) -= t * r.head(k);
     u[k] += t;
@@ -235,9 +238,10 @@ QpSolution::Status QpSolver::Work::iterate(const QuadraticProgram& p) {
     slack -= c;
     long worst = -1;
     double least = 0;
+    const double size = x.norm();
     for (long i = p.equalities; i < m; ++i) {
       const double scaled = slack[i] / norm[i];
-      if (passed[size_t(i)] || scaled >= least || scaled >= -rounding(p, i)) continue;
+      if (passed[size_t(i)] || scaled >= least || scaled >= -rounding(p, i, size)) continue;
       worst = i;
       least = scaled;
     }

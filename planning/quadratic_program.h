@@ -24,8 +24,8 @@ struct QpSolution {
   std::vector<double> multipliers;
   double value = 0;         ///< ½ xᵀG x + aᵀx
   std::vector<int> active;  ///< the rows that hold with equality and carry a multiplier
-  /// If infeasible: rows that contradict each other, and weights (of inequalities not negative) with
-  /// which the rows add up to 0 and the right-hand sides to more than 0 (Farkas).
+  /// If infeasible: rows that contradict each other, and weights (of inequalities not negative)
+  /// with which the rows add up to 0 and the right-hand sides to more than 0 (Farkas).
   std::vector<int> conflict;
   std::vector<double> conflict_weights;
   int steps = 0;  ///< rows added and dropped after the equalities and the rows of a warm start
