@@ -38,7 +38,8 @@ bool HierarchySolution::met() const {
   return std::all_of(levels.begin(), levels.end(), [](const auto& l) { return l.met; });
 }
 
-/// x + Z v: Z spans what the levels so far leave free. CZ = C Z of all their limits, room = c - C x.
+/// x + Z v: Z spans what the levels so far leave free. CZ = C Z of all their limits, and
+/// room = c - C x.
 struct TaskHierarchy::Work {
   long n = 0, free = 0, limits = 0;
   Vector x, room, length, v, before, scratch, r, s;
@@ -69,8 +70,8 @@ void TaskHierarchy::Work::add_limits(const TaskLevel& level) {
   limits += fresh;
 }
 
-/// Turns Z such that A Z = P [Lᵀ... 0]: the task sees the first `rank` directions only, as L s. Sets
-/// L, and r = the task's wanted move in L's order of rows.
+/// Turns Z such that A Z = P [L 0]: the task sees the first `rank` directions only, as L s. Sets L,
+/// and r, the task's wanted move in L's order of rows.
 long TaskHierarchy::Work::turn_to_task(const TaskLevel& level) {
   const long tasks = long(level.b.size());
   if (tasks == 0 || free == 0) return 0;
@@ -105,9 +106,9 @@ bool TaskHierarchy::Work::within_limits() const {
   return true;
 }
 
-/// min |L s - r|² over v = (s, t) within the limits. The task does not see t, so the program is made
-/// strictly convex by δ |t - t_before|² and repeated until the task does not gain: the limit is a
-/// minimum of the task alone (proximal points, Rockafellar 1976). false: no v keeps the limits.
+/// min |L s - r|² over v = (s, t) within the limits. The task does not see t, so the program is
+/// made strictly convex by δ |t - t_before|² and repeated until the task does not gain: its end is
+/// a minimum of the task alone (proximal points, Rockafellar 1976). false: no v keeps the limits.
 bool TaskHierarchy::Work::minimise(long rank) {
   qp.n = int(free);
   qp.equalities = 0;

@@ -14,7 +14,7 @@ BELOW = {
     "phs": [],
     "mechanics": ["phs"],
     "integrators": ["phs"],
-    "planning": ["integrators"],
+    "planning": ["mechanics", "integrators"],
     "ensemble": ["integrators"],
     "adapters": ["scene"],
     "energy_shaping": ["mechanics", "integrators"],

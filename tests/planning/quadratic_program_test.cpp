@@ -156,7 +156,8 @@ TEST(QuadraticProgram, Degenerate) {
   EXPECT_LE(worst, 1e-12);
 }
 
-/// The rows of a conflict, weighted, add up to 0 ≥ (something positive), which is a proof. Control: without the contradicting rows the program has an optimum.
+/// The rows of a conflict, weighted, add up to 0 ≥ (something positive): a proof.
+/// Control: without the contradicting rows the program has an optimum.
 TEST(QuadraticProgram, NamesWhatContradicts) {
   std::mt19937 gen(3);
   QpSolver solver;

@@ -1,0 +1,121 @@
+#pragma once
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanics/mechanism.h"
+#include "planning/task_hierarchy.h"
+
+namespace porthos::planning {
+
+/// A point of a body that the world may push: |tangential force| ≤ friction · normal force.
+struct ContactPoint {
+  std::string name;
+  std::string body;
+  mechanics::Vec3d position{0, 0, 0};  ///< in the body's frame [m]
+  mechanics::Vec3d normal{0, 0, 1};    ///< world axes, from the ground to the body
+  double friction = 0.7;
+  double least = 0;                                       ///< normal force [N], ≥ 0
+  double most = std::numeric_limits<double>::infinity();  ///< normal force [N]
+  /// false: the point keeps its velocity. true: it may accelerate, as where it slides or is pushed.
+  bool moves = false;
+};
+
+/// Limits of a joint of one freedom. What is not stated is not limited.
+struct JointLimit {
+  std::string joint;
+  double torque = std::numeric_limits<double>::infinity();  ///< |τ| [N m | N]; 0: no motor
+  double rate = std::numeric_limits<double>::infinity();    ///< |v + T v'| [rad/s | m/s]
+  double lower = -std::numeric_limits<double>::infinity();  ///< of q + T v + ½T²v' [rad | m]
+  double upper = std::numeric_limits<double>::infinity();
+};
+
+/// What a whole-body controller is told beside the mechanism.
+struct WholeBodyOptions {
+  std::vector<ContactPoint> contacts;
+  std::vector<JointLimit> limits;
+  double period = 1e-3;  ///< T: how far the limits of rate and position look ahead [s]
+};
+
+/// Accelerations, contact forces and torques at one state.
+struct WholeBodySolution {
+  bool possible = false;  ///< false: nothing keeps the equations, cones and torque limits together
+  std::string why;        ///< if not possible: what fails, and by how much
+  std::vector<double> v_dot;            ///< nv
+  std::vector<double> forces;           ///< 3 for each contact, on the body, world axes [N]
+  std::vector<double> tau;              ///< nv; zero where there is no motor. Empty if not possible
+  std::vector<std::string> exceeded;    ///< limits of rate and position that cannot be kept
+  std::span<const LevelOutcome> tasks;  ///< of each level given to solve()
+};
+
+/// Inverse dynamics of a whole mechanism with strict priorities. The unknowns are z = (v', f/m):
+/// joint accelerations and the contact forces in world axes over the total mass m. The levels are,
+/// in this order: M v' + b = Sᵀτ + J_cᵀ f for freedoms without motor, and J_c v' + J̇_c v = 0 of
+/// contacts; pyramids inscribed in the friction cones and torque limits; limits of rate and
+/// position; the tasks. Joints of several freedoms (a free base) have no motor.
+/// Sources: Saab et al. 2013 (IEEE Trans. Robot. 29); Escande, Mansard, Wieber 2014.
+class WholeBody {
+ public:
+  /// @throws InvalidArgument naming the contact or joint: unknown or repeated names, a body that
+  ///   does not move, a normal of length 0, negative friction or limits, lower above upper
+  WholeBody(std::shared_ptr<const mechanics::Mechanism> mechanism, WholeBodyOptions options);
+  ~WholeBody();
+  WholeBody(WholeBody&&) noexcept;
+
+  /// The state at which tasks are made and solved. @param q  size nq;  v size nv
+  /// @throws InvalidArgument for wrong sizes
+  void update(std::span<const double> q, std::span<const double> v);
+
+  /// A point of a body accelerates as wanted. The axes are the world's.
+  /// @param acceleration  of the body's rotation [rad/s²] and of the point [m/s²]: 6 numbers,
+  ///   [angular; linear]; NaN leaves a component free
+  TaskLevel frame(const std::string& body, const mechanics::Vec3d& position,
+                  std::span<const double> acceleration) const;
+  /// Joint accelerations. @param v_dot  size nv; NaN leaves a freedom free
+  TaskLevel joints(std::span<const double> v_dot) const;
+  /// The rate of the centroidal momentum, k_G' [N m] and P' [N]: rows over the total mass.
+  /// @param rate  6 numbers, [angular; linear], world axes; NaN leaves a component free
+  TaskLevel momentum(std::span<const double> rate) const;
+  /// The acceleration of the centre of mass [m/s²]. @param acceleration  3 numbers; NaN: free
+  TaskLevel centre_of_mass(std::span<const double> acceleration) const;
+  /// The smallest contact forces.
+  TaskLevel small_forces() const;
+
+  /// @param tasks  the first is the most important; rows over z
+  /// @return valid until the next call
+  const WholeBodySolution& solve(std::span<const TaskLevel> tasks);
+
+  const mechanics::Mechanism& mechanism() const;
+  int unknowns() const;  ///< nv + 3 contacts
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+/// Adds the rows of `more` to a level, its task times `weight`.
+void append(TaskLevel& level, const TaskLevel& more, double weight = 1);
+
+/// Where a flat ground at height 0 must push so that no horizontal moment is left:
+/// p_G - z p_G''/(g + z'') - k_G' × e_z/(m(g + z'')).
+/// @param com, com_acceleration  of the centre of mass, z above the ground [m, m/s²]
+/// @param k_rate  rate of the angular momentum about the centre of mass [N m]
+/// @throws InvalidArgument unless mass and g + z'' are positive: then nothing pushes
+mechanics::Vec3d zero_moment_point(double mass, double g, const mechanics::Vec3d& com,
+                                   const mechanics::Vec3d& com_acceleration,
+                                   const mechanics::Vec3d& k_rate);
+
+/// Torques that give a task its acceleration, and τ0 where the task does not feel it:
+/// τ = Jᵀ(Λ(ẍ - J̇v) + J̄ᵀb) + (1 - JᵀJ̄ᵀ)τ0 with Λ = (J M⁻¹ Jᵀ)⁻¹, J̄ = M⁻¹JᵀΛ.
+/// @param M  n × n;  J  task × n, row after row, of full rank;  b, tau0 size n (the forces that the
+///   free motion needs; τ0 empty: none);  acceleration, J_dot_v one for each row;  tau written, n
+/// @throws InvalidArgument for sizes that do not fit, a J that has not full rank
+/// Source: Khatib 1987 (IEEE J. Robot. Autom. 3).
+void operational_space_torque(std::span<const double> M, std::span<const double> b,
+                              std::span<const double> J, std::span<const double> J_dot_v,
+                              std::span<const double> acceleration, std::span<const double> tau0,
+                              std::span<double> tau);
+
+}  // namespace porthos::planning
