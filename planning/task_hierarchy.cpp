@@ -42,7 +42,7 @@ bool HierarchySolution::met() const {
 /// room = c - C x.
 struct TaskHierarchy::Work {
   long n = 0, free = 0, limits = 0;
-  Vector x, room, length, v, before, scratch, r, s;
+  Vector x, room, length, kept, v, before, scratch, r, s;
   Matrix Z, CZ, AZ, L;
   Eigen::ColPivHouseholderQR<Matrix> qr;
   Eigen::HouseholderQR<Matrix> thin;
@@ -53,7 +53,7 @@ struct TaskHierarchy::Work {
   void solve_level(const TaskLevel& level, LevelOutcome& o);
   void add_limits(const TaskLevel& level);
   long turn_to_task(const TaskLevel& level);
-  bool within_limits() const;
+  bool within_limits();
   bool minimise(long rank);
   bool relax(long fresh);
 };
@@ -97,11 +97,11 @@ long TaskHierarchy::Work::turn_to_task(const TaskLevel& level) {
   return rank;
 }
 
-bool TaskHierarchy::Work::within_limits() const {
-  const auto C = CZ.topLeftCorner(limits, free);
+bool TaskHierarchy::Work::within_limits() {
+  kept.head(limits).noalias() = CZ.topLeftCorner(limits, free) * v;
+  const double rounding = 1e-15 * double(n) * (v.norm() + x.norm());
   for (long i = 0; i < limits; ++i) {
-    const double left = C.row(i).dot(v) - room[i];
-    if (left < -1e-15 * double(n) * length[i] * (v.norm() + x.norm())) return false;
+    if (kept[i] - room[i] < -rounding * length[i]) return false;
   }
   return true;
 }
@@ -238,6 +238,7 @@ const HierarchySolution& TaskHierarchy::solve(std::span<const TaskLevel> levels)
   w.Z.setIdentity(n, n);
   w.room.setZero(limits);
   w.length.setZero(limits);
+  w.kept.resize(limits);
   w.CZ.resize(limits, n);
   w.free = n;
   w.limits = 0;
