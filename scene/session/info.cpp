@@ -248,7 +248,8 @@ std::string outputs_section(const Scene& scene, const Assembly& a) {
     rows.push_back({o.name, std::to_string(o.size), o.unit});
   std::string text = "Outputs\n" + aligned(rows, "  ");
   for (const Stop& s : scene.stops)
-    text += fmt::format("  the run ends{} where {}\n", s.fails ? " and fails" : "", scene::text(s));
+    text += fmt::format("  the run ends{} where {} is {} {:g}\n", s.fails ? " and fails" : "",
+                        s.output, s.above ? "above" : "below", s.limit);
   return text;
 }
 
