@@ -291,6 +291,12 @@ TEST(Outputs, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_TRUE(says(refusal(output("momentum", "p", "link = \"foot\"")), "does not move"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"sqrt(\"")), "is no formula"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"a + 1\"")), "no outputs before it"));
+  EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"1, 2\"")), "states 2 numbers"));
+  const auto q = output("joint_position", "q", "joint = \"hinge\"");
+  EXPECT_TRUE(says(refusal(q + output("formula", "f", "formula = \"q = 5\"")), "assigns by '='"));
+  EXPECT_EQ(refusal(q + output("formula", "f", "formula = \"q >= 5 ? 1 : q == 2\"")), "");
+  EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"" + std::string(2000, '(') + "\"")),
+                   "has 2000 characters, expected at most 1000"));
   EXPECT_TRUE(says(refusal(output("centre_of_mass", "9a", "")), "not first a digit"));
   const auto com = output("centre_of_mass", "com", "");
   EXPECT_TRUE(says(refusal(com + com), "is that of another output"));
