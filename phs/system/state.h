@@ -67,6 +67,15 @@ inline constexpr double two_pi_hi = 6.283185307179586476925286766559005768394;
 inline constexpr double two_pi_lo = 2.449293598294706355e-16;  ///< 2π - two_pi_hi
 inline constexpr double pi_hi = 3.141592653589793238462643383279502884197;
 
+/// x with all turns in its angles.
+inline std::vector<double> with_turns(const Description& d, const State& s) {
+  std::vector<double> x = s.x;
+  size_t a = 0;
+  for (const auto& b : d.blocks)
+    if (b.kind == BlockKind::angle) x[size_t(b.at)] += two_pi_hi * double(s.turns[a++]);
+  return x;
+}
+
 /// Brings every angle block back into [-π, π] with a two-word 2π. Returns true if any turn count
 /// changed. Leaves angles beyond 1e15, inf and NaN alone; the integrator reports those.
 inline bool wrap_angles(const Description& d, State& s) {

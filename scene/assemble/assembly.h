@@ -42,6 +42,9 @@ struct Assembly {
   std::vector<mechanics::UrdfNote> notes;
   std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
   bool is_phase = false;  ///< between events: parts of the scene may be inactive
+
+  /// The model that methods step: in orbit the internal motion alone.
+  const phs::Model& internal() const { return spacecraft ? spacecraft->internal() : *model; }
 };
 
 /// A method of the catalogue for the assembly, with steps of one size. In orbit it steps the

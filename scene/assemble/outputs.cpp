@@ -36,48 +36,52 @@ std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& ass
   return all;
 }
 
-Outputs::Outputs(const Scene& scene, const Assembly& assembly)
-    : scene_(scene), assembly_(assembly), view_(assembly) {
+Outputs::Outputs(const Scene& scene, const Assembly& assembly, std::vector<Output> outputs)
+    : scene_(scene),
+      assembly_(assembly),
+      outputs_(std::move(outputs)),
+      model_(*assembly.model),
+      inner_model_(assembly.internal(), model_),
+      view_(assembly) {
   std::vector<std::string> names;
-  for (const Output& o : scene.outputs) {
+  for (const Output& o : outputs_) {
     Item item{};
     item.output = &o;
     bind(item);
     if (o.quantity == OutputQuantity::formula) item.formula.emplace(o.formula, names);
     for (auto& name : component_names(o)) names.push_back(std::move(name));
-    size_ += o.size();
     items_.push_back(std::move(item));
   }
+  size_ = names.size();
   values_.resize(size_);
   if (items_.empty()) return;
   const auto& m = *assembly.mechanism;
   w_.emplace(m);
   poses_.resize(m.nodes().size());
+  using Q = OutputQuantity;
   const auto needs = [&](auto... q) {
-    return std::any_of(scene.outputs.begin(), scene.outputs.end(),
+    return std::any_of(outputs_.begin(), outputs_.end(),
                        [&](const Output& o) { return ((o.quantity == q) || ...); });
   };
+  places_ = needs(Q::position, Q::attitude, Q::angle, Q::distance, Q::velocity, Q::angular_velocity,
+                  Q::momentum, Q::angular_momentum);
   twists_ =
-      needs(OutputQuantity::velocity, OutputQuantity::angular_velocity, OutputQuantity::joint_rate,
-            OutputQuantity::momentum, OutputQuantity::angular_momentum);
-  fields_ = needs(OutputQuantity::joint_torque, OutputQuantity::joint_wrench);
-  if (needs(OutputQuantity::energy, OutputQuantity::power))
-    whole_ = assembly.model->instantiate<double>();
-  const phs::Model& inner = assembly.spacecraft ? assembly.spacecraft->internal() : *assembly.model;
-  if (fields_) {
-    inner_ = inner.instantiate<double>();
+      needs(Q::velocity, Q::angular_velocity, Q::joint_rate, Q::momentum, Q::angular_momentum);
+  if (needs(Q::energy, Q::power)) whole_ = model_.instantiate<double>();
+  if (needs(Q::joint_torque, Q::joint_wrench)) {
+    inner_ = inner_model_.instantiate<double>();
     mechanism_ = assembly.mechanical->instantiate<double>();
-    field_.resize(size_t(inner.description().nx));
+    field_.resize(size_t(inner_model_.description().nx));
     bare_field_.resize(size_t(assembly.mechanical->description().nx));
   }
-  if (needs(OutputQuantity::joint_wrench)) {
+  if (needs(Q::joint_wrench)) {
     dual_w_.emplace(m);
     dual_poses_.resize(m.nodes().size());
     dual_q_.resize(size_t(m.nq()));
     dual_p_.resize(size_t(m.nq()));
     carried_.resize(m.nodes().size());
-    if (!inner.description().constraints.empty()) {
-      reactions_.emplace(inner);
+    if (!inner_model_.description().constraints.empty()) {
+      reactions_.emplace(inner_model_);
       forces_.resize(field_.size());
     }
   }
@@ -86,21 +90,13 @@ Outputs::Outputs(const Scene& scene, const Assembly& assembly)
   powers_.resize(d.powers.size());
   efforts_.resize(size_t(d.nx));
   angles_.resize(size_t(d.angle_count()));
-  holds_ = assembly.model->holds();
 }
 
 void Outputs::hold(std::span<const double> values) {
-  if (holds_.empty()) return;
-  if (held_.empty()) {
-    for (const auto& h : holds_) held_.push_back(std::make_shared<std::vector<double>>(h->fresh));
-    const std::vector<phs::HeldPtr> views(held_.begin(), held_.end());
-    if (whole_) whole_->use_held(views);
-    if (inner_) inner_->use_held(views);
-  }
-  for (const auto& h : held_) {
-    if (values.size() < h->size()) return;  // before the first instant
-    std::copy_n(values.begin(), h->size(), h->begin());
-    values = values.subspan(h->size());
+  for (const auto& memory : model_.memories()) {
+    if (values.size() < memory->size()) return;  // before the first instant
+    std::copy_n(values.begin(), memory->size(), memory->begin());
+    values = values.subspan(memory->size());
   }
 }
 
@@ -121,7 +117,6 @@ void Outputs::evaluate_fields(double t, const phs::State& s, std::span<const dou
   inner_->set_turn_angles(angles_);
   inner_->field(t, x.first(field_.size()), {}, field_);
   if (reactions_) {  // x' = field - Bλ
-    if (!held.empty()) reactions_->hold(held);
     (void)reactions_->at(t, x.first(field_.size()), s.turns);
     reactions_->forces(forces_);
   }
@@ -139,7 +134,7 @@ std::span<const double> Outputs::at(double t, const phs::State& s, std::span<con
   if (twists_)
     mechanics::rates_from_momenta<double>(m, *w_, q,
                                           std::span<const double>(world.x).subspan(nq, nq));
-  mechanics::forward_kinematics<double>(m, *w_, q, poses_);
+  if (places_) mechanics::forward_kinematics<double>(m, *w_, q, poses_);
   evaluate_fields(t, s, held);
   size_t to = 0;
   for (Item& item : items_) {

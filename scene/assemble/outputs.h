@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/core/run_model.h"
 #include "mechanics/mechanism.h"
 #include "phs/system/reactions.h"
 #include "scene/assemble/assembly.h"
@@ -33,7 +34,9 @@ class Outputs {
   /// Scene and assembly must outlive it.
   /// @throws InvalidArgument with file and line, for a link, joint or row that does not exist, and
   ///   for a quantity that the scene does not have
-  Outputs(const Scene& scene, const Assembly& assembly);
+  Outputs(const Scene& scene, const Assembly& assembly) : Outputs(scene, assembly, scene.outputs) {}
+  /// Some of them, see needed_for().
+  Outputs(const Scene& scene, const Assembly& assembly, std::vector<Output> outputs);
 
   size_t size() const { return size_; }
   /// @param s  as integrated: relative to Assembly::centre if there is one
@@ -73,6 +76,9 @@ class Outputs {
 
   const Scene& scene_;
   const Assembly& assembly_;
+  const std::vector<Output> outputs_;
+  /// The system and its internal motion, with values of the sampled controllers of their own.
+  const integrators::RunModel model_, inner_model_;
   WorldView view_;
   size_t size_ = 0;
   std::vector<double> values_;
@@ -82,13 +88,11 @@ class Outputs {
   std::vector<mechanics::Pose> poses_;
   std::vector<mechanics::Transform<Dual>> dual_poses_;
   std::vector<Dual> dual_q_, dual_p_;
-  std::vector<char> carried_;  ///< by the joint of a wrench
-  bool twists_ = false, fields_ = false, bare_ = false;
+  std::vector<char> carried_;             ///< by the joint of a wrench
+  bool places_ = false, twists_ = false;  ///< what is needed
   // The system in motion, without the orbit, and the mechanism alone.
   std::unique_ptr<phs::System<double>> whole_, inner_, mechanism_;
   std::optional<phs::Reactions> reactions_;  ///< of couplings and driven joints, for wrenches
-  std::vector<phs::HoldPtr> holds_;
-  std::vector<std::shared_ptr<std::vector<double>>> held_;
   std::vector<double> stored_, powers_, efforts_, field_, bare_field_, forces_, angles_;
 };
 

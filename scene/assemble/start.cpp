@@ -201,7 +201,7 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   const bool free_base = scene.urdf.base == mechanics::UrdfOptions::Base::free;
   const bool apart = why_centre_stays(scene).empty();
   // The model of the mechanism and its parts, without the orbit.
-  const phs::Model& internal = a.spacecraft ? a.spacecraft->internal() : *a.model;
+  const phs::Model& internal = a.internal();
   const Mechanism& joints = a.reduced ? a.reduced->mechanism() : *a.mechanism;
   Start start{joints.neutral(), std::vector<double>(size_t(joints.nv()), 0.0)};
   if (scene.random) put_random(*scene.random, joints, start);

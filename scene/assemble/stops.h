@@ -10,7 +10,8 @@ namespace porthos::scene {
 /// Scene and assembly must outlive them.
 /// @throws InvalidArgument as Outputs; for an output that depends on a sampled controller
 std::vector<integrators::Event> stop_events(const Scene& scene, const Assembly& assembly);
-/// The first stop whose condition holds at a state, or -1.
-int stop_that_holds(const Scene& scene, const Assembly& assembly, double t, const phs::State& s);
+/// The first of them whose condition holds at a state, or -1.
+int stop_that_holds(const std::vector<integrators::Event>& stops, const Assembly& assembly,
+                    double t, const phs::State& s);
 
 }  // namespace porthos::scene

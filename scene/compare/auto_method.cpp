@@ -69,11 +69,7 @@ class MethodChoice {
   }
 
  private:
-  /// The system the methods step: in orbit the internal motion alone.
-  const phs::Description& stepped() const {
-    return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
-        .description();
-  }
+  const phs::Description& stepped() const { return assembly_.internal().description(); }
   /// In orbit the step is also that of the splitting, whose error is in the coupling ledger and not
   /// in the energy.
   bool coupled(const Trial& t) const {

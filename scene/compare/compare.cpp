@@ -94,11 +94,7 @@ class ComparisonRun {
     options_.progress(f, wall(), std::max(0.0, pace * left()));
   }
 
-  /// The system the methods step: in orbit the internal motion alone.
-  const phs::Description& stepped() const {
-    return (assembly_.spacecraft ? assembly_.spacecraft->internal() : *assembly_.model)
-        .description();
-  }
+  const phs::Description& stepped() const { return assembly_.internal().description(); }
 
   void choose_methods() {
     for (const auto& d : integrators::catalogue()) {

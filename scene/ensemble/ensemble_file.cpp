@@ -29,13 +29,6 @@ std::vector<std::string> event_names(const Scene& s) {
   return names;
 }
 
-std::vector<std::string> output_names(const Scene& s) {
-  std::vector<std::string> names;
-  for (const Output& o : s.outputs)
-    for (auto& name : component_names(o)) names.push_back(std::move(name));
-  return names;
-}
-
 /// A dataset and the numbers of a row it is filled from.
 struct CaseColumn {
   Hdf5File::Dataset data;
@@ -96,7 +89,7 @@ void write_file(const std::filesystem::path& path, const Ensemble& e, const Case
     const std::string events = lines(event_names(s));
     add("events/time", l.event_time(), l.events, real, "s", events);
     add("events/dissipated", l.event_loss(), l.events, real, "J", events);
-    const std::string outputs = lines(output_names(s));
+    const std::string outputs = lines(number_names(s.outputs));
     add("outputs/end", l.output_end(), l.outputs, real, "", outputs);
     add("outputs/least", l.output_least(), l.outputs, real, "", outputs);
     add("outputs/largest", l.output_largest(), l.outputs, real, "", outputs);
@@ -183,7 +176,7 @@ EnsembleReport report_of(const Ensemble& e, const CaseStore& store) {
   const auto names = event_names(e.scene());
   for (size_t k = 0; k < l.events; ++k)
     r.events.push_back({names[k], std::int64_t(times[k].size()), spread_of(times[k])});
-  const auto numbers = output_names(e.scene());
+  const auto numbers = number_names(e.scene().outputs);
   for (size_t k = 0; k < l.outputs; ++k)
     r.outputs.push_back({numbers[k], spread_of(outputs[k]), spread_of(outputs[l.outputs + k]),
                          spread_of(outputs[2 * l.outputs + k])});

@@ -104,14 +104,11 @@ double replay_distance(const std::string& path, const std::vector<double>& x, in
   phs::State state = a.initial;
   for (int k = 0; k < intervals; ++k)
     if (method->step(state) != integrators::Outcome::ok) return NAN;
-  size_t angle = 0;
-  for (const auto& b : a.model->description().blocks)
-    if (b.kind == phs::BlockKind::angle)
-      state.x[size_t(b.at)] += phs::two_pi_hi * double(state.turns[angle++]);
+  const auto reached = phs::with_turns(a.model->description(), state);
   double off = 0;
-  const double* end = x.data() + x.size() - state.x.size();
-  for (size_t i = 0; i < state.x.size(); ++i)
-    off = std::max(off, std::fabs(state.x[i] - end[i]) / (1 + std::fabs(end[i])));
+  const double* end = x.data() + x.size() - reached.size();
+  for (size_t i = 0; i < reached.size(); ++i)
+    off = std::max(off, std::fabs(reached[i] - end[i]) / (1 + std::fabs(end[i])));
   return off;
 }
 

@@ -152,11 +152,7 @@ PlanProblem plan_problem(const Scene& scene, const Assembly& a, const PlanScene&
   p.duration = scene.duration;
   p.intervals = int(std::llround(scene.duration / scene.step));
   p.inputs = plan.inputs;
-  p.start = a.initial.x;
-  size_t angle = 0;
-  for (const auto& b : d.blocks)
-    if (b.kind == phs::BlockKind::angle)
-      p.start[size_t(b.at)] += phs::two_pi_hi * double(a.initial.turns[angle++]);
+  p.start = phs::with_turns(d, a.initial);
   std::vector<double> end = p.start;
   std::vector<std::string> ports;
   std::vector<std::pair<double, double>> guesses;

@@ -6,6 +6,7 @@
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
+#include "scene/read/output.h"
 #include "scene/run/columns.h"
 
 namespace porthos::scene {
@@ -159,7 +160,7 @@ class MotionPanels {
         const size_t columns = rows.size() / r_.t.size();
         std::vector<TraceLine> lines;
         for (size_t k = 0; k < columns; ++k)
-          lines.push_back(line(columns == 1 ? name : component(columns, k),
+          lines.push_back(line(columns == 1 ? name : component_suffixes(columns).at(k),
                                [&](size_t i) { return rows[i * columns + k]; }));
         if (columns == 1)
           numbers.push_back(std::move(lines.front()));
@@ -169,12 +170,6 @@ class MotionPanels {
       const std::string what = numbers.size() == 1 ? numbers.front().name : "outputs";
       add(what + " [" + unit + "]", std::move(numbers));
     }
-  }
-  /// As component_names(): of a vector, a quaternion, a wrench.
-  static std::string component(size_t columns, size_t k) {
-    static const char *three[] = {"x", "y", "z"}, *four[] = {"w", "x", "y", "z"},
-                      *six[] = {"mx", "my", "mz", "fx", "fy", "fz"};
-    return columns == 3 ? three[k] : columns == 4 ? four[k] : six[k];
   }
 
   void joints(const std::string& unit, bool turning) {

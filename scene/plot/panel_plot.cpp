@@ -48,28 +48,25 @@ std::string panel_plot(const Scene& scene, const Assembly& assembly, const RunRe
   if (base >= 0) rates.lines = {{"x"}, {"y"}, {"z"}};
 
   const RecordLayout layout(scene, assembly);
-  RecordReader reader(log, layout);
-  std::vector<double> rows;
   std::vector<std::int64_t> turns(layout.turns);
   const std::int64_t every = std::max<std::int64_t>(1, report.records / 1500);
-  for (std::int64_t k = 0; const size_t n = reader.read(rows, 4096);)
-    for (size_t i = 0; i < n; ++i, ++k) {
-      if (k % every != 0) continue;
-      const auto row = std::span<const double>(rows).subspan(i * layout.size(), layout.size());
-      const double t = row[layout.time()];
-      const auto x = row.subspan(layout.x(), layout.nx);
-      for (size_t p = 0; p < at.size(); ++p) {
-        tips.lines[p].t.push_back(t);
-        tips.lines[p].value.push_back(tip(scene.panels[p], at[p], x));
-      }
-      if (base < 0) continue;
-      turns_of(layout, row, turns);
-      const auto v = assembly.mechanical->rates(x.first(size_t(2 * m.nq())), turns);
-      for (size_t c = 0; c < 3; ++c) {
-        rates.lines[c].t.push_back(t);
-        rates.lines[c].value.push_back(v[size_t(base) + c]);
-      }
+  std::int64_t k = 0;
+  each_record(log, layout, [&](std::span<const double> row) {
+    if (k++ % every != 0) return;
+    const double t = row[layout.time()];
+    const auto x = row.subspan(layout.x(), layout.nx);
+    for (size_t p = 0; p < at.size(); ++p) {
+      tips.lines[p].t.push_back(t);
+      tips.lines[p].value.push_back(tip(scene.panels[p], at[p], x));
     }
+    if (base < 0) return;
+    turns_of(layout, row, turns);
+    const auto v = assembly.mechanical->rates(x.first(size_t(2 * m.nq())), turns);
+    for (size_t c = 0; c < 3; ++c) {
+      rates.lines[c].t.push_back(t);
+      rates.lines[c].value.push_back(v[size_t(base) + c]);
+    }
+  });
   std::vector<TracePanel> panels{tips};
   if (base >= 0) panels.push_back(rates);
   return trace_plot(panels, scene.title, plot_subtitle(report));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 #include "scene/read/formula.h"
 #include "scene/read/schema_keys-inl.h"
@@ -160,34 +161,55 @@ bool Output::needs_field() const {
          quantity == OutputQuantity::power;
 }
 
-size_t numbers_in(const std::vector<Output>& outputs) {
-  size_t n = 0;
-  for (const Output& o : outputs) n += o.size();
-  return n;
+std::vector<std::string> component_suffixes(size_t n) {
+  if (n == 3) return {"x", "y", "z"};
+  if (n == 4) return {"w", "x", "y", "z"};
+  if (n == 6) return {"mx", "my", "mz", "fx", "fy", "fz"};
+  return {};
 }
 
 std::vector<std::string> component_names(const Output& o) {
-  static const std::vector<std::string> none{""}, three{".x", ".y", ".z"},
-      four{".w", ".x", ".y", ".z"}, six{".mx", ".my", ".mz", ".fx", ".fy", ".fz"};
-  const size_t n = o.size();
-  std::vector<std::string> names;
-  for (const auto& suffix : n == 3 ? three : n == 4 ? four : n == 6 ? six : none)
-    names.push_back(o.name + suffix);
+  if (o.size() == 1) return {o.name};
+  auto names = component_suffixes(o.size());
+  for (auto& name : names) name = o.name + "." + name;
   return names;
+}
+
+std::vector<std::string> number_names(const std::vector<Output>& outputs) {
+  std::vector<std::string> names;
+  for (const Output& o : outputs)
+    for (auto& name : component_names(o)) names.push_back(std::move(name));
+  return names;
+}
+
+std::vector<Output> needed_for(const std::string& number, const std::vector<Output>& outputs) {
+  std::set<std::string> wanted{number};
+  std::vector<Output> needed;
+  const auto known = number_names(outputs);
+  for (auto o = outputs.rbegin(); o != outputs.rend(); ++o) {  // a formula uses those before it
+    const auto own = component_names(*o);
+    if (std::none_of(own.begin(), own.end(), [&](auto& name) { return wanted.contains(name); }))
+      continue;
+    if (o->quantity == OutputQuantity::formula) {
+      const Formula formula(o->formula, known);
+      for (const auto& name : known)
+        if (formula.uses(name)) wanted.insert(name);
+    }
+    needed.insert(needed.begin(), *o);
+  }
+  return needed;
 }
 
 std::vector<Output> read_outputs(const Table& scene) {
   std::vector<Output> list;
-  std::vector<std::string> known;
   scene.each_of("output", "quantity", [&](const std::string& word, const Table& t) {
     const auto& k = *std::find_if(quantities().begin(), quantities().end(),
                                   [&](const QuantityInfo& q) { return q.word == word; });
-    Output o = read_output(t, k, known);
+    Output o = read_output(t, k, number_names(list));
     for (const Output& other : list)
       if (other.name == o.name)
         t.fail("name",
                fmt::format("\"{}\" is that of another output, expected one of its own", o.name));
-    for (auto& name : component_names(o)) known.push_back(std::move(name));
     list.push_back(std::move(o));
   });
   return list;
@@ -195,9 +217,7 @@ std::vector<Output> read_outputs(const Table& scene) {
 
 std::vector<Stop> read_stops(const Table& scene, const std::vector<Output>& outputs) {
   std::vector<Stop> list;
-  std::vector<std::string> known;
-  for (const Output& o : outputs)
-    for (auto& name : component_names(o)) known.push_back(std::move(name));
+  const auto known = number_names(outputs);
   scene.each_of("stop", "output", [&](const std::string& output, const Table& t) {
     Stop s;
     s.where = t.where();

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,11 +56,14 @@ struct Output {
 
 using OutputQuantity = Output::Quantity;
 
+/// What the names of n numbers that belong together end with: "x", "y", "z"; nothing of one.
+std::vector<std::string> component_suffixes(size_t n);
 /// The names of an output's numbers: its own, or "tip.x", "tip.y", "tip.z".
 std::vector<std::string> component_names(const Output& o);
-
-/// How many numbers they are.
-size_t numbers_in(const std::vector<Output>& outputs);
+/// Those of all.
+std::vector<std::string> number_names(const std::vector<Output>& outputs);
+/// The outputs on which a number depends, in their order: its own, and those that a formula uses.
+std::vector<Output> needed_for(const std::string& number, const std::vector<Output>& outputs);
 
 /// Ends a run where an output passes a value: a [[stop]] of the scene.
 struct Stop {

@@ -23,15 +23,6 @@ void OutputSummary::see(std::span<const double> record) {
   first_ = false;
 }
 
-void OutputSummary::read(const std::filesystem::path& log) {
-  if (!any()) return;
-  RecordReader reader(log, layout_);
-  std::vector<double> records;
-  while (const size_t n = reader.read(records, 4096))
-    for (size_t i = 0; i < n; ++i)
-      see(std::span<const double>(records).subspan(i * layout_.size(), layout_.size()));
-}
-
 void OutputSummary::fill(RunReport& report) const { report.outputs = rows_; }
 
 void add_outputs(std::vector<OutputRow>& all, const std::vector<OutputRow>& later) {

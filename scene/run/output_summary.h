@@ -22,8 +22,6 @@ class OutputSummary {
   bool any() const { return !rows_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds every record of a log.
-  void read(const std::filesystem::path& log);
   /// Sets `outputs`.
   void fill(RunReport& report) const;
 

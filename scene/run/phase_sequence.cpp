@@ -203,8 +203,9 @@ void PhaseSequence::assemble(double end) {
 
 /// Whether the events have led to a state at which a stop holds: then the run is over.
 bool PhaseSequence::stopped() {
-  const int k =
-      count_ == 0 ? -1 : stop_that_holds(scene_, phase_.assembly, from_, phase_.assembly.initial);
+  const int k = count_ == 0 ? -1
+                            : stop_that_holds(stop_events(scene_, phase_.assembly), phase_.assembly,
+                                              from_, phase_.assembly.initial);
   if (k < 0) return false;
   note_stop(whole_.report(), stopped_by(scene_.stops[size_t(k)], from_));
   more_ = false;
@@ -262,7 +263,7 @@ RunReport PhaseSequence::finish() {
   if (broken_off_) return r;
   // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
-  motors_.put_back(internal_model(phase_.assembly), moving_.state);
+  motors_.put_back(phase_.assembly.internal(), moving_.state);
   orbit_.put_back(moving_.state);
   r.final_state = moving_.state;
   for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));

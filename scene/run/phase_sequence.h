@@ -13,9 +13,6 @@
 
 namespace porthos::scene {
 
-/// The model that is stepped, without the orbit.
-const phs::Model& internal_model(const Assembly& a);
-
 /// A mechanism between phases whose centre of mass is integrated separately: events change the
 /// state of the motion about the centre of mass, and in orbit they do not change the orbit.
 class OrbitApart {

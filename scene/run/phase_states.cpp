@@ -7,10 +7,6 @@
 /// What a state keeps from phase to phase besides the mechanism's.
 namespace porthos::scene {
 
-const phs::Model& internal_model(const Assembly& a) {
-  return a.spacecraft ? a.spacecraft->internal() : *a.model;
-}
-
 void OrbitApart::take_off(phs::State& s) {
   if (!in_orbit_) return;
   x_.assign(s.x.end() - 6, s.x.end());
@@ -48,7 +44,7 @@ MotorStates::MotorStates(const Scene& scene) {
 }
 
 void MotorStates::take_off(const Assembly& a, phs::State& s) {
-  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&internal_model(a)))
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&a.internal()))
     for (const auto& name : names_) {
       const long at = network->offset(name), n = network->member(name).description().nx;
       const auto part = [&](const std::vector<double>& of) {

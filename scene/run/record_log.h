@@ -144,6 +144,16 @@ class RecordReader {
   std::unique_ptr<std::FILE, FileCloser> file_;
 };
 
+/// Calls f(row) for every record of a log, a row of the layout. @throws as RecordReader
+template <class F>
+void each_record(const std::filesystem::path& log, const RecordLayout& layout, F f) {
+  RecordReader reader(log, layout);
+  std::vector<double> rows;
+  while (const size_t n = reader.read(rows, 4096))
+    for (size_t i = 0; i < n; ++i)
+      f(std::span<const double>(rows).subspan(i * layout.size(), layout.size()));
+}
+
 /// The integer whose bits a record holds.
 std::int64_t integer(double bits);
 

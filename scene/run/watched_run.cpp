@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 
 #include "scene/assemble/stops.h"
 
@@ -21,22 +22,21 @@ const Scene& with_positive_numbers(const Scene& s) {
   return s;
 }
 
+/// The caller's events and the scene's stops. A stop is passed during the run; at its start it is a
+/// mistake.
 std::vector<integrators::Event> with_stops(std::vector<integrators::Event> until,
                                            const Scene& scene, const Assembly& assembly) {
-  for (auto& stop : stop_events(scene, assembly)) until.push_back(std::move(stop));
-  return until;
-}
-
-/// A stop is passed during the run; at its start it is a mistake.
-void refuse_stopped(const Scene& scene, const Assembly& assembly) {
+  auto stops = stop_events(scene, assembly);
   const phs::State& s = assembly.initial;
-  const int k = stop_that_holds(scene, assembly, s.time(scene.step), s);
-  if (k < 0) return;
-  const Stop& stop = scene.stops[size_t(k)];
-  throw InvalidArgument(
-      fmt::format("{}: '{}' ({}) holds where the run starts, expected a run that "
-                  "begins before it",
-                  stop.where, stop.name, text(stop)));
+  if (const int k = stop_that_holds(stops, assembly, s.time(scene.step), s); k >= 0) {
+    const Stop& stop = scene.stops[size_t(k)];
+    throw InvalidArgument(
+        fmt::format("{}: '{}' ({}) holds where the run starts, expected a run that "
+                    "begins before it",
+                    stop.where, stop.name, text(stop)));
+  }
+  std::move(stops.begin(), stops.end(), std::back_inserter(until));
+  return until;
 }
 
 }  // namespace
@@ -68,7 +68,6 @@ WatchedRun::WatchedRun(const Scene& scene, const Assembly& assembly,
       good_{state_, {}, {}, ledger_},
       seen_(assembly.model->description().powers.size(), 0) {
   if (layout_.reactions > 0) reactions_.emplace(*assembly.model);
-  refuse_stopped(scene, assembly);
 }
 
 /// The scene's method, with its monitor if there is one.

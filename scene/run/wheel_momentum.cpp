@@ -88,15 +88,6 @@ void MomentumLedger::see_impulses(std::span<const double> record,
   largest_L_ = std::max(largest_L_, mechanics::norm(now.angular));
 }
 
-void MomentumLedger::read(const std::filesystem::path& log) {
-  if (!any()) return;
-  RecordReader reader(log, layout_);
-  std::vector<double> records;
-  while (const size_t n = reader.read(records, 4096))
-    for (size_t i = 0; i < n; ++i)
-      see(std::span<const double>(records).subspan(i * layout_.size(), layout_.size()));
-}
-
 void MomentumLedger::fill(RunReport& report) const {
   report.momentum = wheels_;
   report.impulses = given_;

@@ -53,8 +53,6 @@ class MomentumLedger {
   bool any() const { return !wheels_.empty() || !given_.rows.empty(); }
   /// Adds a record, a row of the layout. Allocates nothing.
   void see(std::span<const double> record);
-  /// Adds every record of a log.
-  void read(const std::filesystem::path& log);
   /// Sets `momentum` and `impulses`.
   void fill(RunReport& report) const;
 

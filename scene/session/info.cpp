@@ -259,7 +259,7 @@ std::string outputs_section(const Scene& scene, const Assembly& a) {
 template <class T>
 double nanoseconds_per_evaluation(const Assembly& a) {
   using Clock = std::chrono::steady_clock;
-  const phs::Model& model = a.spacecraft ? a.spacecraft->internal() : *a.model;
+  const phs::Model& model = a.internal();
   const auto system = model.instantiate<T>();
   const auto end = a.initial.x.begin() + model.description().nx;
   std::vector<T> x(a.initial.x.begin(), end), dx(x.size());

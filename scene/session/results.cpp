@@ -23,13 +23,9 @@ std::string plot(const Scene& scene, const Assembly& assembly, const RunReport& 
   const auto every = std::max(1.0, std::round(scene.record_every / scene.step));
   const bool fixed = scene.step_control == integrators::StepControl::fixed;
   Envelope envelope(fixed ? every * scene.step : scene.record_every, r.simulated_s);
-  RecordReader reader(log, layout);
-  std::vector<double> rows;
-  while (const size_t n = reader.read(rows, 4096))
-    for (size_t i = 0; i < n; ++i) {
-      const double* row = rows.data() + i * layout.size();
-      envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
-    }
+  each_record(log, layout, [&](std::span<const double> row) {
+    envelope.add(row[layout.time()], row[layout.energy()] / r.energy.scale_J);
+  });
   return energy_plot(envelope, {scene.title, plot_subtitle(r), scene.verify.energy});
 }
 
@@ -42,19 +38,17 @@ std::string ledger(const Scene& scene, const Assembly& assembly, const RunReport
   for (const auto& name : d.storages) s.stored.push_back({name, {}});
   std::vector<LedgerLine> works;
   for (const auto& p : d.powers) works.push_back({p.name, {}});
-  RecordReader reader(log, layout);
-  std::vector<double> rows;
   const std::int64_t every = std::max<std::int64_t>(1, r.records / 750);
-  for (std::int64_t at = 0; const size_t n = reader.read(rows, 4096);)
-    for (size_t i = 0; i < n; ++i, ++at) {
-      if (at % every != 0 && at + 1 != r.records) continue;
-      const double* row = rows.data() + i * layout.size();
-      s.t.push_back(row[layout.time()]);
-      s.defect.push_back(row[layout.energy()]);
-      for (size_t k = 0; k < s.stored.size(); ++k)
-        s.stored[k].value.push_back(row[layout.stored() + k]);
-      for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
-    }
+  std::int64_t next = 0;
+  each_record(log, layout, [&](std::span<const double> row) {
+    const std::int64_t at = next++;
+    if (at % every != 0 && at + 1 != r.records) return;
+    s.t.push_back(row[layout.time()]);
+    s.defect.push_back(row[layout.energy()]);
+    for (size_t k = 0; k < s.stored.size(); ++k)
+      s.stored[k].value.push_back(row[layout.stored() + k]);
+    for (size_t a = 0; a < works.size(); ++a) works[a].value.push_back(row[layout.work() + a]);
+  });
   for (size_t a = 0; a < works.size(); ++a)
     if (d.powers[a].kind != phs::PowerKind::observed)
       (d.powers[a].kind == phs::PowerKind::supplied ? s.supplied : s.dissipated)
@@ -70,16 +64,15 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
   const RecordLayout layout(scene, assembly);
   const auto columns = columns_of(d, layout);
   const auto shown = evenly(r.records, most_of_motion);
-  std::vector<double> kept, rows;
-  RecordReader reader(log, layout);
+  std::vector<double> kept;
   size_t next = 0;
-  for (std::int64_t at = 0; const size_t n = reader.read(rows, 4096);)
-    for (size_t i = 0; i < n; ++i, ++at)
-      if (next < shown.size() && shown[next] == at) {
-        const auto row = rows.begin() + long(i * layout.size());
-        kept.insert(kept.end(), row, row + long(layout.size()));
-        ++next;
-      }
+  std::int64_t at = 0;
+  each_record(log, layout, [&](std::span<const double> row) {
+    const std::int64_t here = at++;
+    if (next == shown.size() || shown[next] != here) return;
+    kept.insert(kept.end(), row.begin(), row.end());
+    ++next;
+  });
   const auto series = [&](const std::string& name) {
     std::vector<double> all;
     for (const Column& c : columns)

@@ -201,10 +201,13 @@ class Session {
     RunReport r = report();
     log_->sync();
     MomentumLedger momenta(scene_, assembly_, run_.layout());
-    momenta.read(log_path());
-    momenta.fill(r);
     OutputSummary outputs(scene_, run_.layout());
-    outputs.read(log_path());
+    if (momenta.any() || outputs.any())
+      each_record(log_path(), run_.layout(), [&](std::span<const double> row) {
+        if (momenta.any()) momenta.see(row);
+        outputs.see(row);
+      });
+    momenta.fill(r);
     outputs.fill(r);
     run_.judge(r);
     const bool more = has_more_to_judge(r, scene_, options_.check_symmetry);

@@ -17,14 +17,6 @@ struct Rail {
   Numbers start(double height, double v) const { return mass->state(Numbers{height}, Numbers{v}); }
 };
 
-double number(const nlohmann::json& j) {
-  const std::string text = j;
-  const size_t slash = text.find('/');
-  return slash == std::string::npos
-             ? std::stod(text)
-             : std::stod(text.substr(0, slash)) / std::stod(text.substr(slash + 1));
-}
-
 /// Speed after a bounce from the speed v, in about `steps` steps of contact.
 double speed_after(const Law& law, double v, int steps, bool blind = false) {
   const Rail rail(law);

@@ -18,20 +18,12 @@ Law rigid_law(double e, Simultaneous rule = Simultaneous::reflections) {
   law.simultaneous = rule;
   return law;
 }
-double number(const nlohmann::json& j) {
-  const std::string text = j;
-  const size_t slash = text.find('/');
-  return slash == std::string::npos
-             ? std::stod(text)
-             : std::stod(text.substr(0, slash)) / std::stod(text.substr(slash + 1));
-}
-
 /// A run whose steps jump at impacts.
 struct RigidRun {
   const ContactModel& model;
   std::unique_ptr<integrators::Integrator> method;
   phs::State state;
-  std::unique_ptr<phs::System<long double>> system;
+  Gauge gauge;
   std::vector<integrators::Jump> jumps = {};
   long double H0 = 0, lost = 0;
 
@@ -41,16 +33,10 @@ struct RigidRun {
             m, m, h,
             [&](const phs::Model& run) { return integrators::make_integrator(name, run, h); })),
         state(m.description(), x),
-        system(m.instantiate<long double>()) {
+        gauge(m) {
     H0 = energy();
   }
-  long double energy() {
-    std::vector<long double> x, turns;
-    for (size_t i = 0; i < state.x.size(); ++i) x.push_back((long double)state.x[i] + state.lo[i]);
-    for (const auto n : state.turns) turns.push_back(6.283185307179586476925286766559L * n);
-    system->set_turn_angles(turns);
-    return system->hamiltonian(x);
-  }
+  long double energy() { return gauge.energy(state); }
   bool step() {
     if (method->step(state) != Outcome::ok) return false;
     for (const auto& j : method->jumps()) jumps.push_back(j);

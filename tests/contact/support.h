@@ -6,6 +6,8 @@
 #include "contact/contact.h"
 #include "integrators/control/switching.h"
 #include "mechanics/builder.h"
+#include "tests/support/robots.h"
+#include "tests/support/tree_case.h"
 
 namespace porthos::test {
 
@@ -54,7 +56,7 @@ struct ContactRun {
   const ContactModel& model;
   std::unique_ptr<integrators::Integrator> method;
   phs::State state;
-  std::unique_ptr<phs::System<long double>> system;
+  Gauge gauge;
   long double H0 = 0;
   Numbers works;
   Outcome outcome = Outcome::ok;
@@ -65,18 +67,12 @@ struct ContactRun {
       : model(m),
         method(integrators::make_integrator("gauss16", m, h, options)),
         state(m.description(), x),
-        system(m.instantiate<long double>()),
+        gauge(m),
         works(m.description().powers.size()) {
     if (!blind) method = integrators::make_switched(std::move(method), m, h, m.depths());
     H0 = energy();
   }
-  long double energy() {
-    std::vector<long double> x, turns;
-    for (size_t i = 0; i < state.x.size(); ++i) x.push_back((long double)state.x[i] + state.lo[i]);
-    for (const auto n : state.turns) turns.push_back(6.283185307179586476925286766559L * n);
-    system->set_turn_angles(turns);
-    return system->hamiltonian(x);
-  }
+  long double energy() { return gauge.energy(state); }
   bool step() {
     outcome = method->step(state);
     if (outcome != Outcome::ok) return false;

@@ -10,6 +10,7 @@
 #include "phs/network/network.h"
 #include "tests/support/driven_pendulum.h"
 #include "tests/support/reference.h"
+#include "tests/support/robots.h"
 
 namespace porthos::test::port_work_test {
 namespace {
@@ -25,7 +26,7 @@ struct Ledger {
   const phs::Model& model;
   std::unique_ptr<integrators::Integrator> method;
   phs::State state;
-  std::unique_ptr<phs::System<long double>> exact;
+  Gauge gauge;
   std::vector<double> work, low;
   double turned_over = 0, worst_defect = 0;
   long double start;
@@ -34,18 +35,11 @@ struct Ledger {
       : model(m),
         method(make_integrator(name, m, h)),
         state(m.description(), std::move(x)),
-        exact(m.instantiate<long double>()),
+        gauge(m),
         work(m.description().powers.size()),
         low(work.size()),
         start(H()) {}
-  long double H() {
-    std::vector<long double> x(state.x.size()), turns;
-    for (size_t i = 0; i < x.size(); ++i) x[i] = static_cast<long double>(state.x[i]) + state.lo[i];
-    for (const auto k : state.turns)
-      turns.push_back(6.283185307179586476925286766559L * static_cast<long double>(k));
-    exact->set_turn_angles(turns);
-    return exact->hamiltonian(x);
-  }
+  long double H() { return gauge.energy(state); }
   void run_to(double t, bool watch = false) {
     while (method->time(state) < t - 1e-9) {
       ASSERT_EQ(method->step(state), Outcome::ok);

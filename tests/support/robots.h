@@ -76,6 +76,7 @@ class Gauge {
       : d_(model.description()),
         system_(model.instantiate<long double>()),
         x_(size_t(d_.nx)),
+        turns_(size_t(d_.angle_count())),
         values_(size_t(d_.invariant_count())) {}
 
   long double energy(const phs::State& s) {
@@ -107,10 +108,13 @@ class Gauge {
  private:
   void load(const phs::State& s) {
     for (size_t i = 0; i < x_.size(); ++i) x_[i] = (long double)s.x[i] + s.lo[i];
+    for (size_t i = 0; i < turns_.size(); ++i)
+      turns_[i] = 6.283185307179586476925286766559L * (long double)s.turns[i];
+    system_->set_turn_angles(turns_);
   }
   const phs::Description& d_;
   std::unique_ptr<phs::System<long double>> system_;
-  std::vector<long double> x_, values_;
+  std::vector<long double> x_, turns_, values_;
 };
 
 }  // namespace porthos::test

@@ -10,8 +10,13 @@
 /// Mechanisms and numbers out of the reference cases (decimal strings).
 namespace porthos::test {
 
+/// Of 2.5, "2.5" or "5/2".
 inline double number(const nlohmann::json& s) {
-  return s.is_string() ? std::strtod(s.get<std::string>().c_str(), nullptr) : s.get<double>();
+  if (!s.is_string()) return s.get<double>();
+  const std::string text = s;
+  const size_t slash = text.find('/');
+  const double above = std::strtod(text.c_str(), nullptr);
+  return slash == text.npos ? above : above / std::strtod(text.c_str() + slash + 1, nullptr);
 }
 inline std::vector<double> numbers(const nlohmann::json& a) {
   std::vector<double> v;
