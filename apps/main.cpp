@@ -52,7 +52,8 @@ void add_overrides(CLI::App* c, Arguments& a) {
   add_numbers(c, a);
 }
 
-void add_commands(CLI::App& app, Arguments& a) {
+/// Commands that take steps.
+void add_runs(CLI::App& app, Arguments& a) {
   auto* run = add_scene_command(
       app, a, "run", "run a scene, record it and judge it",
       "porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1\n"
@@ -106,6 +107,10 @@ void add_commands(CLI::App& app, Arguments& a) {
       ->type_name("DIR");
   add_numbers(plan, a);
   plan->add_flag("--json", a.json, "print plan.json instead of the summary");
+}
+
+/// Commands that show what a run left, what a scene holds or what the program can do.
+void add_pages(CLI::App& app, Arguments& a) {
   auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
                              "porthos report results/ets_vii");
   report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
@@ -196,7 +201,8 @@ int main(int argc, char** argv) {
       "judged (no check tells of the motion), 5 the machine refused (full disk, no memory), 130 "
       "interrupted.\n");
   app.require_subcommand(1);
-  add_commands(app, arguments);
+  add_runs(app, arguments);
+  add_pages(app, arguments);
   if (argc == 1) {
     fmt::print(stderr, "{}", app.help());
     return exit_bad_input;

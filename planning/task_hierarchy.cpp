@@ -131,10 +131,10 @@ bool TaskHierarchy::Work::minimise(long rank) {
   for (int pass = 0; pass < 50; ++pass) {
     before = v;
     a.tail(free - rank) = -delta * before.tail(free - rank);
-    const auto& s = solver.solve(qp, pass ? QpSolver::Start::warm : QpSolver::Start::cold);
+    const auto& best = solver.solve(qp, pass ? QpSolver::Start::warm : QpSolver::Start::cold);
     ++out.quadratic_programs;
-    if (s.status != QpSolution::Status::optimal) return false;
-    v = VectorMap(s.x.data(), free);
+    if (best.status != QpSolution::Status::optimal) return false;
+    v = VectorMap(best.x.data(), free);
     if (rank == 0 || rank == free) break;
     scratch.noalias() = L * (v - before).head(rank);
     if (pass && scratch.norm() <= 1e-13 * (r.norm() + scratch.norm())) break;
@@ -167,11 +167,12 @@ bool TaskHierarchy::Work::relax(long fresh) {
   for (int pass = 0; pass < 50; ++pass) {
     old = w;
     a.head(free) = -delta * v;
-    const auto& s = relaxed_solver.solve(p, pass ? QpSolver::Start::warm : QpSolver::Start::cold);
+    const auto& best =
+        relaxed_solver.solve(p, pass ? QpSolver::Start::warm : QpSolver::Start::cold);
     ++out.quadratic_programs;
-    if (s.status != QpSolution::Status::optimal) return false;
-    v = VectorMap(s.x.data(), free);
-    w = VectorMap(s.x.data() + free, fresh);
+    if (best.status != QpSolution::Status::optimal) return false;
+    v = VectorMap(best.x.data(), free);
+    w = VectorMap(best.x.data() + free, fresh);
     if (pass && (w - old).norm() <= 1e-13 * w.norm()) break;
   }
   room.segment(limits - fresh, fresh) -= w.cwiseMax(0.0);

@@ -29,6 +29,8 @@ std::vector<std::string> event_names(const Scene& s) {
   return names;
 }
 
+constexpr Kind real = Kind::real, integer = Kind::integer;
+
 /// A dataset and the numbers of a row it is filled from.
 struct CaseColumn {
   Hdf5File::Dataset data;
@@ -36,87 +38,102 @@ struct CaseColumn {
   Kind kind;
 };
 
-void write_file(const std::filesystem::path& path, const Ensemble& e, const CaseStore& store) {
-  const CaseLayout& l = e.layout();
-  const std::int64_t cases = e.cases().cases;
-  Hdf5File file(aside(path));
+/// The attributes and texts that say what the cases are, and the groups of their numbers.
+void write_head(Hdf5File& file, const Ensemble& e) {
   const Scene& s = e.scene();
+  const EnsembleScene& cases = e.cases();
   file.attribute("/", "title", s.title);
   file.attribute("/", "method", s.method);
   file.attribute("/", "step_s", s.step);
   file.attribute("/", "duration_s", s.duration);
-  file.attribute("/", "cases", double(cases));
+  file.attribute("/", "cases", double(cases.cases));
   file.attribute("/", "sampling",
-                 std::string(!e.cases().rows.empty() ? "table"
-                             : e.cases().sobol       ? "sobol"
-                                                     : "random"));
-  file.attribute("/", "seed", std::to_string(e.cases().seed));
+                 std::string(!cases.rows.empty() ? "table"
+                             : cases.sobol       ? "sobol"
+                                                 : "random"));
+  file.attribute("/", "seed", std::to_string(cases.seed));
   file.group("provenance");
   for (const auto& [name, value] : provenance(s)) file.attribute("provenance", name, value);
   file.text("provenance/scene", s.text);
   file.text("provenance/model", s.urdf_text);
-  if (!e.cases().table_text.empty()) file.text("provenance/table", e.cases().table_text);
+  if (!cases.table_text.empty()) file.text("provenance/table", cases.table_text);
   file.group("final");
-  if (l.events > 0) file.group("events");
-  if (l.outputs > 0) file.group("outputs");
-  {
-    std::vector<CaseColumn> columns;
-    const auto add = [&](const char* name, size_t first, size_t count, Kind kind, const char* unit,
-                         const std::string& names = "") {
-      if (count == 0) return;
-      columns.push_back({file.dataset(name, cases, names.empty() ? 0 : std::int64_t(count), kind),
-                         first, count, kind});
-      if (*unit) columns.back().data.attribute("unit", std::string(unit));
-      if (!names.empty()) columns.back().data.attribute("columns", names);
-    };
-    constexpr Kind real = Kind::real, integer = Kind::integer;
-    add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
-    add("status", l.status, 1, integer, "1");
-    add("steps", l.steps, 1, integer, "1");
-    add("passed", l.passed, 1, integer, "1");
-    add("energy_error", l.energy, 1, real, "1");
-    add("energy_error_rms", l.energy_rms, 1, real, "1");
-    add("energy_error_J", l.energy_abs, 1, real, "J");
-    add("energy_scale", l.energy_scale, 1, real, "J");
-    add("energy_initial", l.energy_initial, 1, real, "J");
-    add("linear_momentum_error", l.linear, 1, real, "1");
-    add("angular_momentum_error", l.angular, 1, real, "1");
-    add("quaternion_norm_error", l.quaternion, 1, real, "1");
-    const std::string numbers = lines(e.state_columns().numbers());
-    add("final/x", l.x(), l.nx, real, "", numbers);
-    add("final/low_words", l.low(), l.nx, real, "", numbers);
-    add("final/turns", l.turn(), l.turns, integer, "1", lines(e.state_columns().angles()));
-    const std::string events = lines(event_names(s));
-    add("events/time", l.event_time(), l.events, real, "s", events);
-    add("events/dissipated", l.event_loss(), l.events, real, "J", events);
-    const std::string outputs = lines(number_names(s.outputs));
-    add("outputs/end", l.output_end(), l.outputs, real, "", outputs);
-    add("outputs/least", l.output_least(), l.outputs, real, "", outputs);
-    add("outputs/largest", l.output_largest(), l.outputs, real, "", outputs);
-    if (l.stops > 0) {
-      add("end_time", l.end_time(), 1, real, "s");
-      add("stop", l.stop(), 1, integer, "1");
-    }
+  if (e.layout().events > 0) file.group("events");
+  if (e.layout().outputs > 0) file.group("outputs");
+}
 
-    std::vector<double> rows(size_t(rows_at_once) * l.size()), reals;
-    std::vector<std::int64_t> integers;
-    for (std::int64_t at = 0; at < cases; at += rows_at_once) {
-      const auto n = size_t(std::min(rows_at_once, cases - at));
+/// A dataset for every column of the cases.
+std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
+  const CaseLayout& l = e.layout();
+  std::vector<CaseColumn> columns;
+  const auto add = [&](const char* name, size_t first, size_t count, Kind kind, const char* unit,
+                       const std::string& names = "") {
+    if (count == 0) return;
+    columns.push_back(
+        {file.dataset(name, e.cases().cases, names.empty() ? 0 : std::int64_t(count), kind), first,
+         count, kind});
+    if (*unit) columns.back().data.attribute("unit", std::string(unit));
+    if (!names.empty()) columns.back().data.attribute("columns", names);
+  };
+  add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
+  add("status", l.status, 1, integer, "1");
+  add("steps", l.steps, 1, integer, "1");
+  add("passed", l.passed, 1, integer, "1");
+  add("energy_error", l.energy, 1, real, "1");
+  add("energy_error_rms", l.energy_rms, 1, real, "1");
+  add("energy_error_J", l.energy_abs, 1, real, "J");
+  add("energy_scale", l.energy_scale, 1, real, "J");
+  add("energy_initial", l.energy_initial, 1, real, "J");
+  add("linear_momentum_error", l.linear, 1, real, "1");
+  add("angular_momentum_error", l.angular, 1, real, "1");
+  add("quaternion_norm_error", l.quaternion, 1, real, "1");
+  const std::string numbers = lines(e.state_columns().numbers());
+  add("final/x", l.x(), l.nx, real, "", numbers);
+  add("final/low_words", l.low(), l.nx, real, "", numbers);
+  add("final/turns", l.turn(), l.turns, integer, "1", lines(e.state_columns().angles()));
+  const std::string events = lines(event_names(e.scene()));
+  add("events/time", l.event_time(), l.events, real, "s", events);
+  add("events/dissipated", l.event_loss(), l.events, real, "J", events);
+  const std::string outputs = lines(number_names(e.scene().outputs));
+  add("outputs/end", l.output_end(), l.outputs, real, "", outputs);
+  add("outputs/least", l.output_least(), l.outputs, real, "", outputs);
+  add("outputs/largest", l.output_largest(), l.outputs, real, "", outputs);
+  if (l.stops > 0) {
+    add("end_time", l.end_time(), 1, real, "s");
+    add("stop", l.stop(), 1, integer, "1");
+  }
+  return columns;
+}
+
+void write_rows(std::vector<CaseColumn>& columns, const CaseStore& store, const CaseLayout& l,
+                std::int64_t cases) {
+  std::vector<double> rows(size_t(rows_at_once) * l.size()), reals;
+  std::vector<std::int64_t> integers;
+  for (std::int64_t at = 0; at < cases; at += rows_at_once) {
+    const auto n = size_t(std::min(rows_at_once, cases - at));
+    for (size_t i = 0; i < n; ++i)
+      store.read(at + std::int64_t(i), std::span(rows).subspan(i * l.size(), l.size()));
+    for (CaseColumn& c : columns) {
+      reals.clear();
+      integers.clear();
       for (size_t i = 0; i < n; ++i)
-        store.read(at + std::int64_t(i), std::span(rows).subspan(i * l.size(), l.size()));
-      for (CaseColumn& c : columns) {
-        reals.clear();
-        integers.clear();
-        for (size_t i = 0; i < n; ++i)
-          for (size_t k = 0; k < c.count; ++k) {
-            const double v = rows[i * l.size() + c.first + k];
-            c.kind == real ? reals.push_back(v) : integers.push_back(scene::integer(v));
-          }
-        c.kind == real ? c.data.write(at, std::span<const double>(reals))
-                       : c.data.write(at, std::span<const std::int64_t>(integers));
-      }
+        for (size_t k = 0; k < c.count; ++k) {
+          const double v = rows[i * l.size() + c.first + k];
+          c.kind == real ? reals.push_back(v) : integers.push_back(scene::integer(v));
+        }
+      c.kind == real ? c.data.write(at, std::span<const double>(reals))
+                     : c.data.write(at, std::span<const std::int64_t>(integers));
     }
   }
+}
+
+void write_file(const std::filesystem::path& path, const Ensemble& e, const CaseStore& store) {
+  Hdf5File file(aside(path));
+  write_head(file, e);
+  {
+    auto columns = add_columns(file, e);
+    write_rows(columns, store, e.layout(), e.cases().cases);
+  }  // datasets close before their file
   file.close();
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "phs/error.h"
 #include "scene/files/files.h"
@@ -73,13 +74,41 @@ void add_notes(RunReport& r, const std::string& file, size_t rows, size_t powers
         "rows, whose error stands in the defect of the balance");
 }
 
-/// Checks the deviation of the centre of mass from free fall, relative to its greatest speed.
-void check_centre(RunReport& r, const Scene& scene, double off_course, double fastest) {
-  r.linear_momentum_error = fastest > 0 ? off_course / fastest : off_course;
-  const double limit = scene.verify.linear_momentum.value_or(1e-10);
-  r.checks.push_back(
-      {"centre_of_mass", r.linear_momentum_error, limit, r.linear_momentum_error <= limit, true});
+/// The scene that a trajectory is judged as: its model, without outputs and stops of a run.
+Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const TrajectoryMap& map,
+                     double step, double duration) {
+  Scene scene = scene_of(map, o.model, has_base(table, map), step, duration);
+  if (scene.title == fs::path(scene.path).stem())  // none was given
+    scene.title = fs::path(o.file).filename().string();
+  scene.method = "recorded";
+  scene.outputs.clear();
+  scene.stops.clear();
+  return scene;
 }
+
+/// The velocity of the centre of mass beside that of free fall.
+class CentreCourse {
+ public:
+  /// @param t time since the first row [s]
+  /// @param linear scale of the linear momentum [N s]
+  void add(double t, const CentreOfMass& centre, double linear, const CentreOfMass::Vec& gravity,
+           double mass) {
+    if (!start_) start_ = centre.start_velocity;
+    const auto fallen = CentreOfMass::Real(t) * gravity;
+    off_ = std::max(off_, speed_of(centre.start_velocity - *start_ - fallen));
+    fastest_ = std::max({fastest_, speed_of(centre.start_velocity), linear / mass});
+  }
+  /// Checks the deviation from free fall, relative to the greatest speed.
+  void check(RunReport& r, const Scene& scene) const {
+    const double error = r.linear_momentum_error = fastest_ > 0 ? off_ / fastest_ : off_;
+    const double limit = scene.verify.linear_momentum.value_or(1e-10);
+    r.checks.push_back({"centre_of_mass", error, limit, error <= limit, true});
+  }
+
+ private:
+  std::optional<CentreOfMass::Vec> start_;
+  double off_ = 0, fastest_ = 0;  ///< [m/s]
+};
 
 }  // namespace
 
@@ -89,13 +118,7 @@ RunReport judge_file(const JudgeOptions& o) {
   const TrajectoryMap map = o.map.empty() ? TrajectoryMap{} : read_trajectory_map(o.map);
   const Numbers t = times_of_rows(table, map);
   const double step = middle_step(t);
-  Scene scene = scene_of(map, o.model, has_base(table, map), step, t.back() - t[0]);
-  if (scene.title == fs::path(scene.path).stem())  // none was given
-    scene.title = fs::path(o.file).filename().string();
-  scene.method = "recorded";
-  scene.outputs.clear();  // of a run's own records
-  scene.stops.clear();
-
+  const Scene scene = recorded_scene(o, table, map, step, t.back() - t[0]);
   Assembly a = assemble(scene);
   if (a.model->description().nx != a.mechanical->description().nx)
     throw InvalidArgument(fmt::format(
@@ -108,8 +131,7 @@ RunReport judge_file(const JudgeOptions& o) {
   a.model = std::make_shared<const UnderTorques>(a.model, trajectory.torques());
   const phs::Description& d = a.model->description();
   const bool centre_out = a.centre.has_value();
-  const auto first = trajectory.row(d, 0, 0, centre_out);
-  a.initial = first.inner;
+  a.initial = trajectory.row(d, 0, 0, centre_out).inner;
 
   const fs::path log_path = fs::path(o.out) / "records.bin";
   make_folder(o.out);
@@ -117,7 +139,7 @@ RunReport judge_file(const JudgeOptions& o) {
   Ledger ledger(d);
   const RecordLayout layout(d, Extrema::none);
   RunReport r;
-  double off_course = 0, fastest = 0;  // of the centre of mass [m/s]
+  CentreCourse course;
   {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
@@ -140,11 +162,8 @@ RunReport judge_file(const JudgeOptions& o) {
                   row);
       log.append(row);
       r.final_state = world;
-      const auto fallen = CentreOfMass::Real(t[i] - t[0]) * CentreOfMass::Vec(scene.urdf.gravity);
-      off_course = std::max(off_course,
-                            speed_of(centre.start_velocity - first.centre.start_velocity - fallen));
-      fastest = std::max(
-          {fastest, speed_of(centre.start_velocity), m.scale.linear / a.mechanism->total_mass()});
+      course.add(t[i] - t[0], centre, m.scale.linear, CentreOfMass::Vec(scene.urdf.gravity),
+                 a.mechanism->total_mass());
     }
     log.flush();
   }
@@ -159,7 +178,7 @@ RunReport judge_file(const JudgeOptions& o) {
   method.name = scene.method;
   judge(r, scene, method, meter);
   if (centre_out) {
-    check_centre(r, scene, off_course, fastest);
+    course.check(r, scene);
     a.centre.reset();  // the records are in the world frame
   }
   r.cpu_s = r.wall_s = thread_cpu_now() - cpu;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Keeps the doors between the rooms: who includes whom, what public headers show, how long files are.
+"""Keeps the doors between the rooms: who includes whom, what public headers show, how long files and functions are.
 
     check_includes.py ROOT          print every offence as file:line: reason; exit 1 if any
     check_includes.py --self-test   negative control: each rule must catch a tree that breaks it
@@ -99,6 +99,26 @@ def include_offence(path, mark, target):
     return None
 
 
+NO_FUNCTION = re.compile(r"namespace|struct|class|enum|union|extern|template|constexpr [^(]*= *\{|[}#/]")
+LONGEST_FUNCTION = 80  # of its body's lines, as in .clang-tidy
+
+
+def long_functions(lines):
+    """(line, length) of each function that is too long. It counts on clang-format: a body ends with a brace at the margin."""
+    start = signature = None
+    for number, line in enumerate(lines, 1):
+        if line == "}" and start:
+            if number - start > LONGEST_FUNCTION and "readability-function-size" not in lines[start - 2]:
+                yield start, number - start
+            start = None
+        elif line and not line[0].isspace():
+            opens = not NO_FUNCTION.match(line) and "(" in line
+            start = number if opens and line.endswith("{") else None
+            signature = number if opens and not line.endswith(("{", ";")) else None
+        elif signature and line.endswith("{"):
+            start, signature = signature, None
+
+
 def offences(root):
     files = [p for room in [*BELOW, *ANYTHING_GOES] for p in sorted((root / room).rglob("*"))]
     for file in files:
@@ -114,6 +134,9 @@ def offences(root):
             if found := INCLUDE.match(line):
                 if reason := include_offence(path, *found.groups()):
                     yield f"{path}:{number}: {reason}"
+        if path.parts[0] in BELOW and path.suffix == ".cpp":
+            for number, length in long_functions(lines):
+                yield f"{path}:{number}: a function of {length} lines, at most {LONGEST_FUNCTION}"
         cap, kind = line_cap(path)
         if len(lines) > cap:
             yield f"{path}:{len(lines)}: a {kind} has at most {cap} lines"
@@ -125,6 +148,7 @@ def self_test():
         "phs/b.h": "#include \"phs/a.h\"\n",
         "phs/a-inl.h": "#include \"phs/a.h\"\n",
         "phs/network/detail/d.h": "#include <nlohmann/json.hpp>\n",
+        "phs/f.cpp": "void f(int a,\n       int b) {\n" + "  a;\n" * 78 + "}\n",
         "phs/a.cpp": "#include <quadmath.h>\n#include \"phs/a-inl.h\"\n",
         "mechanics/joints/j.h": "#include \"phs/a.h\"\n" + "\n" * 149,
         "vsa/v.h": "#include \"mechanics/joints/j.h\"\n#include \"phs/a.h\"\n",
@@ -154,6 +178,7 @@ def self_test():
         "phs/wide.h": ("// " + 98 * "x" + "\n", "a comment has at most 100 columns"),
         "phs/long.h": ("\n" * 351, "a public header has at most 350 lines"),
         "phs/long.cpp": ("\n" * 351, "a source has at most 350 lines"),
+        "phs/function.cpp": ("\nvoid f(int a,\n       int b) {\n" + "  a;\n" * 79 + "}\n", "a function of 81 lines"),
         "mechanics/joints/long.h": ("\n" * 151, "a joint header has at most 150 lines"),
         "tests/phs/long.cpp": ("\n" * 501, "a test has at most 500 lines"),
     }
