@@ -89,13 +89,18 @@ class Gathered {
   }
 
   /// Reads the scene and assembles it, from the texts in the results.
-  void understand(const std::string& scene_text, const std::string& urdf) {
-    texts_ = {scene_text, urdf};
-    if (scene_text.empty()) return miss("the results hold no scene: no playback");
+  void understand(scene::SceneTexts texts) {
+    texts_ = std::move(texts);
+    if (texts_.scene.empty()) return miss("the results hold no scene: no playback");
     attempt("no playback, the scene cannot be read again", [&] {
       scene_ = scene::read_scene_again((folder_ / "scene.toml").string(), texts_);
       assembly_ = scene::assemble(*scene_);
     });
+  }
+
+  static scene::SceneTexts texts_in(const Records& r) {
+    return {r.text("provenance/scene"), r.text("provenance/model"),
+            scene::input_files(r.text("provenance/files"))};
   }
 
   void add_phase(const Records& r, double from) {
@@ -120,7 +125,7 @@ class Gathered {
   void finished_run() {
     attempt("run.h5 is damaged", [&] {
       const auto r = open_run_file(folder_ / "run.h5");
-      understand(r->text("provenance/scene"), r->text("provenance/model"));
+      understand(texts_in(*r));
       stage_from_assembly();
       add_phase(*r, 0);
     });
@@ -133,8 +138,7 @@ class Gathered {
       done_steps_ = c.state.step;
       if (!fs::exists(checkpoint / "scene.toml"))
         return miss("the checkpoint keeps no scene: no time series and no playback");
-      understand(scene::read_file(checkpoint / "scene.toml"),
-                 scene::read_file(checkpoint / "model.urdf"));
+      understand(scene::texts_beside(checkpoint));
       if (!assembly_) return;
       const auto r = open_log(checkpoint / "records.bin", assembly_->model->description(),
                               scene::RecordLayout(*scene_, *assembly_));
@@ -158,7 +162,7 @@ class Gathered {
         const fs::path folder = folder_ / fmt::format("phase_{}", k + 1);
         const auto r = open_run_file(folder / "run.h5");
         if (k == 0) {
-          understand(r->text("provenance/scene"), r->text("provenance/model"));
+          understand(texts_in(*r));
           stage_from_assembly();
           if (assembly_) moving.emplace(assembly_->parts);
         }

@@ -72,6 +72,7 @@ bool in_world(const Mechanism& m, const std::string& link) {
 std::vector<mechanics::BodyPort> ports_of(const Mechanism& m, const Parts& parts) {
   std::vector<mechanics::BodyPort> ports;
   for (const auto& t : parts.thrusters) ports.push_back({t.name + ".nozzle", t.link, t.position});
+  for (const auto& w : parts.wrenches) ports.push_back({w.name + ".place", w.link, w.position});
   for (const auto& l : parts.latches) {
     if (!in_world(m, l.link)) ports.push_back({l.name + ".on_link", l.link, l.on_link.r});
     if (!in_world(m, l.body)) ports.push_back({l.name + ".on_body", l.body, l.on_body.r});
@@ -94,7 +95,7 @@ phs::Description description_of(const phs::Description& inner, const Parts& part
   phs::Description d = inner;
   d.flows.clear();
   d.traits.separable = false;
-  const bool pushed = !parts.thrusters.empty() || !parts.torquers.empty();
+  const bool pushed = parts.pushes() > 0;
   d.traits.autonomous = d.traits.autonomous && !pushed;
   using Kind = phs::PowerKind;
   for (const auto& l : parts.latches) {
@@ -109,7 +110,7 @@ phs::Description description_of(const phs::Description& inner, const Parts& part
   int at = 0;
   for (auto i : inner.invariants) {
     if (held && i.name.find("_momentum") != std::string::npos) continue;
-    if (i.name == "linear_momentum" && !parts.thrusters.empty()) continue;
+    if (i.name == "linear_momentum" && parts.forces() > 0) continue;
     if (i.name == "angular_momentum" && pushed) continue;
     i.at = at;
     at += i.size;
@@ -129,12 +130,15 @@ bool damped(const SoftLatch& l) {
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts) {
   using Kind = phs::PowerKind;
   std::vector<phs::PowerAccount> list;
-  for (const auto& t : parts.thrusters) list.push_back({t.name, Kind::supplied});
+  std::vector<std::string> forces;
+  for (const auto& t : parts.thrusters) forces.push_back(t.name);
+  for (const auto& w : parts.wrenches) forces.push_back(w.name);
+  for (const auto& name : forces) list.push_back({name, Kind::supplied});
   for (const auto& t : parts.torquers) list.push_back({t.name, Kind::supplied});
-  for (const auto& t : parts.thrusters)
+  for (const auto& name : forces)
     for (const char* of : {".impulse", ".angular_impulse"})
       for (const char* axis : {".x", ".y", ".z"})
-        list.push_back({t.name + of + axis, Kind::observed});
+        list.push_back({name + of + axis, Kind::observed});
   for (const auto& t : parts.torquers)
     for (const char* axis : {".x", ".y", ".z"})
       list.push_back({t.name + ".angular_impulse" + axis, Kind::observed});
@@ -148,9 +152,11 @@ PartsModel::PartsModel(std::shared_ptr<const mechanics::MechanicalModel> mechani
   const auto* loops = mechanical_->constraint_set();
   with_ports_ = std::make_shared<const mechanics::MechanicalModel>(
       mechanism, ports_of(*mechanism, parts_), loops ? loops->spec() : mechanics::ConstraintSpec{});
-  for (const auto& t : parts_.thrusters)
-    placed_.nozzles.push_back(
-        mount(*with_ports_, t.name + ".nozzle", t.link, {Mat3<double>::identity(), t.position}));
+  const auto push = [&](const std::string& port, const std::string& link, const Vec3d& at) {
+    placed_.pushed.push_back(mount(*with_ports_, port, link, {Mat3<double>::identity(), at}));
+  };
+  for (const auto& t : parts_.thrusters) push(t.name + ".nozzle", t.link, t.position);
+  for (const auto& w : parts_.wrenches) push(w.name + ".place", w.link, w.position);
   bool held = false;  // by a place fixed in the world
   for (const auto& l : parts_.latches) {
     placed_.a.push_back(mount(*with_ports_, l.name + ".on_link", l.link, l.on_link));

@@ -6,7 +6,8 @@
 #include "mechanics/mechanical_model.h"
 #include "phs/functions/function.h"
 
-/// Parts of a spacecraft that act on its bodies: thrusters, magnetic torquers, soft latches.
+/// Parts of a spacecraft that act on its bodies: thrusters, wrenches of time, magnetic torquers,
+/// soft latches.
 namespace porthos::space {
 
 using mechanics::Mat3;
@@ -49,6 +50,20 @@ struct Thruster {
   double thrust = 0;         ///< [N]
   Schedule schedule;
   double specific_impulse = 0;  ///< [s]; 0: not given. The mass of the links is constant.
+};
+
+/// A wrench that is known in time, on a link: of a test stand, a plume, another program's tables.
+struct Wrench {
+  /// A vector that is a sum of signals, each along a direction.
+  struct Term {
+    Vec3d along;
+    phs::FunctionPtr size;
+  };
+  using Signals = std::vector<Term>;
+  std::string name, link;
+  Vec3d position{0, 0, 0};  ///< where the force acts, in the link's frame [m]
+  bool in_world = false;    ///< the axes are the world's (in orbit: inertial), not the link's
+  Signals force, moment;    ///< [N], [N m] in time
 };
 
 /// A magnetic torquer: a rod on the free base with a dipole m d along a fixed direction d; torque m
@@ -94,10 +109,14 @@ struct SoftLatch {
 /// The parts of a spacecraft that act on its bodies.
 struct Parts {
   std::vector<Thruster> thrusters = {};
+  std::vector<Wrench> wrenches = {};
   std::vector<Torquer> torquers = {};
   std::vector<SoftLatch> latches = {};
   Vec3d field = {0, 0, 0};  ///< magnetic, constant in the world [T]; for torquers
-  bool any() const { return !thrusters.empty() || !torquers.empty() || !latches.empty(); }
+  bool any() const { return pushes() > 0 || !latches.empty(); }
+  /// Thrusters and wrenches, which have a force.
+  size_t forces() const { return thrusters.size() + wrenches.size(); }
+  size_t pushes() const { return forces() + torquers.size(); }
 };
 
 /// A wheel on the base: the coordinate of its joint, whose momentum p is that of the wheel, and its
@@ -108,12 +127,13 @@ struct WheelAxis {
 };
 
 /// A mechanism with such parts: a port-Hamiltonian system with the mechanism's state and joint
-/// ports (followed by a body port "<latch>.on_link", "<latch>.on_body" or "<thruster>.nozzle" per
-/// attachment). Each latch is a storage "<name>" and a loss "<name>.damping"; each thruster and
-/// torquer is a source with its name. In addition, the impulse of each source is integrated as
-/// observed powers "<name>.impulse.x" … [N s] (thrusters) and "<name>.angular_impulse.x" … [N m s,
-/// about the world's origin], in world axes: the momenta minus these are conserved. Cost beyond the
-/// mechanism: one computation of body poses, and two passes for body ports.
+/// ports (followed by a body port "<latch>.on_link", "<latch>.on_body", "<thruster>.nozzle" or
+/// "<wrench>.place" per attachment). Each latch is a storage "<name>" and a loss "<name>.damping";
+/// each thruster, wrench and torquer is a source with its name. In addition, the impulse of each
+/// source is integrated as observed powers "<name>.impulse.x" … [N s] (not of torquers) and
+/// "<name>.angular_impulse.x" … [N m s, about the world's origin], in world axes: the momenta minus
+/// these are conserved. Cost beyond the mechanism: one computation of body poses, and two passes
+/// for body ports.
 class PartsModel : public phs::ModelFor<PartsModel> {
  public:
   /// @throws InvalidArgument naming the part: unknown links, a latch between a body and itself,
@@ -136,7 +156,7 @@ class PartsModel : public phs::ModelFor<PartsModel> {
     size_t u;           ///< offset of the port in the input
   };
   struct Placed {
-    std::vector<Mount> nozzles, a, b;
+    std::vector<Mount> pushed, a, b;             ///< pushed: by thrusters, then by wrenches
     std::vector<std::vector<WheelAxis>> wheels;  ///< per torquer
     size_t base_u = 0;  ///< torque on the free base, in the input; with torquers only
   };
@@ -148,8 +168,8 @@ class PartsModel : public phs::ModelFor<PartsModel> {
   phs::Description description_;
 };
 
-/// The accounts of thrusters and torquers in a system's ledger, in this order: works, then
-/// impulses.
+/// The accounts of thrusters, wrenches and torquers in a system's ledger, in this order: works,
+/// then impulses.
 std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
 
 /// Torque of a rod on the base, in its axes [N m]. B: the field there in the same axes [T]; x: the
@@ -157,6 +177,14 @@ std::vector<phs::PowerAccount> push_accounts(const Parts& parts);
 template <class T>
 Vec3<T> torque_of(const Torquer& rod, const std::vector<WheelAxis>& wheels, const T& t,
                   std::span<const T> x, size_t nq, const Vec3<T>& B);
+
+/// The sum of signals at t.
+template <class T>
+Vec3<T> at_time(const Wrench::Signals& signals, const T& t) {
+  Vec3<T> sum{T(0.0), T(0.0), T(0.0)};
+  for (const auto& term : signals) sum = sum + (*term.size)(t)*Vec3<T>(term.along);
+  return sum;
+}
 
 /// Axes and momenta of wheels on the free base, by the names `joints`. @throws InvalidArgument
 /// beginning with `who` for a joint that does not rotate on it

@@ -4,6 +4,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
 #include "phs/system/forwarding.h"
+#include "space/detail/parts_algebra-inl.h"
 #include "space/detail/parts_checks.h"
 #include "space/gravity_gradient.h"
 
@@ -14,36 +15,6 @@ using mechanics::Force;
 using mechanics::Mechanism;
 using mechanics::Motion;
 using mechanics::Transform;
-
-/// f(t), lane by lane.
-template <class T, class F>
-T lane_by_lane(const T& t, F f) {
-  if constexpr (phs::is_pack<T>) {
-    T r;
-    for (int i = 0; i < phs::lanes<T>; ++i) r.set(i, f(t[i]));
-    return r;
-  } else {
-    return T(f(phs::to_double(t)));
-  }
-}
-
-template <class T>
-Vec3<T> scaled(const Vec3d& k, const Vec3<T>& a) {
-  return {T(k.x) * a.x, T(k.y) * a.y, T(k.z) * a.z};
-}
-template <class T>
-Vec3<T> zero() {
-  return {T(0.0), T(0.0), T(0.0)};
-}
-/// ½ (A K Aᵀ + B K Bᵀ) a
-template <class T>
-Vec3<T> along_both(const Mat3<T>& A, const Mat3<T>& B, const Vec3d& k, const Vec3<T>& a) {
-  return T(0.5) * (A * scaled(k, A.tmul(a)) + B * scaled(k, B.tmul(a)));
-}
-template <class T>
-const Vec3<T>& column_of(const Mat3<T>& R, int i) {
-  return i == 0 ? R.x : i == 1 ? R.y : R.z;
-}
 
 template <class T>
 class PartsSystem final : public phs::Forwarding<T> {
@@ -139,15 +110,15 @@ class PartsSystem final : public phs::Forwarding<T> {
     size_t k = this->inner_powers();
     for (size_t l = 0; l < parts_.latches.size(); ++l)
       if (damped(parts_.latches[l])) values[k++] = loss(l);
-    const size_t impulses = k + parts_.thrusters.size() + parts_.torquers.size();
-    size_t i = impulses;
-    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
-      const Thruster& th = parts_.thrusters[n];
-      const auto& at = placed_.nozzles[n];
-      const Vec3<T> f = force(th, t);
-      values[k++] = dot(f, Vec3<T>{y_[at.u + 3], y_[at.u + 4], y_[at.u + 5]});
+    size_t i = k + parts_.pushes();  // impulses come after the works
+    for (size_t n = 0; n < parts_.forces(); ++n) {
+      const auto& at = placed_.pushed[n];
+      const Force<T> given = load(n, t);
+      const T* twist = &y_[at.u];
+      values[k++] = dot(given.n, Vec3<T>{twist[0], twist[1], twist[2]}) +
+                    dot(given.f, Vec3<T>{twist[3], twist[4], twist[5]});
       const auto X = world(at);
-      const Vec3<T> F = X.R * f, L = cross(X.r, F);
+      const Vec3<T> F = X.R * given.f, L = cross(X.r, F) + X.R * given.n;
       for (const T& value : {F.x, F.y, F.z, L.x, L.y, L.z}) values[i++] = value;
     }
     for (size_t n = 0; n < parts_.torquers.size(); ++n) {
@@ -165,8 +136,7 @@ class PartsSystem final : public phs::Forwarding<T> {
   }
   std::unique_ptr<phs::Resolvent> resolvent() override {
     if (!parts_.latches.empty()) return nullptr;  // latches may be stiffer than the mechanism
-    const bool pushed = !parts_.thrusters.empty() || !parts_.torquers.empty();
-    return pushed ? this->near_resolvent() : inner_.resolvent();
+    return parts_.pushes() > 0 ? this->near_resolvent() : inner_.resolvent();
   }
 
  private:
@@ -291,9 +261,18 @@ class PartsSystem final : public phs::Forwarding<T> {
   }
 
   // --- sources -----------------------------------------------------------------------------------
-  Vec3<T> force(const Thruster& th, const T& t) const {
-    const T on = lane_by_lane(t, [&](double at) { return th.thrust * th.schedule.at(at); });
-    return on * Vec3<T>(th.direction);
+  /// Of thruster or wrench n at its port, link's axes.
+  Force<T> load(size_t n, const T& t) const {
+    if (n < parts_.thrusters.size()) {
+      const Thruster& th = parts_.thrusters[n];
+      const T on = lane_by_lane(t, [&](double at) { return th.thrust * th.schedule.at(at); });
+      return {zero<T>(), on * Vec3<T>(th.direction)};
+    }
+    const Wrench& w = parts_.wrenches[n - parts_.thrusters.size()];
+    const Force<T> given{at_time(w.moment, t), at_time(w.force, t)};
+    if (!w.in_world) return given;
+    const Mat3<T> R_WL = world(placed_.pushed[n]).R;
+    return {R_WL.tmul(given.n), R_WL.tmul(given.f)};
   }
   static Mat3<T> base(In x) {
     return mechanics::rotation_matrix(mechanics::Quaternion<T>::load(x.data() + base_attitude));
@@ -303,10 +282,13 @@ class PartsSystem final : public phs::Forwarding<T> {
                      R.tmul(Vec3<T>(parts_.field)));
   }
   void add_sources(const T& t, In x) {
-    for (size_t n = 0; n < parts_.thrusters.size(); ++n) {
-      const Vec3<T> f = force(parts_.thrusters[n], t);
-      const size_t at = placed_.nozzles[n].u + 3;
-      for (int c = 0; c < 3; ++c) u_[at + size_t(c)] = u_[at + size_t(c)] + f[c];
+    for (size_t n = 0; n < parts_.forces(); ++n) {
+      const Force<T> given = load(n, t);
+      const size_t at = placed_.pushed[n].u;
+      for (size_t c = 0; c < 3; ++c) {
+        u_[at + c] = u_[at + c] + given.n[int(c)];
+        u_[at + 3 + c] = u_[at + 3 + c] + given.f[int(c)];
+      }
     }
     if (parts_.torquers.empty()) return;
     const Mat3<T> R = base(x);

@@ -30,21 +30,23 @@ Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t) {
 
 OrbitPush::OrbitPush(const Mechanism& m, const Parts& parts, const Planet& planet)
     : m_(m), on_(m), parts_(parts), planet_(planet) {
-  for (const Thruster& t : parts.thrusters) {
-    const BodyFrame& link = m.body(t.link);
+  const auto add = [&](const char* kind, const auto& part) {
+    const BodyFrame& link = m.body(part.link);
     if (link.node < 0)
-      throw InvalidArgument("thruster '" + t.name + "': its link '" + t.link +
+      throw InvalidArgument(std::string(kind) + " '" + part.name + "': its link '" + part.link +
                             "' is fixed to the world and never moves");
-    nozzle_.push_back(link.pose * Pose{Mat3<double>::identity(), t.position});
-    nozzle_node_.push_back(link.node);
-  }
+    place_.push_back(link.pose * Pose{Mat3<double>::identity(), part.position});
+    node_.push_back(link.node);
+  };
+  for (const Thruster& t : parts.thrusters) add("thruster", t);
+  for (const Wrench& w : parts.wrenches) add("wrench", w);
   for (const Torquer& t : parts.torquers) {
     if (!planet.magnetic)
       throw InvalidArgument("torquer '" + t.name + "': planet '" + planet.name +
                             "' has no magnetic field, expected [planet] magnetic");
     wheels_.push_back(wheel_axes(m, "torquer '" + t.name + "'", t.wheels));
   }
-  pushes_.resize(parts.thrusters.size() + parts.torquers.size());
+  pushes_.resize(parts.pushes());
   for (Push& p : pushes_) p.force.assign(size_t(m.nv()), 0.0);
 }
 
@@ -53,12 +55,19 @@ void OrbitPush::set_turn_angles(std::span<const double> angles) { on_.set_turn_a
 void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, double when) {
   if (pushes_.empty()) return;
   const auto q = x.first(size_t(m_.nq()));
-  for (size_t k = 0; k < parts_.thrusters.size(); ++k) thrust(k, q, when);
+  for (size_t k = 0; k < parts_.thrusters.size(); ++k) {
+    const Thruster& th = parts_.thrusters[k];
+    push(k, q, {{0, 0, 0}, (th.thrust * th.schedule.at(when)) * th.direction}, false);
+  }
+  for (size_t k = 0; k < parts_.wrenches.size(); ++k) {
+    const Wrench& w = parts_.wrenches[k];
+    push(parts_.thrusters.size() + k, q, {at_time(w.moment, t), at_time(w.force, t)}, w.in_world);
+  }
   if (parts_.torquers.empty()) return;
   const auto R_WB = rotation_matrix(Quaternion<double>::load(x.data() + base_attitude));
   const Vec3d field_B = R_WB.tmul(magnetic_field(planet_, R, t));
   for (size_t k = 0; k < parts_.torquers.size(); ++k) {
-    Push& push = pushes_[parts_.thrusters.size() + k];
+    Push& push = pushes_[parts_.forces() + k];
     const Vec3d n =
         torque_of<double>(parts_.torquers[k], wheels_[k], t, x, size_t(m_.nq()), field_B);
     for (int c = 0; c < 3; ++c) push.force[size_t(c)] = n[c];  // the base's own freedoms come first
@@ -66,23 +75,25 @@ void OrbitPush::evaluate(std::span<const double> x, const Vec3d& R, double t, do
   }
 }
 
-void OrbitPush::thrust(size_t k, std::span<const double> q, double when) {
-  const Thruster& t = parts_.thrusters[k];
+void OrbitPush::push(size_t k, std::span<const double> q, Force<double> load, bool in_world) {
   Push& push = pushes_[k];
-  const double on = t.thrust * t.schedule.at(when);
   std::fill(push.force.begin(), push.force.end(), 0.0);
   push.on_centre = push.torque = {0, 0, 0};
-  if (on == 0) return;
+  if (dot(load.f, load.f) + dot(load.n, load.n) == 0) return;
   on_.place(q);
-  const Pose& X_NT = nozzle_[k];  // thruster in its node; N: node, B: base, W: inertial axes
-  const size_t at = size_t(nozzle_node_[k]);
-  const Vec3d F_N = X_NT.R * (on * t.direction), F_B = on_.axes(at) * F_N;
+  // N: node, with the link's place at X_NL; B: base; W: inertial axes
+  const Pose& X_NL = place_[k];
+  const size_t at = size_t(node_[k]);
+  const auto along = [&](const Vec3d& v) {
+    return in_world ? on_.axes(at).tmul(on_.base().tmul(v)) : X_NL.R * v;
+  };
+  const Vec3d F_N = along(load.f), F_B = on_.axes(at) * F_N;
   const auto& nodes = m_.nodes();
   for (size_t i = 0; i < nodes.size(); ++i) {
     const Vec3d share = on_.axes(i).tmul((-1 / m_.total_mass()) * F_B);
     on_.wrench(i) += {cross(nodes[i].inertia.mc, share), nodes[i].inertia.m * share};
   }
-  on_.wrench(at) += Force<double>{cross(X_NT.r, F_N), F_N};
+  on_.wrench(at) += Force<double>{cross(X_NL.r, F_N) + along(load.n), F_N};
   on_.project();
   std::copy(on_.joint_forces().begin(), on_.joint_forces().end(), push.force.begin());
   push.torque = on_.torque();

@@ -14,9 +14,9 @@ namespace porthos::space {
 /// @throws InvalidArgument for a planet without a dipole
 Vec3d magnetic_field(const Planet& planet, const Vec3d& r, double t);
 
-/// Thrusters and torquers of a spacecraft in orbit: kicks at fixed positions. A thrust moves the
-/// centre of mass. The internal motion, whose linear momentum stays zero, receives the rest: the
-/// thrust on its link and -m_i/m of it on each link's centre.
+/// Thrusters, wrenches and torquers of a spacecraft in orbit: kicks at fixed positions. A force
+/// moves the centre of mass. The internal motion, whose linear momentum stays zero, receives the
+/// rest: the force on its link and -m_i/m of it on each link's centre.
 class OrbitPush {
  public:
   /// @throws InvalidArgument as PartsModel; for torquers about a planet without a field
@@ -42,14 +42,15 @@ class OrbitPush {
     std::vector<double> force;
     Vec3d on_centre{0, 0, 0}, torque{0, 0, 0};
   };
-  void thrust(size_t k, std::span<const double> q, double when);
+  /// @param load  of thruster or wrench k at its place, link's or inertial axes
+  void push(size_t k, std::span<const double> q, mechanics::Force<double> load, bool in_world);
 
   const mechanics::Mechanism& m_;
   LinkForces<double> on_;
   const Parts& parts_;
   const Planet& planet_;
-  std::vector<Pose> nozzle_;  ///< in its node's frame
-  std::vector<int> nozzle_node_;
+  std::vector<Pose> place_;  ///< of thrusters, then of wrenches: in the node's frame
+  std::vector<int> node_;
   std::vector<std::vector<WheelAxis>> wheels_;
   std::vector<Push> pushes_;
 };

@@ -271,9 +271,9 @@ void SplitIntegrator::kick(double t, double h, double middle, double correction,
   size_t impulses = at + push_.count();
   for (size_t k = 0; k < push_.count(); ++k) {
     port_work_.add(at++, work_of(push_.joint_forces(k)));
-    const bool thruster = k < model_.parts().thrusters.size();
+    const bool has_force = k < model_.parts().forces();
     for (const Vec3d* give : {&push_.force(k), &push_.torque(k)})
-      for (int c = 0; c < 3 && (thruster || give == &push_.torque(k)); ++c)
+      for (int c = 0; c < 3 && (has_force || give == &push_.torque(k)); ++c)
         port_work_.add(impulses++, h * (*give)[c]);
   }
   if (has_plates_) port_work_.add(impulses, by_plates);

@@ -47,7 +47,7 @@ std::string why_centre_stays(const Scene& s) {
     for (const auto& link : c.against)
       if (link == "world") return "contact '" + c.name + "' touches the world";
   for (const Element& e : s.elements)
-    if (e.thruster || e.torquer)
+    if (e.pushes())
       return e.type + " '" + e.name + "' pushes from outside";
     else if (e.latch && e.latch->body == "world")
       return e.type + " '" + e.name + "' holds it to the world";

@@ -8,20 +8,21 @@
 namespace porthos::scene {
 namespace {
 
-/// Thrusters and torquers of the scene's elements.
+/// Thrusters, wrenches and torquers of the scene's elements.
 void add_pushing(const Scene& scene, space::Parts& parts) {
   std::vector<std::string> wheels;
   for (const Element& e : scene.elements)
     if (e.wheel_gain) wheels.push_back(e.joint);
   for (const Element& e : scene.elements) {
     if (e.thruster) parts.thrusters.push_back(*e.thruster);
+    if (e.wrench) parts.wrenches.push_back(*e.wrench);
     if (!e.torquer) continue;
     parts.torquers.push_back(*e.torquer);
-    if (e.torquer->dipole) continue;
+    if (e.torquer->dipole || !e.torquer->wheels.empty()) continue;
     if (wheels.empty())
       throw InvalidArgument(e.where + ": torquer '" + e.name +
                             "' unloads wheels and the scene has none, expected an element of type "
-                            "\"wheel\"");
+                            "\"wheel\" or the key wheels");
     parts.torquers.back().wheels = wheels;
   }
 }

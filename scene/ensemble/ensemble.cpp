@@ -23,7 +23,7 @@ bool is_plain(const Scene& s) {
   return s.events.empty() && s.outputs.empty() && !s.monitor && !s.orbit &&
          s.step_control == integrators::StepControl::fixed && steps_of(s).last == 0 &&
          !switches(s) && std::none_of(s.elements.begin(), s.elements.end(), [](const Element& e) {
-           return e.thruster || e.torquer;
+           return e.pushes();
          });
 }
 

@@ -29,8 +29,6 @@ std::vector<std::string> event_names(const Scene& s) {
   return names;
 }
 
-constexpr Kind real = Kind::real, integer = Kind::integer;
-
 /// A dataset and the numbers of a row it is filled from.
 struct CaseColumn {
   Hdf5File::Dataset data;
@@ -56,6 +54,7 @@ void write_head(Hdf5File& file, const Ensemble& e) {
   for (const auto& [name, value] : provenance(s)) file.attribute("provenance", name, value);
   file.text("provenance/scene", s.text);
   file.text("provenance/model", s.urdf_text);
+  if (!s.files.empty()) file.text("provenance/files", to_text(s.files));
   if (!cases.table_text.empty()) file.text("provenance/table", cases.table_text);
   file.group("final");
   if (e.layout().events > 0) file.group("events");
@@ -75,6 +74,7 @@ std::vector<CaseColumn> add_columns(Hdf5File& file, const Ensemble& e) {
     if (*unit) columns.back().data.attribute("unit", std::string(unit));
     if (!names.empty()) columns.back().data.attribute("columns", names);
   };
+  constexpr Kind real = Kind::real, integer = Kind::integer;
   add("inputs", l.inputs, l.columns, real, "", lines(e.cases().column_names()));
   add("status", l.status, 1, integer, "1");
   add("steps", l.steps, 1, integer, "1");
@@ -119,10 +119,10 @@ void write_rows(std::vector<CaseColumn>& columns, const CaseStore& store, const 
       for (size_t i = 0; i < n; ++i)
         for (size_t k = 0; k < c.count; ++k) {
           const double v = rows[i * l.size() + c.first + k];
-          c.kind == real ? reals.push_back(v) : integers.push_back(scene::integer(v));
+          c.kind == Kind::real ? reals.push_back(v) : integers.push_back(scene::integer(v));
         }
-      c.kind == real ? c.data.write(at, std::span<const double>(reals))
-                     : c.data.write(at, std::span<const std::int64_t>(integers));
+      c.kind == Kind::real ? c.data.write(at, std::span<const double>(reals))
+                           : c.data.write(at, std::span<const std::int64_t>(integers));
     }
   }
 }

@@ -2,10 +2,12 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "scene/files/hdf5_reader.h"
+#include "scene/read/csv_table.h"
 
 namespace porthos::scene {
 
@@ -19,7 +21,7 @@ class TrajectoryTable {
   explicit TrajectoryTable(const std::filesystem::path& path);
 
   std::size_t rows() const { return rows_; }
-  bool has(const std::string& column) const { return columns_.count(column) > 0; }
+  bool has(const std::string& column) const;
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
   /// for a value in it that is not a finite number
   std::vector<double> column(const std::string& name) const;
@@ -28,18 +30,15 @@ class TrajectoryTable {
 
  private:
   struct Column {
-    std::string dataset;         ///< of HDF5
+    std::string dataset;
     std::size_t at = 0, of = 1;  ///< which number of a row
-    std::vector<double> values = {};
-    std::map<std::size_t, std::string> no_number = {};  ///< the text there, by row
   };
-  void read_csv(const std::string& text);
   void read_hdf5();
 
   std::filesystem::path path_;
   std::size_t rows_ = 0;
-  std::map<std::string, Column> columns_;
-  std::vector<std::size_t> lines_;  ///< of each row, in a text
+  std::optional<CsvTable> csv_;
+  std::map<std::string, Column> columns_;  ///< of HDF5
   std::unique_ptr<Hdf5Reader> hdf5_;
 };
 

@@ -137,6 +137,10 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
   if (r.plan.status == planning::Plan::Status::optimal) {
     r.replay_path = (folder / "replay.toml").string();
     write_file(folder / "model.urdf", scene.urdf_text);
+    for (const auto& [name, content] : scene.files) {
+      make_folder((folder / name).parent_path());
+      write_file(folder / name, content);
+    }
     write_file(r.replay_path, replay_scene(scene, made, r.plan.motion));
     r.replay = replay_distance(r.replay_path, r.plan.motion.x, made.problem.intervals);
   } else {  // no replay of an earlier plan stays

@@ -1,6 +1,7 @@
 #include "scene/plan/plan_scene.h"
 
 #include <cmath>
+#include <filesystem>
 
 #include "integrators/derivatives/step_variation.h"
 #include "scene/compare/auto_method.h"
@@ -35,6 +36,11 @@ void check_scene(const Scene& s, const std::string& where) {
       refuse(e.where, fmt::format("[plan] cannot be combined with an element of type \"{}\", "
                                   "expected springs, dampers, friction, limits and forces",
                                   e.type));
+  for (const auto& [name, content] : s.files)
+    if (std::filesystem::path(name).is_absolute() || name.find("..") != std::string::npos)
+      refuse(where, fmt::format("[plan] writes a scene that reads '{}' too, expected a file beside "
+                                "the scene or below it",
+                                name));
   if (s.step_control != integrators::StepControl::fixed)
     refuse(where, "[plan] is given with a step_control, expected steps of one size");
   if (s.method == auto_method)

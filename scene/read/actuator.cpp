@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "mechanics/mechanical_model.h"
 #include "phs/network/elements.h"
-#include "scene/files/files.h"
 #include "scene/read/element.h"
 #include "scene/read/toml_table-inl.h"
 #include "vsa/catalogue.h"
@@ -100,7 +97,7 @@ vsa::Values read_parameters(const Table& t, const std::string& family) {
   return v;
 }
 
-vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointActuator& j) {
+vsa::ElasticPtr read_elastic(const Table& t) {
   const int given = t.has("device") + t.has("family") + t.has("table");
   if (given != 1)
     refuse(t.where(),
@@ -119,10 +116,8 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
     for (const auto& p : d.parameters) values[p.name] = p.value;
   } else if (t.has("table")) {
     family = "tabulated";
-    j.table = t.text("table", "the name of a CSV file");
-    const auto path = std::filesystem::path(folder) / j.table;
-    j.table_text = read_file(path);
-    const auto m = vsa::parse_measurements(j.table_text, path.string());
+    const auto table = t.content("table");
+    const auto m = vsa::parse_measurements(table.text, table.path);
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
@@ -138,7 +133,7 @@ vsa::ElasticPtr read_elastic(const Table& t, const std::string& folder, JointAct
 
 }  // namespace
 
-std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder) {
+std::vector<JointActuator> read_actuators(const Table& scene) {
   std::vector<JointActuator> list;
   scene.each_of("actuator", "joint", [&](const std::string& joint, const Table& t) {
     JointActuator j;
@@ -147,7 +142,7 @@ std::vector<JointActuator> read_actuators(const Table& scene, const std::string&
     j.name = t.has("name") ? t.text("name", "text") : joint + ".actuator";
     at_line(j.where, [&] {
       vsa::Actuator& a = j.actuator;
-      a.elastic = read_elastic(t, folder, j);
+      a.elastic = read_elastic(t);
       const auto& traits = a.elastic->traits();
       t.require("theta", "a table with the key drive");
       const Table theta = t.table("theta");

@@ -23,12 +23,10 @@ struct JointActuator {
   std::optional<double>
       theta;         ///< start [rad]; none: the joint's angle, where the spring is at rest
   double sigma = 0;  ///< start
-  std::string table, table_text;  ///< name and content of the CSV file it was read from, if any
 };
 
-/// Reads the [[actuator]] tables; tables of measurements are searched from `folder`.
-/// @throws InvalidArgument as read_scene()
-std::vector<JointActuator> read_actuators(const Table& scene, const std::string& folder);
+/// Reads the [[actuator]] tables. @throws InvalidArgument as read_scene()
+std::vector<JointActuator> read_actuators(const Table& scene);
 
 /// Adds the actuators at the joints of the member "mechanism" of a network.
 /// @throws InvalidArgument naming file and line, for an unknown joint or one that an actuator or

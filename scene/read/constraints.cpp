@@ -71,7 +71,7 @@ void read_loop(const Table& t, const std::string& name, mechanics::ConstraintSpe
   }
   mechanics::LoopJoint loop{name, type, a, b, type == "helical" ? t.number("pitch") : 0};
   if (type == "on_curve") {
-    loop.points = t.pairs("points");
+    loop.points = t.rows<2>("points");
     loop.closed = t.boolean("closed");
   }
   spec.loops.push_back(std::move(loop));

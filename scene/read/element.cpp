@@ -2,17 +2,63 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "mechanics/mechanical_model.h"
+#include "phs/functions/pieces.h"
+#include "scene/read/csv_table.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/toml_table-inl.h"
 
 namespace porthos::scene {
 
-phs::FunctionPtr read_signal(const Table& t, const std::string& unit) {
-  const int given = t.has("constant") + t.has("sine") + t.has("profile");
+namespace {
+
+/// Each value until the next, at even times from 0.
+phs::FunctionPtr held_signal(const Table& file, const CsvTable& csv,
+                             const std::vector<double>& times, std::vector<double> values,
+                             double* period) {
+  if (!period)
+    file.fail("between",
+              "is \"held\", which an element of type \"force\" can be, expected \"smooth\"");
+  if (times.size() < 2 || times[0] != 0)
+    refuse(csv.at(0), "a held signal begins at time 0 and has 2 rows or more");
+  *period = times[1];
+  for (size_t i = 1; i < times.size(); ++i)
+    if (!(std::fabs(times[i] - double(i) * *period) <= 1e-9 * times[i]))
+      refuse(csv.at(i),
+             fmt::format("the time is {:.10g} s, expected even steps of {:.10g} s because "
+                         "the values are held",
+                         times[i], *period));
+  return phs::pieces(*period, {0.5}, std::move(values));
+}
+
+phs::FunctionPtr file_signal(const Table& file, double* period) {
+  const auto content = file.content("path");
+  const CsvTable csv(content.path, content.text);
+  const auto column = [&](const char* key, const char* otherwise) {
+    return csv.column(file.has(key) || !*otherwise ? file.text(key, "the name of a column")
+                                                   : otherwise);
+  };
+  const auto times = column("time", "t"), values = column("value", "");
+  if (file.choice("between") == "held") return held_signal(file, csv, times, values, period);
+  for (size_t i = 1; i < times.size(); ++i)
+    if (!(times[i] > times[i - 1]))
+      refuse(csv.at(i), fmt::format("the time is {:.10g} s after {:.10g} s, expected a later one",
+                                    times[i], times[i - 1]));
+  return at_line(file.at("path"), [&] { return phs::profile(times, values); });
+}
+
+}  // namespace
+
+phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* period) {
+  const int given = t.has("constant") + t.has("sine") + t.has("profile") + t.has("file");
   if (given != 1)
-    refuse(t.where(), fmt::format("{} has {} of the keys constant, sine and profile, expected one",
-                                  t.label(), given));
+    refuse(t.where(),
+           fmt::format("{} has {} of the keys constant, sine, profile and file, expected one",
+                       t.label(), given));
+  if (t.has("file")) return file_signal(t.table("file"), period);
   if (t.has("constant")) return phs::constant(t.number("constant", unit));
   if (t.has("sine")) {
     const Table s = t.table("sine");

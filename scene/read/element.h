@@ -57,17 +57,21 @@ struct Element {
   std::optional<double> wheel_gain;  ///< [N m s/rad], of a reaction wheel
   std::string turning_wheel;         ///< joint of a wheel whose momentum it moves, or empty
   std::optional<space::Thruster> thruster;
+  std::optional<space::Wrench> wrench;
   std::optional<space::Torquer> torquer;
   std::optional<space::SoftLatch> latch;
   std::optional<JointStop> stop;
+  /// Whether it changes the momentum of a free craft, and keeps a ledger of its impulse.
+  bool pushes() const { return thruster || wrench || torquer; }
 };
 
 /// Reads the [[element]] tables. @throws InvalidArgument as read_scene()
 std::vector<Element> read_elements(const Table& scene);
 
 /// A signal in time: one of the keys constant, sine = { amplitude, frequency, phase }, profile = {
-/// times, values }.
-phs::FunctionPtr read_signal(const Table& t, const std::string& unit);
+/// times, values }, file = { path, time, value, between }.
+/// @param period  gets the length of the pieces of a held signal [s]; null: such a one is refused
+phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* period = nullptr);
 
 /// Puts the elements at the joints of the member "mechanism" of a network.
 /// @throws InvalidArgument naming file and line, for an unknown joint, a joint of several degrees

@@ -15,6 +15,7 @@
 #include "scene/read/controller.h"
 #include "scene/read/element.h"
 #include "scene/read/event.h"
+#include "scene/read/input_files.h"
 #include "scene/read/orbit.h"
 #include "scene/read/output.h"
 #include "scene/read/robot.h"
@@ -66,6 +67,7 @@ struct Scene {
   std::string title;
 
   std::string urdf_path, urdf_text;  ///< resolved path, and content with the robots
+  InputFiles files;                  ///< other files it names
   mechanics::UrdfOptions urdf;       ///< base, gravity, links without inertia, given inertias
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
   Coordinates coordinates = Coordinates::reduced;

@@ -40,7 +40,9 @@ class Reader {
  public:
   explicit Reader(std::string path, const SceneTexts* kept = nullptr,
                   const StartFrom* kept_from = nullptr)
-      : file_{std::move(path)}, kept_(kept), kept_from_(kept_from) {}
+      : file_{std::move(path), kept ? &kept->files : nullptr, &s_.files},
+        kept_(kept),
+        kept_from_(kept_from) {}
 
   Scene read(std::span<const Replacement> replacements = {}) {
     s_.text = kept_ ? kept_->scene : read_file(file_.path, "scene file");
@@ -59,7 +61,7 @@ class Reader {
     s_.panels = read_panels(top);
     s_.elements = read_elements(top);
     s_.events = read_events(top);
-    s_.actuators = read_actuators(top, fs::path(s_.path).parent_path().string());
+    s_.actuators = read_actuators(top);
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
@@ -297,7 +299,7 @@ class Reader {
 Scene read_scene(const std::string& path) { return Reader(path).read(); }
 
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
-  const SceneTexts kept{scene.text, scene.urdf_text};
+  const SceneTexts kept{scene.text, scene.urdf_text, scene.files};
   const StartFrom* from = scene.start_from ? &*scene.start_from : nullptr;
   return Reader(scene.path, &kept, from).read(replacements);
 }

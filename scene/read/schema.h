@@ -17,7 +17,7 @@ struct SchemaKey {
     numbers,
     axes,
     list,
-    pairs,
+    rows,
     texts,
     table,
     tables,
@@ -29,8 +29,9 @@ struct SchemaKey {
   std::string otherwise;  ///< the default as text; "required" if there is none
   std::string what;       ///< a description of one line
   std::vector<std::string> words =
-      {};         ///< of a word: the allowed ones; of a number: words that stand for a number
-  int count = 0;  ///< how many numbers; 1 for named: numbers by name instead of tables
+      {};  ///< of a word: the allowed ones; of a number: words that stand for a number
+  int count =
+      0;  ///< how many numbers, of rows in each; 1 for named: numbers by name instead of tables
   std::string table = {};  ///< of a table, of tables and of named tables: the id of the table
 };
 

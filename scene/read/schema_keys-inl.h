@@ -36,6 +36,10 @@ inline SchemaKey numbers(const char* name, int count, const char* unit,
                          const std::string& otherwise, const char* what) {
   return {name, KeyKind::numbers, unit, otherwise, what, {}, count};
 }
+inline SchemaKey rows(const char* name, int count, const char* unit, const std::string& otherwise,
+                      const char* what) {
+  return {name, KeyKind::rows, unit, otherwise, what, {}, count};
+}
 inline SchemaKey list(const char* name, const char* unit, const std::string& otherwise,
                       const char* what) {
   return {name, KeyKind::list, unit, otherwise, what};
@@ -79,10 +83,12 @@ inline Keys law_keys(std::vector<std::string> laws, const char* stiffness,
 
 /// Keys of a signal in time, see read_signal().
 inline Keys signal_keys(const char* unit) {
-  return {number("constant", unit, "one of the three", "always the same"),
-          table("sine", "sine", "one of the three", "{ amplitude, frequency, phase }"),
-          table("profile", "profile", "one of the three",
-                "{ times, values }, a smooth curve through them")};
+  return {
+      number("constant", unit, "one of the four", "always the same"),
+      table("sine", "sine", "one of the four", "{ amplitude, frequency, phase }"),
+      table("profile", "profile", "one of the four",
+            "{ times, values }, a smooth curve through them"),
+      table("file", "signal_file", "one of the four", "{ path, time, value }, from a CSV file")};
 }
 
 /// Keys of the start of a body or a free base.

@@ -48,9 +48,11 @@ Json value_of(const SchemaKey& k) {
                {finite, {{"type", "array"}, {"items", finite}, {"minItems", 3}, {"maxItems", 3}}}}};
     case KeyKind::list:
       return {{"type", "array"}, {"items", finite}};
-    case KeyKind::pairs:
-      return {{"type", "array"},
-              {"items", {{"type", "array"}, {"items", finite}, {"minItems", 2}, {"maxItems", 2}}}};
+    case KeyKind::rows:
+      return {
+          {"type", "array"},
+          {"items",
+           {{"type", "array"}, {"items", finite}, {"minItems", k.count}, {"maxItems", k.count}}}};
     case KeyKind::texts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}};
     case KeyKind::table:
@@ -106,8 +108,8 @@ const char* kind_text(KeyKind k) {
       return "number or 3 numbers";
     case KeyKind::list:
       return "list of numbers";
-    case KeyKind::pairs:
-      return "list of pairs of numbers";
+    case KeyKind::rows:
+      return fmt::format("list of rows of {} numbers", k.count);
     case KeyKind::texts:
       return "list of names";
     case KeyKind::table:

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "phs/error.h"
+#include "scene/read/input_files.h"
 
 // toml++ 3.3 asserts conditions that some damaged texts violate: it would abort, and with NDEBUG
 // continue with undefined behaviour. Here it throws in every build, and parse_toml() reports it.
@@ -65,6 +66,8 @@ auto at_line(const std::string& where, F f) {
 
 struct File {
   std::string path;
+  const InputFiles* kept = nullptr;  ///< with results: used instead of files beside the scene
+  InputFiles* inputs = nullptr;      ///< gets the files that are read
   std::string at(const toml::source_region& r) const {
     return fmt::format("{}:{}:{}", path, std::max(r.begin.line, 1u), std::max(r.begin.column, 1u));
   }

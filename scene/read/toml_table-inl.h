@@ -173,20 +173,25 @@ class Table {
       x.push_back(finite((*n.as_array())[i], fmt::format("{}{}[{}]", prefix_, key, i), unit));
     return x;
   }
-  /// An array of [x, y] of any length.
-  std::vector<std::array<double, 2>> pairs(const char* key) const {
-    const std::string unit = of_unit(of(key)), expected = "an array of pairs of numbers" + unit;
-    const toml::node& n = node(key);
-    if (!n.is_array()) fail(key, fmt::format("is {}, expected {}", found(n), expected));
-    std::vector<std::array<double, 2>> all;
-    for (const toml::node& each : *n.as_array()) {
-      const std::string name = fmt::format("{}{}[{}]", prefix_, key, all.size());
-      if (!each.is_array() || each.as_array()->size() != 2)
-        refuse(file_.at(each.source()), name + " is no pair of numbers, expected [x, y]");
-      const toml::array& pair = *each.as_array();
-      all.push_back({finite(pair[0], name + "[0]", unit), finite(pair[1], name + "[1]", unit)});
+  /// An array of rows of n numbers, of any length.
+  template <size_t n>
+  std::vector<std::array<double, n>> rows(const char* key) const {
+    const std::string unit = of_unit(of(key)),
+                      expected = fmt::format("an array of rows of {} numbers{}", n, unit);
+    const toml::node& all = node(key);
+    if (!all.is_array()) fail(key, fmt::format("is {}, expected {}", found(all), expected));
+    std::vector<std::array<double, n>> list;
+    for (const toml::node& each : *all.as_array()) {
+      const std::string name = fmt::format("{}{}[{}]", prefix_, key, list.size());
+      const toml::array* row = each.as_array();
+      if (!row || row->size() != n)
+        refuse(file_.at(each.source()),
+               fmt::format("{} is {}, expected {} numbers", name, found(each), n));
+      auto& numbers = list.emplace_back();
+      for (size_t i = 0; i < n; ++i)
+        numbers[i] = finite((*row)[i], fmt::format("{}[{}]", name, i), unit);
     }
-    return all;
+    return list;
   }
   /// An array of texts of any length.
   std::vector<std::string> texts(const char* key, const char* what) const {
@@ -201,6 +206,11 @@ class Table {
     }
     return all;
   }
+  /// Path and content of the file that a key names, searched beside the scene. The scene keeps it.
+  struct Content {
+    std::string path, text;
+  };
+  Content content(const char* key) const;
   bool is_array(const char* key) const { return has(key) && node(key).is_array(); }
   bool is_number(const char* key) const { return has(key) && node(key).is_number(); }
   std::string found_at(const char* key) const { return found(node(key)); }

@@ -1,8 +1,10 @@
 #include "scene/read/toml_table-inl.h"
 
 #include <charconv>
+#include <filesystem>
 #include <optional>
 
+#include "scene/files/files.h"
 #include "scene/read/variation.h"
 
 namespace porthos::scene {
@@ -26,6 +28,19 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 void toml_gave_up(const char* asserted) { throw TomlAssertion(asserted); }
+
+Table::Content Table::content(const char* key) const {
+  const std::string name = text(key, "the name of a file");
+  if (name.empty()) fail(key, "is empty, expected the name of a file");
+  Content c{(std::filesystem::path(file_.path).parent_path() / name).string(), {}};
+  const auto stored = file_.kept ? file_.kept->find(name) : InputFiles::const_iterator{};
+  if (file_.kept && stored != file_.kept->end())
+    c.text = stored->second;
+  else
+    at_line(at(key), [&] { c.text = read_file(c.path); });
+  if (file_.inputs) (*file_.inputs)[name] = c.text;
+  return c;
+}
 
 toml::table parse_toml(std::string_view text, const File& file) {
   try {

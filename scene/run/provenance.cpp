@@ -32,8 +32,8 @@ bool is_digest(const std::string& name) {
 /// Digests of the files a scene reads in addition to its own and the model's, by their names in it.
 NamedTexts tables_of(const Scene& scene) {
   NamedTexts list;
-  for (const JointActuator& a : scene.actuators)
-    if (!a.table.empty()) list.emplace_back("file " + a.table, sha256(a.table_text));
+  for (const auto& [name, content] : scene.files)
+    list.emplace_back("file " + name, sha256(content));
   if (scene.start_from)
     list.emplace_back("record of " + scene.start_from->folder, sha256(text(*scene.start_from)));
   return list;

@@ -66,6 +66,7 @@ class RunFile {
     if (scene.random) file_.attribute("provenance", "seed", std::to_string(scene.random->seed));
     file_.text("provenance/scene", scene.text);
     file_.text("provenance/model", scene.urdf_text);
+    if (!scene.files.empty()) file_.text("provenance/files", to_text(scene.files));
   }
 
   void close() {

@@ -99,8 +99,8 @@ Json impulses(const RunReport& r) {
   for (const ImpulseRow& row : r.impulses.rows) {
     Json& one = j[row.name];
     one["type"] = row.type;
+    if (row.type != "torquer") one["impulse_Ns"] = row.impulse;
     if (row.type == "thruster") {
-      one["impulse_Ns"] = row.impulse;
       one["on_s"] = row.on_s;
       one["propellant_kg"] = row.propellant_kg;
     }

@@ -70,9 +70,17 @@ class Judge {
       cannot("angular_momentum", limits_.angular_momentum, why);
       return tell_propellant();
     }
+    if (pushed && !r_.impulses.integrated) {
+      const char* const why =
+          "the method keeps no ledger of its own, and the impulses are known to the order of the "
+          "step only";
+      cannot("linear_momentum", limits_.linear_momentum, why);
+      cannot("angular_momentum", limits_.angular_momentum, why);
+      return tell_propellant();
+    }
     const bool thrust =
         pushed && std::any_of(r_.impulses.rows.begin(), r_.impulses.rows.end(),
-                              [](const ImpulseRow& row) { return row.type == "thruster"; });
+                              [](const ImpulseRow& row) { return row.type != "torquer"; });
     const char* const no_invariant = "it is no invariant of this system";
     // Every method of the catalogue keeps linear invariants.
     if (thrust)
@@ -106,7 +114,7 @@ class Judge {
     check("constraints", limit, r_.constraint_gap, false);
     check("constraint_rates", 10 * limit, r_.constraint_slip, false);
   }
-  /// Whether other causes than thrusters and torquers change the momentum.
+  /// Whether other causes than thrusters, wrenches and torquers change the momentum.
   bool others_push() const {
     const auto& elements = scene_.elements;
     return scene_.urdf.base == mechanics::UrdfOptions::Base::fixed ||

@@ -64,11 +64,13 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (const auto remark = integrator_->remark(); !remark.empty() && outcome_ != Outcome::singular)
     r.notes.push_back(integrator_->declaration().rival ? remark
                                                        : "implicit equations by " + remark);
-  if (!integrator_->port_work().empty() && !integrator_->integrates_power())
+  if (!integrator_->port_work().empty() && !integrator_->integrates_power()) {
+    r.impulses.integrated = false;
     r.notes.push_back(fmt::format(
         "{} keeps no ledger of its own: works are taken by two Gauss points of each step, whose "
         "error (order 4 in the step) stands in the defect of the balance",
         scene_.method));
+  }
   if (monitor_ && !monitor_->text().empty()) r.notes.push_back(monitor_->text());
 }
 

@@ -33,6 +33,8 @@ MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
   }
   if (!wheels_.empty()) wheels_.push_back({"total"});
   for (const Element& e : scene.elements)
+    if (e.wrench) given_.rows.push_back({.name = e.name, .type = "wrench"});
+  for (const Element& e : scene.elements)
     if (e.torquer) given_.rows.push_back({.name = e.name, .type = "torquer"});
   if (any()) workspace_.emplace(m);
   const auto& powers = assembly.model->description().powers;
@@ -90,8 +92,10 @@ void MomentumLedger::see_impulses(std::span<const double> record,
 
 void MomentumLedger::fill(RunReport& report) const {
   report.momentum = wheels_;
-  report.impulses = given_;
   Impulses& r = report.impulses;
+  const bool integrated = r.integrated;  // known from the method
+  r = given_;
+  r.integrated = integrated;
   if (largest_P_ > 0) r.linear_left /= largest_P_;
   if (largest_L_ > 0) r.angular_left /= largest_L_;
   size_t k = 0;

@@ -22,9 +22,9 @@ struct MomentumRow {
   double start = 0, end = 0, largest = 0;  ///< largest: absolute value
 };
 
-/// Impulse of a thruster or torquer over a run, in world (in orbit: inertial) axes.
+/// Impulse of a thruster, wrench or torquer over a run, in world (in orbit: inertial) axes.
 struct ImpulseRow {
-  std::string name, type;  ///< type: "thruster" or "torquer"
+  std::string name, type;  ///< "thruster", "wrench" or "torquer"
   /// [N s], [N m s]; about the world's origin, in orbit the centre of mass
   std::array<double, 3> impulse{}, angular{};
   double on_s = 0;  ///< time on, of a thruster [s]
@@ -36,6 +36,7 @@ struct Impulses {
   /// Largest |P - P(0) - Σ impulses| and the same for L at the records, over the largest |P|, |L|;
   /// in free space only.
   double linear_left = 0, angular_left = 0;
+  bool integrated = true;  ///< with the motion; false: by two Gauss points of each step
 };
 
 /// Momenta of the wheels and impulses of the thrusters, from the records of a run.

@@ -10,6 +10,7 @@
 #include "scene/compare/auto_method.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/columns.h"
 
@@ -116,10 +117,7 @@ void reopen(const std::string& folder, const Scene& given, const Assembly& assem
     throw InvalidArgument(fmt::format("{} does not hold the records of the run that ended in {}",
                                       (out / "run.h5").string(), (out / "end").string()));
   }
-  if (!scene.text.empty()) {
-    write_file(open / "scene.toml", scene.text);
-    write_file(open / "model.urdf", scene.urdf_text);
-  }
+  if (!scene.text.empty()) write_texts(open, scene);
   write_checkpoint(open, c);
 }
 

@@ -172,10 +172,12 @@ std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs:
   const bool one = fs::exists(folder / "run.h5");
   const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
   if (!first.datasets().count("provenance/scene")) return {};  // of a system of the user's own
-  const auto model =
-      first.datasets().count("provenance/model") ? first.text("provenance/model") : "";
-  const Scene scene =
-      read_scene_again((folder / "scene.toml").string(), {first.text("provenance/scene"), model});
+  const auto text = [&](const char* name) {
+    return first.datasets().count(name) ? first.text(name) : std::string();
+  };
+  const Scene scene = read_scene_again(
+      (folder / "scene.toml").string(),
+      {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
   const Assembly assembly = assemble(scene);
   if (!assembly.mechanism) return {};
   std::vector<std::shared_ptr<const mechanics::Mechanism>> all{assembly.mechanism};

@@ -8,6 +8,7 @@
 
 #include "scene/compare/auto_method.h"
 #include "scene/files/files.h"
+#include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/pace.h"
 #include "scene/run/verdict.h"
@@ -88,8 +89,7 @@ class Session {
   /// unfinished run.
   void keep_texts() const {
     if (scene_.text.empty()) return;
-    write_file(folder_ / "scene.toml", scene_.text);
-    write_file(folder_ / "model.urdf", scene_.urdf_text);
+    write_texts(folder_, scene_);
   }
 
   void resume() {

@@ -92,6 +92,11 @@ std::vector<Feature> all() {
        {{"verify.energy", "1e-5"}},  // its force has a kink: docs/ports.md
        element("limits", "lower = -1\nupper = 0.35\nstiffness = 20")},
       {"force", {"force"}, {}, {}, element("force", "sine = { amplitude = 0.5, frequency = 0.7 }")},
+      {"force of a file",
+       {"force", "file"},
+       {},
+       {},
+       element("force", "file = { path = 'push.csv', value = 'force' }")},
       {"force of pieces",
        {"force", "pieces"},
        {},
@@ -131,6 +136,15 @@ std::vector<Feature> all() {
            link("rotor", "0.5", round, "0") +
            joint("gimbal", "bus", "gimbal", "0.2 0 0.3", "1 0 0") +
            joint("rotor", "gimbal", "rotor", "0 0 0", "0 0 1")},
+      {"wrench",
+       {"wrench"},
+       {},
+       {},
+       element("wrench",
+               "name = 'wrench@'\nat = [0.3, 0.1, 0]\naxes = 'world'\n"
+               "force = { direction = [0, 1, 0.2], sine = { amplitude = 2, frequency = 0.7 } }\n"
+               "moment = { direction = [1, 0, 0], constant = 0.1 }",
+               "link = 'lower'")},
       {"thruster",
        {"thruster"},
        {},

@@ -99,7 +99,7 @@ const std::vector<Refusal>& refusals() {
        "The conditions of the laws are those of trees: a rest point on a loop balances with its "
        "multipliers, which no certificate looks at yet."},
       {{"joint wrench"},
-       Names{"rolling", "contact", "rigid contact", "thruster", "soft_latch",
+       Names{"rolling", "contact", "rigid contact", "thruster", "wrench", "soft_latch",
              "engage and disengage", "line_spring"},
        "The wrench is what changes the momentum of the bodies behind the joint, less their weight. "
        "What else pulls at them, or closes a loop with them, would have to be taken off it."},

@@ -177,6 +177,8 @@ std::string shown_of(const Feature& f) {
       {"wheel", "wheel.wheel"},
       {"sampled controller", "joint1.controller.hold"},
       {"thruster", "thruster1"},
+      {"wrench", "wrench1"},
+      {"force of a file", "joint1.force"},
       {"force of pieces", "joint1.force"},
       {"torquer", "torquer1"},
       {"capture", "capture of target1"},
@@ -201,6 +203,7 @@ std::string write_scene(const fs::path& folder, const SceneTexts& texts) {
   fs::create_directories(folder);
   write_bytes(folder / "model.urdf", texts.urdf);
   write_bytes(folder / "scene.toml", texts.scene);
+  write_bytes(folder / "push.csv", "t,force\n0,0.2\n0.3,-0.1\n0.6,0.1\n1,0\n");
   return (folder / "scene.toml").string();
 }
 

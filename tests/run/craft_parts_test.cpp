@@ -389,7 +389,7 @@ TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {
       {bus_urdf(), head() + jet + "joint = \"wheel_x\"\n" + end, "unknown key 'joint'"},
       {bus_urdf(), head() + rod + "constant = 1.0\n" + end, "there is no magnetic field"},
       {bus_urdf(), head() + rod + "unload = 1.0\n" + end, "unloads wheels and the scene has none"},
-      {bus_urdf(), head() + rod + end, "has 0 of the keys constant, sine and profile"},
+      {bus_urdf(), head() + rod + end, "has 0 of the keys constant, sine, profile and file"},
       {bus_urdf(), head() + "[orbit]\naltitude = 550e3\n" + rod + "constant = 1.0\n" + end,
        "planet 'earth' has no magnetic field"},
       {bus_urdf(),

@@ -106,7 +106,7 @@ TEST(Ledger, BadElementsAreRefusedWithTheirLine) {
       {"type = \"damper\"\ndamping = -1", "viscous damper: damping is -1"},
       {"type = \"friction\"\ncoulomb = 1.0\nbreakaway = 0.5\nsmoothing = 0.1", "breakaway is 0.5"},
       {"type = \"force\"",
-       "[[element]] has 0 of the keys constant, sine and profile, expected one"},
+       "[[element]] has 0 of the keys constant, sine, profile and file, expected one"},
       {"type = \"force\"\nprofile = { times = [0, 0], values = [1, 2] }",
        "profile: point 2 stands at 0"},
       {"type = \"spring\"\nstiffness = 1.0\nelongation = [0, 1]\nforce = [0, 1]",

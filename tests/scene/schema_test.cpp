@@ -35,6 +35,7 @@ const std::string motor =
     "[[element]]\ntype = \"dc_motor\"\njoint = \"j\"\ninductance = 1\nresistance = 1\nconstant = "
     "1\n";
 const std::string law = "[[controller]]\ntype = \"{}\"\nname = \"c\"\n";
+const std::string wrench = "[[element]]\ntype = \"wrench\"\nname = \"w\"\nlink = \"rod\"\n";
 const std::string force = "[[element]]\ntype = \"force\"\njoint = \"j\"\n";
 
 /// Scene texts with @ where a key of each table may stand, by id; the tables every scene has are
@@ -63,6 +64,9 @@ std::map<std::string, std::string> places() {
       {"actuator", actuator + theta + "@"},
       {"actuator.limits", actuator + theta + "[actuator.limits]\n@"},
       {"actuator.drive", actuator + "[actuator.theta]\ndrive = \"torque\"\n@"},
+      {"signal_file", force + "[element.file]\npath = \"w.csv\"\nvalue = \"x\"\n@"},
+      {"vector_signal", wrench + "[element.force]\ndirection = [1, 0, 0]\nconstant = 1\n@"},
+      {"signal_columns", wrench + "[element.force.components]\npath = \"w.csv\"\nx = \"x\"\n@"},
       {"signal", motor + "[element.voltage]\n@"},
       {"sine", force + "[element.sine]\namplitude = 1\nfrequency = 1\n@"},
       {"profile", force + "[element.profile]\ntimes = [0, 1]\nvalues = [0, 1]\n@"},
@@ -119,6 +123,8 @@ std::map<std::string, std::string> places() {
       {"controller.lqr", "name = \"c\"\njoints = { j = { position = 1 } }\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
+      {"element.wrench",
+       "name = \"t\"\nlink = \"rod\"\nforce = { direction = [1, 0, 0], constant = 1 }\n"},
       {"element.torquer", "name = \"t\"\ndirection = [1, 0, 0]\n"},
       {"element.soft_latch", "name = \"t\"\nlink = \"rod\"\nbody = \"base\"\n"},
       {"element.line_spring", "name = \"t\"\nlink = \"rod\"\n"}};
@@ -154,7 +160,7 @@ std::string whole(std::string text) {
 
 std::string refusal(const std::string& text) {
   try {
-    const Scene s = read_scene_again("s.toml", {text, urdf});
+    const Scene s = read_scene_again("s.toml", {text, urdf, {{"w.csv", "t,x\n0,1\n1,2\n"}}});
     if (text.find("[ensemble]") != text.npos) Ensemble{s};
     if (text.find("[plan") != text.npos) (void)read_plan(s);
     return "";
@@ -201,12 +207,16 @@ TEST(Schema, KeysAreOfTheKindTheReaderExpects) {
       EXPECT_NE(said, "") << t.id << "." << k.name << " is never looked at";
       if (said.find("is a date") == said.npos && said.find("of a date") == said.npos)
         continue;  // something else misses first
-      const std::map<Kind, const char*> words{
-          {Kind::number, "a number"},       {Kind::whole, "whole number"},
-          {Kind::boolean, "true or false"}, {Kind::numbers, "numbers"},
-          {Kind::axes, "numbers"},          {Kind::list, "array"},
-          {Kind::pairs, "pairs"},           {Kind::table, "table"},
-          {Kind::named, "table"},           {Kind::tables, "tables"}};
+      const std::map<Kind, const char*> words{{Kind::number, "a number"},
+                                              {Kind::whole, "whole number"},
+                                              {Kind::boolean, "true or false"},
+                                              {Kind::numbers, "numbers"},
+                                              {Kind::axes, "numbers"},
+                                              {Kind::list, "array"},
+                                              {Kind::rows, "rows"},
+                                              {Kind::table, "table"},
+                                              {Kind::named, "table"},
+                                              {Kind::tables, "tables"}};
       const auto expected = words.find(k.kind);
       if (expected == words.end())  // text: neither of them
         EXPECT_EQ(said.find("numbers"), said.npos) << said;

@@ -6,6 +6,7 @@
 #include "energy_shaping/wheel_base.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
+#include "phs/scalars/pack.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
@@ -14,17 +15,37 @@
 namespace porthos::scene {
 namespace {
 
+using Attitude = std::array<double, 4>;  // wxyz, base to world
+
 struct WheelAttitude {
   std::string link;
   std::vector<std::string> wheels;
   mechanics::Vec3d stiffness, damping;
-  std::array<double, 4> wxyz;
+  std::vector<double> times;        ///< from each on [s], the attitude of that place
+  std::vector<Attitude> attitudes;  ///< the first at the start, whatever its time
   double limit;
 };
 
+/// The law of the last attitude whose time has come.
+energy_shaping::PortLaw commanded(const std::vector<energy_shaping::PortLaw>& laws,
+                                  const std::vector<double>& times) {
+  if (laws.size() == 1) return laws[0];
+  auto law = [laws, times](const auto& t, auto x, auto y, auto u) {
+    double now;
+    if constexpr (phs::is_pack<std::decay_t<decltype(t)>>)
+      now = t[0];  // lanes step together
+    else
+      now = phs::to_double(t);
+    size_t k = 0;
+    while (k + 1 < times.size() && times[k + 1] <= now * (1 + 1e-12)) ++k;
+    (*laws[k].law)(t, x, y, u);
+  };
+  return {laws[0].port, phs::law(std::move(law))};
+}
+
 /// The base's attitude by a shaping that asks for a moment at the base, which the wheels make.
-ControllerDesign design_attitude(const Controller& c, const ControllerPlant& plant,
-                                 const WheelAttitude& w) {
+ControllerDesign design_one(const Controller& c, const ControllerPlant& plant,
+                            const WheelAttitude& w, const Attitude& wxyz) {
   if (plant.scene.urdf.base != mechanics::UrdfOptions::Base::free)
     throw InvalidArgument("controller '" + c.name +
                           "' holds an attitude and the base is fixed, expected a free base");
@@ -35,11 +56,11 @@ ControllerDesign design_attitude(const Controller& c, const ControllerPlant& pla
   s.name = c.name;
   s.actuators = {o.base_port};
   s.rest = m.neutral();
-  std::copy(w.wxyz.begin(), w.wxyz.end(), s.rest.begin() + base.q);
+  std::copy(wxyz.begin(), wxyz.end(), s.rest.begin() + base.q);
   energy_shaping::PoseSpring hold;
   hold.link = w.link;
   hold.attitude_stiffness = w.stiffness;
-  hold.attitude = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(w.wxyz.data()));
+  hold.attitude = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(wxyz.data()));
   s.poses = {hold};
   s.damping = {{o.base_port, {w.damping.x, w.damping.y, w.damping.z, 0, 0, 0}}};
   for (const auto& wheel : w.wheels)
@@ -54,6 +75,37 @@ ControllerDesign design_attitude(const Controller& c, const ControllerPlant& pla
   return {std::move(laws), std::move(all)};
 }
 
+/// All attitudes of the run, each by a law of its own.
+ControllerDesign design_attitude(const Controller& c, const ControllerPlant& plant,
+                                 const WheelAttitude& w) {
+  ControllerDesign all = design_one(c, plant, w, w.attitudes[0]);
+  std::vector<std::vector<energy_shaping::PortLaw>> of_port;
+  for (const auto& law : all.laws) of_port.push_back({law});
+  for (size_t k = 1; k < w.attitudes.size(); ++k) {  // the conditions are those of the first
+    const auto more = design_one(c, plant, w, w.attitudes[k]);
+    for (size_t i = 0; i < of_port.size(); ++i) of_port[i].push_back(more.laws[i]);
+  }
+  for (size_t i = 0; i < of_port.size(); ++i) all.laws[i] = commanded(of_port[i], w.times);
+  return all;
+}
+
+void read_commands(const Table& t, const Controller& c, WheelAttitude& w) {
+  if (c.rate == 0)
+    t.fail("commands",
+           "jump from one attitude to the next and the law is continuous, expected the "
+           "rate of a sampled one");
+  for (const auto& [at, a, b, d, e] : t.rows<5>("commands")) {
+    if (!(at > w.times.back()) && w.times.size() > 1)
+      t.fail("commands",
+             fmt::format("has {} s after {} s, expected times that rise", at, w.times.back()));
+    if (at < 0) t.fail("commands", fmt::format("has the time {} s, expected 0 or more", at));
+    const double size = std::hypot(std::hypot(a, b), std::hypot(d, e));
+    if (!(size > 0)) t.fail("commands", fmt::format("has a quaternion of length 0 at {} s", at));
+    w.times.push_back(at);
+    w.attitudes.push_back({a / size, b / size, d / size, e / size});
+  }
+}
+
 void read_wheel_attitude(const Table& t, Controller& c) {
   WheelAttitude w;
   w.link = t.text("link", "the name of the root link");
@@ -63,7 +115,9 @@ void read_wheel_attitude(const Table& t, Controller& c) {
   w.damping = t.vector("damping");
   for (const auto& [key, v] : {std::pair{"stiffness", w.stiffness}, {"damping", w.damping}})
     if (!(v.x >= 0 && v.y >= 0 && v.z >= 0)) t.fail(key, "has a number below 0");
-  w.wxyz = read_attitude(t, "attitude_wxyz");
+  w.times = {0};
+  w.attitudes = {read_attitude(t, "attitude_wxyz")};
+  if (t.has("commands")) read_commands(t, c, w);
   w.limit = t.has("limit") ? t.positive("limit") : HUGE_VAL;
   c.design = [w](const Controller& own, const ControllerPlant& plant) {
     return design_attitude(own, plant, w);
@@ -81,6 +135,8 @@ ControllerType wheel_attitude_controller() {
            numbers("stiffness", 3, "N m", required, "of the trace potential, about its axes"),
            numbers("damping", 3, "N m s/rad", required, "of its body rates"),
            numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "wanted, to the world; normalised"),
+           rows("commands", 5, "s, 1", "none",
+                "[time, w, x, y, z]: other attitudes, each from its time on; of a sampled law"),
            number("limit", "N m", "none", "largest torque of each wheel")},
           {},
           read_wheel_attitude};

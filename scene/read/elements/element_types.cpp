@@ -15,6 +15,7 @@
   X(wheel) \
   X(cmg) \
   X(thruster) \
+  X(wrench) \
   X(torquer) \
   X(soft_latch) \
   X(line_spring) \

@@ -10,7 +10,7 @@ namespace {
 void read_force(const Table& t, Element& e) {
   phs::FunctionPtr force;
   if (t.has("pieces")) {
-    for (const char* key : {"constant", "sine", "profile"})
+    for (const char* key : {"constant", "sine", "profile", "file"})
       if (t.has(key)) t.fail(key, "is given besides pieces, expected one of both");
     const Table p = t.table("pieces");
     e.period = p.positive("period");
@@ -19,7 +19,7 @@ void read_force(const Table& t, Element& e) {
     force = phs::pieces(e.period, integrators::gauss_table<double>(int(nodes)).c,
                         p.list("values", " of N m or N"));
   } else {
-    force = read_signal(t, " of N m or N");
+    force = read_signal(t, " of N m or N", &e.period);
   }
   e.add = [source = std::move(force)](const Element& own, const JointElement& at) {
     at.network.source(own.name, at.place.port, source);
@@ -31,7 +31,7 @@ void read_force(const Table& t, Element& e) {
 ElementType force_element() {
   using namespace keys;
   return {"force", "A torque or force of time.", ElementType::Place::joint,
-          joined(signal_keys("N m (N)"), {table("pieces", "pieces", "instead of the three",
+          joined(signal_keys("N m (N)"), {table("pieces", "pieces", "instead of the four",
                                                 "{ period, nodes, values }, as porthos plan "
                                                 "writes them")}),
           read_force};

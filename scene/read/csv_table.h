@@ -1,0 +1,37 @@
+#pragma once
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace porthos::scene {
+
+/// Columns of numbers by name, from a text with the names in its first line. Commas, semicolons or
+/// tabs separate cells, whichever is most frequent among the names; lines that begin with # and
+/// empty ones are passed over.
+class CsvTable {
+ public:
+  /// @param path  of the text, in messages
+  /// @throws InvalidArgument with file and line: a column without a name or two of one name, a row
+  /// that is too long or too short
+  CsvTable(std::string path, const std::string& text);
+
+  std::size_t rows() const { return lines_.size(); }
+  bool has(const std::string& column) const { return columns_.count(column) > 0; }
+  /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
+  /// for a value in it that is not a finite number
+  std::vector<double> column(const std::string& name) const;
+  /// Place of a row: "run.csv:17".
+  std::string at(std::size_t row) const;
+
+ private:
+  struct Column {
+    std::vector<double> values;
+    std::map<std::size_t, std::string> no_number;  ///< the text there, by row
+  };
+  std::string path_;
+  std::map<std::string, Column> columns_;
+  std::vector<std::size_t> lines_;  ///< of each row
+};
+
+}  // namespace porthos::scene

@@ -1,0 +1,78 @@
+// Commanded attitudes of a base that wheels turn.
+#include <gtest/gtest.h>
+
+#include "tests/run/scenes.h"
+
+namespace porthos::test::pointing_test {
+namespace {
+
+std::string bus() {
+  const auto wheel = [](const std::string& name, const std::string& axis) {
+    return "<link name='" + name +
+           "_link'><inertial><mass value='5'/><inertia ixx='0.05' iyy='0.05' izz='0.05' ixy='0' "
+           "ixz='0' iyz='0'/></inertial></link><joint name='" +
+           name + "' type='continuous'><parent link='bus'/><child link='" + name +
+           "_link'/><axis xyz='" + axis + "'/></joint>";
+  };
+  return "<robot name='bus'><link name='bus'><inertial><mass value='100'/><inertia ixx='20' "
+         "iyy='25' izz='30' ixy='0' ixz='0' iyz='0'/></inertial></link>" +
+         wheel("wheel_x", "1 0 0") + wheel("wheel_y", "0 1 0") + wheel("wheel_z", "0 0 1") +
+         "</robot>";
+}
+std::string scene_of(const std::string& initial, const std::string& keys, double duration) {
+  return "[model]\nurdf = 'model.urdf'\nbase = 'free'\n[initial]\n" + initial +
+         "[[controller]]\ntype = 'wheel_attitude'\nname = 'attitude'\nlink = 'bus'\nwheels = "
+         "['wheel_x', 'wheel_y', 'wheel_z']\nstiffness = [2, 2, 2]\ndamping = [15, 15, 15]\n" +
+         keys + "[integrator]\nmethod = 'gauss8'\nstep = 0.25\n[run]\nduration = " +
+         std::to_string(duration) + "\nlow_words = true\n";
+}
+std::vector<double> end_of(const TemporaryFolder& folder, const std::string& out,
+                           const std::string& text) {
+  write_bytes(folder / "model.urdf", bus());
+  write_bytes(folder / "scene.toml", text);
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  return scene::run(s, scene::assemble(s), into(folder / out)).final_state.x;
+}
+
+const std::string start = "base.angular_velocity = [0.02, -0.01, 0.03]\n";
+
+/// A run whose attitude is commanded at 20 s is a run to 20 s, and from its last record another one
+/// with the new attitude: the same bits.
+TEST(Pointing, ACommandIsAnotherLawFromItsTimeOn) {
+  TemporaryFolder folder;
+  const std::string rate = "rate = 2\n", other = "[0.6, 0, 0.8, 0]";
+  const auto commanded =
+      end_of(folder, "whole", scene_of(start, rate + "commands = [[20, 0.6, 0, 0.8, 0]]\n", 40));
+  end_of(folder, "first", scene_of(start, rate, 20));
+  const auto resumed = end_of(
+      folder, "second", scene_of("from = 'first'\n", rate + "attitude_wxyz = " + other + "\n", 20));
+  EXPECT_EQ(commanded, resumed);
+  const auto without = end_of(folder, "without", scene_of(start, rate, 40));
+  EXPECT_NE(commanded, without) << "control";
+  EXPECT_LT(std::fabs(std::fabs(commanded[5]) - 0.8), 0.3) << "it turns to the new attitude";
+}
+
+TEST(Pointing, WrongCommandsAreTold) {
+  TemporaryFolder folder;
+  write_bytes(folder / "model.urdf", bus());
+  const auto said = [&](const std::string& keys) -> std::string {
+    write_bytes(folder / "scene.toml", scene_of(start, keys, 20));
+    try {
+      (void)scene::read_scene((folder / "scene.toml").string());
+    } catch (const InvalidArgument& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const std::string rate = "rate = 2\n";
+  EXPECT_TRUE(says(said("commands = [[20, 0.6, 0, 0.8, 0]]\n"),
+                   "the law is continuous, expected the rate of a sampled one"));
+  EXPECT_TRUE(says(said(rate + "commands = [[20, 1, 0, 0, 0], [20, 0, 1, 0, 0]]\n"),
+                   "has 20 s after 20 s, expected times that rise"));
+  EXPECT_TRUE(
+      says(said(rate + "commands = [[20, 0, 0, 0, 0]]\n"), "has a quaternion of length 0 at 20 s"));
+  EXPECT_TRUE(says(said(rate + "commands = [[20, 1, 0, 0]]\n"), "commands[0] is"));
+}
+
+}  // namespace
+}  // namespace porthos::test::pointing_test
