@@ -2,6 +2,8 @@
 
 #include "phs/error.h"
 #include "python/bind.h"
+#include "python/law.h"
+#include "scene/read/controller.h"
 
 PYBIND11_MODULE(_core, m) {
   namespace py = pybind11;
@@ -27,4 +29,5 @@ PYBIND11_MODULE(_core, m) {
   bind_energy_shaping(m);
   bind_regulation(m);
   bind_vsa(m);
+  porthos::scene::use_python_laws(python_laws());
 }

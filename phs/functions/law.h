@@ -44,6 +44,21 @@ LawPtr law(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
+/// What a controller with a memory computes at its sampling instants: u = κ(t, x, y, memory). The
+/// memory belongs to a run, so the law is the same function of it in a run and in its repetition.
+class SampledLaw {
+ public:
+  virtual ~SampledLaw() = default;
+  /// The memory before the first instant; it keeps its size.
+  virtual std::vector<double> fresh() const = 0;
+  /// @param x  state of the controlled system, with its angles unwrapped
+  /// @param y  outputs of the controller's ports, in turn
+  /// @param u  held at these ports until the next instant
+  virtual void operator()(double t, std::span<const double> x, std::span<const double> y,
+                          std::span<double> memory, std::span<double> u) const = 0;
+};
+using SampledLawPtr = std::shared_ptr<const SampledLaw>;
+
 /// The zero-order hold of a sampled controller, as part of a model. Its memory belongs to a run:
 /// the held values, then whatever the controller remembers of the last instant. The integrator of
 /// that run owns and updates it (integrators/core/sampler.h); the evaluators of the run read it.

@@ -24,7 +24,7 @@ void require_new_name(const Plan& p, const std::string& name) {
   };
   if (name.empty()) refuse(p, "an element has an empty name");
   if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
-      taken(p.springs) || taken(p.controls))
+      taken(p.springs) || taken(p.controls) || taken(p.sampled))
     refuse(p, "two elements are named '" + name + "', expected names that differ");
 }
 
@@ -141,6 +141,26 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
   c.sensors = rows_of(sensors);
   if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}});
   plan_->controls.push_back(std::move(c));
+  return *this;
+}
+
+Network& Network::control(const std::string& name, const std::vector<std::string>& ports,
+                          SampledLawPtr law, double period) {
+  require_new_name(*plan_, name);
+  if (!law) refuse(*plan_, "the law of the controller '" + name + "' is null");
+  if (ports.empty()) refuse(*plan_, "the controller '" + name + "' has no port");
+  if (!(period > 0) || !std::isfinite(period))
+    refuse(*plan_, "the period of the controller '" + name + "' is " + number(period, 6) +
+                       " s, expected a positive number");
+  std::vector<FoundPort> found;
+  for (const auto& port : ports) {
+    found.push_back(find_port(*plan_, port));
+    if (found.back().member != found.front().member)
+      refuse(*plan_, "the controller '" + name + "' acts on '" + ports.front() + "' and '" + port +
+                         "', expected ports of one member");
+  }
+  plan_->sampled.push_back({name, int(found.front().member - plan_->members.data()), rows_of(found),
+                            std::move(law), std::make_shared<Hold>(Hold{name, period, {}})});
   return *this;
 }
 

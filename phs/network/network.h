@@ -92,6 +92,11 @@ class Network {
   Network& control(const std::string& name, const std::string& port, LawPtr law) {
     return control(name, port, std::move(law), Control{});
   }
+  /// A controller on several ports of one member whose law has a memory: u += what it gave at the
+  /// last instant k·period, 0 before the first one. The ledger lists the power of all its ports as
+  /// `name`.
+  Network& control(const std::string& name, const std::vector<std::string>& ports,
+                   SampledLawPtr law, double period);
   /// H += U(z), where z "<member>.<block>" is a coordinate with a conjugate momentum.
   Network& potential(const std::string& name, const std::string& coordinate, Potential U);
   /// Declares the feedthrough F of a member over all its inputs: y = Gᵀe + F u. Example: S - N in

@@ -84,8 +84,9 @@ void describe(Plan& p) {
   const bool same_structure = alone && p.skew.empty();
   d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
   d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
-  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && p.controls.empty();
-  d.traits.autonomous = p.sources.empty() && p.controls.empty();
+  const bool controlled = !p.controls.empty() || !p.sampled.empty();
+  d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && !controlled;
+  d.traits.autonomous = p.sources.empty() && !controlled;
   d.traits.quadratic = true;
   p.turn_of.assign(size_t(d.nx), -1);
   int angles = 0, constraint_rows = 0;
@@ -134,6 +135,7 @@ void describe(Plan& p) {
     d.powers.push_back({c.name, PowerKind::supplied, true});
     if (c.hold) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
   }
+  for (const auto& c : p.sampled) d.powers.push_back({c.name, PowerKind::supplied, true});
   leave_open(p, d);
   p.description = std::move(d);
 }
@@ -148,6 +150,8 @@ void mark_active(Plan& p) {
     for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
   for (const auto& c : p.controls)
     for (const int sensor : c.sensors) row[size_t(sensor)] = true;
+  for (const auto& c : p.sampled)
+    for (const int own : c.rows) row[size_t(own)] = true;
   for (auto& m : p.members)
     m.active = std::any_of(row.begin() + m.u, row.begin() + m.u + m.nu, [](bool b) { return b; });
 }
@@ -173,6 +177,17 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     if (!c.hold) continue;  // each network has its own hold
     std::vector<double> fresh(size_t(c.size), 0.0);
     fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no encoder reading yet
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
+  }
+  for (auto& c : p->sampled) {
+    for (const auto& f : p->F)
+      if (std::find(c.rows.begin(), c.rows.end(), f.row) != c.rows.end())
+        refuse(*p, "the controller '" + c.name +
+                       "' acts on a port with feedthrough, expected an element with a state "
+                       "between them");
+    std::vector<double> fresh(c.rows.size(), 0.0);
+    const auto own = c.law->fresh();
+    fresh.insert(fresh.end(), own.begin(), own.end());
     c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
   }
   solve_loop(*p);

@@ -9,6 +9,7 @@ std::vector<HoldPtr> NetworkModel::holds() const {
   std::vector<HoldPtr> list;
   for (const auto& c : plan_->controls)
     if (c.hold) list.push_back(c.hold);
+  for (const auto& c : plan_->sampled) list.push_back(c.hold);
   return list;
 }
 

@@ -6,6 +6,7 @@
 #include "phs/network/detail/network_linearised.h"
 #include "phs/network/detail/network_plan.h"
 #include "phs/network/detail/network_resolvent.h"
+#include "phs/network/detail/sampled_controls.h"
 #include "phs/network/detail/source_values.h"
 #include "phs/scalars/derivative.h"
 
@@ -32,6 +33,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         Gu_(e_.size()),
         work_(e_.size()),
         held_(p_.controls.size()),
+        with_memory_(p_.sampled),
         sources_(p_.sources) {
     size_t most_invariants = 0;
     for (const auto& m : p_.members) {
@@ -55,6 +57,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     auto copy = std::make_unique<NetworkSystem>(plan_);
     copy->set_turn_angles(In(turn_).first(angles()));
     copy->held_ = held_;
+    copy->with_memory_.use(with_memory_.memories());
     return copy;
   }
 
@@ -153,17 +156,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     flows(t, x, e, {});
     for (const auto& l : p_.laws) values[k++] = y_[row(l)] * (*l.law)(y_[row(l)]);
     for (const auto& r : p_.rayleighs) values[k++] = quadratic_form(r.D, y_);
-    if (!p_.F.empty())
-      for (const auto& m : p_.members) {
-        T sum(0.0);
-        bool any = false;
-        for (const auto& f : p_.F)
-          if (f.row >= m.u && f.row < m.u + m.nu) {
-            any = true;
-            sum = sum + u_[size_t(f.row)] * T(f.factor) * u_[size_t(f.col)];
-          }
-        if (any) values[k++] = sum;
-      }
+    k = feedthrough_powers(p_, u_, values, k);
     k = sources_.powers(t, y_, values, k);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
@@ -176,16 +169,21 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         held = held + (T((*held_[j])[i]) - kappa[i]) * port(c, y_)[i];
       values[k++] = held;
     }
+    with_memory_.powers(y_, values, k);
   }
   void use_held(std::span<const HeldPtr> memories) override {
     for (size_t i = 0; i < sampled_.size(); ++i) held_[sampled_[i]] = memories[i];
+    with_memory_.use(memories.subspan(sampled_.size()));
   }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
     if constexpr (requires { to_double(T(0.0)); }) {  // a Pack has no single clock
-      const auto& c = p_.controls[sampled_[i]];
-      const size_t n = size_t(c.size);
       gradient(x, e_);
       outputs(x, e_);
+      if (i >= sampled_.size())
+        return with_memory_.sample(
+            i - sampled_.size(), t, [&](size_t k) { return unwrapped(k, x); }, y_, memory, p_);
+      const auto& c = p_.controls[sampled_[i]];
+      const size_t n = size_t(c.size);
       for (size_t k = 0; k < c.encoder.size(); ++k) {
         const double now = to_double(unwrapped(size_t(c.encoder[k]), x));
         double& last = memory[n + k];
@@ -272,6 +270,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
       }
     }
+    with_memory_.add(v_);
     for (size_t k = 0; k < u.size(); ++k) v_[size_t(p_.open[k])] = v_[size_t(p_.open[k])] + u[k];
     if (p_.M.empty()) {
       std::copy(v_.begin(), v_.end(), u_.begin());
@@ -332,6 +331,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
   std::vector<size_t> sampled_;  ///< the controls with a hold
   std::vector<HeldPtr> held_;    ///< by control; set where it has a hold
+  SampledControls<T> with_memory_;
   SourceValues<T> sources_;
 };
 

@@ -31,6 +31,8 @@ std::vector<double> instants(const Scene& s) {
     if (!e.waits()) all.push_back(e.at);
   for (const Element& e : s.elements)
     if (e.rate > 0) all.push_back(1 / e.rate);
+  for (const Controller& c : s.controllers)
+    if (c.rate > 0) all.push_back(1 / c.rate);
   return all;
 }
 

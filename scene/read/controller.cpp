@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "mechanics/mechanical_model.h"
+#include "scene/files/files.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/scene.h"
 #include "scene/read/toml_table-inl.h"
@@ -19,9 +21,20 @@ phs::LawPtr of_mechanism(phs::LawPtr law, size_t nx) {
       [law = std::move(law), nx](auto t, auto x, auto y, auto u) { (*law)(t, x.first(nx), y, u); });
 }
 
+LawFile read_law_file(const Table& t, const char* key, const std::string& folder) {
+  LawFile f;
+  f.name = t.text(key, "the name of a file");
+  // "law.py:Law" names a class in the file.
+  const size_t colon = f.name.rfind(".py:");
+  const std::string file = colon == f.name.npos ? f.name : f.name.substr(0, colon + 3);
+  f.path = std::filesystem::absolute(std::filesystem::path(folder) / file).string();
+  at_line(t.at(key), [&] { f.text = read_file(f.path); });
+  return f;
+}
+
 }  // namespace
 
-std::vector<Controller> read_controllers(const Table& scene) {
+std::vector<Controller> read_controllers(const Table& scene, const std::string& folder) {
   std::vector<Controller> list;
   scene.each_of("controller", "type", [&](const std::string& word, const Table& t) {
     Controller c;
@@ -36,6 +49,8 @@ std::vector<Controller> read_controllers(const Table& scene) {
     const auto& types = controller_types();
     const auto type = std::find_if(types.begin(), types.end(),
                                    [&](const ControllerType& k) { return k.name == word; });
+    if (type->always_sampled) t.require("rate", "the sampling instants per second in Hz");
+    if (!type->file_key.empty()) c.file = read_law_file(t, type->file_key.c_str(), folder);
     type->read(t, c);
     list.push_back(std::move(c));
   });
@@ -51,11 +66,16 @@ std::vector<energy_shaping::Certificate> add_controllers(
     at_line(c.where, [&] {
       phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
       auto made = c.design(c, {model, scene});
+      certificates.push_back(std::move(made.certificate));
+      if (made.sampled) {
+        for (auto& port : made.ports) port = "mechanism." + port;
+        n.control(c.name, made.ports, made.sampled, 1 / c.rate);
+        return;
+      }
       for (auto& l : made.laws) l.law = of_mechanism(std::move(l.law), nx);
       phs::Network::Control how;
       if (c.rate > 0) how.period = 1 / c.rate;
       energy_shaping::control(n, c.name, "mechanism", made.laws, how);
-      certificates.push_back(std::move(made.certificate));
     });
   return certificates;
 }

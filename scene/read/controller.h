@@ -6,6 +6,7 @@
 
 #include "energy_shaping/certificate.h"
 #include "energy_shaping/port_law.h"
+#include "energy_shaping/porthos_law.h"
 #include "phs/network/network.h"
 
 namespace porthos::mechanics {
@@ -27,6 +28,15 @@ struct ControllerPlant {
 struct ControllerDesign {
   std::vector<energy_shaping::PortLaw> laws;
   energy_shaping::Certificate certificate;
+  /// Instead of laws: one with a memory over several ports, always sampled.
+  phs::SampledLawPtr sampled = nullptr;
+  std::vector<std::string> ports = {};  ///< of `sampled`
+};
+
+/// A file that a controller consists of.
+struct LawFile {
+  std::string name;        ///< as the scene states it; empty: none
+  std::string path, text;  ///< resolved, and what it holds
 };
 
 /// A controller of several joints: a [[controller]] of the scene, docs/scene.md. Its types are the
@@ -35,12 +45,14 @@ struct Controller {
   std::string type, name;
   std::string where;  ///< "file:line:column"
   double rate = 0;    ///< [Hz], sampled and held; 0: continuous
+  LawFile file = {};
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;
 };
 
-/// Reads the [[controller]] tables. @throws InvalidArgument as read_scene()
-std::vector<Controller> read_controllers(const Table& scene);
+/// Reads the [[controller]] tables. folder: that of the scene file, for the files of laws.
+/// @throws InvalidArgument as read_scene()
+std::vector<Controller> read_controllers(const Table& scene, const std::string& folder);
 
 /// Puts the controllers at the ports of the member "mechanism" of a network.
 /// @return the certificate of each, in order
@@ -48,5 +60,9 @@ std::vector<Controller> read_controllers(const Table& scene);
 std::vector<energy_shaping::Certificate> add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
     const Scene& scene);
+
+/// From now on laws in Python run by these functions. Until then the library porthos_python_law is
+/// opened for the first of them, from beside the program or from ../lib/porthos.
+void use_python_laws(const porthos_law& functions);
 
 }  // namespace porthos::scene

@@ -67,7 +67,7 @@ class Reader {
         s_.urdf.rotor_inertia[e.joint] = e.motor->gear * e.motor->gear * e.motor->rotor_inertia;
     s_.constraints = read_constraints(top, s_.events);
     s_.contacts = read_contacts(top);
-    s_.controllers = read_controllers(top);
+    s_.controllers = read_controllers(top, fs::path(s_.path).parent_path().string());
     s_.outputs = read_outputs(top);
     s_.stops = read_stops(top, s_.outputs);
     s_.orbit = read_orbit(top);

@@ -21,7 +21,8 @@ struct SchemaKey {
     texts,
     table,
     tables,
-    named
+    named,
+    any
   };
   std::string name;
   Kind kind;

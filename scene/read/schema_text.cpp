@@ -59,6 +59,8 @@ Json value_of(const SchemaKey& k) {
       return reference(k.table);
     case KeyKind::tables:
       return {{"type", "array"}, {"items", one_of(k.table)}};
+    case KeyKind::any:
+      return {{"type", "object"}};
     case KeyKind::named:
       break;
   }
@@ -116,6 +118,8 @@ const char* kind_text(KeyKind k) {
       return "table";
     case KeyKind::tables:
       return "tables";
+    case KeyKind::any:
+      return "table of any keys";
     case KeyKind::named:
       break;
   }

@@ -34,6 +34,8 @@ NamedTexts tables_of(const Scene& scene) {
   NamedTexts list;
   for (const auto& [name, content] : scene.files)
     list.emplace_back("file " + name, sha256(content));
+  for (const Controller& c : scene.controllers)
+    if (!c.file.name.empty()) list.emplace_back("file " + c.file.name, sha256(c.file.text));
   if (scene.start_from)
     list.emplace_back("record of " + scene.start_from->folder, sha256(text(*scene.start_from)));
   return list;

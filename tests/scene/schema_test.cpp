@@ -121,6 +121,11 @@ std::map<std::string, std::string> places() {
        "1]\n"},
       {"controller.tracking", "name = \"c\"\njoints = { j = { kp = 1, kd = 1 } }\n"},
       {"controller.lqr", "name = \"c\"\njoints = { j = { position = 1 } }\n"},
+      {"controller.python",
+       "name = \"c\"\nrate = 1\njoints = [\"j\"]\npython = \"" PORTHOS_SOURCE_DIR
+       "/python/make_stubs.py:Law\"\n"},
+      {"controller.shared_library",
+       "name = \"c\"\nrate = 1\njoints = [\"j\"]\nlibrary = \"" PORTHOS_SOURCE_DIR "/LICENSE\"\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.wrench",

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,14 @@ struct Network::Plan {
     /// per component, the coordinate whose change gives the mean flow; empty: the flow itself
     std::vector<int> encoder = {};
   };
+  /// A controller whose law has a memory.
+  struct SampledControl {
+    std::string name;
+    int member;
+    std::vector<int> rows;  ///< of its ports, in turn
+    SampledLawPtr law;
+    HoldPtr hold;  ///< its memory: the held values, then the law's
+  };
   struct Spring {
     std::string name;
     int q, p;  ///< offsets in the state
@@ -67,6 +76,7 @@ struct Network::Plan {
   std::vector<Rayleigh> rayleighs;
   std::vector<Source> sources;
   std::vector<Control> controls;
+  std::vector<SampledControl> sampled;
   std::vector<Spring> springs;
   std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
   std::vector<std::string> joint;  ///< per input: the junction that its port is part of, or empty
@@ -87,6 +97,7 @@ struct Network::Plan {
     for (const auto& s : sources) rows.push_back(s.row);
     for (const auto& c : controls)
       for (int k = 0; k < c.size; ++k) rows.push_back(c.row + k);
+    for (const auto& c : sampled) rows.insert(rows.end(), c.rows.begin(), c.rows.end());
     return rows;
   }
   int nx() const { return members.empty() ? 0 : members.back().x + members.back().nx; }
@@ -99,6 +110,24 @@ T quadratic_form(const std::vector<Network::Plan::Term>& A, const std::vector<T>
   T sum(0.0);
   for (const auto& a : A) sum = sum + y[size_t(a.row)] * T(a.factor) * y[size_t(a.col)];
   return sum;
+}
+
+/// The power that the feedthrough of each member dissipates, uᵀF u, from place `to` on.
+/// @return the place after the last
+template <class T>
+size_t feedthrough_powers(const Network::Plan& p, const std::vector<T>& u, std::span<T> values,
+                          size_t to) {
+  for (const auto& m : p.members) {
+    T sum(0.0);
+    bool any = false;
+    for (const auto& f : p.F)
+      if (f.row >= m.u && f.row < m.u + m.nu) {
+        any = true;
+        sum = sum + u[size_t(f.row)] * T(f.factor) * u[size_t(f.col)];
+      }
+    if (any) values[to++] = sum;
+  }
+  return to;
 }
 
 /// Fills kept, casimirs and the invariants of the description.

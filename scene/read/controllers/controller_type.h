@@ -15,6 +15,8 @@ struct ControllerType {
   std::vector<SchemaTable> tables;  ///< inside it
   /// Sets `design`; the other members are set.
   void (*read)(const Table&, Controller&);
+  bool always_sampled = false;  ///< a rate must be stated
+  std::string file_key = {};    ///< the key that names the file of the law
 
   SchemaTable table() const;
 };

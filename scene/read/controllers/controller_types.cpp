@@ -8,7 +8,9 @@
   X(potential) \
   X(wheel_attitude) \
   X(tracking) \
-  X(lqr)
+  X(lqr) \
+  X(python) \
+  X(shared_library)
 // clang-format on
 
 namespace porthos::scene {
@@ -25,10 +27,10 @@ const std::vector<ControllerType>& controller_types() {
 }
 
 SchemaTable ControllerType::table() const {
-  const keys::Keys first{
-      keys::word("type", {name}, keys::required, "which law"),
-      keys::text("name", keys::required, "name in the ledger"),
-      keys::number("rate", "Hz", "continuous", "sampled and held, whole steps apart")};
+  const keys::Keys first{keys::word("type", {name}, keys::required, "which law"),
+                         keys::text("name", keys::required, "name in the ledger"),
+                         keys::number("rate", "Hz", always_sampled ? keys::required : "continuous",
+                                      "sampled and held, whole steps apart")};
   return {"controller." + name, fmt::format("[[controller]] type = \"{}\"", name), what,
           keys::joined(first, keys)};
 }

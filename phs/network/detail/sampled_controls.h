@@ -1,0 +1,60 @@
+#pragma once
+#include <span>
+#include <vector>
+
+#include "phs/network/detail/network_plan.h"
+
+namespace porthos::phs {
+
+/// The controllers of a network whose laws have a memory, in one run. Private to network*.cpp.
+template <class T>
+class SampledControls {
+  using Plan = Network::Plan;
+
+ public:
+  explicit SampledControls(const std::vector<Plan::SampledControl>& controls)
+      : controls_(controls) {
+    for (const auto& c : controls) memories_.emplace_back(c.hold, &c.hold->fresh);
+  }
+  void use(std::span<const HeldPtr> memories) {
+    memories_.assign(memories.begin(), memories.end());
+  }
+  const std::vector<HeldPtr>& memories() const { return memories_; }
+
+  /// v += the held values.
+  void add(std::vector<T>& v) const {
+    for (size_t i = 0; i < controls_.size(); ++i)
+      for (size_t k = 0; k < controls_[i].rows.size(); ++k) {
+        T& at = v[size_t(controls_[i].rows[k])];
+        at = at + T((*memories_[i])[k]);
+      }
+  }
+  /// The power of each, from place `to` on.
+  void powers(const std::vector<T>& y, std::span<T> values, size_t to) const {
+    for (size_t i = 0; i < controls_.size(); ++i) {
+      T sum(0.0);
+      for (size_t k = 0; k < controls_[i].rows.size(); ++k)
+        sum = sum + T((*memories_[i])[k]) * y[size_t(controls_[i].rows[k])];
+      values[to++] = sum;
+    }
+  }
+  /// Evaluates law i. unwrapped(k): number k of the network's state, with its angle unwrapped.
+  template <class Unwrapped>
+  void sample(size_t i, T t, Unwrapped unwrapped, const std::vector<T>& y, std::span<double> memory,
+              const Plan& plan) {
+    const auto& c = controls_[i];
+    const auto& m = plan.members[size_t(c.member)];
+    x_.resize(size_t(m.nx));
+    for (size_t k = 0; k < x_.size(); ++k) x_[k] = to_double(unwrapped(size_t(m.x) + k));
+    y_.resize(c.rows.size());
+    for (size_t k = 0; k < y_.size(); ++k) y_[k] = to_double(y[size_t(c.rows[k])]);
+    (*c.law)(to_double(t), x_, y_, memory.subspan(y_.size()), memory.first(y_.size()));
+  }
+
+ private:
+  const std::vector<Plan::SampledControl>& controls_;
+  std::vector<HeldPtr> memories_;
+  std::vector<double> x_, y_;
+};
+
+}  // namespace porthos::phs
