@@ -91,7 +91,7 @@ class CaseRow {
 };
 
 /// The scene of a case: the ensemble's scene as read, with the numbers of the case.
-Scene scene_of(const Ensemble& e, std::span<const double> values) {
+Scene scene_of(const Ensemble& e, std::int64_t index, std::span<const double> values) {
   const Scene& nominal = e.scene();
   Scene s = read_variation(nominal, e.sampler().replacements(values));
   s.method = nominal.method;  // which auto or the command line may have chosen, as what follows
@@ -100,6 +100,7 @@ Scene scene_of(const Ensemble& e, std::span<const double> values) {
   s.verify = nominal.verify;
   s.record_every = nominal.record_every;
   s.choice = nominal.choice;
+  s.of_case = std::uint64_t(index) + 1;
   return s;
 }
 
@@ -123,7 +124,7 @@ class LaneCase final : public ensemble::BatchRun {
     assembly_ = e_.assembly();
     start = assembly_.initial;
     try {
-      assembly_ = from_its_start(e_, scene_of(e_, values_));
+      assembly_ = from_its_start(e_, scene_of(e_, index_, values_));
     } catch (const InvalidArgument&) {
       refused_ = true;
       return;
@@ -193,7 +194,7 @@ void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* st
   Scene s;
   Assembly a;
   try {
-    s = scene_of(e, values);
+    s = scene_of(e, index, values);
     a = e.one_model() ? from_its_start(e, s) : assemble(s);
   } catch (const InvalidArgument&) {
     return done(row.sealed(case_refused));

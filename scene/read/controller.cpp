@@ -21,6 +21,30 @@ phs::LawPtr of_mechanism(phs::LawPtr law, size_t nx) {
       [law = std::move(law), nx](auto t, auto x, auto y, auto u) { (*law)(t, x.first(nx), y, u); });
 }
 
+/// A law with a memory, or laws of ports behind sensors.
+void add_sampled(phs::Network& n, const Controller& c, ControllerDesign made,
+                 const std::shared_ptr<const mechanics::MechanicalModel>& model,
+                 std::uint64_t of_case) {
+  auto law = std::move(made.sampled);
+  const bool of_ports = !law;
+  size_t numbers = made.ports.size();
+  if (of_ports) {
+    for (const auto& l : made.laws) {
+      made.ports.push_back(l.port);
+      const auto& ports = model->description().ports;
+      numbers += size_t(find_named(ports, l.port, "there is no port").size);
+    }
+    for (const auto& k : model->mechanism().coordinates())
+      if (k.nv == 1) made.joints.push_back({k.name, size_t(k.q), size_t(k.v)});
+    law = sampled_port_laws(std::move(made.laws), model);
+  }
+  if (c.sensing.any())
+    law = sensed(std::move(law), c.sensing, 1 / c.rate, numbers, std::move(made.joints),
+                 {c.name, of_case}, of_ports ? model : nullptr);
+  for (auto& port : made.ports) port = "mechanism." + port;
+  n.control(c.name, made.ports, std::move(law), 1 / c.rate);
+}
+
 LawFile read_law_file(const Table& t, const char* key, const std::string& folder) {
   LawFile f;
   f.name = t.text(key, "the name of a file");
@@ -51,6 +75,7 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
                                    [&](const ControllerType& k) { return k.name == word; });
     if (type->always_sampled) t.require("rate", "the sampling instants per second in Hz");
     if (!type->file_key.empty()) c.file = read_law_file(t, type->file_key.c_str(), folder);
+    c.sensing = read_sensing(t);
     type->read(t, c);
     list.push_back(std::move(c));
   });
@@ -64,14 +89,13 @@ std::vector<energy_shaping::Certificate> add_controllers(
   const auto nx = size_t(model->description().nx);
   for (const Controller& c : scene.controllers)
     at_line(c.where, [&] {
-      phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
+      const bool of_the_user = !c.file.name.empty();
+      if (!of_the_user)  // whose conditions are those of trees
+        phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
       auto made = c.design(c, {model, scene});
       certificates.push_back(std::move(made.certificate));
-      if (made.sampled) {
-        for (auto& port : made.ports) port = "mechanism." + port;
-        n.control(c.name, made.ports, made.sampled, 1 / c.rate);
-        return;
-      }
+      if (made.sampled || c.sensing.any())
+        return add_sampled(n, c, std::move(made), model, scene.of_case);
       for (auto& l : made.laws) l.law = of_mechanism(std::move(l.law), nx);
       phs::Network::Control how;
       if (c.rate > 0) how.period = 1 / c.rate;

@@ -8,6 +8,7 @@
 #include "energy_shaping/port_law.h"
 #include "energy_shaping/porthos_law.h"
 #include "phs/network/network.h"
+#include "scene/read/controllers/sensing.h"
 
 namespace porthos::mechanics {
 class MechanicalModel;
@@ -30,7 +31,8 @@ struct ControllerDesign {
   energy_shaping::Certificate certificate;
   /// Instead of laws: one with a memory over several ports, always sampled.
   phs::SampledLawPtr sampled = nullptr;
-  std::vector<std::string> ports = {};  ///< of `sampled`
+  std::vector<std::string> ports = {};  ///< of `sampled`, one number each
+  std::vector<MeasuredJoint> joints = {};
 };
 
 /// A file that a controller consists of.
@@ -43,8 +45,9 @@ struct LawFile {
 /// files of controllers/.
 struct Controller {
   std::string type, name;
-  std::string where;  ///< "file:line:column"
-  double rate = 0;    ///< [Hz], sampled and held; 0: continuous
+  std::string where;     ///< "file:line:column"
+  double rate = 0;       ///< [Hz], sampled and held; 0: continuous
+  Sensing sensing = {};  ///< of a sampled one
   LawFile file = {};
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;

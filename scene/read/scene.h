@@ -115,6 +115,7 @@ struct Scene {
   double checkpoint_every = 60;     ///< wall-clock seconds
 
   Limits verify;
+  std::uint64_t of_case = 0;  ///< in an ensemble its case, from 1: the noise of its sensors differs
 
   /// Whether loops or couplings constrain the mechanism (a file without any <mimic> may still have
   /// none).

@@ -112,15 +112,21 @@ std::map<std::string, std::string> places() {
       {"controller.tracking.joint",
        fmt::format(fmt::runtime(law), "tracking") + "[controller.joints.j]\nkp = 1\nkd = 1\n@"},
       {"controller.lqr.joint", fmt::format(fmt::runtime(law), "lqr") + "[controller.joints.j]\n@"},
+      {"sensing.resolution",
+       fmt::format(fmt::runtime(law), "potential") +
+           "rate = 1\njoints = { j = { damping = 1 } }\n[controller.resolution]\n@"},
+      {"sensing.noise", fmt::format(fmt::runtime(law), "potential") +
+                            "rate = 1\njoints = { j = { damping = 1 } }\n[controller.noise]\n@"},
       {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
   const std::map<std::string, std::string> besides{
       // so that what is read first is there
-      {"controller.potential", "name = \"c\"\njoints = { j = { damping = 1 } }\n"},
+      {"controller.potential", "name = \"c\"\nrate = 1\njoints = { j = { damping = 1 } }\n"},
       {"controller.wheel_attitude",
-       "name = \"c\"\nlink = \"base\"\nwheels = []\nstiffness = [1, 1, 1]\ndamping = [1, 1, "
+       "name = \"c\"\nrate = 1\nlink = \"base\"\nwheels = []\nstiffness = [1, 1, 1]\ndamping = [1, "
+       "1, "
        "1]\n"},
-      {"controller.tracking", "name = \"c\"\njoints = { j = { kp = 1, kd = 1 } }\n"},
-      {"controller.lqr", "name = \"c\"\njoints = { j = { position = 1 } }\n"},
+      {"controller.tracking", "name = \"c\"\nrate = 1\njoints = { j = { kp = 1, kd = 1 } }\n"},
+      {"controller.lqr", "name = \"c\"\nrate = 1\njoints = { j = { position = 1 } }\n"},
       {"controller.python",
        "name = \"c\"\nrate = 1\njoints = [\"j\"]\npython = \"" PORTHOS_SOURCE_DIR
        "/python/make_stubs.py:Law\"\n"},

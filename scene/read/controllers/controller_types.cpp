@@ -32,7 +32,7 @@ SchemaTable ControllerType::table() const {
                          keys::number("rate", "Hz", always_sampled ? keys::required : "continuous",
                                       "sampled and held, whole steps apart")};
   return {"controller." + name, fmt::format("[[controller]] type = \"{}\"", name), what,
-          keys::joined(first, keys)};
+          keys::joined(keys::joined(first, sensing_keys()), keys)};
 }
 
 }  // namespace porthos::scene

@@ -96,6 +96,7 @@ ControllerDesign design_foreign(const Controller& c, const ControllerPlant& plan
             fmt::format("controller '{}' names the joint '{}' twice", c.name, name));
     joints.push_back({name, joint.q});
     made.ports.push_back(joint.port);
+    made.joints.push_back({name, joint.q, made.joints.size()});
   }
   made.sampled = energy_shaping::foreign_law(functions, fmt::format("controller '{}'", c.name),
                                              std::move(joints), settings, w.memory);
