@@ -10,7 +10,7 @@
 #include "tests/combinations/page.h"
 #include "tests/combinations/runs.h"
 #include "tests/places.h"
-#include "tests/run/scenes.h"
+#include "tests/run/foreign_law.h"
 
 namespace porthos::test::combinations {
 namespace {
@@ -22,7 +22,9 @@ const std::string page_path = std::string(PORTHOS_SOURCE_DIR) + "/docs/combinati
 class Quotes : public testing::Environment {
  public:
   std::vector<std::pair<int, std::string>> seen;
-  void SetUp() override {  // a thousand small runs, each of which waits for the disk
+  void SetUp() override {
+    (void)have_python();
+    // A thousand small runs, each of which waits for the disk.
     if (fs::exists("/dev/shm")) setenv("TMPDIR", "/dev/shm", 0);
   }
   void TearDown() override {

@@ -198,6 +198,13 @@ std::vector<Feature> all() {
        {},
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
+      {"law in Python",
+       {"own"},
+       {},
+       {},
+       "[[controller]]\ntype = 'python'\nname = 'own@'\npython = 'law.py:Law'\n"
+       "joints = ['joint@']\nrate = 10\ndelay = 1\nresolution.torque = 1e-3\n"
+       "noise = { position = 1e-4, rate = 1e-3 }\n"},
 
       {"robot",
        {"robot", "other"},

@@ -19,9 +19,10 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",  "friction",   "controller",    "sampled controller",
-           "wheel",   "cmg",        "soft_latch",    "engage and disengage",
-           "contact", "joint_stop", "rigid contact", "law over joints"},
+    losses{"damper",       "friction",   "controller",    "sampled controller",
+           "wheel",        "cmg",        "soft_latch",    "engage and disengage",
+           "contact",      "joint_stop", "rigid contact", "law over joints",
+           "law in Python"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -70,7 +71,7 @@ const std::vector<Refusal>& refusals() {
        controls + Names{"auto", "compare", "radau15", "rival, cvode_adams"},
        "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
        "pass the jumps."},
-      {{"sampled controller"},
+      {{"sampled controller", "law in Python"},
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "
        "converge to."},

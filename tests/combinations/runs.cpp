@@ -169,6 +169,7 @@ std::string shown_of(const Feature& f) {
       {"contact", "bumper1"},
       {"rigid contact", "striker1"},
       {"law over joints", "law1"},
+      {"law in Python", "own1"},
       {"outputs", "tip1"},
       {"robot", "other1.position"},
       {"joint wrench", "wrench1"},
@@ -204,6 +205,12 @@ std::string write_scene(const fs::path& folder, const SceneTexts& texts) {
   write_bytes(folder / "model.urdf", texts.urdf);
   write_bytes(folder / "scene.toml", texts.scene);
   write_bytes(folder / "push.csv", "t,force\n0,0.2\n0.3,-0.1\n0.6,0.1\n1,0\n");
+  // It remembers its last torque, so that what is continued has its memory.
+  write_bytes(folder / "law.py",
+              "class Law:\n    def __init__(self, joints):\n        self.last = 0.0\n\n"
+              "    def __call__(self, t, q, v):\n"
+              "        self.last = 0.5 * self.last + 2 * (0.1 - q[0]) - 0.5 * v[0]\n"
+              "        return [self.last]\n");
   return (folder / "scene.toml").string();
 }
 
