@@ -19,7 +19,7 @@ class Law:
     def __call__(self, t, q, v):
         assert q.shape == v.shape == (2,)
         self.sum += 0.02 * (np.array([1.0, -0.4]) - q)
-        return self.gain * (np.array([1.0, -0.4]) - q) - 10 * v + 30 * self.sum
+        return self.gain * (np.array([1.0, -0.4]) - q) - 4 * v + 5 * self.sum
 """
 SCENE = """
 [model]
@@ -30,7 +30,7 @@ gravity = "uniform"
 vector = [0, 0, -9.81]
 [integrator]
 method = "gauss8"
-step = 0.01
+step = 0.005
 [run]
 duration = 2
 [[controller]]
@@ -38,7 +38,7 @@ type = "python"
 name = "mine"
 python = "law.py:Law"
 joints = ["shoulder", "elbow"]
-rate = 50
+rate = 100
 settings = {{ gain = 20 }}
 """
 
@@ -69,7 +69,7 @@ def test_a_law_runs_in_this_interpreter_and_in_that_of_the_command(scene):
 
 def test_a_law_that_was_edited_is_read_again(scene):
     first = ph.Scene(scene).run(scene.parent / "first", progress=False)
-    (scene.parent / "law.py").write_text(LAW.replace("- 10 * v", "- 11 * v"))
+    (scene.parent / "law.py").write_text(LAW.replace("- 4 * v", "- 5 * v"))
     assert not np.array_equal(ph.Scene(scene).run(scene.parent / "second", progress=False)[elbow], first[elbow])
 
 
