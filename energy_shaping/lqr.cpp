@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "energy_shaping/closed_loop.h"
@@ -11,6 +12,7 @@
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/linear_algebra/riccati.h"
+#include "phs/scalars/trig.h"
 #include "phs/system/random_state.h"
 
 namespace porthos::energy_shaping {
@@ -49,6 +51,19 @@ Matrix weight_of_momenta(const mechanics::Mechanism& m, std::span<const double> 
   return transpose(inverse) * W * inverse;
 }
 
+constexpr double full_turn = 2 * std::numbers::pi;
+
+/// An angle without its full turns.
+template <class T>
+T within_half_a_turn(T angle) {
+  if constexpr (requires { phs::to_double(angle); })
+    return angle - T(full_turn * std::round(phs::to_double(angle) / full_turn));
+  else {
+    const T magic(phs::trig::round_magic);
+    return angle - T(full_turn) * ((angle / T(full_turn) + magic) - magic);
+  }
+}
+
 double largest(const Matrix& M) {
   double most = 0;
   for (const double x : M.a) most = std::fmax(most, std::isnan(x) ? HUGE_VAL : std::fabs(x));
@@ -58,18 +73,24 @@ double largest(const Matrix& M) {
 }  // namespace
 
 Lqr::Lqr(std::shared_ptr<const mechanics::MechanicalModel> plant,
-         std::vector<std::string> actuators, std::vector<double> rest, const LqrWeights& weights)
-    : plant_(std::move(plant)), actuators_(std::move(actuators)), rest_(std::move(rest)) {
+         std::vector<std::string> actuators, std::vector<double> rest, const LqrWeights& weights,
+         std::vector<bool> periodic)
+    : plant_(std::move(plant)),
+      actuators_(std::move(actuators)),
+      rest_(std::move(rest)),
+      periodic_(std::move(periodic)) {
   const auto& d = plant_->description();
   phs::refuse_constraints(d, "an LQR");
   for (const auto& c : plant_->mechanism().coordinates())
     if (c.nq != 1)
       throw InvalidArgument("an LQR takes joints of one freedom; '" + c.joint + "' has several");
   require_size("rest", rest_.size(), size_t(plant_->mechanism().nq()));
+  if (!periodic_.empty()) require_size("periodic", periodic_.size(), rest_.size());
   const auto at = port_offsets(d, actuators_);
   require_size("numbers of the actuators' ports", at.size(), actuators_.size());
   check_weights(weights, rest_.size(), at.size());
   rest_.resize(2 * rest_.size(), 0.0);
+  periodic_.resize(rest_.size(), false);
   certificate_ = Certificate("linear-quadratic regulator of '" + d.name + "'");
   balance(at);
   refuse_failure(certificate_);
@@ -117,9 +138,9 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
     R(int(j), int(j)) = weights.effort[j];
     Ri(int(j), int(j)) = 1 / weights.effort[j];
   }
-  const Matrix P = riccati(A, B, Q, R);
-  K_ = Ri * transpose(B) * P;
-  const Matrix AP = transpose(A) * P, PBK = P * B * K_, BK = B * K_;
+  P_ = riccati(A, B, Q, R);
+  K_ = Ri * transpose(B) * P_;
+  const Matrix AP = transpose(A) * P_, PBK = P_ * B * K_, BK = B * K_;
   Matrix residual = zeros(2 * n, 2 * n), closed = residual;
   for (int i = 0; i < nx; ++i)
     for (int j = 0; j < nx; ++j) {
@@ -140,6 +161,21 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
   certificate_.report("eigenvalues", size, "the largest; real and imaginary parts [1/s]", parts);
 }
 
+double Lqr::error(std::span<const double> x, size_t k) const {
+  const double e = x[k] - rest_[k];
+  return periodic_[k] ? std::remainder(e, full_turn) : e;
+}
+
+double Lqr::cost_to_go(std::span<const double> x) const {
+  double V = 0;
+  for (size_t i = 0; i < rest_.size(); ++i) {
+    double row = 0;
+    for (size_t j = 0; j < rest_.size(); ++j) row += P_(int(i), int(j)) * error(x, j);
+    V += error(x, i) * row;
+  }
+  return V;
+}
+
 std::vector<PortLaw> Lqr::port_laws(const std::vector<double>& limits) const {
   if (!limits.empty()) require_size("limits", limits.size(), actuators_.size());
   std::vector<PortLaw> laws;
@@ -147,12 +183,14 @@ std::vector<PortLaw> Lqr::port_laws(const std::vector<double>& limits) const {
     const long nx = long(rest_.size());
     const std::vector<double> row(K_.a.begin() + long(j) * nx, K_.a.begin() + long(j + 1) * nx);
     const double limit = limits.empty() ? HUGE_VAL : limits[j];
-    laws.push_back({actuators_[j],
-                    phs::law([row, limit, rest = rest_, hold = u_[j]](auto, auto x, auto, auto u) {
+    laws.push_back({actuators_[j], phs::law([row, limit, rest = rest_, hold = u_[j],
+                                             turns = periodic_](auto, auto x, auto, auto u) {
                       using T = typename decltype(u)::value_type;
                       T sum(hold);
-                      for (size_t k = 0; k < row.size(); ++k)
-                        sum = sum - T(row[k]) * (x[k] - T(rest[k]));
+                      for (size_t k = 0; k < row.size(); ++k) {
+                        const T e = x[k] - T(rest[k]);
+                        sum = sum - T(row[k]) * (turns[k] ? within_half_a_turn(e) : e);
+                      }
                       if (limit < HUGE_VAL) sum = phs::max(phs::min(sum, T(limit)), T(-limit));
                       u[0] = sum;
                     })});

@@ -133,12 +133,15 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
                        " s, expected a positive number, or 0 for a continuous one");
   if (how.period == 0 && !how.encoder.empty())
     refuse(*plan_, "the controller '" + name + "' has an encoder without a period, expected both");
+  if (how.period == 0 && how.gate)
+    refuse(*plan_, "the controller '" + name + "' has a gate without a period, expected both");
   const FoundPort f = find_port(*plan_, port);
   Plan::Control c{name, f.row, f.port->size, int(f.member - plan_->members.data()), std::move(law)};
   c.encoder = encoder_of(*plan_, name, f, how.encoder);
   std::vector<FoundPort> sensors;
   for (const auto& s : how.sensors) sensors.push_back(find_port(*plan_, s));
   c.sensors = rows_of(sensors);
+  c.gate = how.gate;
   if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}});
   plan_->controls.push_back(std::move(c));
   return *this;

@@ -1,9 +1,11 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "phs/functions/gate.h"
 #include "phs/linear_algebra/matrix.h"
 #include "phs/network/elements.h"
 #include "phs/system/system.h"
@@ -81,7 +83,8 @@ class Network {
     /// energy that the sampled values do not show.
     std::vector<std::string> encoder = {};
     std::vector<std::string> sensors =
-        {};  ///< more ports whose outputs κ sees: y = [its own, theirs ...]
+        {};                  ///< more ports whose outputs κ sees: y = [its own, theirs ...]
+    GatePtr gate = nullptr;  ///< lets a sampled controller act or not; null: it always acts
   };
   /// A controller on a port of any size: u += κ(t, x, y), x the state of the port's member. The
   /// ledger lists its power as `name`; it need not be passive. A sampled controller is held between
@@ -133,6 +136,9 @@ class NetworkModel : public ModelFor<NetworkModel> {
   /// The offset of a member's state. @throws InvalidArgument for an unknown name
   int offset(const std::string& member) const;
   const Model& member(const std::string& name) const;
+  /// What the gates of sampled controllers did after the time `since` [s], a sentence each.
+  /// memory: of all holds, in the order of holds()
+  std::vector<std::string> stories(std::span<const double> memory, double since) const;
   /// The Casimirs as text: "spring.elongation - arm.elbow".
   const std::vector<std::string>& casimirs() const;
 

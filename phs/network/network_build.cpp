@@ -177,6 +177,8 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     if (!c.hold) continue;  // each network has its own hold
     std::vector<double> fresh(size_t(c.size), 0.0);
     fresh.resize(fresh.size() + c.encoder.size(), NAN);  // no encoder reading yet
+    if (c.gate)
+      for (const double number : c.gate->fresh()) fresh.push_back(number);
     c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
   }
   for (auto& c : p->sampled) {

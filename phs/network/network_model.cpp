@@ -13,6 +13,20 @@ std::vector<HoldPtr> NetworkModel::holds() const {
   return list;
 }
 
+std::vector<std::string> NetworkModel::stories(std::span<const double> memory, double since) const {
+  std::vector<std::string> list;
+  for (const auto& c : plan_->controls) {
+    if (!c.hold) continue;
+    const size_t size = c.hold->fresh.size();
+    if (memory.size() < size) require_size("memory of the controllers", memory.size(), size);
+    if (c.gate)
+      if (auto told = c.gate->story(memory.first(size).subspan(c.gate_at()), since); !told.empty())
+        list.push_back(std::move(told));
+    memory = memory.subspan(size);
+  }
+  return list;
+}
+
 int NetworkModel::offset(const std::string& member) const {
   for (const auto& m : plan_->members)
     if (m.name == member) return m.x;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "phs/network/detail/control_values.h"
 #include "phs/network/detail/network_constraints.h"
 #include "phs/network/detail/network_linearised.h"
 #include "phs/network/detail/network_plan.h"
@@ -32,22 +33,13 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         e_(size_t(p_.nx())),
         Gu_(e_.size()),
         work_(e_.size()),
-        held_(p_.controls.size()),
+        controls_(p_),
         with_memory_(p_.sampled),
         sources_(p_.sources) {
     size_t most_invariants = 0;
     for (const auto& m : p_.members) {
       systems_.push_back(m.model->template instantiate<T>());
       most_invariants = std::max(most_invariants, size_t(m.model->description().invariant_count()));
-    }
-    for (size_t i = 0; i < p_.controls.size(); ++i) {
-      const auto& c = p_.controls[i];
-      kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
-      seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
-      unwrapped_.resize(std::max(unwrapped_.size(), size_t(p_.members[size_t(c.member)].nx)));
-      if (!c.hold) continue;
-      sampled_.push_back(i);
-      held_[i] = HeldPtr(c.hold, &c.hold->fresh);
     }
     invariants_.resize(most_invariants);
   }
@@ -56,7 +48,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   std::unique_ptr<System<T>> clone() const override {
     auto copy = std::make_unique<NetworkSystem>(plan_);
     copy->set_turn_angles(In(turn_).first(angles()));
-    copy->held_ = held_;
+    copy->controls_.use_held(controls_);
     copy->with_memory_.use(with_memory_.memories());
     return copy;
   }
@@ -160,38 +152,38 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     k = sources_.powers(t, y_, values, k);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
-      const Out kappa = law(c, t, x, port(c, y_));
+      const Out kappa = law(j, t, x);
       T wished(0.0), held(0.0);
       for (size_t i = 0; i < kappa.size(); ++i) wished = wished + kappa[i] * port(c, y_)[i];
       values[k++] = wished;
       if (!c.hold) continue;
       for (size_t i = 0; i < kappa.size(); ++i)
-        held = held + (T((*held_[j])[i]) - kappa[i]) * port(c, y_)[i];
+        held = held + (controls_.held(j, i) - kappa[i]) * port(c, y_)[i];
       values[k++] = held;
     }
     with_memory_.powers(y_, values, k);
   }
   void use_held(std::span<const HeldPtr> memories) override {
-    for (size_t i = 0; i < sampled_.size(); ++i) held_[sampled_[i]] = memories[i];
-    with_memory_.use(memories.subspan(sampled_.size()));
+    controls_.use_held(memories);
+    with_memory_.use(memories.subspan(controls_.sampled()));
   }
   void sample(size_t i, T t, In x, std::span<double> memory) override {
     if constexpr (requires { to_double(T(0.0)); }) {  // a Pack has no single clock
       gradient(x, e_);
       outputs(x, e_);
-      if (i >= sampled_.size())
+      if (i >= controls_.sampled())
         return with_memory_.sample(
-            i - sampled_.size(), t, [&](size_t k) { return unwrapped(k, x); }, y_, memory, p_);
-      const auto& c = p_.controls[sampled_[i]];
-      const size_t n = size_t(c.size);
+            i - controls_.sampled(), t, [&](size_t k) { return unwrapped(k, x); }, y_, memory, p_);
+      const size_t j = controls_.sampled(i);
+      const auto& c = p_.controls[j];
       for (size_t k = 0; k < c.encoder.size(); ++k) {
         const double now = to_double(unwrapped(size_t(c.encoder[k]), x));
-        double& last = memory[n + k];
+        double& last = memory[size_t(c.size) + k];
         if (!std::isnan(last)) port(c, y_)[k] = T((now - last) / c.hold->period);
         last = now;
       }
-      const Out kappa = law(c, t, x, port(c, y_));
-      for (size_t k = 0; k < n; ++k) memory[k] = to_double(kappa[k]);
+      unwrap(j, x);
+      controls_.renew(j, t, y_, memory);
     }
   }
 
@@ -264,9 +256,9 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
       const auto& c = p_.controls[j];
       const Out v = port(c, v_);
       if (c.hold)
-        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + T((*held_[j])[k]);
+        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + controls_.held(j, k);
       else {
-        const Out kappa = law(c, t, x, port(c, y_));
+        const Out kappa = law(j, t, x);
         for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
       }
     }
@@ -287,16 +279,16 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   static Out port(const Plan::Control& c, std::vector<T>& v) {
     return Out(v).subspan(size_t(c.row), size_t(c.size));
   }
-  Out law(const Plan::Control& c, T t, In x, In y) {
-    const auto& m = p_.members[size_t(c.member)];
-    const Out own = Out(unwrapped_).first(size_t(m.nx)), kappa = Out(kappa_).first(size_t(c.size));
-    for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(size_t(m.x) + k, x);
-    const Out seen = Out(seen_).first(size_t(c.size) + c.sensors.size());
-    std::copy(y.begin(), y.end(), seen.begin());
-    for (size_t k = 0; k < c.sensors.size(); ++k)
-      seen[size_t(c.size) + k] = y_[size_t(c.sensors[k])];
-    (*c.law)(t, In(own), In(seen), kappa);
-    return kappa;
+  /// The state of control j's member for its law.
+  void unwrap(size_t j, In x) {
+    const Out own = controls_.state(j);
+    const auto at = size_t(p_.members[size_t(p_.controls[j].member)].x);
+    for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(at + k, x);
+  }
+  /// κ of control j at the flows y_.
+  Out law(size_t j, T t, In x) {
+    unwrap(j, x);
+    return controls_.law(j, t, y_);
   }
   In inputs(size_t i, In x) {
     const Out Gu = Out(work_).first(size_t(p_.members[i].nx));
@@ -328,9 +320,8 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   std::shared_ptr<const Plan> plan_;
   const Plan& p_;
   std::vector<std::unique_ptr<System<T>>> systems_;
-  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_, unwrapped_, kappa_, seen_;
-  std::vector<size_t> sampled_;  ///< the controls with a hold
-  std::vector<HeldPtr> held_;    ///< by control; set where it has a hold
+  std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_;
+  ControlValues<T> controls_;
   SampledControls<T> with_memory_;
   SourceValues<T> sources_;
 };

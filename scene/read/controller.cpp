@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "mechanics/mechanical_model.h"
 #include "scene/files/files.h"
@@ -56,6 +57,61 @@ LawFile read_law_file(const Table& t, const char* key, const std::string& folder
   return f;
 }
 
+/// A controller hands over to one other, at common sampling instants.
+void check_takeover(const Controller& c, const std::vector<Controller>& all) {
+  if (!c.then) return;
+  const auto other =
+      std::find_if(all.begin(), all.end(), [&](const auto& k) { return k.name == c.then->by; });
+  if (other == all.end() || other->name == c.name)
+    refuse(c.where, fmt::format("controller '{}' hands over to '{}', expected another controller "
+                                "of this scene",
+                                c.name, c.then->by));
+  if (c.rate == 0 || c.rate != other->rate)
+    refuse(c.where,
+           fmt::format("controller '{}' hands over to '{}' and their rates are {:g} Hz and {:g} Hz "
+                       "(0: continuous), expected one rate of both: the laws change at a sampling "
+                       "instant",
+                       c.name, other->name, c.rate, other->rate));
+  if (other->then)
+    refuse(c.where, fmt::format("controller '{}' hands over to '{}', which hands over itself, "
+                                "expected two laws",
+                                c.name, other->name));
+  if (std::count_if(all.begin(), all.end(),
+                    [&](const auto& k) { return k.then && k.then->by == other->name; }) > 1)
+    refuse(c.where,
+           fmt::format("controller '{}' takes over from several, expected one", other->name));
+}
+
+/// The gate of each controller that hands over or takes over, by name.
+std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
+                                             const std::vector<ControllerDesign>& designs) {
+  std::map<std::string, phs::GatePtr> gates;
+  for (const Controller& c : all) {
+    if (!c.then) continue;
+    const auto [by, level, leave] = *c.then;
+    const auto other = std::find_if(all.begin(), all.end(),
+                                    [&, &name = by](const auto& k) { return k.name == name; });
+    auto holds = designs[size_t(other - all.begin())].holds;
+    if (!holds)
+      refuse(c.where,
+             fmt::format("controller '{}' hands over to '{}', and no level set is known in "
+                         "which a law of type \"{}\" holds, expected one of type \"lqr\"",
+                         c.name, by, other->type));
+    if (level && *level > holds->level)
+      refuse(c.where,
+             fmt::format("level of controller '{}' is {:g}, expected at most {:.6g}: up to "
+                         "there '{}' is known to hold",
+                         c.name, *level, holds->level, by));
+    if (level) holds->level = *level;
+    at_line(c.where, [&, &name = by, &factor = leave] {
+      const energy_shaping::Handover handover(c.name, name, *holds, factor);
+      gates[c.name] = handover.from();
+      gates[name] = handover.to();
+    });
+  }
+  return gates;
+}
+
 }  // namespace
 
 std::vector<Controller> read_controllers(const Table& scene, const std::string& folder) {
@@ -79,28 +135,42 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
     type->read(t, c);
     list.push_back(std::move(c));
   });
+  for (const auto& c : list) check_takeover(c, list);
   return list;
 }
 
 std::vector<energy_shaping::Certificate> add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
     const Scene& scene) {
-  std::vector<energy_shaping::Certificate> certificates;
-  const auto nx = size_t(model->description().nx);
+  std::vector<ControllerDesign> designs;
   for (const Controller& c : scene.controllers)
     at_line(c.where, [&] {
-      const bool of_the_user = !c.file.name.empty();
-      if (!of_the_user)  // whose conditions are those of trees
+      if (c.file.name.empty())  // the conditions of the library's laws are those of trees
         phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
-      auto made = c.design(c, {model, scene});
-      certificates.push_back(std::move(made.certificate));
-      if (made.sampled || c.sensing.any())
-        return add_sampled(n, c, std::move(made), model, scene.of_case);
-      for (auto& l : made.laws) l.law = of_mechanism(std::move(l.law), nx);
+      designs.push_back(c.design(c, {model, scene}));
+    });
+  const auto gates = gates_of(scene.controllers, designs);
+  const auto nx = size_t(model->description().nx);
+  std::vector<energy_shaping::Certificate> certificates;
+  for (size_t i = 0; i < designs.size(); ++i) {
+    const Controller& c = scene.controllers[i];
+    certificates.push_back(std::move(designs[i].certificate));
+    const auto gate = gates.find(c.name);
+    at_line(c.where, [&] {
+      if (designs[i].sampled || c.sensing.any()) {
+        if (gate != gates.end())
+          throw InvalidArgument("controller '" + c.name +
+                                "' hands over or takes over and has a delay, a resolution or "
+                                "noise, expected one of both");
+        return add_sampled(n, c, std::move(designs[i]), model, scene.of_case);
+      }
+      for (auto& l : designs[i].laws) l.law = of_mechanism(std::move(l.law), nx);
       phs::Network::Control how;
       if (c.rate > 0) how.period = 1 / c.rate;
-      energy_shaping::control(n, c.name, "mechanism", made.laws, how);
+      if (gate != gates.end()) how.gate = gate->second;
+      energy_shaping::control(n, c.name, "mechanism", designs[i].laws, how);
     });
+  }
   return certificates;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "energy_shaping/certificate.h"
+#include "energy_shaping/handover.h"
 #include "energy_shaping/port_law.h"
 #include "energy_shaping/porthos_law.h"
 #include "phs/network/network.h"
@@ -29,6 +31,8 @@ struct ControllerPlant {
 struct ControllerDesign {
   std::vector<energy_shaping::PortLaw> laws;
   energy_shaping::Certificate certificate;
+  /// Where the law holds, if it can take over from another.
+  std::optional<energy_shaping::LevelSet> holds = {};
   /// Instead of laws: one with a memory over several ports, always sampled.
   phs::SampledLawPtr sampled = nullptr;
   std::vector<std::string> ports = {};  ///< of `sampled`, one number each
@@ -41,6 +45,13 @@ struct LawFile {
   std::string path, text;  ///< resolved, and what it holds
 };
 
+/// The controller that takes over from another one, where it holds.
+struct Takeover {
+  std::string by;
+  std::optional<double> level = {};  ///< of the other's V; empty: the largest that is known to hold
+  double leave = 4;                  ///< the other gives back above leave · level
+};
+
 /// A controller of several joints: a [[controller]] of the scene, docs/scene.md. Its types are the
 /// files of controllers/.
 struct Controller {
@@ -49,6 +60,7 @@ struct Controller {
   double rate = 0;       ///< [Hz], sampled and held; 0: continuous
   Sensing sensing = {};  ///< of a sampled one
   LawFile file = {};
+  std::optional<Takeover> then = {};
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;
 };

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "phs/network/network.h"
 #include "scene/run/limit_notes.h"
 #include "scene/run/verdict.h"
 #include "scene/run/watched_run.h"
@@ -60,6 +61,8 @@ void WatchedRun::add_notes(RunReport& r) const {
     add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
   }
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal()))
+    add(network->stories(r.held, assembly_.initial.time(scene_.step)));
   add(notes_on_numbers(scene_, r.cost.sweeps));
   if (const auto remark = integrator_->remark(); !remark.empty() && outcome_ != Outcome::singular)
     r.notes.push_back(integrator_->declaration().rival ? remark

@@ -55,6 +55,13 @@ std::shared_ptr<const phs::NetworkModel> controlled(double period) {
   return n.build();
 }
 
+TEST(Allocation, NoneInASwingUpThatHandsOverToARegulator) {
+  const auto s = scene::read_scene(PORTHOS_SOURCE_DIR "/examples/acrobot_swing_up/scene.toml");
+  const auto a = scene::assemble(s);
+  const auto method = make_integrator("gauss8", *a.model, s.step);
+  expect_none("acrobot", *method, a.initial, 5000);  // the handover is in step 4395
+}
+
 TEST(Allocation, NoneInAStepOfANetwork) {
   for (const double period : {0.0, 0.1})
     for (const char* name : {"gauss8", "rk4", "gonzalez", "midpoint"}) {

@@ -117,6 +117,9 @@ std::map<std::string, std::string> places() {
            "rate = 1\njoints = { j = { damping = 1 } }\n[controller.resolution]\n@"},
       {"sensing.noise", fmt::format(fmt::runtime(law), "potential") +
                             "rate = 1\njoints = { j = { damping = 1 } }\n[controller.noise]\n@"},
+      {"controller.swing_up.joint",
+       fmt::format(fmt::runtime(law), "swing_up") +
+           "drives = \"j\"\nenergy = 1\n[controller.joints.j]\ntarget = 0\n@"},
       {"orbit.sunlight", "[orbit]\naltitude = 5e5\n[orbit.sunlight]\narea_coefficient = 1\n@"}};
   const std::map<std::string, std::string> besides{
       // so that what is read first is there
@@ -132,6 +135,7 @@ std::map<std::string, std::string> places() {
        "/python/make_stubs.py:Law\"\n"},
       {"controller.shared_library",
        "name = \"c\"\nrate = 1\njoints = [\"j\"]\nlibrary = \"" PORTHOS_SOURCE_DIR "/LICENSE\"\n"},
+      {"controller.swing_up", "name = \"c\"\nrate = 1\ndrives = \"j\"\nenergy = 1\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.wrench",

@@ -46,6 +46,9 @@ struct Network::Plan {
     std::vector<int> sensors = {};  ///< rows of the outputs it sees besides its port's
     /// per component, the coordinate whose change gives the mean flow; empty: the flow itself
     std::vector<int> encoder = {};
+    GatePtr gate = nullptr;  ///< null: always open
+    /// Where its memory begins in that of the hold, behind values and encoder.
+    size_t gate_at() const { return size_t(size) + encoder.size(); }
   };
   /// A controller whose law has a memory.
   struct SampledControl {

@@ -9,6 +9,7 @@
   X(wheel_attitude) \
   X(tracking) \
   X(lqr) \
+  X(swing_up) \
   X(python) \
   X(shared_library)
 // clang-format on

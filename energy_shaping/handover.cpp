@@ -1,0 +1,86 @@
+#include "energy_shaping/handover.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "phs/error.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+struct Two {
+  std::string from, to;
+  LevelSet basin;
+  double leave;
+};
+
+/// One side of a handover. Memory: which law acts, how often they have changed, when first, when
+/// last; the least V so far.
+class HandoverGate final : public phs::Gate {
+  enum { acts, changes, first, last, least, count };
+  static constexpr double the_first = 0, the_second = 1;  // values of m[acts]
+
+ public:
+  HandoverGate(std::shared_ptr<const Two> two, bool second)
+      : two_(std::move(two)), second_(second) {}
+
+  std::vector<double> fresh() const override {
+    std::vector<double> m(count, 0.0);
+    m[first] = m[last] = NAN;
+    m[least] = HUGE_VAL;
+    return m;
+  }
+  void renew(double t, std::span<const double> x, std::span<double> m) const override {
+    const double V = two_->basin.V(x), level = two_->basin.level;
+    m[least] = std::fmin(m[least], V);
+    const bool was_second = m[acts] == the_second;
+    const bool is_second = was_second ? !(V > two_->leave * level) : V < level;
+    if (is_second == was_second) return;
+    m[acts] = is_second ? the_second : the_first;
+    if (m[changes] == 0) m[first] = t;
+    m[changes] += 1;
+    m[last] = t;
+  }
+  bool open(std::span<const double> m) const override { return (m[acts] == the_second) == second_; }
+  /// Told once, by the first law.
+  std::string story(std::span<const double> m, double since) const override {
+    const auto& [from, to, basin, leave] = *two_;
+    if (second_) return "";
+    if (m[changes] == 0)
+      return fmt::format(
+          "controller '{}' has not handed over to '{}': its V came down to {:.4g}, "
+          "expected less than {:.4g}",
+          from, to, m[least], basin.level);
+    if (m[last] < since * (1 - 1e-12)) return "";
+    if (m[changes] == 1)
+      return fmt::format("controller '{}' handed over to '{}' at {:.10g} s", from, to, m[first]);
+    return fmt::format(
+        "controllers '{}' and '{}' handed over {:g} times, first at {:.10g} s, last at {:.10g} s; "
+        "'{}' acts at the end",
+        from, to, m[changes], m[first], m[last], m[acts] == the_second ? to : from);
+  }
+
+ private:
+  std::shared_ptr<const Two> two_;
+  bool second_;
+};
+
+}  // namespace
+
+Handover::Handover(std::string from, std::string to, LevelSet basin, double leave) {
+  if (!(basin.level > 0) || !std::isfinite(basin.level))
+    throw InvalidArgument(
+        fmt::format("'{}' hands over to '{}' where its V is below {:g}, expected a level above 0",
+                    from, to, basin.level));
+  if (!(leave > 1) || !std::isfinite(leave))
+    throw InvalidArgument(
+        fmt::format("'{}' takes back from '{}' at {:g} times the level, expected more than 1", from,
+                    to, leave));
+  const auto two =
+      std::make_shared<const Two>(Two{std::move(from), std::move(to), std::move(basin), leave});
+  from_ = std::make_shared<const HandoverGate>(two, false);
+  to_ = std::make_shared<const HandoverGate>(two, true);
+}
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,35 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "phs/functions/gate.h"
+
+namespace porthos::energy_shaping {
+
+/// The set {V < level} around a rest point. V falls in it along the plant under the law of the rest
+/// point, so what is inside stays.
+struct LevelSet {
+  std::function<double(std::span<const double> x)> V;  ///< thread-safe
+  double level = 0;
+};
+
+/// One sampled law hands over to another when the state comes into the basin of the second, V <
+/// level, and takes back when it has left it by a factor, V > leave · level: a hysteresis, so that
+/// the two do not alternate at the border. Between two sampling instants nothing changes. Both
+/// controllers, and each port of them, keep the same memory of their own.
+class Handover {
+ public:
+  /// @param leave  more than 1
+  /// @throws InvalidArgument for a level or a factor out of range
+  Handover(std::string from, std::string to, LevelSet basin, double leave);
+
+  const phs::GatePtr& from() const { return from_; }  ///< open while the first law acts
+  const phs::GatePtr& to() const { return to_; }      ///< open while the second one does
+
+ private:
+  phs::GatePtr from_, to_;
+};
+
+}  // namespace porthos::energy_shaping

@@ -1,0 +1,256 @@
+#include "energy_shaping/joint_swing_up.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <random>
+
+#include "energy_shaping/closed_loop.h"
+#include "mechanics/aba.h"
+#include "phs/system/random_state.h"
+
+namespace porthos::energy_shaping {
+namespace {
+
+using SwingData = std::shared_ptr<const JointSwingUp::Data>;
+
+/// What the law needs of the plant at a state.
+template <class T>
+class SwingPlant {
+ public:
+  explicit SwingPlant(const SwingData& data)
+      : data_(data),
+        m_(data->plant->mechanism()),
+        w_(m_),
+        system_(data->plant->template instantiate<T>()),
+        tau_(size_t(m_.nv())),
+        free_(tau_.size()),
+        pushed_(tau_.size()) {}
+
+  void look(std::span<const T> x) {
+    const size_t n = tau_.size(), joint = data_->joint;
+    const auto q = x.first(n);
+    mechanics::rates_from_momenta<T>(m_, w_, q, x.subspan(n, n));
+    const std::vector<T>& v = v_ = w_.rate;  // aba() overwrites the workspace
+    rate = v[joint];
+    energy = system_->hamiltonian(x);
+    std::fill(tau_.begin(), tau_.end(), T(0.0));
+    friction = T(0.0);
+    for (const auto& j : m_.joint_properties()) {
+      const auto k = size_t(j.v);
+      tau_[k] = tau_[k] - T(j.stiffness) * (x[size_t(j.q)] - T(j.rest));
+      if (k == joint)
+        friction = friction + T(j.damping) * rate;  // the law cancels it
+      else
+        tau_[k] = tau_[k] - T(j.damping) * v[k];
+    }
+    mechanics::aba<T>(m_, w_, q, v, {tau_, {}}, free_);
+    tau_[joint] = tau_[joint] + T(1.0);
+    mechanics::aba<T>(m_, w_, q, v, {tau_, {}}, pushed_);
+    acceleration = free_[joint];
+    mobility = pushed_[joint] - free_[joint];
+  }
+
+  T rate{}, energy{}, friction{};
+  T acceleration{};  ///< a of the driven joint, without its friction
+  T mobility{};      ///< m = (M⁻¹)_aa
+
+ private:
+  SwingData data_;
+  const mechanics::Mechanism& m_;
+  mechanics::Workspace<T> w_;
+  std::unique_ptr<phs::System<T>> system_;
+  std::vector<T> tau_, v_, free_, pushed_;
+};
+
+struct SwingLaw {
+  SwingData data;
+
+  template <class T>
+  auto evaluator() const {
+    return
+        [d = data, plant = SwingPlant<T>(data)](T, std::span<const T> x, std::span<T> u) mutable {
+          const SwingUpGains& k = d->gains;
+          plant.look(x);
+          const T off = plant.energy - T(d->wanted);
+          T value = -T(k.energy) * off * plant.rate;
+          if (k.inertia > 0)
+            value = -(T(k.damping) * plant.rate + T(k.stiffness) * (x[d->joint] - T(d->target)) +
+                      T(k.inertia) * plant.acceleration) /
+                    (T(k.energy) * off + T(k.inertia) * plant.mobility);
+          value = value + plant.friction;
+          if (k.limit < HUGE_VAL) value = phs::max(phs::min(value, T(k.limit)), T(-k.limit));
+          for (T& all : u) all = T(0.0);
+          u[d->joint] = value;
+        };
+  }
+};
+
+void check_gains(const SwingUpGains& g) {
+  const auto refuse = [](const char* name, double value, const char* expected) {
+    throw InvalidArgument(
+        fmt::format("the {} of a swing-up is {:g}, expected {}", name, value, expected));
+  };
+  if (!(g.energy > 0)) refuse("energy gain", g.energy, "more than 0");
+  if (!(g.limit > 0)) refuse("limit", g.limit, "more than 0");
+  for (const auto& [name, gain] :
+       {std::pair{"inertia", g.inertia}, {"stiffness", g.stiffness}, {"damping", g.damping}})
+    if (!(gain >= 0)) refuse(name, gain, "0 or more");
+  if (g.inertia == 0 && g.stiffness > 0) refuse("stiffness", g.stiffness, "0 without an inertia");
+  if (g.inertia == 0 && g.damping > 0) refuse("damping", g.damping, "0 without an inertia");
+  if (g.inertia > 0 && g.damping == 0) refuse("damping", 0, "more than 0 with an inertia");
+}
+
+/// The coordinates that are angles.
+std::vector<bool> angles_of(const phs::Description& d, size_t n) {
+  std::vector<bool> angle(n, false);
+  for (const auto& b : d.blocks)
+    if (b.kind == phs::BlockKind::angle) angle[size_t(b.at)] = true;
+  return angle;
+}
+
+}  // namespace
+
+JointSwingUp::JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> plant,
+                           const std::string& actuator, std::vector<double> upright,
+                           const SwingUpGains& gains)
+    : actuator_(actuator), data_(std::make_shared<Data>()) {
+  const auto& d = plant->description();
+  const auto& m = plant->mechanism();
+  phs::refuse_constraints(d, "a swing-up");
+  for (const auto& c : m.coordinates())
+    if (c.nq != 1)
+      throw InvalidArgument("a swing-up takes joints of one freedom; '" + c.joint +
+                            "' has several");
+  require_size("upright", upright.size(), size_t(m.nq()));
+  check_gains(gains);
+  *data_ = {plant, size_t(port_offsets(d, {actuator})[0]), 0, gains};
+  data_->target = upright[data_->joint];
+  certificate_ = Certificate("swing-up of '" + d.name + "' by " + actuator);
+  upright.resize(2 * upright.size(), 0.0);
+  data_->wanted = plant->instantiate<double>()->hamiltonian(upright);
+  certificate_.report("wanted energy", data_->wanted, "E* of the upright [J]");
+  if (gains.inertia > 0) check_denominator(upright);
+  check_descent(upright);
+  double friction = 0;
+  for (const auto& j : m.joint_properties())
+    if (size_t(j.v) != data_->joint) friction += j.damping;
+  if (friction > 0)
+    certificate_.report("friction without actuator", friction,
+                        "sum of damping: V can rise by its power where E < E*");
+  refuse_failure(certificate_);
+}
+
+/// k_D against the supremum of k_E (E* - V(q))/m(q): random points, the best refined.
+void JointSwingUp::check_denominator(const std::vector<double>& upright) {
+  const size_t n = upright.size() / 2;
+  const auto angle = angles_of(data_->plant->description(), n);
+  SwingPlant<double> plant(data_);
+  const auto needed = [&](const std::vector<double>& x) {
+    plant.look(x);
+    return data_->gains.energy * (data_->wanted - plant.energy) / plant.mobility;
+  };
+  std::mt19937_64 generator(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  auto worst = upright, x = upright;
+  double most = needed(worst);
+  const auto take = [&] {
+    const double value = needed(x);
+    if (value <= most) return false;
+    most = value;
+    worst = x;
+    return true;
+  };
+  for (int i = 0; i < 20000; ++i) {
+    for (size_t k = 0; k < n; ++k)
+      x[k] = upright[k] + uniform(generator) * (angle[k] ? std::numbers::pi : 1);
+    take();
+  }
+  for (double size = 0.1; size > 1e-9;) {
+    bool better = false;
+    for (size_t k = 0; k < n; ++k)
+      for (const double way : {size, -size}) {
+        x = worst;
+        x[k] += way;
+        better = take() || better;
+      }
+    if (!better) size /= 2;
+  }
+  worst.resize(n);
+  certificate_.at_least("inertia gain", data_->gains.inertia, most * (1 + 1e-9),
+                        "k_D > sup k_E (E* - V)/m: 20000 positions, the worst refined; slides "
+                        "within 1 m",
+                        worst);
+}
+
+/// The plant under the law, without its limit, loses V as the formula says.
+void JointSwingUp::check_descent(const std::vector<double>& upright) {
+  const auto& plant = *data_->plant;
+  const auto& d = plant.description();
+  const size_t n = upright.size() / 2, joint = data_->joint;
+  auto unlimited = std::make_shared<Data>(*data_);
+  unlimited->gains.limit = HUGE_VAL;
+  auto law = SwingLaw{unlimited}.evaluator<double>();
+  const auto f = plant.instantiate<double>();
+  const auto gradient = plant.instantiate<phs::Dual>();
+  std::vector<double> u(size_t(d.nu)), dx(2 * n), e(2 * n);
+  std::vector<phs::Dual> s(2 * n), rates(2 * n);
+  std::mt19937_64 generator(2);
+  const SwingUpGains& k = data_->gains;
+  double worst = 0;
+  std::vector<double> where;
+  for (int i = 0; i < 500; ++i) {
+    const auto x = phs::random_state(d, 1.0, generator);
+    law(0.0, std::span<const double>(x), std::span<double>(u));
+    f->field(0.0, x, u, dx);
+    f->gradient(x, e);
+    for (size_t j = 0; j < 2 * n; ++j) s[j] = phs::Dual(x[j], dx[j]);
+    gradient->gradient(s, rates);
+    double E1 = 0, friction = 0;
+    for (size_t j = 0; j < 2 * n; ++j) E1 += e[j] * dx[j];
+    for (const auto& j : plant.mechanism().joint_properties())
+      if (size_t(j.v) != joint) friction += j.damping * e[n + size_t(j.v)] * e[n + size_t(j.v)];
+    const double off = f->hamiltonian(x) - data_->wanted, rate = e[n + joint];
+    const double weight = k.inertia > 0 ? k.energy : 1;
+    const std::array parts{
+        weight * off * E1, k.inertia * rate * rates[n + joint].d,
+        k.stiffness * rate * (x[joint] - data_->target),
+        k.inertia > 0 ? k.damping * rate * rate : k.energy * off * off * rate * rate,
+        weight * off * friction};
+    double sum = 0, scale = 1e-300;
+    for (const double p : parts) {
+      sum += p;
+      scale = std::fmax(scale, std::fabs(p));
+    }
+    if (std::fabs(sum) / scale <= worst) continue;
+    worst = std::fabs(sum) / scale;
+    where = x;
+  }
+  certificate_.at_most("V' = -k_V q'² - friction", worst, 1e-9,
+                       "of the plant under the law without a limit, at 500 states, relative",
+                       where);
+}
+
+PortLaw JointSwingUp::port_law() const {
+  return port_laws(SwingLaw{data_}, data_->plant->description(), {int(data_->joint)})[0];
+}
+
+void JointSwingUp::check_start(const std::vector<double>& x) const {
+  std::vector<double> u(size_t(data_->plant->description().nu)), dx(x.size());
+  SwingLaw{data_}.evaluator<double>()(0.0, std::span<const double>(x), std::span<double>(u));
+  data_->plant->instantiate<double>()->field(0.0, x, u, dx);
+  // the energy to gain, over a radian, measures the torques that are not rounding
+  const auto n = long(dx.size() / 2);
+  const double torque =
+      1e-9 * std::fabs(data_->plant->instantiate<double>()->hamiltonian(x) - data_->wanted);
+  if (std::all_of(dx.begin(), dx.begin() + n, [](double rate) { return rate == 0; }) &&
+      std::all_of(dx.begin() + n, dx.end(),
+                  [torque](double rate) { return std::fabs(rate) <= torque; }))
+    throw InvalidArgument(
+        "the start is a rest point of plant and law, which stay there for ever, expected a start "
+        "beside it, for example 0.01 rad");
+}
+
+}  // namespace porthos::energy_shaping

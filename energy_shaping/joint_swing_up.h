@@ -1,0 +1,76 @@
+#pragma once
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "energy_shaping/certificate.h"
+#include "energy_shaping/port_law.h"
+#include "mechanics/mechanical_model.h"
+
+namespace porthos::energy_shaping {
+
+/// Gains of a JointSwingUp.
+struct SwingUpGains {
+  double energy = 1;        ///< k_E, of the error of the energy; see JointSwingUp
+  double inertia = 0;       ///< k_D
+  double stiffness = 0;     ///< k_P
+  double damping = 0;       ///< k_V
+  double limit = HUGE_VAL;  ///< |u| at most [N m | N]
+};
+
+/// Swings a mechanism up by the energy that one driven joint a supplies: a cart-pole, a rotary
+/// pendulum, an acrobot, a pendubot, a pendulum. Let ΔE = H - E*, E* the energy at rest in the
+/// upright, and
+///
+///   V = ½ k_E ΔE² + ½ k_D q'_a² + ½ k_P (q_a - q_a*)²,   H' = u q'_a,   q''_a = a + m u,
+///
+/// with m = (M⁻¹)_aa. The law
+///
+///   u = -(k_V q'_a + k_P (q_a - q_a*) + k_D a) / (k_E ΔE + k_D m)                 (k_D > 0)
+///
+/// gives V' = -k_V q'_a² (Fantoni, Lozano 2002; of the acrobot Xin, Kaneda 2007). Its
+/// denominator is positive at every state if k_D > k_E (E* - V(q))/m(q) for all q, which the
+/// constructor checks. With k_D = 0 it is the law of Åström and Furuta (2000),
+///
+///   u = -k_E ΔE q'_a,   V = ½ ΔE²,   V' = -k_E (ΔE q'_a)²,
+///
+/// which keeps V' <= 0 under a limit too, but does not bring the joint itself to a place.
+/// Friction of the driven joint is cancelled. That of other joints is not: E < E* then makes V
+/// rise by k_E |ΔE| times its power.
+class JointSwingUp {
+ public:
+  /// @param actuator  port of the driven joint, one number
+  /// @param upright   q*, nq numbers
+  /// @throws InvalidArgument for constraints, joints of several degrees of freedom, gains of the
+  ///   wrong sign and a condition that fails
+  JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> plant, const std::string& actuator,
+               std::vector<double> upright, const SwingUpGains& gains);
+
+  const Certificate& certificate() const { return certificate_; }
+  /// E* [J]
+  double wanted_energy() const { return data_->wanted; }
+  /// The law as the controller of the actuator.
+  PortLaw port_law() const;
+  /// @param x  (q, p)
+  /// @throws InvalidArgument for a start at which plant and law both rest: it would stay for ever
+  void check_start(const std::vector<double>& x) const;
+
+  struct Data {
+    std::shared_ptr<const mechanics::MechanicalModel> plant;
+    size_t joint;  ///< the driven one
+    double target;
+    SwingUpGains gains;
+    double wanted = 0;
+  };
+
+ private:
+  void check_denominator(const std::vector<double>& upright);
+  void check_descent(const std::vector<double>& upright);
+
+  std::string actuator_;
+  std::shared_ptr<Data> data_;
+  Certificate certificate_;
+};
+
+}  // namespace porthos::energy_shaping

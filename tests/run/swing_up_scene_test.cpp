@@ -1,0 +1,140 @@
+// Swing-ups from scenes: the shipped missions arrive, with every joule in the ledger; the handover
+// at a sampling instant is the same in resumed, extended and differently stepped runs; refusals.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "scene/session/extension.h"
+#include "scene/session/memory_run.h"
+#include "tests/run/shipped.h"
+
+namespace porthos::test::swing_up_scene_test {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+scene::RunReport run_of(const scene::Scene& s) {
+  return scene::run_in_memory(s, scene::assemble(s), {});
+}
+std::string handover_of(const scene::RunReport& r) {
+  for (const auto& note : r.notes)
+    if (note.find("hand") != note.npos) return note;
+  return "";
+}
+/// Largest distance from the upright of one of two joints, whole turns apart, and of rest.
+double from_upright(const scene::RunReport& r, size_t pendulum) {
+  const auto& x = r.final_state.x;
+  const double other = x[1 - pendulum], rates = std::hypot(x[2], x[3]);
+  return std::max({std::fabs(std::remainder(x[pendulum] - pi, 2 * pi)), std::fabs(other), rates});
+}
+double supplied_by(const scene::RunReport& r) {
+  double sum = 0;
+  for (const auto& row : r.ports) sum += row.second;
+  return sum;
+}
+std::string refusal(const std::string& name, const std::vector<Change>& changes,
+                    const std::string& more = "") {
+  TemporaryFolder folder;
+  try {
+    (void)scene::assemble(shipped(folder, name, changes, more));
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST(SwingUpScene, TheRotaryPendulumGoesUpAndStays) {
+  TemporaryFolder folder;
+  const auto r = run_of(shipped(folder, "furuta_swing_up"));
+  EXPECT_TRUE(r.passed());
+  EXPECT_EQ(handover_of(r), "controller 'swing_up' handed over to 'balance' at 5.456 s");
+  EXPECT_LT(from_upright(r, 1), 1e-10);  // measured 2e-11: e^(-8.1·4.5 s) of 0.1 rad
+  // What the motor supplied is what the rod rose: m g l (cos 0.01 + 1).
+  EXPECT_NEAR(supplied_by(r), 0.024 * 9.81 * 0.0645 * (1 + std::cos(0.01)), 1e-15);
+  EXPECT_GT(std::fabs(entry_of(r.ports, "balance")), 1e-3);
+  // Negative control: without a handover the energy law passes the upright and does not stay.
+  const auto text = std::string("then = \"balance\"");
+  const auto alone =
+      run_of(shipped(folder, "furuta_swing_up", {{text, "then = \"balance\"\nlevel = 1e-9"}}));
+  EXPECT_NE(handover_of(alone).find("has not handed over"), std::string::npos);
+  EXPECT_GT(from_upright(alone, 1), 1e-3);
+}
+
+TEST(SwingUpScene, TheAcrobotGoesUpAndStays) {
+  TemporaryFolder folder;
+  const auto r = run_of(shipped(folder, "acrobot_swing_up"));
+  EXPECT_TRUE(r.passed());
+  EXPECT_EQ(handover_of(r), "controller 'swing_up' handed over to 'balance' at 8.79 s");
+  EXPECT_LT(from_upright(r, 0), 1e-9);  // measured 2e-10
+  const double rise = 9.8 * (1.5 + 1) * (1 + std::cos(pi / 2 - 1.4));
+  EXPECT_NEAR(supplied_by(r), rise, 1e-12 * rise);
+}
+
+TEST(SwingUpScene, TheHandoverIsThatOfTheMotionAndNotOfTheSteps) {
+  for (const auto& changed :
+       {Change{"step = 0.001", "step = 0.0005"}, Change{"\"gauss8\"", "\"gauss12\""},
+        Change{"step = 0.001", "step = 0.001\nstep_control = \"reversible\""}}) {
+    TemporaryFolder folder;
+    const auto r = run_of(shipped(folder, "furuta_swing_up", 6, {changed}));
+    EXPECT_NE(handover_of(r).find("at 5.456 s"), std::string::npos) << changed.to << handover_of(r);
+  }
+}
+
+TEST(SwingUpScene, AResumedAndAnExtendedRunHaveTheSameBits) {
+  TemporaryFolder folder;
+  const auto s = shipped(folder, "furuta_swing_up", 6);
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  auto parts = into(folder / "parts");
+  for (const std::int64_t at : {1001, 5457}) {  // between two samples, and behind the handover
+    parts.stop_at = at;
+    EXPECT_TRUE(scene::run(s, a, parts).interrupted);
+    parts.resume = true;
+  }
+  const auto rest = scene::run(s, a, into(folder / "parts", true));
+  EXPECT_EQ(whole.final_state, rest.final_state);
+  EXPECT_EQ(whole.held.size(), rest.held.size());
+  EXPECT_EQ(handover_of(rest), handover_of(whole));
+
+  auto shorter = s;
+  shorter.duration = 3;
+  const auto first = scene::run(shorter, scene::assemble(shorter), into(folder / "longer"));
+  EXPECT_NE(handover_of(first).find("has not"), std::string::npos);
+  auto longer = shorter;
+  scene::extend_to(longer, (folder / "longer").string(), 6);
+  const auto again = scene::assemble(longer);
+  scene::reopen((folder / "longer").string(), longer, again);
+  const auto r = scene::run(longer, again, into(folder / "longer", true));
+  EXPECT_EQ(whole.final_state, r.final_state);
+  EXPECT_EQ(handover_of(r), handover_of(whole));
+  const auto j = nlohmann::json::parse(read_bytes(folder / "longer/summary.json"));
+  EXPECT_EQ(j["certificates"].size(), 2u);
+}
+
+TEST(SwingUpScene, RefusalsSayWhereAndWhat) {
+  const auto says = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_NE(text.find("scene.toml:"), std::string::npos) << text;
+  };
+  const auto furuta = [&](const Change& change, const std::string& part) {
+    says(refusal("furuta_swing_up", {change}), part);
+  };
+  furuta({"inertia = 1.0", "inertia = 0.5"}, "inertia gain");
+  furuta({"position = 0.01 }", "position = 0.0 }"}, "for ever");
+  furuta({"then = \"balance\"", "then = \"nobody\""}, "expected another controller");
+  furuta({"then = \"balance\"", "then = \"swing_up\""}, "expected another controller");
+  furuta({"then = \"balance\"", "level = 1.0"}, "without then");
+  furuta({"then = \"balance\"", "then = \"balance\"\nlevel = 10.0"}, "is known to hold");
+  furuta({"then = \"balance\"", "then = \"balance\"\nleave = 0.9"}, "leave is not above 1");
+  furuta({"rate = 500.0", "rate = 250.0"}, "expected one rate");
+  furuta({"drives = \"turn\"", "drives = \"wheel\""}, "no joint 'wheel'");
+  furuta({"damping = 0.5", "damping = 0.0"}, "damping");
+  says(refusal("furuta_swing_up", {{"then = \"balance\"", "then = \"other\""}},
+               "[[controller]]\ntype = \"swing_up\"\nname = \"other\"\nrate = 500.0\n"
+               "drives = \"turn\"\nenergy = 1.0\njoints.swing = { target = 3.14 }\n"),
+       "no level set is known");
+}
+
+}  // namespace porthos::test::swing_up_scene_test
