@@ -111,7 +111,7 @@ const char* kind_text(KeyKind k) {
     case KeyKind::list:
       return "list of numbers";
     case KeyKind::rows:
-      return fmt::format("list of rows of {} numbers", k.count);
+      return "list of rows of numbers";
     case KeyKind::texts:
       return "list of names";
     case KeyKind::table:

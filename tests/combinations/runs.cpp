@@ -204,7 +204,7 @@ std::string write_scene(const fs::path& folder, const SceneTexts& texts) {
   fs::create_directories(folder);
   write_bytes(folder / "model.urdf", texts.urdf);
   write_bytes(folder / "scene.toml", texts.scene);
-  write_bytes(folder / "push.csv", "t,force\n0,0.2\n0.3,-0.1\n0.6,0.1\n1,0\n");
+  write_bytes(folder / "push.csv", "t,force\n0,0.1\n0.3,-0.05\n0.6,0.05\n1,0\n");
   // It remembers its last torque, so that what is continued has its memory.
   write_bytes(folder / "law.py",
               "class Law:\n    def __init__(self, joints):\n        self.last = 0.0\n\n"

@@ -1,6 +1,8 @@
 // Commanded attitudes of a base that wheels turn.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/run/scenes.h"
 
 namespace porthos::test::pointing_test {
@@ -37,7 +39,7 @@ std::vector<double> end_of(const TemporaryFolder& folder, const std::string& out
 const std::string start = "base.angular_velocity = [0.02, -0.01, 0.03]\n";
 
 /// A run whose attitude is commanded at 20 s is a run to 20 s, and from its last record another one
-/// with the new attitude: the same bits.
+/// with the new attitude, to the rounding of its implicit equations, whose first guesses differ.
 TEST(Pointing, ACommandIsAnotherLawFromItsTimeOn) {
   TemporaryFolder folder;
   const std::string rate = "rate = 2\n", other = "[0.6, 0, 0.8, 0]";
@@ -46,9 +48,13 @@ TEST(Pointing, ACommandIsAnotherLawFromItsTimeOn) {
   end_of(folder, "first", scene_of(start, rate, 20));
   const auto resumed = end_of(
       folder, "second", scene_of("from = 'first'\n", rate + "attitude_wxyz = " + other + "\n", 20));
-  EXPECT_EQ(commanded, resumed);
+  double off = 0;
+  for (size_t i = 0; i < resumed.size(); ++i)
+    off = std::max(off, std::fabs(commanded[i] - resumed[i]));
+  std::printf("  off by %.1e   bound 1e-13\n", off);
+  EXPECT_LT(off, 1e-13);
   const auto without = end_of(folder, "without", scene_of(start, rate, 40));
-  EXPECT_NE(commanded, without) << "control";
+  EXPECT_GT(std::fabs(commanded[5] - without[5]), 0.1) << "control";
   EXPECT_LT(std::fabs(std::fabs(commanded[5]) - 0.8), 0.3) << "it turns to the new attitude";
 }
 
