@@ -51,18 +51,19 @@ class ForeignLaw final : public phs::SampledLaw {
     const porthos_law& functions;
     void* law;
     std::string state = {}, wanted = {};
-    std::vector<double> q = {}, tau = {};
+    std::vector<double> q = {}, inputs = {}, tau = {};
     Message message{};
   };
   using ObjectPtr = std::unique_ptr<Object>;
 
  public:
   ForeignLaw(const porthos_law& functions, std::string name, std::vector<LawJoint> joints,
-             std::string settings, size_t room)
+             std::string settings, LawInputs inputs, size_t room)
       : functions_(functions),
         name_(std::move(name)),
         joints_(std::move(joints)),
         settings_(std::move(settings)),
+        inputs_(std::move(inputs)),
         room_(room > 0 ? room : most_at_start) {
     ObjectPtr first = make();
     save(*first, name_);
@@ -83,13 +84,15 @@ class ForeignLaw final : public phs::SampledLaw {
       if (o->wanted != o->state) restore(*o, at());
     }
     for (size_t k = 0; k < joints_.size(); ++k) o->q[k] = x[joints_[k].q];
+    if (inputs_.size > 0) inputs_.at(t, x, o->inputs);
     std::fill(o->tau.begin(), o->tau.end(), NAN);
-    if (functions_.torques(o->law, t, o->q.data(), v.data(), o->tau.data(), o->message.data()) != 0)
+    if (functions_.torques(o->law, t, o->q.data(), v.data(), o->inputs.data(), o->tau.data(),
+                           o->message.data()) != 0)
       fail(*o, at());
     for (size_t k = 0; k < joints_.size(); ++k)
       if (!std::isfinite(o->tau[k]))
-        throw InvalidArgument(fmt::format("{}: the torque of '{}' is {}, expected a finite number",
-                                          at(), joints_[k].name, o->tau[k]));
+        throw LawFailure(fmt::format("{}: the torque of '{}' is {}, expected a finite number", at(),
+                                     joints_[k].name, o->tau[k]));
     std::copy(o->tau.begin(), o->tau.end(), u.begin());
     if (functions_.save) {
       save(*o, at());
@@ -104,20 +107,20 @@ class ForeignLaw final : public phs::SampledLaw {
 
   [[noreturn]] static void fail(Object& o, const std::string& where) {
     o.message.back() = '\0';
-    throw InvalidArgument(where + ": " + (o.message[0] ? o.message.data() : "the law failed"));
+    throw LawFailure(where + ": " + (o.message[0] ? o.message.data() : "the law failed"));
   }
   ObjectPtr make() const {
     std::vector<const char*> names;
     for (const auto& j : joints_) names.push_back(j.name.c_str());
     Message message{};
-    void* const law =
-        functions_.create(int(names.size()), names.data(), settings_.c_str(), message.data());
+    void* const law = functions_.create(int(names.size()), names.data(), int(inputs_.size),
+                                        settings_.c_str(), message.data());
     message.back() = '\0';
     if (!law)
-      throw InvalidArgument(name_ + ": " +
-                            (message[0] ? message.data() : "the law could not be made"));
+      throw LawFailure(name_ + ": " + (message[0] ? message.data() : "the law could not be made"));
     auto o = std::make_unique<Object>(functions_, law);
     o->q.resize(joints_.size());
+    o->inputs.resize(inputs_.size);
     o->tau.resize(joints_.size());
     return o;
   }
@@ -140,7 +143,7 @@ class ForeignLaw final : public phs::SampledLaw {
     const int size = functions_.save(o.law, o.state.data(), int(room_), o.message.data());
     if (size < 0) fail(o, where);
     if (size_t(size) > room_)
-      throw InvalidArgument(
+      throw LawFailure(
           fmt::format("{}: the law remembers {} bytes and there is room for {}, expected memory = "
                       "{} or more, or a law that does not remember its past",
                       where, size, room_, 2 * size));
@@ -157,6 +160,7 @@ class ForeignLaw final : public phs::SampledLaw {
   const std::string name_;
   const std::vector<LawJoint> joints_;
   const std::string settings_;
+  const LawInputs inputs_;
   size_t room_;
   std::vector<double> fresh_;
   mutable std::mutex mutex_;
@@ -186,8 +190,9 @@ const porthos_law& open_law_library(const std::string& path, bool with_its_symbo
 
 phs::SampledLawPtr foreign_law(const porthos_law& functions, const std::string& name,
                                std::vector<LawJoint> joints, const std::string& settings,
-                               size_t room) {
-  return std::make_shared<ForeignLaw>(functions, name, std::move(joints), settings, room);
+                               LawInputs inputs, size_t room) {
+  return std::make_shared<ForeignLaw>(functions, name, std::move(joints), settings,
+                                      std::move(inputs), room);
 }
 
 }  // namespace porthos::energy_shaping

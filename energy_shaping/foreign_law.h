@@ -1,9 +1,12 @@
 #pragma once
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "energy_shaping/porthos_law.h"
+#include "phs/error.h"
 #include "phs/functions/law.h"
 
 /// Control laws of the user's own, behind the C functions of porthos_law.h.
@@ -15,10 +18,22 @@ namespace porthos::energy_shaping {
 ///   version
 const porthos_law& open_law_library(const std::string& path, bool with_its_symbols = false);
 
+/// A law that failed at an instant: the run ends.
+struct LawFailure : InvalidArgument {
+  using InvalidArgument::InvalidArgument;
+};
+
 /// A joint of one degree of freedom under a foreign law.
 struct LawJoint {
   std::string name;
   size_t q;  ///< place of its coordinate in the state of the controlled system
+};
+
+/// What a foreign law sees besides its joints.
+struct LawInputs {
+  size_t size = 0;
+  /// Computes them from the state; for any thread.
+  std::function<void(double t, std::span<const double> x, std::span<double> values)> at = {};
 };
 
 /// A foreign law over joints, whose ports have its rates as outputs, in the same order. What the
@@ -29,11 +44,11 @@ struct LawJoint {
 /// @param settings  JSON, for porthos_law::create
 /// @param room      bytes that the memory has for what the law remembers; 0: 4096 more than twice
 ///   what it remembers at the start
-/// @throws InvalidArgument "<name>: <message>" if the law cannot be made or saved. The law throws
-///   it at an instant where it fails, gives a number that is not finite, or remembers more than
-///   there is room for.
+/// @throws LawFailure "<name>: <message>" if the law cannot be made or saved. The law throws it at
+///   an instant where it fails, gives a number that is not finite, or remembers more than there is
+///   room for.
 phs::SampledLawPtr foreign_law(const porthos_law& functions, const std::string& name,
                                std::vector<LawJoint> joints, const std::string& settings,
-                               size_t room = 0);
+                               LawInputs inputs = {}, size_t room = 0);
 
 }  // namespace porthos::energy_shaping

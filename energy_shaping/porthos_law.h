@@ -5,12 +5,13 @@
 
    The shared object exports one symbol, porthos_law_functions. Example, one joint to the angle 1:
 
-     static void* create(int n, const char* const* names, const char* settings, char* message) {
+     static void* create(int n, const char* const* names, int inputs, const char* settings,
+                         char* message) {
        static int nothing;
        return n == 1 ? &nothing : NULL;
      }
-     static int torques(void* law, double t, const double* q, const double* v, double* tau,
-                        char* message) {
+     static int torques(void* law, double t, const double* q, const double* v,
+                        const double* inputs, double* tau, char* message) {
        tau[0] = 20 * (1 - q[0]) - 5 * v[0];
        return 0;
      }
@@ -30,13 +31,16 @@ extern "C" {
 
 typedef struct porthos_law {
   int version; /* PORTHOS_LAW_VERSION */
-  /* A law over n joints, or NULL with a message.
+  /* A law over n joints that also sees a number of inputs, or NULL with a message.
      settings: the table `settings` of the controller as JSON; "{}" if the scene has none. */
-  void* (*create)(int n, const char* const* names, const char* settings, char* message);
+  void* (*create)(int n, const char* const* names, int inputs, const char* settings,
+                  char* message);
   /* The n torques [N m] or forces [N] that are held from time t [s] until the next instant, from
-     the measured positions q [rad or m] and rates v [rad/s or m/s].
+     the measured positions q [rad or m] and rates v [rad/s or m/s], and from the numbers of the
+     outputs that the scene names as inputs, one after another.
      Returns 0, or any other number with a message: the run then ends. */
-  int (*torques)(void* law, double t, const double* q, const double* v, double* tau, char* message);
+  int (*torques)(void* law, double t, const double* q, const double* v, const double* inputs,
+                 double* tau, char* message);
   /* What the law remembers from one instant to the next, as bytes. Both are NULL if it remembers
      nothing. A run may go back to an earlier instant (a step that is repeated, a checkpoint): the
      law then gets the bytes of that instant, and must give the same torques as before.

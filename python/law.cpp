@@ -55,8 +55,8 @@ class Law:
                 "attributes, or __getstate__ and __setstate__, or stateless = True"
             )
 
-    def torques(self, t, q, v):
-        tau = numpy.asarray(self.law(t, q, v), dtype=float)
+    def torques(self, t, *measured):
+        tau = numpy.asarray(self.law(t, *measured), dtype=float)
         if tau.shape == () and self.size == 1:
             tau = tau.reshape(1)
         if tau.shape != (self.size,):
@@ -144,28 +144,33 @@ R with_python(F f, R failed, char* message) {
 
 /// A law over n joints, and its methods looked up once.
 struct PythonLawObject {
-  py::ssize_t n;
+  py::ssize_t n, inputs;
   py::object torques, save, restore;
 };
 PythonLawObject& object(void* law) { return *static_cast<PythonLawObject*>(law); }
 
-void* create(int n, const char* const* names, const char* settings, char* message) {
+void* create(int n, const char* const* names, int inputs, const char* settings, char* message) {
   return with_python(
       [&]() -> void* {
         py::list joints;
         for (int k = 0; k < n; ++k) joints.append(names[k]);
         const py::object law = helper("Law")(joints, settings);
-        return new PythonLawObject{n, law.attr("torques"), law.attr("save"), law.attr("restore")};
+        return new PythonLawObject{n, inputs, law.attr("torques"), law.attr("save"),
+                                   law.attr("restore")};
       },
       static_cast<void*>(nullptr), message);
 }
 
-int torques(void* law, double t, const double* q, const double* v, double* tau, char* message) {
+int torques(void* law, double t, const double* q, const double* v, const double* inputs,
+            double* tau, char* message) {
   return with_python(
       [&] {
         auto& own = object(law);
+        const py::array_t<double> positions(own.n, q), rates(own.n, v);
         const py::array_t<double> given =
-            own.torques(t, py::array_t<double>(own.n, q), py::array_t<double>(own.n, v));
+            own.inputs > 0
+                ? own.torques(t, positions, rates, py::array_t<double>(own.inputs, inputs))
+                : own.torques(t, positions, rates);
         std::copy_n(given.data(), own.n, tau);
         return 0;
       },

@@ -7,6 +7,7 @@
 #include "mechanics/constraints/maximal.h"
 #include "scene/assemble/contacts.h"
 #include "scene/assemble/detail/start.h"
+#include "scene/assemble/law_inputs.h"
 #include "scene/assemble/outputs.h"
 #include "scene/assemble/parts.h"
 #include "scene/assemble/stops.h"
@@ -128,7 +129,9 @@ std::shared_ptr<const phs::Model> with_joint_parts(
   n.add("mechanism", body).main("mechanism");
   add_elements(n, *mechanical, scene.elements);
   add_actuators(n, *mechanical, scene.actuators);
-  auto made = add_controllers(n, mechanical, scene);
+  auto made = add_controllers(n, mechanical, scene, [&](const std::vector<std::string>& names) {
+    return law_inputs(scene, mechanical, names);
+  });
   if (certificates) *certificates = std::move(made);
   return n.build();
 }

@@ -1,8 +1,11 @@
 #include "scene/ensemble/case_run.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cmath>
 
+#include "energy_shaping/foreign_law.h"
 #include "scene/run/ledger.h"
 #include "scene/run/verdict.h"
 #include "scene/session/memory_run.h"
@@ -104,6 +107,16 @@ Scene scene_of(const Ensemble& e, std::int64_t index, std::span<const double> va
   return s;
 }
 
+/// Calls f(). The message of a control law that fails gets the case in front.
+template <class F>
+auto in_case(std::int64_t index, F f) {
+  try {
+    return f();
+  } catch (const energy_shaping::LawFailure& e) {
+    throw energy_shaping::LawFailure(fmt::format("case {}: {}", index, e.what()));
+  }
+}
+
 /// The assembly of a case that shares the ensemble's model.
 Assembly from_its_start(const Ensemble& e, const Scene& s) {
   Assembly a = e.assembly();
@@ -201,7 +214,7 @@ void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* st
   }
   const MemoryOptions o{.stop = stop};
   if (s.events.empty()) {
-    const RunReport r = run_in_memory(s, a, o);
+    const RunReport r = in_case(index, [&] { return run_in_memory(s, a, o); });
     if (r.interrupted) return;
     row.end(a, r.simulated_s, r.final_state);
     row.report(r);
@@ -211,7 +224,9 @@ void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* st
   bool refused = false;
   try {
     phases.emplace(s, a);
-    (void)run_in_memory(*phases, o);
+    (void)in_case(index, [&] { return run_in_memory(*phases, o); });
+  } catch (const energy_shaping::LawFailure&) {
+    throw;
   } catch (const InvalidArgument&) {  // out of reach, beyond a limit of the latch
     refused = true;
   }

@@ -41,7 +41,7 @@ void add_sampled(phs::Network& n, const Controller& c, ControllerDesign made,
   }
   if (c.sensing.any())
     law = sensed(std::move(law), c.sensing, 1 / c.rate, numbers, std::move(made.joints),
-                 {c.name, of_case}, of_ports ? model : nullptr);
+                 {c.name, of_case}, model, of_ports);
   for (auto& port : made.ports) port = "mechanism." + port;
   n.control(c.name, made.ports, std::move(law), 1 / c.rate);
 }
@@ -141,13 +141,14 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
 
 std::vector<energy_shaping::Certificate> add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
-    const Scene& scene) {
+    const Scene& scene,
+    const std::function<energy_shaping::LawInputs(const std::vector<std::string>&)>& inputs) {
   std::vector<ControllerDesign> designs;
   for (const Controller& c : scene.controllers)
     at_line(c.where, [&] {
       if (c.file.name.empty())  // the conditions of the library's laws are those of trees
         phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
-      designs.push_back(c.design(c, {model, scene}));
+      designs.push_back(c.design(c, {model, scene, inputs}));
     });
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "energy_shaping/certificate.h"
+#include "energy_shaping/foreign_law.h"
 #include "energy_shaping/handover.h"
 #include "energy_shaping/port_law.h"
-#include "energy_shaping/porthos_law.h"
 #include "phs/network/network.h"
 #include "scene/read/controllers/sensing.h"
 
@@ -25,6 +25,8 @@ struct Scene;
 struct ControllerPlant {
   std::shared_ptr<const mechanics::MechanicalModel> model;
   const Scene& scene;
+  /// The [[output]]s of these names as inputs of a law. @throws InvalidArgument if that cannot be
+  std::function<energy_shaping::LawInputs(const std::vector<std::string>& names)> inputs;
 };
 
 /// The law of a controller and the conditions that were checked when it was made.
@@ -70,11 +72,13 @@ struct Controller {
 std::vector<Controller> read_controllers(const Table& scene, const std::string& folder);
 
 /// Puts the controllers at the ports of the member "mechanism" of a network.
+/// @param inputs  ControllerPlant::inputs
 /// @return the certificate of each, in order
 /// @throws InvalidArgument naming file and line, for a condition that fails
 std::vector<energy_shaping::Certificate> add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
-    const Scene& scene);
+    const Scene& scene,
+    const std::function<energy_shaping::LawInputs(const std::vector<std::string>& names)>& inputs);
 
 /// From now on laws in Python run by these functions. Until then the library porthos_python_law is
 /// opened for the first of them, from beside the program or from ../lib/porthos.

@@ -49,16 +49,18 @@ constexpr const char* c_law = R"(
 #include <string.h>
 #include "energy_shaping/porthos_law.h"
 static const double target[2] = {1.0, -0.4};
-static void* create(int n, const char* const* names, const char* settings, char* message) {
-  if (n != 2 || strcmp(names[0], "shoulder") != 0 || strcmp(settings, "{}") != 0) {
+static void* create(int n, const char* const* names, int inputs, const char* settings,
+                    char* message) {
+  if (n != 2 || inputs != 0 || strcmp(names[0], "shoulder") != 0 || strcmp(settings, "{}") != 0) {
     sprintf(message, "it is for a shoulder and an elbow");
     return NULL;
   }
   return calloc(2, sizeof(double));
 }
-static int torques(void* law, double t, const double* q, const double* v, double* tau,
-                   char* message) {
+static int torques(void* law, double t, const double* q, const double* v, const double* inputs,
+                   double* tau, char* message) {
   double* sum = law;
+  (void)inputs;
   if (t > 1e3) return sprintf(message, "it is too late");
   for (int k = 0; k < 2; ++k) {
     sum[k] += 0.05 * (target[k] - q[k]);

@@ -2,6 +2,7 @@
 // remember is continued; what is wrong with them is said.
 #include <cmath>
 
+#include "scene/files/hdf5_reader.h"
 #include "scene/session/extension.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/foreign_law.h"
@@ -175,6 +176,64 @@ TEST_F(ForeignLaw, WhatIsWrongWithALibraryIsSaid) {
   compile_law(other, text);
   EXPECT_TRUE(has(refused([&] { in_memory(arm_with_law(other, "shared_library", in_c)); }),
                   "is of version 7 of porthos_law.h, expected 1"));
+}
+
+TEST_F(ForeignLaw, ItSeesOutputsOfTheSceneAsTheyAreRecorded) {
+  // The law returns its inputs one after another, instant by instant.
+  write_bytes(folder / "law.py",
+              "class Law:\n    def __init__(self, joints): self.at = 0\n"
+              "    def __call__(self, t, q, v, inputs):\n        assert inputs.shape == (9,)\n"
+              "        self.at = (self.at + 1) % 9\n        return inputs[self.at - 1] / 100\n");
+  const std::string outputs =
+      "[[output]]\nquantity = \"velocity\"\nname = \"speed\"\nlink = \"lower\"\nrelative_to = "
+      "\"upper\"\nat = [0, 0, -1]\n"
+      "[[output]]\nquantity = \"attitude\"\nname = \"turned\"\nlink = \"body\"\n"
+      "[[output]]\nquantity = \"joint_rate\"\nname = \"rate\"\njoint = \"elbow\"\n"
+      "[[output]]\nquantity = \"formula\"\nname = \"f\"\nformula = \"rate + speed.x\"\n"
+      "[[output]]\nquantity = \"position\"\nname = \"tip\"\nlink = \"lower\"\n"
+      "[[output]]\nquantity = \"joint_torque\"\nname = \"tau\"\njoint = \"elbow\"\n";
+  const auto floating = [&](const std::string& inputs, const std::string& more = "") {
+    arm_with_law(
+        folder, "python",
+        "python = \"law.py:Law\"\njoints = [\"elbow\"]\ninputs = [" + inputs + "]\n" + more, 1,
+        outputs);
+    auto text = read_bytes(folder / "scene.toml");
+    text.replace(text.find("\"fixed\""), 7, "\"free\"");
+    const auto from = text.find("[environment]"), to = text.find("[initial]") + 10;
+    text.replace(from, to - from,
+                 "[initial]\nbase.angular_velocity = [0.3, 0.2, 0.5]\njoints.elbow.velocity = "
+                 "0.4\n");
+    write_bytes(folder / "scene.toml", text);
+    return scene::read_scene((folder / "scene.toml").string());
+  };
+  for (const std::string noise : {"", "noise.rate = 1e-3\n"}) {
+    const auto s = floating("\"f\", \"speed\", \"turned\", \"rate\"", noise);
+    const fs::path out = folder / ("out" + std::to_string(noise.size()));
+    run_into(s, out);
+    const scene::Hdf5Reader file(out / "run.h5");
+    const auto series = [&](const std::string& name) {
+      std::vector<double> all(size_t(file.dataset("output/" + name).size()));
+      file.read("output/" + name, all.data());
+      return all;
+    };
+    const auto f = series("f"), speed = series("speed"), turned = series("turned"),
+               rate = series("rate"), tau = series("tau");
+    // Records are 5 steps apart, and so are the instants; the record at an instant is made before.
+    for (size_t k = 0; k < 9; ++k) {
+      const double seen = k == 0   ? f[0]
+                          : k < 4  ? speed[3 * k + k - 1]
+                          : k == 8 ? rate[k]
+                                   : turned[4 * k + k - 4];
+      EXPECT_NEAR(100 * tau[k + 1], seen, 1e-10) << k;  // of what joint_torque is the difference
+      EXPECT_NE(seen, 0) << k;
+    }
+  }
+  const auto said = [&](const std::string& inputs) {
+    return refused([&] { scene::assemble(floating(inputs)); });
+  };
+  EXPECT_TRUE(has(said("\"tip\""), "the input 'tip' is a motion in the world where bodies float"));
+  EXPECT_TRUE(has(said("\"tau\""), "the input 'tau' is a force"));
+  EXPECT_TRUE(has(said("\"hand\""), "there is no [[output]] 'hand'"));
 }
 
 TEST_F(ForeignLaw, ThousandSecondsAt100HzCostLittle) {

@@ -64,6 +64,7 @@ std::vector<SchemaKey> foreign_keys() {
   using namespace keys;
   return {
       {"joints", KeyKind::texts, "", required, "of one degree of freedom, whose q and v it gets"},
+      {"inputs", KeyKind::texts, "", "none", "names of [[output]]s that it sees too"},
       {"settings", KeyKind::any, "", "none", "keys of the law's own"},
       whole("memory", "by its start", "bytes for what it remembers")};
 }
@@ -73,6 +74,7 @@ ForeignScene read_foreign(const Table& t) {
   t.require("joints", "an array of names of joints");
   w.joints = t.texts("joints", "names of joints");
   if (w.joints.empty()) t.fail("joints", "is empty, expected names of joints");
+  if (t.has("inputs")) w.inputs = t.texts("inputs", "names of [[output]]s");
   if (t.has("settings"))
     w.settings = json_of(t.raw("settings", "a table of the law's own keys"), t, "settings");
   if (t.has("memory")) {
@@ -94,12 +96,15 @@ ControllerDesign design_foreign(const Controller& c, const ControllerPlant& plan
       if (other.name == name)
         throw InvalidArgument(
             fmt::format("controller '{}' names the joint '{}' twice", c.name, name));
-    joints.push_back({name, joint.q});
+    // What is measured stands behind the state, see sensed().
+    const size_t measured = size_t(plant.model->description().nx) + joints.size();
+    joints.push_back({name, c.sensing.measures() ? measured : joint.q});
     made.ports.push_back(joint.port);
     made.joints.push_back({name, joint.q, made.joints.size()});
   }
-  made.sampled = energy_shaping::foreign_law(functions, fmt::format("controller '{}'", c.name),
-                                             std::move(joints), settings, w.memory);
+  made.sampled = energy_shaping::foreign_law(
+      functions, fmt::format("controller '{}'", c.name), std::move(joints), settings,
+      w.inputs.empty() ? energy_shaping::LawInputs{} : plant.inputs(w.inputs), w.memory);
   return made;
 }
 

@@ -5,12 +5,12 @@
 
 namespace porthos::scene {
 
-/// The keys of a law of the user's own: joints, settings, memory.
+/// The keys of a law of the user's own: joints, inputs, settings, memory.
 std::vector<SchemaKey> foreign_keys();
 
 /// A law of the user's own over joints of the scene.
 struct ForeignScene {
-  std::vector<std::string> joints;
+  std::vector<std::string> joints, inputs;
   std::string settings;  ///< JSON; empty: none
   size_t memory = 0;     ///< [bytes]; 0: by the law's start
 };

@@ -28,13 +28,14 @@ class Sensed final : public phs::SampledLaw {
  public:
   Sensed(phs::SampledLawPtr law, const Sensing& how, double period, size_t ports,
          const std::vector<MeasuredJoint>& joints, const NoiseKey& key,
-         std::shared_ptr<const mechanics::MechanicalModel> model)
+         std::shared_ptr<const mechanics::MechanicalModel> model, bool of_state)
       : law_(std::move(law)),
         how_(how),
         period_(period),
         fresh_(law_->fresh()),
         queue_(size_t(how.delay) * ports),
-        model_(std::move(model)) {
+        model_(std::move(model)),
+        of_state_(of_state) {
     fresh_.resize(fresh_.size() + queue_, 0.0);
     const std::string of = fmt::format("{}, case {}, ", key.controller, key.of_case);
     for (const MeasuredJoint& j : joints)
@@ -47,19 +48,21 @@ class Sensed final : public phs::SampledLaw {
   void operator()(double t, std::span<const double> x, std::span<const double> y,
                   std::span<double> memory, std::span<double> u) const override {
     const auto own = memory.first(memory.size() - queue_);
-    if (how_.measures()) {
-      std::vector<double> q(x.begin(), x.end()), v(y.begin(), y.end());
-      if (model_) {
-        v = model_->rates(x.first(size_t(model_->description().nx)));
-        q.resize(size_t(model_->mechanism().nq()));
-      }
-      measure(t, q, v);
-      if (model_)
-        (*law_)(t, model_->state(q, v), y, own, u);
-      else
-        (*law_)(t, q, v, own, u);
-    } else {
+    const auto state = x.first(size_t(model_->description().nx));
+    if (!how_.measures()) {
       (*law_)(t, x, y, own, u);
+    } else if (of_state_) {
+      std::vector<double> q(state.begin(), state.begin() + model_->mechanism().nq());
+      auto v = model_->rates(state);
+      for (const Joint& j : joints_) measure(j, t, q[j.q], v[j.v]);
+      (*law_)(t, model_->state(q, v), y, own, u);
+    } else {
+      std::vector<double> seen(state.begin(), state.end()), v(y.begin(), y.end());
+      for (const Joint& j : joints_) {
+        seen.push_back(x[j.q]);
+        measure(j, t, seen.back(), v[j.v]);
+      }
+      (*law_)(t, seen, v, own, u);
     }
     for (double& each : u) each = to_grid(each, how_.torque_resolution);
     if (queue_ == 0) return;
@@ -69,16 +72,13 @@ class Sensed final : public phs::SampledLaw {
   }
 
  private:
-  void measure(double t, std::vector<double>& q, std::vector<double>& v) const {
+  void measure(const Joint& j, double t, double& q, double& v) const {
     const auto instant = std::uint64_t(std::llround(t / period_));
     const auto noise = [&](std::uint64_t stream, double deviation) {
       return deviation > 0 ? deviation * ensemble::Stream(how_.seed, stream, instant).normal() : 0;
     };
-    for (const Joint& j : joints_) {
-      q[j.q] =
-          to_grid(q[j.q] + noise(j.position_stream, how_.position_noise), how_.position_resolution);
-      v[j.v] = to_grid(v[j.v] + noise(j.rate_stream, how_.rate_noise), how_.rate_resolution);
-    }
+    q = to_grid(q + noise(j.position_stream, how_.position_noise), how_.position_resolution);
+    v = to_grid(v + noise(j.rate_stream, how_.rate_noise), how_.rate_resolution);
   }
 
   const phs::SampledLawPtr law_;
@@ -88,6 +88,7 @@ class Sensed final : public phs::SampledLaw {
   const size_t queue_;  ///< numbers of the memory that wait for their time
   std::vector<Joint> joints_;
   const std::shared_ptr<const mechanics::MechanicalModel> model_;
+  const bool of_state_;
 };
 
 class SampledPortLaws final : public phs::SampledLaw {
@@ -181,9 +182,9 @@ Sensing read_sensing(const Table& t) {
 
 phs::SampledLawPtr sensed(phs::SampledLawPtr law, const Sensing& how, double period, size_t ports,
                           std::vector<MeasuredJoint> joints, NoiseKey key,
-                          std::shared_ptr<const mechanics::MechanicalModel> model) {
-  return std::make_shared<Sensed>(std::move(law), how, period, ports, joints, key,
-                                  std::move(model));
+                          std::shared_ptr<const mechanics::MechanicalModel> model, bool of_state) {
+  return std::make_shared<Sensed>(std::move(law), how, period, ports, joints, key, std::move(model),
+                                  of_state);
 }
 
 phs::SampledLawPtr sampled_port_laws(std::vector<energy_shaping::PortLaw> laws,

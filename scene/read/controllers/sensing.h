@@ -49,12 +49,14 @@ struct NoiseKey {
   std::uint64_t of_case = 0;  ///< of an ensemble, from 1; 0: a run by itself
 };
 
-/// A law behind sensors, at n ports. Angles of several turns are measured with their turns.
-/// @param model  of a law that sees all of x = (q, p): it gets the momenta of the measured rates,
-///   and `joints` counts its rates; null for one that sees the outputs of its ports instead
+/// A law behind sensors, at ports with so many numbers. Angles of several turns are measured with
+/// their turns.
+/// @param of_state  a law that looks at x = (q, p) alone: it gets the momenta of the measured
+///   rates, and `joints` counts the rates of the mechanism. Otherwise it gets x, behind it the
+///   measured positions in the order of `joints`, and the measured rates as outputs of its ports.
 phs::SampledLawPtr sensed(phs::SampledLawPtr law, const Sensing& how, double period, size_t ports,
                           std::vector<MeasuredJoint> joints, NoiseKey key,
-                          std::shared_ptr<const mechanics::MechanicalModel> model);
+                          std::shared_ptr<const mechanics::MechanicalModel> model, bool of_state);
 
 /// Laws of ports of a mechanism as one law without a memory, which looks at x = (q, p) alone.
 phs::SampledLawPtr sampled_port_laws(std::vector<energy_shaping::PortLaw> laws,
