@@ -140,6 +140,52 @@ TEST(ControllerScene, AnLqrBalancesAnAcrobotWhichFallsWithoutIt) {
             std::string::npos);
 }
 
+/// A cart-pole that stands at 0.6 rad from upright, under IDA-PBC.
+scene::Scene cart_pole(const TemporaryFolder& folder, const std::string& keys) {
+  const fs::path example = fs::path(PORTHOS_SOURCE_DIR) / "examples/cart_pole_plan";
+  write_bytes(folder / "arm.urdf", read_bytes(example / "cart_pole.urdf"));
+  write_bytes(
+      folder / "scene.toml",
+      "[model]\nurdf = \"arm.urdf\"\nbase = \"fixed\"\n[initial]\njoints.hinge = { position "
+      "= 2.54 }\n" +
+          std::string(head) + controller("ida_pbc", keys));
+  return scene::read_scene((folder / "scene.toml").string());
+}
+
+TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
+  const std::string keys =
+      "design = \"cart_pole\"\ndrives = \"slide\"\njoints.slide = { target = 1.0 }\n"
+      "joints.hinge = { target = 3.141592653589793 }\n"
+      "gains = { k = 1.0, m22 = 0.1, P = 1.0, kv = 3.0 }\n";
+  for (const std::string rate : {"", "rate = 200\n"}) {
+    TemporaryFolder folder;
+    const auto s = cart_pole(folder, keys + rate);
+    const auto r = run_of(s);
+    EXPECT_TRUE(r.passed());
+    EXPECT_NEAR(at_end(s, r, "hinge"), std::acos(-1.0), 1e-4) << rate;  // measured 3e-5
+    EXPECT_NEAR(at_end(s, r, "slide"), 1, 0.02) << rate;                // 0.01
+  }
+  const auto refused = [&](const std::string& from, const std::string& to,
+                           const std::string& part) {
+    TemporaryFolder folder;
+    std::string text = keys, told;
+    text.replace(text.find(from), from.size(), to);
+    try {
+      (void)scene::assemble(cart_pole(folder, text));
+    } catch (const InvalidArgument& e) {
+      told = e.what();
+    }
+    EXPECT_NE(told.find(part), std::string::npos) << told;
+    EXPECT_NE(told.find("scene.toml:"), std::string::npos) << told;
+  };
+  refused("\"cart_pole\"", "\"vtol\"", "design is \"vtol\", expected");
+  refused("kv = 3.0", "kv = 3.0, ku = 1.0", "is no gain of design = \"cart_pole\"");
+  refused("m22 = 0.1, ", "", "m22");
+  refused("P = 1.0", "P = -1.0", "k, m22, P > 0");
+  refused("3.141592653589793", "0.0", "a, b > 0");
+  refused("\"slide\"", "\"hinge\"", "design");
+}
+
 TEST(ControllerScene, TheCertificateIsInTheSummaryAndAResumedRunHasTheSameBits) {
   TemporaryFolder folder;
   const auto s = arm(folder, bent, controller("potential", springs + "rate = 100\n"));

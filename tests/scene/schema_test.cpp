@@ -117,6 +117,13 @@ std::map<std::string, std::string> places() {
            "rate = 1\njoints = { j = { damping = 1 } }\n[controller.resolution]\n@"},
       {"sensing.noise", fmt::format(fmt::runtime(law), "potential") +
                             "rate = 1\njoints = { j = { damping = 1 } }\n[controller.noise]\n@"},
+      {"controller.ida_pbc.joint",
+       fmt::format(fmt::runtime(law), "ida_pbc") +
+           "design = \"ball_and_beam\"\ndrives = \"j\"\ngains = { kp = 1, kv = 1 }\n"
+           "[controller.joints.j]\ntarget = 0\n@"},
+      {"controller.ida_pbc.gains",
+       fmt::format(fmt::runtime(law), "ida_pbc") +
+           "design = \"ball_and_beam\"\ndrives = \"j\"\n[controller.gains]\nkp = 1\nkv = 1\n@"},
       {"controller.swing_up.joint",
        fmt::format(fmt::runtime(law), "swing_up") +
            "drives = \"j\"\nenergy = 1\n[controller.joints.j]\ntarget = 0\n@"},
@@ -136,6 +143,9 @@ std::map<std::string, std::string> places() {
       {"controller.shared_library",
        "name = \"c\"\nrate = 1\njoints = [\"j\"]\nlibrary = \"" PORTHOS_SOURCE_DIR "/LICENSE\"\n"},
       {"controller.swing_up", "name = \"c\"\nrate = 1\ndrives = \"j\"\nenergy = 1\n"},
+      {"controller.ida_pbc",
+       "name = \"c\"\nrate = 1\ndesign = \"ball_and_beam\"\ndrives = \"j\"\ngains = { kp = 1, kv = "
+       "1 }\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.wrench",

@@ -10,6 +10,7 @@
   X(tracking) \
   X(lqr) \
   X(swing_up) \
+  X(ida_pbc) \
   X(python) \
   X(shared_library)
 // clang-format on

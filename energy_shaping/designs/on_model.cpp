@@ -1,0 +1,115 @@
+#include <cmath>
+#include <numbers>
+
+#include "energy_shaping/closed_loop.h"
+#include "energy_shaping/design_on_model.h"
+#include "energy_shaping/designs/require.h"
+#include "mechanics/crba.h"
+#include "mechanics/momentum.h"
+
+/// The numbers of the designs, read off mechanisms. What they leave out (other terms of M or V,
+/// springs, friction) shows in the comparison of the motions.
+namespace porthos::energy_shaping {
+namespace {
+
+using std::numbers::pi;
+
+/// M and V of a mechanism of two joints, the driven one d and the other one o, about q*.
+class TwoJoints {
+ public:
+  TwoJoints(const ModelPtr& model, const DesignJoints& joints)
+      : m_(model->mechanism()), w_(m_), rest_(joints.rest) {
+    phs::refuse_constraints(model->description(), "IDA-PBC");
+    const auto& c = m_.coordinates();
+    if (c.size() != 2 || c[0].nq != 1 || c[1].nq != 1)
+      throw InvalidArgument("'" + model->description().name + "' has " + std::to_string(m_.nv()) +
+                            " degrees of freedom, expected two joints of one each");
+    require_size("rest", rest_.size(), 2);
+    d = size_t(port_offsets(model->description(), {joints.driven})[0]);
+    o = 1 - d;
+  }
+  /// V with the joints away from q*.
+  double V(double other, double driven) {
+    return mechanics::potential_energy<double>(m_, w_, at(other, driven));
+  }
+  /// An entry of M there.
+  double M(size_t i, size_t j, double other = 0, double driven = 0) {
+    std::vector<double> mass(4);
+    mechanics::crba<double>(m_, w_, at(other, driven), mass);
+    return mass[2 * j + i];
+  }
+  double gravity() const { return mechanics::norm(m_.gravity()); }
+
+  size_t d, o;
+
+ private:
+  std::vector<double> at(double other, double driven) const {
+    auto q = rest_;
+    q[o] += other;
+    q[d] += driven;
+    return q;
+  }
+  const mechanics::Mechanism& m_;
+  mechanics::Workspace<double> w_;
+  std::vector<double> rest_;
+};
+
+/// The design's first coordinate is that of joint o, with a sign, the second that of d.
+DesignMap ordered(const TwoJoints& j, double sign_o = 1, double sign_d = 1) {
+  DesignMap map{{{0, 0}, {0, 0}}, false, 1};
+  map.A[0][j.o] = sign_o;
+  map.A[1][j.d] = sign_d;
+  return map;
+}
+
+}  // namespace
+
+DesignOnModel cart_pole_on(ModelPtr model, const DesignJoints& joints, CartPole c) {
+  TwoJoints j(model, joints);
+  const double inertia = j.M(j.o, j.o), coupling = j.M(j.o, j.d);
+  c.a = 0.5 * (j.V(0, 0) - j.V(pi, 0)) / inertia;  // q'' = a sin q - b cos q u
+  c.b = std::fabs(coupling) / inertia;
+  c.q2_rest = 0;
+  auto map = ordered(j, coupling < 0 ? -1 : 1);
+  map.accelerated = true;
+  return {model, cart_pole(c), map, joints};
+}
+
+DesignOnModel acrobot_on(ModelPtr model, const DesignJoints& joints, Acrobot a) {
+  TwoJoints j(model, joints);
+  const Requirement need("acrobot (constant M_d)");
+  need(j.o == 0, "the elbow driven, the second joint", {double(j.d)});
+  const double stretched = j.M(0, 0), folded = j.M(0, 0, 0, pi);
+  a.g = j.gravity();
+  a.c2 = j.M(1, 1);
+  a.c3 = 0.25 * (stretched - folded);
+  a.c1 = 0.5 * (stretched + folded) - a.c2;
+  const double both = 0.5 * (j.V(0, 0) - j.V(pi, 0)),
+               difference = 0.5 * (j.V(0, pi) - j.V(pi, pi));  // of an elbow that is folded
+  a.c4 = 0.5 * (both + difference) / a.g;
+  a.c5 = 0.5 * (both - difference) / a.g;
+  return {model, acrobot(a), ordered(j), joints};
+}
+
+DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, InertiaWheelPendulum w) {
+  TwoJoints j(model, joints);
+  w.I2 = j.M(j.d, j.d);
+  w.I1 = j.M(j.o, j.o) - w.I2;
+  w.m3 = 0.5 * (j.V(0, 0) - j.V(pi, 0));
+  auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
+  map.A[1][j.o] = 1;  // the wheel's angle in the world
+  map.scale = map.A[1][j.d];
+  return {model, inertia_wheel_pendulum(w), map, joints};
+}
+
+DesignOnModel ball_and_beam_on(ModelPtr model, const DesignJoints& joints, BallAndBeam b) {
+  TwoJoints j(model, joints);
+  const double mass = j.M(j.o, j.o), weight = 0.5 * (j.V(1, pi / 2) - j.V(-1, pi / 2));
+  b.L = std::sqrt(j.M(j.d, j.d) / mass);
+  b.g = std::fabs(weight) / mass;
+  auto map = ordered(j, 1, weight < 0 ? -1 : 1);
+  map.scale = mass * map.A[1][j.d];
+  return {model, ball_and_beam(b), map, joints};
+}
+
+}  // namespace porthos::energy_shaping

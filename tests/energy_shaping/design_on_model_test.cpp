@@ -1,0 +1,189 @@
+// The designs on mechanisms of rigid bodies: the numbers read off, the motions against the
+// reference runs of the formulas, and what is refused.
+#include "energy_shaping/design_on_model.h"
+
+#include <numbers>
+
+#include "tests/energy_shaping/robots.h"
+
+namespace porthos::energy_shaping::design_on_model_test {
+namespace {
+
+using test::Vec;
+constexpr double pi = std::numbers::pi;
+
+/// A link, its mass at a point and its moment of inertia about all axes there.
+mechanics::BodySpec link(const std::string& name, const std::string& parent,
+                         const std::string& type, mechanics::Vec3d axis, mechanics::Vec3d at,
+                         double mass, mechanics::Vec3d com, double inertia) {
+  mechanics::BodySpec s;
+  s.name = name;
+  s.parent = parent;
+  s.joint.name = name + "_joint";
+  s.joint.type = type;
+  s.joint.axis = axis;
+  s.placement.r = at;
+  s.mass.mass = mass;
+  s.mass.com = com;
+  s.mass.inertia = {inertia, 0, 0, inertia, 0, inertia};
+  return s;
+}
+ModelPtr two(double g, const mechanics::BodySpec& first, const mechanics::BodySpec& second) {
+  mechanics::MechanismBuilder b("two joints");
+  b.gravity({0, 0, -g});
+  b.add(first);
+  b.add(second);
+  return std::make_shared<mechanics::MechanicalModel>(
+      std::make_shared<mechanics::Mechanism>(b.build()));
+}
+
+/// a = g/l = 10, b = 1/l = 1 for a bob at 1 m under 10 m/s². 0: it hangs. axis: of the hinge
+ModelPtr cart_and_pole(double axis, double damping = 0) {
+  auto pole = link("pole", "cart", "revolute", {0, axis, 0}, {0, 0, 0}, 0.3, {0, 0, -1}, 0);
+  pole.joint.damping = damping;
+  return two(10, link("cart", "world", "prismatic", {1, 0, 0}, {0, 0, 0}, 2, {0, 0, 0}, 1), pole);
+}
+/// The numbers of the acrobot in the facts: 4 kg, 1 m; 1 kg, 4 m. 0: it hangs.
+ModelPtr acrobot_of_two_rods() {
+  return two(9.8,
+             link("upper", "world", "revolute", {0, 1, 0}, {0, 0, 0}, 4, {0, 0, -0.5}, 1 / 3.0),
+             link("lower", "upper", "revolute", {0, 1, 0}, {0, 0, -1}, 1, {0, 0, -2}, 4 / 3.0));
+}
+/// I1 = 0.1, I2 = 0.2, m3 = 10; the wheel turns about the pivot, with or against the pendulum.
+ModelPtr wheel_pendulum(double axis) {
+  return two(10,
+             link("pendulum", "world", "revolute", {0, 1, 0}, {0, 0, 0}, 20, {0, 0, 0.05}, 0.05),
+             link("wheel", "pendulum", "revolute", {0, axis, 0}, {0, 0, 0}, 3, {0, 0, 0}, 0.2));
+}
+/// A beam of moment of inertia m L² with L = 1 and a ball of mass m on it.
+ModelPtr beam(double offset = 0) {
+  return two(9.81, link("beam", "world", "revolute", {0, -1, 0}, {0, 0, 0}, 1, {0, 0, 0}, 1.7),
+             link("ball", "beam", "prismatic", {1, 0, 0}, {0, 0, offset}, 1.7, {0, 0, 0}, 0));
+}
+
+/// The state after a time under the continuous law, from rest at q.
+Vec after(double t, const ModelPtr& model, const DesignOnModel& design, Vec q,
+          double step = 0.002) {
+  phs::Network n("closed loop");
+  n.add("plant", model).main("plant");
+  control(n, "law", "plant", {design.port_law()});
+  const auto loop = n.build();
+  q.resize(4, 0.0);
+  phs::State s(loop->description(), q);
+  const auto method = integrators::make_integrator("gauss8", *loop, step);
+  for (int i = 0; i < int(std::lround(t / step)); ++i)
+    if (method->step(s) != integrators::Outcome::ok) ADD_FAILURE();
+  Vec x(4);
+  for (size_t k = 0; k < 4; ++k) x[k] = s.x[k] + s.lo[k];
+  const auto& d = loop->description();
+  for (size_t b = 0, angle = 0; b < d.blocks.size(); ++b)  // with their turns
+    if (d.blocks[b].kind == phs::BlockKind::angle)
+      x[size_t(d.blocks[b].at)] += 2 * pi * double(s.turns[angle++]);
+  return x;
+}
+template <class F>
+std::string words_of(F f) {
+  try {
+    f();
+  } catch (const InvalidArgument& e) {
+    return e.what();
+  }
+  return "";
+}
+double difference(const DesignOnModel& d) {
+  const double value = d.certificate().item("moves as the design's plant").value;
+  std::printf("  model against design: %.2g\n", value);
+  return value;
+}
+
+}  // namespace
+
+TEST(DesignOnModel, ACartPoleMovesAsTheReferenceRunOfTheFormulas) {
+  for (const double axis : {-1.0, 1.0}) {
+    const auto model = cart_and_pole(axis);
+    const auto d =
+        cart_pole_on(model, {"cart_joint.force", {0, pi}}, {.k = 1, .m22 = 0.1, .P = 1, .kv = 3});
+    EXPECT_LT(difference(d), 1e-12);  // measured 1e-16, of all designs at most 1.4e-15
+    // Reference run (RK4, 5 ms) of Acosta et al. 2005 with a = 10, b = 1, from 0.5 rad, after 1 s:
+    // pole -0.238618, cart 2.122035, to its six digits.
+    const double sign = axis < 0 ? -1 : 1;  // of the hinge against the design's angle
+    const auto x = after(1, model, d, {0, pi + sign * 0.5});
+    EXPECT_NEAR(x[0], 2.122035, 1e-6);
+    EXPECT_NEAR(sign * (x[1] - pi), -0.238618, 1e-6);
+    double beyond = 1;  // the horizontal: no law there
+    (*d.port_law().law)(0.0, std::span<const double>(Vec{0, pi + 2, 0.1, 0.2}), {},
+                        std::span(&beyond, 1));
+    EXPECT_EQ(beyond, 0);
+    const auto end = after(30, model, d, {0, pi + sign * 0.5}, 0.01);
+    EXPECT_NEAR(std::hypot(end[0], end[1] - pi), 0, 0.05);
+  }
+}
+
+TEST(DesignOnModel, AnInertiaWheelSwingsUpAsTheReferenceRun) {
+  for (const double axis : {1.0, -1.0}) {
+    const auto model = wheel_pendulum(axis);
+    const auto d = inertia_wheel_on(model, {"wheel_joint.torque", {0, 0}}, {});
+    EXPECT_LT(difference(d), 1e-12);
+    // Ortega et al. 2002, from (3.14, 0), after 5 s: (-0.044486, 0.328469), the wheel in the world.
+    const auto x = after(5, model, d, {3.14, -axis * 3.14});
+    EXPECT_NEAR(x[0], -0.044486, 1e-6);
+    EXPECT_NEAR(x[0] + axis * x[1], 0.328469, 1e-6);
+  }
+}
+
+TEST(DesignOnModel, AnAcrobotAndABallOnABeamComeToRest) {
+  const auto acrobot = acrobot_of_two_rods();
+  const auto a =
+      acrobot_on(acrobot, {"lower_joint.torque", {pi, 0}}, {.a2 = 1, .a3 = 4, .ku = 200, .kv = 2});
+  EXPECT_LT(difference(a), 1e-12);
+  const auto x = after(14, acrobot, a, {pi + 0.1, 0});
+  EXPECT_LT(std::hypot(x[0] - pi, x[1]), 0.02);  // 0.031 after 10 s, of 0.1
+
+  const auto on_beam = beam();
+  const auto b = ball_and_beam_on(on_beam, {"beam_joint.torque", {0, 0}}, {.kp = 5, .kv = 3});
+  EXPECT_LT(difference(b), 1e-12);
+  const auto y = after(40, on_beam, b, {0.3, 0.5});
+  EXPECT_LT(std::hypot(y[0], y[1]), 1e-3);
+}
+
+TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
+  const auto says = [](auto f, const std::string& part) {
+    const auto text = words_of(f);
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  const CartPole gains{.k = 1, .m22 = 0.1, .P = 1, .kv = 3};
+  // An acrobot is no cart-pole: only the motion tells.
+  says(
+      [&] {
+        cart_pole_on(acrobot_of_two_rods(), {"lower_joint.torque", {pi, 0}}, gains);
+      },
+      "moves as the design's plant");
+  // A slide 0.2 m above the hinge couples ball and beam.
+  says(
+      [] {
+        ball_and_beam_on(beam(0.2), {"beam_joint.torque", {0, 0}}, {.kp = 5, .kv = 3});
+      },
+      "moves as the design's plant");
+  // Friction of 0.1 N m s is no part of the design.
+  says(
+      [&] {
+        cart_pole_on(cart_and_pole(1, 0.1), {"cart_joint.force", {0, pi}}, gains);
+      },
+      "moves as the design's plant");
+  // Hanging instead of upright: a < 0.
+  says([&] { cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, 0}}, gains); }, "a, b > 0");
+  says([&] { cart_pole_on(test::arm(3), {"joint_0.torque", {0, 0, 0}}, gains); }, "two joints");
+  says(
+      [] {
+        acrobot_on(acrobot_of_two_rods(), {"upper_joint.torque", {pi, 0}}, {});
+      },
+      "the elbow driven");
+  says(
+      [] {
+        acrobot_on(acrobot_of_two_rods(), {"lower_joint.torque", {pi, 0}},
+                   {.a2 = 1, .a3 = 4, .ku = 20, .kv = 2});
+      },
+      "Hessian");
+}
+
+}  // namespace porthos::energy_shaping::design_on_model_test
