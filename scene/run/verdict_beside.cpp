@@ -184,11 +184,21 @@ class Beside {
     std::vector<long double> place;
     double time;
   };
+  /// The start for steps of another size: a phase behind an event begins at its own time.
+  phs::State start(double h) const {
+    phs::State s = a_.initial;
+    if (s.step == 0 || h == scene_.step) return s;
+    if (s.origin_step == 0)  // sampled controllers count steps from time 0
+      s.step = std::llround(double(s.step) * scene_.step / h);
+    else
+      take_as_origin(s, scene_.step);
+    return s;
+  }
   /// The end of n steps of h from the start; empty if one fails.
   std::optional<End> go(StateScale& scale, double h, std::int64_t n, double rtol = 1) const {
     Scene with = scene_;
     with.rtol = std::max(std::min(rtol, with.rtol), 2.3e-16);  // a rival's minimum
-    phs::State s = a_.initial;
+    phs::State s = start(h);
     const auto integrator = make_integrator(with, *a_.model, h);
     if (!forward(scale, *integrator, s, n)) return {};
     return End{place(s), integrator->time(s)};
@@ -198,7 +208,7 @@ class Beside {
   std::optional<End> go_to(StateScale& scale, double time) const {
     Scene finer = scene_;
     if (finer.control_rate == 0) finer.control_rate = 1 / scene_.step;
-    phs::State s = a_.initial;
+    phs::State s = start(scene_.step / 2);
     integrators::EventStepper stepper(
         *a_.model, [&] { return make_integrator(finer, *a_.model, scene_.step / 2); }, {});
     for (scale.see(s.x); stepper.time(s) < time; scale.see(s.x))
