@@ -158,18 +158,22 @@ std::vector<energy_shaping::Certificate> add_controllers(
     certificates.push_back(std::move(designs[i].certificate));
     const auto gate = gates.find(c.name);
     at_line(c.where, [&] {
+      const auto& elsewhere = designs[i].elsewhere;
       if (designs[i].sampled || c.sensing.any()) {
-        if (gate != gates.end())
-          throw InvalidArgument("controller '" + c.name +
-                                "' hands over or takes over and has a delay, a resolution or "
-                                "noise, expected one of both");
+        if (gate != gates.end() || !elsewhere.empty())
+          throw InvalidArgument(fmt::format(
+              "controller '{}' {} and has a delay, a resolution or noise, expected one of both",
+              c.name, elsewhere.empty() ? "hands over or takes over" : "acts on motors"));
         return add_sampled(n, c, std::move(designs[i]), model, scene.of_case);
       }
       for (auto& l : designs[i].laws) l.law = of_mechanism(std::move(l.law), nx);
       phs::Network::Control how;
       if (c.rate > 0) how.period = 1 / c.rate;
       if (gate != gates.end()) how.gate = gate->second;
-      energy_shaping::control(n, c.name, "mechanism", designs[i].laws, how);
+      for (const auto& [member, law] : elsewhere)
+        n.control(elsewhere.size() == 1 ? c.name : c.name + "." + member, member + "." + law.port,
+                  law.law, how);
+      if (elsewhere.empty()) energy_shaping::control(n, c.name, "mechanism", designs[i].laws, how);
     });
   }
   return certificates;

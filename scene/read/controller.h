@@ -31,10 +31,15 @@ struct ControllerPlant {
 
 /// The law of a controller and the conditions that were checked when it was made.
 struct ControllerDesign {
-  std::vector<energy_shaping::PortLaw> laws;
+  std::vector<energy_shaping::PortLaw> laws;  ///< at ports of the mechanism
   energy_shaping::Certificate certificate;
   /// Where the law holds, if it can take over from another.
   std::optional<energy_shaping::LevelSet> holds = {};
+  struct MemberLaw {
+    std::string member;  ///< of the network, an actuator; the law sees its state
+    energy_shaping::PortLaw law;
+  };
+  std::vector<MemberLaw> elsewhere = {};
   /// Instead of laws: one with a memory over several ports, always sampled.
   phs::SampledLawPtr sampled = nullptr;
   std::vector<std::string> ports = {};  ///< of `sampled`, one number each

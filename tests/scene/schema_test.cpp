@@ -124,6 +124,8 @@ std::map<std::string, std::string> places() {
       {"controller.ida_pbc.gains",
        fmt::format(fmt::runtime(law), "ida_pbc") +
            "design = \"ball_and_beam\"\ndrives = \"j\"\n[controller.gains]\nkp = 1\nkv = 1\n@"},
+      {"controller.motor_side.joint", fmt::format(fmt::runtime(law), "motor_side") +
+                                          "[controller.joints.j]\nstiffness = 1\ndamping = 1\n@"},
       {"controller.swing_up.joint",
        fmt::format(fmt::runtime(law), "swing_up") +
            "drives = \"j\"\nenergy = 1\n[controller.joints.j]\ntarget = 0\n@"},
@@ -146,6 +148,8 @@ std::map<std::string, std::string> places() {
       {"controller.ida_pbc",
        "name = \"c\"\nrate = 1\ndesign = \"ball_and_beam\"\ndrives = \"j\"\ngains = { kp = 1, kv = "
        "1 }\n"},
+      {"controller.motor_side",
+       "name = \"c\"\nrate = 1\njoints = { j = { stiffness = 1, damping = 1 } }\n"},
       {"element.controller", "joint = \"j\"\nstiffness = 1\n"},
       {"element.thruster", "name = \"t\"\nlink = \"rod\"\ndirection = [1, 0, 0]\nthrust = 1\n"},
       {"element.wrench",

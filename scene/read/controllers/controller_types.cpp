@@ -11,6 +11,7 @@
   X(lqr) \
   X(swing_up) \
   X(ida_pbc) \
+  X(motor_side) \
   X(python) \
   X(shared_library)
 // clang-format on
