@@ -33,8 +33,7 @@ typedef struct porthos_law {
   int version; /* PORTHOS_LAW_VERSION */
   /* A law over n joints that also sees a number of inputs, or NULL with a message.
      settings: the table `settings` of the controller as JSON; "{}" if the scene has none. */
-  void* (*create)(int n, const char* const* names, int inputs, const char* settings,
-                  char* message);
+  void* (*create)(int n, const char* const* names, int inputs, const char* settings, char* message);
   /* The n torques [N m] or forces [N] that are held from time t [s] until the next instant, from
      the measured positions q [rad or m] and rates v [rad/s or m/s], and from the numbers of the
      outputs that the scene names as inputs, one after another.
