@@ -94,8 +94,9 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
     auto holds = designs[size_t(other - all.begin())].holds;
     if (!holds)
       refuse(c.where,
-             fmt::format("controller '{}' hands over to '{}', and no level set is known in "
-                         "which a law of type \"{}\" holds, expected one of type \"lqr\"",
+             fmt::format("controller '{}' hands over to '{}', and no level set is known in which "
+                         "that one of type \"{}\" holds, expected one of type \"lqr\" whose "
+                         "weights see every joint",
                          c.name, by, other->type));
     if (level && *level > holds->level)
       refuse(c.where,

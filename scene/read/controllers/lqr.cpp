@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -43,6 +45,10 @@ ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
   const auto lqr =
       std::make_shared<const energy_shaping::Lqr>(plant.model, actuators, rest, weights, periodic);
   ControllerDesign made{lqr->port_laws(limits), lqr->certificate()};
+  const auto takes_over = [&](const Controller& other) {
+    return other.then && other.then->by == c.name;
+  };
+  if (!std::ranges::any_of(plant.scene.controllers, takes_over)) return made;  // costs 30 ms
   const double level = lqr->falling_level(limits);
   made.certificate.report("falling up to", level,
                           "the cost-to-go V falls where it is less: continuous law, 400 directions "
