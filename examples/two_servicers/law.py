@@ -11,7 +11,8 @@ class Carry:
         self.start = np.array(settings["start"])
         self.end = np.array(settings["end"])
         self.begin, self.over = settings["begin"], settings["over"]
-        self.stiffness, self.damping = settings["stiffness"], settings["damping"]
+        self.stiffness = np.array(settings["stiffness"])
+        self.damping = np.array(settings["damping"])
         self.rate = settings["integral"] / settings["hertz"]
         self.sum = np.zeros(len(joints))
 

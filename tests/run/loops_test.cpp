@@ -235,7 +235,7 @@ TEST(Loops, WhatCannotBeIsRefusedWithItsLine) {
   expect({{"\"revolute\"", "\"on_curve\""}}, "",
          "has no key 'points', expected some, because the loop is on_curve");
   expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [1, 2, 3]]"}}, "",
-         "points[1] is no pair of numbers, expected [x, y]");
+         "points[1] is an array, expected 2 numbers");
   expect({{"\"revolute\"", "\"on_curve\"\npoints = [[0, 0], [0, 0]]"}}, "",
          "scene.toml:16:1: constraint 'pin': point 2 lies where the one before it does");
   expect({{"\"revolute\"", "\"on_line\"\nclosed = true"}}, "",

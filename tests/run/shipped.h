@@ -24,15 +24,16 @@ inline scene::Scene shipped(const TemporaryFolder& folder, const std::string& na
   const std::string path = text.substr(path_at, text.find('"', path_at) - path_at);
   const std::string beside = fs::path(path).filename().string();
   std::string urdf = read_bytes(example / path);
-  text.replace(path_at, path.size(), beside);
+  for (size_t at; path != beside && (at = text.find(key + path + '"')) != text.npos;)
+    text.replace(at + key.size(), path.size(), beside);
   for (const auto& [from, to] : changes) {
     std::string& in = text.find(from) == text.npos ? urdf : text;
     const size_t at = in.find(from);
     if (at == in.npos) throw std::runtime_error("no '" + from + "' in " + name);
     in.replace(at, from.size(), to);
   }
-  for (const auto& other : fs::directory_iterator(example))  // of its robots
-    if (other.path().extension() == ".urdf")
+  for (const auto& other : fs::directory_iterator(example))  // of its robots, and laws
+    if (other.path().extension() == ".urdf" || other.path().extension() == ".py")
       write_bytes(folder / other.path().filename().string(), read_bytes(other.path()));
   write_bytes(folder / beside, urdf);
   write_bytes(folder / "scene.toml", text + more);

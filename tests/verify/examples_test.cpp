@@ -24,7 +24,7 @@ const std::map<std::string, double> shorter{
     {"throwing_arm/scene.toml", 0.2},   {"deployment/scene.toml", 20},
     {"four_bar/scene.toml", 20},        {"bricard/scene.toml", 20},
     {"andrews/scene.toml", 0.02},       {"two_arms/scene.toml", 100},
-    {"mission/scene.toml", 300},
+    {"mission/scene.toml", 300},        {"station_keeping/scene.toml", 6000},
 };
 
 std::vector<std::string> scenes() {
