@@ -53,7 +53,8 @@ LawFile read_law_file(const Table& t, const char* key, const std::string& folder
   const size_t colon = f.name.rfind(".py:");
   const std::string file = colon == f.name.npos ? f.name : f.name.substr(0, colon + 3);
   f.path = std::filesystem::absolute(std::filesystem::path(folder) / file).string();
-  at_line(t.at(key), [&] { f.text = read_file(f.path); });
+  f.loaded = !t.of_results();
+  if (f.loaded) at_line(t.at(key), [&] { f.text = read_file(f.path); });
   return f;
 }
 

@@ -50,6 +50,7 @@ struct ControllerDesign {
 struct LawFile {
   std::string name;        ///< as the scene states it; empty: none
   std::string path, text;  ///< resolved, and what it holds
+  bool loaded = true;      ///< false: named by results that are read again, which run no code
 };
 
 /// The controller that takes over from another one, where it holds.

@@ -39,8 +39,8 @@ std::string read_file(const std::string& path, const std::string& what) {
 class Reader {
  public:
   explicit Reader(std::string path, const SceneTexts* kept = nullptr,
-                  const StartFrom* kept_from = nullptr)
-      : file_{std::move(path), kept ? &kept->files : nullptr, &s_.files},
+                  const StartFrom* kept_from = nullptr, bool of_results = false)
+      : file_{std::move(path), kept ? &kept->files : nullptr, &s_.files, of_results},
         kept_(kept),
         kept_from_(kept_from) {}
 
@@ -305,7 +305,7 @@ Scene read_variation(const Scene& scene, std::span<const Replacement> replacemen
 }
 
 Scene read_scene_again(const std::string& path, const SceneTexts& kept) {
-  return Reader(path, &kept).read();
+  return Reader(path, &kept, nullptr, true).read();
 }
 
 }  // namespace porthos::scene

@@ -68,6 +68,7 @@ struct File {
   std::string path;
   const InputFiles* kept = nullptr;  ///< with results: used instead of files beside the scene
   InputFiles* inputs = nullptr;      ///< gets the files that are read
+  bool of_results = false;           ///< read again from results, which may be anybody's
   std::string at(const toml::source_region& r) const {
     return fmt::format("{}:{}:{}", path, std::max(r.begin.line, 1u), std::max(r.begin.column, 1u));
   }

@@ -211,6 +211,7 @@ class Table {
     std::string path, text;
   };
   Content content(const char* key) const;
+  bool of_results() const { return file_.of_results; }
   bool is_array(const char* key) const { return has(key) && node(key).is_array(); }
   bool is_number(const char* key) const { return has(key) && node(key).is_number(); }
   std::string found_at(const char* key) const { return found(node(key)); }

@@ -5,6 +5,7 @@
 #include "scene/files/hdf5_reader.h"
 #include "scene/session/extension.h"
 #include "scene/session/memory_run.h"
+#include "scene/session/replot.h"
 #include "tests/run/foreign_law.h"
 #include "tests/run/shipped.h"
 
@@ -176,6 +177,23 @@ TEST_F(ForeignLaw, WhatIsWrongWithALibraryIsSaid) {
   compile_law(other, text);
   EXPECT_TRUE(has(refused([&] { in_memory(arm_with_law(other, "shared_library", in_c)); }),
                   "is of version 7 of porthos_law.h, expected 1"));
+}
+
+/// Results are read again without the law, and run no code that lies beside them.
+TEST_F(ForeignLaw, ResultsRunNoCode) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "law.py", python_law());
+  const auto s = arm_with_law(folder, "python", in_python);
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  const std::string marker = (folder / "marker").string(),
+                    hostile = "open('" + marker + "', 'w').write('x')\n" + python_law();
+  fs::remove(folder / "law.py");
+  write_bytes(folder / "out" / "law.py", hostile);
+  EXPECT_EQ(scene::mechanisms_of(folder / "out").size(), 1u);
+  EXPECT_FALSE(fs::exists(marker));
+  write_bytes(folder / "law.py", hostile);
+  (void)scene::assemble(scene::read_scene((folder / "scene.toml").string()));
+  EXPECT_TRUE(fs::exists(marker)) << "control: a scene runs it";
 }
 
 TEST_F(ForeignLaw, ItSeesOutputsOfTheSceneAsTheyAreRecorded) {

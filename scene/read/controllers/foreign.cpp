@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <mutex>
@@ -29,6 +30,16 @@ fs::path find_python_library() {
     if (fs::exists(place / python_library, none)) return place / python_library;
   return {};
 }
+
+/// Stands for a law that is not loaded.
+class SilentLaw final : public phs::SampledLaw {
+ public:
+  std::vector<double> fresh() const override { return {}; }
+  void operator()(double, std::span<const double>, std::span<const double>, std::span<double>,
+                  std::span<double> u) const override {
+    std::fill(u.begin(), u.end(), 0.0);
+  }
+};
 
 /// A table as JSON.
 std::string json_of(const toml::table& t, const Table& of, const char* key) {
@@ -86,7 +97,7 @@ ForeignScene read_foreign(const Table& t) {
 }
 
 ControllerDesign design_foreign(const Controller& c, const ControllerPlant& plant,
-                                const ForeignScene& w, const porthos_law& functions,
+                                const ForeignScene& w, const porthos_law* functions,
                                 const std::string& settings) {
   ControllerDesign made{{}, energy_shaping::Certificate(fmt::format("law of {}", c.file.name))};
   std::vector<energy_shaping::LawJoint> joints;
@@ -102,8 +113,12 @@ ControllerDesign design_foreign(const Controller& c, const ControllerPlant& plan
     made.ports.push_back(joint.port);
     made.joints.push_back({name, joint.q, made.joints.size()});
   }
+  if (!functions) {
+    made.sampled = std::make_shared<const SilentLaw>();
+    return made;
+  }
   made.sampled = energy_shaping::foreign_law(
-      functions, fmt::format("controller '{}'", c.name), std::move(joints), settings,
+      *functions, fmt::format("controller '{}'", c.name), std::move(joints), settings,
       w.inputs.empty() ? energy_shaping::LawInputs{} : plant.inputs(w.inputs), w.memory);
   return made;
 }

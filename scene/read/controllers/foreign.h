@@ -16,9 +16,10 @@ struct ForeignScene {
 };
 ForeignScene read_foreign(const Table& t);
 
-/// @param functions  of the law @param settings  for porthos_law::create
+/// @param functions  of the law; null: it is not loaded and gives no torque
+/// @param settings  for porthos_law::create
 ControllerDesign design_foreign(const Controller& c, const ControllerPlant& plant,
-                                const ForeignScene& w, const porthos_law& functions,
+                                const ForeignScene& w, const porthos_law* functions,
                                 const std::string& settings);
 
 /// The functions of laws in Python, see use_python_laws().

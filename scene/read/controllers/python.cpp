@@ -22,7 +22,7 @@ void read_python(const Table& t, Controller& c) {
     t.fail("python", "names a file that is not UTF-8, expected one that is");
   }
   c.design = [w, text](const Controller& own, const ControllerPlant& plant) {
-    return design_foreign(own, plant, w, python_law_functions(), text);
+    return design_foreign(own, plant, w, own.file.loaded ? &python_law_functions() : nullptr, text);
   };
 }
 

@@ -9,7 +9,8 @@ namespace {
 void read_shared_library(const Table& t, Controller& c) {
   const ForeignScene w = read_foreign(t);
   c.design = [w](const Controller& own, const ControllerPlant& plant) {
-    const auto& functions = energy_shaping::open_law_library(own.file.path);
+    const porthos_law* functions =
+        own.file.loaded ? &energy_shaping::open_law_library(own.file.path) : nullptr;
     return design_foreign(own, plant, w, functions, w.settings.empty() ? "{}" : w.settings);
   };
 }
