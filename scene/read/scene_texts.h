@@ -19,8 +19,8 @@ SceneTexts texts_beside(const std::filesystem::path& folder);
 
 /// A scene from stored texts, as by read_scene(). Neither file is opened, and the scene need not
 /// name the model file. No code that it names is loaded: a law of the user's own gives no torque,
-/// so that the results of others can be looked at. `path` stands for the scene file in messages. @throws InvalidArgument as
-/// read_scene()
+/// so that the results of others can be looked at. `path` stands for the scene file in messages.
+/// @throws InvalidArgument as read_scene()
 Scene read_scene_again(const std::string& path, const SceneTexts& kept);
 
 }  // namespace porthos::scene
