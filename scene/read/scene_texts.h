@@ -13,7 +13,7 @@ struct SceneTexts {
 };
 
 /// The texts of a scene as files of a folder, as an unfinished run keeps them beside its
-/// checkpoint. @throws IoError, InvalidArgument naming the file
+/// checkpoint. @throws IoError or InvalidArgument, which name the file
 void write_texts(const std::filesystem::path& folder, const Scene& scene);
 SceneTexts texts_beside(const std::filesystem::path& folder);
 
