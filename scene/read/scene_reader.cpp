@@ -286,11 +286,11 @@ class Reader {
           "kicks of the splitting too, expected a fixed step");
   }
 
-  File file_;
+  Scene s_;
+  File file_;  ///< it leaves what it reads in s_
   const SceneTexts* kept_;
   const StartFrom* kept_from_;  ///< read already
   toml::table root_;
-  Scene s_;
   std::string coordinates_at_;  ///< "file:line:column" of [model] coordinates
 };
 
