@@ -24,6 +24,7 @@
 #include "apps/verdict.h"
 #include "scene/compare/auto_method.h"
 #include "scene/compare/compare.h"
+#include "scene/ensemble/case_scene.h"
 #include "scene/files/files.h"
 #include "scene/run/verdict.h"
 #include "scene/session/extension.h"
@@ -82,22 +83,43 @@ scene::Scene scene_of(const std::string& path) {
   return scene::read_scene(path);
 }
 
-scene::Scene read(const Arguments& a) {
+/// Case --case of the scene's [ensemble], or of the results of one.
+scene::Scene case_of(const Arguments& a) {
+  const auto number = as_number(*a.of_case);
+  if (!number || !(*number >= 0 && *number < 1e15) || *number != std::floor(*number))
+    throw InvalidArgument(
+        fmt::format("--case: case is '{}', expected the number of one, from 0", *a.of_case));
+  const auto index = std::int64_t(*number);
+  if (fs::is_directory(a.scene)) return scene::scene_of_case(fs::path(a.scene), index);
   scene::Scene s = scene_of(a.scene);
+  if (s.method == scene::auto_method) s = scene::with_method_chosen(s, scene::assemble(s));
+  return scene::scene_of_case(scene::Ensemble(std::move(s)), index);
+}
+
+scene::Scene read(const Arguments& a) {
+  scene::Scene s = a.of_case ? case_of(a) : scene_of(a.scene);
   scene::apply(s, {a.method, seconds("step", a.step), seconds("duration", a.duration)});
   return s;
 }
 
-/// examples/ets_vii/scene.toml -> "ets_vii", arm.toml -> "arm"
+/// examples/ets_vii/scene.toml -> "ets_vii", arm.toml -> "arm", results/arm/ -> "arm"
 std::string name_of(const std::string& scene) {
-  const fs::path path = fs::absolute(scene);
+  fs::path path = fs::absolute(scene).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
   const std::string folder = path.parent_path().filename().string();
   return path.filename() == "scene.toml" && !folder.empty() ? folder : path.stem().string();
+}
+
+/// The folder of a run unless --out names one.
+std::string default_out(const Arguments& a) {
+  const std::string out = "results/" + name_of(a.scene);
+  return a.of_case ? fmt::format("{}_case_{}", out, *a.of_case) : out;
 }
 
 std::string resume_line(const Arguments& a, const scene::RunOptions& o) {
   std::string line = fmt::format("porthos {} {} --out {}", o.check_symmetry ? "verify" : "run",
                                  quoted(a.scene), quoted(o.out));
+  if (a.of_case) line += " --case " + quoted(*a.of_case);
   if (a.method) line += " --method " + quoted(*a.method);
   if (a.step) line += " --step " + quoted(*a.step);
   if (a.duration) line += " --duration " + quoted(*a.duration);
@@ -180,14 +202,14 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
 
 int run_command(const Arguments& a) {
   scene::RunOptions options;
-  options.out = a.out.value_or("results/" + name_of(a.scene));
+  options.out = a.out.value_or(default_out(a));
   options.resume = a.resume;
   return run_and_judge(a, options);
 }
 
 int verify_command(const Arguments& a) {
   scene::RunOptions options;
-  options.out = a.out.value_or("results/" + name_of(a.scene) + "-verify");
+  options.out = a.out.value_or(default_out(a) + "-verify");
   options.resume = a.resume;
   options.check_symmetry = true;
   return run_and_judge(a, options);
@@ -263,10 +285,11 @@ int ensemble_command(const Arguments& a) {
                     r.cases));
     return exit_interrupted;
   }
+  const bool report = r.complete && !a.no_report && make_report(options.out);
   if (a.json && r.complete)
     print(file_text(options.out + "/ensemble.json"));
   else
-    print(ensemble_text(ensemble, r, options.out));
+    print(ensemble_text(ensemble, r, options.out, report));
   return r.complete ? exit_code(r.verdict()) : exit_ok;
 }
 

@@ -18,7 +18,8 @@ enum ExitCode {
 /// The arguments of all commands, as typed.
 struct Arguments {
   std::string scene, model;
-  std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base;
+  std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
+      of_case;
   std::vector<std::string> methods;
   bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;

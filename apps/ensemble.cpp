@@ -9,7 +9,7 @@
 namespace porthos::apps {
 
 std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport& r,
-                          const std::string& out) {
+                          const std::string& out, bool page) {
   std::string text = fmt::format("{}\n{} cases of {:g} s by {}, step {:g} s\n\n", e.scene().title,
                                  r.cases, e.scene().duration, e.scene().method, e.scene().step);
   if (!r.complete)
@@ -45,7 +45,8 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
     text += fmt::format("not passed: {}{}\n", fmt::join(r.not_passed, ", "),
                         r.cases - r.passed > std::int64_t(r.not_passed.size()) ? ", ..." : "");
   if (r.run_here > 0) text += fmt::format("{} cases in {:.1f} s\n", r.run_here, r.wall_s);
-  text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg\n", out);
+  text += fmt::format("results     {}/: ensemble.h5, ensemble.json, ensemble.svg{}\n", out,
+                      page ? ", report.html" : "");
   if (r.not_judged > 0)
     text += fmt::format("{} cases are not judged: no check tells of their motion\n", r.not_judged);
   return text + fmt::format("verdict     {}: {} of {} cases passed\n", verdict_word(r.verdict()),

@@ -52,6 +52,12 @@ void add_overrides(CLI::App* c, Arguments& a) {
   add_numbers(c, a);
 }
 
+void add_case(CLI::App* c, Arguments& a) {
+  c->add_option("--case", a.of_case,
+                "of the scene's [ensemble], or of its results in place of SCENE, from 0")
+      ->type_name("N");
+}
+
 /// Commands that take steps.
 void add_runs(CLI::App& app, Arguments& a) {
   auto* run = add_scene_command(
@@ -60,6 +66,7 @@ void add_runs(CLI::App& app, Arguments& a) {
       "  porthos run examples/ets_vii/scene.toml --out results/ets_vii --step 0.1 --resume");
   add_results(run, a, "results/<name of the scene>");
   add_overrides(run, a);
+  add_case(run, a);
   run->add_option("--extend", a.extend, "continue the finished run in the folder to this time [s]")
       ->type_name("T")
       ->excludes("--resume")
@@ -70,6 +77,7 @@ void add_runs(CLI::App& app, Arguments& a) {
       "porthos verify examples/ets_vii/scene.toml --duration 100");
   add_results(verify, a, "results/<name of the scene>-verify");
   add_overrides(verify, a);
+  add_case(verify, a);
 
   auto* judge = add_command(app, "judge", "judge a trajectory that another program made",
                             "porthos judge run.csv --model arm.urdf --map map.toml");
@@ -96,6 +104,7 @@ void add_runs(CLI::App& app, Arguments& a) {
       ->type_name("DIR");
   add_numbers(ensemble, a);
   ensemble->add_flag("--json", a.json, "print ensemble.json instead of the table");
+  ensemble->add_flag("--no-report", a.no_report, "do not write report.html");
   ensemble->add_option("--threads", a.threads, "as many as the machine has [0]")->type_name("N");
   ensemble->add_option("--part", a.part, "one part of a job array, 1/8 to 8/8")->type_name("K/N");
   ensemble->add_flag("--join", a.join, "put together what the parts have left in the folder");
@@ -113,7 +122,8 @@ void add_runs(CLI::App& app, Arguments& a) {
 void add_pages(CLI::App& app, Arguments& a) {
   auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
                              "porthos report results/ets_vii");
-  report->add_option("DIR", a.scene, "results folder of run, verify or compare")->required();
+  report->add_option("DIR", a.scene, "results folder of run, verify, compare or ensemble")
+      ->required();
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
   add_command(app, "plot", "redraw the plots of a finished run from its run.h5",
               "porthos plot results/ets_vii")

@@ -18,4 +18,15 @@ struct Advance {
 void interruptibly(const std::function<void(const std::atomic<bool>& stop)>& work,
                    pybind11::object report = pybind11::none(), Advance* advance = nullptr);
 
+/// A run's options with the stop flag and the progress of interruptibly().
+template <class Options>
+void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
+  o.stop = &stop;
+  o.progress = [&](double fraction, double spent, double left) {
+    advance.spent = spent;
+    advance.left = left;
+    advance.fraction = fraction;
+  };
+}
+
 }  // namespace porthos::python

@@ -33,17 +33,6 @@ namespace {
 using namespace scene;
 using py::arg;
 
-/// A run's options with the stop flag and the progress of interruptibly().
-template <class Options>
-void attach(Options& o, const std::atomic<bool>& stop, Advance& advance) {
-  o.stop = &stop;
-  o.progress = [&](double fraction, double spent, double left) {
-    advance.spent = spent;
-    advance.left = left;
-    advance.fraction = fraction;
-  };
-}
-
 /// (summary.json, whether it was interrupted) of a run into a folder.
 py::tuple run_into(const Scene& given, const Assembly& a, const std::string& out, bool resume,
                    bool check_symmetry, py::object report, std::optional<double> extend) {

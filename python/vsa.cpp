@@ -94,14 +94,14 @@ void bind_elastic(py::module_& m) {
 }
 
 void bind_catalogue(py::module_& m) {
-  py::class_<Quantity>(m, "Quantity", "A number and where it comes from.")
-      .def_readonly("name", &Quantity::name)
-      .def_readonly("value", &Quantity::value)
-      .def_readonly("unit", &Quantity::unit)
+  py::class_<vsa::Quantity>(m, "Quantity", "A number and where it comes from.")
+      .def_readonly("name", &vsa::Quantity::name)
+      .def_readonly("value", &vsa::Quantity::value)
+      .def_readonly("unit", &vsa::Quantity::unit)
       .def_property_readonly(
-          "provenance", [](const Quantity& q) { return std::string(to_string(q.provenance)); },
+          "provenance", [](const vsa::Quantity& q) { return std::string(to_string(q.provenance)); },
           "published, derived, recalled (do not build on it) or illustrative")
-      .def_readonly("source", &Quantity::source);
+      .def_readonly("source", &vsa::Quantity::source);
   py::class_<Device>(m, "Device", "A device of the catalogue: docs/actuators.md.")
       .def_readonly("name", &Device::name)
       .def_readonly("title", &Device::title)

@@ -6,6 +6,7 @@
 #include "mechanics/reconfiguration.h"
 #include "phs/error.h"
 #include "report/detail/credibility.h"
+#include "report/detail/ensemble_data.h"
 #include "report/detail/playback.h"
 #include "report/detail/series.h"
 #include "report/report.h"
@@ -42,11 +43,6 @@ class Gathered {
                begun = scene::has_checkpoint(checkpoint);
     if (!run && !phases && !begun && summary_.is_null() && comparison_.is_null() &&
         missing_.empty()) {
-      if (fs::exists(folder_ / "ensemble.json"))
-        throw InvalidArgument(
-            fmt::format("{} holds an ensemble, and a report is of a run or a comparison: see its "
-                        "ensemble.json and ensemble.svg",
-                        folder_.string()));
       throw InvalidArgument(
           fmt::format("{} holds no results: expected summary.json, run.h5, compare.json or "
                       "checkpoint/ of a run",
@@ -268,7 +264,10 @@ class Gathered {
 }  // namespace
 
 std::string report_json(const fs::path& folder) {
-  return Gathered(folder).json().dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::error_code e;
+  const bool run = fs::exists(folder / "summary.json", e) || fs::exists(folder / "run.h5", e);
+  const Json j = !run && holds_ensemble(folder) ? ensemble_page(folder) : Gathered(folder).json();
+  return j.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace porthos::report

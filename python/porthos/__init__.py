@@ -11,6 +11,7 @@ Names are those of the C++ headers, docs/python.md shows them at work.
 from . import energy_shaping, vsa
 from ._core import *  # noqa: F403
 from ._core import InvalidArgument, IoError, version_text
+from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
 from .results import Comparison, Result, open
 from .runs import Scene, compare, report, simulate, verify
@@ -19,7 +20,7 @@ __version__ = version_text().split()[1]
 
 
 def plot(result, path=None, what=None, axes=None):
-    """Plots of a result (a Result, or a results folder) into PNG, SVG or PDF files. what: "motion", or one panel ("joints",
+    """Plots of a result (a Result, an EnsembleResult, or a results folder) into PNG, SVG or PDF files. what: "motion", or one panel ("joints",
     "rates of joints", "rotation of base", "energies", "works", "residual"), with axes of your own if you give them."""
     from .plotting import plot as draw
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._core import InvalidArgument
+from .ensembles import EnsembleResult
 from .results import PathLike, Result
 from .results import open as open_result
 
@@ -187,16 +188,71 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
     return figure
 
 
-def plot(result: Result | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None) -> Any:
+def _histogram(ax: "Axes", title: str, unit: str, y: np.ndarray, passed: np.ndarray, log: bool) -> None:
+    """Of the cases that passed, and upon them of the others."""
+    _style(ax, title, "cases")
+    ax.set_xlabel(unit, fontsize=8, color=SOFT)
+    keep = np.isfinite(y) & ((y > 0) | (not log))
+    if not keep.any():
+        ax.text(0.5, 0.5, "exactly 0 in every case" if np.isfinite(y).any() else "in no case", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
+        return
+    low, high = y[keep].min(), y[keep].max()
+    if low == high:
+        ax.text(0.5, 0.5, f"{low:.3g} in every case", transform=ax.transAxes, ha="center", va="center", fontsize=8, color=SOFT)
+        return
+    edges = np.geomspace(low, high * (1 + 1e-12), 49) if log else np.linspace(low, high, 49)
+    ax.hist([y[keep & passed], y[keep & ~passed]], bins=edges, stacked=True, color=[LINES[0], "#c8472f"], label=["passed", "not passed"])
+    if log:
+        ax.set_xscale("log")
+    if (keep & ~passed).any():
+        _legend(ax)
+
+
+def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figure":
+    """Histograms over the cases: of the errors and of the outputs at the end, or of one number by its name."""
+    errors = {k: (k.replace("_", " "), "relative", e[k], True) for k in e.summary if k.endswith("_error")}
+    known = {**errors, **{k: (k, "", v, False) for k, v in e.outputs().items()}}
+    first = list(known)
+    known.update({k: (k, "", v, False) for k, v in e.inputs.items()})
+    known.update({k: (k, "s", v, False) for k, v in e.events.items()})
+    if what is not None and what not in known:
+        raise InvalidArgument(f"what is '{what}', expected one of {', '.join(known)}")
+    names, passed = first if what is None else [what], e["passed"] == 1
+    if axes is not None:
+        _histogram(axes, *known[names[0]][:3], passed, known[names[0]][3])
+        return axes.figure
+    from matplotlib.figure import Figure
+
+    across = min(3, len(names))
+    down = -(-len(names) // across)
+    figure = Figure(figsize=(1.2 + 3.6 * across, 2.4 * down + 0.6), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False).ravel()
+    for ax, name in zip(grid, names):
+        title, unit, y, log = known[name]
+        _histogram(ax, title, unit, y, passed, log)
+    for ax in grid[len(names):]:
+        ax.set_visible(False)
+    s = e.summary
+    figure.suptitle(f"{s['title'] or 'ensemble'}    {s['passed']} of {s['cases']} cases passed", x=0.01, ha="left", fontsize=11, color=INK)
+    return figure
+
+
+def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None) -> Any:
     """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
-    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each.
+    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each. Of an ensemble:
+    histograms over its cases, what: one number by its name.
 
     what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in.
     """
     if what is None and axes is not None:
         raise InvalidArgument("axes are of one panel, expected what as well")
-    if not isinstance(result, Result):
+    if not isinstance(result, (Result, EnsembleResult)):
         result = open_result(result)
+    if isinstance(result, EnsembleResult):
+        figure = _ensemble(result, what, axes)
+        if path is None and what is None:
+            path = result.folder / "plot.png"
+        return _saved(figure, path)
     phases = result.phases
     if len(phases) > 1:
         if axes is not None:
@@ -205,6 +261,10 @@ def plot(result: Result | PathLike, path: PathLike | None = None, what: str | No
     if path is None and result.folder is not None and what is None:
         path = result.folder / "plot.png"
     figure = draw(phases[0]) if what is None else panel(phases[0], what, axes)
+    return _saved(figure, path)
+
+
+def _saved(figure: Any, path: PathLike | None) -> Any:
     if path is not None:
         if Path(path).suffix not in (".png", ".svg", ".pdf"):
             raise InvalidArgument(f"path is '{path}', expected a name that ends with .png, .svg or .pdf")

@@ -12,6 +12,7 @@ from typing import Any, Iterator, Union
 import numpy as np
 
 from ._core import InvalidArgument, RunFile, mechanisms_of, motion_panels
+from .ensembles import EnsembleResult, open_ensemble
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -194,8 +195,8 @@ def _short(x) -> str:
     return "null" if x is None else f"{x:.3g}"
 
 
-def open(folder: PathLike) -> Result:
-    """The result in a folder that a run has written.
+def open(folder: PathLike) -> Any:
+    """The Result in a folder that a run has written, or the EnsembleResult of an ensemble.
 
     Raises InvalidArgument where there is none, or an unfinished one.
     """
@@ -203,10 +204,14 @@ def open(folder: PathLike) -> Result:
     summary = folder / "summary.json"
     if not folder.is_dir():
         raise InvalidArgument(f"{folder} is not a folder, expected one with the results of a run")
+    if not summary.exists() and (folder / "ensemble.json").exists():
+        return open_ensemble(folder)
+    if not summary.exists() and (folder / "parts").exists():
+        raise InvalidArgument(f"{folder} holds an unfinished ensemble: continue it with resume=True")
     if not summary.exists():
         unfinished = (folder / "checkpoint").exists()
         raise InvalidArgument(f"{folder} holds an unfinished run: continue it with resume=True" if unfinished else
-                              f"{folder} has no summary.json, expected the results of a run")
+                              f"{folder} has no summary.json, expected the results of a run or an ensemble")
     try:
         content = json.loads(summary.read_text(encoding="utf-8"))
     except ValueError as e:

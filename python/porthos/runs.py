@@ -11,6 +11,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 
 from . import _core
 from ._core import InvalidArgument, Model, SceneData
+from .ensembles import EnsembleResult, open_ensemble
 from .progress import chosen
 from .results import Comparison, PathLike, Result
 
@@ -28,12 +29,16 @@ class Scene:
     """A scene file: one TOML file that describes a run completely (docs/scene.md).
 
     method, step [s] and duration [s] replace those of the file. `data` holds the rest, to be changed before a run.
+    case: one of its [ensemble], from 0, as a scene by itself; then path may also be the results folder of the ensemble.
     Raises InvalidArgument, one sentence "file:line:column: ...".
     """
 
-    def __init__(self, path: PathLike, *, method: str | None = None, step: float | None = None, duration: float | None = None):
+    def __init__(self, path: PathLike, *, method: str | None = None, step: float | None = None, duration: float | None = None,
+                 case: int | None = None):
         self.path = Path(path)
-        self.data: SceneData = _core.read_scene(self.path, method=method, step=step, duration=duration)
+        self._suffix = "" if case is None else f"_case_{case}"
+        self.data: SceneData = (_core.read_scene(self.path, method=method, step=step, duration=duration) if case is None else
+                                _core.scene_of_case(self.path, case, method=method, step=step, duration=duration))
         self._assembly: _core.Assembly | None = None
 
     @property
@@ -57,7 +62,27 @@ class Scene:
         resume: continue from the checkpoint in the folder. progress: True, False, None (in terminals and notebooks), or a
         function of (fraction, spent, left). Ctrl-C saves a checkpoint and raises KeyboardInterrupt.
         """
-        return _into(self.data, self.assembly, out or Path("results") / _name_of(self.path), resume, False, progress)
+        return _into(self.data, self.assembly, out or self._out(), resume, False, progress)
+
+    def _out(self, suffix: str = "") -> Path:
+        return Path("results") / (_name_of(self.path) + self._suffix + suffix)
+
+    def ensemble(self, out: PathLike | None = None, *, threads: int = 0, resume: bool = False, progress: Tell = None) -> EnsembleResult:
+        """Runs the cases of the scene's [ensemble] into the folder `out` (default: results/<name of the scene>): docs/ensemble.md.
+
+        threads: 0, as many as the machine has. resume: run the cases that are missing in the folder. Ctrl-C keeps the finished
+        cases and raises KeyboardInterrupt. Raises InvalidArgument for a scene without [ensemble].
+        """
+        out = Path(out) if out is not None else self._out()
+        tell, line = chosen(progress)
+        try:
+            interrupted = _core.run_ensemble(self.data, str(out), threads, resume, tell)
+        finally:
+            line.finish()
+        if interrupted:
+            raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
+        _report_beside(out)
+        return open_ensemble(out)
 
     def extend(self, to: float, out: PathLike | None = None, *, progress: Tell = None) -> Result:
         """Continues the finished run in the folder `out` (default: as run()) to the time `to` [s], bit for bit.
@@ -65,11 +90,11 @@ class Scene:
         Raises InvalidArgument where the folder has no run of this scene that can be continued, and for scenes with events or
         a step control, whose runs begin anew from a last state with [initial] from.
         """
-        return _into(self.data, self.assembly, out or Path("results") / _name_of(self.path), False, False, progress, to)
+        return _into(self.data, self.assembly, out or self._out(), False, False, progress, to)
 
     def verify(self, out: PathLike | None = None, *, progress: Tell = None) -> Result:
         """The same with every check: also symmetry in time and the axioms of the system."""
-        return _into(self.data, self.assembly, out or Path("results") / (_name_of(self.path) + "-verify"), False, True, progress)
+        return _into(self.data, self.assembly, out or self._out("-verify"), False, True, progress)
 
     def compare(self, *, methods: Sequence[str] = (), budget: float = 120.0, duration: float | None = None,
                 out: PathLike | None = None, progress: Tell = None) -> Comparison:
@@ -96,12 +121,17 @@ def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress:
         line.finish()
     if interrupted:
         raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
-    if report_template() is not None:
-        try:
-            report(out)
-        except InvalidArgument as e:
-            warnings.warn(f"no report: {e}", stacklevel=3)
+    _report_beside(out)
     return Result(json.loads(summary), Path(out))
+
+
+def _report_beside(out: PathLike) -> None:
+    if report_template() is None:
+        return
+    try:
+        report(out)
+    except InvalidArgument as e:
+        warnings.warn(f"no report: {e}", stacklevel=4)
 
 
 def report_template() -> Path | None:

@@ -132,6 +132,7 @@ void read_run(const Table& t, Scene& s) {
               : extrema == "state" ? Extrema::state
                                    : Extrema::all;
   if (t.has("checkpoint_every")) s.checkpoint_every = t.seconds("checkpoint_every");
+  if (t.has("case")) s.of_case = t.whole("case") + 1;
 }
 
 void read_verify(const Table& t, Scene& s) {

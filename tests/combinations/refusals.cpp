@@ -104,9 +104,6 @@ const std::vector<Refusal>& refusals() {
              "engage and disengage", "line_spring"},
        "The wrench is what changes the momentum of the bodies behind the joint, less their weight. "
        "What else pulls at them, or closes a loop with them, would have to be taken off it."},
-      {{"ensemble"},
-       {"report"},
-       "The page is of one motion. An ensemble has its own picture, ensemble.svg."},
   };
   return list;
 }

@@ -109,7 +109,10 @@ Seen write_report(const fs::path& folder, const std::string& shown) {
   const std::string text = read_bytes(made);
   const auto data =
       nlohmann::json::parse(text.substr(head.size(), text.size() - head.size() - tail.size()));
-  const std::string summary = data[data["summary"].is_null() ? "comparison" : "summary"].dump();
+  const char* of = data["kind"] == "ensemble"  ? "ensemble"
+                   : data["summary"].is_null() ? "comparison"
+                                               : "summary";
+  const std::string summary = data[of].dump();
   if (summary.find(shown) == summary.npos) return {"", "the report does not show " + shown};
   return {};
 }

@@ -43,6 +43,11 @@ mkdirSync(out("loose_scene"), { recursive: true });  // a limit far above the er
 cpSync(join(source, "examples/ets_vii/ets_vii.urdf"), join(out("loose_scene"), "ets_vii.urdf"));
 writeFileSync(join(out("loose_scene"), "scene.toml"), readFileSync(example("ets_vii"), "utf8").replace(/^energy = .*/m, "energy = 1e-9"));
 porthos("run", join(out("loose_scene"), "scene.toml"), "--duration", "4000", "--out", out("loose"));
+mkdirSync(out("many_scene"), { recursive: true });  // cases that pass and cases that do not, with names that must stay text
+cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("many_scene"), "double_pendulum.urdf"));
+writeFileSync(join(out("many_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^title = .*/m, 'title = "Many <b>arms</b>"').replace(/^energy = .*/m, "energy = 1e-8").replace(/^step = .*/m, "step = 0.05") +
+  '\n[[output]]\nquantity = "position"\nname = "tip"\nlink = "lower"\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 8\n[ensemble]\ncases = 60\n[ensemble.vary]\n"initial.joints.*.position" = { uniform = [-2.5, 2.5] }\n');
+porthos("ensemble", join(out("many_scene"), "scene.toml"), "--duration", "10", "--out", out("many"));
 cpSync(out("ets"), out("damaged"), { recursive: true });
 truncateSync(join(out("damaged"), "run.h5"), statSync(join(out("damaged"), "run.h5")).size >> 1);
 porthos("report", out("damaged"));
@@ -125,6 +130,7 @@ await look("capture", { title: "Capture of a tumbling target", verdict: "Pass", 
 await look("orbit", { verdict: "Pass", charts: 4 });
 await look("motor", { verdict: "Pass", charts: 4 });
 await look("compare", { verdict: undefined, charts: 0 });
+await look("many", { title: "Many <b>arms</b>", verdict: "Fail", charts: 0, both: true });
 await look("damaged", { title: "ETS-VII, free floating", verdict: "Pass", charts: 0, banner: /Damaged results.*run\.h5/ });
 await look("broken", { verdict: "No verdict", charts: 4, banner: /Damaged results.*summary\.json/ });
 await look("unfinished", { title: "ETS-VII, the energy ledger of a driven arm", verdict: "Unfinished", charts: 4, both: true, banner: /Unfinished run.*not come to its end/ });
@@ -184,6 +190,29 @@ console.log("controllers");
   const without = await open("ets");
   expect(await without.tab.evaluate(() => !document.getElementById("controllers")), "no section in a scene without controllers");
   await without.tab.close();
+}
+
+console.log("ensemble");
+{
+  const { tab } = await open("many");
+  const seen = await tab.evaluate(() => ({ bars: document.querySelectorAll("#distributions rect").length, points: document.querySelectorAll("#relations circle").length, badly: document.querySelectorAll("#page b b, #page i i, h1 b").length,
+    red: [...document.querySelectorAll("#relations circle")].filter((c) => c.getAttribute("fill") === "var(--fail)").length, bad: porthos.data.cases.verdicts.filter((v) => v !== 1).length }));
+  expect(seen.bars > 30 && seen.points === 60, `${seen.bars} bars, ${seen.points} points of 60 cases`);
+  expect(seen.red === seen.bad && seen.bad > 0, `${seen.red} red points, ${seen.bad} cases that did not pass`);
+  expect(seen.badly === 0, "names stay text");
+  const before = await tab.locator("#cases code").textContent();
+  const last = tab.locator("#relations circle").last();
+  const name = await last.locator("title").textContent();
+  await last.dispatchEvent("click");
+  const after = await tab.locator("#cases code").textContent();
+  expect(after.endsWith(`--case ${name.split(" ")[1]}`) && after !== before, `a click on ${name} shows "${after}"`);
+  expect(/is above its limit|never happened/.test(await tab.locator("#cases").textContent()), "it says why a case did not pass");
+  const command = after.split(" ");
+  const again = porthos(...command.slice(1), "--out", out("many_again"));
+  expect(again.includes(`case ${name.split(" ")[1]}`), "its command runs the case by itself");
+  await tab.locator("#relations select").first().selectOption({ index: 2 });
+  expect((await tab.locator("#relations circle").count()) > 0, "another quantity across");
+  await tab.close();
 }
 
 console.log("comparison");

@@ -188,7 +188,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
        "mimic, coordinates, inertia, mass_factor)"},
       {run("durations = 10"),
        "11:1: unknown key 'durations' in [run], the nearest known one is 'duration' "
-       "(known: duration, record_every, extrema, low_words, checkpoint_every)"},
+       "(known: duration, record_every, extrema, low_words, checkpoint_every, case)"},
       {integrator("stp = 1"),
        "8:1: unknown key 'stp' in [integrator], the nearest known one is 'step' "
        "(known: method, step, target_energy_error, rtol, iteration_tolerance, step_control, "
@@ -341,7 +341,7 @@ TEST_F(SceneReader, MissingAndMistypedTables) {
             "step_control_rate, step_control_length");
   EXPECT_EQ(error(model + "[integrator]\nstep = 1"),
             "scene.toml:1:1: there is no [run], expected a table with the keys duration, "
-            "record_every, extrema, low_words, checkpoint_every");
+            "record_every, extrema, low_words, checkpoint_every, case");
 }
 
 TEST_F(SceneReader, OverridesAreRefusedLikeKeys) {

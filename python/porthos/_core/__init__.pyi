@@ -1691,6 +1691,14 @@ def error_statistics(errors: list[float]) -> dict:
     """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (beyond three standard errors of a random walk with the same increments)."""
     ...
 
+def scene_of_case(path: os.PathLike, index: int, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None) -> SceneData:
+    """A case of a scene's [ensemble] as a scene by itself; path: the scene file, or the results of the ensemble."""
+    ...
+
+def run_ensemble(scene: SceneData, out: str, threads: int = 0, resume: bool = False, report: Any = None) -> bool:
+    """Runs the cases of a scene's [ensemble] into a folder; whether it was interrupted."""
+    ...
+
 def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
     """The gradient of a run of `steps` steps [s] from the state x (nx,), by the discrete adjoint: exact to rounding for
     the numbers the run computes. It takes the time of a few runs, however many parameters there are.

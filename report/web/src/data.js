@@ -73,5 +73,6 @@ export function read() {
     ...p.playback, from: p.from, clips: p.playback.clips.map((c) => decodeClip(c, p.playback.nodes)),
   }));
   delete d.phases;
+  for (const c of d.cases?.columns || []) c.v = floats(c.v);
   return d;
 }

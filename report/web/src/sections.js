@@ -226,7 +226,7 @@ export function credibility(d) {
 
 const provenanceNames = { porthos_version: "Porthos", git_hash: "commit", compiler: "compiler", flags: "flags", build_type: "build", simd: "SIMD", cpu: "processor", scene_sha256: "scene file, SHA-256", model_sha256: "model, SHA-256" };
 export function provenance(d) {
-  const p = d.summary?.provenance || d.comparison?.provenance;
+  const p = d.summary?.provenance || d.comparison?.provenance || d.provenance;
   if (!p) return null;
   return section("provenance", "Provenance", lead("Equal inputs, program, compiler and instruction set give equal bits."),
     card(h("div", { class: "scroll" }, h("table", {}, h("tbody", {}, Object.entries(p).map(([k, v]) => h("tr", {}, h("th", { scope: "row" }, provenanceNames[k] || k), h("td", { class: "hash" }, v))))))),

@@ -1,0 +1,63 @@
+// Ensembles of scenes, and their cases as scenes.
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "python/bind.h"
+#include "python/interruptible.h"
+#include "scene/compare/auto_method.h"
+#include "scene/ensemble/case_scene.h"
+
+namespace porthos::python {
+namespace {
+
+using namespace scene;
+namespace py = pybind11;
+using py::arg;
+
+/// A case of an ensemble as a scene, from its scene file or from the folder of its results.
+Scene case_at(const std::filesystem::path& path, std::int64_t index) {
+  if (std::filesystem::is_directory(path)) return scene_of_case(path, index);
+  Scene s = read_scene(path.string());
+  if (s.method == auto_method) s = with_method_chosen(s, assemble(s));
+  return scene_of_case(Ensemble(std::move(s)), index);
+}
+
+/// Whether it was interrupted.
+bool ensemble_into(const Scene& s, const std::string& out, int threads, bool resume,
+                   py::object report) {
+  if (threads < 0)
+    throw InvalidArgument(fmt::format("threads is {}, expected 1 or more, or 0", threads));
+  EnsembleOptions o{.out = out, .resume = resume, .threads = threads};
+  EnsembleReport r;
+  Advance advance;
+  interruptibly(
+      [&](const std::atomic<bool>& stop) {
+        attach(o, stop, advance);
+        r = run_ensemble(Ensemble(with_method_kept(s, out)), o);
+      },
+      std::move(report), &advance);
+  return r.interrupted;
+}
+
+}  // namespace
+
+void bind_ensembles(py::module_& m) {
+  m.def(
+      "scene_of_case",
+      [](const std::filesystem::path& path, std::int64_t index, std::optional<std::string> method,
+         std::optional<double> step, std::optional<double> duration) {
+        Scene s = case_at(path, index);
+        apply(s, {method, step, duration});
+        return s;
+      },
+      arg("path"), arg("index"), py::kw_only(), arg("method") = py::none(),
+      arg("step") = py::none(), arg("duration") = py::none(),
+      "A case of a scene's [ensemble] as a scene by itself; path: the scene file, or the results "
+      "of the ensemble.");
+  m.def("run_ensemble", &ensemble_into, arg("scene"), arg("out"), arg("threads") = 0,
+        arg("resume") = false, arg("report") = py::none(),
+        "Runs the cases of a scene's [ensemble] into a folder; whether it was interrupted.");
+}
+
+}  // namespace porthos::python

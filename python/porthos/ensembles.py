@@ -1,0 +1,153 @@
+"""What an ensemble leaves behind: docs/ensemble.md."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Iterator
+
+import numpy as np
+
+from ._core import InvalidArgument, RunFile
+
+if TYPE_CHECKING:
+    from .runs import Scene
+
+
+class EnsembleResult(Mapping):
+    """A finished ensemble: ensemble["energy_error"], ensemble["final/x"] are numpy arrays with one row per case, read when they are
+    asked for, and kept. Names and units: docs/ensemble.md."""
+
+    def __init__(self, summary: dict[str, Any], folder: Path):
+        self.summary = summary  #: as ensemble.json
+        self.folder = folder
+        self.file = RunFile(folder / "ensemble.h5")
+        self._read: dict[str, np.ndarray] = {}
+
+    @property
+    def verdict(self) -> str:
+        """"pass" if every case passed, "fail", or "not judged"."""
+        return self.summary["verdict"]
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict == "pass"
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    @property
+    def cases(self) -> int:
+        """How many there are."""
+        return self.summary["cases"]
+
+    @property
+    def not_passed(self) -> np.ndarray:
+        """The cases that did not pass, or are not judged."""
+        return np.flatnonzero(self["passed"] != 1)
+
+    def worst(self, name: str = "energy_error", count: int = 1) -> np.ndarray:
+        """The cases with the largest numbers of a dataset with one number a case, or of an output at its end, the largest first."""
+        v = self[name] if name in self.names else self.outputs()[name]
+        if v.ndim > 1:
+            raise InvalidArgument(f"'{name}' has {v.shape[1]} numbers a case, expected a name with one")
+        order = np.argsort(np.where(np.isnan(v), -np.inf, v), kind="stable")[::-1]
+        return order[:count]
+
+    @property
+    def inputs(self) -> dict[str, np.ndarray]:
+        """The numbers that differ from case to case, by their keys of the scene."""
+        return self._columns("inputs")
+
+    def outputs(self, which: str = "end") -> dict[str, np.ndarray]:
+        """The numbers of the scene's [[output]]s: at the "end" of each case, or the "least" or "largest" one at its records."""
+        if which not in ("end", "least", "largest"):
+            raise InvalidArgument(f"which is '{which}', expected one of end, least, largest")
+        return self._columns(f"outputs/{which}")
+
+    @property
+    def events(self) -> dict[str, np.ndarray]:
+        """When each [[event]] happened [s]; nan: it did not."""
+        return self._columns("events/time")
+
+    @property
+    def final(self) -> dict[str, np.ndarray]:
+        """The last states, a number of the state each; nan where the last mechanism of a case has no such number."""
+        return self._columns("final/x")
+
+    def case(self, index: int, **overrides: Any) -> "Scene":
+        """A case as a scene by itself: .run() has its bits, and records, plots and a report as any run has.
+
+        overrides: method, step [s], duration [s]. Raises InvalidArgument for a scene with a law of the user's own, which results do
+        not hold: Scene(path, case=index).
+        """
+        from .runs import Scene
+
+        return Scene(self.folder, case=int(index), **overrides)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all datasets."""
+        return [n for n in self.file.names if not n.startswith("provenance/")]
+
+    def unit(self, name: str) -> str:
+        return self.file.attributes(name).get("unit", "")
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._read:
+            if name not in self.names:
+                raise KeyError(f"the ensemble has no '{name}', it has {', '.join(self.names)}")
+            self._read[name] = self.file.read(name)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def _columns(self, name: str) -> dict[str, np.ndarray]:
+        if name not in self.names:
+            return {}
+        names = self.file.attributes(name)["columns"].split("\n")
+        return {n: self[name][:, k] for k, n in enumerate(names)}
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        spreads = [(k.removesuffix("_error").replace("_", " "), v) for k, v in self.summary.items() if k.endswith("_error")]
+        return [(name, *(_short(s[q]) for q in ("median", "q95", "max")), str(s.get("case_of_max", ""))) for name, s in spreads]
+
+    _heads = ("relative error", "median", "95 % below", "largest", "case")
+
+    def __str__(self) -> str:
+        s = self.summary
+        rows = [self._heads, *self._rows()]
+        width = [max(len(r[k]) for r in rows) for k in range(len(rows[0]))]
+        lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
+        lines += ["  ".join(t.ljust(w) for t, w in zip(r, width)).rstrip() for r in rows]
+        lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), f"results  {self.folder}"]
+        return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
+
+    def __repr__(self) -> str:
+        return f"<porthos.EnsembleResult '{self.summary['title']}': {self.verdict}, {self.summary['passed']} of {self.cases} cases passed>"
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: the verdict and the errors."""
+        line = lambda tag, cells: "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"
+        s = self.summary
+        return (f"<p><b>{html.escape(s['title'] or 'ensemble')}</b>: {html.escape(self.verdict)}; {s['passed']} of {s['cases']} cases passed</p>"
+                f"<table>{line('th', self._heads)}{''.join(line('td', r) for r in self._rows())}</table>")
+
+
+def _short(x) -> str:
+    return "null" if x is None else f"{x:.3g}"
+
+
+def open_ensemble(folder: Path) -> EnsembleResult:
+    """The ensemble in a folder. Raises InvalidArgument for one that is not finished, or damaged."""
+    try:
+        summary = json.loads((folder / "ensemble.json").read_text(encoding="utf-8"))
+    except ValueError as e:
+        raise InvalidArgument(f"{folder / 'ensemble.json'} is damaged: {e}") from None
+    return EnsembleResult(summary, folder)

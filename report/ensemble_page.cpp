@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+
+#include "phs/error.h"
+#include "report/detail/ensemble_data.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/read/scene_texts.h"
+
+namespace porthos::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
+
+/// Fills what the scene says: its texts, limits, and whether its cases can be run again from the
+/// results alone, which hold no law of a user's own.
+void describe(Json& j, const scene::Hdf5Reader& file, const fs::path& folder) {
+  const auto text = [&](const char* name) {
+    return file.datasets().count(name) ? file.text(name) : std::string();
+  };
+  const scene::SceneTexts texts{text("provenance/scene"), text("provenance/model"),
+                                scene::input_files(text("provenance/files"))};
+  j["texts"] = {{"scene", texts.scene}, {"model", texts.urdf}};
+  const auto s = scene::read_scene_again((folder / "scene.toml").string(), texts);
+  const scene::Limits& l = s.verify;
+  j["limits"] = {{"energy", or_null(l.energy)},
+                 {"linear_momentum", or_null(l.linear_momentum)},
+                 {"angular_momentum", or_null(l.angular_momentum)}};
+  for (const scene::Controller& c : s.controllers)
+    if (!c.file.name.empty()) j["rerun"] = nullptr;
+}
+
+}  // namespace
+
+Json ensemble_page(const fs::path& folder) {
+  Json j, missing = Json::array();
+  const auto attempt = [&](const char* what, const auto& f) {
+    try {
+      f();
+    } catch (const std::exception& e) {
+      missing.push_back(fmt::format("{}: {}", what, e.what()));
+    }
+  };
+  j["format"] = 1;
+  j["kind"] = "ensemble";
+  j["folder"] = folder.filename().string();
+  j["rerun"] = folder.string();
+  j["summary"] = j["comparison"] = nullptr;
+  j["phases"] = j["model_notes"] = Json::array();
+  j["texts"] = {{"scene", ""}, {"model", ""}};
+  attempt("ensemble.json is damaged", [&] {
+    j["ensemble"] = Json::parse(scene::read_file(folder / "ensemble.json"));
+    for (const char* key : {"cases", "passed", "not_judged", "verdict", "failures", "method"})
+      (void)j["ensemble"].at(key);
+  });
+  attempt("ensemble.h5 is damaged", [&] {
+    const scene::Hdf5Reader file(folder / "ensemble.h5");
+    j["provenance"] = file.texts("provenance");
+    j["cases"] = ensemble_data(folder / "ensemble.h5");
+    attempt("the scene cannot be read again", [&] { describe(j, file, folder); });
+  });
+  if (missing.empty())
+    j["status"] = {{"state", "complete"}, {"text", ""}};
+  else
+    j["status"] = {{"state", "damaged"}, {"text", "Part of the results could not be read."}};
+  j["missing"] = missing;
+  return j;
+}
+
+bool holds_ensemble(const fs::path& folder) {
+  std::error_code e;
+  return fs::exists(folder / "ensemble.json", e) || fs::exists(folder / "ensemble.h5", e);
+}
+
+}  // namespace porthos::report

@@ -1,0 +1,180 @@
+import { h, svg, table } from "./dom.js";
+import { duration, grouped, number, power, short } from "./format.js";
+
+const section = (id, title, ...children) => h("section", { id }, h("h2", {}, title), ...children);
+const card = (...children) => h("div", { class: "card" }, ...children);
+const lead = (...text) => h("p", { class: "lead" }, ...text);
+const errorNames = { energy_error: "energy", linear_momentum_error: "linear momentum", angular_momentum_error: "angular momentum" };
+const limitOf = (d, key) => d.limits?.[key.replace("_error", "")] ?? null;
+
+/** A word of a shell, in quotes where it needs them. */
+const word = (w) => (/^[\w./+:=-]+$/.test(w) ? w : `'${w.replaceAll("'", "'\\''")}'`);
+/** The command that runs a case by itself; where results do not suffice, from the scene file. */
+const command = (d, n) => `porthos run ${d.rerun === null ? "SCENE" : word(d.rerun)} --case ${n}`;
+
+export function verdict(d) {
+  const e = d.ensemble;
+  if (!e) return section("verdict", "Verdict", h("div", { class: "verdict" }, h("span", { class: "badge open" }, "No verdict"), h("p", {}, "There is no ensemble.json of this ensemble.")));
+  const pass = e.verdict === "pass", open = e.verdict === "not judged", failed = e.cases - e.passed - e.not_judged;
+  const words = [`${grouped(e.passed)} of ${grouped(e.cases)} cases passed`, failed && `${grouped(failed)} did not`, e.not_judged && `${grouped(e.not_judged)} are not judged: no check tells of their motion`].filter(Boolean).join("; ");
+  const rows = Object.keys(errorNames).filter((k) => e[k]).map((k) => {
+    const s = e[k], limit = limitOf(d, k), exact = s.max === 0;
+    return [errorNames[k], ...(exact ? ["exactly 0", "", ""] : [s.median, s.q95, s.max].map((x) => number(x))), limit === null ? "–" : number(limit), exact || s.case_of_max === undefined ? "" : caseLink(s.case_of_max)];
+  });
+  const failures = Object.entries(e.failures).map(([why, n]) => h("li", {}, `${grouped(n)} cases: ${why}`));
+  const stopped = Object.entries(e.stopped || {}).map(([name, n]) => h("li", {}, `${grouped(n)} cases ended by the stop ${name}`));
+  return section("verdict", "Verdict",
+    h("div", { class: "verdict" }, h("span", { class: `badge ${pass ? "pass" : open ? "open" : "fail"}` }, pass ? "Pass" : open ? "Not judged" : "Fail"), h("p", {}, `${words}.`)),
+    card(table(["Relative error", "median", "95 % below", "largest", "limit", "its case"], rows, ["", "n", "n", "n", "n", "n"])),
+    failures.length || stopped.length ? card(h("ul", { class: "notes" }, failures, stopped)) : "");
+}
+
+const chosen = { listeners: [], case: null };
+/** Shows a case under "Cases". */
+function choose(n, scroll) {
+  chosen.case = n;
+  for (const f of chosen.listeners) f(n);
+  if (scroll) document.getElementById("cases")?.scrollIntoView();
+}
+const caseLink = (n) => h("button", { type: "button", class: "case", onclick: () => choose(n, true) }, grouped(n));
+
+/** A histogram: cases that passed below, the others upon them. */
+function histogram(c) {
+  const width = 320, height = 132, base = 104, n = c.passed.length, most = Math.max(1, ...c.passed.map((v, i) => v + c.others[i]));
+  const bar = width / n, picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `distribution of ${c.name}` });
+  const tall = (v) => (v / most) * (base - 14);
+  c.passed.forEach((v, i) => {
+    const o = c.others[i];
+    if (v) picture.append(svg("rect", { x: i * bar + 0.4, width: Math.max(0.6, bar - 0.8), y: base - tall(v), height: tall(v), fill: "var(--accent)" }));
+    if (o) picture.append(svg("rect", { x: i * bar + 0.4, width: Math.max(0.6, bar - 0.8), y: base - tall(v + o), height: Math.max(1.5, tall(o)), fill: "var(--fail)" }));
+  });
+  picture.append(svg("line", { class: "frame", x1: 0, x2: width, y1: base, y2: base }));
+  const value = (at) => (c.log ? 10 ** at : at), label = (at) => (c.log ? number(value(at), 2) : short(Number(value(at).toPrecision(3))));
+  picture.append(svg("text", { x: 0, y: base + 18 }, label(c.low)), svg("text", { x: width, y: base + 18, "text-anchor": "end" }, label(c.high)),
+    svg("text", { x: width, y: 10, "text-anchor": "end" }, `${grouped(most)} cases`));
+  return card(h("h3", {}, c.name), h("div", { class: "soft" }, [c.unit, c.log ? "logarithmic" : ""].filter(Boolean).join(", ") || "\u00a0"), picture);
+}
+
+const groups = [["error", "Errors"], ["output", "Quantities of interest"], ["end", "Ends"], ["event", "Times of events"], ["input", "Inputs"]];
+export function distributions(d) {
+  if (!d.cases?.columns.length) return null;
+  const varies = (c) => c.high > c.low, constant = d.cases.columns.filter((c) => !varies(c));
+  const parts = groups.map(([g, title]) => [title, d.cases.columns.filter((c) => c.group === g && varies(c)), g]).filter(([, list]) => list.length);
+  const some = d.cases.columns.some((c) => c.others.some((v) => v > 0));
+  return section("distributions", "Distributions", lead(`Over all ${grouped(d.cases.count)} cases. `, some ? "Red: cases that did not pass." : "All cases passed."),
+    parts.map(([title, list, g]) => {
+      const grid = h("div", { class: "grid3" }, list.map(histogram));
+      return g === "input" || list.length > 12 ? h("details", {}, h("summary", {}, `${title} (${list.length})`), grid) : h("div", {}, h("h3", { class: "group-title" }, title), grid);
+    }),
+    constant.length ? h("p", { class: "soft" }, "The same in every case: ", constant.map((c) => `${c.name} ${number(c.log ? 10 ** c.low : c.low)}${c.unit ? ` ${c.unit}` : ""}`).join("; "), ".") : "");
+}
+
+/** Round values between low and high. */
+function ticks(low, high) {
+  if (!(high > low)) return [low];
+  const raw = (high - low) / 5, step = [1, 2, 5, 10].map((k) => k * 10 ** Math.floor(Math.log10(raw))).find((s) => s >= raw), list = [];
+  for (let k = Math.ceil(low / step); k * step <= high * (1 + 1e-12); ++k) list.push(k * step);
+  return list;
+}
+
+/** The places of a column's numbers on an axis, and its marks. */
+function axis(c) {
+  const finite = c.v.filter((x) => Number.isFinite(x) && (!c.log || x > 0));
+  const place = (x) => (c.log ? Math.log10(x) : x);
+  let low = Infinity, high = -Infinity;
+  for (const x of finite) low = Math.min(low, place(x)), high = Math.max(high, place(x));
+  if (c.log) low = Math.floor(low), high = Math.ceil(high + 1e-9);
+  if (!(high > low)) low -= 0.5, high = low + 1;
+  const marks = c.log ? Array.from({ length: high - low + 1 }, (_, k) => low + k).filter((e) => (e - low) % Math.ceil((high - low) / 7) === 0) : ticks(low, high);
+  return { at: (x) => (place(x) - low) / (high - low), marks: marks.map((m) => [(m - low) / (high - low), c.log ? power(m) : short(Number(m.toPrecision(6)))]) };
+}
+
+/** One number of the cases against another; a click on a point shows its case. */
+function cloud(d, cx, cy) {
+  const width = 900, height = 420, left = 84, right = 16, top = 12, bottom = 52, x = axis(cx), y = axis(cy);
+  const px = (f) => left + f * (width - left - right), py = (f) => height - bottom - f * (height - top - bottom);
+  const picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${cy.name} against ${cx.name}` });
+  for (const [f, name] of x.marks) picture.append(svg("line", { class: "grid", x1: px(f), x2: px(f), y1: top, y2: height - bottom }), svg("text", { x: px(f), y: height - bottom + 18, "text-anchor": "middle" }, name));
+  for (const [f, name] of y.marks) picture.append(svg("line", { class: "grid", x1: left, x2: width - right, y1: py(f), y2: py(f) }), svg("text", { x: left - 8, y: py(f) + 4, "text-anchor": "end" }, name));
+  const title = (c) => c.name + (c.unit ? ` [${c.unit}]` : "");
+  picture.append(svg("text", { class: "axis", x: (left + width - right) / 2, y: height - 12, "text-anchor": "middle" }, title(cx)),
+    svg("text", { class: "axis", x: -(top + height - bottom) / 2, y: 18, "text-anchor": "middle", transform: "rotate(-90)" }, title(cy)));
+  const points = d.cases.shown.map((n, i) => [n, x.at(cx.v[i]), y.at(cy.v[i]), d.cases.verdicts[i]]).filter(([, a, b]) => Number.isFinite(a) && Number.isFinite(b));
+  points.sort((a, b) => (a[3] === 1 ? 0 : 1) - (b[3] === 1 ? 0 : 1));  // those that did not pass on top
+  for (const [n, a, b, passed] of points) {
+    const dot = svg("circle", { cx: px(a), cy: py(b), r: passed === 1 ? 2.6 : 3.6, fill: passed === 1 ? "var(--accent)" : passed === 2 ? "var(--warn)" : "var(--fail)", "fill-opacity": passed === 1 ? 0.55 : 0.9, class: "point" });
+    dot.append(svg("title", {}, `case ${n}`));
+    dot.addEventListener("click", () => choose(n, true));
+    picture.append(dot);
+  }
+  return picture;
+}
+
+export function relations(d) {
+  const columns = d.cases?.columns;
+  if (!columns || columns.length < 2) return null;
+  const first = (groupsOf, not) => columns.find((c) => groupsOf.includes(c.group) && c !== not);
+  let cx = first(["input"]) || columns[0], cy = first(["output"], cx) || first(["error", "end", "event"], cx) || columns.find((c) => c !== cx);
+  const box = h("div", {}), draw = () => box.replaceChildren(cloud(d, cx, cy));
+  const picker = (label, now, set) => {
+    const select = h("select", { "aria-label": label, onchange: () => { set(columns[select.selectedIndex]); draw(); } }, columns.map((c) => h("option", { selected: c === now }, c.name)));
+    return h("label", {}, label, select);
+  };
+  draw();
+  const all = d.cases.shown.length === d.cases.count;
+  return section("relations", "What depends on what", lead(all ? "" : `${grouped(d.cases.shown.length)} of ${grouped(d.cases.count)} cases: the first that did not pass, the worst, and others evenly. `, "A click on a point shows its case."),
+    card(h("div", { class: "bar" }, picker("across", cx, (c) => (cx = c)), picker("up", cy, (c) => (cy = c))), box));
+}
+
+/** Why a case did not pass, as far as its numbers tell. */
+function reasons(d, i) {
+  if (d.cases.verdicts[i] === 1) return [];
+  const list = d.cases.status[i] ? [d.cases.status[i]] : [];
+  for (const c of d.cases.columns) {
+    const key = c.name.replaceAll(" ", "_"), limit = c.group === "error" ? limitOf(d, key) : null;
+    if (limit !== null && c.v[i] > limit) list.push(`${c.name} ${number(c.v[i])} is above its limit ${number(limit)}`);
+    if (c.group === "event" && Number.isNaN(c.v[i])) list.push(`${c.name} never happened`);
+  }
+  return list;
+}
+
+/** The numbers of a case and the command that runs it again by itself. */
+function detail(d, n) {
+  const i = d.cases.shown.indexOf(n), line = command(d, n);
+  const copy = h("button", { type: "button", onclick: async () => {
+    try { await navigator.clipboard.writeText(line); copy.textContent = "copied"; } catch { getSelection().selectAllChildren(code); }
+  } }, "copy");
+  const code = h("code", {}, line);
+  const numbers = i < 0 ? h("p", { class: "soft" }, "Its numbers are in ensemble.h5 alone.")
+    : h("div", { class: "columns" }, groups.map(([g, title]) => {
+      const list = d.cases.columns.filter((c) => c.group === g);
+      return list.length ? h("div", {}, h("h3", {}, title), table(["", ""], list.map((c) => [c.name, `${number(c.v[i], 5)}${c.unit ? ` ${c.unit}` : ""}`]), ["", "n"])) : null;
+    }));
+  const state = i < 0 ? "" : { 0: "did not pass", 1: "passed", 2: "not judged" }[d.cases.verdicts[i]];
+  const why = i < 0 ? [] : reasons(d, i);
+  return card(h("h3", {}, `Case ${grouped(n)}`, state ? `: ${state}` : ""), why.length ? h("p", {}, `${why.join("; ")}.`) : "", h("div", { class: "bar" }, code, copy), h("p", { class: "soft" }, d.rerun === null ? "SCENE: the scene file, as results do not hold its law. " : "", "It runs the case by itself, with the same bits, and makes its own report with the motion."), numbers);
+}
+
+export function cases(d) {
+  if (!d.cases) return null;
+  const bad = d.cases.shown.filter((_, i) => d.cases.verdicts[i] !== 1);
+  const worst = ["energy_error", "angular_momentum_error", "linear_momentum_error"].map((k) => (d.ensemble?.[k]?.max > 0 ? d.ensemble[k].case_of_max : undefined)).filter((n) => n !== undefined);
+  const box = h("div", {});
+  chosen.listeners = [(n) => box.replaceChildren(detail(d, n))];
+  const list = bad.slice(0, 60), rest = (d.ensemble ? d.ensemble.cases - d.ensemble.passed : bad.length) - list.length;
+  const start = bad[0] ?? worst[0];
+  if (start !== undefined) choose(start, false);
+  return section("cases", "Cases",
+    card(list.length ? h("p", {}, "Not passed: ", list.map((n) => [caseLink(n), " "]), rest > 0 ? `and ${grouped(rest)} more` : "") : h("p", {}, "Every case passed."),
+      worst.length ? h("p", {}, "The largest errors: ", [...new Set(worst)].map((n) => [caseLink(n), " "])) : ""),
+    box);
+}
+
+export function events(d) {
+  const list = d.ensemble?.events;
+  if (!list?.length) return null;
+  return section("events", "Events", card(table(["Event", "cases", "first", "median", "last"],
+    list.map((e) => [e.event, grouped(e.happened), ...["min", "median", "max"].map((k) => (e.happened ? duration(e.time_s[k]) : "–"))]), ["", "n", "n", "n", "n"])));
+}
+
+export const meta = (d) => (d.ensemble ? `${grouped(d.ensemble.cases)} cases, ${d.ensemble.method}, ${d.ensemble.step_s} s, ${duration(d.ensemble.duration_s)} each` : "");

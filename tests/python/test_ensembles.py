@@ -1,0 +1,79 @@
+"""Ensembles: run, opened, looked at, and their cases as scenes."""
+import numpy as np
+import pytest
+
+import porthos as ph
+from test_dynamics import refused
+
+VARY = """
+[ensemble]
+cases = 12
+seed = 4
+[ensemble.vary]
+"initial.joints.*.position" = { uniform = [-2, 2] }
+[[output]]
+quantity = "joint_rate"
+joint = "elbow"
+name = "motion"
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(source, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ensemble")
+    (folder / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    text = (source / "examples/double_pendulum/scene.toml").read_text().replace("duration = 10000.0", "duration = 5.0")
+    (folder / "scene.toml").write_text(text.replace("record_every = 1.0", "record_every = 0.1") + VARY)
+    return folder / "scene.toml"
+
+
+@pytest.fixture(scope="module")
+def ensemble(scene):
+    return ph.Scene(scene).ensemble(scene.parent / "results", threads=2, progress=False)
+
+
+def test_runs_and_opens(ensemble):
+    e = ensemble
+    assert e.passed and bool(e) and e.verdict == "pass" and e.cases == 12 and len(e.not_passed) == 0
+    again = ph.open(e.folder)
+    assert isinstance(again, ph.EnsembleResult) and again.summary == e.summary
+    assert list(e.inputs) == ["initial.joints.shoulder.position", "initial.joints.elbow.position"]
+    assert np.all(np.abs(e.inputs["initial.joints.elbow.position"]) < 2) and e.unit("energy_error_J") == "J"
+    assert set(e.outputs()) == {"motion"} and np.all(e.outputs("largest")["motion"] >= e.outputs("end")["motion"])
+    assert e.events == {} and e.final["shoulder"].shape == (12,)
+    assert e.worst()[0] == e.summary["energy_error"]["case_of_max"] == np.argmax(e["energy_error"])
+    assert e.worst("motion", 3)[0] == np.argmax(e.outputs()["motion"]) and len(e.worst("motion", 3)) == 3
+    assert "12 of 12 cases passed" in str(e) and "pass" in repr(e) and "<table>" in e._repr_html_()
+    with pytest.raises(KeyError, match="has no 'nothing', it has .*energy_error"):
+        e["nothing"]
+    refused(lambda: e.outputs("mean"), "expected one of end")
+
+
+def test_a_case_is_a_scene_with_its_bits(ensemble, scene, tmp_path):
+    worst = int(ensemble.worst()[0])
+    for s in (ensemble.case(worst), ph.Scene(scene, case=worst)):
+        r = s.run(tmp_path / "one", progress=False)
+        assert r.summary["energy"]["max_rel_error"] == ensemble["energy_error"][worst]
+        assert r["state/elbow"][-1] == ensemble.final["elbow"][worst]
+        assert f"case {worst}" in r.summary["title"]
+    finer = ensemble.case(worst, step=0.005).run(tmp_path / "finer", progress=False)
+    assert finer.summary["step_s"] == 0.005 and finer["state/elbow"][0] == r["state/elbow"][0]
+    other = ensemble.case(worst - 1 if worst else 1).run(tmp_path / "other", progress=False)
+    assert other["state/elbow"][0] != r["state/elbow"][0]  # control
+    refused(lambda: ensemble.case(12), "there is no case 12, expected one from 0 to 11")
+    refused(lambda: ph.Scene(tmp_path, case=0), "has no ensemble.h5")
+
+
+def test_an_unfinished_one_says_so(tmp_path):
+    (tmp_path / "parts").mkdir()
+    refused(lambda: ph.open(tmp_path), "unfinished ensemble")
+
+
+def test_pictures(ensemble, tmp_path):
+    pytest.importorskip("matplotlib")
+    figure = ph.plot(ensemble, tmp_path / "all.svg")
+    assert [a.get_title(loc="left") for a in figure.axes if a.get_visible()] == ["energy error", "motion"]
+    assert sum(p.get_height() for p in figure.axes[1].patches) == 12  # every case in one bar
+    one = ph.plot(ensemble, what="initial.joints.elbow.position")
+    assert len(one.axes) == 1
+    refused(lambda: ph.plot(ensemble, what="speed"), "expected one of energy_error, motion")
