@@ -285,11 +285,11 @@ int ensemble_command(const Arguments& a) {
                     r.cases));
     return exit_interrupted;
   }
-  const bool report = r.complete && !a.no_report && make_report(options.out);
+  const bool page = r.complete && !a.no_report && make_report(options.out);
   if (a.json && r.complete)
     print(file_text(options.out + "/ensemble.json"));
   else
-    print(ensemble_text(ensemble, r, options.out, report));
+    print(ensemble_text(ensemble, r, options.out, page));
   return r.complete ? exit_code(r.verdict()) : exit_ok;
 }
 

@@ -14,8 +14,8 @@ std::filesystem::path find_template();
 std::string no_template_text();
 
 /// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of
-/// several phases, a comparison, an ensemble; what cannot be read is named in it. @throws InvalidArgument if the
-/// folder holds no results at all
+/// several phases, a comparison, an ensemble; what cannot be read is named in it.
+/// @throws InvalidArgument if the folder holds no results at all
 std::string report_json(const std::filesystem::path& folder);
 
 /// Fills the template and writes `out` (under a temporary name, then renamed).
