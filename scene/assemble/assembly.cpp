@@ -45,6 +45,8 @@ InvalidArgument with_ways_out(const mechanics::MasslessPart& e, const Scene& sce
   const auto add = [&](const std::string& way) { ways += (ways.empty() ? "" : ", or ") + way; };
   if (!e.joint.empty() && e.joint != mechanics::base_joint_name)
     add(fmt::format("[model] lock = [\"{}\"] holds the joint where it starts", e.joint));
+  const bool floats = scene.urdf.base == mechanics::UrdfOptions::Base::free;
+  if (e.joint.empty() && floats) add("[model] base = \"fixed\" if it stands in the world");
   if (!e.links.empty()) add(fmt::format("[model.inertia.{}] gives the link mass", e.links.front()));
   if (scene.urdf.links_without_inertia == mechanics::UrdfOptions::NoInertia::error)
     add("[model] links_without_inertia = \"massless\" if links with mass follow");

@@ -18,7 +18,8 @@ void check_method(const std::string& method, const std::string& where) {
   for (const auto& d : integrators::catalogue()) known.push_back(d.name);
   known.push_back(auto_method);
   if (std::find(known.begin(), known.end(), method) == known.end())
-    refuse(where, fmt::format("method is '{}', expected one of {}", method, joined(known)));
+    refuse(where, fmt::format("method is '{}', expected '{}' or another that porthos methods lists",
+                              method, nearest(method, known)));
 }
 
 /// Checks that the method suits the step control; the message names the place in the scene.

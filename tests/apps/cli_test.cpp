@@ -137,13 +137,12 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
   EXPECT_FALSE(fs::exists(folder_ / "results")) << "nothing is made for bad input";
 }
 
-TEST_F(Cli, AnUnknownMethodListsTheKnownOnes) {
+TEST_F(Cli, AnUnknownMethodNamesTheNearest) {
   const Answer a = porthos("run swing/scene.toml --method gauss17");
   EXPECT_EQ(a.code, 2);
-  EXPECT_TRUE(a.err.starts_with("porthos: --method: method is 'gauss17', expected one of "))
-      << a.err;
-  for (const auto& d : porthos::integrators::catalogue())
-    EXPECT_TRUE(contains(a.err, d.name)) << d.name;
+  EXPECT_EQ(a.err,
+            "porthos: --method: method is 'gauss17', expected 'gauss16' or another that porthos "
+            "methods lists\n");
 }
 
 TEST_F(Cli, MethodsPrintsTheCatalogue) {

@@ -269,7 +269,7 @@ TEST_F(Keys, BadOnesAreRefused) {
        "target_energy_error is 0, expected a number between 0 and 1"},
       {"method = \"auto\"\ntarget_energy_error = \"small\"",
        "target_energy_error is a string, expected a number"},
-      {"method = \"autp\"\nstep = 1", "method is 'autp', expected one of "}};
+      {"method = \"autp\"\nstep = 1", "method is 'autp', expected 'auto' or another"}};
   for (const auto& [keys, why] : cases)
     EXPECT_TRUE(says(refusal([&, &k = keys] { read(k); }), why));
 }

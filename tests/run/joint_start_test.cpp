@@ -126,7 +126,7 @@ TEST(JointStart, LockedJoints) {
 
 /// The two ways out stand in the refusal, and both are ways out.
 TEST(JointStart, AMasslessLinkIsRefusedWithTheWaysOut) {
-  const std::string fixed = "base = \"fixed\"\n";
+  std::string fixed = "base = \"fixed\"\n";
   const auto text = [&](const std::string& more) {
     TemporaryFolder folder;
     write_bytes(folder / "r.urdf", "<robot name='r'><link name='base'/>" + link("body", 2) +
@@ -151,6 +151,8 @@ TEST(JointStart, AMasslessLinkIsRefusedWithTheWaysOut) {
   EXPECT_EQ(text("inertia.tip = { mass = 1, inertia = [1, 1, 1, 0, 0, 0] }\n"), "(accepted)");
   EXPECT_NE(text("links_without_inertia = \"massless\"\n").find("joint 'k' moves no inertia"),
             std::string::npos);
+  fixed = "base = \"free\"\n";
+  EXPECT_TRUE(says(text("lock = [\"k\"]\n"), "[model] base = \"fixed\" if it stands in the world"));
 }
 
 }  // namespace

@@ -133,6 +133,9 @@ TEST_F(SceneReader, BrokenToml) {
   EXPECT_EQ(error("title = \"a\"\ntitle = \"b\"\n"),
             "scene.toml:2:9: broken TOML while parsing key-value pair: cannot redefine existing "
             "string 'title'");
+  EXPECT_EQ(error("[model]\nbase = fixed\n"),
+            "scene.toml:2:9: broken TOML while parsing boolean: expected 'false', saw 'fi'; a text "
+            "stands in quotes, as in \"fixed\"");
 }
 
 struct Refusal {
@@ -167,10 +170,6 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
     return l;
   };
   const std::string urdf = "urdf = \"arm.urdf\"\n", fixed = "base = \"fixed\"\n";
-  std::string methods;
-  for (const auto& d : porthos::integrators::catalogue())
-    methods += (methods.empty() ? "" : ", ") + d.name;
-  methods += ", auto";
   const std::vector<Refusal> refusals = {
       // unknown keys and the nearest known one
       {rest("[verfiy]\nenergy = 1"),
@@ -274,7 +273,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {integrator("step = inf"), "8:8: step is inf, expected a finite number of seconds"},
       {integrator("step = nan"), "8:8: step is nan, expected a finite number of seconds"},
       {integrator("method = \"gaus16\"\nstep = 1"),
-       "8:10: method is 'gaus16', expected one of " + methods},
+       "8:10: method is 'gaus16', expected 'gauss16' or another that porthos methods lists"},
       {integrator("step = 1\niteration_tolerance = -1"),
        "9:23: iteration_tolerance is -1, expected 0 (iterate to rounding) or a number below 1"},
       {integrator("step = 1\nrtol = 0"), "9:8: rtol is 0, expected a number between 0 and 1"},
@@ -355,8 +354,8 @@ TEST_F(SceneReader, OverridesAreRefusedLikeKeys) {
             "--step: duration is 10 s, expected at least one step of 20 s");
   EXPECT_EQ(refused({{}, {}, 0.01}),
             "--duration: duration is 0.01 s, expected at least one step of 0.1 s");
-  EXPECT_EQ(refused({"rk", {}, {}}).substr(0, 50),
-            "--method: method is 'rk', expected one of gauss16,");
+  EXPECT_EQ(refused({"rk", {}, {}}),
+            "--method: method is 'rk', expected 'rk4' or another that porthos methods lists");
   EXPECT_EQ(s.step, 0.1) << "a refused override must change nothing";
   EXPECT_EQ(s.duration, 10);
 
