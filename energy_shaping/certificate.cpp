@@ -20,6 +20,17 @@ std::string list(const std::vector<double>& numbers) {
   return fmt::format("({})", s);
 }
 
+std::string escaped(const std::string& text) {
+  std::string s;
+  for (const char c : text)
+    s += c == '&'   ? "&amp;"
+         : c == '<' ? "&lt;"
+         : c == '>' ? "&gt;"
+         : c == '"' ? "&quot;"
+                    : std::string(1, c);
+  return s;
+}
+
 nlohmann::json number(double x) {  // JSON has no inf and no NaN
   if (std::isfinite(x)) return x;
   return std::isnan(x) ? "nan" : x > 0 ? "inf" : "-inf";
@@ -85,6 +96,24 @@ std::string Certificate::text() const {
   }
   return s + (holds() ? "  all conditions hold\n"
                       : fmt::format("  NOT certified: {}\n", failure()->name));
+}
+
+std::string Certificate::html() const {
+  std::string s = fmt::format(
+      "<p><b>{}</b>: {}</p>\n<table>\n<tr><th>condition</th><th>value</th>"
+      "<th>bound</th><th></th><th></th></tr>\n",
+      escaped(title_),
+      holds() ? std::string("all conditions hold") : "not certified: " + escaped(failure()->name));
+  for (const auto& i : items_) {
+    std::string about = i.text;
+    if (!i.numbers.empty()) about += " " + list(i.numbers);
+    if (!i.at.empty()) about += " at " + list(i.at);
+    s += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+                     escaped(i.name), i.value,
+                     std::isnan(i.bound) ? "" : fmt::format("{:.3g}", i.bound), word(i.finding),
+                     escaped(about));
+  }
+  return s + "</table>\n";
 }
 
 std::string Certificate::json() const {

@@ -46,6 +46,8 @@ class Certificate {
   const CertificateItem* failure() const;
   /// A table for people.
   std::string text() const;
+  /// The same table for pages and notebooks: a <table> with the title before it, everything escaped.
+  std::string html() const;
   /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound",
   /// ...}]}.
   std::string json() const;

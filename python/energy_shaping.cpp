@@ -39,6 +39,8 @@ void bind_certificate(py::module_& m) {
       .def("holds", &es::Certificate::holds, "No item fails.")
       .def("text", &es::Certificate::text, "A table for people.")
       .def("json", &es::Certificate::json, "The same for programs.")
+      .def("html", &es::Certificate::html, "The table for pages.")
+      .def("_repr_html_", &es::Certificate::html)
       .def("__str__", &es::Certificate::text)
       .def("__bool__", &es::Certificate::holds);
 }

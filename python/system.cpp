@@ -310,6 +310,24 @@ States are normal with deviation `spread`; rotation blocks are unit quaternions.
 terms compared. Cost: about 3 nx evaluations per sample.)");
 }
 
+/// A model as notebooks show it: its sizes, ports and invariants.
+std::string html_of(const Model& model) {
+  const auto escape = py::module_::import("html").attr("escape");
+  const auto safe = [&](const std::string& text) {
+    return py::str(escape(text)).cast<std::string>();
+  };
+  const Description& d = model.description();
+  std::string rows =
+      fmt::format("<p><b>{}</b>: {} states, {} inputs</p><table>", safe(d.name), d.nx, d.nu);
+  const auto add = [&](const char* kind, const std::string& name, const std::string& what) {
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>", kind, safe(name), safe(what));
+  };
+  for (const auto& p : d.ports) add("port", p.name, p.input_unit + " → " + p.output_unit);
+  for (const auto& i : d.invariants) add("invariant", i.name, i.unit);
+  for (const auto& c : d.constraints) add("constraint", c.name, c.kind);
+  return rows + "</table>";
+}
+
 }  // namespace
 
 void bind_system(py::module_& m) {
@@ -323,6 +341,7 @@ void bind_system(py::module_& m) {
              const auto& d = p.description();
              return fmt::format("<porthos.Model '{}': {} states, {} inputs>", d.name, d.nx, d.nu);
            })
+      .def("_repr_html_", &html_of)
       .def(
           "instantiate", [](const ModelPtr& p) { return std::make_shared<Evaluator>(p); },
           "The evaluator: hamiltonian, gradient, field and the rest on numpy arrays.");

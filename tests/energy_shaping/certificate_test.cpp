@@ -36,6 +36,17 @@ TEST(Certify, CartPole) {
   EXPECT_THROW((void)c.item("no such item"), InvalidArgument);
 }
 
+TEST(Certificate, HtmlIsEscapedAndNamesWhatFails) {
+  Certificate c("a <b>law</b> & more");
+  c.at_most("force \"free\"", 2, 1, "joint <j3>", {0.5});
+  const std::string html = c.html();
+  EXPECT_NE(html.find("a &lt;b&gt;law&lt;/b&gt; &amp; more"), std::string::npos);
+  EXPECT_NE(html.find("not certified: force &quot;free&quot;"), std::string::npos);
+  EXPECT_NE(html.find("joint &lt;j3&gt; at (0.5)"), std::string::npos);
+  EXPECT_EQ(html.find("<b>law"), std::string::npos);
+  EXPECT_NE(html.find("<td>FAILS</td>"), std::string::npos);
+}
+
 // The pass of a double well is known.
 struct DoubleWell {
   static constexpr int n = 1, m = 1;

@@ -64,6 +64,8 @@ def test_a_base_on_wheels():
     wheels = [f"wheel_{k}.torque" for k in range(4)]
     base = es.WheelBase(es.PotentialLoop(model, shaping), wheels)
     assert base.certificate.holds()
+    assert "all conditions hold" in base.certificate._repr_html_()
+    assert "<td>wheel_0.torque</td><td>N m → rad/s</td>" in model._repr_html_()
     n = ph.Network("satellite under its law")
     n.add("satellite", model).main("satellite")
     base.control(n, "pose", "satellite")
