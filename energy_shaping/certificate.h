@@ -46,7 +46,7 @@ class Certificate {
   const CertificateItem* failure() const;
   /// A table for people.
   std::string text() const;
-  /// The same table for pages and notebooks: a <table> with the title before it, everything escaped.
+  /// The same table for pages and notebooks, with the title before it; everything is escaped.
   std::string html() const;
   /// The same for programs: {"title", "holds", "items": [{"name", "finding", "value", "bound",
   /// ...}]}.

@@ -316,7 +316,7 @@ std::string html_of(const Model& model) {
   const auto safe = [&](const std::string& text) {
     return py::str(escape(text)).cast<std::string>();
   };
-  const Description& d = model.description();
+  const auto& d = model.description();
   std::string rows =
       fmt::format("<p><b>{}</b>: {} states, {} inputs</p><table>", safe(d.name), d.nx, d.nu);
   const auto add = [&](const char* kind, const std::string& name, const std::string& what) {
@@ -327,7 +327,6 @@ std::string html_of(const Model& model) {
   for (const auto& c : d.constraints) add("constraint", c.name, c.kind);
   return rows + "</table>";
 }
-
 }  // namespace
 
 void bind_system(py::module_& m) {
