@@ -138,10 +138,9 @@ void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
 
 std::string file_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
+  std::string text(std::istreambuf_iterator<char>(file), {});
   if (!file) throw InvalidArgument(fmt::format("'{}' cannot be read", path));
-  return text.str();
+  return text;
 }
 
 scene::RunReport run_with_progress(const scene::Scene& s, const scene::Assembly& assembly,

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <new>
 #include <string>
 #include <string_view>
 
@@ -195,9 +198,32 @@ std::string version() {
   return text;
 }
 
+/// Ends the program by one sentence, without asking for memory. It is also the end of an exception
+/// that a destructor lets out, which happens where memory is missing (nlohmann::json).
+[[noreturn]] void no_memory() {
+  std::fputs(
+      "porthos: there is not enough memory; what was recorded is kept, continue with --resume\n",
+      stderr);
+  std::_Exit(exit_machine);
+}
+
+/// As std::terminate, but for missing memory.
+[[noreturn]] void terminated() {
+  try {
+    if (const auto current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::bad_alloc&) {
+    no_memory();
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "porthos: ended by an error that nothing took up: %s\n", e.what());
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::set_terminate(terminated);
 #ifdef PORTHOS_GSL_RIVALS
   porthos::adapters::add_gsl_methods();
 #endif
@@ -230,6 +256,8 @@ int main(int argc, char** argv) {
   } catch (const porthos::IoError& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
     return exit_machine;
+  } catch (const std::bad_alloc&) {
+    no_memory();
   } catch (const std::exception& e) {
     fmt::print(stderr, "porthos: could not run: {}\n", e.what());
     return exit_machine;

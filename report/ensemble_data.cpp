@@ -47,6 +47,7 @@ struct CaseNumber {
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> list;
   std::istringstream lines(text);
+  lines.exceptions(std::ios::badbit);
   for (std::string line; std::getline(lines, line);) list.push_back(line);
   return list;
 }

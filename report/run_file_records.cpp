@@ -33,6 +33,7 @@ class RunFileRecords : public Records {
     std::vector<std::string> list;
     if (!has("turns")) return list;
     std::istringstream lines(file_.texts("turns")["columns"]);
+    lines.exceptions(std::ios::badbit);
     for (std::string line; std::getline(lines, line);) list.push_back(line);
     return list;
   }

@@ -218,13 +218,12 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l, double tolerance) {
 Measurements read_measurements(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InvalidArgument(fmt::format("{}: cannot be opened", path));
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse_measurements(text.str(), path);
+  return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path);
 }
 
 Measurements parse_measurements(const std::string& text, const std::string& path) {
   std::istringstream file(text);
+  file.exceptions(std::ios::badbit);  // memory that is missing ends no text early
   const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
                                          "sigma_effort"};
   std::vector<int> meaning;                                         // index in names, per column
@@ -239,6 +238,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     if (line.empty() || line[0] == '#') continue;
     std::vector<std::string> cells;
     std::stringstream stream(line);
+    stream.exceptions(std::ios::badbit);
     for (std::string cell; std::getline(stream, cell, ',');) {
       const auto first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
       cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));

@@ -343,6 +343,8 @@ std::optional<std::string> falsely_quadratic(const Model& model) try {
     return std::nullopt;
   return "system '" + model.description().name +
          "' says it is quadratic, but H has more than degree two in its momenta";
+} catch (const std::bad_alloc&) {
+  throw;
 } catch (const std::exception&) {  // a state that cannot be evaluated says nothing
   return std::nullopt;
 }

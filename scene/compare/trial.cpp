@@ -179,6 +179,8 @@ Trial run_trial(const Assembly& assembly, const Setting& setting, const TrialOpt
     TrialRun(assembly, setting, options, t).run();
     while (options.repeat && t.complete() && t.report.cpu_s < short_s && t.timed < most_repeats)
       time_again(assembly, t);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     t.failure = e.what();
     t.report.outcome = Outcome::failed;

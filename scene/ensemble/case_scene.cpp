@@ -55,6 +55,7 @@ Scene read_case(const Scene& nominal, std::span<const Replacement> numbers, std:
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> list;
   std::istringstream lines(text);
+  lines.exceptions(std::ios::badbit);
   for (std::string line; std::getline(lines, line);) list.push_back(line);
   return list;
 }

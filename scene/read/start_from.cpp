@@ -81,6 +81,7 @@ StartFrom read_start_from(const Table& t, const std::string& beside) {
     read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
     if (!file.datasets().count("turns")) return from;
     std::istringstream names(file.texts("turns")["columns"]);
+    names.exceptions(std::ios::badbit);
     const auto turns = row_of(file, "turns", k);
     size_t i = 0;
     for (std::string name; std::getline(names, name) && i < turns.size(); ++i)

@@ -15,6 +15,7 @@ namespace {
 /// Model name of the processor.
 std::string cpu_model() {
   std::ifstream in("/proc/cpuinfo");
+  if (in) in.exceptions(std::ios::badbit);  // memory that is missing is no missing name
   for (std::string line; std::getline(in, line);)
     if (line.rfind("model name", 0) == 0) {
       const auto at = line.find(": ");

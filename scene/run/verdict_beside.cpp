@@ -85,6 +85,8 @@ class Beside {
         inner.resize(a_.spacecraft->internal_size());
         take(phs::check(a_.spacecraft->internal(), {.sizes = inner}), " (internal motion)");
       }
+    } catch (const std::bad_alloc&) {
+      throw;  // it says nothing about the system
     } catch (const std::exception& why) {
       failed("axioms", 0, why.what());
     }
@@ -128,6 +130,8 @@ class Beside {
       const double value = value_of();
       r_.checks.push_back(
           {name, value, limit, value <= limit, std::string(name) == "step_halving"});
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& why) {
       failed(name, limit, why.what());
     }

@@ -125,6 +125,7 @@ std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m
   std::vector<std::string> turns;
   if (file.datasets().count("turns")) {
     std::istringstream names(file.texts("turns")["columns"]);
+    names.exceptions(std::ios::badbit);
     for (std::string name; std::getline(names, name);) turns.push_back(name);
   }
   MotionRecords records{series("time"), turns, series};

@@ -1,5 +1,6 @@
-// The n-th call that changes a file fails, for every n of a short run: the run goes on, or ends
-// with one sentence, and what it had recorded is continued to the bytes of a run without a fault.
+// The n-th call that changes a file, asks for memory or starts a thread fails, for every n of a
+// short run: the run goes on, or ends with one sentence, and what it had recorded is continued to
+// the bytes of a run without a fault.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -52,8 +53,8 @@ struct Command {
 };
 constexpr Command one_run{"run scene.toml --no-report", "run.h5", "summary.json",
                           "checkpoint/state.bin", "checkpoint"};
-constexpr Command ensemble{"ensemble scene.toml --threads 1", "ensemble.h5", "ensemble.json",
-                           "parts/1_of_1.bin", "parts"};
+constexpr Command ensemble{"ensemble scene.toml --threads 1 --no-report", "ensemble.h5",
+                           "ensemble.json", "parts/1_of_1.bin", "parts"};
 
 std::string bytes_of(const fs::path& path) {
   std::ostringstream all;
@@ -88,8 +89,8 @@ class Faults : public testing::Test {
     return {code > 128 ? 128 - code : code, bytes_of(err)};  // of a shell: 128 + signal
   }
   std::string fault(long n, bool once, int error) const {
-    return std::string("LD_PRELOAD='") + PORTHOS_FAULTS + "' PORTHOS_FAULT=" + std::to_string(n) +
-           " PORTHOS_FAULT_LAST=" + (once ? "1" : "0") +
+    return std::string("LD_PRELOAD='") + PORTHOS_FAULTS + "' PORTHOS_FAULT_OF=" + of_ +
+           " PORTHOS_FAULT=" + std::to_string(n) + " PORTHOS_FAULT_LAST=" + (once ? "1" : "0") +
            " PORTHOS_FAULT_ERROR=" + std::to_string(error);
   }
   /// How many calls a run makes that change files.
@@ -98,8 +99,10 @@ class Faults : public testing::Test {
     return std::atol(bytes_of(folder_ / "count").c_str());
   }
   void every_fault(const Command& c, bool once, int error, long by);
+  void every_missing_memory(const Command& c, long by);
 
   fs::path folder_;
+  std::string of_ = "files";  ///< which calls fail
 };
 
 void Faults::every_fault(const Command& c, bool once, int error, long by) {
@@ -142,6 +145,62 @@ long apart(long most) { return std::getenv("PORTHOS_LONG") ? 1 : most; }
 TEST_F(Faults, OneCallFails) { every_fault(one_run, true, EIO, apart(1)); }
 TEST_F(Faults, TheDiskIsFullFromACallOn) { every_fault(one_run, false, ENOSPC, apart(3)); }
 TEST_F(Faults, OneCallOfAnEnsembleFails) { every_fault(ensemble, true, EIO, apart(2)); }
+
+/// Memory that one call does not get. Before main() begins nothing can be said, and nothing is lost;
+/// readers may take it for a fault of their file; JSON's destructor may die of it.
+void Faults::every_missing_memory(const Command& c, long by) {
+  of_ = "memory";
+  const long most = calls(c);
+  const std::string whole = bytes_of(folder_ / "counted" / c.results);
+  ASSERT_GT(most, 4000) << "the calls are counted";
+  ASSERT_GT(whole.size(), 1000u);
+  int went_on = 0, ended = 0, misread = 0, died = 0, early = 0, resumed = 0;
+  for (long n = 1; n <= most; n += by) {
+    const fs::path out = folder_ / "out";
+    fs::remove_all(out);
+    const Answer first = run(c, "out", "", fault(n, true, ENOMEM));
+    EXPECT_NE(first.code, 1) << n << ": a verdict made of missing memory";
+    const bool begun = fs::exists(out / c.begun), there = fs::exists(out / c.complete);
+    went_on += first.code == 0;
+    ended += first.code == 5;
+    misread += first.code == 2;
+    early += first.code < 0 && !begun && !there;
+    died += first.code < 0 && (begun || there);
+    if (first.code > 0) {
+      EXPECT_EQ(std::count(first.err.begin(), first.err.end(), '\n'), 1) << n << ": " << first.err;
+    }
+    if (first.code != 0) {
+      resumed += begun;
+      const Answer second = run(c, "out", begun ? " --resume" : "", "");
+      EXPECT_EQ(second.code, 0) << n << ": " << first.err << second.err;
+    }
+    EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
+  }
+  std::printf(
+      "  %ld calls, every %ld: %d runs went on, %d ended with a sentence, %d took it for a fault "
+      "of "
+      "a file, %d died before main(), %d later; %d were resumed\n",
+      most, by, went_on, ended, misread, early, died, resumed);
+  const int all = went_on + ended + misread + early + died;
+  EXPECT_GT(ended, all / 2);
+  EXPECT_GT(resumed, 2);
+  EXPECT_LE(died, 1 + all / 500);
+  EXPECT_LE(misread, 2 + all / 100);
+}
+TEST_F(Faults, MemoryIsMissing) { every_missing_memory(one_run, apart(61)); }
+TEST_F(Faults, MemoryIsMissingInAnEnsemble) { every_missing_memory(ensemble, apart(97)); }
+
+TEST_F(Faults, AThreadDoesNotStart) {
+  of_ = "threads";
+  const Command c{"ensemble scene.toml --threads 2 --no-report", "ensemble.h5", "ensemble.json",
+                  "parts/1_of_1.bin", "parts"};
+  ASSERT_EQ(calls(c), 1);
+  const Answer a = run(c, "out", "", fault(1, true, EAGAIN));
+  EXPECT_EQ(a.code, 5);
+  EXPECT_NE(a.err.find("Resource temporarily unavailable"), std::string::npos) << a.err;
+  EXPECT_EQ(run(c, "out", fs::exists(folder_ / "out" / c.begun) ? " --resume" : "", "").code, 0);
+  EXPECT_TRUE(bytes_of(folder_ / "out/ensemble.h5") == bytes_of(folder_ / "counted/ensemble.h5"));
+}
 
 TEST_F(Faults, AReadOnlyFolderIsOneSentence) {
   const Answer a = run(one_run, "out", "", fault(1, false, EROFS));

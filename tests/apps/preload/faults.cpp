@@ -1,9 +1,11 @@
-// Loaded in front of the C library (LD_PRELOAD): lets one call of a program that changes files
-// fail, or all from one on. PORTHOS_FAULT: its number, from 1. PORTHOS_FAULT_LAST: 1 if the calls
-// after it succeed again. PORTHOS_FAULT_ERROR: errno. PORTHOS_FAULT_COUNT: a file that gets the
+// Loaded in front of the C and C++ libraries (LD_PRELOAD): lets one call of a program fail, or all
+// from one on, of those that change files, that ask for memory by new, or that start threads.
+// PORTHOS_FAULT_OF: files, memory or threads. PORTHOS_FAULT: the number of the call, from 1.
+// PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno. PORTHOS_FAULT_COUNT: a file that gets the
 // number of calls at the end. Output to the terminal is let through.
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -14,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace {
 
@@ -25,8 +28,14 @@ long number(const char* name) {
   return text ? std::atol(text) : 0;
 }
 
+/// Whether calls of a kind are counted and let fail.
+bool tried(const char* kind) {
+  const char* chosen = std::getenv("PORTHOS_FAULT_OF");
+  return chosen != nullptr && std::strcmp(chosen, kind) == 0;
+}
+
 /// Whether this call is to fail; errno is then set.
-bool fails() {
+bool next_fails() {
   static const long at = number("PORTHOS_FAULT"), once = number("PORTHOS_FAULT_LAST"),
                     error = number("PORTHOS_FAULT_ERROR");
   if (counting) return false;
@@ -34,6 +43,25 @@ bool fails() {
   if (at == 0 || now < at || (once != 0 && now > at)) return false;
   errno = int(error);
   return true;
+}
+
+bool fails() {
+  static const bool files = tried("files");
+  return files && next_fails();
+}
+
+/// The memory of a new, or nullptr.
+void* granted(size_t size, size_t alignment = 0) {
+  static const bool memory = tried("memory");
+  if (memory && next_fails()) return nullptr;
+  if (size == 0) size = 1;
+  return alignment == 0
+             ? std::malloc(size)
+             : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+void* or_throw(void* p) {
+  if (p == nullptr) throw std::bad_alloc();
+  return p;
 }
 
 template <class F>
@@ -129,4 +157,27 @@ int mkdir(const char* path, mode_t mode) noexcept {
   return fails() ? -1 : next(path, mode);
 }
 
+int pthread_create(pthread_t* thread, const pthread_attr_t* about, void* (*f)(void*),
+                   void* with) noexcept {
+  static const bool threads = tried("threads");
+  static const auto next =
+      real<int(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)>("pthread_create");
+  return threads && next_fails() ? EAGAIN : next(thread, about, f, with);
+}
+
 }  // extern "C"
+
+void* operator new(size_t n) { return or_throw(granted(n)); }
+void* operator new[](size_t n) { return or_throw(granted(n)); }
+void* operator new(size_t n, std::align_val_t a) { return or_throw(granted(n, size_t(a))); }
+void* operator new[](size_t n, std::align_val_t a) { return or_throw(granted(n, size_t(a))); }
+void* operator new(size_t n, const std::nothrow_t&) noexcept { return granted(n); }
+void* operator new[](size_t n, const std::nothrow_t&) noexcept { return granted(n); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, size_t) noexcept { std::free(p); }
+void operator delete[](void* p, size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, size_t, std::align_val_t) noexcept { std::free(p); }
+void operator delete[](void* p, size_t, std::align_val_t) noexcept { std::free(p); }
