@@ -36,6 +36,8 @@ struct JointSpec {
   /// mass properties of that link. Source: Featherstone 2008, section 9.6.
   double rotor_inertia = 0;
   std::string where;  ///< "file:line" for messages; empty: the body's
+  /// The body stands for the joint of its parent, whose own parent it carries (reconfiguration.h).
+  bool turned = false;
 };
 
 /// A body, the joint that carries it, and the placement of that joint.

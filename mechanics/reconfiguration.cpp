@@ -4,12 +4,11 @@
 #include <array>
 #include <cstdio>
 
-#include "mechanics/detail/instant.h"
+#include "mechanics/detail/turning.h"
+#include "mechanics/urdf.h"
 
 namespace porthos::mechanics {
 namespace {
-
-std::string joint_of(const BodySpec& b) { return b.joint.name.empty() ? b.name : b.joint.name; }
 
 std::string text(double x) {
   char t[32];
@@ -17,21 +16,12 @@ std::string text(double x) {
   return t;
 }
 
-BodySpec& body_of(MechanismBuilder& parts, const std::string& name, const char* what) {
-  return find_named(parts.bodies(), name, std::string(what) + ": there is no body");
-}
 bool is_free(const BodySpec& b) { return b.parent == "world" && b.joint.type == "free"; }
 
-/// Whether `body` is carried by `carrier`.
-bool carries(const MechanismBuilder& parts, const std::string& carrier, std::string body) {
-  while (body != "world") {
-    if (body == carrier) return true;
-    const auto b = std::find_if(parts.bodies().begin(), parts.bodies().end(),
-                                [&](const BodySpec& x) { return x.name == body; });
-    if (b == parts.bodies().end()) return false;
-    body = b->parent;
-  }
-  return false;
+/// Whether two bodies belong to one tree.
+bool of_one_tree(const MechanismBuilder& parts, const std::string& root, const std::string& body) {
+  const auto way = way_to(parts, body);
+  return !way.empty() && way.front().name == root;
 }
 
 /// A quantity that a latch limits, with its current value.
@@ -76,23 +66,39 @@ void MovingMechanism::set(std::span<const double> q, std::span<const double> v) 
   state = std::move(s);
 }
 
+bool Captured::has(const std::string& body) const {
+  return std::any_of(way.begin(), way.end(), [&](const BodySpec& b) { return b.name == body; });
+}
+
 Impact capture(MovingMechanism& moving, const Latch& latch) {
   MechanismBuilder next = moving.parts;
-  BodySpec& body = body_of(next, latch.body, "capture");
+  body_of(next, latch.body, "capture");
   body_of(next, latch.link, "capture");
-  if (!is_free(body))
+  const auto way = way_to(next, latch.body);
+  const BodySpec& root = way.front();
+  if (!is_free(root))
     throw InvalidArgument("capture: the body '" + latch.body +
-                          "' is not free in the world, expected one that is");
-  if (carries(next, latch.body, latch.link))
-    throw InvalidArgument("capture: the link '" + latch.link + "' is carried by '" + latch.body +
-                          "', expected another mechanism's");
+                          "' is not free in the world, expected one that is, or a link of a robot "
+                          "that floats");
+  if (of_one_tree(next, root.name, latch.link))
+    throw InvalidArgument("capture: the link '" + latch.link + "' and '" + latch.body +
+                          "' belong to one mechanism, expected another mechanism's link");
+  if (way.size() > 1 && root.joint.name == base_joint_name)
+    throw InvalidArgument("capture: '" + latch.body +
+                          "' is a link of the mechanism with the base, "
+                          "expected it as the link, and as the body '" +
+                          latch.link + "'");
   const Instant now(*moving.model, moving.state);
   check(latch, now, "capture of '" + latch.body + "' by '" + latch.link + "'");
+  turn_round(next, way);
+  BodySpec& body = body_of(next, latch.body, "capture");
   body.parent = latch.link;
   body.placement = lowered(inverse(now.pose(latch.link)) * now.pose(latch.body));
   body.joint = {};
   body.joint.name = latch.body + ".latch";
-  return change(moving, std::move(next), moving.constraints);
+  const Impact impact = change(moving, std::move(next), moving.constraints);
+  moving.captured.push_back({way});
+  return impact;
 }
 
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch) {
@@ -113,19 +119,42 @@ Pose relative_pose(const MovingMechanism& moving, const std::string& link,
   return lowered(inverse(now.pose(link)) * now.pose(body));
 }
 
+namespace {
+/// The last capture of a body, or the end; refuses one that another link of its mechanism holds.
+auto capture_of(MovingMechanism& moving, const std::string& body) {
+  auto& all = moving.captured;
+  for (auto c = all.end(); c != all.begin();) {
+    --c;
+    if (!c->has(body)) continue;
+    if (c->link() != body)
+      throw InvalidArgument("release: '" + body + "' is held by '" + c->link() +
+                            "', by which it was captured, expected the release of that link");
+    return c;
+  }
+  return all.end();
+}
+}  // namespace
+
 Impact release(MovingMechanism& moving, const std::string& name) {
   MechanismBuilder next = moving.parts;
   BodySpec& body = body_of(next, name, "release");
   if (is_free(body)) throw InvalidArgument("release: the body '" + name + "' is free already");
-  body.parent = "world";
-  body.placement = {Mat3<double>::identity(), {0, 0, 0}};
-  body.joint = {};
-  body.joint.name = name;
-  body.joint.type = "free";
-  // The joint that held the body no longer exists, so its lock cannot be undone.
   LockedJoints locked = moving.locked;
-  std::erase_if(locked, [&](const auto& lock) { return lock.second.free.name == name; });
-  return change(moving, std::move(next), moving.constraints, std::move(locked));
+  const auto captured = capture_of(moving, name);
+  if (captured != moving.captured.end()) {
+    turn_back(next, captured->way, Instant(*moving.model, moving.state), locked);
+  } else {
+    body.parent = "world";
+    body.placement = {Mat3<double>::identity(), {0, 0, 0}};
+    body.joint = {};
+    body.joint.name = name;
+    body.joint.type = "free";
+    // The joint that held the body no longer exists, so its lock cannot be undone.
+    std::erase_if(locked, [&](const auto& lock) { return lock.second.free.name == name; });
+  }
+  const Impact impact = change(moving, std::move(next), moving.constraints, std::move(locked));
+  if (captured != moving.captured.end()) moving.captured.erase(captured);
+  return impact;
 }
 
 Impact lock(MovingMechanism& moving, const std::string& joint) {
@@ -185,8 +214,17 @@ Impact unlock(MovingMechanism& moving, const std::string& joint) {
                           "expected one of " +
                           (known.empty() ? "(none)" : known));
   }
+  const std::string& owner = kept->second.free.name;
+  for (const Captured& c : moving.captured)
+    if (std::any_of(c.way.begin(), c.way.end(), [&](const BodySpec& b) {
+          return b.name == owner && b.joint.type == "fixed" && joint_of(b) == joint;
+        }))
+      throw InvalidArgument("unlock: the joint '" + joint + "' was locked before the capture of '" +
+                            c.link() +
+                            "' turned it round, expected its unlocking before the "
+                            "capture or after the release");
   MechanismBuilder next = moving.parts;
-  BodySpec& body = body_of(next, kept->second.free.name, "unlock");
+  BodySpec& body = body_of(next, owner, "unlock");
   body.joint = kept->second.free.joint;
   body.placement = kept->second.free.placement;
   LockedJoints locked = moving.locked;

@@ -25,6 +25,12 @@
 /// minimum (Carnot's theorem). It is 0 if the new mechanism can continue the old motion (release,
 /// unlock, opening). The computation uses 113 bits, so an event adds only the rounding of its final
 /// state.
+///
+/// A floating mechanism can be captured by any link. If it is not the root, the tree is turned
+/// round: it hangs on the captured link then, and the joints between that link and the old root
+/// have parent and child exchanged. Their coordinates, rates and forces stay what they are. Each
+/// such joint gets a frame without mass, "<joint>.turned", at the place of its old child. A release
+/// puts the tree back as it was.
 namespace porthos::mechanics {
 
 /// A locked joint and its state before the lock.
@@ -34,6 +40,13 @@ struct LockedJoint {
   std::vector<double> lo;
   std::vector<std::int64_t> turns;
   std::map<std::string, phs::Quad> values = {};  ///< by coordinate with one freedom, turns included
+};
+
+/// A capture, and the bodies from the root to the captured link as they were before it.
+struct Captured {
+  std::vector<BodySpec> way;
+  const std::string& link() const { return way.back().name; }
+  bool has(const std::string& body) const;  ///< whether the body is on the way
 };
 
 /// A mechanism in motion, with the parts it was built from and the loops that are closed.
@@ -46,6 +59,7 @@ struct MovingMechanism {
   phs::State state;                           ///< of model
   double time = 0;                            ///< of joints that move as told [s]
   std::map<std::string, LockedJoint> locked;  ///< by joint
+  std::vector<Captured> captured = {};        ///< those that last, in the order of time
 
   /// The mechanism at rest at q = 0 and time 0, without loops. @throws InvalidArgument as
   /// MechanismBuilder::build
@@ -66,7 +80,7 @@ struct Impact {
 
 /// A latch that joins a point of a link to a point of a body.
 struct Latch {
-  std::string body;                          ///< free in the world, with whatever it carries
+  std::string body;                          ///< of a mechanism that floats, with all of it
   std::string link;                          ///< of the rest of the mechanism
   Vec3d on_body{0, 0, 0}, on_link{0, 0, 0};  ///< in their frames [m]
   double reach = std::numeric_limits<double>::infinity();  ///< largest distance of the points [m]
@@ -75,10 +89,12 @@ struct Latch {
   double rate = std::numeric_limits<double>::infinity();  ///< largest relative angular rate [rad/s]
 };
 
-/// Welds the body to the link in its current pose, by a fixed joint.
-/// @throws InvalidArgument with the numbers, for unknown names, a body that is not free in the
-///   world or that carries the link, points further apart than the reach, or relative motion beyond
-///   the limits. `moving` is then unchanged.
+/// Welds the body to the link in its current pose, by a fixed joint; if the body is not the root of
+/// its mechanism, this is turned round.
+/// @throws InvalidArgument with the numbers, for unknown names, a body whose mechanism does not
+///   float or has the link or the free base, a joint on the way to its root that has not one axis,
+///   points further apart than the reach, or relative motion beyond the limits. `moving` is then
+///   unchanged.
 Impact capture(MovingMechanism& moving, const Latch& latch);
 /// The smallest margin of the latch's points and their motion to its limits [m, m/s or rad/s]. It
 /// is continuous in the state and negative beyond a limit.
@@ -98,16 +114,19 @@ Impact open_loop(MovingMechanism& moving, const std::string& name);
 /// The current pose of the body's frame in the link's frame.
 Pose relative_pose(const MovingMechanism& moving, const std::string& link, const std::string& body);
 
-/// The body and all it carries become free in the world and keep their motion. A lock of the joint
-/// that held the body ends with that joint.
-/// @throws InvalidArgument for an unknown body or one that is already free
+/// The body and all it carries become free in the world and keep their motion; a captured link is
+/// let go with its whole mechanism, which floats on its root again. A lock of the joint that held
+/// the body ends with that joint.
+/// @throws InvalidArgument for an unknown body, one that is already free, or one that a later
+///   capture holds by another link
 Impact release(MovingMechanism& moving, const std::string& body);
 /// Locks the joint in its current position. Closed couplings of it hold its other joints as they
 /// then must: the second joint of a gear stops too. @throws InvalidArgument for an unknown joint,
 /// one that is already fixed or locked, or one that moves as told
 Impact lock(MovingMechanism& moving, const std::string& joint);
 /// Frees a locked joint. It starts at rest, with the coordinates it had when it was locked.
-/// @throws InvalidArgument for a joint that is not locked
+/// @throws InvalidArgument for a joint that is not locked, or that was locked before a capture
+///   turned it round
 Impact unlock(MovingMechanism& moving, const std::string& joint);
 
 }  // namespace porthos::mechanics

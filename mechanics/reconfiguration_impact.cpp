@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "mechanics/crba.h"
-#include "mechanics/detail/instant.h"
+#include "mechanics/detail/turning.h"
 #include "mechanics/rotation.h"
 #include "phs/linear_algebra/dense.h"
 
@@ -47,7 +47,7 @@ Real power(const Force<Real>& f, const Motion<Real>& v) { return dot(f.n, v.w) +
 /// The coordinates of the new mechanism: unchanged for joints that stay, the stored ones for
 /// unlocked joints, and the pose for freed bodies.
 phs::State positions(const MovingMechanism& before, const Instant& from,
-                     const MechanicalModel& to) {
+                     const std::vector<BodySpec>& bodies, const MechanicalModel& to) {
   const auto& a = before.model->description();
   const auto& b = to.description();
   phs::State s(b, std::vector<double>(size_t(b.nx)));
@@ -77,9 +77,10 @@ phs::State positions(const MovingMechanism& before, const Instant& from,
       std::copy_n(l->second.lo.begin() + long(k), n, s.lo.begin() + long(at));
       k += n;
     } else {  // a body that became free
-      const auto body = std::find_if(before.parts.bodies().begin(), before.parts.bodies().end(),
-                                     [&](const BodySpec& x) { return x.name == c.joint; });
-      if (body == before.parts.bodies().end())
+      const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const BodySpec& x) {
+        return x.joint.type == "free" && joint_of(x) == c.joint;
+      });
+      if (body == bodies.end())
         throw InvalidArgument("reconfiguration: the coordinate '" + c.name +
                               "' has no value, expected a joint that stays, or a freed body");
       const auto pose = from.pose(body->name);
@@ -122,6 +123,15 @@ Real keep_loops(const MechanicalModel& model, double time, Instant& to) {
   Real put_in = 0;
   for (size_t r = 0; r < drift.size(); ++r) put_in += lambda[r] * drift[r];
   return put_in;
+}
+
+/// Bodies that move something: frames without mass may be new.
+std::vector<BodySpec> with_mass(std::vector<BodySpec> bodies) {
+  std::erase_if(bodies, [](const BodySpec& b) {
+    const auto& i = b.mass.inertia;
+    return b.mass.mass == 0 && i.xx == 0 && i.yy == 0 && i.zz == 0;
+  });
+  return bodies;
 }
 
 /// Computes the rates nearest to the old motion, see the header.
@@ -199,8 +209,8 @@ Impact change(MovingMechanism& moving, MechanismBuilder next, ConstraintSpec loo
       std::make_shared<const Mechanism>(next.build()), std::vector<BodyPort>(),
       without_locked(loops, locked));
   Instant from(*moving.model, moving.state);
-  phs::State s = positions(moving, from, *model);
-  Impact r = impact(from, next.bodies(), *model, moving.time, s);
+  phs::State s = positions(moving, from, next.bodies(), *model);
+  Impact r = impact(from, with_mass(next.bodies()), *model, moving.time, s);
   phs::wrap_angles(model->description(), s);
   measure(r, from, *model, s);
   moving.parts = std::move(next);
