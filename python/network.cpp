@@ -19,6 +19,9 @@ FunctionPtr const_ptr(std::shared_ptr<Function> f) { return f; }
 std::shared_ptr<Function> mutable_ptr(const FunctionPtr& f) {
   return std::const_pointer_cast<Function>(f);
 }
+std::shared_ptr<BlockPotential> mutable_ptr(const BlockPotentialPtr& U) {
+  return std::const_pointer_cast<BlockPotential>(U);
+}
 std::shared_ptr<Model> mutable_ptr(const std::shared_ptr<const Model>& m) {
   return std::const_pointer_cast<Model>(m);
 }
@@ -76,6 +79,21 @@ void bind_elements(py::module_& m) {
       "A force measured at some elongations: a natural cubic spline between them, linear outside.");
   m.def("soft_limits", &soft_limits, arg("lower"), arg("upper"), arg("k"),
         "U = k d^3 / 3, d the depth beyond a limit: nothing is felt between the limits.");
+  py::class_<BlockPotential, std::shared_ptr<BlockPotential>>(
+      m, "BlockPotential", "An energy of a coordinate of several numbers.");
+  m.def(
+      "attitude_spring",
+      [](double stiffness, const std::array<double, 4>& rest) {
+        return mutable_ptr(attitude_spring(stiffness, rest));
+      },
+      arg("stiffness"), arg("rest") = std::array<double, 4>{1, 0, 0, 0},
+      R"(U = k (1 - cos theta), theta the angle from the rest attitude (w, x, y, z): torque k sin theta [N m].)");
+  m.def(
+      "place_spring",
+      [](double stiffness, const std::array<double, 3>& rest) {
+        return mutable_ptr(place_spring(stiffness, rest));
+      },
+      arg("stiffness"), arg("rest") = std::array<double, 3>{0, 0, 0}, "U = k |r - rest|^2 / 2.");
   m.def(
       "constant", [](double v) { return mutable_ptr(constant(v)); }, arg("value"));
   m.def(
@@ -254,8 +272,19 @@ do not match, and a port that is joined already. In all u = (K - D) y + v with K
 period [s], a whole number of steps; 0: continuously. A sampled one is held between the instants k period; `name` is then
 what kappa would have supplied all the time, and `name`.hold what the hold adds. encoder: coordinates
 ('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.)")
-      .def("potential", &Network::potential, arg("name"), arg("coordinate"), arg("U"), chain,
-           "H += U(z), z a coordinate with a conjugate momentum: '<member>.<block>'.")
+      .def(
+          "potential",
+          py::overload_cast<const std::string&, const std::string&, Potential>(&Network::potential),
+          arg("name"), arg("coordinate"), arg("U"), chain,
+          "H += U(z), z a coordinate with a conjugate momentum: '<member>.<block>'.")
+      .def(
+          "potential",
+          [](Network& n, const std::string& name, const std::string& coordinate,
+             std::shared_ptr<BlockPotential> U) -> Network& {
+            return n.potential(name, coordinate, std::move(U));
+          },
+          arg("name"), arg("coordinate"), arg("U"), chain,
+          "The same for a coordinate of several numbers: an attitude, a place in space.")
       .def(
           "build",
           [](const Network& n) { return std::const_pointer_cast<NetworkModel>(n.build()); },

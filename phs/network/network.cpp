@@ -24,7 +24,7 @@ void require_new_name(const Plan& p, const std::string& name) {
   };
   if (name.empty()) refuse(p, "an element has an empty name");
   if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
-      taken(p.springs) || taken(p.controls) || taken(p.sampled))
+      taken(p.springs) || taken(p.block_springs) || taken(p.controls) || taken(p.sampled))
     refuse(p, "two elements are named '" + name + "', expected names that differ");
 }
 
@@ -32,9 +32,9 @@ void require_new_name(const Plan& p, const std::string& name) {
 std::vector<int> encoder_of(const Plan& p, const std::string& name, const FoundPort& port,
                             const std::vector<std::string>& coordinates) {
   if (coordinates.empty()) return {};
-  if (int(coordinates.size()) != port.port->size)
+  if (int(coordinates.size()) != port.port.size)
     refuse(p, "the encoder of '" + name + "' has " + std::to_string(coordinates.size()) +
-                  " coordinates, expected " + std::to_string(port.port->size) +
+                  " coordinates, expected " + std::to_string(port.port.size) +
                   ", one per component of port '" + port.name + "'");
   std::vector<int> at;
   for (const auto& c : coordinates) {
@@ -136,7 +136,7 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
   if (how.period == 0 && how.gate)
     refuse(*plan_, "the controller '" + name + "' has a gate without a period, expected both");
   const FoundPort f = find_port(*plan_, port);
-  Plan::Control c{name, f.row, f.port->size, int(f.member - plan_->members.data()), std::move(law)};
+  Plan::Control c{name, f.row, f.port.size, int(f.member - plan_->members.data()), std::move(law)};
   c.encoder = encoder_of(*plan_, name, f, how.encoder);
   std::vector<FoundPort> sensors;
   for (const auto& s : how.sensors) sensors.push_back(find_port(*plan_, s));
@@ -186,6 +186,26 @@ Network& Network::potential(const std::string& name, const std::string& coordina
   refuse(*plan_,
          "potential '" + name + "': unknown coordinate '" + coordinate +
              "', expected one with a momentum of its own: " + (known.empty() ? "none" : known));
+}
+
+Network& Network::potential(const std::string& name, const std::string& coordinate,
+                            BlockPotentialPtr U) {
+  require_new_name(*plan_, name);
+  if (!U) refuse(*plan_, "the potential '" + name + "' is null");
+  std::string known;
+  for (const auto& m : plan_->members)
+    for (const auto& b : m.model->description().blocks) {
+      if (b.momentum < 0 || b.size != U->size() || !m.model->description().traits.canonical)
+        continue;
+      add_to_list(known, m.name + "." + b.name);
+      if (m.name + "." + b.name != coordinate) continue;
+      const int q = m.x + b.at, p = m.x + b.momentum;
+      plan_->block_springs.push_back({name, q, p, b.size, std::move(U)});
+      return *this;
+    }
+  refuse(*plan_, "potential '" + name + "': unknown coordinate '" + coordinate +
+                     "', expected one of " + std::to_string(U->size()) +
+                     " numbers with momenta of its own: " + (known.empty() ? "none" : known));
 }
 
 Network& Network::feedthrough(const std::string& member, const Matrix& F) {

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "phs/functions/block_potential.h"
 #include "phs/functions/gate.h"
 #include "phs/linear_algebra/matrix.h"
 #include "phs/network/elements.h"
@@ -25,7 +26,8 @@ namespace porthos::phs {
 class NetworkModel;
 
 /// Collects members and junctions, checks each when it is added, and builds the model. Port names
-/// are "<member>.<port>", such as "arm.elbow.torque".
+/// are "<member>.<port>", such as "arm.elbow.torque"; "arm.wrist.wrench[2]" is component 2 of a
+/// port of several, as a port of its own.
 ///
 /// Every function throws InvalidArgument for an unknown or ambiguous name, for ports whose kinds,
 /// sizes or units do not match, and for a port that is already joined.
@@ -102,6 +104,8 @@ class Network {
                    SampledLawPtr law, double period);
   /// H += U(z), where z "<member>.<block>" is a coordinate with a conjugate momentum.
   Network& potential(const std::string& name, const std::string& coordinate, Potential U);
+  /// The same for a coordinate of several numbers: the attitude of a ball joint, a place in space.
+  Network& potential(const std::string& name, const std::string& coordinate, BlockPotentialPtr U);
   /// Declares the feedthrough F of a member over all its inputs: y = Gᵀe + F u. Example: S - N in
   /// linear_system.h. @throws InvalidArgument if F + Fᵀ is not >= 0
   Network& feedthrough(const std::string& member, const Matrix& F);

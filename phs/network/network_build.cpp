@@ -54,8 +54,8 @@ void leave_open(Plan& p, Description& d) {
   for (const auto& m : p.members)
     for (Port port : m.model->description().ports) {
       const int row = m.u + port.at;
-      const bool joined = !p.joint[size_t(row)].empty();
-      if (joined) continue;
+      const auto own = std::span(p.joint).subspan(size_t(row), size_t(port.size));
+      if (std::ranges::any_of(own, [](const std::string& by) { return !by.empty(); })) continue;
       if (port.required)
         refuse(p, "port '" + m.name + "." + port.name +
                       "' is not joined to anything, and means nothing alone: expected a junction");
@@ -124,6 +124,7 @@ void describe(Plan& p) {
     d.storages.push_back(s.name);
     s.turn = p.turn_of[size_t(s.q)];
   }
+  for (const auto& s : p.block_springs) d.storages.push_back(s.name);
   for (const auto& l : p.laws) d.powers.push_back({l.name, PowerKind::dissipated});
   for (const auto& r : p.rayleighs) d.powers.push_back({r.name, PowerKind::dissipated});
   for (const auto& m : p.members)

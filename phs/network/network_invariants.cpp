@@ -31,6 +31,20 @@ std::vector<int> acted_on(const Plan& p, const Plan::Member& m) {
   return rows;
 }
 
+/// ∂I/∂p · ∂U/∂z of a spring on a block, relative to its force; x and gradient: of the member.
+double push_along(const Plan::BlockSpring& s, const Plan::Member& m, std::span<const double> x,
+                  std::span<const double> gradient) {
+  const auto n = size_t(s.size);
+  std::vector<double> slope(n);
+  s.U->slope(x.subspan(size_t(s.q - m.x), n), slope);
+  double sum = 0, force = 0;
+  for (size_t k = 0; k < n; ++k) {
+    sum += gradient[size_t(s.p - m.x) + k] * slope[k];
+    force = std::max(force, std::fabs(slope[k]));
+  }
+  return force > 0 ? sum / force : 0;
+}
+
 /// Whether each of a member's invariants is conserved: no port and no potential may act along ∇I.
 std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
   const Description& d = m.model->description();
@@ -57,6 +71,9 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
       for (const auto& s : p.springs)
         if (s.p >= m.x && s.p < m.x + m.nx)
           ok[k] = ok[k] && std::fabs(gradient[k][size_t(s.p - m.x)]) <= zero * size;
+      for (const auto& s : p.block_springs)
+        if (s.p >= m.x && s.p < m.x + m.nx)
+          ok[k] = ok[k] && std::fabs(push_along(s, m, x, gradient[k])) <= zero * size;
     }
   }
   return ok;

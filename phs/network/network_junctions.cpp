@@ -1,6 +1,7 @@
 // The junctions of a Network: they set inputs from outputs and conserve power.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "phs/network/detail/network_ports.h"
 
@@ -12,18 +13,20 @@ using Plan = Network::Plan;
 const char* name_of(PortKind k) { return k == PortKind::effort_in ? "effort in" : "flow in"; }
 
 void claim(Plan& p, const FoundPort& f, const std::string& junction) {
-  std::string& by = p.joint[size_t(f.row)];
-  if (!by.empty())
-    refuse(p, "port '" + f.name + "' is joined by " + by + " already, and by " + junction +
-                  " again: expected each port in one junction (one_junction and zero_junction take "
-                  "many)");
-  for (int i = 0; i < f.port->size; ++i) p.joint[size_t(f.row + i)] = junction;
+  const auto own = std::span(p.joint).subspan(size_t(f.row), size_t(f.port.size));
+  for (std::string& by : own) {
+    if (!by.empty())
+      refuse(p, "port '" + f.name + "' is joined by " + by + " already, and by " + junction +
+                    " again: expected each port in one junction (one_junction and zero_junction "
+                    "take many)");
+    by = junction;
+  }
 }
 
 /// Refuses two ports that would both set the same quantity.
 [[noreturn]] void refuse_constraint(const Plan& p, const std::string& where, const FoundPort& a,
                                     const FoundPort& b) {
-  const bool flow = a.port->kind == PortKind::effort_in;
+  const bool flow = a.port.kind == PortKind::effort_in;
   refuse(p, where + " makes '" + a.name + "' and '" + b.name + "' of one " +
                 (flow ? "flow" : "effort") + ", but the storages of '" + a.member->name +
                 "' and '" + b.member->name +
@@ -34,25 +37,24 @@ void claim(Plan& p, const FoundPort& f, const std::string& junction) {
 }
 
 void require_kind(const Plan& p, const FoundPort& f, PortKind kind, const std::string& where) {
-  if (f.port->kind != kind)
-    refuse(p, where + ": port '" + f.name + "' is " + name_of(f.port->kind) + ", expected " +
+  if (f.port.kind != kind)
+    refuse(p, where + ": port '" + f.name + "' is " + name_of(f.port.kind) + ", expected " +
                   name_of(kind));
 }
 
 void require_match(const Plan& p, const FoundPort& a, const FoundPort& b, const std::string& where,
                    bool units) {
-  if (a.port->size != b.port->size)
-    refuse(p, where + ": port '" + a.name + "' has size " + std::to_string(a.port->size) +
-                  " and '" + b.name + "' has size " + std::to_string(b.port->size) +
-                  ", expected one size");
+  if (a.port.size != b.port.size)
+    refuse(p, where + ": port '" + a.name + "' has size " + std::to_string(a.port.size) + " and '" +
+                  b.name + "' has size " + std::to_string(b.port.size) + ", expected one size");
   const auto differ = [](const std::string& x, const std::string& y) {
     return !x.empty() && !y.empty() && x != y;
   };
-  if (units && (differ(a.port->output_unit, b.port->input_unit) ||
-                differ(b.port->output_unit, a.port->input_unit)))
-    refuse(p, where + ": port '" + a.name + "' takes " + a.port->input_unit + " and gives " +
-                  a.port->output_unit + ", port '" + b.name + "' takes " + b.port->input_unit +
-                  " and gives " + b.port->output_unit +
+  if (units && (differ(a.port.output_unit, b.port.input_unit) ||
+                differ(b.port.output_unit, a.port.input_unit)))
+    refuse(p, where + ": port '" + a.name + "' takes " + a.port.input_unit + " and gives " +
+                  a.port.output_unit + ", port '" + b.name + "' takes " + b.port.input_unit +
+                  " and gives " + b.port.output_unit +
                   ", expected that each gives what the other takes");
 }
 
@@ -68,7 +70,7 @@ void junction(Plan& p, const std::string& name, const std::vector<Network::End>&
   }
   int sets = -1;
   for (size_t i = 0; i < ports.size(); ++i) {
-    if (ports[i].port->kind != carrier) continue;
+    if (ports[i].port.kind != carrier) continue;
     if (sets >= 0) refuse_constraint(p, where, ports[size_t(sets)], ports[i]);
     sets = int(i);
   }
@@ -84,7 +86,7 @@ void junction(Plan& p, const std::string& name, const std::vector<Network::End>&
     // As in feedback(): flows drive, efforts act back.
     const double sign =
         (carrier == PortKind::effort_in ? 1 : -1) * ends[i].sign * ends[size_t(sets)].sign;
-    for (int k = 0; k < c.port->size; ++k) {
+    for (int k = 0; k < c.port.size; ++k) {
       p.K.push_back({ports[i].row + k, c.row + k, sign});
       p.K.push_back({c.row + k, ports[i].row + k, -sign});
     }
@@ -97,7 +99,7 @@ void two_port(Plan& p, const std::string& where, const FoundPort& a, const Found
   require_match(p, a, b, where, units);
   claim(p, a, where);
   claim(p, b, where);
-  for (int k = 0; k < a.port->size; ++k) {
+  for (int k = 0; k < a.port.size; ++k) {
     p.K.push_back({b.row + k, a.row + k, ratio});
     p.K.push_back({a.row + k, b.row + k, -ratio});
   }
@@ -108,7 +110,7 @@ void two_port(Plan& p, const std::string& where, const FoundPort& a, const Found
 Network& Network::feedback(const std::string& effort_in, const std::string& flow_in) {
   const FoundPort a = find_port(*plan_, effort_in), b = find_port(*plan_, flow_in);
   const std::string where = "the feedback of '" + effort_in + "' and '" + flow_in + "'";
-  if (a.port->kind == b.port->kind) refuse_constraint(*plan_, where, a, b);
+  if (a.port.kind == b.port.kind) refuse_constraint(*plan_, where, a, b);
   require_kind(*plan_, a, PortKind::effort_in, where);
   two_port(*plan_, where, a, b, 1, true);
   return *this;
@@ -118,7 +120,7 @@ Network& Network::transformer(const std::string& effort_in, const std::string& f
                               double ratio) {
   const FoundPort a = find_port(*plan_, effort_in), b = find_port(*plan_, flow_in);
   const std::string where = "the transformer of '" + effort_in + "' and '" + flow_in + "'";
-  if (a.port->kind == b.port->kind) refuse_constraint(*plan_, where, a, b);
+  if (a.port.kind == b.port.kind) refuse_constraint(*plan_, where, a, b);
   require_kind(*plan_, a, PortKind::effort_in, where);
   two_port(*plan_, where, a, b, ratio, false);
   return *this;
@@ -127,7 +129,7 @@ Network& Network::transformer(const std::string& effort_in, const std::string& f
 Network& Network::gyrator(const std::string& a, const std::string& b, double r) {
   const FoundPort fa = find_port(*plan_, a), fb = find_port(*plan_, b);
   const std::string where = "the gyrator of '" + a + "' and '" + b + "'";
-  require_kind(*plan_, fb, fa.port->kind, where);
+  require_kind(*plan_, fb, fa.port.kind, where);
   two_port(*plan_, where, fa, fb, r, false);
   return *this;
 }

@@ -8,6 +8,26 @@ void refuse(const Network::Plan& p, const std::string& why) {
   throw InvalidArgument("network '" + p.name + "': " + why);
 }
 
+namespace {
+
+/// The unit of component k: "N m; N" is the first for the first half, the second for the others.
+std::string unit_of(const std::string& units, int k, int size) {
+  const auto split = units.find("; ");
+  if (split == units.npos) return units;
+  return 2 * k < size ? units.substr(0, split) : units.substr(split + 2);
+}
+
+/// Component k of a port as a port of its own.
+FoundPort component_of(FoundPort f, int k) {
+  f.port.input_unit = unit_of(f.port.input_unit, k, f.port.size);
+  f.port.output_unit = unit_of(f.port.output_unit, k, f.port.size);
+  f.port.size = 1;
+  f.row += k;
+  return f;
+}
+
+}  // namespace
+
 FoundPort find_port(const Network::Plan& p, const std::string& name) {
   std::string members;
   for (const auto& m : p.members) {
@@ -16,7 +36,12 @@ FoundPort find_port(const Network::Plan& p, const std::string& name) {
     std::string ports;
     for (const auto& port : m.model->description().ports) {
       add_to_list(ports, m.name + "." + port.name);
-      if (m.name + "." + port.name == name) return {name, &m, &port, m.u + port.at};
+      const std::string full = m.name + "." + port.name;
+      const FoundPort whole{name, &m, port, m.u + port.at};
+      if (full == name) return whole;
+      if (name.compare(0, full.size() + 1, full + "[") != 0) continue;
+      for (int k = 0; k < port.size; ++k)
+        if (name == full + "[" + std::to_string(k) + "]") return component_of(whole, k);
     }
     refuse(p, "unknown port '" + name + "', expected one of " + (ports.empty() ? "none" : ports));
   }
@@ -26,9 +51,9 @@ FoundPort find_port(const Network::Plan& p, const std::string& name) {
 
 FoundPort find_component(const Network::Plan& p, const std::string& name, int component) {
   FoundPort f = find_port(p, name);
-  if (component < 0 || component >= f.port->size)
+  if (component < 0 || component >= f.port.size)
     refuse(p, "port '" + name + "' has no component " + std::to_string(component) + ", it has " +
-                  std::to_string(f.port->size));
+                  std::to_string(f.port.size));
   f.row += component;
   return f;
 }
@@ -36,7 +61,7 @@ FoundPort find_component(const Network::Plan& p, const std::string& name, int co
 std::vector<int> rows_of(const std::vector<FoundPort>& ports) {
   std::vector<int> rows;
   for (const auto& f : ports)
-    for (int i = 0; i < f.port->size; ++i) rows.push_back(f.row + i);
+    for (int i = 0; i < f.port.size; ++i) rows.push_back(f.row + i);
   return rows;
 }
 

@@ -54,12 +54,25 @@ std::vector<int> coupled_rows(const Plan& p) {
   return list;
 }
 
+/// Numbers that springs push.
+size_t spring_numbers(const Plan& p) {
+  size_t n = p.springs.size();
+  for (const auto& s : p.block_springs) n += size_t(s.size);
+  return n;
+}
+
 class NetworkResolvent final : public Resolvent {
   /// An input or a spring: a column of G, and its row of V.
   struct Column {
     size_t member;
-    int row;  ///< an input's row, or a spring's number
+    int row;  ///< an input's row, or the momentum that a spring pushes
     bool spring = false;
+  };
+  /// An entry of ∂²U/∂z² of a spring.
+  struct Bend {
+    size_t column;   ///< of the spring, or of the number of its block
+    size_t row, at;  ///< offsets of the two numbers in the state
+    double value = 0;
   };
 
  public:
@@ -72,7 +85,7 @@ class NetworkResolvent final : public Resolvent {
         nu_(size_t(plan.nu())),
         inputs_(rows.size()),
         slot_(nu_, -1),
-        lu_(rows.size() + plan.springs.size()),
+        lu_(rows.size() + spring_numbers(plan)),
         dual_turns_(turns.size()),
         x_(nx_),
         e_(nx_),
@@ -101,8 +114,8 @@ class NetworkResolvent final : public Resolvent {
       slot_[size_t(row)] = int(columns_.size());
       columns_.push_back({member_of_input(row), row});
     }
-    for (size_t k = 0; k < p_.springs.size(); ++k)
-      columns_.push_back({member_of_state(p_.springs[k].p), int(k), true});
+    for (const auto& s : p_.springs) add_spring(s.q, s.p, 1);
+    for (const auto& s : p_.block_springs) add_spring(s.q, s.p, s.size);
     for (const auto& c : p_.controls) {
       seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
@@ -120,6 +133,7 @@ class NetworkResolvent final : public Resolvent {
     tell_turns();
     for (size_t i = 0; i < own_.size(); ++i) own_[i]->factor(t, state(i, x), z);
     evaluate_outputs();
+    find_bends();
     find_columns();
     find_rows(t);
     // W = A⁻¹G and S = I - z V W
@@ -184,8 +198,29 @@ class NetworkResolvent final : public Resolvent {
               .subspan(size_t(p_.members[i].angle), size_t(p_.members[i].angles)));
   }
   double turn(size_t k) const { return p_.turn_of[k] < 0 ? 0 : turns_[size_t(p_.turn_of[k])]; }
-  double bend(const Plan::Spring& s) const {  // U''
-    return derivative(*s.U.slope, x_[size_t(s.q)] + turn(size_t(s.q)));
+  void add_spring(int q, int p, int size) {
+    const size_t first = columns_.size();
+    for (int i = 0; i < size; ++i) {
+      columns_.push_back({member_of_state(p), p + i, true});
+      for (int j = 0; j < size; ++j)
+        bends_.push_back({first + size_t(i), size_t(q + i), size_t(q + j)});
+    }
+  }
+  /// U'' of the springs.
+  void find_bends() {
+    auto bend = bends_.begin();
+    for (const auto& s : p_.springs)
+      (bend++)->value = derivative(*s.U.slope, x_[size_t(s.q)] + turn(size_t(s.q)));
+    for (const auto& s : p_.block_springs) {
+      Dual slope[most_of_a_block];
+      const auto z = s.of(std::span(xd_));
+      const auto n = z.size();
+      along_each(z, [&](size_t j) {
+        s.U->slope(z, std::span(slope, n));
+        for (size_t i = 0; i < n; ++i) bend[long(i * n + j)].value = slope[i].d;
+      });
+      bend += long(n * n);
+    }
   }
   void evaluate_outputs() {
     for (size_t i = 0; i < systems_.size(); ++i) {
@@ -202,7 +237,7 @@ class NetworkResolvent final : public Resolvent {
       const Column& c = columns_[l];
       const size_t i = c.member;
       if (c.spring) {
-        G_[l * nx_ + size_t(p_.springs[size_t(c.row)].p)] = 1;
+        G_[l * nx_ + size_t(c.row)] = 1;
         continue;
       }
       const auto& m = p_.members[i];
@@ -221,9 +256,8 @@ class NetworkResolvent final : public Resolvent {
         h[offset(i) + k] = ed[k].d;
       }
     }
-    for (const auto& s : p_.springs)
-      for (size_t l = 0; l < inputs_; ++l)
-        H_[l * nx_ + size_t(s.q)] += bend(s) * G_[l * nx_ + size_t(s.q)];
+    for (const Bend& b : bends_)
+      for (size_t l = 0; l < inputs_; ++l) H_[l * nx_ + b.row] += b.value * G_[l * nx_ + b.at];
   }
   /// V = (B + M D) H + M X with D = ∂v/∂y and X = ∂v/∂x; the springs' rows follow.
   void find_rows(double t) {
@@ -251,8 +285,7 @@ class NetworkResolvent final : public Resolvent {
         const size_t i = columns_[l].member, from = offset(i);
         for (size_t j = from; j < from + size(i); ++j) V_[k * nx_ + j] += c * H_[l * nx_ + j];
       }
-    for (size_t k = 0; k < p_.springs.size(); ++k)
-      V_[(inputs_ + k) * nx_ + size_t(p_.springs[k].q)] = -bend(p_.springs[k]);
+    for (const Bend& b : bends_) V_[b.column * nx_ + b.at] = -b.value;
   }
   /// ∂κ/∂y into D, ∂κ/∂x into X.
   void differentiate(const Plan::Control& c, double t) {
@@ -283,6 +316,7 @@ class NetworkResolvent final : public Resolvent {
   size_t nx_, nu_, inputs_, most_ = 0;
   std::vector<int> slot_;  ///< per input its column, or -1
   std::vector<Column> columns_;
+  std::vector<Bend> bends_;
   std::vector<std::unique_ptr<System<Dual>>> dual_;
   std::vector<std::unique_ptr<Resolvent>> own_;
   LaneLu lu_;  ///< of S
@@ -305,7 +339,7 @@ std::unique_ptr<Resolvent> make_network_resolvent(
     any = any || own;
   }
   const auto rows = coupled_rows(plan);
-  if (!any || rows.size() + plan.springs.size() > most_inputs) return nullptr;
+  if (!any || rows.size() + spring_numbers(plan) > most_inputs) return nullptr;
   try {
     return std::make_unique<NetworkResolvent>(plan, systems, turns, rows);
   } catch (const InvalidArgument&) {  // no gradient in duals

@@ -57,12 +57,14 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     T H(0.0);
     for (size_t i = 0; i < systems_.size(); ++i) H = H + systems_[i]->hamiltonian(state(i, x));
     for (const auto& s : p_.springs) H = H + (*s.U.energy)(elongation(s, x));
+    for (const auto& s : p_.block_springs) H = H + s.U->energy(s.of(x));
     return H;
   }
   void gradient(In x, Out e) override {
     for (size_t i = 0; i < systems_.size(); ++i) systems_[i]->gradient(state(i, x), state(i, e));
     for (const auto& s : p_.springs)
       e[size_t(s.q)] = e[size_t(s.q)] + (*s.U.slope)(elongation(s, x));
+    for (const auto& s : p_.block_springs) add_slope<T>(s, x, 1, s.q, e);
   }
 
   void field(T t, In x, In u, Out dx) override {
@@ -70,6 +72,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
       systems_[i]->field(t, state(i, x), {}, state(i, dx));
     for (const auto& s : p_.springs)
       dx[size_t(s.p)] = dx[size_t(s.p)] - (*s.U.slope)(elongation(s, x));
+    for (const auto& s : p_.block_springs) add_slope<T>(s, x, -1, s.p, dx);
     for (size_t i = 0; i < systems_.size(); ++i)
       if (p_.members[i].active)
         systems_[i]->efforts(t, state(i, x), state(i, In(dx)), state(i, Out(e_)));
@@ -134,8 +137,9 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   void stored(In x, Out values) override {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->stored(state(i, x), values.subspan(size_t(p_.members[i].stored)));
-    size_t k = values.size() - p_.springs.size();
+    size_t k = values.size() - p_.springs.size() - p_.block_springs.size();
     for (const auto& s : p_.springs) values[k++] = (*s.U.energy)(elongation(s, x));
+    for (const auto& s : p_.block_springs) values[k++] = s.U->energy(s.of(x));
   }
   void powers(T t, In x, In e, Out values) override {
     size_t k = 0;

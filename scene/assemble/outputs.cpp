@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "mechanics/hamiltonian_field.h"
+#include "mechanics/joint_list.h"
 #include "mechanics/kinematics.h"
+#include "scene/read/joint_place.h"
 
 namespace porthos::scene {
 namespace {
@@ -20,11 +22,11 @@ void put(const Vec3d& v, std::span<double> to) {
 /// The unit of an output; that of a joint depends on the mechanism.
 std::string unit_of(const Output& o, const Assembly& a) {
   if (!o.unit.empty() || !a.mechanism) return o.unit;
-  for (const auto& c : a.mechanism->coordinates())
-    if (c.name == o.of_what)
-      return o.quantity == OutputQuantity::joint_position ? c.unit
-             : o.quantity == OutputQuantity::joint_rate   ? c.rate_unit
-                                                          : c.effort_unit;
+  for (const auto& f : freedoms_of(*a.mechanism))
+    if (f.name == o.of_what)
+      return o.quantity == OutputQuantity::joint_position ? f.of->unit
+             : o.quantity == OutputQuantity::joint_rate   ? f.of->rate_unit
+                                                          : f.of->effort_unit;
   return "";
 }
 
@@ -166,11 +168,9 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::joint_rate:
       to[0] = w_->rate[size_t(item.v)];
       return;
-    case OutputQuantity::joint_torque: {
-      const auto p = size_t(assembly_.mechanism->nq() + item.q);
-      to[0] = field_[p] - bare_field_[p];
+    case OutputQuantity::joint_torque:
+      to[0] = torque(item, s);
       return;
-    }
     case OutputQuantity::joint_wrench:
       return wrench(item, s, to);
     case OutputQuantity::centre_of_mass:
@@ -196,6 +196,23 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
       to[0] = (*item.formula)(
           std::span<const double>(values_).first(size_t(to.data() - values_.data())));
   }
+}
+
+/// The force that changes p by the difference of the fields: the joint momenta are linear in p.
+double Outputs::torque(const Item& item, const phs::State& s) const {
+  const auto& m = *assembly_.mechanism;
+  const auto pushed = [&](int q) {
+    const auto p = size_t(m.nq() + q);
+    return field_[p] - bare_field_[p];
+  };
+  if (!item.whole) return pushed(item.q);
+  const auto& node = m.nodes()[size_t(item.node)];
+  double p[7], mu[6];  // of a free joint
+  mechanics::visit_joint(node.type, [&](auto J) {
+    for (int k = 0; k < decltype(J)::nq; ++k) p[k] = pushed(node.q + k);
+    decltype(J)::momentum(s.x.data() + node.q, p, mu);
+  });
+  return mu[item.v - node.v];
 }
 
 mechanics::Pose Outputs::pose_of(const Place& p) const {
@@ -280,7 +297,11 @@ void Outputs::wrench(const Item& item, const phs::State& s, std::span<double> to
     n += Vec3d{h.n.x.d, h.n.y.d, h.n.z.d} - cross(at, m.gravity());
     f += Vec3d{h.f.x.d, h.f.y.d, h.f.z.d} - weight;
   }
-  const auto& X = dual_poses_[size_t(item.node)];
+  if (item.turned) {  // it acts on the other side
+    n = -n;
+    f = -f;
+  }
+  const auto& X = dual_poses_[size_t(item.of.node)];
   const auto value = [](const mechanics::Vec3<Dual>& v) { return Vec3d{v.x.v, v.y.v, v.z.v}; };
   const mechanics::Pose node{{value(X.R.x), value(X.R.y), value(X.R.z)}, value(X.r)};
   const auto joint = node * item.of.pose;

@@ -25,7 +25,8 @@ std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& ass
 /// Evaluates the [[output]]s of a scene at states of its assembly. Joints that an event has locked
 /// and what acts at them have no outputs: NaN.
 ///
-/// joint_torque of a joint is the difference of p' with and without the scene's parts. joint_wrench
+/// joint_torque of a joint is the difference of p' with and without the scene's parts, of ball and
+/// free joints in body axes. joint_wrench
 /// is the rate of change of the momentum of all bodies that the joint carries, exact by duals, less
 /// their weight. Cost of the two: an evaluation of the field, of duals for the wrench; others cost
 /// a pass of kinematics. Not thread-safe.
@@ -52,8 +53,10 @@ class Outputs {
   struct Item {
     const Output* output;
     Place of, seen_from;
-    int q = 0, v = 0, turn = -1, node = -1;  ///< of the joint
-    int row = -1;                            ///< of the storage or power; node: of the link
+    int q = 0, v = 0, turn = -1, node = -1;  ///< of the joint; node: of the link too
+    bool whole = false;                      ///< its momenta follow from all numbers of the joint
+    bool turned = false;                     ///< the child of its joint carries what was the parent
+    int row = -1;                            ///< of the storage or power
     bool gone = false;
     std::optional<Formula> formula;
   };
@@ -67,6 +70,7 @@ class Outputs {
   void hold(std::span<const double> held);
   void evaluate_fields(double t, const phs::State& s, std::span<const double> held);
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
+  double torque(const Item& item, const phs::State& s) const;
   void motion(const Item& item, std::span<double> to) const;
   void frame(const Item& item, std::span<double> to) const;
   void momenta(const Item& item, std::span<double> to) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "scene/assemble/outputs.h"
+#include "scene/read/joint_place.h"
 
 /// What the names of an output stand for in a mechanism.
 namespace porthos::scene {
@@ -54,21 +55,39 @@ void Outputs::bind_joint(Item& item) {
     for (const auto& c : assembly_.mechanism->coordinates())
       if (c.joint == o.of_what) item.node = c.node;
     for (const auto& b : assembly_.parts.bodies())  // the frame of the joint is its child's
-      if (b.joint.name == o.of_what && item.node >= 0) item.of = place({b.name, {}, 0}, o.where);
+      if (b.joint.name == o.of_what && item.node >= 0) {
+        item.of = place({b.joint.turned ? b.parent : b.name, {}, 0}, o.where);
+        item.turned = b.joint.turned;
+      }
     item.gone = item.node < 0 && assembly_.is_phase;
     if (item.node < 0 && !item.gone)
       refuse_output(o, "the model has no joint '" + o.of_what + "' that moves");
     return;
   }
-  for (const auto& c : assembly_.mechanism->coordinates()) {
-    if (c.name != o.of_what) continue;
-    if (c.nq != 1 || c.nv != 1)
-      refuse_output(o, "joint '" + o.of_what + "' has several freedoms, expected one");
+  std::string own;
+  for (const auto& f : freedoms_of(*assembly_.mechanism)) {
+    const auto& c = *f.of;
+    const bool has_it = f.has_coordinate() || o.quantity != OutputQuantity::joint_position;
+    if ((c.joint == o.of_what || c.name == o.of_what) && has_it) add_to_list(own, f.name);
+    if (f.name != o.of_what) continue;
+    if (!has_it)
+      refuse_output(o, "'" + f.name +
+                           "' is a rate without a coordinate, expected quantity = "
+                           "\"attitude\", \"angle\" or \"position\" of its link");
     item.q = c.q;
-    item.v = c.v;
-    item.turn = assembly_.mechanism->nodes()[size_t(c.node)].turn;
+    item.v = f.v;
+    item.node = c.node;
+    item.turn = f.has_coordinate() ? assembly_.mechanism->nodes()[size_t(c.node)].turn : -1;
+    item.whole = !f.has_coordinate();
     return;
   }
+  if (!own.empty())
+    refuse_output(o, "joint '" + o.of_what + "' has several freedoms, expected one of: " + own);
+  for (const auto& c : assembly_.mechanism->coordinates())
+    if (c.name == o.of_what || c.joint == o.of_what)
+      refuse_output(o, "joint '" + o.of_what +
+                           "' turns freely, expected quantity = \"attitude\", "
+                           "\"angle\" or \"position\" of its link");
   item.gone = assembly_.is_phase;
   if (item.gone) return;
   try {

@@ -68,20 +68,24 @@ phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* pe
   return phs::profile(p.list("times"), p.list("values", unit));
 }
 
-JointPlace joint_place(const mechanics::MechanicalModel& model, const std::string& where,
-                       const std::string& who, const std::string& joint) {
-  std::string known;
-  for (const auto& c : model.mechanism().coordinates()) {
-    if (c.nq != 1 || c.nv != 1) continue;
-    add_to_list(known, c.name);
-    if (c.name != joint) continue;
-    for (const auto& p : model.description().ports)
-      if (p.size == 1 && p.name.rfind(c.name + ".", 0) == 0)
-        return {"mechanism." + c.name, "mechanism." + p.name, c.q};
-  }
+void JointElement::require_freedom(const Element& e) const {
+  if (place.size == 1) return;
+  std::string names;
+  for (const auto& f : freedoms_of(model.mechanism()))
+    if ("mechanism." + f.of->name == place.coordinate) add_to_list(names, f.name);
   throw InvalidArgument(
-      fmt::format("{}: {}: the model has no joint '{}' of one freedom, expected one of: {}", where,
-                  who, joint, known.empty() ? "(none)" : known));
+      fmt::format("element '{}': a {} acts at one freedom and '{}' has {}, expected one of: {}",
+                  e.name, e.type, e.joint, place.size, names));
+}
+
+void JointElement::require_number(const Element& e) const {
+  require_freedom(e);
+  if (place.coordinate.empty())
+    throw InvalidArgument(
+        fmt::format("element '{}': a {} depends on a coordinate and '{}' is a rate without one, "
+                    "expected a joint "
+                    "of one freedom",
+                    e.name, e.type, e.joint));
 }
 
 std::vector<Element> read_elements(const Table& scene) {
@@ -109,7 +113,7 @@ void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements) {
   for (const Element& e : elements) {
     if (!e.add) continue;  // on links, or a stop
-    const JointPlace at = joint_place(model, e.where, "element '" + e.name + "'", e.joint);
+    const JointPlace at = element_place(model, e.where, "element '" + e.name + "'", e.joint);
     at_line(e.where, [&] { e.add(e, {n, model, at}); });
   }
 }

@@ -6,33 +6,25 @@
 
 #include "contact/law.h"
 #include "phs/network/network.h"
+#include "scene/read/joint_place.h"
 #include "space/parts.h"
-
-namespace porthos::mechanics {
-class MechanicalModel;
-}
 
 namespace porthos::scene {
 
 class Table;
 struct Scene;
-
-/// A joint's coordinate and port in the network of a scene, whose mechanism is the member
-/// "mechanism".
-struct JointPlace {
-  std::string coordinate, port;
-  int q;  ///< among the mechanism's coordinates
-};
-/// @throws InvalidArgument beginning with `where` and `who`: the joint is unknown or has several
-/// degrees of freedom
-JointPlace joint_place(const mechanics::MechanicalModel& model, const std::string& where,
-                       const std::string& who, const std::string& joint);
+struct Element;
 
 /// The network and the place in it to which an element at a joint is added.
 struct JointElement {
   phs::Network& network;
   const mechanics::MechanicalModel& model;
   JointPlace place;
+
+  /// @throws InvalidArgument unless the place is a coordinate of one number
+  void require_number(const Element& e) const;
+  /// @throws InvalidArgument unless the place is one freedom
+  void require_freedom(const Element& e) const;
 };
 
 /// A stop of a joint that bounces; a limit that is not stated is that of the model file.
@@ -74,8 +66,8 @@ std::vector<Element> read_elements(const Table& scene);
 phs::FunctionPtr read_signal(const Table& t, const std::string& unit, double* period = nullptr);
 
 /// Puts the elements at the joints of the member "mechanism" of a network.
-/// @throws InvalidArgument naming file and line, for an unknown joint, a joint of several degrees
-/// of freedom, or limits without bounds
+/// @throws InvalidArgument naming file and line, for an unknown joint, one with more freedoms than
+/// the element acts at, or limits without bounds
 void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements);
 

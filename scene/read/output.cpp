@@ -53,7 +53,7 @@ const std::vector<QuantityInfo>& quantities() {
        joined(point_keys("a link"), {number("radius", "m", "0", "of a sphere round the point"),
                                      number("relative_radius", "m", "0", "likewise")})},
       {OutputQuantity::joint_position, "joint_position", 1, "", "With all its turns.", joint_key()},
-      {OutputQuantity::joint_rate, "joint_rate", 1, "", "Of a joint of one freedom.", joint_key()},
+      {OutputQuantity::joint_rate, "joint_rate", 1, "", "Of one freedom of a joint.", joint_key()},
       {OutputQuantity::joint_torque, "joint_torque", 1, "",
        "What elements, actuators, controllers and contacts exert at a joint.", joint_key()},
       {OutputQuantity::joint_wrench,

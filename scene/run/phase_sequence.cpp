@@ -37,10 +37,13 @@ void check(const Scene& s) {
           "expected a joint without one",
           e.where, e.name, who));
     };
+    const auto at_it = [&](const std::string& joint) {
+      return joint == e.name || joint.starts_with(e.name + ".");
+    };
     for (const JointActuator& a : s.actuators)
-      if (a.joint == e.name) refuse("actuator '" + a.name + "'");
+      if (at_it(a.joint)) refuse("actuator '" + a.name + "'");
     for (const Element& m : s.elements)
-      if (m.motor && m.joint == e.name) refuse("element '" + m.name + "'");
+      if (m.motor && at_it(m.joint)) refuse("element '" + m.name + "'");
   }
 }
 
@@ -62,6 +65,13 @@ bool on_ground(const mechanics::MovingMechanism& moving) {
          });
 }
 
+/// Whether a coordinate or freedom has the name of a locked joint, or begins with it.
+bool is_of_locked(const mechanics::MovingMechanism& moving, const std::string& name) {
+  return std::any_of(moving.locked.begin(), moving.locked.end(), [&](const auto& lock) {
+    return name == lock.first || name.starts_with(lock.first + ".");
+  });
+}
+
 /// The scene of a phase. What acts at locked joints is inactive, and so is a torquer whose wheels
 /// are all locked, because there is no momentum to unload.
 Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
@@ -69,10 +79,13 @@ Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
   Scene s = scene;
   s.events.clear();
   s.duration = end;
-  std::erase_if(s.elements, [&](const Element& e) { return moving.locked.count(e.joint) > 0; });
+  const auto& mechanism = moving.model->mechanism();
+  std::erase_if(s.elements, [&](const Element& e) {
+    return !e.joint.empty() && is_of_locked(moving, e.joint) && !has_place(mechanism, e.joint);
+  });
   if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
     std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
-  latching.apply_to(s, moving.model->mechanism());
+  latching.apply_to(s, mechanism);
   s.constraints.spec = moving.constraints;
   return s;
 }

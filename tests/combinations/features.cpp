@@ -136,6 +136,19 @@ std::vector<Feature> all() {
            link("rotor", "0.5", round, "0") +
            joint("gimbal", "bus", "gimbal", "0.2 0 0.3", "1 0 0") +
            joint("rotor", "gimbal", "rotor", "0 0 0", "0 0 1")},
+      {"ball joint",
+       {"ball"},
+       {},
+       {},
+       element("spring", "name = 'ball@'\nstiffness = 2", "joint = 'wrist@'") +
+           element("damper", "name = 'ball@.damper'\ndamping = 0.3", "joint = 'wrist@'") +
+           element("force", "name = 'ball@.force'\nsine = { amplitude = 0.3, frequency = 0.7 }",
+                   "joint = 'wrist@.about_x'") +
+           "[initial.joints.wrist@]\nattitude_wxyz = [0.9, 0.3, 0.2, 0.1]\n"
+           "angular_velocity = [0.4, -0.2, 0.5]\n",
+       link("paddle@", "0.6", "ixx='0.03' iyy='0.02' izz='0.02'", "-0.1") +
+           "<joint name='wrist@' type='spherical'><origin xyz='0.1 0 -0.6'/><parent "
+           "link='lower'/><child link='paddle@'/></joint>\n"},
       {"wrench",
        {"wrench"},
        {},
@@ -268,6 +281,14 @@ std::vector<Feature> all() {
        {},
        event("release", "at = 0.@\nbody = 'tool@'"),
        link("tool@", "0.5", round, "-0.1") + joint("grip@", "lower", "tool@", "0 0 -0.6", "0 1 0")},
+      {"capture by a link",
+       {"event", "capture"},
+       {},
+       {},
+       "[[robot]]\nname = 'prey@'\nurdf = 'model.urdf'\nbase = 'free'\nposition = [0, -6, 0]\n"
+       "angular_velocity = [0.1, 0, 0.2]\n[initial.joints.'prey@.joint1']\nvelocity = 0.3\n" +
+           event("capture", "at = 0.@\nbody = 'prey@.lower'\nlink = 'lower'\nreach = 10") +
+           event("release", "at = 0.5\nbody = 'prey@.lower'")},
       {"lock and unlock",
        {"event", "lock"},
        {},

@@ -19,10 +19,9 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",       "friction",   "controller",    "sampled controller",
-           "wheel",        "cmg",        "soft_latch",    "engage and disengage",
-           "contact",      "joint_stop", "rigid contact", "law over joints",
-           "law in Python"},
+    losses{"damper",     "friction",      "controller",      "sampled controller",   "wheel",
+           "cmg",        "ball joint",    "soft_latch",      "engage and disengage", "contact",
+           "joint_stop", "rigid contact", "law over joints", "law in Python"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace

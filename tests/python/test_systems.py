@@ -230,3 +230,21 @@ def test_actuators_of_the_catalogue(pendulum):
     x = np.concatenate([np.zeros(4), vsa.actuator_start("motor", a, 0.0, 0.0)])
     r = ph.simulate(model, x, step=0.01, duration=5, limits={"balance": 1e-10})
     assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta.torque"][-1]) > 1e-3, str(r)
+
+
+def test_springs_on_an_attitude_and_on_a_place():
+    ball = ph.BodySpec(name="body", parent="world", joint=ph.JointSpec(name="tether", type="free"),
+                       mass=ph.MassProperties(mass=2, com=(0, 0, 0), inertia=(0.3, 0, 0, 0.3, 0, 0.3)))
+    m = ph.MechanicalModel(ph.MechanismBuilder("ball").add(ball).build())
+    n = ph.Network("ball on springs")
+    n.add("m", m).main("m")
+    n.potential("turning", "m.tether.attitude", ph.attitude_spring(4.0, rest=(0.8, 0.6, 0, 0)))
+    n.potential("place", "m.tether.position", ph.place_spring(5.0, rest=(0.1, 0, 0)))
+    model = n.build()
+    assert ph.check(model).holds(), ph.check(model).text()
+    # Turned by the angle of the rest attitude, and a metre from the rest.
+    x = m.state(np.array([1.1, 0, 0, 1, 0, 0, 0]), np.zeros(6))
+    angle = 2 * math.acos(0.8)
+    assert model.instantiate().hamiltonian(x) == pytest.approx(4 * (1 - math.cos(angle)) + 2.5, rel=1e-14)
+    refused(lambda: n.potential("again", "m.tether.position", ph.attitude_spring(1.0)),
+            "expected one of 4 numbers")

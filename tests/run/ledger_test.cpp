@@ -119,8 +119,8 @@ TEST(Ledger, BadElementsAreRefusedWithTheirLine) {
   const auto unknown =
       scene_with(folder, "[[element]]\njoint = \"wrist\"\ntype = \"damper\"\ndamping = 1.0\n");
   EXPECT_TRUE(says(refusal([&] { scene::assemble(unknown); }),
-                   "scene.toml:9:1: element 'wrist.damper': the model has no joint 'wrist' of one "
-                   "freedom, expected one of: shoulder, elbow"));
+                   "scene.toml:9:1: element 'wrist.damper': the model has no joint 'wrist', "
+                   "expected one of: shoulder, elbow"));
   const auto twice = scene_with(folder, element("type = \"damper\"\ndamping = 1.0") +
                                             element("type = \"damper\"\ndamping = 1.0"));
   EXPECT_TRUE(

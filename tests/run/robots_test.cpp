@@ -113,6 +113,68 @@ TEST(Robots, AnArticulatedTargetIsCapturedAndReleasedWithItsPanelMoving) {
   EXPECT_GT(r.dissipated_J, 0.1) << "the impact is plastic";
 }
 
+/// By its panel: the bus hangs on the panel then, with the hinge turned round.
+TEST(Robots, AnyLinkIsCapturedAndTheRobotGivenBack) {
+  TemporaryFolder folder;
+  const std::string keys =
+      moving_arm + swinging + target +
+      "[[element]]\ntype = \"spring\"\njoint = \"target.hinge\"\nstiffness = 3\n"
+      "[[element]]\ntype = \"damper\"\njoint = \"target.hinge\"\ndamping = 0.2\n"
+      "[[output]]\nquantity = \"joint_position\"\nname = \"angle\"\njoint = \"target.hinge\"\n"
+      "[[event]]\ntype = \"capture\"\nbody = \"target.panel\"\nlink = \"lower\"\nat = "
+      "0.5\nreach = 9\n[[event]]\ntype = \"release\"\nbody = \"target.panel\"\nat = 1.5\n";
+  const auto s = scene_of(folder, keys);
+  const auto a = scene::assemble(s);
+  const auto r = scene::run(s, a, into(folder / "out"));
+  EXPECT_TRUE(r.passed());
+  EXPECT_EQ(r.phases, 3);
+  EXPECT_LE(value_of(r, "momentum_across_events"), 1e-14);  // 4e-16
+  EXPECT_GT(r.dissipated_J, 0.1) << "the impact is plastic";
+  EXPECT_LE(std::fabs(r.defect_J), 1e-12);
+  EXPECT_EQ(r.final_state.x.size(), a.initial.x.size()) << "the robot floats again";
+  EXPECT_EQ(r.final_state.x, scene::run_in_memory(s, a, {}).final_state.x);
+  // In orbit, and with a step control.
+  EXPECT_TRUE(run(scene_of(folder, moving_arm.substr(0, 10) + keys.substr(moving_arm.size()) +
+                                       "[orbit]\naltitude = 5e5\n"))
+                  .report.passed());
+  auto controlled = s;
+  controlled.step_control = integrators::StepControl::time_transformed;
+  EXPECT_TRUE(run(controlled).report.passed());
+}
+
+/// A body takes hold of the panel, or the panel of the body: one weld, two trees, one motion.
+TEST(Robots, ItDoesNotMatterWhichSideCaptures) {
+  TemporaryFolder folder;
+  const auto weld = [&](const std::string& body, const std::string& link) {
+    const auto s = scene_of(
+        folder,
+        moving_arm + swinging + target +
+            "[[body]]\nname = \"tug\"\nmass = 3\ninertia = [0.2, 0.3, 0.4, 0, 0, 0]\n"
+            "position = [3, 1.5, 0]\nlinear_velocity = [0, -0.5, 0]\n"
+            "[[event]]\ntype = \"capture\"\nbody = \"" +
+            body + "\"\nlink = \"" + link +
+            "\"\nat = 0.5\nreach = 9\n"
+            "[[output]]\nquantity = \"joint_wrench\"\nname = \"wrench\"\njoint = "
+            "\"target.hinge\"\n[[output]]\nquantity = \"position\"\nname = \"bus\"\nlink = "
+            "\"target.bus\"\n[[element]]\ntype = \"spring\"\njoint = \"target.hinge\"\nstiffness = "
+            "30\n");
+    return scene::run_in_memory(s, scene::assemble(s), {});
+  };
+  const auto turned = weld("target.panel", "tug"), other = weld("tug", "target.panel");
+  ASSERT_EQ(turned.outputs.size(), 9u);
+  double worst = 0, size = 0;
+  for (size_t i = 0; i < 9; ++i) {
+    const double end = other.outputs[i].end;
+    worst = std::max(worst, std::fabs(turned.outputs[i].end - end));
+    size = std::max(size, std::fabs(end));
+  }
+  std::printf("  wrench of the hinge and place of the bus differ by %.1e of %.2g (1e-11)\n", worst,
+              size);
+  EXPECT_LE(worst, 1e-11 * size);
+  EXPECT_GT(size, 1);
+  EXPECT_NEAR(turned.dissipated_J, other.dissipated_J, 1e-12);
+}
+
 TEST(Robots, ALoopJoinsAnyTwoLinksOfTwoRobots) {
   TemporaryFolder folder;
   const std::string more =

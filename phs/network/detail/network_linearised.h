@@ -17,7 +17,8 @@ namespace porthos::phs {
 /// factor on its force, 1 in this model. So the derivative by a linear spring's constant is that of
 /// its factor divided by it.
 ///
-/// Returns null where a port turns with the state, or a controller or a feedthrough takes part.
+/// Returns null where a port turns with the state, or a controller, a spring on a block of several
+/// numbers or a feedthrough takes part.
 /// plan: must outlive the result.
 template <class T>
 std::unique_ptr<Linearised<T>> make_network_linearised(const Network::Plan& plan);

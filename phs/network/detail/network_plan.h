@@ -64,6 +64,16 @@ struct Network::Plan {
     int turn;  ///< its angle, -1 for none
     Potential U;
   };
+  struct BlockSpring {
+    std::string name;
+    int q, p, size;  ///< offsets in the state
+    BlockPotentialPtr U;
+    /// Numbers of the coordinate in a vector like x.
+    template <class T>
+    std::span<T> of(std::span<T> x) const {
+      return x.subspan(size_t(q), size_t(size));
+    }
+  };
   /// An invariant of a member that the composition keeps.
   struct Kept {
     int member, at;  ///< offset in the member's invariants
@@ -81,6 +91,7 @@ struct Network::Plan {
   std::vector<Control> controls;
   std::vector<SampledControl> sampled;
   std::vector<Spring> springs;
+  std::vector<BlockSpring> block_springs;
   std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
   std::vector<std::string> joint;  ///< per input: the junction that its port is part of, or empty
 
@@ -106,6 +117,16 @@ struct Network::Plan {
   int nx() const { return members.empty() ? 0 : members.back().x + members.back().nx; }
   int nu() const { return members.empty() ? 0 : members.back().u + members.back().nu; }
 };
+
+/// to[first of s + k] += sign · ∂U/∂z_k of a spring on a block at x. first: its q or p.
+template <class T>
+void add_slope(const Network::Plan::BlockSpring& s, std::span<const T> x, double sign, int first,
+               std::span<T> to) {
+  T slope[most_of_a_block];
+  s.U->slope(s.of(x), std::span<T>(slope, size_t(s.size)));
+  for (int k = 0; k < s.size; ++k)
+    to[size_t(first + k)] = to[size_t(first + k)] + T(sign) * slope[k];
+}
 
 /// yᵀA y
 template <class T>

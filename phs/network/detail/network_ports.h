@@ -9,11 +9,12 @@ namespace porthos::phs {
 
 [[noreturn]] void refuse(const Network::Plan& p, const std::string& why);
 
-/// A port of a member, found by "<member>.<port>".
+/// A port of a member, found by "<member>.<port>", or the component k of one that has several,
+/// found by "<member>.<port>[k]".
 struct FoundPort {
   std::string name;
   const Network::Plan::Member* member;
-  const Port* port;
+  Port port;
   int row;  ///< of its first input
 };
 

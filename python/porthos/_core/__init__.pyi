@@ -962,6 +962,9 @@ class Potential:
     """An energy U(z) with its slope U'(z): a spring, a limit, any potential of one coordinate."""
     def __init__(self, energy: Function, slope: Function) -> None: ...
 
+class BlockPotential:
+    """An energy of a coordinate of several numbers."""
+
 class Held:
     """A value held until it is set again. One per run: set between steps only."""
     def __init__(self) -> None: ...
@@ -1035,8 +1038,13 @@ class Network:
         ('<member>.<block>'), it sees their mean flow over the last period. sensors: ports whose outputs kappa sees too.
         """
         ...
+    @typing.overload
     def potential(self, name: str, coordinate: str, U: Potential) -> Network:
         """H += U(z), z a coordinate with a conjugate momentum: '<member>.<block>'."""
+        ...
+    @typing.overload
+    def potential(self, name: str, coordinate: str, U: BlockPotential) -> Network:
+        """The same for a coordinate of several numbers: an attitude, a place in space."""
         ...
     def build(self) -> NetworkModel:
         """The system. Ports that nothing was joined to stay its ports.
@@ -1580,6 +1588,14 @@ def tabulated_spring(z: list[float], force: list[float]) -> Potential:
 
 def soft_limits(lower: float, upper: float, k: float) -> Potential:
     """U = k d^3 / 3, d the depth beyond a limit: nothing is felt between the limits."""
+    ...
+
+def attitude_spring(stiffness: float, rest: list[float] = ...) -> BlockPotential:
+    """U = k (1 - cos theta), theta the angle from the rest attitude (w, x, y, z): torque k sin theta [N m]."""
+    ...
+
+def place_spring(stiffness: float, rest: list[float] = ...) -> BlockPotential:
+    """U = k |r - rest|^2 / 2."""
     ...
 
 def constant(value: float) -> Function: ...

@@ -44,6 +44,7 @@ void read_cmg(const Table& t, Element& e) {
   e.turning_wheel = t.text("wheel", "the name of a joint");
   e.add = [gain = t.positive("gain"), command = read_signal(t, " of rad/s")](
               const Element& own, const JointElement& at) {
+    at.require_number(own);
     at.network.control(own.name, at.place.port, gimbal_law(at.model, own, gain, command));
   };
 }

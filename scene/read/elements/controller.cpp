@@ -32,6 +32,8 @@ void read_controller(const Table& t, Element& e) {
   const bool mean = t.choice("output") == "mean";
   if (mean && e.rate == 0) t.fail("output", "is \"mean\" without a rate, expected both or neither");
   e.add = [gains, mean](const Element& own, const JointElement& at) {
+    at.require_freedom(own);
+    if (gains.stiffness > 0 || mean) at.require_number(own);
     const auto law = joint_controller(at.model, own, gains);
     phs::Network::Control how;
     if (own.rate > 0) how.period = 1 / own.rate;

@@ -6,8 +6,16 @@ namespace porthos::scene {
 namespace {
 
 void read_damper(const Table& t, Element& e) {
-  e.add = [law = phs::viscous(t.number("damping"))](const Element& own, const JointElement& at) {
-    at.network.resist(own.name, at.place.port, law);
+  const double damping = t.number("damping");
+  e.add = [damping, law = phs::viscous(damping)](const Element& own, const JointElement& at) {
+    const JointPlace& place = at.place;
+    if (place.size == 1) {
+      at.network.resist(own.name, place.port, law);
+      return;
+    }
+    phs::Matrix D(place.port_size, place.port_size);  // isotropic, on the rates of the coordinate
+    for (int k = place.first; k < place.first + place.size; ++k) D(k, k) = damping;
+    at.network.resist(own.name, {place.port}, D);
   };
 }
 
@@ -16,7 +24,7 @@ void read_damper(const Table& t, Element& e) {
 ElementType damper_element() {
   using namespace keys;
   return {"damper",
-          "Viscous.",
+          "Viscous, at one freedom or at all those of a ball joint, an attitude or a position.",
           ElementType::Place::joint,
           {number("damping", "N m s/rad (N s/m)", required, "0 or more")},
           read_damper};

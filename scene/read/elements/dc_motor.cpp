@@ -17,6 +17,7 @@ void read_dc_motor(const Table& t, Element& e) {
   t.require("voltage", "a table with one of the keys constant, sine, profile");
   e.add = [m, voltage = read_signal(t.table("voltage"), " of V")](const Element& own,
                                                                   const JointElement& at) {
+    at.require_freedom(own);
     phs::Network& n = at.network;
     n.add(own.name, phs::dc_drive(m));
     n.feedback(at.place.port, own.name + ".shaft");

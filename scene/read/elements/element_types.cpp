@@ -39,7 +39,8 @@ SchemaTable ElementType::table() const {
   keys::Keys all{keys::word("type", {name}, keys::required, "what it is")};
   if (place == Place::joint) {
     all.push_back(keys::text("name", "<joint>.<type>", "name in the ledger"));
-    all.push_back(keys::text("joint", keys::required, "coordinate, as porthos info names it"));
+    all.push_back(keys::text("joint", keys::required,
+                             "coordinate, as porthos info names it, or wrist.about_x"));
   } else {
     all.push_back(keys::text("name", keys::required, "name in the ledger"));
   }

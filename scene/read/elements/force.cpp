@@ -22,6 +22,7 @@ void read_force(const Table& t, Element& e) {
     force = read_signal(t, " of N m or N", &e.period);
   }
   e.add = [source = std::move(force)](const Element& own, const JointElement& at) {
+    at.require_freedom(own);
     at.network.source(own.name, at.place.port, source);
   };
 }

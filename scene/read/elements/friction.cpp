@@ -12,6 +12,7 @@ void read_friction(const Table& t, Element& e) {
                                   .viscous = t.number("viscous"),
                                   .smoothing = t.number("smoothing")});
   e.add = [law](const Element& own, const JointElement& at) {
+    at.require_freedom(own);
     at.network.resist(own.name, at.place.port, law);
   };
 }

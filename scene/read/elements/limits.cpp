@@ -31,6 +31,7 @@ void read_limits(const Table& t, Element& e) {
   if (t.has("upper")) upper = t.number("upper");
   e.add = [lower, upper, stiffness = t.number("stiffness")](const Element& own,
                                                             const JointElement& at) {
+    at.require_number(own);
     at.network.potential(own.name, at.place.coordinate,
                          soft_stops(at.model, own, lower, upper, stiffness));
   };

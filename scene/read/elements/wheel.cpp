@@ -44,6 +44,7 @@ void read_wheel(const Table& t, Element& e) {
   e.turning_wheel = e.joint;
   if (t.has("rate")) e.rate = t.positive("rate");
   e.add = [](const Element& own, const JointElement& at) {
+    at.require_number(own);
     phs::Network::Control how;
     if (!turns_on_the_ground(at.model, own)) how.sensors = {"mechanism.base.wrench"};
     if (own.rate > 0) how.period = 1 / own.rate;
