@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "energy_shaping/closed_loop.h"
-#include "energy_shaping/gate.h"
 #include "energy_shaping/interconnection.h"
+#include "phs/functions/smooth_step.h"
 #include "phs/system/forwarding.h"
 
 namespace porthos::energy_shaping {
@@ -137,7 +137,7 @@ class TankedSystem final : public phs::Forwarding<T> {
     (*m_.law)(t, own, y, Out(kappa_));
     const auto& k = m_.tank;
     const double width = 0.1 * (k.most - k.least);
-    const T alpha = gate(x[n_], k.least, k.least + width);
+    const T alpha = phs::smooth_step(x[n_], k.least, k.least + width);
     T inflow(0.0);
     for (size_t i = 0; i < m_.size; ++i) {
       T& u = u_[m_.at + i];
@@ -145,7 +145,7 @@ class TankedSystem final : public phs::Forwarding<T> {
       inflow = inflow - u * y[i];
     }
     plant_.apply_input(own, u_, c_);
-    valve_ = gate(x[n_], k.most - width, k.most) * phs::max(inflow, T(0.0));
+    valve_ = phs::smooth_step(x[n_], k.most - width, k.most) * phs::max(inflow, T(0.0));
   }
   void exchange(In e, Out dx) {
     T given(0.0);

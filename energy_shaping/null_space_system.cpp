@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "energy_shaping/detail/null_space_projector.h"
-#include "energy_shaping/gate.h"
+#include "phs/functions/smooth_step.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -109,7 +109,7 @@ class NullSpaceSystem final : public LoopSystem<T> {
     projector_.felt(pull_.data(), felt_.data());
     const T E = x[2 * n_];
     const double width = tank_margin * (p_.most - p_.least);
-    alpha_ = gate(E, p_.least, p_.least + width);
+    alpha_ = phs::smooth_step(E, p_.least, p_.least + width);
     task_->gradient(plant(x), Out(y_));
     T inflow(0.0);
     for (size_t i = 0; i < n_; ++i) {
@@ -117,7 +117,7 @@ class NullSpaceSystem final : public LoopSystem<T> {
       c_[i] = alpha_ * felt_[i] - T(p_.fill * damping(i)) * rate;
       inflow = inflow - c_[i] * rate;
     }
-    valve_ = gate(E, p_.most - width, p_.most) * phs::max(inflow, T(0.0));
+    valve_ = phs::smooth_step(E, p_.most - width, p_.most) * phs::max(inflow, T(0.0));
   }
   void exchange(In e, Out dx) {
     T given(0.0);

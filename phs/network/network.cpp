@@ -18,16 +18,6 @@ void require_positive(const Plan& p, const Matrix& m, const std::string& what) {
                   " of its symmetric part, expected none below 0: it would make power");
 }
 
-void require_new_name(const Plan& p, const std::string& name) {
-  const auto taken = [&](const auto& list) {
-    return std::any_of(list.begin(), list.end(), [&](const auto& e) { return e.name == name; });
-  };
-  if (name.empty()) refuse(p, "an element has an empty name");
-  if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
-      taken(p.springs) || taken(p.block_springs) || taken(p.controls) || taken(p.sampled))
-    refuse(p, "two elements are named '" + name + "', expected names that differ");
-}
-
 /// Offsets of an encoder's coordinates in the network's state.
 std::vector<int> encoder_of(const Plan& p, const std::string& name, const FoundPort& port,
                             const std::vector<std::string>& coordinates) {
@@ -72,6 +62,12 @@ Network& Network::add(const std::string& name, std::shared_ptr<const Model> memb
                             .nu = d.nu});
   plan_->joint.resize(size_t(plan_->nu()));
   return *this;
+}
+
+int Network::offset(const std::string& member) const {
+  for (const auto& m : plan_->members)
+    if (m.name == member) return m.x;
+  refuse(*plan_, "has no member '" + member + "'");
 }
 
 Network& Network::main(const std::string& name) {
@@ -142,13 +138,15 @@ Network& Network::control(const std::string& name, const std::string& port, LawP
   for (const auto& s : how.sensors) sensors.push_back(find_port(*plan_, s));
   c.sensors = rows_of(sensors);
   c.gate = how.gate;
+  c.whole = how.whole;
+  c.tank = find_tank(*plan_, name, how.tank);
   if (how.period > 0) c.hold = std::make_shared<Hold>(Hold{name, how.period, {}});
   plan_->controls.push_back(std::move(c));
   return *this;
 }
 
 Network& Network::control(const std::string& name, const std::vector<std::string>& ports,
-                          SampledLawPtr law, double period) {
+                          SampledLawPtr law, double period, const std::string& tank) {
   require_new_name(*plan_, name);
   if (!law) refuse(*plan_, "the law of the controller '" + name + "' is null");
   if (ports.empty()) refuse(*plan_, "the controller '" + name + "' has no port");
@@ -163,7 +161,8 @@ Network& Network::control(const std::string& name, const std::vector<std::string
                          "', expected ports of one member");
   }
   plan_->sampled.push_back({name, int(found.front().member - plan_->members.data()), rows_of(found),
-                            std::move(law), std::make_shared<Hold>(Hold{name, period, {}})});
+                            std::move(law), std::make_shared<Hold>(Hold{name, period, {}}),
+                            find_tank(*plan_, name, tank)});
   return *this;
 }
 

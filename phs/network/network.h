@@ -87,6 +87,8 @@ class Network {
     std::vector<std::string> sensors =
         {};                  ///< more ports whose outputs κ sees: y = [its own, theirs ...]
     GatePtr gate = nullptr;  ///< lets a sampled controller act or not; null: it always acts
+    std::string tank = {};   ///< that pays for it; empty: the outside does
+    bool whole = false;      ///< κ sees x of the whole network, at offset() of each member
   };
   /// A controller on a port of any size: u += κ(t, x, y), x the state of the port's member. The
   /// ledger lists its power as `name`; it need not be passive. A sampled controller is held between
@@ -94,6 +96,9 @@ class Network {
   /// difference due to the hold, (held - κ)·y.
   Network& control(const std::string& name, const std::string& port, LawPtr law,
                    const Control& how);
+  /// Where the state of a member begins in that of the network. @throws InvalidArgument for an
+  /// unknown name
+  int offset(const std::string& member) const;
   Network& control(const std::string& name, const std::string& port, LawPtr law) {
     return control(name, port, std::move(law), Control{});
   }
@@ -101,7 +106,25 @@ class Network {
   /// last instant k·period, 0 before the first one. The ledger lists the power of all its ports as
   /// `name`.
   Network& control(const std::string& name, const std::vector<std::string>& ports,
-                   SampledLawPtr law, double period);
+                   SampledLawPtr law, double period, const std::string& tank = {});
+  /// Bounds of the energy in a tank [J].
+  struct Tank {
+    double least = 0.1, most = 2;
+  };
+  /// A store of energy that pays for controllers: a member whose state is its energy E, a part of
+  /// H. A controller with this tank acts as u += α(E) κ and takes what it supplies, E' = -α κ·y -
+  /// r. That exchange is skew, so no law makes energy. α falls from 1 to 0 over the last tenth of
+  /// the way down to `least`; of a sampled controller κ is held and α is not. r >= 0 is a valve
+  /// that lets out what would pass `most`. Both bounds hold for every motion that starts within.
+  /// Ledger: the storage `name`, the loss `name`.valve; the power of the controller is only
+  /// observed. After Duindam, Stramigioli 2004; Franken et al. 2011, with E itself as the state.
+  /// @throws InvalidArgument unless 0 <= least < most
+  Network& tank(const std::string& name, const Tank& bounds);
+  /// Damping u -= d y of which the share `fill` of the power flows into a tank; the rest is the
+  /// loss `name`. d: of each component of the ports, concatenated [N m s/rad | N s/m].
+  /// @throws InvalidArgument for d < 0 or fill outside [0, 1]
+  Network& fill(const std::string& name, const std::vector<std::string>& ports,
+                const std::vector<double>& d, double fill, const std::string& tank);
   /// H += U(z), where z "<member>.<block>" is a coordinate with a conjugate momentum.
   Network& potential(const std::string& name, const std::string& coordinate, Potential U);
   /// The same for a coordinate of several numbers: the attitude of a ball joint, a place in space.

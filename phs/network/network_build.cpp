@@ -73,6 +73,27 @@ void leave_open(Plan& p, Description& d) {
     }
 }
 
+/// The ledger of what the network itself has, in the order of NetworkSystem::powers.
+void list_powers(const Plan& p, Description& d) {
+  for (const auto& l : p.laws) d.powers.push_back({l.name, PowerKind::dissipated});
+  for (const auto& r : p.rayleighs) d.powers.push_back({r.name, PowerKind::dissipated});
+  for (const auto& m : p.members)
+    if (std::any_of(p.F.begin(), p.F.end(),
+                    [&](const auto& t) { return t.row >= m.u && t.row < m.u + m.nu; }))
+      d.powers.push_back({m.name + ".feedthrough", PowerKind::dissipated});
+  for (const auto& s : p.sources) d.powers.push_back({s.name, PowerKind::supplied});
+  const auto supply = [](int tank) {
+    return tank < 0 ? PowerKind::supplied : PowerKind::observed;  // a tank's loss is its gain
+  };
+  for (const auto& c : p.controls) {
+    d.powers.push_back({c.name, supply(c.tank), true});
+    if (c.hold && c.tank < 0) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
+  }
+  for (const auto& c : p.sampled) d.powers.push_back({c.name, supply(c.tank), true});
+  for (const auto& f : p.filling) d.powers.push_back({f.name, PowerKind::dissipated});
+  for (const auto& k : p.tanks) d.powers.push_back({k.name + ".valve", PowerKind::dissipated});
+}
+
 void describe(Plan& p) {
   Description d;
   d.name = p.name;
@@ -84,7 +105,7 @@ void describe(Plan& p) {
   const bool same_structure = alone && p.skew.empty();
   d.traits.canonical = same_structure && p.members[0].model->description().traits.canonical;
   d.traits.separable = same_structure && p.members[0].model->description().traits.separable;
-  const bool controlled = !p.controls.empty() || !p.sampled.empty();
+  const bool controlled = !p.controls.empty() || !p.sampled.empty() || !p.filling.empty();
   d.traits.lossless = p.laws.empty() && p.rayleighs.empty() && p.F.empty() && !controlled;
   d.traits.autonomous = p.sources.empty() && !controlled;
   d.traits.quadratic = true;
@@ -125,18 +146,7 @@ void describe(Plan& p) {
     s.turn = p.turn_of[size_t(s.q)];
   }
   for (const auto& s : p.block_springs) d.storages.push_back(s.name);
-  for (const auto& l : p.laws) d.powers.push_back({l.name, PowerKind::dissipated});
-  for (const auto& r : p.rayleighs) d.powers.push_back({r.name, PowerKind::dissipated});
-  for (const auto& m : p.members)
-    if (std::any_of(p.F.begin(), p.F.end(),
-                    [&](const auto& t) { return t.row >= m.u && t.row < m.u + m.nu; }))
-      d.powers.push_back({m.name + ".feedthrough", PowerKind::dissipated});
-  for (const auto& s : p.sources) d.powers.push_back({s.name, PowerKind::supplied});
-  for (const auto& c : p.controls) {
-    d.powers.push_back({c.name, PowerKind::supplied, true});
-    if (c.hold) d.powers.push_back({c.name + ".hold", PowerKind::supplied, true});
-  }
-  for (const auto& c : p.sampled) d.powers.push_back({c.name, PowerKind::supplied, true});
+  list_powers(p, d);
   leave_open(p, d);
   p.description = std::move(d);
 }
@@ -153,8 +163,11 @@ void mark_active(Plan& p) {
     for (const int sensor : c.sensors) row[size_t(sensor)] = true;
   for (const auto& c : p.sampled)
     for (const int own : c.rows) row[size_t(own)] = true;
+  for (const auto& f : p.filling)
+    for (const int own : f.rows) row[size_t(own)] = true;
   for (auto& m : p.members)
     m.active = std::any_of(row.begin() + m.u, row.begin() + m.u + m.nu, [](bool b) { return b; });
+  for (const auto& k : p.tanks) p.members[size_t(k.member)].active = true;
 }
 
 }  // namespace
@@ -193,6 +206,12 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     fresh.insert(fresh.end(), own.begin(), own.end());
     c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
   }
+  for (const auto& d : p->filling)
+    for (const auto& f : p->F)
+      if (std::ranges::find(d.rows, f.row) != d.rows.end())
+        refuse(*p, "'" + d.name +
+                       "' acts on a port with feedthrough, expected an element with a "
+                       "state between them");
   solve_loop(*p);
   describe(*p);
   mark_active(*p);

@@ -80,13 +80,13 @@ std::vector<bool> stays(const Plan& p, const Plan::Member& m) {
 }
 
 /// Columns that a Casimir's gradient must be orthogonal to: (J - R)(x) at some states, and the
-/// directions in which sources and controllers act.
+/// directions in which sources, controllers and their tanks act.
 MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
   const auto f = model.instantiate<double>();
   const int n = p.nx();
   std::mt19937_64 generator(2);
   const auto pushed = p.pushed();
-  MatrixXd all(n, samples * (n + int(pushed.size())));
+  MatrixXd all(n, samples * (n + int(pushed.size() + p.tanks.size())));
   int at = 0;
   std::vector<double> unit(size_t(n), 0.0), J(unit), R(unit);
   for (int sample = 0; sample < samples; ++sample) {
@@ -111,6 +111,7 @@ MatrixXd moving_directions(const NetworkModel& model, const Plan& p) {
       }
       ++at;
     }
+    for (const auto& k : p.tanks) all.col(at++) = VectorXd::Unit(n, k.x);
   }
   return all;
 }

@@ -57,7 +57,8 @@ class NetworkLinearised final : public Linearised<T> {
   bool whole() const {
     const auto plain = [&](int row) { return plain_[size_t(row)].momentum >= 0; };
     const auto acts_plainly = [&](const auto& element) { return plain(element.row); };
-    return p_.controls.empty() && p_.sampled.empty() && p_.block_springs.empty() && p_.F.empty() &&
+    return p_.controls.empty() && p_.sampled.empty() && p_.filling.empty() &&
+           p_.block_springs.empty() && p_.F.empty() &&
            std::ranges::all_of(p_.B, [&](const auto& b) { return plain(b.row) && plain(b.col); }) &&
            std::ranges::all_of(p_.laws, acts_plainly) &&
            std::ranges::all_of(p_.sources, acts_plainly);

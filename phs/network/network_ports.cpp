@@ -1,5 +1,6 @@
 #include "phs/network/detail/network_ports.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace porthos::phs {
@@ -56,6 +57,17 @@ FoundPort find_component(const Network::Plan& p, const std::string& name, int co
                   std::to_string(f.port.size));
   f.row += component;
   return f;
+}
+
+void require_new_name(const Plan& p, const std::string& name) {
+  const auto taken = [&](const auto& list) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& e) { return e.name == name; });
+  };
+  if (name.empty()) refuse(p, "an element has an empty name");
+  if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
+      taken(p.springs) || taken(p.block_springs) || taken(p.controls) || taken(p.sampled) ||
+      taken(p.filling))
+    refuse(p, "two elements are named '" + name + "', expected names that differ");
 }
 
 std::vector<int> rows_of(const std::vector<FoundPort>& ports) {

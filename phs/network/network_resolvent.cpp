@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "phs/linear_algebra/lane_lu.h"
+#include "phs/network/detail/tank_flows.h"
 
 namespace porthos::phs {
 namespace {
@@ -46,6 +47,8 @@ std::vector<int> coupled_rows(const Plan& p) {
     for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
     for (const int sensor : c.sensors) row[size_t(sensor)] = true;
   }
+  for (const auto& f : p.filling)
+    for (const int own : f.rows) row[size_t(own)] = true;
   for (const auto& m : p.M)  // M is the identity unless there are loops
     if (row[size_t(m.col)]) row[size_t(m.row)] = true;
   std::vector<int> list;
@@ -120,7 +123,7 @@ class NetworkResolvent final : public Resolvent {
       seen_.resize(std::max(seen_.size(), size_t(c.size) + c.sensors.size()));
       kappa_.resize(std::max(kappa_.size(), size_t(c.size)));
     }
-    law_x_.resize(most_);
+    law_x_.resize(nx_);
     // Throws here, not in the middle of a run, if a gradient has no duals.
     for (size_t i = 0; i < dual_.size(); ++i)
       dual_[i]->gradient(state(i, std::span<const Dual>(xd_)), std::span(ed_).first(size(i)));
@@ -266,6 +269,8 @@ class NetworkResolvent final : public Resolvent {
     for (const auto& l : p_.laws) entry(D_, l.row, l.row) -= derivative(*l.law, y_[size_t(l.row)]);
     for (const auto& c : p_.controls)
       if (!c.hold) differentiate(c, t);
+    for (const auto& f : p_.filling)
+      for (size_t k = 0; k < f.rows.size(); ++k) entry(D_, f.rows[k], f.rows[k]) -= f.d[k];
     std::fill(V_.begin(), V_.end(), 0.0);
     std::fill(C_.begin(), C_.end(), 0.0);
     for (const auto& b : p_.B) entry(C_, b.row, b.col) += b.factor;
@@ -287,26 +292,28 @@ class NetworkResolvent final : public Resolvent {
       }
     for (const Bend& b : bends_) V_[b.column * nx_ + b.at] = -b.value;
   }
-  /// ∂κ/∂y into D, ∂κ/∂x into X.
+  /// ∂κ/∂y into D, ∂κ/∂x into X; of a tank its share of now.
   void differentiate(const Plan::Control& c, double t) {
-    const auto& m = p_.members[size_t(c.member)];
+    const auto [from, count] = p_.seen(c);
     const size_t ports = size_t(c.size), all = ports + c.sensors.size();
-    auto x = std::span(law_x_).first(size_t(m.nx));
+    const auto x = std::span(law_x_).first(count);
     auto y = std::span(seen_).first(all);
     const auto u = std::span(kappa_).first(ports);
-    for (size_t k = 0; k < x.size(); ++k) x[k] = Dual(x_[size_t(m.x) + k] + turn(size_t(m.x) + k));
+    for (size_t k = 0; k < x.size(); ++k) x[k] = Dual(x_[from + k] + turn(from + k));
+    const double share =
+        c.tank < 0 ? 1 : share_of(p_.tanks[size_t(c.tank)], x_[size_t(p_.tanks[size_t(c.tank)].x)]);
     const auto row_seen = [&](size_t k) {
       return k < ports ? c.row + int(k) : c.sensors[k - ports];
     };
     for (size_t k = 0; k < all; ++k) y[k] = Dual(y_[size_t(row_seen(k))]);
     along_each(y, [&](size_t k) {
       (*c.law)(Dual(t), x, y, u);
-      for (size_t j = 0; j < ports; ++j) entry(D_, c.row + int(j), row_seen(k)) += u[j].d;
+      for (size_t j = 0; j < ports; ++j) entry(D_, c.row + int(j), row_seen(k)) += share * u[j].d;
     });
     along_each(x, [&](size_t k) {
       (*c.law)(Dual(t), x, y, u);
       for (size_t j = 0; j < ports; ++j)
-        X_[size_t(slot_[size_t(c.row) + j]) * nx_ + size_t(m.x) + k] += u[j].d;
+        X_[size_t(slot_[size_t(c.row) + j]) * nx_ + from + k] += share * u[j].d;
     });
   }
 

@@ -9,6 +9,7 @@
 #include "phs/network/detail/network_resolvent.h"
 #include "phs/network/detail/sampled_controls.h"
 #include "phs/network/detail/source_values.h"
+#include "phs/network/detail/tank_flows.h"
 #include "phs/scalars/derivative.h"
 
 namespace porthos::phs {
@@ -35,6 +36,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         work_(e_.size()),
         controls_(p_),
         with_memory_(p_.sampled),
+        tanks_(p_),
         sources_(p_.sources) {
     size_t most_invariants = 0;
     for (const auto& m : p_.members) {
@@ -78,12 +80,14 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
         systems_[i]->efforts(t, state(i, x), state(i, In(dx)), state(i, Out(e_)));
     flows(t, x, e_, u);
     add_inputs(x, dx);
+    tanks_.add_rates(x, e_, dx);
   }
   void rate(T t, In x, In e, Out dx) override {
     for (size_t i = 0; i < systems_.size(); ++i)
       systems_[i]->rate(t, state(i, x), state(i, e), state(i, dx));
     flows(t, x, e, {});
     add_inputs(x, dx);
+    tanks_.add_rates(x, e, dx);
   }
   /// Outputs see no part of e that depends on inputs: efforts without inputs give the inputs.
   void efforts(T t, In x, In dx, Out e) override {
@@ -157,15 +161,20 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
       const Out kappa = law(j, t, x);
-      T wished(0.0), held(0.0);
-      for (size_t i = 0; i < kappa.size(); ++i) wished = wished + kappa[i] * port(c, y_)[i];
-      values[k++] = wished;
-      if (!c.hold) continue;
-      for (size_t i = 0; i < kappa.size(); ++i)
-        held = held + (controls_.held(j, i) - kappa[i]) * port(c, y_)[i];
-      values[k++] = held;
+      values[k] = power<T>(kappa, port(c, y_));
+      if (c.tank >= 0) {
+        if (c.hold) values[k] = power<T>(controls_.held(j), port(c, y_));
+        values[k] = values[k] * tanks_.factor(c.tank, x, e);
+      } else if (c.hold) {
+        T held(0.0);
+        for (size_t i = 0; i < kappa.size(); ++i)
+          held = held + (controls_.held(j, i) - kappa[i]) * port(c, y_)[i];
+        values[++k] = held;
+      }
+      ++k;
     }
-    with_memory_.powers(y_, values, k);
+    k = with_memory_.powers(x, e, y_, tanks_, values, k);
+    tanks_.powers(x, e, y_, values, k);
   }
   void use_held(std::span<const HeldPtr> memories) override {
     controls_.use_held(memories);
@@ -254,19 +263,16 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   void flows(T t, In x, In e, In u) {
     outputs(x, e);
     std::fill(v_.begin(), v_.end(), T(0.0));
+    tanks_.begin(e, y_, v_);
     sources_.add(t, v_);
     for (const auto& l : p_.laws) v_[row(l)] = v_[row(l)] - (*l.law)(y_[row(l)]);
     for (size_t j = 0; j < p_.controls.size(); ++j) {
       const auto& c = p_.controls[j];
-      const Out v = port(c, v_);
-      if (c.hold)
-        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + controls_.held(j, k);
-      else {
-        const Out kappa = law(j, t, x);
-        for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + kappa[k];
-      }
+      const Out v = port(c, v_), kappa = c.hold ? controls_.held(j) : law(j, t, x);
+      const T factor = c.tank < 0 ? T(1.0) : tanks_.pay(c.tank, x, e, power<T>(kappa, port(c, y_)));
+      for (size_t k = 0; k < v.size(); ++k) v[k] = v[k] + factor * kappa[k];
     }
-    with_memory_.add(v_);
+    with_memory_.add(x, e, y_, tanks_, v_);
     for (size_t k = 0; k < u.size(); ++k) v_[size_t(p_.open[k])] = v_[size_t(p_.open[k])] + u[k];
     if (p_.M.empty()) {
       std::copy(v_.begin(), v_.end(), u_.begin());
@@ -283,10 +289,10 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   static Out port(const Plan::Control& c, std::vector<T>& v) {
     return Out(v).subspan(size_t(c.row), size_t(c.size));
   }
-  /// The state of control j's member for its law.
+  /// The state that the law of control j sees.
   void unwrap(size_t j, In x) {
     const Out own = controls_.state(j);
-    const auto at = size_t(p_.members[size_t(p_.controls[j].member)].x);
+    const size_t at = p_.seen(p_.controls[j]).first;
     for (size_t k = 0; k < own.size(); ++k) own[k] = unwrapped(at + k, x);
   }
   /// κ of control j at the flows y_.
@@ -327,6 +333,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
   std::vector<T> turn_, u_, v_, y_, e_, Gu_, work_, invariants_;
   ControlValues<T> controls_;
   SampledControls<T> with_memory_;
+  TankFlows<T> tanks_;
   SourceValues<T> sources_;
 };
 

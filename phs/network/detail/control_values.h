@@ -18,7 +18,7 @@ class ControlValues {
     size_t state = 0, size = 0, seen = 0;
     for (size_t j = 0; j < p.controls.size(); ++j) {
       const auto& c = p.controls[j];
-      state = std::max(state, size_t(p.members[size_t(c.member)].nx));
+      state = std::max(state, p.seen(c).second);
       size = std::max(size, size_t(c.size));
       seen = std::max(seen, size_t(c.size) + c.sensors.size());
       if (!c.hold) continue;
@@ -40,11 +40,15 @@ class ControlValues {
   size_t sampled(size_t i) const { return sampled_[i]; }
   /// What control j holds.
   T held(size_t j, size_t k) const { return T((*held_[j])[k]); }
-
-  /// Place for the unwrapped state of control j's member, to be filled before law() and renew().
-  Out state(size_t j) {
-    return Out(state_).first(size_t(p_.members[size_t(p_.controls[j].member)].nx));
+  Out held(size_t j) {
+    const Out own = Out(kappa_).first(size_t(p_.controls[j].size));
+    for (size_t k = 0; k < own.size(); ++k) own[k] = held(j, k);
+    return own;
   }
+
+  /// Place for the unwrapped state that control j's law sees, to be filled before law() and
+  /// renew().
+  Out state(size_t j) { return Out(state_).first(p_.seen(p_.controls[j]).second); }
   /// κ of control j, 0 behind a closed gate. y: the flows at all ports
   Out law(size_t j, T t, In y) { return law(j, t, y, held_[j] ? *held_[j] : none_); }
   /// Renews what control j holds at a sampling instant; its encoder is read already.

@@ -2,6 +2,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "phs/network/network.h"
@@ -47,6 +48,8 @@ struct Network::Plan {
     /// per component, the coordinate whose change gives the mean flow; empty: the flow itself
     std::vector<int> encoder = {};
     GatePtr gate = nullptr;  ///< null: always open
+    int tank = -1;           ///< number of the tank that pays, -1: none
+    bool whole = false;      ///< it sees the state of the whole network
     /// Where its memory begins in that of the hold, behind values and encoder.
     size_t gate_at() const { return size_t(size) + encoder.size(); }
   };
@@ -57,6 +60,20 @@ struct Network::Plan {
     std::vector<int> rows;  ///< of its ports, in turn
     SampledLawPtr law;
     HoldPtr hold;  ///< its memory: the held values, then the law's
+    int tank = -1;
+  };
+  struct Tank {
+    std::string name;
+    int member, x;  ///< x: offset of its energy in the state
+    double least, most;
+  };
+  /// Dampers whose power flows into a tank in part.
+  struct FillingDamper {
+    std::string name;
+    std::vector<int> rows;
+    std::vector<double> d;
+    double fill;
+    int tank;
   };
   struct Spring {
     std::string name;
@@ -90,6 +107,8 @@ struct Network::Plan {
   std::vector<Source> sources;
   std::vector<Control> controls;
   std::vector<SampledControl> sampled;
+  std::vector<Tank> tanks;
+  std::vector<FillingDamper> filling;
   std::vector<Spring> springs;
   std::vector<BlockSpring> block_springs;
   std::vector<Term> K, F;          ///< u = K y + ..., y = Gᵀe + F u
@@ -105,14 +124,20 @@ struct Network::Plan {
   std::vector<Casimir> casimirs;
   std::vector<std::string> casimir_texts;
 
-  /// Inputs that a source or a controller drives.
+  /// Inputs that a source, a controller or a damper of a tank drives.
   std::vector<int> pushed() const {
     std::vector<int> rows;
     for (const auto& s : sources) rows.push_back(s.row);
     for (const auto& c : controls)
       for (int k = 0; k < c.size; ++k) rows.push_back(c.row + k);
     for (const auto& c : sampled) rows.insert(rows.end(), c.rows.begin(), c.rows.end());
+    for (const auto& f : filling) rows.insert(rows.end(), f.rows.begin(), f.rows.end());
     return rows;
+  }
+  /// Offset and size of the state that a controller's law sees.
+  std::pair<size_t, size_t> seen(const Control& c) const {
+    const Member& m = members[size_t(c.member)];
+    return c.whole ? std::pair(size_t(0), size_t(nx())) : std::pair(size_t(m.x), size_t(m.nx));
   }
   int nx() const { return members.empty() ? 0 : members.back().x + members.back().nx; }
   int nu() const { return members.empty() ? 0 : members.back().u + members.back().nu; }
@@ -126,6 +151,14 @@ void add_slope(const Network::Plan::BlockSpring& s, std::span<const T> x, double
   s.U->slope(s.of(x), std::span<T>(slope, size_t(s.size)));
   for (int k = 0; k < s.size; ++k)
     to[size_t(first + k)] = to[size_t(first + k)] + T(sign) * slope[k];
+}
+
+/// uᵀy
+template <class T>
+T power(std::span<const T> u, std::span<const T> y) {
+  T sum(0.0);
+  for (size_t k = 0; k < u.size(); ++k) sum = sum + u[k] * y[k];
+  return sum;
 }
 
 /// yᵀA y

@@ -25,6 +25,10 @@ FoundPort find_component(const Network::Plan& p, const std::string& name, int co
 
 /// The input rows of the ports, concatenated.
 std::vector<int> rows_of(const std::vector<FoundPort>& ports);
+/// @throws InvalidArgument for the name of another element, or none
+void require_new_name(const Network::Plan& p, const std::string& name);
+/// The number of a tank that `of` names; -1 for no name. @throws InvalidArgument for an unknown one
+int find_tank(const Network::Plan& p, const std::string& of, const std::string& name);
 /// Requires that m is n x n and finite.
 void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std::string& what);
 

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "phs/network/detail/network_plan.h"
+#include "phs/network/detail/tank_flows.h"
 
 namespace porthos::phs {
 
@@ -10,6 +10,7 @@ namespace porthos::phs {
 template <class T>
 class SampledControls {
   using Plan = Network::Plan;
+  using In = std::span<const T>;
 
  public:
   explicit SampledControls(const std::vector<Plan::SampledControl>& controls)
@@ -21,22 +22,23 @@ class SampledControls {
   }
   const std::vector<HeldPtr>& memories() const { return memories_; }
 
-  /// v += the held values.
-  void add(std::vector<T>& v) const {
-    for (size_t i = 0; i < controls_.size(); ++i)
+  /// v += the held values, by the factor of the tank that pays.
+  void add(In x, In e, const std::vector<T>& y, TankFlows<T>& tanks, std::vector<T>& v) const {
+    for (size_t i = 0; i < controls_.size(); ++i) {
+      const int tank = controls_[i].tank;
+      const T factor = tank < 0 ? T(1.0) : tanks.pay(tank, x, e, power(i, y));
       for (size_t k = 0; k < controls_[i].rows.size(); ++k) {
         T& at = v[size_t(controls_[i].rows[k])];
-        at = at + T((*memories_[i])[k]);
+        at = at + factor * T((*memories_[i])[k]);
       }
-  }
-  /// The power of each, from place `to` on.
-  void powers(const std::vector<T>& y, std::span<T> values, size_t to) const {
-    for (size_t i = 0; i < controls_.size(); ++i) {
-      T sum(0.0);
-      for (size_t k = 0; k < controls_[i].rows.size(); ++k)
-        sum = sum + T((*memories_[i])[k]) * y[size_t(controls_[i].rows[k])];
-      values[to++] = sum;
     }
+  }
+  /// The power of each, from place `to` on. @return the place after them
+  size_t powers(In x, In e, const std::vector<T>& y, const TankFlows<T>& tanks, std::span<T> values,
+                size_t to) const {
+    for (size_t i = 0; i < controls_.size(); ++i)
+      values[to++] = tanks.factor(controls_[i].tank, x, e) * power(i, y);
+    return to;
   }
   /// Evaluates law i. unwrapped(k): number k of the network's state, with its angle unwrapped.
   template <class Unwrapped>
@@ -52,6 +54,13 @@ class SampledControls {
   }
 
  private:
+  T power(size_t i, const std::vector<T>& y) const {
+    T sum(0.0);
+    for (size_t k = 0; k < controls_[i].rows.size(); ++k)
+      sum = sum + T((*memories_[i])[k]) * y[size_t(controls_[i].rows[k])];
+    return sum;
+  }
+
   const std::vector<Plan::SampledControl>& controls_;
   std::vector<HeldPtr> memories_;
   std::vector<double> x_, y_;
