@@ -20,7 +20,8 @@ namespace {
 
 /// Coordinates that meet the task with the least energy of the posture, from q on: Newton's method
 /// with a multiplier per task row.
-std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
+std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q,
+                           const std::string& name) {
   const auto& m = loop.task().mechanical().mechanism();
   const auto& pose = loop.task().parts().poses[0];
   const size_t n = q.size(), r = loop.rows().size(), N = n + r;
@@ -57,9 +58,28 @@ std::vector<double> settle(const NullSpaceLoop& loop, std::vector<double> q) {
     for (size_t i = 0; i < n; ++i) most = std::max(most, std::fabs(step[i]));
     const double part = std::min(1.0, 0.3 / most);
     for (size_t i = 0; i < n; ++i) q[i] += part * step[i];
-    if (most < 1e-14) break;
+    if (most < 1e-14) return q;
+    if (round == 1999 && !(most < 1e-9))
+      refuse_posture(name,
+                     "no coordinates near the start hold the task and come nearest to the "
+                     "posture, expected a start or a posture closer to the task");
   }
   return q;
+}
+
+/// How many of the task's numbers the joints move at q, independently of each other.
+int rank_of_task(const NullSpaceLoop& loop, std::span<const double> q) {
+  const size_t n = q.size(), r = loop.rows().size();
+  NullSpaceProjector<double> projector(loop);
+  projector.place(q);
+  const auto& J = projector.jacobian();
+  std::vector<double> S(r * r);
+  for (size_t i = 0; i < r; ++i)
+    for (size_t j = 0; j < r; ++j)
+      S[i * r + j] = phs::dense::dot(n, J.data() + i * n, J.data() + j * n);
+  const auto squares = phs::symmetric_eigenvalues(r, S);
+  return int(std::count_if(squares.begin(), squares.end(),
+                           [&](double s) { return s > 1e-12 * squares.back(); }));
 }
 
 PotentialShaping settled(PotentialShaping s, const std::vector<double>& rest) {
@@ -78,7 +98,12 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
   auto start = task;  // to find the pose: no rest needed yet
   start.tolerance = HUGE_VAL;
   task_ = std::make_shared<const PotentialLoop>(plant, start);
-  const auto q = settle(*this, task.rest);
+  if (const int rank = rank_of_task(*this, task.rest); rank < task_size())
+    refuse_posture(name,
+                   fmt::format("from the start the joints move '{}' in {} of the {} directions "
+                               "of the task, expected all of them",
+                               task.poses[0].link, rank, task_size()));
+  const auto q = settle(*this, task.rest, name);
   task_ = std::make_shared<const PotentialLoop>(plant, settled(task, q));
   actuated_ = task_->actuated();
   if (actuated_.size() != n)

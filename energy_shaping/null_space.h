@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "energy_shaping/port_law.h"
 #include "energy_shaping/potential_loop.h"
 
 namespace porthos::energy_shaping {
@@ -76,5 +77,13 @@ class NullSpaceLoop : public ClosedLoopFor<NullSpaceLoop> {
   std::vector<int> rows_;
   phs::Description description_;
 };
+
+/// The parts of the law as controllers of the joints' ports, for a network with the plant; dampers
+/// and the tank are Network::fill and Network::tank. First what has an energy of its own: the
+/// springs of the task and of the posture, with the compensation of the plant's potential.
+std::vector<PortLaw> spring_laws(std::shared_ptr<const NullSpaceLoop> loop);
+/// The second is what the tank pays for: Jᵀ J̄ᵀ K_n (q - q_n), which takes the posture off the
+/// task.
+std::vector<PortLaw> projection_laws(std::shared_ptr<const NullSpaceLoop> loop);
 
 }  // namespace porthos::energy_shaping
