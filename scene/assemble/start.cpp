@@ -238,6 +238,10 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))
     std::copy(own.begin(), own.end(),
               x.begin() + dynamic_cast<const phs::NetworkModel&>(internal).offset(name));
+  for (const Controller& c : scene.controllers)
+    if (c.tank)
+      x[size_t(dynamic_cast<const phs::NetworkModel&>(internal).offset(c.tank_name()))] =
+          c.tank->level;
   if (a.spacecraft) try {
       x = a.spacecraft->state(x, scene.orbit->start);
     } catch (const InvalidArgument& e) {

@@ -43,7 +43,17 @@ void add_sampled(phs::Network& n, const Controller& c, ControllerDesign made,
     law = sensed(std::move(law), c.sensing, 1 / c.rate, numbers, std::move(made.joints),
                  {c.name, of_case}, model, of_ports);
   for (auto& port : made.ports) port = "mechanism." + port;
-  n.control(c.name, made.ports, std::move(law), 1 / c.rate);
+  n.control(c.name, made.ports, std::move(law), 1 / c.rate, c.tank_name());
+}
+
+/// The part of a law that a tank pays for.
+void add_paid(phs::Network& n, const Controller& c, ControllerDesign::Paid paid, size_t nx) {
+  for (auto& l : paid.laws) l.law = of_mechanism(std::move(l.law), nx);
+  phs::Network::Control how{.tank = c.tank_name()};
+  if (c.rate > 0) how.period = 1 / c.rate;
+  energy_shaping::control(n, c.name + ".projection", "mechanism", paid.laws, how);
+  for (auto& port : paid.damped) port = "mechanism." + port;
+  n.fill(c.name + ".damping", paid.damped, paid.damping, paid.fill, c.tank_name());
 }
 
 LawFile read_law_file(const Table& t, const char* key, const std::string& folder) {
@@ -134,6 +144,7 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
     if (type->always_sampled) t.require("rate", "the sampling instants per second in Hz");
     if (!type->file_key.empty()) c.file = read_law_file(t, type->file_key.c_str(), folder);
     c.sensing = read_sensing(t);
+    c.tank = read_tank(t);
     type->read(t, c);
     list.push_back(std::move(c));
   });
@@ -150,7 +161,9 @@ std::vector<energy_shaping::Certificate> add_controllers(
     at_line(c.where, [&] {
       if (c.file.name.empty())  // the conditions of the library's laws are those of trees
         phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
-      designs.push_back(c.design(c, {model, scene, inputs}));
+      designs.push_back(c.design(c, {model, scene, inputs, [&](const std::string& member) {
+                                       return size_t(n.offset(member));
+                                     }}));
     });
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);
@@ -161,6 +174,7 @@ std::vector<energy_shaping::Certificate> add_controllers(
     const auto gate = gates.find(c.name);
     at_line(c.where, [&] {
       const auto& elsewhere = designs[i].elsewhere;
+      if (c.tank) n.tank(c.tank_name(), c.tank->bounds);
       if (designs[i].sampled || c.sensing.any()) {
         if (gate != gates.end() || !elsewhere.empty())
           throw InvalidArgument(fmt::format(
@@ -172,6 +186,11 @@ std::vector<energy_shaping::Certificate> add_controllers(
       phs::Network::Control how;
       if (c.rate > 0) how.period = 1 / c.rate;
       if (gate != gates.end()) how.gate = gate->second;
+      if (designs[i].paid)
+        add_paid(n, c, std::move(*designs[i].paid), nx);
+      else
+        how.tank = c.tank_name();
+      how.whole = designs[i].whole;
       for (const auto& [member, law] : elsewhere)
         n.control(elsewhere.size() == 1 ? c.name : c.name + "." + member, member + "." + law.port,
                   law.law, how);

@@ -11,6 +11,7 @@
 #include "energy_shaping/port_law.h"
 #include "phs/network/network.h"
 #include "scene/read/controllers/sensing.h"
+#include "scene/read/controllers/tank.h"
 
 namespace porthos::mechanics {
 class MechanicalModel;
@@ -27,6 +28,8 @@ struct ControllerPlant {
   const Scene& scene;
   /// The [[output]]s of these names as inputs of a law. @throws InvalidArgument if that cannot be
   std::function<energy_shaping::LawInputs(const std::vector<std::string>& names)> inputs;
+  /// Where the state of an actuator begins in that of the network.
+  std::function<size_t(const std::string& name)> offset;
 };
 
 /// The law of a controller and the conditions that were checked when it was made.
@@ -40,10 +43,19 @@ struct ControllerDesign {
     energy_shaping::PortLaw law;
   };
   std::vector<MemberLaw> elsewhere = {};
+  bool whole = false;  ///< laws elsewhere see the state of the whole network
   /// Instead of laws: one with a memory over several ports, always sampled.
   phs::SampledLawPtr sampled = nullptr;
   std::vector<std::string> ports = {};  ///< of `sampled`, one number each
   std::vector<MeasuredJoint> joints = {};
+  /// Of a law that needs a tank for a part of it alone.
+  struct Paid {
+    std::vector<energy_shaping::PortLaw> laws;  ///< for which the tank pays
+    std::vector<std::string> damped;            ///< ports, of one number each, with a damper
+    std::vector<double> damping;                ///< d of each
+    double fill = 0;                            ///< share of their power that fills the tank
+  };
+  std::optional<Paid> paid = {};
 };
 
 /// A file that a controller consists of.
@@ -67,10 +79,14 @@ struct Controller {
   std::string where;     ///< "file:line:column"
   double rate = 0;       ///< [Hz], sampled and held; 0: continuous
   Sensing sensing = {};  ///< of a sampled one
+  std::optional<EnergyTank> tank = {};
   LawFile file = {};
   std::optional<Takeover> then = {};
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;
+
+  /// Its tank's name as a member of the network; empty: it has none.
+  std::string tank_name() const { return tank ? name + ".tank" : ""; }
 };
 
 /// Reads the [[controller]] tables. folder: that of the scene file, for the files of laws.

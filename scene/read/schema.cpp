@@ -8,6 +8,7 @@
 
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/sensing.h"
+#include "scene/read/controllers/tank.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/output.h"
 #include "scene/read/schema_keys-inl.h"
@@ -22,7 +23,7 @@ const std::vector<SchemaTable>& schema() {
       a.push_back(t.table());
       a.insert(a.end(), t.tables.begin(), t.tables.end());
     }
-    for (const auto& more : {sensing_tables(), part_tables(), output_tables()})
+    for (const auto& more : {sensing_tables(), tank_tables(), part_tables(), output_tables()})
       a.insert(a.end(), more.begin(), more.end());
     return a;
   }();

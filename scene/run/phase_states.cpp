@@ -41,6 +41,8 @@ MotorStates::MotorStates(const Scene& scene) {
   for (const JointActuator& a : scene.actuators) names_.push_back(a.name);
   for (const Element& e : scene.elements)
     if (e.motor) names_.push_back(e.name);
+  for (const Controller& c : scene.controllers)
+    if (c.tank) names_.push_back(c.tank_name());
 }
 
 void MotorStates::take_off(const Assembly& a, phs::State& s) {

@@ -211,12 +211,12 @@ std::vector<Feature> all() {
        {},
        "[[controller]]\ntype = 'potential'\nname = 'law@'\n"
        "joints.joint@ = { stiffness = 3, damping = 1, target = 0.2 }\ngravity = 'keep'\n"},
-      {"law in Python",
+      {"law in Python, tank",
        {"own"},
        {},
        {},
        "[[controller]]\ntype = 'python'\nname = 'own@'\npython = 'law.py:Law'\n"
-       "joints = ['joint@']\nrate = 10\ndelay = 1\nresolution.torque = 1e-3\n"
+       "joints = ['joint@']\nrate = 10\ndelay = 1\nresolution.torque = 1e-3\ntank.level = 2\n"
        "noise = { position = 1e-4, rate = 1e-3 }\n"},
 
       {"robot",

@@ -21,7 +21,7 @@ const Names splittings{"splitting strang", "splitting aba864"},
     // what damps, and laws that nobody can know not to
     losses{"damper",     "friction",      "controller",      "sampled controller",   "wheel",
            "cmg",        "ball joint",    "soft_latch",      "engage and disengage", "contact",
-           "joint_stop", "rigid contact", "law over joints", "law in Python"},
+           "joint_stop", "rigid contact", "law over joints", "law in Python, tank"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -70,7 +70,7 @@ const std::vector<Refusal>& refusals() {
        controls + Names{"auto", "compare", "radau15", "rival, cvode_adams"},
        "The force jumps between its pieces, which are whole numbers of steps: steps of other sizes "
        "pass the jumps."},
-      {{"sampled controller", "law in Python"},
+      {{"sampled controller", "law in Python, tank"},
        {"compare"},
        "A sampled controller is another system at each size of the step: there is no one motion to "
        "converge to."},

@@ -172,7 +172,7 @@ std::string shown_of(const Feature& f) {
       {"contact", "bumper1"},
       {"rigid contact", "striker1"},
       {"law over joints", "law1"},
-      {"law in Python", "own1"},
+      {"law in Python, tank", "own1"},
       {"outputs", "tip1"},
       {"robot", "other1.position"},
       {"joint wrench", "wrench1"},

@@ -178,7 +178,8 @@ TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
     EXPECT_NE(told.find(part), std::string::npos) << told;
     EXPECT_NE(told.find("scene.toml:"), std::string::npos) << told;
   };
-  refused("\"cart_pole\"", "\"vtol\"", "design is \"vtol\", expected");
+  refused("\"cart_pole\"", "\"pendubot\"", "design is \"pendubot\", expected");
+  refused("\"cart_pole\"", "\"vtol\"", "drives is no key of design = \"vtol\"");
   refused("kv = 3.0", "kv = 3.0, ku = 1.0", "is no gain of design = \"cart_pole\"");
   refused("m22 = 0.1, ", "", "m22");
   refused("P = 1.0", "P = -1.0", "k, m22, P > 0");

@@ -109,6 +109,18 @@ std::map<std::string, std::string> places() {
       {"controller.potential.pose",
        fmt::format(fmt::runtime(law), "potential") +
            "joints = { j = { damping = 1 } }\n[controller.poses.rod]\n@"},
+      {"controller.tank", fmt::format(fmt::runtime(law), "potential") +
+                              "joints = { j = { damping = 1 } }\n[controller.tank]\nlevel = 1\n@"},
+      {"controller.null_space.joint",
+       fmt::format(fmt::runtime(law), "null_space") +
+           "tank = { level = 1 }\ntask = { link = \"rod\", attitude_stiffness = [1, 1, 1] }\n"
+           "[controller.joints.j]\nstiffness = 1\ndamping = 1\n@"},
+      {"controller.null_space.task",
+       fmt::format(fmt::runtime(law), "null_space") +
+           "tank = { level = 1 }\njoints = { j = { stiffness = 1, damping = 1 } }\n"
+           "[controller.task]\nlink = \"rod\"\n@"},
+      {"controller.esp.joint",
+       fmt::format(fmt::runtime(law), "esp") + "[controller.joints.j]\nstiffness = 1\n@"},
       {"controller.tracking.joint",
        fmt::format(fmt::runtime(law), "tracking") + "[controller.joints.j]\nkp = 1\nkd = 1\n@"},
       {"controller.lqr.joint", fmt::format(fmt::runtime(law), "lqr") + "[controller.joints.j]\n@"},
@@ -121,6 +133,10 @@ std::map<std::string, std::string> places() {
        fmt::format(fmt::runtime(law), "ida_pbc") +
            "design = \"ball_and_beam\"\ndrives = \"j\"\ngains = { kp = 1, kv = 1 }\n"
            "[controller.joints.j]\ntarget = 0\n@"},
+      {"controller.ida_pbc.engine", fmt::format(fmt::runtime(law), "ida_pbc") +
+                                        "design = \"vtol\"\njoints = { j = { target = 0 } }\ngains "
+                                        "= { k1 = 1, k2 = 1, k3 = 1, P "
+                                        "= 1, kv = 1 }\n[controller.engine]\nlink = \"rod\"\n@"},
       {"controller.ida_pbc.gains",
        fmt::format(fmt::runtime(law), "ida_pbc") +
            "design = \"ball_and_beam\"\ndrives = \"j\"\n[controller.gains]\nkp = 1\nkv = 1\n@"},
@@ -137,6 +153,10 @@ std::map<std::string, std::string> places() {
        "name = \"c\"\nrate = 1\nlink = \"base\"\nwheels = []\nstiffness = [1, 1, 1]\ndamping = [1, "
        "1, "
        "1]\n"},
+      {"controller.null_space",
+       "name = \"c\"\nrate = 1\ntask = { link = \"rod\", attitude_stiffness = [1, 1, 1] }\n"
+       "joints = { j = { stiffness = 1, damping = 1 } }\ntank = { level = 1 }\n"},
+      {"controller.esp", "name = \"c\"\nrate = 1\njoints = { j = { stiffness = 1 } }\n"},
       {"controller.tracking", "name = \"c\"\nrate = 1\njoints = { j = { kp = 1, kd = 1 } }\n"},
       {"controller.lqr", "name = \"c\"\nrate = 1\njoints = { j = { position = 1 } }\n"},
       {"controller.python",

@@ -6,12 +6,14 @@
 // clang-format off
 #define PORTHOS_CONTROLLERS(X) \
   X(potential) \
+  X(null_space) \
   X(wheel_attitude) \
   X(tracking) \
   X(lqr) \
   X(swing_up) \
   X(ida_pbc) \
   X(motor_side) \
+  X(esp)        \
   X(python) \
   X(shared_library)
 // clang-format on
@@ -35,7 +37,7 @@ SchemaTable ControllerType::table() const {
                          keys::number("rate", "Hz", always_sampled ? keys::required : "continuous",
                                       "sampled and held, whole steps apart")};
   return {"controller." + name, fmt::format("[[controller]] type = \"{}\"", name), what,
-          keys::joined(keys::joined(first, sensing_keys()), keys)};
+          keys::joined(keys::joined(keys::joined(first, sensing_keys()), tank_keys()), keys)};
 }
 
 }  // namespace porthos::scene

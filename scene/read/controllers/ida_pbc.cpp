@@ -5,6 +5,7 @@
 #include <map>
 
 #include "energy_shaping/design_on_model.h"
+#include "energy_shaping/vtol_on_model.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -13,75 +14,120 @@ namespace porthos::scene {
 namespace {
 
 using energy_shaping::DesignJoints;
-using energy_shaping::DesignOnModel;
 using energy_shaping::ModelPtr;
 using DesignGains = std::map<std::string_view, double>;
+
+/// What a scene says of the joints, and of an engine.
+struct DesignPlace {
+  DesignJoints joints;
+  energy_shaping::Engine engine;
+};
 
 /// A design, its gains, and its law for a model.
 struct DesignWord {
   std::string name;
   Names gains;
-  DesignOnModel (*make)(ModelPtr, const DesignJoints&, const DesignGains&);
+  ControllerDesign (*make)(ModelPtr, const DesignPlace&, const DesignGains&);
+  bool engine = false;  ///< it has one instead of a joint with an actuator
 };
+
+ControllerDesign of_joint(const energy_shaping::DesignOnModel& made) {
+  return {{made.port_law()}, made.certificate()};
+}
 
 const std::vector<DesignWord>& design_words() {
   static const std::vector<DesignWord> all{
       {"cart_pole",
        {"k", "m22", "P", "kv"},
-       [](ModelPtr model, const DesignJoints& joints, const DesignGains& g) {
-         return cart_pole_on(
-             model, joints, {.k = g.at("k"), .m22 = g.at("m22"), .P = g.at("P"), .kv = g.at("kv")});
+       [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         return of_joint(
+             cart_pole_on(model, at.joints,
+                          {.k = g.at("k"), .m22 = g.at("m22"), .P = g.at("P"), .kv = g.at("kv")}));
        }},
       {"acrobot",
        {"a2", "a3", "ku", "kv"},
-       [](ModelPtr model, const DesignJoints& joints, const DesignGains& g) {
-         return acrobot_on(
-             model, joints,
-             {.a2 = g.at("a2"), .a3 = g.at("a3"), .ku = g.at("ku"), .kv = g.at("kv")});
+       [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         return of_joint(
+             acrobot_on(model, at.joints,
+                        {.a2 = g.at("a2"), .a3 = g.at("a3"), .ku = g.at("ku"), .kv = g.at("kv")}));
        }},
       {"inertia_wheel",
        {"a1", "a2", "a3", "k1", "kv"},
-       [](ModelPtr model, const DesignJoints& joints, const DesignGains& g) {
-         return inertia_wheel_on(model, joints,
-                                 {.a1 = g.at("a1"),
-                                  .a2 = g.at("a2"),
-                                  .a3 = g.at("a3"),
-                                  .k1 = g.at("k1"),
-                                  .kv = g.at("kv")});
+       [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         return of_joint(inertia_wheel_on(model, at.joints,
+                                          {.a1 = g.at("a1"),
+                                           .a2 = g.at("a2"),
+                                           .a3 = g.at("a3"),
+                                           .k1 = g.at("k1"),
+                                           .kv = g.at("kv")}));
        }},
       {"ball_and_beam",
        {"kp", "kv"},
-       [](ModelPtr model, const DesignJoints& joints, const DesignGains& g) {
-         return ball_and_beam_on(model, joints, {.kp = g.at("kp"), .kv = g.at("kv")});
-       }}};
+       [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         return of_joint(ball_and_beam_on(model, at.joints, {.kp = g.at("kp"), .kv = g.at("kv")}));
+       }},
+      {"vtol",
+       {"k1", "k2", "k3", "P", "kv"},
+       [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         const energy_shaping::VtolOnModel made(model, at.engine, at.joints.rest,
+                                                {.k1 = g.at("k1"),
+                                                 .k2 = g.at("k2"),
+                                                 .k3 = g.at("k3"),
+                                                 .P = g.at("P"),
+                                                 .kv = g.at("kv")});
+         return ControllerDesign{made.port_laws(), made.certificate()};
+       },
+       true}};
   return all;
 }
 
 struct IdaPbc {
   const DesignWord* design = nullptr;
   DesignGains gains;
-  std::string drives;
+  std::string drives;                  ///< empty: an engine
   std::map<std::string, double> rest;  ///< by joint
+  energy_shaping::Engine engine;
   double limit = HUGE_VAL;
 };
 
 ControllerDesign design_ida_pbc(const Controller& c, const ControllerPlant& plant,
                                 const IdaPbc& w) {
-  DesignJoints joints;
-  joints.driven = controlled_joint(*plant.model, c, w.drives).port;
-  joints.rest = stated_start(plant);
+  DesignPlace at{.joints = {}, .engine = w.engine};
+  if (!w.drives.empty()) at.joints.driven = controlled_joint(*plant.model, c, w.drives).port;
+  at.joints.rest = stated_start(plant);
   for (const auto& [joint, target] : w.rest)
-    joints.rest[controlled_joint(*plant.model, c, joint).q] = target;
-  joints.limit = w.limit;
-  const auto made = w.design->make(plant.model, joints, w.gains);
-  return {{made.port_law()}, made.certificate()};
+    at.joints.rest[controlled_joint(*plant.model, c, joint).q] = target;
+  at.joints.limit = w.limit;
+  return w.design->make(plant.model, at, w.gains);
+}
+
+/// The joint with the actuator, or the engine.
+void read_actuation(const Table& t, IdaPbc& w) {
+  const bool engine = w.design->engine;
+  const auto only = [&](const char* key, bool other) {
+    if (other && t.has(key))
+      t.fail(key, fmt::format("is no key of design = \"{}\", expected {}", w.design->name,
+                              engine ? "engine" : "drives"));
+  };
+  only("drives", engine);
+  only("limit", engine);
+  only("engine", !engine);
+  if (!engine) {
+    t.require("drives", "the name of the joint with an actuator");
+    w.drives = t.text("drives", "the name of the joint with an actuator");
+    if (t.has("limit")) w.limit = t.positive("limit");
+    return;
+  }
+  t.require("engine", "a table with the link and the point where it acts");
+  const Table own = t.table("engine");
+  w.engine = {own.text("link", "the name of a link"), own.vector("point")};
 }
 
 void read_ida_pbc(const Table& t, Controller& c) {
   IdaPbc w;
   const std::string word = t.choice("design");
   w.design = &*std::ranges::find(design_words(), word, &DesignWord::name);
-  w.drives = t.text("drives", "the name of the joint with an actuator");
+  read_actuation(t, w);
   t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
     w.rest[joint] = own.number("target");
   });
@@ -93,7 +139,6 @@ void read_ida_pbc(const Table& t, Controller& c) {
       if (!w.gains.contains(name) && gains.has(name.data()))
         gains.fail(name.data(), fmt::format("is no gain of design = \"{}\", expected {}", word,
                                             joined(w.design->gains)));
-  if (t.has("limit")) w.limit = t.positive("limit");
   c.design = [w](const Controller& own, const ControllerPlant& plant) {
     return design_ida_pbc(own, plant, w);
   };
@@ -109,24 +154,33 @@ ControllerType ida_pbc_controller() {
     return number(name, "of the design", "required by its design", of);
   };
   return {"ida_pbc",
-          "Interconnection and damping assignment for a mechanism of two joints with one actuator.",
+          "Interconnection and damping assignment for a mechanism of two joints with one actuator, "
+          "or a "
+          "planar vehicle with an engine.",
           {word("design", words, required, "whose formulas; its numbers are read off the model"),
-           text("drives", required, "the joint with the actuator"),
+           text("drives", "required but by vtol", "the joint with the actuator"),
+           table("engine", "controller.ida_pbc.engine", "required by vtol", "of a vehicle"),
            table("joints", "controller.ida_pbc.joint", required, "by joint: where it rests",
                  KeyKind::named),
            table("gains", "controller.ida_pbc.gains", required, "those of the design"),
            number("limit", "N m (N)", "none", "largest torque or force")},
-          {{"controller.ida_pbc.joint",
+          {{"controller.ida_pbc.engine",
+            "[controller.engine]",
+            "Two forces in the plane of a vehicle, through one point below its centre of mass.",
+            {text("link", required, "that the engine pushes"),
+             numbers("point", 3, "m", "[0, 0, 0]", "where it acts, in the link's frame")}},
+           {"controller.ida_pbc.joint",
             "[controller.joints]",
             "Where a joint is to rest: upright, level, the wanted place.",
             {number("target", "rad (m)", required, "angles count turns")}},
            {"controller.ida_pbc.gains",
             "[controller.gains]",
             "The gains of a design, see energy_shaping/designs.h.",
-            {gain("k", "cart_pole"), gain("m22", "cart_pole"), gain("P", "cart_pole"),
+            {gain("k", "cart_pole"), gain("m22", "cart_pole"), gain("P", "cart_pole, vtol"),
              gain("a1", "inertia_wheel"), gain("a2", "acrobot, inertia_wheel"),
-             gain("a3", "acrobot, inertia_wheel"), gain("k1", "inertia_wheel"),
-             gain("ku", "acrobot"), gain("kp", "ball_and_beam"), gain("kv", "damping, of all")}}},
+             gain("a3", "acrobot, inertia_wheel"), gain("k1", "inertia_wheel, vtol"),
+             gain("k2", "vtol"), gain("k3", "vtol"), gain("ku", "acrobot"),
+             gain("kp", "ball_and_beam"), gain("kv", "damping, of all")}}},
           read_ida_pbc};
 }
 

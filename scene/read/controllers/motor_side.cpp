@@ -6,6 +6,7 @@
 
 #include "energy_shaping/motor_regulator.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/motor_spring.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -18,21 +19,6 @@ struct RegulatedMotor {
   std::optional<double> target = {};
   double stiffness = 0, damping = 0, limit = HUGE_VAL;
 };
-
-/// The actuator of a joint: a torque drive behind a spring that keeps its stiffness setting.
-const JointActuator& spring_of(const Scene& scene, const std::string& joint) {
-  using Kind = vsa::Drive::Kind;
-  const auto a = std::ranges::find(scene.actuators, joint, &JointActuator::joint);
-  if (a == scene.actuators.end())
-    throw InvalidArgument(fmt::format(
-        "joint '{}' has no [[actuator]], expected one with drive = \"torque\" at theta", joint));
-  if (a->actuator.theta.kind != Kind::torque || a->actuator.sigma.kind != Kind::fixed)
-    throw InvalidArgument(fmt::format(
-        "actuator '{}' at joint '{}': expected drive = \"torque\" at theta, and at sigma \"fixed\" "
-        "or none",
-        a->name, joint));
-  return *a;
-}
 
 /// θ at which the spring carries a load at the joint's angle q, by Newton's iteration.
 double balanced(const JointActuator& a, double q, double load) {
@@ -60,7 +46,7 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
   const auto loads = energy_shaping::MotorRegulator::loads(*plant.model, rest);
   std::vector<energy_shaping::SprungJoint> joints;
   for (size_t i = 0; i < motors.size(); ++i) {
-    const JointActuator& a = spring_of(plant.scene, motors[i].joint);
+    const JointActuator& a = motor_spring(plant.scene, motors[i].joint);
     const double q = rest[at[i].q], theta = balanced(a, q, loads[at[i].q]);
     const auto& drive = a.actuator.theta;
     joints.push_back({at[i].port, theta, a.actuator.elastic->stiffness(q, theta, a.sigma),
@@ -71,7 +57,7 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
   ControllerDesign design;
   design.certificate = made.certificate();
   for (size_t i = 0; i < motors.size(); ++i) {
-    const JointActuator& a = spring_of(plant.scene, motors[i].joint);
+    const JointActuator& a = motor_spring(plant.scene, motors[i].joint);
     const auto state = vsa::actuator_model(a.actuator);
     const auto& blocks = state->description().blocks;
     const auto theta = std::ranges::find(blocks, "theta", &phs::Block::name);
@@ -99,6 +85,20 @@ void read_motor_side(const Table& t, Controller& c) {
 }
 
 }  // namespace
+
+const JointActuator& motor_spring(const Scene& scene, const std::string& joint) {
+  using Kind = vsa::Drive::Kind;
+  const auto a = std::ranges::find(scene.actuators, joint, &JointActuator::joint);
+  if (a == scene.actuators.end())
+    throw InvalidArgument(fmt::format(
+        "joint '{}' has no [[actuator]], expected one with drive = \"torque\" at theta", joint));
+  if (a->actuator.theta.kind != Kind::torque || a->actuator.sigma.kind != Kind::fixed)
+    throw InvalidArgument(fmt::format(
+        "actuator '{}' at joint '{}': expected drive = \"torque\" at theta, and at sigma \"fixed\" "
+        "or none",
+        a->name, joint));
+  return *a;
+}
 
 ControllerType motor_side_controller() {
   using namespace keys;

@@ -1,21 +1,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "energy_shaping/potential_loop.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
 #include "scene/read/controllers/controller_type.h"
+#include "scene/read/controllers/held_pose.h"
 #include "scene/read/scene.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 
 namespace porthos::scene {
 namespace {
-
-using energy_shaping::PoseSpring;
 
 /// What the shaping wants of one joint.
 struct JointShaping {
@@ -24,34 +22,12 @@ struct JointShaping {
   std::optional<double> target = {};
   bool periodic = false;
 };
-/// A link held in the world, and its attitude as a quaternion.
-struct HeldPose {
-  PoseSpring spring;
-  std::array<double, 4> wxyz{1, 0, 0, 0};
-};
-
 struct Wanted {
   std::vector<JointShaping> joints;
   std::vector<HeldPose> poses;
   std::string gravity;
   bool zero_momentum = false;
 };
-
-HeldPose read_pose(const std::string& link, const Table& t) {
-  HeldPose h;
-  PoseSpring& p = h.spring;
-  p.link = link;
-  p.point = t.vector("point");
-  p.stiffness = t.not_negative("stiffness");
-  if (p.stiffness > 0) t.require("position", "3 numbers of metres, because there is a stiffness");
-  if (t.has("position")) p.position = t.vector("position");
-  if (t.has("attitude_stiffness")) p.attitude_stiffness = t.vector("attitude_stiffness");
-  if (p.stiffness == 0 && mechanics::norm(p.attitude_stiffness) == 0)
-    refuse(t.where(), t.label() + " does nothing, expected a stiffness or attitude_stiffness");
-  h.wxyz = read_attitude(t, "attitude_wxyz");
-  p.attitude = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(h.wxyz.data()));
-  return h;
-}
 
 /// The attitude of a free base at rest. Other links cannot be held on a free base, where the rest
 /// of the joints would have to be found together with the base's.
@@ -127,6 +103,31 @@ void read_potential(const Table& t, Controller& c) {
 
 }  // namespace
 
+std::vector<SchemaKey> pose_keys() {
+  using namespace keys;
+  return {numbers("point", 3, "m", "[0, 0, 0]", "that is held, in the link's frame"),
+          number("stiffness", "N/m", "0", ""),
+          numbers("position", 3, "m", "required with a stiffness", "in the world"),
+          numbers("attitude_stiffness", 3, "N m", "none", "of the trace potential"),
+          numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "link to world; normalised")};
+}
+
+HeldPose read_pose(const std::string& link, const Table& t) {
+  HeldPose h;
+  energy_shaping::PoseSpring& p = h.spring;
+  p.link = link;
+  p.point = t.vector("point");
+  p.stiffness = t.not_negative("stiffness");
+  if (p.stiffness > 0) t.require("position", "3 numbers of metres, because there is a stiffness");
+  if (t.has("position")) p.position = t.vector("position");
+  if (t.has("attitude_stiffness")) p.attitude_stiffness = t.vector("attitude_stiffness");
+  if (p.stiffness == 0 && mechanics::norm(p.attitude_stiffness) == 0)
+    refuse(t.where(), t.label() + " does nothing, expected a stiffness or attitude_stiffness");
+  h.wxyz = read_attitude(t, "attitude_wxyz");
+  p.attitude = mechanics::rotation_matrix(mechanics::Quaternion<double>::load(h.wxyz.data()));
+  return h;
+}
+
 ControllerType potential_controller() {
   using namespace keys;
   return {
@@ -150,14 +151,9 @@ ControllerType potential_controller() {
          number("damping", "N m s/rad (N s/m)", "0", ""),
          yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
          number("limit", "N m (N)", "none", "largest torque or force")}},
-       {"controller.potential.pose",
-        "[controller.poses]",
+       {"controller.potential.pose", "[controller.poses]",
         "A spring between a link and the world; of a free base: the attitude of its root link.",
-        {numbers("point", 3, "m", "[0, 0, 0]", "that is held, in the link's frame"),
-         number("stiffness", "N/m", "0", ""),
-         numbers("position", 3, "m", "required with a stiffness", "in the world"),
-         numbers("attitude_stiffness", 3, "N m", "none", "of the trace potential"),
-         numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "link to world; normalised")}}},
+        pose_keys()}},
       read_potential};
 }
 
