@@ -59,7 +59,7 @@ FoundPort find_component(const Network::Plan& p, const std::string& name, int co
   return f;
 }
 
-void require_new_name(const Plan& p, const std::string& name) {
+void require_new_name(const Network::Plan& p, const std::string& name) {
   const auto taken = [&](const auto& list) {
     return std::any_of(list.begin(), list.end(), [&](const auto& e) { return e.name == name; });
   };

@@ -294,9 +294,10 @@ class NetworkResolvent final : public Resolvent {
   }
   /// ∂κ/∂y into D, ∂κ/∂x into X; of a tank its share of now.
   void differentiate(const Plan::Control& c, double t) {
-    const auto [from, count] = p_.seen(c);
+    const auto seen = p_.seen(c);
+    const size_t from = seen.first;
     const size_t ports = size_t(c.size), all = ports + c.sensors.size();
-    const auto x = std::span(law_x_).first(count);
+    const auto x = std::span(law_x_).first(seen.second);
     auto y = std::span(seen_).first(all);
     const auto u = std::span(kappa_).first(ports);
     for (size_t k = 0; k < x.size(); ++k) x[k] = Dual(x_[from + k] + turn(from + k));

@@ -216,7 +216,8 @@ std::vector<Feature> all() {
        {},
        {},
        "[[controller]]\ntype = 'python'\nname = 'own@'\npython = 'law.py:Law'\n"
-       "joints = ['joint@']\nrate = 10\ndelay = 1\nresolution.torque = 1e-3\ntank.level = 2\n"
+       "joints = ['joint@']\nrate = 10\ndelay = 1\nresolution.torque = 1e-3\ntank = { level = 2, "
+       "most = 100 }\n"
        "noise = { position = 1e-4, rate = 1e-3 }\n"},
 
       {"robot",

@@ -77,7 +77,7 @@ std::vector<double> end_of(const Setting& s) {
 
 /// The mass matrix and the potential of two such rods.
 struct TwoRods {
-  static constexpr int n = 2, m = 2;
+  static constexpr int n = 2;
   const char* name = "two rods";
   std::array<std::pair<const char*, const char*>, 2> coordinates{
       {{"joint1", "rad"}, {"joint2", "rad"}}};
