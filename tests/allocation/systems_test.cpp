@@ -62,6 +62,23 @@ TEST(Allocation, NoneInASwingUpThatHandsOverToARegulator) {
   expect_none("acrobot", *method, a.initial, 5000);  // the handover is in step 4395
 }
 
+TEST(Allocation, NoneUnderLawsOfWholeArms) {  // a tank; accelerations and jerks in duals
+  for (const char* example : {"hand_and_posture", "esp_arm"})
+    for (const auto solver :
+         {integrators::Solver::automatic, integrators::Solver::newton_articulated}) {
+      const auto s =
+          scene::read_scene(std::string(PORTHOS_SOURCE_DIR "/examples/") + example + "/scene.toml");
+      const auto a = scene::assemble(s);
+      integrators::Options o;
+      o.solver = solver;
+      const auto method = make_integrator("gauss8", *a.model, s.step, o);
+      expect_none(example, *method, a.initial);
+      if (solver == integrators::Solver::newton_articulated) {
+        EXPECT_GT(method->cost().factorisations, 0) << example;
+      }
+    }
+}
+
 TEST(Allocation, NoneInAStepOfANetwork) {
   for (const double period : {0.0, 0.1})
     for (const char* name : {"gauss8", "rk4", "gonzalez", "midpoint"}) {
