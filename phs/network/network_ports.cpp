@@ -85,4 +85,29 @@ void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std
     if (!std::isfinite(x)) refuse(p, what + " has an entry that is not finite");
 }
 
+std::vector<int> coupled_rows(const Plan& p) {
+  std::vector<bool> row(size_t(p.nu()), false);
+  for (const auto& b : p.B) row[size_t(b.row)] = row[size_t(b.col)] = true;
+  for (const auto& l : p.laws) row[size_t(l.row)] = true;
+  for (const auto& c : p.controls) {
+    if (c.hold) continue;
+    for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
+    for (const int sensor : c.sensors) row[size_t(sensor)] = true;
+  }
+  for (const auto& f : p.filling)
+    for (const int own : f.rows) row[size_t(own)] = true;
+  for (const auto& m : p.M)  // M is the identity unless there are loops
+    if (row[size_t(m.col)]) row[size_t(m.row)] = true;
+  std::vector<int> list;
+  for (size_t k = 0; k < row.size(); ++k)
+    if (row[k]) list.push_back(int(k));
+  return list;
+}
+
+size_t spring_numbers(const Plan& p) {
+  size_t n = p.springs.size();
+  for (const auto& s : p.block_springs) n += size_t(s.size);
+  return n;
+}
+
 }  // namespace porthos::phs

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "phs/linear_algebra/lane_lu.h"
+#include "phs/network/detail/network_ports.h"
 #include "phs/network/detail/tank_flows.h"
 
 namespace porthos::phs {
@@ -36,33 +37,6 @@ class SmallResolvent final : public Resolvent {
   LaneLu lu_;
   std::vector<Dual> x_, f_;
 };
-
-/// The state-dependent inputs and the outputs they depend on, in one list.
-std::vector<int> coupled_rows(const Plan& p) {
-  std::vector<bool> row(size_t(p.nu()), false);
-  for (const auto& b : p.B) row[size_t(b.row)] = row[size_t(b.col)] = true;
-  for (const auto& l : p.laws) row[size_t(l.row)] = true;
-  for (const auto& c : p.controls) {
-    if (c.hold) continue;
-    for (int k = 0; k < c.size; ++k) row[size_t(c.row + k)] = true;
-    for (const int sensor : c.sensors) row[size_t(sensor)] = true;
-  }
-  for (const auto& f : p.filling)
-    for (const int own : f.rows) row[size_t(own)] = true;
-  for (const auto& m : p.M)  // M is the identity unless there are loops
-    if (row[size_t(m.col)]) row[size_t(m.row)] = true;
-  std::vector<int> list;
-  for (size_t k = 0; k < row.size(); ++k)
-    if (row[k]) list.push_back(int(k));
-  return list;
-}
-
-/// Numbers that springs push.
-size_t spring_numbers(const Plan& p) {
-  size_t n = p.springs.size();
-  for (const auto& s : p.block_springs) n += size_t(s.size);
-  return n;
-}
 
 class NetworkResolvent final : public Resolvent {
   /// An input or a spring: a column of G, and its row of V.

@@ -21,7 +21,6 @@ template <class T>
 class NetworkSystem final : public System<T>, public Differentiable<T> {
   using In = std::span<const T>;
   using Out = std::span<T>;
-  using Terms = std::vector<Plan::Term>;
 
  public:
   explicit NetworkSystem(std::shared_ptr<const Plan> plan)
@@ -283,7 +282,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     add(p_.B, y_, u_);
     add(p_.F, u_, y_);
   }
-  static void add(const Terms& A, const std::vector<T>& x, std::vector<T>& y) {
+  static void add(const std::vector<Plan::Term>& A, const std::vector<T>& x, std::vector<T>& y) {
     for (const auto& a : A) y[size_t(a.row)] = y[size_t(a.row)] + T(a.factor) * x[size_t(a.col)];
   }
   static Out port(const Plan::Control& c, std::vector<T>& v) {
@@ -314,7 +313,7 @@ class NetworkSystem final : public System<T>, public Differentiable<T> {
     }
   }
   /// out += sign · G A Gᵀ e
-  void through_ports(In x, In e, const Terms& A, T sign, Out out) {
+  void through_ports(In x, In e, const std::vector<Plan::Term>& A, T sign, Out out) {
     if (A.empty()) return;
     outputs(x, e);
     std::fill(u_.begin(), u_.end(), T(0.0));

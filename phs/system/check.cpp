@@ -338,14 +338,12 @@ std::optional<std::string> false_trait(const Model& model) {
 }
 
 std::optional<std::string> falsely_quadratic(const Model& model) try {
-  if (!model.description().traits.quadratic ||
-      !(Checker(model, {.samples = 3}).third_difference() > 1e-6))
-    return std::nullopt;
-  return "system '" + model.description().name +
+  const auto& d = model.description();
+  if (!d.traits.quadratic || !(Checker(model, {.samples = 3}).third_difference() > 1e-6)) return {};
+  return "system '" + d.name +
          "' says it is quadratic, but H has more than degree two in its momenta";
-} catch (const std::bad_alloc&) {
-  throw;
-} catch (const std::exception&) {  // a state that cannot be evaluated says nothing
+} catch (const std::exception& e) {  // a state that cannot be evaluated says nothing
+  if (dynamic_cast<const std::bad_alloc*>(&e)) throw;
   return std::nullopt;
 }
 

@@ -146,8 +146,8 @@ TEST_F(Faults, OneCallFails) { every_fault(one_run, true, EIO, apart(1)); }
 TEST_F(Faults, TheDiskIsFullFromACallOn) { every_fault(one_run, false, ENOSPC, apart(3)); }
 TEST_F(Faults, OneCallOfAnEnsembleFails) { every_fault(ensemble, true, EIO, apart(2)); }
 
-/// Memory that one call does not get. Before main() begins nothing can be said, and nothing is lost;
-/// readers may take it for a fault of their file; JSON's destructor may die of it.
+/// Memory that one call does not get. Before main() begins nothing can be said, and nothing is
+/// lost; readers may take it for a fault of their file; JSON's destructor may die of it.
 void Faults::every_missing_memory(const Command& c, long by) {
   of_ = "memory";
   const long most = calls(c);

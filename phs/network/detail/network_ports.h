@@ -32,4 +32,9 @@ int find_tank(const Network::Plan& p, const std::string& of, const std::string& 
 /// Requires that m is n x n and finite.
 void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std::string& what);
 
+/// The state-dependent inputs and the outputs they depend on, in one list.
+std::vector<int> coupled_rows(const Network::Plan& p);
+/// How many numbers springs push.
+size_t spring_numbers(const Network::Plan& p);
+
 }  // namespace porthos::phs

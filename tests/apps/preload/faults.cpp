@@ -1,8 +1,9 @@
 // Loaded in front of the C and C++ libraries (LD_PRELOAD): lets one call of a program fail, or all
 // from one on, of those that change files, that ask for memory by new, or that start threads.
 // PORTHOS_FAULT_OF: files, memory or threads. PORTHOS_FAULT: the number of the call, from 1.
-// PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno. PORTHOS_FAULT_COUNT: a file that gets the
-// number of calls at the end. Output to the terminal is let through.
+// PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno.
+// PORTHOS_FAULT_COUNT: a file that gets the number of calls at the end. Output to the terminal is
+// let through.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
