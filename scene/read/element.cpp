@@ -79,13 +79,11 @@ void JointElement::require_freedom(const Element& e) const {
 }
 
 void JointElement::require_number(const Element& e) const {
-  require_freedom(e);
-  if (place.coordinate.empty())
-    throw InvalidArgument(
-        fmt::format("element '{}': a {} depends on a coordinate and '{}' is a rate without one, "
-                    "expected a joint "
-                    "of one freedom",
-                    e.name, e.type, e.joint));
+  if (place.size == 1 && !place.coordinate.empty()) return;
+  throw InvalidArgument(fmt::format(
+      "element '{}': a {} depends on a coordinate of one number and '{}' is {}, expected "
+      "a joint of one freedom",
+      e.name, e.type, e.joint, place.size > 1 ? "one of several" : "a rate without a coordinate"));
 }
 
 std::vector<Element> read_elements(const Table& scene) {

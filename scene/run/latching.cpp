@@ -53,8 +53,10 @@ double angle(const mechanics::MechanicalModel& model, const phs::State& s, const
     }
     if (is_angle) ++turn;
   }
-  throw InvalidArgument(fmt::format("{}: the event waits for joint '{}', expected one of: {}",
-                                    e.where, e.name, known));
+  throw InvalidArgument(
+      fmt::format("{}: the event waits for '{}', expected a coordinate of one number: "
+                  "{}",
+                  e.where, e.name, known.empty() ? "(none)" : known));
 }
 
 }  // namespace

@@ -68,15 +68,15 @@ LogMark log_again(const fs::path& file, const fs::path& log, const Scene& scene,
 }  // namespace
 
 void extend_to(Scene& scene, const std::string& folder, double end) {
+  if (!scene.events.empty())
+    throw InvalidArgument(
+        "a run with events cannot be extended: start another one from its last state, with "
+        "[initial] from");
   const fs::path out(folder);
   const bool begun = has_checkpoint(out / "checkpoint");
   if (!begun && !has_checkpoint(out / "end"))
     throw InvalidArgument(fmt::format(
         "{} has no finished run that can be continued, expected the results of one", folder));
-  if (!scene.events.empty())
-    throw InvalidArgument(
-        "a run with events cannot be extended: start another one from its last state, with "
-        "[initial] from");
   if (scene.step_control != integrators::StepControl::fixed)
     throw InvalidArgument(
         "a run with a step control cannot be extended, because its last step was shortened: start "

@@ -417,7 +417,7 @@ TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {
        head() + "[[event]]\ntype = \"lock\"\njoint = \"wheel_x\"\nat = 1\nabove = 2\n" + end,
        "has 2 of the keys at, above and below, expected one"},
       {bus_urdf(), head() + "[[event]]\ntype = \"lock\"\njoint = \"wheel\"\nabove = 2\n" + end,
-       "waits for joint 'wheel', expected one of: wheel_x"},
+       "waits for 'wheel', expected a coordinate of one number: wheel_x"},
       {gyro_urdf(0.01), gyro() + end, "is not balanced about its axis"},
       {gyro_urdf(),
        head() +

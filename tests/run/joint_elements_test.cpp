@@ -398,10 +398,9 @@ TEST(JointElements, Refusals) {
   EXPECT_EQ(refusal(ball, element("force", "j", "constant = 1")),
             "element 'j.force': a force acts at one freedom and 'j' has 3, expected one of: "
             "j.about_x, j.about_y, j.about_z");
-  EXPECT_EQ(
-      refusal(ball, element("spring", "j.about_x", "stiffness = 1")),
-      "element 'j.about_x.spring': a spring depends on a coordinate and 'j.about_x' is a rate "
-      "without one, expected a joint of one freedom");
+  EXPECT_EQ(refusal(ball, element("spring", "j.about_x", "stiffness = 1")),
+            "element 'j.about_x.spring': a spring depends on a coordinate of one number and "
+            "'j.about_x' is a rate without a coordinate, expected a joint of one freedom");
   EXPECT_EQ(refusal(ball, element("spring", "j", "stiffness = 1\nrest = 0.3")),
             "element 'j.spring': rest is given at 'j', which is a coordinate of several numbers, "
             "expected stiffness and rest_attitude_wxyz");
@@ -433,7 +432,7 @@ TEST(JointElements, Refusals) {
             "output 'joint_rate': joint 'j' has several freedoms, expected one of: j.about_x, "
             "j.about_y, j.about_z");
   EXPECT_TRUE(says(refusal(ball, element("limits", "j", "lower = -1\nupper = 1\nstiffness = 1")),
-                   "expected one of: j.about_x"));
+                   "of one number and 'j' is one of several, expected a joint of one freedom"));
   EXPECT_TRUE(says(refusal(sleeve,
                            "[[controller]]\ntype = 'potential'\nname = 'law'\njoints.\"j.angle\" = "
                            "{ stiffness = 1, damping = 1, target = 0 }\n"),
