@@ -133,7 +133,7 @@ class Network {
   /// linear_system.h. @throws InvalidArgument if F + Fᵀ is not >= 0
   Network& feedthrough(const std::string& member, const Matrix& F);
 
-  /// Builds the system. Ports that are not joined, in no component, stay open for the user's inputs.
+  /// Builds the system. Ports of which no component is joined stay open, for the user's inputs.
   /// @throws InvalidArgument for a required port that is not joined, an open port with feedthrough,
   ///   or an algebraic loop without a solution (I - (K - D) F singular)
   std::shared_ptr<const NetworkModel> build() const;
