@@ -179,6 +179,22 @@ TEST(EspScene, AnArmOfTwoRodsComesToItsTargetAndKeepsItsLedger) {
   }
 }
 
+TEST(EspScene, AResumedRunHasTheSameBits) {
+  for (const std::string rate : {"", "rate = 200\ntank = { level = 9, most = 20 }\n"}) {
+    TemporaryFolder folder;
+    const auto s = read(folder, {.urdf = one_link(), .controller = law("esp", gains, rate)});
+    const auto a = scene::assemble(s);
+    const auto whole = scene::run(s, a, into(folder / "whole"));
+    EXPECT_TRUE(whole.passed());
+    auto half = into(folder / "half");
+    half.stop_at = 333;  // between two samples
+    EXPECT_TRUE(scene::run(s, a, half).interrupted);
+    const auto rest = scene::run(s, a, into(folder / "half", true));
+    EXPECT_EQ(whole.final_state, rest.final_state);
+    EXPECT_EQ(whole.held, rest.held);
+  }
+}
+
 TEST(EspScene, RefusalsSayWhereAndWhat) {
   const auto says = [](const Setting& s, const std::string& part) {
     TemporaryFolder folder;
