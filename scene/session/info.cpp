@@ -233,11 +233,13 @@ std::string notes_section(const std::vector<mechanics::UrdfNote>& notes) {
 std::string controllers_section(const Scene& scene, const Assembly& a) {
   if (a.certificates.empty()) return "";
   std::string text = "Controllers, and the conditions that were checked\n";
-  for (size_t i = 0; i < a.certificates.size(); ++i)
-    text += fmt::format(
-        "{} ({}{})\n{}", scene.controllers[i].name, scene.controllers[i].type,
-        scene.controllers[i].rate > 0 ? fmt::format(", at {:g} Hz", scene.controllers[i].rate) : "",
-        a.certificates[i].text());
+  for (size_t i = 0; i < a.certificates.size(); ++i) {
+    const Controller& c = scene.controllers[i];
+    text += fmt::format("{} ({}{}{})\n{}", c.name, c.type,
+                        c.rate > 0 ? fmt::format(", at {:g} Hz", c.rate) : "",
+                        c.tank ? fmt::format(", paid by a tank of {:g} J", c.tank->level) : "",
+                        a.certificates[i].text());
+  }
   return text;
 }
 
