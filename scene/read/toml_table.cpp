@@ -48,7 +48,8 @@ toml::table parse_toml(std::string_view text, const File& file) {
   } catch (const toml::parse_error& e) {
     std::string why(e.description());
     if (why.starts_with("Error ")) why.erase(0, 6);
-    if (why.find("parsing boolean") != why.npos) why += "; a text stands in quotes, as in \"fixed\"";
+    if (why.find("parsing boolean") != why.npos)
+      why += "; a text stands in quotes, as in \"fixed\"";
     refuse(file.at(e.source()), "broken TOML " + why);
   } catch (const TomlAssertion& e) {
     refuse(file.path + ":1:1", fmt::format("broken TOML, the reader gave up at: {}", e.what()));
