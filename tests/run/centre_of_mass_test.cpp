@@ -2,8 +2,10 @@
 // bits wherever the whole is and however fast it goes.
 #include "scene/assemble/centre_of_mass.h"
 
+#include <fmt/format.h>
 #include <cmath>
 #include <cstdio>
+
 #include <nlohmann/json.hpp>
 
 #include "integrators/methods/collocation.h"
@@ -22,7 +24,7 @@ using Json = nlohmann::json;
 /// The shipped satellite for 50 s: 250 steps.
 scene::Scene ets_vii(const Vec3d& velocity = {0, 0, 0}, const Vec3d& position = {0, 0, 0}) {
   scene::Scene s =
-      scene::read_scene(std::string(PORTHOS_SOURCE_DIR) + "/examples/ets_vii/scene.toml");
+      scene::read_scene(fmt::format("{}/examples/ets_vii/scene.toml", PORTHOS_SOURCE_DIR));
   s.step = 0.2;
   s.duration = 50;
   s.record_every = 1;
