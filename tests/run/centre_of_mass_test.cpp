@@ -3,9 +3,9 @@
 #include "scene/assemble/centre_of_mass.h"
 
 #include <fmt/format.h>
+
 #include <cmath>
 #include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "integrators/methods/collocation.h"
