@@ -35,10 +35,18 @@ void add_sampled(phs::Network& n, const Controller& c, ControllerDesign made,
       const auto& ports = model->description().ports;
       numbers += size_t(find_named(ports, l.port, "there is no port").size);
     }
-    for (const auto& k : model->mechanism().coordinates())
-      if (k.nv == 1) made.joints.push_back({k.name, size_t(k.q), size_t(k.v)});
+    for (const auto& k : model->mechanism().coordinates()) {
+      const bool attitude = k.kind == phs::BlockKind::rotation;
+      if (k.nv == 1 || attitude)
+        made.joints.push_back({k.name, size_t(k.q), size_t(k.v), attitude});
+    }
     law = sampled_port_laws(std::move(made.laws), model);
   }
+  if (c.sensing.measures_attitude() &&
+      std::ranges::none_of(made.joints, [](const auto& j) { return j.attitude; }))
+    throw InvalidArgument("controller '" + c.name +
+                          "' has noise of an attitude and measures none, expected a law that sees "
+                          "the base or a ball joint");
   if (c.sensing.any())
     law = sensed(std::move(law), c.sensing, 1 / c.rate, numbers, std::move(made.joints),
                  {c.name, of_case}, model, of_ports);

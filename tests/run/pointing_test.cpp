@@ -58,6 +58,51 @@ TEST(Pointing, ACommandIsAnotherLawFromItsTimeOn) {
   EXPECT_LT(std::fabs(std::fabs(commanded[5]) - 0.8), 0.3) << "it turns to the new attitude";
 }
 
+/// Deviations of the three wheels' torques at rest in the wanted attitude.
+std::vector<double> deviations(const TemporaryFolder& folder, const std::string& noise) {
+  write_bytes(folder / "model.urdf", bus());
+  write_bytes(folder / "scene.toml", scene_of("", "rate = 2\n" + noise, 20));
+  const auto a = scene::assemble(scene::read_scene((folder / "scene.toml").string()));
+  const auto system = a.model->instantiate<double>();
+  auto memory = a.model->holds()[0]->fresh;
+  std::vector<double> squares(3, 0.0);
+  constexpr int count = 5000;
+  for (int k = 0; k < count; ++k) {
+    system->sample(0, k / 2.0, a.initial.x, memory);
+    for (size_t i = 0; i < 3; ++i) squares[i] += memory[i] * memory[i] / count;
+  }
+  for (double& each : squares) each = std::sqrt(each);
+  return squares;
+}
+
+/// A star tracker and gyros: (k_j + k_k) δ and d δω of axis i, by stiffness k and damping d.
+TEST(Pointing, SeesTheBaseThroughNoise) {
+  TemporaryFolder folder;
+  const auto tracker = deviations(folder, "noise = { attitude = 1e-3, seed = 3 }\n"),
+             gyro = deviations(folder, "noise = { angular_velocity = 1e-4 }\n"),
+             none = deviations(folder, "noise = { rate = 0 }\n");
+  for (size_t i = 0; i < 3; ++i) {
+    std::printf("  axis %zu: %.4f and %.4f of the stated deviation   bound 0.04\n", i,
+                tracker[i] / 4e-3, gyro[i] / 15e-4);
+    EXPECT_NEAR(tracker[i] / 4e-3, 1, 0.04);  // 1/√(2 · 5000) is 0.01
+    EXPECT_NEAR(gyro[i] / 15e-4, 1, 0.04);
+    EXPECT_LT(none[i], 1e-15) << "control";
+  }
+  // In a run it points to the noise, and goes on with the same bits.
+  const auto noisy = [&](const std::string& out, double duration) {
+    return end_of(
+        folder, out,
+        scene_of(start, "rate = 2\nnoise = { attitude = 1e-3, angular_velocity = 1e-4 }\n",
+                 duration));
+  };
+  const auto end = noisy("noisy", 200), again = noisy("again", 200);
+  EXPECT_EQ(end, again);
+  const double off = 2 * std::hypot(end[4], end[5], end[6]);
+  std::printf("  off by %.1e rad after 200 s, of noise of 1e-3 rad\n", off);
+  EXPECT_LT(off, 5e-3);
+  EXPECT_GT(off, 1e-6) << "control: without noise it comes to rest";
+}
+
 TEST(Pointing, WrongCommandsAreTold) {
   TemporaryFolder folder;
   write_bytes(folder / "model.urdf", bus());

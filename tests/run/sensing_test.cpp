@@ -116,6 +116,17 @@ TEST(Sensing, NoiseHasItsDeviationAndIsWhite) {
   EXPECT_LT(of(damper(2, "")).deviation, 1e-11);  // rounding of the mean: 4e-12
 }
 
+TEST(Sensing, AttitudesThatALawDoesNotSeeHaveNoNoise) {
+  TemporaryFolder folder;
+  const auto s = rod(folder, damper(2, "noise = { attitude = 0.01 }"), 1);
+  try {
+    scene::assemble(s);
+    FAIL() << "expected a refusal";
+  } catch (const InvalidArgument& e) {
+    EXPECT_TRUE(says(e.what(), "'law' has noise of an attitude and measures none"));
+  }
+}
+
 TEST(Sensing, NoiseBelongsToItsSeedItsControllerItsJointAndItsInstant) {
   TemporaryFolder folder;
   const auto with = [&](const std::string& keys) {

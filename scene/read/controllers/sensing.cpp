@@ -23,6 +23,7 @@ class Sensed final : public phs::SampledLaw {
   struct Joint {
     size_t q, v;
     std::uint64_t position_stream, rate_stream;
+    bool attitude;
   };
 
  public:
@@ -40,7 +41,7 @@ class Sensed final : public phs::SampledLaw {
     const std::string of = fmt::format("{}, case {}, ", key.controller, key.of_case);
     for (const MeasuredJoint& j : joints)
       joints_.push_back({j.q, j.v, ensemble::name_bits(of + "position of " + j.name),
-                         ensemble::name_bits(of + "rate of " + j.name)});
+                         ensemble::name_bits(of + "rate of " + j.name), j.attitude});
   }
 
   std::vector<double> fresh() const override { return fresh_; }
@@ -54,7 +55,8 @@ class Sensed final : public phs::SampledLaw {
     } else if (of_state_) {
       std::vector<double> q(state.begin(), state.begin() + model_->mechanism().nq());
       auto v = model_->rates(state);
-      for (const Joint& j : joints_) measure(j, t, q[j.q], v[j.v]);
+      for (const Joint& j : joints_)
+        j.attitude ? measure_attitude(j, t, &q[j.q], &v[j.v]) : measure(j, t, q[j.q], v[j.v]);
       (*law_)(t, model_->state(q, v), y, own, u);
     } else {
       std::vector<double> seen(state.begin(), state.end()), v(y.begin(), y.end());
@@ -79,6 +81,25 @@ class Sensed final : public phs::SampledLaw {
     };
     q = to_grid(q + noise(j.position_stream, how_.position_noise), how_.position_resolution);
     v = to_grid(v + noise(j.rate_stream, how_.rate_noise), how_.rate_resolution);
+  }
+
+  /// A small turn about the axes of the body, and an angular velocity in them.
+  void measure_attitude(const Joint& j, double t, double* q, double* v) const {
+    const auto instant = std::uint64_t(std::llround(t / period_));
+    if (how_.attitude_noise > 0) {
+      ensemble::Stream random(how_.seed, j.position_stream, instant);
+      double turn[3];
+      for (double& each : turn) each = how_.attitude_noise * random.normal();
+      const double angle = std::hypot(turn[0], turn[1], turn[2]);
+      const double s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
+      const mechanics::Quaternion<double> small{std::cos(angle / 2),
+                                                {s * turn[0], s * turn[1], s * turn[2]}};
+      (mechanics::Quaternion<double>::load(q) * small).store(q);
+    }
+    if (how_.angular_velocity_noise > 0) {
+      ensemble::Stream random(how_.seed, j.rate_stream, instant);
+      for (int k = 0; k < 3; ++k) v[k] += how_.angular_velocity_noise * random.normal();
+    }
   }
 
   const phs::SampledLawPtr law_;
@@ -154,6 +175,8 @@ std::vector<SchemaTable> sensing_tables() {
            "Normal noise of what a sampled controller measures: standard deviations.",
            {number("position", "rad (m)", "0", "of the joints of one degree of freedom"),
             number("rate", "rad/s (m/s)", "0", "likewise"),
+            number("attitude", "rad", "0", "of the base and ball joints, about each axis"),
+            number("angular_velocity", "rad/s", "0", "likewise, in the axes of the body"),
             whole("seed", "1", "the same seed gives the same noise")}}};
 }
 
@@ -175,6 +198,8 @@ Sensing read_sensing(const Table& t) {
     const Table n = t.table("noise");
     s.position_noise = n.not_negative("position");
     s.rate_noise = n.not_negative("rate");
+    s.attitude_noise = n.not_negative("attitude");
+    s.angular_velocity_noise = n.not_negative("angular_velocity");
     s.seed = n.whole("seed");
   }
   return s;

@@ -23,10 +23,14 @@ struct Sensing {
   /// Measured values and torques are the nearest multiples of it [rad | m, rad/s | m/s, N m | N].
   double position_resolution = 0, rate_resolution = 0, torque_resolution = 0;
   double position_noise = 0, rate_noise = 0;  ///< standard deviations, before the resolution
-  std::uint64_t seed = 1;                     ///< of the noise
+  /// Of the base and of ball joints: about each axis of the body [rad, rad/s].
+  double attitude_noise = 0, angular_velocity_noise = 0;
+  std::uint64_t seed = 1;  ///< of the noise
 
+  bool measures_attitude() const { return attitude_noise > 0 || angular_velocity_noise > 0; }
   bool measures() const {
-    return position_resolution > 0 || rate_resolution > 0 || position_noise > 0 || rate_noise > 0;
+    return position_resolution > 0 || rate_resolution > 0 || position_noise > 0 || rate_noise > 0 ||
+           measures_attitude();
   }
   bool any() const { return delay > 0 || torque_resolution > 0 || measures(); }
 };
@@ -35,11 +39,12 @@ std::vector<SchemaKey> sensing_keys();
 std::vector<SchemaTable> sensing_tables();
 Sensing read_sensing(const Table& t);
 
-/// A joint of one degree of freedom that is measured.
+/// A joint of one degree of freedom that is measured, or the attitude of the base or a ball joint.
 struct MeasuredJoint {
   std::string name;
   size_t q;  ///< of its coordinate in the state
   size_t v;  ///< of its rate in the outputs of the law's ports, or in the rates of the mechanism
+  bool attitude = false;  ///< a quaternion, and an angular velocity in its own axes
 };
 
 /// Where the noise of a controller comes from: the same numbers for the same names, seed, case and
