@@ -85,7 +85,7 @@ void require_square(const Network::Plan& p, const Matrix& m, size_t n, const std
     if (!std::isfinite(x)) refuse(p, what + " has an entry that is not finite");
 }
 
-std::vector<int> coupled_rows(const Plan& p) {
+std::vector<int> coupled_rows(const Network::Plan& p) {
   std::vector<bool> row(size_t(p.nu()), false);
   for (const auto& b : p.B) row[size_t(b.row)] = row[size_t(b.col)] = true;
   for (const auto& l : p.laws) row[size_t(l.row)] = true;
@@ -104,7 +104,7 @@ std::vector<int> coupled_rows(const Plan& p) {
   return list;
 }
 
-size_t spring_numbers(const Plan& p) {
+size_t spring_numbers(const Network::Plan& p) {
   size_t n = p.springs.size();
   for (const auto& s : p.block_springs) n += size_t(s.size);
   return n;
