@@ -79,7 +79,7 @@ void bind_elements(py::module_& m) {
       "A force measured at some elongations: a natural cubic spline between them, linear outside.");
   m.def("soft_limits", &soft_limits, arg("lower"), arg("upper"), arg("k"),
         "U = k d^3 / 3, d the depth beyond a limit: nothing is felt between the limits.");
-  py::class_<BlockPotential, std::shared_ptr<BlockPotential>>(
+  const py::class_<BlockPotential, std::shared_ptr<BlockPotential>> block(
       m, "BlockPotential", "An energy of a coordinate of several numbers.");
   m.def(
       "attitude_spring",
