@@ -2,7 +2,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/interconnection.h"
-#include "phs/functions/smooth_step.h"
+#include "phs/functions/tank.h"
 #include "phs/system/forwarding.h"
 
 namespace porthos::energy_shaping {
@@ -136,8 +136,7 @@ class TankedSystem final : public phs::Forwarding<T> {
     const In y = In(y_).subspan(m_.at, m_.size);
     (*m_.law)(t, own, y, Out(kappa_));
     const auto& k = m_.tank;
-    const double width = 0.1 * (k.most - k.least);
-    const T alpha = phs::smooth_step(x[n_], k.least, k.least + width);
+    const T alpha = phs::tank_share(x[n_], k.least, k.most);
     T inflow(0.0);
     for (size_t i = 0; i < m_.size; ++i) {
       T& u = u_[m_.at + i];
@@ -145,7 +144,7 @@ class TankedSystem final : public phs::Forwarding<T> {
       inflow = inflow - u * y[i];
     }
     plant_.apply_input(own, u_, c_);
-    valve_ = phs::smooth_step(x[n_], k.most - width, k.most) * phs::max(inflow, T(0.0));
+    valve_ = phs::tank_overflow(x[n_], k.least, k.most, inflow);
   }
   void exchange(In e, Out dx) {
     T given(0.0);

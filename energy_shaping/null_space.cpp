@@ -8,6 +8,7 @@
 
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/detail/null_space_projector.h"
+#include "phs/functions/tank.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/random_state.h"
 
@@ -111,8 +112,8 @@ NullSpaceLoop::NullSpaceLoop(std::shared_ptr<const mechanics::MechanicalModel> p
         name, fmt::format("{} of {} joints have an actuator, expected all", actuated_.size(), n));
   rest_ = q;
   rest_.resize(2 * n, 0.0);
-  rest_.push_back(
-      std::max(posture_.level, posture_.least + tank_margin * (posture_.most - posture_.least)));
+  rest_.push_back(std::max(posture_.level,
+                           posture_.least + phs::tank_margin * (posture_.most - posture_.least)));
   describe();
   certify(name);
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "energy_shaping/detail/null_space_projector.h"
-#include "phs/functions/smooth_step.h"
+#include "phs/functions/tank.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -108,8 +108,7 @@ class NullSpaceSystem final : public LoopSystem<T> {
     projector_.place(x.first(n_));
     projector_.felt(pull_.data(), felt_.data());
     const T E = x[2 * n_];
-    const double width = tank_margin * (p_.most - p_.least);
-    alpha_ = phs::smooth_step(E, p_.least, p_.least + width);
+    alpha_ = phs::tank_share(E, p_.least, p_.most);
     task_->gradient(plant(x), Out(y_));
     T inflow(0.0);
     for (size_t i = 0; i < n_; ++i) {
@@ -117,7 +116,7 @@ class NullSpaceSystem final : public LoopSystem<T> {
       c_[i] = alpha_ * felt_[i] - T(p_.fill * damping(i)) * rate;
       inflow = inflow - c_[i] * rate;
     }
-    valve_ = phs::smooth_step(E, p_.most - width, p_.most) * phs::max(inflow, T(0.0));
+    valve_ = phs::tank_overflow(E, p_.least, p_.most, inflow);
   }
   void exchange(In e, Out dx) {
     T given(0.0);

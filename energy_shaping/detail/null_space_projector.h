@@ -9,8 +9,6 @@
 
 namespace porthos::energy_shaping {
 
-inline constexpr double tank_margin = 0.1;  // of the tank, at either bound, where the gates move
-
 /// J, M and what projects, at one q.
 template <class T>
 class NullSpaceProjector {

@@ -3,15 +3,15 @@
 #include <span>
 #include <vector>
 
-#include "phs/functions/smooth_step.h"
+#include "phs/functions/tank.h"
 #include "phs/network/detail/network_plan.h"
 
 namespace porthos::phs {
 
-/// α(E) of a tank: 1, and 0 where it is empty.
+/// α(E) of a tank.
 template <class T>
 T share_of(const Network::Plan::Tank& k, const T& E) {
-  return smooth_step(E, k.least, k.least + 0.1 * (k.most - k.least));
+  return tank_share(E, k.least, k.most);
 }
 
 /// What flows through the tanks of a network. With e the efforts (∂H/∂E = 1, or what a discrete
@@ -78,8 +78,7 @@ class TankFlows {
   /// What leaves tank i through its valve.
   T valve(size_t i, In x) const {
     const auto& k = p_.tanks[i];
-    return smooth_step(x[size_t(k.x)], k.most - 0.1 * (k.most - k.least), k.most) *
-           max(-drawn_[i], T(0.0));
+    return tank_overflow(x[size_t(k.x)], k.least, k.most, -drawn_[i]);
   }
 
   const Network::Plan& p_;
