@@ -91,9 +91,7 @@ scene::Scene case_of(const Arguments& a) {
         fmt::format("--case: case is '{}', expected the number of one, from 0", *a.of_case));
   const auto index = std::int64_t(*number);
   if (fs::is_directory(a.scene)) return scene::scene_of_case(fs::path(a.scene), index);
-  scene::Scene s = scene_of(a.scene);
-  if (s.method == scene::auto_method) s = scene::with_method_chosen(s, scene::assemble(s));
-  return scene::scene_of_case(scene::Ensemble(std::move(s)), index);
+  return scene::scene_of_case(scene_of(a.scene), index);
 }
 
 scene::Scene read(const Arguments& a) {

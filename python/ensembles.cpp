@@ -15,14 +15,6 @@ using namespace scene;
 namespace py = pybind11;
 using py::arg;
 
-/// A case of an ensemble as a scene, from its scene file or from the folder of its results.
-Scene case_at(const std::filesystem::path& path, std::int64_t index) {
-  if (std::filesystem::is_directory(path)) return scene_of_case(path, index);
-  Scene s = read_scene(path.string());
-  if (s.method == auto_method) s = with_method_chosen(s, assemble(s));
-  return scene_of_case(Ensemble(std::move(s)), index);
-}
-
 /// Whether it was interrupted.
 bool ensemble_into(const Scene& s, const std::string& out, int threads, bool resume,
                    py::object report) {
@@ -47,7 +39,9 @@ void bind_ensembles(py::module_& m) {
       "scene_of_case",
       [](const std::filesystem::path& path, std::int64_t index, std::optional<std::string> method,
          std::optional<double> step, std::optional<double> duration) {
-        Scene s = case_at(path, index);
+        Scene s = std::filesystem::is_directory(path)
+                      ? scene_of_case(path, index)
+                      : scene_of_case(read_scene(path.string()), index);
         apply(s, {method, step, duration});
         return s;
       },

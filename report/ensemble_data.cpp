@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <set>
-#include <sstream>
 
 #include "phs/error.h"
 #include "report/detail/series.h"
 #include "scene/ensemble/case_layout.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
 
 namespace porthos::report {
 namespace {
@@ -28,14 +27,19 @@ struct CaseNumber {
   std::string name, group, unit;
   bool log;  ///< errors: a histogram over their logarithms
   double low = std::numeric_limits<double>::infinity(), high = -low;
+  std::int64_t largest = -1;  ///< the case with `high`
   std::vector<std::int64_t> passed = std::vector<std::int64_t>(bins, 0), others = passed;
   std::vector<float> shown = {};
 
   bool counts(double v) const { return std::isfinite(v) && (!log || v > 0); }
-  void reach(double v) {
+  void reach(std::int64_t of_case, double v) {
     if (!counts(v)) return;
-    low = std::min(low, log ? std::log10(v) : v);
-    high = std::max(high, log ? std::log10(v) : v);
+    const double place = log ? std::log10(v) : v;
+    low = std::min(low, place);
+    if (place > high) {
+      high = place;
+      largest = of_case;
+    }
   }
   void count(double v, bool pass) {
     if (!counts(v)) return;
@@ -43,14 +47,6 @@ struct CaseNumber {
     ++(pass ? passed : others)[size_t(std::clamp(int(place), 0, bins - 1))];
   }
 };
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> list;
-  std::istringstream lines(text);
-  lines.exceptions(std::ios::badbit);
-  for (std::string line; std::getline(lines, line);) list.push_back(line);
-  return list;
-}
 
 class Cases {
  public:
@@ -76,7 +72,7 @@ class Cases {
   }
 
   Json json() {
-    each([](CaseNumber& c, std::int64_t, double v) { c.reach(v); });
+    each([](CaseNumber& c, std::int64_t i, double v) { c.reach(i, v); });
     choose();
     each([&](CaseNumber& c, std::int64_t i, double v) {
       c.count(v, verdicts_[size_t(i)] == 1);
@@ -117,7 +113,7 @@ class Cases {
           fmt::format("{}: '{}' has not one row for each of {} cases", path_, dataset, count_));
     auto about = file_.texts(dataset);
     const std::int64_t width = shape.size() > 1 ? shape[1] : 1;
-    const auto names = lines_of(about["columns"]);
+    const auto names = scene::lines_of(about["columns"]);
     for (std::int64_t k = 0; k < width; ++k) {
       std::string name = words;
       if (size_t(k) < names.size())
@@ -161,16 +157,8 @@ class Cases {
     for (std::int64_t i = 0;
          i < count_ && std::int64_t(chosen.size()) < std::min(most, most_not_passed); ++i)
       if (verdicts_[size_t(i)] != 1) chosen.insert(i);
-    std::optional<std::pair<double, std::int64_t>> worst;
     for (const CaseNumber& c : columns_)
-      if (c.dataset == "energy_error") {
-        std::vector<double> all(static_cast<size_t>(count_));
-        file_.read(c.dataset, all.data());
-        for (std::int64_t i = 0; i < count_; ++i)
-          if (std::isfinite(all[size_t(i)]) && (!worst || all[size_t(i)] > worst->first))
-            worst = {all[size_t(i)], i};
-      }
-    if (worst) chosen.insert(worst->second);
+      if (c.dataset == "energy_error" && c.largest >= 0) chosen.insert(c.largest);
     const auto left = most - std::int64_t(chosen.size());
     for (std::int64_t k = 0; k < left && count_ > 0; ++k) chosen.insert(k * count_ / left);
     shown_.assign(chosen.begin(), chosen.end());

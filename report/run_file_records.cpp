@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "phs/error.h"
 #include "report/records.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
 
 namespace porthos::report {
 namespace {
@@ -30,12 +30,8 @@ class RunFileRecords : public Records {
     return has(name) ? file_.texts(name)["unit"] : "";
   }
   std::vector<std::string> turn_names() const override {
-    std::vector<std::string> list;
-    if (!has("turns")) return list;
-    std::istringstream lines(file_.texts("turns")["columns"]);
-    lines.exceptions(std::ios::badbit);
-    for (std::string line; std::getline(lines, line);) list.push_back(line);
-    return list;
+    if (!has("turns")) return {};
+    return scene::lines_of(file_.texts("turns")["columns"]);
   }
   std::string text(const std::string& name) const override {
     return has(name) ? file_.text(name) : "";

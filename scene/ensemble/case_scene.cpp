@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "scene/compare/auto_method.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
 #include "scene/read/scene_texts.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -52,14 +54,6 @@ Scene read_case(const Scene& nominal, std::span<const Replacement> numbers, std:
   }
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> list;
-  std::istringstream lines(text);
-  lines.exceptions(std::ios::badbit);
-  for (std::string line; std::getline(lines, line);) list.push_back(line);
-  return list;
-}
-
 /// The scene of an ensemble as its results hold it.
 Scene nominal_of(const Hdf5Reader& file, const fs::path& folder) {
   SceneTexts texts{file.text("provenance/scene"), file.text("provenance/model")};
@@ -94,6 +88,11 @@ Scene scene_of_case(const Ensemble& ensemble, std::int64_t index) {
   check_index(index, ensemble.cases().cases);
   const auto values = ensemble.sampler().values(index);
   return read_case(ensemble.scene(), ensemble.sampler().replacements(values), index);
+}
+
+Scene scene_of_case(Scene scene, std::int64_t index) {
+  if (scene.method == auto_method) scene = with_method_chosen(scene, assemble(scene));
+  return scene_of_case(Ensemble(std::move(scene)), index);
 }
 
 Scene scene_of_case(const fs::path& results, std::int64_t index) {

@@ -14,6 +14,10 @@ namespace porthos::scene {
 ///   the reader refuses
 Scene scene_of_case(const Ensemble& ensemble, std::int64_t index);
 
+/// The same of a scene with an [ensemble]; method = "auto" chooses anew.
+/// @throws InvalidArgument also as Ensemble and with_method_chosen()
+Scene scene_of_case(Scene scene, std::int64_t index);
+
 /// The same from the results of a finished ensemble, which hold the texts and the numbers.
 /// @param results  the folder of its ensemble.h5
 /// @throws InvalidArgument also for a folder without one, and for a scene with a law of the user's

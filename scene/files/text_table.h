@@ -27,4 +27,15 @@ inline std::string aligned(const TextRows& rows, const std::string& indent = "")
   return text;
 }
 
+/// The lines of a text, without what ends them.
+inline std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> list;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    list.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return list;
+}
+
 }  // namespace porthos::scene

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
 #include "scene/read/toml_table-inl.h"
 
 namespace porthos::scene {
@@ -80,12 +80,10 @@ StartFrom read_start_from(const Table& t, const std::string& beside) {
     read_group(file, "state/", "low_words/", k, from.state);
     read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
     if (!file.datasets().count("turns")) return from;
-    std::istringstream names(file.texts("turns")["columns"]);
-    names.exceptions(std::ios::badbit);
+    const auto names = lines_of(file.texts("turns")["columns"]);
     const auto turns = row_of(file, "turns", k);
-    size_t i = 0;
-    for (std::string name; std::getline(names, name) && i < turns.size(); ++i)
-      from.turns[name] = std::llround(turns[i]);
+    for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
+      from.turns[names[i]] = std::llround(turns[i]);
   } catch (const InvalidArgument& e) {
     refuse(from.where, e.what());
   }

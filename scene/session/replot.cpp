@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "phs/error.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
 #include "scene/plot/ledger_plot.h"
 #include "scene/plot/motion.h"
 #include "scene/plot/plot.h"
@@ -123,11 +123,7 @@ std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m
     return some;
   };
   std::vector<std::string> turns;
-  if (file.datasets().count("turns")) {
-    std::istringstream names(file.texts("turns")["columns"]);
-    names.exceptions(std::ios::badbit);
-    for (std::string name; std::getline(names, name);) turns.push_back(name);
-  }
+  if (file.datasets().count("turns")) turns = lines_of(file.texts("turns")["columns"]);
   MotionRecords records{series("time"), turns, series};
   for (const auto& [name, d] : file.datasets())
     if (name.starts_with("output/"))
