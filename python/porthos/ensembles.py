@@ -4,39 +4,32 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._core import InvalidArgument, RunFile
+from .judged import Judged, html_table, short, text_table
 
 if TYPE_CHECKING:
     from .runs import Scene
 
 
-class EnsembleResult(Mapping):
+class EnsembleResult(Judged):
     """A finished ensemble: ensemble["energy_error"], ensemble["final/x"] are numpy arrays with one row per case, read when they are
     asked for, and kept. Names and units: docs/ensemble.md."""
 
+    _it_has_no = "the ensemble has no"
+
     def __init__(self, summary: dict[str, Any], folder: Path):
-        self.summary = summary  #: as ensemble.json
-        self.folder = folder
-        self.file = RunFile(folder / "ensemble.h5")
-        self._read: dict[str, np.ndarray] = {}
+        super().__init__(summary, folder)  # as ensemble.json
+        self._file = RunFile(folder / "ensemble.h5")
 
     @property
-    def verdict(self) -> str:
-        """"pass" if every case passed, "fail", or "not judged"."""
-        return self.summary["verdict"]
-
-    @property
-    def passed(self) -> bool:
-        return self.verdict == "pass"
-
-    def __bool__(self) -> bool:
-        return self.passed
+    def file(self) -> RunFile:
+        """ensemble.h5"""
+        return self._file
 
     @property
     def cases(self) -> int:
@@ -87,27 +80,6 @@ class EnsembleResult(Mapping):
 
         return Scene(self.folder, case=int(index), **overrides)
 
-    @property
-    def names(self) -> list[str]:
-        """Names of all datasets."""
-        return [n for n in self.file.names if not n.startswith("provenance/")]
-
-    def unit(self, name: str) -> str:
-        return self.file.attributes(name).get("unit", "")
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self._read:
-            if name not in self.names:
-                raise KeyError(f"the ensemble has no '{name}', it has {', '.join(self.names)}")
-            self._read[name] = self.file.read(name)
-        return self._read[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
-
     def _columns(self, name: str) -> dict[str, np.ndarray]:
         if name not in self.names:
             return {}
@@ -116,16 +88,14 @@ class EnsembleResult(Mapping):
 
     def _rows(self) -> list[tuple[str, ...]]:
         spreads = [(k.removesuffix("_error").replace("_", " "), v) for k, v in self.summary.items() if k.endswith("_error")]
-        return [(name, *(_short(s[q]) for q in ("median", "q95", "max")), str(s.get("case_of_max", ""))) for name, s in spreads]
+        return [(name, *(short(s[q]) for q in ("median", "q95", "max")), str(s.get("case_of_max", ""))) for name, s in spreads]
 
     _heads = ("relative error", "median", "95 % below", "largest", "case")
 
     def __str__(self) -> str:
         s = self.summary
-        rows = [self._heads, *self._rows()]
-        width = [max(len(r[k]) for r in rows) for k in range(len(rows[0]))]
         lines = [f"{s['title'] or 'ensemble'}: {s['cases']} cases of {s['duration_s']:g} s by {s['method']}", ""]
-        lines += ["  ".join(t.ljust(w) for t, w in zip(r, width)).rstrip() for r in rows]
+        lines += text_table([self._heads, *self._rows()])
         lines += ["", *(f"{n} cases: {why}" for why, n in s["failures"].items()), f"results  {self.folder}"]
         return "\n".join(lines + [f"verdict  {'FAIL' if self.verdict == 'fail' else self.verdict}: {s['passed']} of {s['cases']} cases passed"])
 
@@ -134,14 +104,9 @@ class EnsembleResult(Mapping):
 
     def _repr_html_(self) -> str:
         """What notebooks show: the verdict and the errors."""
-        line = lambda tag, cells: "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"
         s = self.summary
         return (f"<p><b>{html.escape(s['title'] or 'ensemble')}</b>: {html.escape(self.verdict)}; {s['passed']} of {s['cases']} cases passed</p>"
-                f"<table>{line('th', self._heads)}{''.join(line('td', r) for r in self._rows())}</table>")
-
-
-def _short(x) -> str:
-    return "null" if x is None else f"{x:.3g}"
+                + html_table(self._heads, self._rows()))
 
 
 def open_ensemble(folder: Path) -> EnsembleResult:

@@ -5,46 +5,37 @@ from __future__ import annotations
 import html
 import json
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Iterator, Union
+from typing import Any, Union
 
 import numpy as np
 
 from ._core import InvalidArgument, RunFile, mechanisms_of, motion_panels
 from .ensembles import EnsembleResult, open_ensemble
+from .judged import Judged, html_table, short, text_table
 
 PathLike = Union[str, "os.PathLike[str]"]
 
 
-class Result(Mapping):
+class Result(Judged):
     """A finished run: figures, verdict and time series.
 
     Time series are numpy arrays by the names of run.h5: result["energy_error"], result["state/elbow"]. Those of a folder are
     read when they are asked for, and kept; those of a run in memory are views of one array.
     """
 
+    _it_has_no = "the run has no series"
+
     def __init__(self, summary: dict[str, Any], folder: Path | None = None,
                  columns: dict[str, tuple[np.ndarray, str]] | None = None,
                  states: np.ndarray | None = None):
-        self.summary = summary  #: as summary.json
-        self.folder = folder  #: None for a run in memory
+        super().__init__(summary, folder)  # as summary.json; None for a run in memory
         self._columns = columns
         self._states = states
         self.mechanism: Any = None  #: what moved; None: of the folder's scene, or there is none
         self._file: RunFile | None = None
-        self._read: dict[str, np.ndarray] = {}
 
     # --- figures ------------------------------------------------------------------------------------------------------
-    @property
-    def verdict(self) -> str:
-        """"pass", "fail" or "not judged" (no check tells of the motion): docs/results.md."""
-        return self.summary["verdict"]
-
-    @property
-    def passed(self) -> bool:
-        return self.verdict == "pass"
-
     @property
     def checks(self) -> list[dict[str, Any]]:
         """name, value, limit, pass, telling: one per limit that has a meaning for this run."""
@@ -63,13 +54,12 @@ class Result(Mapping):
         s, e = self.summary, self.summary["energy"]
         lines = [f"{s['title'] or 'run'}: {s['method']}, {s['steps']} steps of {s['step_s']:g} s, {s['simulated_s']:g} s simulated", ""]
         rows = [("check", "value", "limit", "")]
-        rows += [(c["name"], _short(c["value"]), _short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
+        rows += [(c["name"], short(c["value"]), short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
         rows += [(n["name"], "-", "-", f"not applicable: {n['why']}") for n in self.not_applicable]
         if len(rows) > 1:
-            width = [max(len(r[k]) for r in rows) for k in range(4)]
-            lines += ["  ".join(t.ljust(w) for t, w in zip(r, width)).rstrip() for r in rows] + [""]
-        lines.append(f"energy   start {_short(e['initial_J'])} J, error max {_short(e['max_abs_error_J'])} J"
-                     f" = {_short(e['max_rel_error'])} relative")
+            lines += text_table(rows) + [""]
+        lines.append(f"energy   start {short(e['initial_J'])} J, error max {short(e['max_abs_error_J'])} J"
+                     f" = {short(e['max_rel_error'])} relative")
         lines += [f"note     {n}" for n in self.notes]
         if self.folder:
             lines.append(f"results  {self.folder}")
@@ -104,7 +94,7 @@ class Result(Mapping):
         """Names of all time series."""
         if self._columns is not None:
             return list(self._columns)
-        return [n for n in self.file.names if not n.startswith("provenance/")]
+        return super().names
 
     def unit(self, name: str) -> str:
         if self._columns is not None:
@@ -116,20 +106,7 @@ class Result(Mapping):
             if name not in self._columns:
                 raise KeyError(f"the run has no series '{name}', it has {', '.join(self._columns)}")
             return self._columns[name][0]
-        if name not in self._read:
-            if name not in self.file.names:
-                raise KeyError(f"the run has no series '{name}', it has {', '.join(self.names)}")
-            self._read[name] = self.file.read(name)
-        return self._read[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def __bool__(self) -> bool:
-        return self.passed
+        return super().__getitem__(name)
 
     @property
     def time(self) -> np.ndarray:
@@ -167,13 +144,11 @@ class Result(Mapping):
 
     def _repr_html_(self) -> str:
         """What notebooks show: the verdict and its checks."""
-        cell = lambda x: f"<td>{html.escape(str(x))}</td>"
-        rows = [(c["name"], _short(c["value"]), _short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
+        rows = [(c["name"], short(c["value"]), short(c["limit"]), "pass" if c["pass"] else "FAIL") for c in self.checks]
         rows += [(n["name"], "", "", f"not applicable: {n['why']}") for n in self.not_applicable]
-        body = "".join("<tr>" + "".join(map(cell, r)) + "</tr>" for r in rows)
         s = self.summary
         return (f"<p><b>{html.escape(s['title'] or 'run')}</b>: {html.escape(self.verdict)}; {html.escape(s['method'])}, {s['steps']} steps of {s['step_s']:g} s</p>"
-                f"<table><tr><th>check</th><th>value</th><th>limit</th><th></th></tr>{body}</table>")
+                + html_table(("check", "value", "limit", ""), rows))
 
     def group(self, name: str) -> dict[str, np.ndarray]:
         """The series of a group without its name: group("stored") -> {"kinetic": ..., "gravity": ...}."""
@@ -189,10 +164,6 @@ def _mechanism_of(folder: Path | None):
     phase = number.isdigit() and number != folder.name and (folder.parent / "summary.json").exists()
     all = mechanisms_of(folder.parent if phase else folder)
     return all[int(number) - 1 if phase else 0] if all else None
-
-
-def _short(x) -> str:
-    return "null" if x is None else f"{x:.3g}"
 
 
 def open(folder: PathLike) -> Any:
