@@ -1,21 +1,9 @@
+import { decadeTicks, drawAxes, linearTicks } from "./axes.js";
 import { h, svg } from "./dom.js";
-import { power, short, timeUnit } from "./format.js";
+import { timeUnit } from "./format.js";
 
 /** The charts of a page that was made without node: still pictures, drawn once, in the colours of the theme. */
 const width = 900, left = 78, right = 16, top = 10, bottom = 46;
-
-/** Steps of 1, 2 or 5 times a power of ten, about `count` over the range. */
-function linearTicks(low, high, count) {
-  const raw = (high - low) / count, e = 10 ** Math.floor(Math.log10(raw)), m = raw / e;
-  const step = e * (m < 1.5 ? 1 : m < 3.5 ? 2 : m < 7.5 ? 5 : 10), ticks = [];
-  for (let k = Math.ceil(low / step); k * step <= high * (1 + 1e-12); ++k) ticks.push(Number((k * step).toPrecision(12)));
-  return ticks.map((v) => ({ v, text: short(v) }));
-}
-function decadeTicks(low, high) {
-  const ticks = [], every = Math.ceil((high - low) / 8);
-  for (let e = low; e <= high; ++e) ticks.push({ v: e, text: (e - low) % every === 0 ? power(e) : "" });
-  return ticks;
-}
 
 /** The pieces of a line between gaps. */
 function pieces(points) {
@@ -45,12 +33,9 @@ export function chart(o) {
   const px = (x) => left + ((x - x0) / (x1 - x0)) * (width - left - right);
   const py = (y) => top + ((y1 - Math.max(y, y0)) / (y1 - y0)) * (height - top - bottom);
   const picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": o.title || o.unit });
-  for (const { v, text } of o.logTime ? decadeTicks(Math.ceil(x0), Math.floor(x1)) : linearTicks(x0, x1, 8))
-    picture.append(svg("line", { class: "grid", x1: px(v), x2: px(v), y1: top, y2: height - bottom }), svg("text", { x: px(v), y: height - bottom + 17, "text-anchor": "middle" }, text));
-  for (const { v, text } of o.log ? decadeTicks(y0, y1) : linearTicks(y0, y1, 5))
-    picture.append(svg("line", { class: "grid", x1: left, x2: width - right, y1: py(v), y2: py(v) }), svg("text", { x: left - 8, y: py(v) + 4, "text-anchor": "end" }, text));
-  picture.append(svg("text", { class: "axis", x: (left + width - right) / 2, y: height - 8, "text-anchor": "middle" }, `simulated time [${unit.name}]`),
-    svg("text", { class: "axis", x: -(top + height - bottom) / 2, y: 16, "text-anchor": "middle", transform: "rotate(-90)" }, o.unit));
+  drawAxes(picture, { width, height, left, right, top, bottom },
+    { ticks: o.logTime ? decadeTicks(Math.ceil(x0), Math.floor(x1), 8) : linearTicks(x0, x1, 8), place: px, name: `simulated time [${unit.name}]` },
+    { ticks: o.log ? decadeTicks(y0, y1, 8) : linearTicks(y0, y1, 5), place: py, name: o.unit });
   for (const l of o.lines) {
     const points = Array.from(l.v, (v, i) => [X(t[i]), Y(v)]);
     for (const piece of pieces(points)) {

@@ -17,6 +17,10 @@ export function svg(tag, attributes = {}, ...children) {
   return e;
 }
 
+export const section = (id, title, ...children) => h("section", { id }, h("h2", {}, title), ...children);
+export const card = (...children) => h("div", { class: "card" }, ...children);
+export const lead = (...text) => h("p", { class: "lead" }, ...text);
+
 /** rows of cells; a cell is text or a node, a column's class is in `classes`. */
 export function table(heads, rows, classes = []) {
   const cell = (tag) => (c, i) => h(tag, { class: classes[i], scope: tag === "th" ? "col" : null }, c);

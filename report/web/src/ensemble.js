@@ -1,9 +1,7 @@
-import { h, svg, table } from "./dom.js";
-import { duration, grouped, number, power, short } from "./format.js";
+import { decadeTicks, drawAxes, linearTicks } from "./axes.js";
+import { card, h, lead, section, svg, table } from "./dom.js";
+import { duration, grouped, number, short } from "./format.js";
 
-const section = (id, title, ...children) => h("section", { id }, h("h2", {}, title), ...children);
-const card = (...children) => h("div", { class: "card" }, ...children);
-const lead = (...text) => h("p", { class: "lead" }, ...text);
 const errorNames = { energy_error: "energy", linear_momentum_error: "linear momentum", angular_momentum_error: "angular momentum" };
 const limitOf = (d, key) => d.limits?.[key.replace("_error", "")] ?? null;
 
@@ -69,40 +67,27 @@ export function distributions(d) {
     constant.length ? h("p", { class: "soft" }, "The same in every case: ", constant.map((c) => `${c.name} ${number(c.log ? 10 ** c.low : c.low)}${c.unit ? ` ${c.unit}` : ""}`).join("; "), ".") : "");
 }
 
-/** Round values between low and high. */
-function ticks(low, high) {
-  if (!(high > low)) return [low];
-  const raw = (high - low) / 5, step = [1, 2, 5, 10].map((k) => k * 10 ** Math.floor(Math.log10(raw))).find((s) => s >= raw), list = [];
-  for (let k = Math.ceil(low / step); k * step <= high * (1 + 1e-12); ++k) list.push(k * step);
-  return list;
-}
-
-/** The places of a column's numbers on an axis, and its marks. */
-function axis(c) {
-  const finite = c.v.filter((x) => Number.isFinite(x) && (!c.log || x > 0));
+/** The places of a column's numbers along `length` pixels from `start`, and the ticks. */
+function axis(c, start, length) {
   const place = (x) => (c.log ? Math.log10(x) : x);
   let low = Infinity, high = -Infinity;
-  for (const x of finite) low = Math.min(low, place(x)), high = Math.max(high, place(x));
+  for (const x of c.v) if (Number.isFinite(x) && (!c.log || x > 0)) low = Math.min(low, place(x)), high = Math.max(high, place(x));
   if (c.log) low = Math.floor(low), high = Math.ceil(high + 1e-9);
   if (!(high > low)) low -= 0.5, high = low + 1;
-  const marks = c.log ? Array.from({ length: high - low + 1 }, (_, k) => low + k).filter((e) => (e - low) % Math.ceil((high - low) / 7) === 0) : ticks(low, high);
-  return { at: (x) => (place(x) - low) / (high - low), marks: marks.map((m) => [(m - low) / (high - low), c.log ? power(m) : short(Number(m.toPrecision(6)))]) };
+  const at = (v) => start + ((v - low) / (high - low)) * length;
+  return { of: (x) => at(place(x)), place: at, ticks: c.log ? decadeTicks(low, high, 7) : linearTicks(low, high, 5), name: c.name + (c.unit ? ` [${c.unit}]` : "") };
 }
 
 /** One number of the cases against another; a click on a point shows its case. */
 function cloud(d, cx, cy) {
-  const width = 900, height = 420, left = 84, right = 16, top = 12, bottom = 52, x = axis(cx), y = axis(cy);
-  const px = (f) => left + f * (width - left - right), py = (f) => height - bottom - f * (height - top - bottom);
-  const picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${cy.name} against ${cx.name}` });
-  for (const [f, name] of x.marks) picture.append(svg("line", { class: "grid", x1: px(f), x2: px(f), y1: top, y2: height - bottom }), svg("text", { x: px(f), y: height - bottom + 18, "text-anchor": "middle" }, name));
-  for (const [f, name] of y.marks) picture.append(svg("line", { class: "grid", x1: left, x2: width - right, y1: py(f), y2: py(f) }), svg("text", { x: left - 8, y: py(f) + 4, "text-anchor": "end" }, name));
-  const title = (c) => c.name + (c.unit ? ` [${c.unit}]` : "");
-  picture.append(svg("text", { class: "axis", x: (left + width - right) / 2, y: height - 12, "text-anchor": "middle" }, title(cx)),
-    svg("text", { class: "axis", x: -(top + height - bottom) / 2, y: 18, "text-anchor": "middle", transform: "rotate(-90)" }, title(cy)));
-  const points = d.cases.shown.map((n, i) => [n, x.at(cx.v[i]), y.at(cy.v[i]), d.cases.verdicts[i]]).filter(([, a, b]) => Number.isFinite(a) && Number.isFinite(b));
+  const box = { width: 900, height: 420, left: 84, right: 16, top: 12, bottom: 52 }, base = box.height - box.bottom;
+  const x = axis(cx, box.left, box.width - box.left - box.right), y = axis(cy, base, box.top - base);
+  const picture = svg("svg", { class: "wp", viewBox: `0 0 ${box.width} ${box.height}`, role: "img", "aria-label": `${cy.name} against ${cx.name}` });
+  drawAxes(picture, box, x, y);
+  const points = d.cases.shown.map((n, i) => [n, x.of(cx.v[i]), y.of(cy.v[i]), d.cases.verdicts[i]]).filter(([, a, b]) => Number.isFinite(a) && Number.isFinite(b));
   points.sort((a, b) => (a[3] === 1 ? 0 : 1) - (b[3] === 1 ? 0 : 1));  // those that did not pass on top
   for (const [n, a, b, passed] of points) {
-    const dot = svg("circle", { cx: px(a), cy: py(b), r: passed === 1 ? 2.6 : 3.6, fill: passed === 1 ? "var(--accent)" : passed === 2 ? "var(--warn)" : "var(--fail)", "fill-opacity": passed === 1 ? 0.55 : 0.9, class: "point" });
+    const dot = svg("circle", { cx: a, cy: b, r: passed === 1 ? 2.6 : 3.6, fill: passed === 1 ? "var(--accent)" : passed === 2 ? "var(--warn)" : "var(--fail)", "fill-opacity": passed === 1 ? 0.55 : 0.9, class: "point" });
     dot.append(svg("title", {}, `case ${n}`));
     dot.addEventListener("click", () => choose(n, true));
     picture.append(dot);

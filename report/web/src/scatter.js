@@ -1,7 +1,9 @@
+import { decadeTicks, drawAxes } from "./axes.js";
 import { colour, h, svg } from "./dom.js";
-import { number, power, short } from "./format.js";
+import { number, short } from "./format.js";
 
-const width = 900, height = 460, left = 78, right = 16, top = 12, bottom = 52;
+const box = { width: 900, height: 460, left: 78, right: 16, top: 12, bottom: 52 };
+const { width, height, left, right, top, bottom } = box;
 
 /** gauss16 -> gauss: methods of one family have one colour and one mark. */
 export const family = (name) => name.replace(/(\d+).*$/, "");
@@ -34,20 +36,8 @@ function frame(all, what, target) {
   const px = (v) => left + ((Math.log10(v) - x0) / Math.max(1, x1 - x0)) * (width - left - right);
   const py = (v) => top + ((y1 - Math.log10(v)) / Math.max(1, y1 - y0)) * (height - top - bottom);
   const picture = svg("svg", { class: "wp", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${what} against CPU time by method` });
-  const axis = (low, high, place) => {
-    const every = Math.ceil((high - low) / 9);
-    for (let e = low; e <= high; ++e) place(e, (e - low) % every === 0);
-  };
-  axis(x0, x1, (e, named) => {
-    picture.append(svg("line", { class: "grid", x1: px(10 ** e), x2: px(10 ** e), y1: top, y2: height - bottom }));
-    if (named) picture.append(svg("text", { x: px(10 ** e), y: height - bottom + 18, "text-anchor": "middle" }, power(e)));
-  });
-  axis(y0, y1, (e, named) => {
-    picture.append(svg("line", { class: "grid", x1: left, x2: width - right, y1: py(10 ** e), y2: py(10 ** e) }));
-    if (named) picture.append(svg("text", { x: left - 8, y: py(10 ** e) + 4, "text-anchor": "end" }, power(e)));
-  });
-  picture.append(svg("text", { class: "axis", x: (left + width - right) / 2, y: height - 12, "text-anchor": "middle" }, "CPU time [s]"));
-  picture.append(svg("text", { class: "axis", x: -(top + height - bottom) / 2, y: 18, "text-anchor": "middle", transform: "rotate(-90)" }, what));
+  const decades = (low, high, place) => ({ ticks: decadeTicks(low, high, 9), place: (e) => place(10 ** e) });
+  drawAxes(picture, box, { ...decades(x0, x1, px), name: "CPU time [s]" }, { ...decades(y0, y1, py), name: what });
   if (target > 0 && Math.log10(target) > y0 && Math.log10(target) < y1)
     picture.append(svg("line", { x1: left, x2: width - right, y1: py(target), y2: py(target), stroke: colour("fail"), "stroke-dasharray": "2 5", "stroke-width": 1.5 }));
   return { picture, px, py };

@@ -1,11 +1,8 @@
 import { chart } from "./charts.js";
-import { h, table } from "./dom.js";
+import { card, h, lead, section, table } from "./dom.js";
 import { duration, grouped, number, short } from "./format.js";
 import { workPrecision } from "./scatter.js";
 
-const section = (id, title, ...children) => h("section", { id }, h("h2", {}, title), ...children);
-const card = (...children) => h("div", { class: "card" }, ...children);
-const lead = (...text) => h("p", { class: "lead" }, ...text);
 const any = (v) => v && v.some((x) => Number.isFinite(x) && x !== 0);
 const absolute = (v) => Float64Array.from(v, Math.abs);
 const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0) || 1);
