@@ -117,8 +117,7 @@ StructurePreservingRegulator::StructurePreservingRegulator(
   refuse_failure(certificate_);
 }
 
-/// B η'' of the plant under the law, by dual numbers along its field, against
-/// the target's.
+/// B η'' of the plant under the law, by dual numbers along its field, against the target's.
 void StructurePreservingRegulator::check_motion() {
   const Parts& p = *parts_;
   const size_t n = p.K.size();

@@ -7,14 +7,12 @@
 
 namespace porthos::energy_shaping {
 
-/// The links of an arm with springs of the constants K between motors and
-/// joints, and their motion up to the jerk, from the model:
-///   M a + b(q, v) + ∂V + D0 v = K (θ - q) = τ,   M j + d/dt [M a + b + ∂V] +
-///   D0 a = τ'
-/// where the bracket is differentiated at constant a, along (v, a), by dual
-/// numbers; D0 is the damping of the model's joints. Of the load g = ∂V/∂q,
-/// springs of the model's joints included, two derivatives in time. Cost: three
-/// RNEA, two of them in duals of duals, and a mass matrix.
+/// The links of an arm with springs of the constants K between motors and joints, and their motion
+/// up to the jerk, from the model:
+///   M a + b(q, v) + ∂V + D0 v = K (θ - q) = τ,   M j + d/dt [M a + b + ∂V] + D0 a = τ'
+/// where the bracket is differentiated at constant a, along (v, a), by dual numbers; D0 is the
+/// damping of the model's joints. Of the load g = ∂V/∂q, springs of the model's joints included,
+/// two derivatives in time. Cost: three RNEA, two of them in duals of duals, and a mass matrix.
 template <class T>
 class LinkMotion {
   using In = std::span<const T>;

@@ -51,12 +51,11 @@ FoundPort find_port(const Network::Plan& p, const std::string& name) {
 }
 
 FoundPort find_component(const Network::Plan& p, const std::string& name, int component) {
-  FoundPort f = find_port(p, name);
+  const FoundPort f = find_port(p, name);
   if (component < 0 || component >= f.port.size)
     refuse(p, "port '" + name + "' has no component " + std::to_string(component) + ", it has " +
                   std::to_string(f.port.size));
-  f.row += component;
-  return f;
+  return component_of(f, component);
 }
 
 void require_new_name(const Network::Plan& p, const std::string& name) {

@@ -119,12 +119,8 @@ TEST(Sensing, NoiseHasItsDeviationAndIsWhite) {
 TEST(Sensing, AttitudesThatALawDoesNotSeeHaveNoNoise) {
   TemporaryFolder folder;
   const auto s = rod(folder, damper(2, "noise = { attitude = 0.01 }"), 1);
-  try {
-    scene::assemble(s);
-    FAIL() << "expected a refusal";
-  } catch (const InvalidArgument& e) {
-    EXPECT_TRUE(says(e.what(), "'law' has noise of an attitude and measures none"));
-  }
+  EXPECT_TRUE(says(refusal([&] { scene::assemble(s); }),
+                   "'law' has noise of an attitude and measures none"));
 }
 
 TEST(Sensing, NoiseBelongsToItsSeedItsControllerItsJointAndItsInstant) {

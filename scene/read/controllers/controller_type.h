@@ -11,8 +11,8 @@ namespace porthos::scene {
 /// A type of [[controller]]: the keys of its table, the tables in it, and their reader.
 struct ControllerType {
   std::string name, what;
-  std::vector<SchemaKey>
-      keys;  ///< besides type, name, rate those of sensing_keys() and tank_keys()
+  /// Besides type, name, rate, and those of sensing_keys() and tank_keys().
+  std::vector<SchemaKey> keys;
   std::vector<SchemaTable> tables;  ///< inside it
   /// Sets `design`; the other members are set.
   void (*read)(const Table&, Controller&);

@@ -52,11 +52,9 @@ ControllerDesign design_esp(const Controller& c, const ControllerPlant& plant,
     const auto& drive = a.actuator.theta;
     joints.push_back({at.port, linear_stiffness(a), drive.gear * drive.gear * drive.inertia,
                       l.target.value_or(start[at.q]), l.damping, l.stiffness, l.motor_damping});
-    const auto state = vsa::actuator_model(a.actuator);
-    const auto& blocks = state->description().blocks;
-    const auto theta = std::ranges::find(blocks, "theta", &phs::Block::name);
+    const phs::Block theta = motor_angle(a);
     const size_t own = plant.offset(a.name);
-    motors.push_back({own + size_t(theta->at), own + size_t(theta->momentum)});
+    motors.push_back({own + size_t(theta.at), own + size_t(theta.momentum)});
     design.elsewhere.push_back({a.name, {"theta", nullptr}});
   }
   const energy_shaping::StructurePreservingRegulator made(plant.model, joints);

@@ -155,8 +155,7 @@ ControllerType ida_pbc_controller() {
   };
   return {"ida_pbc",
           "Interconnection and damping assignment for a mechanism of two joints with one actuator, "
-          "or a "
-          "planar vehicle with an engine.",
+          "or a planar vehicle with an engine.",
           {word("design", words, required, "whose formulas; its numbers are read off the model"),
            text("drives", "required but by vtol", "the joint with the actuator"),
            table("engine", "controller.ida_pbc.engine", "required by vtol", "of a vehicle"),

@@ -58,10 +58,7 @@ ControllerDesign design_motor_side(const Controller& c, const ControllerPlant& p
   design.certificate = made.certificate();
   for (size_t i = 0; i < motors.size(); ++i) {
     const JointActuator& a = motor_spring(plant.scene, motors[i].joint);
-    const auto state = vsa::actuator_model(a.actuator);
-    const auto& blocks = state->description().blocks;
-    const auto theta = std::ranges::find(blocks, "theta", &phs::Block::name);
-    design.elsewhere.push_back({a.name, {"theta", made.law(i, size_t(theta->at))}});
+    design.elsewhere.push_back({a.name, {"theta", made.law(i, size_t(motor_angle(a).at))}});
   }
   return design;
 }
@@ -98,6 +95,11 @@ const JointActuator& motor_spring(const Scene& scene, const std::string& joint) 
         "or none",
         a->name, joint));
   return *a;
+}
+
+phs::Block motor_angle(const JointActuator& a) {
+  const auto model = vsa::actuator_model(a.actuator);
+  return *std::ranges::find(model->description().blocks, "theta", &phs::Block::name);
 }
 
 ControllerType motor_side_controller() {

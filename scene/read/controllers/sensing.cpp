@@ -74,10 +74,11 @@ class Sensed final : public phs::SampledLaw {
   }
 
  private:
+  std::uint64_t instant(double t) const { return std::uint64_t(std::llround(t / period_)); }
   void measure(const Joint& j, double t, double& q, double& v) const {
-    const auto instant = std::uint64_t(std::llround(t / period_));
     const auto noise = [&](std::uint64_t stream, double deviation) {
-      return deviation > 0 ? deviation * ensemble::Stream(how_.seed, stream, instant).normal() : 0;
+      return deviation > 0 ? deviation * ensemble::Stream(how_.seed, stream, instant(t)).normal()
+                           : 0;
     };
     q = to_grid(q + noise(j.position_stream, how_.position_noise), how_.position_resolution);
     v = to_grid(v + noise(j.rate_stream, how_.rate_noise), how_.rate_resolution);
@@ -85,9 +86,8 @@ class Sensed final : public phs::SampledLaw {
 
   /// A small turn about the axes of the body, and an angular velocity in them.
   void measure_attitude(const Joint& j, double t, double* q, double* v) const {
-    const auto instant = std::uint64_t(std::llround(t / period_));
     if (how_.attitude_noise > 0) {
-      ensemble::Stream random(how_.seed, j.position_stream, instant);
+      ensemble::Stream random(how_.seed, j.position_stream, instant(t));
       double turn[3];
       for (double& each : turn) each = how_.attitude_noise * random.normal();
       const double angle = std::hypot(turn[0], turn[1], turn[2]);
@@ -97,7 +97,7 @@ class Sensed final : public phs::SampledLaw {
       (mechanics::Quaternion<double>::load(q) * small).store(q);
     }
     if (how_.angular_velocity_noise > 0) {
-      ensemble::Stream random(how_.seed, j.rate_stream, instant);
+      ensemble::Stream random(how_.seed, j.rate_stream, instant(t));
       for (int k = 0; k < 3; ++k) v[k] += how_.angular_velocity_noise * random.normal();
     }
   }
