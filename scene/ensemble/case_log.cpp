@@ -28,6 +28,14 @@ std::string line_of(std::FILE* f) {
   return line;
 }
 
+/// Whether a file holds less than its head: it is new, or its writer was killed.
+bool is_begun_head(std::FILE* f, const std::string& head) {
+  std::string there(head.size(), '\0');
+  std::rewind(f);
+  there.resize(std::fread(there.data(), 1, there.size(), f));
+  return there.size() < head.size() && head.compare(0, there.size(), there) == 0;
+}
+
 }  // namespace
 
 CaseLog::CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
@@ -41,7 +49,8 @@ CaseLog::CaseLog(const std::filesystem::path& path, const CaseLayout& layout,
   }
   const std::string head = head_of(fingerprint, layout);
   std::FILE* const f = file_.get();
-  if (std::filesystem::file_size(path) == 0) {
+  if (is_begun_head(f, head)) {
+    if (ftruncate(fileno(f), 0) != 0) cannot_write(path);
     if (std::fwrite(head.data(), 1, head.size(), f) != head.size()) cannot_write(path);
     begin_ = end_ = Place(head.size());
     sync();

@@ -6,6 +6,7 @@
 #include "scene/assemble/contacts.h"
 #include "scene/assemble/steps.h"
 #include "scene/ensemble/case_run.h"
+#include "scene/files/digest.h"
 #include "scene/run/phase_sequence.h"
 #include "scene/run/watched_run.h"
 

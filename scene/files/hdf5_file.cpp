@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "phs/error.h"
+#include "scene/files/digest.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_id-inl.h"
 
@@ -16,12 +17,27 @@ namespace {
 constexpr hsize_t rows_per_chunk = 4096;
 constexpr unsigned deflate_level = 4;
 
+/// No times, so that equal content gives equal bytes. Names and attributes lie in the headers of
+/// their objects, which have checksums: HDF5 1.10 crashes where its heaps of names are damaged.
+hid_t creating(hid_t kind) {
+  const hid_t p = H5Pcreate(kind);
+  H5Pset_obj_track_times(p, false);
+  H5Pset_attr_phase_change(p, 65535, 0);
+  if (kind != H5P_DATASET_CREATE) H5Pset_link_phase_change(p, 65535, 0);
+  return p;
+}
+
 hid_t string_type(const std::string& text) {
   const hid_t t = H5Tcopy(H5T_C_S1);
   H5Tset_size(t, std::max<size_t>(1, text.size()));
   H5Tset_strpad(t, H5T_STR_NULLPAD);
   H5Tset_cset(t, H5T_CSET_UTF8);
   return t;
+}
+
+/// What a reader gets: zeros at the end of a text are padding.
+std::string_view without_padding(std::string_view text) {
+  return text.substr(0, text.find_last_not_of('\0') + 1);
 }
 
 bool write_attribute(hid_t object, const std::string& name, hid_t type, const void* value) {
@@ -45,8 +61,11 @@ Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+  // The format of HDF5 1.10 has checksums of headers, links, attributes and indices of chunks.
+  const Owned create(creating(H5P_FILE_CREATE)), access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
   errno = 0;
-  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  file_ = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, create, access);
   require(file_ >= 0);
 }
 
@@ -61,7 +80,8 @@ void Hdf5File::require(bool ok) const {
 }
 
 void Hdf5File::group(const std::string& name) {
-  const Owned g(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  const Owned create(creating(H5P_GROUP_CREATE));
+  const Owned g(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, create, H5P_DEFAULT));
   require(g.ok());
 }
 
@@ -72,12 +92,12 @@ Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
   const hsize_t chunk[2] = {std::clamp<hsize_t>(hsize_t(rows), 1, rows_per_chunk),
                             hsize_t(columns)};
   const Owned space(H5Screate_simple(rank, shape, nullptr));
-  const Owned create(H5Pcreate(H5P_DATASET_CREATE));
-  H5Pset_obj_track_times(create, false);
+  const Owned create(creating(H5P_DATASET_CREATE));
   if (rows > 0) {
     H5Pset_chunk(create, rank, chunk);
     H5Pset_shuffle(create);
     H5Pset_deflate(create, deflate_level);
+    H5Pset_fletcher32(create);
   }
   const hid_t type = kind == Kind::real ? H5T_IEEE_F64LE : H5T_STD_I64LE;
   const Owned access(H5Pcreate(H5P_DATASET_ACCESS));
@@ -118,11 +138,12 @@ void Hdf5File::Dataset::attribute(const std::string& name, double value) {
 
 void Hdf5File::text(const std::string& name, const std::string& content) {
   const Owned type(string_type(content)), space(H5Screate(H5S_SCALAR)),
-      create(H5Pcreate(H5P_DATASET_CREATE));
-  H5Pset_obj_track_times(create, false);
+      create(creating(H5P_DATASET_CREATE));
   const Dataset d(
       this, H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, create, H5P_DEFAULT), 0);
-  require(d.id_ >= 0 && H5Dwrite(d.id_, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, content.c_str()) >= 0);
+  require(d.id_ >= 0 &&
+          H5Dwrite(d.id_, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, content.c_str()) >= 0 &&
+          write_attribute(d.id_, "sha256", sha256(without_padding(content))));
 }
 
 void Hdf5File::attribute(const std::string& object, const std::string& name,

@@ -7,7 +7,7 @@
 namespace porthos::scene {
 
 /// A new HDF5 file, by the serial C API. Ids are closed by their owners. Object times are not
-/// stored: equal content gives equal files.
+/// stored: equal content gives equal files. All of it has checksums.
 class Hdf5File {
  public:
   using Id = std::int64_t;  ///< hid_t
@@ -19,8 +19,8 @@ class Hdf5File {
 
   void group(const std::string& name);
 
-  /// A chunked, shuffled and deflated dataset of rows × columns; columns = 0 makes a vector of
-  /// `rows` numbers.
+  /// A chunked, shuffled, deflated dataset with checksums, of rows × columns; columns = 0 makes a
+  /// vector of `rows` numbers.
   enum class Kind { real, integer };
   class Dataset {
    public:
@@ -46,7 +46,7 @@ class Hdf5File {
   };
   Dataset dataset(const std::string& name, std::int64_t rows, std::int64_t columns, Kind kind);
 
-  /// A dataset of one string, of any length.
+  /// A dataset of one string, of any length, with its SHA-256 as an attribute.
   void text(const std::string& name, const std::string& content);
   void attribute(const std::string& object, const std::string& name, const std::string& text);
   void attribute(const std::string& object, const std::string& name, double value);

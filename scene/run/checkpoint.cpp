@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "phs/error.h"
+#include "scene/files/digest.h"
 #include "scene/files/files.h"
 
 namespace porthos::scene {

@@ -1,13 +1,13 @@
 #include "scene/run/provenance.h"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <fstream>
 
 #include "phs/error.h"
 #include "phs/scalars/pack.h"
 #include "scene/build_info.h"
+#include "scene/files/digest.h"
 
 namespace porthos::scene {
 namespace {
@@ -49,16 +49,6 @@ const std::string* value_in(const NamedTexts& list, const std::string& name) {
 }
 
 }  // namespace
-
-std::string sha256(std::string_view bytes) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int size = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr) != 1)
-    throw InvalidArgument("OpenSSL offers no SHA-256 on this machine");
-  std::string text;
-  for (unsigned int i = 0; i < size; ++i) text += fmt::format("{:02x}", digest[i]);
-  return text;
-}
 
 NamedTexts provenance(const Scene& scene) {
   NamedTexts list{{"porthos_version", build::version},

@@ -1,6 +1,5 @@
 #pragma once
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -8,9 +7,6 @@
 
 /// The provenance of a result.
 namespace porthos::scene {
-
-/// SHA-256, 64 hexadecimal digits.
-std::string sha256(std::string_view bytes);
 
 /// Name and value, in the order of a result file: versions, compiler, flags, processor, digests of
 /// all files that were read.

@@ -1,14 +1,17 @@
 // The n-th call that changes a file, asks for memory or starts a thread fails, for every n of a
 // short run: the run goes on, or ends with one sentence, and what it had recorded is continued to
-// the bytes of a run without a fault.
+// the bytes of a run without a fault. So is that of a program which is killed.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "tests/apps/pendulum.h"
@@ -49,12 +52,13 @@ cases = 5
 /// A command and what it leaves: the results, the file with which they are complete, and what is
 /// there while it is not at its end.
 struct Command {
-  const char *words, *results, *complete, *begun, *unfinished;
+  std::string words;
+  const char *results, *complete, *begun, *unfinished;
 };
-constexpr Command one_run{"run scene.toml --no-report", "run.h5", "summary.json",
-                          "checkpoint/state.bin", "checkpoint"};
-constexpr Command ensemble{"ensemble scene.toml --threads 1 --no-report", "ensemble.h5",
-                           "ensemble.json", "parts/1_of_1.bin", "parts"};
+const Command one_run{"run scene.toml --no-report", "run.h5", "summary.json",
+                      "checkpoint/state.bin", "checkpoint"};
+const Command ensemble{"ensemble scene.toml --threads 1 --no-report", "ensemble.h5",
+                       "ensemble.json", "parts/1_of_1.bin", "parts"};
 
 std::string bytes_of(const fs::path& path) {
   std::ostringstream all;
@@ -99,6 +103,8 @@ class Faults : public testing::Test {
     return std::atol(bytes_of(folder_ / "count").c_str());
   }
   void every_fault(const Command& c, bool once, int error, long by);
+  void every_kill(const Command& c, long by);
+  int random_kills(const Command& c, int kills);
   void every_missing_memory(const Command& c, long by);
 
   fs::path folder_;
@@ -145,6 +151,78 @@ long apart(long most) { return std::getenv("PORTHOS_LONG") ? 1 : most; }
 TEST_F(Faults, OneCallFails) { every_fault(one_run, true, EIO, apart(1)); }
 TEST_F(Faults, TheDiskIsFullFromACallOn) { every_fault(one_run, false, ENOSPC, apart(3)); }
 TEST_F(Faults, OneCallOfAnEnsembleFails) { every_fault(ensemble, true, EIO, apart(2)); }
+
+/// Killed in every call that changes a file, a write when half of its bytes are there.
+void Faults::every_kill(const Command& c, long by) {
+  const long most = calls(c);
+  const std::string whole = bytes_of(folder_ / "counted" / c.results);
+  ASSERT_GT(whole.size(), 1000u);
+  int runs = 0, killed = 0, resumed = 0;
+  for (long n = 1; n <= most; n += by, ++runs) {
+    const fs::path out = folder_ / "out";
+    fs::remove_all(out);
+    for (const bool again : {true, true, false}) {  // killed, killed in what comes then, left alone
+      const bool begun = fs::exists(out / c.begun);
+      if (!begun && fs::exists(out / c.complete)) break;
+      const Answer a =
+          run(c, "out", begun ? " --resume" : "", again ? fault(n, true, -SIGKILL) : "");
+      ASSERT_TRUE(a.code == 0 || (again && a.code == -SIGKILL)) << n << ": " << a.err;
+      killed += a.code != 0;
+      resumed += begun;
+    }
+    EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
+    EXPECT_TRUE(fs::exists(out / c.complete)) << n;
+    EXPECT_FALSE(fs::exists(out / c.unfinished)) << n;
+  }
+  std::printf("  %ld calls, every %ld: %d runs were killed %d times and resumed %d times\n", most,
+              by, runs, killed, resumed);
+  EXPECT_GT(killed, runs);
+  EXPECT_GT(resumed, runs);
+}
+TEST_F(Faults, KilledWhileFilesAreWritten) { every_kill(one_run, apart(2)); }
+TEST_F(Faults, KilledWhileFilesOfAnEnsembleAreWritten) { every_kill(ensemble, apart(3)); }
+
+/// Killed at random moments again and again, until it comes to its end or `kills` are reached.
+int Faults::random_kills(const Command& c, int kills) {
+  const auto begun = [&] { return fs::exists(folder_ / "out" / c.begun); };
+  const auto started = std::chrono::steady_clock::now();
+  EXPECT_EQ(run(c, "whole", "", "").code, 0);
+  const double longest =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const std::string whole = bytes_of(folder_ / "whole" / c.results);
+  int killed = 0, ends = 0;
+  std::mt19937 random(7);
+  while (killed < kills) {
+    fs::remove_all(folder_ / "out");
+    for (bool done = false; !done;) {
+      const double after = longest * std::uniform_real_distribution<double>(0, 1.2)(random);
+      const Answer a =
+          run(c, "out", begun() ? " --resume" : "", "timeout -s KILL " + std::to_string(after));
+      if (a.code == -SIGKILL) {
+        ++killed;
+        continue;
+      }
+      EXPECT_EQ(a.code, 0) << a.err;
+      done = true;
+    }
+    ++ends;
+    EXPECT_TRUE(bytes_of(folder_ / "out" / c.results) == whole) << "after " << killed << " kills";
+    if (HasFailure()) break;
+  }
+  std::printf("  killed %d times, %d runs came to their end with the same bytes\n", killed, ends);
+  return killed;
+}
+
+TEST_F(Faults, KilledAtRandomMomentsLONG) {
+  std::string longer = text;
+  longer.replace(longer.find("duration = 1.0"), 14, "duration = 100\ncheckpoint_every = 1e-3");
+  std::ofstream(folder_ / "scene.toml") << longer;
+  const int kills = std::getenv("PORTHOS_LONG") ? 500 : 6;
+  EXPECT_GE(random_kills(one_run, kills), kills);
+  longer.replace(longer.find("cases = 5"), 9, "cases = 50");
+  std::ofstream(folder_ / "scene.toml") << longer;
+  EXPECT_GE(random_kills(ensemble, kills), kills);
+}
 
 /// Memory that one call does not get. Before main() begins nothing can be said, and nothing is
 /// lost; readers may take it for a fault of their file; JSON's destructor may die of it.
@@ -200,6 +278,18 @@ TEST_F(Faults, AThreadDoesNotStart) {
   EXPECT_NE(a.err.find("Resource temporarily unavailable"), std::string::npos) << a.err;
   EXPECT_EQ(run(c, "out", fs::exists(folder_ / "out" / c.begun) ? " --resume" : "", "").code, 0);
   EXPECT_TRUE(bytes_of(folder_ / "out/ensemble.h5") == bytes_of(folder_ / "counted/ensemble.h5"));
+}
+
+// Without the trial in a process of its own this file ends the command by a signal: HDF5 1.10 frees
+// what it never set, and the C library is told to fill memory with rubbish.
+TEST_F(Faults, AFileThatHdf5DiesOfIsOneSentence) {
+  const std::string file =
+      std::string(PORTHOS_SOURCE_DIR) + "/tests/fuzz/corpus/trajectory_h5/heap_of_names.h5";
+  const Command judge{("judge '" + file + "' --model pendulum.urdf"), "", "", "", ""};
+  const Answer a = run(judge, "judged", "", "MALLOC_PERTURB_=165");
+  EXPECT_EQ(a.code, 2);
+  EXPECT_EQ(a.err,
+            "porthos: cannot read " + file + ": it is damaged: the HDF5 library dies of it\n");
 }
 
 TEST_F(Faults, AReadOnlyFolderIsOneSentence) {

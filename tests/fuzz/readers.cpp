@@ -4,6 +4,7 @@
 #include "report/report.h"
 #include "scene/ensemble/case_log.h"
 #include "scene/ensemble/ensemble_scene.h"
+#include "scene/files/digest.h"
 #include "scene/judge/judge_file.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/watched_run.h"

@@ -135,6 +135,53 @@ TEST(Damage, IsSaidOnce) {
   EXPECT_TRUE(h.has_the_same_bytes());
 }
 
+/// Everything that a results file says, in one text.
+std::string all_of(const fs::path& path) {
+  const scene::Hdf5Reader file(path);
+  std::string all;
+  const auto attributes = [&](const std::string& object) {
+    for (const auto& [name, text] : file.texts(object)) all += name + "=" + text + "\n";
+    for (const auto& [name, x] : file.numbers(object)) all += name + "=" + std::to_string(x) + "\n";
+  };
+  attributes("/");
+  for (const auto& [name, d] : file.datasets()) {
+    all += name + "\n";
+    attributes(name);
+    if (d.kind == scene::Hdf5Reader::Kind::text) {
+      all += file.text(name);
+    } else {
+      std::vector<double> x(size_t(d.size()));
+      file.read(name, x.data());
+      all.append(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(double));
+    }
+  }
+  return all;
+}
+
+TEST(Damage, AByteOfTheResultsIsRefusedOrChangesNothing) {
+  Halves h;
+  const fs::path file = h.folder / "whole" / "run.h5";
+  const std::string sound = all_of(file);
+  int tried = 0, refused = 0, same = 0;
+  for (size_t at = 0; at < h.whole.size(); at += apart(53), ++tried) {
+    std::string wrong = h.whole;
+    wrong[at] = char(wrong[at] ^ (1 << (at % 8)));
+    write_bytes(file, wrong);
+    std::string now;
+    if (const auto text = refusal([&] { now = all_of(file); }); !text.empty()) {
+      ++refused;
+      EXPECT_TRUE(says(text, "cannot read " + file.string())) << text;
+    } else if (now == sound) {
+      ++same;
+    } else {
+      ADD_FAILURE() << "byte " << at << " gives another result";
+    }
+  }
+  std::printf("  run.h5 of %zu bytes: %d turned over, %d refused, %d without meaning\n",
+              h.whole.size(), tried, refused, same);
+  EXPECT_GT(refused, tried / 2);
+}
+
 // Control: without the digest of a record a changed one would be a result. A forged digest is one.
 TEST(Damage, AForgedRecordIsAnotherResult) {
   Halves h;

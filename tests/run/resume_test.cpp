@@ -1,6 +1,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "scene/files/digest.h"
 #include "scene/run/checkpoint.h"
 #include "tests/run/killed.h"
 #include "tests/run/scenes.h"
@@ -126,7 +127,7 @@ struct Stopped {
   }
 };
 
-TEST(Provenance, DigestIsSha256) {  // FIPS 180-4, example "abc"
+TEST(Digest, IsSha256) {  // FIPS 180-4, example "abc"
   EXPECT_EQ(scene::sha256("abc"),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }

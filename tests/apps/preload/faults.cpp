@@ -1,7 +1,8 @@
 // Loaded in front of the C and C++ libraries (LD_PRELOAD): lets one call of a program fail, or all
 // from one on, of those that change files, that ask for memory by new, or that start threads.
 // PORTHOS_FAULT_OF: files, memory or threads. PORTHOS_FAULT: the number of the call, from 1.
-// PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno.
+// PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno, or -9: the
+// program is killed in that call, a write after half of its bytes.
 // PORTHOS_FAULT_COUNT: a file that gets the number of calls at the end. Output to the terminal is
 // let through.
 #include <dlfcn.h>
@@ -13,6 +14,7 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -35,20 +37,32 @@ bool tried(const char* kind) {
   return chosen != nullptr && std::strcmp(chosen, kind) == 0;
 }
 
-/// Whether this call is to fail; errno is then set.
-bool next_fails() {
+/// Whether this call is to fail; errno is then set. half: what a program does of it that is killed.
+template <class Half>
+bool next_fails(Half half) {
   static const long at = number("PORTHOS_FAULT"), once = number("PORTHOS_FAULT_LAST"),
                     error = number("PORTHOS_FAULT_ERROR");
   if (counting) return false;
   const long now = ++calls;
   if (at == 0 || now < at || (once != 0 && now > at)) return false;
+  if (error < 0) {
+    half();
+    std::raise(int(-error));
+  }
   errno = int(error);
   return true;
 }
+bool next_fails() {
+  return next_fails([] {});
+}
 
-bool fails() {
+template <class Half>
+bool fails(Half half) {
   static const bool files = tried("files");
-  return files && next_fails();
+  return files && next_fails(half);
+}
+bool fails() {
+  return fails([] {});
 }
 
 /// The memory of a new, or nullptr.
@@ -115,7 +129,11 @@ int open64(const char* path, int flags, ...) {
 }
 size_t fwrite(const void* data, size_t size, size_t n, std::FILE* f) {
   static const auto next = real<size_t(const void*, size_t, size_t, std::FILE*)>("fwrite");
-  return !is_terminal(f) && fails() ? 0 : next(data, size, n, f);
+  const auto half = [&] {
+    next(data, 1, size * n / 2, f);
+    real<int(std::FILE*)>("fflush")(f);
+  };
+  return !is_terminal(f) && fails(half) ? 0 : next(data, size, n, f);
 }
 int fflush(std::FILE* f) {
   static const auto next = real<int(std::FILE*)>("fflush");
@@ -123,15 +141,15 @@ int fflush(std::FILE* f) {
 }
 ssize_t write(int fd, const void* data, size_t n) {
   static const auto next = real<ssize_t(int, const void*, size_t)>("write");
-  return fd > 2 && fails() ? -1 : next(fd, data, n);
+  return fd > 2 && fails([&] { (void)!next(fd, data, n / 2); }) ? -1 : next(fd, data, n);
 }
 ssize_t pwrite(int fd, const void* data, size_t n, off_t at) {
   static const auto next = real<ssize_t(int, const void*, size_t, off_t)>("pwrite");
-  return fd > 2 && fails() ? -1 : next(fd, data, n, at);
+  return fd > 2 && fails([&] { (void)!next(fd, data, n / 2, at); }) ? -1 : next(fd, data, n, at);
 }
 ssize_t pwrite64(int fd, const void* data, size_t n, off64_t at) {
   static const auto next = real<ssize_t(int, const void*, size_t, off64_t)>("pwrite64");
-  return fd > 2 && fails() ? -1 : next(fd, data, n, at);
+  return fd > 2 && fails([&] { (void)!next(fd, data, n / 2, at); }) ? -1 : next(fd, data, n, at);
 }
 int fsync(int fd) {
   static const auto next = real<int(int)>("fsync");
