@@ -66,6 +66,13 @@ std::string bytes_of(const fs::path& path) {
   return all.str();
 }
 
+/// That a results folder holds the bytes of a run without a fault, and nothing unfinished.
+void expect_complete(const Command& c, const fs::path& out, const std::string& whole, long n) {
+  EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
+  EXPECT_TRUE(fs::exists(out / c.complete)) << n;
+  EXPECT_FALSE(fs::exists(out / c.unfinished)) << n;
+}
+
 class Faults : public testing::Test {
  protected:
   void SetUp() override {
@@ -134,9 +141,7 @@ void Faults::every_fault(const Command& c, bool once, int error, long by) {
       const Answer second = run(c, "out", begun ? " --resume" : "", "");
       EXPECT_EQ(second.code, 0) << n << ": " << first.err << second.err;
     }
-    EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
-    EXPECT_TRUE(fs::exists(out / c.complete)) << n;
-    EXPECT_FALSE(fs::exists(out / c.unfinished)) << n;
+    expect_complete(c, out, whole, n);
   }
   std::printf(
       "  %ld calls, every %ld: %d runs went on, %d ended with a sentence, %d of them were "
@@ -170,9 +175,7 @@ void Faults::every_kill(const Command& c, long by) {
       killed += a.code != 0;
       resumed += begun;
     }
-    EXPECT_TRUE(bytes_of(out / c.results) == whole) << n;
-    EXPECT_TRUE(fs::exists(out / c.complete)) << n;
-    EXPECT_FALSE(fs::exists(out / c.unfinished)) << n;
+    expect_complete(c, out, whole, n);
   }
   std::printf("  %ld calls, every %ld: %d runs were killed %d times and resumed %d times\n", most,
               by, runs, killed, resumed);

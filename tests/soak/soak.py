@@ -2,8 +2,8 @@
 """Watches a long run: python3 tests/soak/soak.py PORTHOS SCENE OUT [SECONDS]
 
 Runs `PORTHOS run SCENE --out OUT --no-report` and looks at the process every SECONDS (10): resident
-memory, open handles, processor time, the size of the checkpoint and the step it has reached. At the
-end it writes OUT/soak.json. Needs Linux (/proc), and Python's own library only.
+memory, open handles, processor time and the sizes of the checkpoint's files. At the end it writes
+OUT/soak.json. Needs Linux (/proc), and Python's own library only.
 """
 import json
 import os
