@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/euler_angles.h"
 #include "mechanics/hamiltonian_field.h"
 #include "mechanics/joint_list.h"
 #include "mechanics/kinematics.h"
@@ -65,8 +66,8 @@ Outputs::Outputs(const Scene& scene, const Assembly& assembly, std::vector<Outpu
     return std::any_of(outputs_.begin(), outputs_.end(),
                        [&](const Output& o) { return ((o.quantity == q) || ...); });
   };
-  places_ = needs(Q::position, Q::attitude, Q::angle, Q::distance, Q::velocity, Q::angular_velocity,
-                  Q::momentum, Q::angular_momentum);
+  places_ = needs(Q::position, Q::attitude, Q::euler_angles, Q::angle, Q::distance, Q::velocity,
+                  Q::angular_velocity, Q::momentum, Q::angular_momentum);
   twists_ =
       needs(Q::velocity, Q::angular_velocity, Q::joint_rate, Q::momentum, Q::angular_momentum);
   if (needs(Q::energy, Q::power)) whole_ = model_.instantiate<double>();
@@ -156,6 +157,7 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
   switch (o.quantity) {
     case OutputQuantity::position:
     case OutputQuantity::attitude:
+    case OutputQuantity::euler_angles:
     case OutputQuantity::angle:
     case OutputQuantity::distance:
       return frame(item, to);
@@ -240,6 +242,8 @@ void Outputs::frame(const Item& item, std::span<double> to) const {
     to[0] = 2 * std::atan2(std::hypot(xi[1], xi[2], xi[3]), std::fabs(xi[0]));
     return;
   }
+  if (o.quantity == OutputQuantity::euler_angles)
+    return put(euler_angles(mechanics::Quaternion<double>::load(xi.data()), o.sequence), to);
   for (size_t k = 0; k < 4; ++k) to[k] = xi[0] < 0 ? -xi[k] : xi[k];
 }
 

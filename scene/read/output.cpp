@@ -43,6 +43,11 @@ const std::vector<QuantityInfo>& quantities() {
       {OutputQuantity::position, "position", 3, "m", "Where a point is.", point_keys(axes)},
       {OutputQuantity::attitude, "attitude", 4, "1", "A quaternion (w, x, y, z), w 0 or more.",
        frame_keys(axes)},
+      {OutputQuantity::euler_angles, "euler_angles", 3, "rad",
+       "The angles about x, y and z of which the attitude is made, one turn after the other.",
+       joined(frame_keys(axes),
+              {word("sequence", {"zyx", "xyz", "yzx", "zxy", "xzy", "yxz"}, "\"zyx\"",
+                    "of turns about moving axes; zyx: yaw, pitch, roll")})},
       {OutputQuantity::angle, "angle", 1, "rad", "By how much two frames are turned, 0 to π.",
        frame_keys("a link")},
       {OutputQuantity::velocity, "velocity", 3, "m/s", "Of a point, as seen from relative_to.",
@@ -141,6 +146,7 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
     if (std::any_of(k.own.begin(), k.own.end(), [&](auto& own) { return own.name == key; }))
       o.of_what = t.text(key, "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;
+  if (k.quantity == OutputQuantity::euler_angles) o.sequence = t.choice("sequence");
   if (k.quantity != OutputQuantity::formula) return o;
   o.formula = t.text("formula", "a formula");
   if (t.has("unit")) o.unit = t.text("unit", "a unit");

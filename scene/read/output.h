@@ -24,6 +24,7 @@ struct Output {
   enum class Quantity {
     position,
     attitude,
+    euler_angles,
     angle,
     velocity,
     angular_velocity,
@@ -44,8 +45,9 @@ struct Output {
   LinkPoint of, seen_from;  ///< of quantities of links
   std::string of_what;      ///< the joint, the row of the ledger, the link (empty: all bodies)
   std::string formula;
-  std::string unit;   ///< empty: that of the joint
-  std::string where;  ///< "file:line:column"
+  std::string sequence;  ///< of Euler angles
+  std::string unit;      ///< empty: that of the joint
+  std::string where;     ///< "file:line:column"
   size_t size() const;
   bool of_joint() const {
     return quantity >= Quantity::joint_position && quantity <= Quantity::joint_wrench;

@@ -91,6 +91,7 @@ TEST(Outputs, OfARodAreItsClosedForms) {
           output("position", "foot_seen", "link = \"world\"\nrelative_to = \"rod\"") +
           output("velocity", "speed", "link = \"rod\"\nat = [0, 0, -1]") +
           output("attitude", "xi", "link = \"rod\"") + output("angle", "angle", "link = \"rod\"") +
+          output("euler_angles", "turned", "link = \"rod\"\nsequence = \"xzy\"") +
           output("angular_velocity", "w", "link = \"rod\"") +
           output("distance", "gap",
                  "link = \"rod\"\nat = [0, 0, -1]\nradius = 0.1\nrelative_at = [0, 0, -2]\n"
@@ -136,6 +137,8 @@ TEST(Outputs, OfARodAreItsClosedForms) {
       "xi", 0, [](Now n) { return std::fabs(std::cos(n.q / 2)); }, 1e-14);
   check(
       "angle", 0, [](Now n) { return std::fabs(std::remainder(n.q, 2 * M_PI)); }, 1e-14);
+  check(
+      "turned", 1, [](Now n) { return std::remainder(n.q, 2 * M_PI); }, 1e-14);
   check(
       "w", 1, [](Now n) { return n.w; }, 1e-14);
   check(
