@@ -146,26 +146,42 @@ int fastest(const std::vector<SweepResult>& results, double limit) {
   return best;
 }
 
-PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
-                                  double bandwidth, double damping_ratio,
-                                  const std::vector<std::string>& skip) {
+std::vector<double> felt_masses(const mechanics::MechanicalModel& model,
+                                const std::vector<double>& q) {
   const auto& m = model.mechanism();
-  require_size("rest", rest.size(), size_t(m.nq()));
-  if (!(bandwidth > 0) || !(damping_ratio > 0))
-    throw InvalidArgument("joint regulation needs a bandwidth and a damping ratio > 0");
+  require_size("q", q.size(), size_t(m.nq()));
   const size_t nv = size_t(m.nv());
   mechanics::Workspace<double> w(m);
-  std::vector<double> M(nv * nv);
-  mechanics::crba<double>(m, w, rest, M);
-  // A floating base follows: M~ = M_jj - M_jb M_bb⁻¹ M_bj.
+  std::vector<double> M(nv * nv), felt(q.size(), 0.0);
+  mechanics::crba<double>(m, w, q, M);
   const bool floating =
       m.coordinates().front().node == 0 && m.coordinates().front().nq != 1 && nv > 6;
-  double L[36], Mbb[36], column[6];
+  double L[36], Mbb[36], column[6], y[6];
   if (floating) {
     for (size_t i = 0; i < 6; ++i)
       for (size_t j = 0; j < 6; ++j) Mbb[i * 6 + j] = M[i + nv * j];
     phs::dense::cholesky(size_t(6), Mbb, L);
   }
+  for (const auto& c : m.coordinates()) {
+    if (c.nq != 1) continue;
+    const size_t v = size_t(c.v);
+    double& mass = felt[size_t(c.q)];
+    mass = M[v + nv * v];
+    if (!floating) continue;
+    for (size_t i = 0; i < 6; ++i) column[i] = M[i + nv * v];
+    phs::dense::solve(size_t(6), L, column, y);
+    mass -= phs::dense::dot(size_t(6), column, y);
+  }
+  return felt;
+}
+
+PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
+                                  double bandwidth, double damping_ratio,
+                                  const std::vector<std::string>& skip) {
+  const auto& m = model.mechanism();
+  if (!(bandwidth > 0) || !(damping_ratio > 0))
+    throw InvalidArgument("joint regulation needs a bandwidth and a damping ratio > 0");
+  const auto felt = felt_masses(model, rest);
   PotentialShaping s;
   s.name = "joint regulation";
   for (const auto& port : model.description().ports) {
@@ -174,14 +190,7 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
                                 [&](const auto& k) { return k.v == port.at && k.nq == 1; });
     if (c == m.coordinates().end() || std::find(skip.begin(), skip.end(), port.name) != skip.end())
       continue;
-    const size_t v = size_t(c->v);
-    double mass = M[v + nv * v];
-    if (floating) {
-      for (size_t i = 0; i < 6; ++i) column[i] = M[i + nv * v];
-      double y[6];
-      phs::dense::solve(size_t(6), L, column, y);
-      mass -= phs::dense::dot(size_t(6), column, y);
-    }
+    const double mass = felt[size_t(c->q)];
     s.joints.push_back({port.name, mass * bandwidth * bandwidth, rest[size_t(c->q)]});
     s.damping.push_back({port.name, {2 * damping_ratio * bandwidth * mass}});
     s.actuators.push_back(port.name);

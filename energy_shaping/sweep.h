@@ -44,10 +44,16 @@ std::vector<double> logarithmic(double low, double high, int count);
 /// The run that settles first among those with peak <= limit, or -1.
 int fastest(const std::vector<SweepResult>& results, double limit);
 
-/// Joint springs and dampers with a given bandwidth and damping ratio at the rest point: k = M_jj
-/// ω², d = 2 ζ M_jj ω. M_jj is the mass that the joint feels there while the others stand still
-/// (with a following floating base: minus the base's part). For joints of one degree of freedom
-/// that are not in `skip`. @param bandwidth [rad/s]
+/// The mass or inertia that each joint of one degree of freedom feels while the other joints stand
+/// still, by coordinate: M_jj, and where a floating base follows, M_jj - M_jb M_bb⁻¹ M_bj. 0 at
+/// other coordinates. Cost: a dense mass matrix, and n solutions with M_bb.
+/// @param q  coordinates; @throws InvalidArgument for another number of them
+std::vector<double> felt_masses(const mechanics::MechanicalModel& model,
+                                const std::vector<double>& q);
+
+/// Joint springs and dampers with a given bandwidth and damping ratio at the rest point: k = m ω²,
+/// d = 2 ζ m ω with felt_masses(). For joints of one degree of freedom that are not in `skip`.
+/// @param bandwidth [rad/s]
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,
                                   const std::vector<std::string>& skip = {});

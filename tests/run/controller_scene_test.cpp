@@ -90,6 +90,48 @@ TEST(ControllerScene, APotentialHoldsJointsAgainstGravityInEachWay) {
   }
 }
 
+// What a rod moves about its hinge is I + m/4; about the shoulder both, at the elbow's target.
+TEST(ControllerScene, ABandwidthMakesTheGains) {
+  const double rod = 0.08343333333333333 + 0.25, both = 2 * rod + 1 + std::cos(-0.4);
+  TemporaryFolder folder;
+  const std::string wanted =
+      "joints.shoulder = { target = 1, bandwidth = 4, damping_ratio = 0.7 }\n"
+      "joints.elbow = { target = -0.4, bandwidth = 5 }\n";
+  const auto s = arm(folder, bent, controller("potential", wanted));
+  const auto a = scene::assemble(s);
+  const auto& c = a.certificates.at(0);
+  EXPECT_NEAR(c.item("stiffness of shoulder").value, 16 * both, 1e-13);
+  EXPECT_NEAR(c.item("stiffness of shoulder").numbers.at(0), 2 * 0.7 * 4 * both, 1e-13);
+  EXPECT_NEAR(c.item("stiffness of elbow").value, 25 * rod, 1e-14);
+  EXPECT_NEAR(c.item("stiffness of elbow").numbers.at(0), 2 * 5 * rod, 1e-14);
+  const auto r = run_of(s);
+  EXPECT_TRUE(r.passed());
+  EXPECT_NEAR(at_end(s, r, "shoulder"), 1, 1e-12);
+  const auto stated = fmt::format(
+      "joints.shoulder = {{ target = 1, stiffness = {}, damping = {} }}\n"
+      "joints.elbow = {{ target = -0.4, stiffness = {}, damping = {} }}\n",
+      16 * both, 2 * 0.7 * 4 * both, 25 * rod, 2 * 5 * rod);
+  const auto same = arm(folder, bent, controller("potential", stated));
+  EXPECT_NEAR(at_end(same, run_of(same), "elbow"), at_end(s, r, "elbow"), 1e-13);
+
+  const std::string motion =
+      "law = \"computed_torque\"\nover = 3\njoints.shoulder = { target = 2, bandwidth = 6 }\n"
+      "joints.elbow = { target = -1, bandwidth = 6, damping_ratio = 2 }\n";
+  const auto t = scene::assemble(arm(folder, bent, controller("tracking", motion)));
+  EXPECT_EQ(t.certificates.at(0).item("stiffness of elbow").value, 36);
+  EXPECT_EQ(t.certificates.at(0).item("stiffness of elbow").numbers.at(0), 24);
+
+  const auto says = [](const std::string& keys, const std::string& part) {
+    const auto text = refusal(bent, controller("potential", keys));
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  says("joints.elbow = { target = 0, bandwidth = 5, stiffness = 1 }",
+       "stiffness is given besides bandwidth, expected one of both");
+  says("joints.elbow = { target = 0, damping_ratio = 5 }",
+       "damping_ratio is given without bandwidth, expected both");
+  says("joints.elbow = { bandwidth = 5 }", "target");
+}
+
 TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
   TemporaryFolder folder;
   const auto s = arm(

@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "energy_shaping/potential_loop.h"
+#include "energy_shaping/sweep.h"
 #include "mechanics/rotation.h"
 #include "mechanics/urdf.h"
+#include "scene/read/controllers/bandwidth.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/controllers/held_pose.h"
 #include "scene/read/scene.h"
@@ -18,7 +20,8 @@ namespace {
 /// What the shaping wants of one joint.
 struct JointShaping {
   std::string joint;
-  double stiffness = 0, damping = 0, limit = HUGE_VAL;
+  JointGains gains;
+  double limit = HUGE_VAL;
   std::optional<double> target = {};
   bool periodic = false;
 };
@@ -55,11 +58,15 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   const bool free = plant.scene.urdf.base == mechanics::UrdfOptions::Base::free;
   std::vector<std::pair<int, double>> limits;
   bool limited = false;
+  for (const JointShaping& j : w.joints)
+    if (j.target) s.rest[controlled_joint(*plant.model, c, j.joint).q] = *j.target;
+  const auto felt = energy_shaping::felt_masses(*plant.model, s.rest);
+  std::vector<JointGains> all_gains;
   for (const JointShaping& j : w.joints) {
     const ControlledJoint at = controlled_joint(*plant.model, c, j.joint);
-    if (j.target) s.rest[at.q] = *j.target;
-    if (j.stiffness > 0) s.joints.push_back({at.port, j.stiffness, *j.target, j.periodic});
-    if (j.damping > 0) s.damping.push_back({at.port, {j.damping}});
+    const JointGains g = all_gains.emplace_back(j.gains.for_mass(felt[at.q]));
+    if (g.stiffness > 0) s.joints.push_back({at.port, g.stiffness, *j.target, j.periodic});
+    if (g.damping > 0) s.damping.push_back({at.port, {g.damping}});
     s.actuators.push_back(at.port);
     limits.emplace_back(energy_shaping::port_offsets(plant.model->description(), {at.port})[0],
                         j.limit);
@@ -73,7 +80,10 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   for (const auto& l : limits)
     if (limited) bounds.push_back(l.second);
   const auto loop = std::make_shared<const energy_shaping::PotentialLoop>(plant.model, s);
-  return {port_laws(loop, bounds), loop->certificate()};
+  auto certificate = loop->certificate();
+  for (size_t i = 0; i < all_gains.size(); ++i)
+    report_gains(certificate, w.joints[i].joint, all_gains[i]);
+  return {port_laws(loop, bounds), certificate};
 }
 
 void read_potential(const Table& t, Controller& c) {
@@ -81,12 +91,12 @@ void read_potential(const Table& t, Controller& c) {
   t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
     JointShaping j;
     j.joint = joint;
-    j.stiffness = own.not_negative("stiffness");
-    j.damping = own.not_negative("damping");
+    j.gains = read_gains(own, "stiffness", "damping", false);
     j.periodic = own.boolean("periodic");
     if (own.has("target")) j.target = own.number("target");
     if (own.has("limit")) j.limit = own.positive("limit");
-    if (j.stiffness > 0) own.require("target", "a number, because there is a stiffness");
+    if (j.gains.stiffness > 0 || j.gains.bandwidth > 0)
+      own.require("target", "a number, because there is a stiffness");
     w.joints.push_back(j);
   });
   if (w.joints.empty())
@@ -143,14 +153,16 @@ ControllerType potential_controller() {
             "by a constant, or kept"),
        yes_or_no("zero_momentum", "false",
                  "a free base is held by its joints, for a total momentum of 0")},
-      {{"controller.potential.joint",
-        "[controller.joints]",
+      {{"controller.potential.joint", "[controller.joints]",
         "The spring and the damper that an actuated joint makes.",
-        {number("target", "rad (m)", "the start", "required with a stiffness"),
-         number("stiffness", "N m/rad (N/m)", "0", ""),
-         number("damping", "N m s/rad (N s/m)", "0", ""),
-         yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
-         number("limit", "N m (N)", "none", "largest torque or force")}},
+        joined(
+            {number("target", "rad (m)", "the start", "required with a stiffness"),
+             number("stiffness", "N m/rad (N/m)", "0", ""),
+             number("damping", "N m s/rad (N s/m)", "0", ""),
+             yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
+             number("limit", "N m (N)", "none", "largest torque or force")},
+            bandwidth_keys(
+                "ζ of it; m is what the joint moves at the target while the others stand still"))},
        {"controller.potential.pose", "[controller.poses]",
         "A spring between a link and the world; of a free base: the attitude of its root link.",
         pose_keys()}},

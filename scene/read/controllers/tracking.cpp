@@ -5,8 +5,10 @@
 #include <optional>
 
 #include "energy_shaping/computed_torque.h"
+#include "energy_shaping/sweep.h"
 #include "energy_shaping/tracking.h"
 #include "mechanics/mechanical_model.h"
+#include "scene/read/controllers/bandwidth.h"
 #include "scene/read/controllers/controller_type.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
@@ -17,7 +19,7 @@ namespace {
 /// The wanted motion and the gains of one joint.
 struct TrackedJoint {
   std::string joint;
-  double kp = 0, kd = 0;
+  JointGains gains;
   std::optional<double> target = {};
   double amplitude = 0, frequency = 0;
 };
@@ -32,11 +34,14 @@ ControllerDesign design_tracking(const Controller& c, const ControllerPlant& pla
   const auto n = size_t(plant.model->mechanism().nq());
   const auto start = stated_start(plant);
   std::vector<double> to = start, amplitude(n, 0.0), frequency(n, 0.0), kp(n, 0.0), kd(n, 0.0);
+  const auto felt = energy_shaping::felt_masses(*plant.model, start);
+  std::vector<JointGains> all_gains;
   for (const TrackedJoint& j : w.joints) {
     const size_t q = controlled_joint(*plant.model, c, j.joint).q;
     if (j.target) to[q] = *j.target;
-    kp[q] = j.kp;
-    kd[q] = j.kd;
+    const JointGains g = all_gains.emplace_back(j.gains.for_mass(w.computed_torque ? 1 : felt[q]));
+    kp[q] = g.stiffness;
+    kd[q] = g.damping;
     amplitude[q] = j.amplitude;
     frequency[q] = j.frequency;
   }
@@ -51,6 +56,8 @@ ControllerDesign design_tracking(const Controller& c, const ControllerPlant& pla
       fmt::format("{} '{}'", w.computed_torque ? "computed torque" : "PD+", c.name));
   certificate.at_least("least kp", *std::min_element(kp.begin(), kp.end()), 0,
                        "and kd > 0: the error decays in the exact model");
+  for (size_t i = 0; i < all_gains.size(); ++i)
+    report_gains(certificate, w.joints[i].joint, all_gains[i]);
   if (w.computed_torque)
     return {energy_shaping::computed_torque(plant.model, path, kp, kd), certificate};
   return {energy_shaping::PdPlus(plant.model, path, kp, kd).port_laws(), certificate};
@@ -63,8 +70,7 @@ void read_tracking(const Table& t, Controller& c) {
   t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
     TrackedJoint j;
     j.joint = joint;
-    j.kp = own.positive("kp");
-    j.kd = own.positive("kd");
+    j.gains = read_gains(own, "kp", "kd", true);
     if (own.has("target")) j.target = own.number("target");
     if (own.has("amplitude")) {
       if (w.over)
@@ -92,14 +98,17 @@ ControllerType tracking_controller() {
            number("over", "s", "sines", "from the start to the targets in this time, then held"),
            table("joints", "controller.tracking.joint", required, "by joint: every one",
                  KeyKind::named)},
-          {{"controller.tracking.joint",
-            "[controller.joints]",
-            "Gains and the motion of a joint.",
-            {number("kp", "N m/rad or 1/s²", required, "1/s² of computed_torque: ω²"),
-             number("kd", "N m s/rad or 1/s", required, "1/s of computed_torque: 2 ζ ω"),
-             number("target", "rad (m)", "the start", "end, or centre of the sine"),
-             number("amplitude", "rad (m)", "0", "of a sine"),
-             number("frequency", "Hz", "with amplitude", "")}}},
+          {{"controller.tracking.joint", "[controller.joints]", "Gains and the motion of a joint.",
+            joined({number("kp", "N m/rad or 1/s²", "required without bandwidth",
+                           "1/s² of computed_torque: ω²"),
+                    number("kd", "N m s/rad or 1/s", "required without bandwidth",
+                           "1/s of computed_torque: 2 ζ ω"),
+                    number("target", "rad (m)", "the start", "end, or centre of the sine"),
+                    number("amplitude", "rad (m)", "0", "of a sine"),
+                    number("frequency", "Hz", "with amplitude", "")},
+                   bandwidth_keys(
+                       "what the joint moves at the start while the others stand still; 1 of "
+                       "computed_torque"))}},
           read_tracking};
 }
 
