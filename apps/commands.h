@@ -20,7 +20,7 @@ struct Arguments {
   std::string scene, model;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
       of_case;
-  std::vector<std::string> methods;
+  std::vector<std::string> methods, models;
   bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;
 };

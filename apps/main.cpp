@@ -128,6 +128,8 @@ void add_pages(CLI::App& app, Arguments& a) {
   report->add_option("DIR", a.scene, "results folder of run, verify, compare or ensemble")
       ->required();
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
+  report->add_option("--models", a.models, "where the model files are, to show their meshes")
+      ->type_name("FOLDER");
   add_command(app, "plot", "redraw the plots of a finished run from its run.h5",
               "porthos plot results/ets_vii")
       ->add_option("DIR", a.scene, "results folder of a finished run")

@@ -11,11 +11,11 @@ namespace porthos::apps {
 
 namespace fs = std::filesystem;
 
-bool make_report(const std::string& out) {
+bool make_report(const std::string& out, const std::vector<fs::path>& models) {
   const auto page = report::find_template();
   if (page.empty()) return false;
   try {
-    report::write_report(out, fs::path(out) / "report.html", page);
+    report::write_report(out, fs::path(out) / "report.html", page, models);
     return true;
   } catch (const std::exception& e) {
     fmt::print(stderr, "porthos: no report: {}\n", e.what());
@@ -23,11 +23,18 @@ bool make_report(const std::string& out) {
   }
 }
 
+std::vector<fs::path> model_folders(const scene::Scene& s) {
+  return {fs::path(s.urdf_path).parent_path(), fs::path(s.path).parent_path()};
+}
+
 int report_command(const Arguments& a) {
   const auto page = report::find_template();
   if (page.empty()) throw InvalidArgument(report::no_template_text());
   const fs::path file = a.out ? fs::path(*a.out) : fs::path(a.scene) / "report.html";
-  report::write_report(a.scene, file, page);
+  for (const auto& folder : a.models)
+    if (!fs::is_directory(folder))
+      throw InvalidArgument(fmt::format("--models {}: expected a folder", folder));
+  report::write_report(a.scene, file, page, {a.models.begin(), a.models.end()});
   fmt::print("{}\n", file.string());
   return exit_ok;
 }

@@ -1,16 +1,23 @@
 #pragma once
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "apps/commands.h"
+#include "scene/read/scene.h"
 
 namespace porthos::apps {
 
 /// Writes out/report.html from the results in `out`. If the page cannot be made, a message goes to
 /// stderr, and the verdict of the run does not change.
+/// @param models  folders of the model files, for the meshes they name
 /// @return whether it was written; false without a message if there is no template
-bool make_report(const std::string& out);
+bool make_report(const std::string& out, const std::vector<std::filesystem::path>& models = {});
 
-/// porthos report DIR [--out FILE]
+/// Those of a scene.
+std::vector<std::filesystem::path> model_folders(const scene::Scene& scene);
+
+/// porthos report DIR [--out FILE] [--models FOLDER]
 int report_command(const Arguments& arguments);
 
 }  // namespace porthos::apps

@@ -26,7 +26,10 @@ constexpr std::int64_t most_buckets = 3000, most_frames = 2000;
 /// "missing".
 class Gathered {
  public:
-  explicit Gathered(fs::path folder) : folder_(std::move(folder)) {}
+  Gathered(fs::path folder, std::vector<fs::path> models)
+      : folder_(std::move(folder)), meshes_(std::move(models)) {
+    stage_.meshes = &meshes_;
+  }
 
   Json json() {
     std::error_code e;
@@ -200,6 +203,7 @@ class Gathered {
     j["summary"] = summary_;
     j["comparison"] = comparison_;
     j["phases"] = phases_;
+    j["meshes"] = meshes_.json();
     if (scene_) describe(j);
     j["texts"] = {{"scene", texts_.scene}, {"model", texts_.urdf}};
     if (summary_.is_object())
@@ -246,6 +250,8 @@ class Gathered {
         notes.push_back({{"where", slash == n.where.npos ? n.where : n.where.substr(slash + 1)},
                          {"text", n.text}});
       }
+    if (const auto missing = meshes_.missing(); !missing.empty())
+      notes.push_back({{"where", "playback"}, {"text", missing}});
     j["model_notes"] = notes;
   }
 
@@ -255,6 +261,7 @@ class Gathered {
   scene::SceneTexts texts_;
   std::optional<scene::Scene> scene_;
   std::optional<scene::Assembly> assembly_;
+  MeshShelf meshes_;
   Stage stage_;
   int phase_count_ = 1;
   bool unfinished_ = false;
@@ -263,10 +270,11 @@ class Gathered {
 
 }  // namespace
 
-std::string report_json(const fs::path& folder) {
+std::string report_json(const fs::path& folder, const std::vector<fs::path>& models) {
   std::error_code e;
   const bool run = fs::exists(folder / "summary.json", e) || fs::exists(folder / "run.h5", e);
-  const Json j = !run && holds_ensemble(folder) ? ensemble_page(folder) : Gathered(folder).json();
+  const Json j =
+      !run && holds_ensemble(folder) ? ensemble_page(folder) : Gathered(folder, models).json();
   return j.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -143,7 +143,7 @@ Json motion(const Stage& stage, std::int64_t most) {
 
 Json playback(const Stage& stage, std::int64_t most) {
   const auto& m = *stage.mechanism;
-  Json bodies = shapes_of(stage.bodies, stage.urdf);
+  Json bodies = shapes_of(stage.bodies, stage.urdf, *stage.meshes);
   std::map<std::string, const mechanics::BodyFrame*> frames;
   for (const auto& b : m.bodies()) frames[b.name] = &b;
   for (auto& b : bodies) {

@@ -44,13 +44,14 @@ std::string no_template_text() {
       template_name);
 }
 
-void write_report(const fs::path& folder, const fs::path& out, const fs::path& page) {
+void write_report(const fs::path& folder, const fs::path& out, const fs::path& page,
+                  const std::vector<fs::path>& models) {
   const std::string text = scene::read_file(page);
   const auto mark = text.find(data_mark);
   if (mark == text.npos || text.find(data_mark, mark + 1) != text.npos)
     throw InvalidArgument(
         fmt::format("{} is no template of a report: expected {} once", page.string(), data_mark));
-  scene::write_file(out, text.substr(0, mark) + in_script(report_json(folder)) +
+  scene::write_file(out, text.substr(0, mark) + in_script(report_json(folder, models)) +
                              text.substr(mark + data_mark.size()));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <vector>
 
 /// report.html: one self-contained page per results folder. What it shows: docs/report.md.
 namespace porthos::report {
@@ -15,13 +16,18 @@ std::string no_template_text();
 
 /// The data of a results folder as the page's JSON: a finished, failed or unfinished run, a run of
 /// several phases, a comparison, an ensemble; what cannot be read is named in it.
+/// @param models  the folders of the model files, where the meshes are that they name; empty:
+///   bodies are shown by other shapes
 /// @throws InvalidArgument if the folder holds no results at all
-std::string report_json(const std::filesystem::path& folder);
+std::string report_json(const std::filesystem::path& folder,
+                        const std::vector<std::filesystem::path>& models = {});
 
 /// Fills the template and writes `out` (under a temporary name, then renamed).
+/// @param models  as in report_json()
 /// @throws InvalidArgument if a file cannot be read or written, or the template has no place for
 ///   the data
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& out,
-                  const std::filesystem::path& page);
+                  const std::filesystem::path& page,
+                  const std::vector<std::filesystem::path>& models = {});
 
 }  // namespace porthos::report

@@ -56,14 +56,22 @@ std::vector<double> numbers(const char* text) {
   return list;
 }
 
-/// A <visual> as {kind, size, p, q, colour}, null for a mesh or what cannot be read.
-Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials) {
+/// A <visual> as {kind, size, p, q, colour}; a mesh has its scale as size and its number as mesh.
+/// Null for what cannot be shown.
+Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials,
+               MeshShelf& meshes) {
   const XMLElement* g = v.FirstChildElement("geometry");
   const XMLElement* shape = g ? g->FirstChildElement() : nullptr;
   if (!shape) return nullptr;
   const std::string kind = shape->Name();
   Json size;
-  if (kind == "box") {
+  std::optional<size_t> mesh;
+  if (kind == "mesh") {
+    if (const char* name = shape->Attribute("filename")) mesh = meshes.index(name);
+    size = shape->Attribute("scale") ? numbers(shape->Attribute("scale"))
+                                     : std::vector<double>{1, 1, 1};
+    if (!mesh || size.size() != 3) return nullptr;
+  } else if (kind == "box") {
     size = numbers(shape->Attribute("size"));
     if (size.size() != 3) return nullptr;
   } else if (kind == "sphere") {
@@ -73,8 +81,9 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
   } else {
     return nullptr;
   }
-  for (const auto& s : size)
-    if (!(s.get<double>() > 0)) return nullptr;
+  for (const auto& s : size)  // a mesh may be mirrored
+    if (const auto x = s.get<double>(); !(mesh ? x != 0 && std::isfinite(x) : x > 0))
+      return nullptr;
   Vec3d p{0, 0, 0};
   Mat3<double> R = Mat3<double>::identity();
   if (const auto* o = v.FirstChildElement("origin")) {
@@ -83,6 +92,7 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
     if (rpy.size() == 3) R = mechanics::rotation_from_rpy(rpy[0], rpy[1], rpy[2]);
   }
   Json j = {{"kind", kind}, {"size", size}, {"p", place(p)}, {"q", quaternion_of(R)}};
+  if (mesh) j["mesh"] = *mesh;
   if (const auto* m = v.FirstChildElement("material")) {
     if (const auto* c = m->FirstChildElement("color"))
       j["colour"] = numbers(c->Attribute("rgba"));
@@ -93,7 +103,7 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
 }
 
 /// By link.
-std::map<std::string, Json> visuals_of(const std::string& urdf) {
+std::map<std::string, Json> visuals_of(const std::string& urdf, MeshShelf& meshes) {
   std::map<std::string, Json> all, materials;
   tinyxml2::XMLDocument document;
   if (urdf.empty() || document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) return all;
@@ -109,7 +119,7 @@ std::map<std::string, Json> visuals_of(const std::string& urdf) {
     for (const char* tag : {"visual", "collision"}) {
       if (!list.empty()) break;
       for (auto* v = link->FirstChildElement(tag); v; v = v->NextSiblingElement(tag))
-        if (auto drawn = visual_of(*v, materials); !drawn.is_null()) list.push_back(drawn);
+        if (auto drawn = visual_of(*v, materials, meshes); !drawn.is_null()) list.push_back(drawn);
     }
     if (!list.empty()) all[link->Attribute("name")] = list;
   }
@@ -118,8 +128,9 @@ std::map<std::string, Json> visuals_of(const std::string& urdf) {
 
 }  // namespace
 
-Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf) {
-  const auto visuals = visuals_of(urdf);
+Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf,
+               MeshShelf& meshes) {
+  const auto visuals = visuals_of(urdf, meshes);
   Json list = Json::array();
   std::map<std::string, size_t> at;
   for (const auto& b : bodies) {

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The documentation as a site: build.py BUILD [--pages-only]
+"""The documentation as a site: build.py BUILD [--pages-only | --stills]
 
 BUILD is a finished build of Porthos, e.g. build/native; the site goes to BUILD/docs/html. The Markdown files are taken as they
 are and stay readable where they are; what a site needs besides is made here: the gallery, by running the examples, and
 the API reference, from the headers. Every warning is an error, so a link to a page, a section or a file that is not
-there fails. Nothing is fetched: links to other sites are listed and not followed.
+there fails. Nothing is fetched: links to other sites are listed and not followed. The reports of the gallery's examples
+are part of the site; with --stills a headless Chromium takes a picture of each mechanism from them.
 """
 import argparse
 import os
@@ -31,6 +32,7 @@ GALLERY = [
     ("On the ground", ["double_pendulum"]),
 ]
 SHORTENED = {"ets_vii_orbit": 500000, "envisat_tumble": 200000, "double_pendulum": 1000, "dzhanibekov": 20000}
+CHROMIUM = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome"])), None)
 PICTURES = ["plot.svg", "panels.svg", "ledgers.svg", "ledger.svg", "energy_error.svg"]  # the first there is
 
 
@@ -75,11 +77,22 @@ def site_links(page):
     return re.sub(r"(?<!!)\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)", link, page.read_text())
 
 
-def gallery(build, docs, source):
-    """Runs the examples, and a page of their pictures."""
+def still(report, picture):
+    """The playback of a report in a picture; false if the page has none."""
+    if not CHROMIUM or "\"playback\":" not in report.read_text():
+        return False
+    subprocess.run([CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--virtual-time-budget=6000",
+                    "--window-size=900,480", f"--screenshot={picture}", f"file://{report}#still"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120)
+    return picture.exists()
+
+
+def gallery(build, docs, source, stills):
+    """Runs the examples, and a page of their pictures. Their reports are kept for the site."""
     out, page = docs / "gallery", ["# Gallery", "", "Every picture is drawn by the example it belongs to, run when this site was built.", ""]
-    pictures = source / "gallery"
+    pictures, live = source / "gallery", docs / "live"
     pictures.mkdir()
+    shutil.rmtree(live, ignore_errors=True)
+    live.mkdir(parents=True)
     for heading, names in GALLERY:
         page += [f"## {heading}", ""]
         for name in names:
@@ -102,10 +115,22 @@ def gallery(build, docs, source):
             if picture is None:
                 raise SystemExit(f"gallery: example {name} drew no picture in {folder}")
             shutil.copy(picture, pictures / f"{name}.svg")
-            title = (example / "README.md").read_text().splitlines()[0].lstrip("# ")
+            report = next(iter(sorted(folder.glob("report.html"))), None)
+            whole, moving = "", ""
+            if report:
+                shutil.copy(report, live / f"{name}.html")
+                said = " ".join(str(c) for c in command[1:]).replace(f"{ROOT}/", "").replace(str(folder), f"results/{name}")
+                whole = f'\n<p><a href="live/{name}.html">The whole report</a>, made by <code>porthos {said}</code></p>\n'
+                if stills and still(report, pictures / f"{name}.png"):
+                    moving = f"![{title_of(example)} as it stands in its playback](gallery/{name}.png)\n"
+            title = title_of(example)
             note = f"\nThe first {SHORTENED[name]:,} s of it.\n".replace(",", " ") if name in SHORTENED else ""
-            page += [f"### [{title}](examples/{name}/README.md)", note, f"![{title}](gallery/{name}.svg)", ""]
+            page += [f"### [{title}](examples/{name}/README.md)", note, moving, f"![{title}](gallery/{name}.svg)", whole, ""]
     (source / "gallery.md").write_text("\n".join(page + examples_toctree()))
+
+
+def title_of(example):
+    return (example / "README.md").read_text().splitlines()[0].lstrip("# ")
 
 
 def examples_toctree():
@@ -158,6 +183,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("build", type=Path)
     arguments.add_argument("--pages-only", action="store_true", help="no gallery and no API reference: are the pages sound?")
+    arguments.add_argument("--stills", action="store_true", help="pictures of the mechanisms, by a headless Chromium (some minutes)")
     options = arguments.parse_args()
     build = options.build.resolve()
     docs = build / ("docs_pages" if options.pages_only else "docs")
@@ -169,13 +195,15 @@ def main():
         for room in rooms():
             (source / f"api/{room}.md").write_text(f"# `{room}`\n\nLeft out of this build.\n")
     else:
-        gallery(build, docs, source)
+        gallery(build, docs, source, options.stills)
         api(docs, source)
     python_api(source / "api")
     say("pages: sphinx")
     environment = {**os.environ, "PORTHOS_DOCS_BUILD": str(docs)}
     subprocess.run([sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(docs / "doctrees"), str(source), str(html)],
                    env=environment, check=True)
+    if not options.pages_only:
+        shutil.copytree(docs / "live", html / "live", dirs_exist_ok=True)
     if MATHJAX.is_dir():
         for part in MATHJAX_PARTS:
             here, there = MATHJAX / part, html / "_static/mathjax" / part

@@ -2,7 +2,7 @@
 #include <optional>
 
 #include "mechanics/mechanical_model.h"
-#include "report/detail/series.h"
+#include "report/detail/mesh_shelf.h"
 
 namespace porthos::report {
 
@@ -13,6 +13,7 @@ struct Stage {
   std::string urdf;
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
   const Records* records = nullptr;
+  MeshShelf* meshes = nullptr;
 };
 
 /// The panels of scene::motion_panels at no more than `most` records, equally far apart:

@@ -1,6 +1,7 @@
 #include "tests/fuzz/readers.h"
 
 #include "mechanics/urdf.h"
+#include "report/detail/mesh.h"
 #include "report/report.h"
 #include "scene/ensemble/case_log.h"
 #include "scene/ensemble/ensemble_scene.h"
@@ -55,11 +56,49 @@ Seeds ensemble_csv_seeds() {
           "# one\nenvironment.vector[2]\n-9.81\n-1.62\n"};
 }
 
-void judge(const std::string& bytes, const char* name) {
+void read_stl(const std::string& bytes) { (void)report::parse_mesh(bytes, "a.stl"); }
+void read_obj(const std::string& bytes) { (void)report::parse_mesh(bytes, "a.obj"); }
+void read_dae(const std::string& bytes) { (void)report::parse_mesh(bytes, "a.dae"); }
+Seeds stl_seeds() {
+  std::string binary(80, ' ');
+  binary += std::string("\1\0\0\0", 4) + std::string(50, '@');
+  return {
+      "solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\n"
+      "endloop\nendfacet\nendsolid t\n",
+      binary};
+}
+Seeds obj_seeds() { return {"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 -1//2 2\n"}; }
+Seeds dae_seeds() {
+  return {
+      "<COLLADA><asset><unit meter='0.01'/></asset><library_geometries><geometry id='g'><mesh>"
+      "<source id='p'><float_array>0 0 0 1 0 0 0 1 0</float_array></source><vertices id='v'>"
+      "<input semantic='POSITION' source='#p'/></vertices><polylist><input semantic='VERTEX' "
+      "source='#v' offset='0'/><vcount>3</vcount><p>0 1 2</p></polylist></mesh></geometry>"
+      "</library_geometries><library_visual_scenes><visual_scene><node id='n'><matrix>1 0 0 0 0 "
+      "1 0 0 0 0 1 0 0 0 0 1</matrix><rotate>0 0 1 90</rotate><instance_geometry url='#g'/>"
+      "</node></visual_scene></library_visual_scenes></COLLADA>"};
+}
+
+/// A table as the torque of a joint, smooth and held, and as a wrench.
+void read_signal_csv(const std::string& bytes) {
+  base().file("drive.csv", bytes);
+  const std::string text = read_bytes(base() / "scene.toml");
+  for (const char* element :
+       {"type = 'force'\njoint = 'elbow'\nfile = { path = 'drive.csv', value = 'u' }\n",
+        "type = 'force'\njoint = 'elbow'\n"
+        "file = { path = 'drive.csv', value = 'u', between = 'held' }\n",
+        "type = 'wrench'\nname = 'push'\nlink = 'lower'\nforce = { components = { path = "
+        "'drive.csv', z = 'u' } "
+        "}\n"})
+    (void)scene::read_scene(base().file("driven.toml", text + "[[element]]\n" + element));
+}
+Seeds signal_csv_seeds() { return {"t,u\n0,1\n0.5,-1\n1,0\n", "u,t\n1e3,0\n-1,1\n"}; }
+
+void judge(const std::string& bytes, const char* name, const std::string& map = "") {
   base().file(name, bytes);
   (void)scene::judge_file({.file = (base() / name).string(),
                            .model = (base() / "arm.urdf").string(),
-                           .map = "",
+                           .map = map,
                            .out = (base() / "judged").string()});
 }
 void read_trajectory_csv(const std::string& bytes) { judge(bytes, "trajectory.csv"); }
@@ -69,6 +108,16 @@ Seeds trajectory_csv_seeds() {
   for (int i = 0; i < 6; ++i)
     rows += std::to_string(0.1 * i) + ",0.1,0.2," + std::to_string(0.01 * i) + ",0\n";
   return {rows, "t;q.shoulder;q.elbow\n0;0;0\n1;0;0\n2;0;0\n"};
+}
+
+void read_trajectory_map(const std::string& bytes) {
+  judge(trajectory_csv_seeds()[0], "mapped.csv", base().file("map.toml", bytes));
+}
+Seeds trajectory_map_seeds() {
+  return {
+      "[model]\nbase = 'fixed'\n[columns]\ntime = 'time'\n[columns.q]\nshoulder = 'q.shoulder'\n"
+      "elbow = 'q.elbow'\n[columns.v]\nshoulder = 'v.shoulder'\nelbow = 'v.elbow'\n"
+      "[environment]\ngravity = 'uniform'\nvector = [0, 0, -9.81]\n[verify]\nenergy = 1e-6\n"};
 }
 
 /// The bytes are the content of state.bin; head and checksum, which no mutation would hit, fit.
@@ -157,6 +206,11 @@ const std::vector<Reader>& readers() {
       {"scene", read_scene, scene_seeds},
       {"actuator_csv", read_actuator_csv, actuator_csv_seeds},
       {"ensemble_csv", read_ensemble_csv, ensemble_csv_seeds},
+      {"mesh_stl", read_stl, stl_seeds},
+      {"mesh_obj", read_obj, obj_seeds},
+      {"mesh_dae", read_dae, dae_seeds},
+      {"signal_csv", read_signal_csv, signal_csv_seeds},
+      {"trajectory_map", read_trajectory_map, trajectory_map_seeds},
       {"trajectory_csv", read_trajectory_csv, trajectory_csv_seeds},
       {"trajectory_h5", read_trajectory_h5, run_file_seeds},
       {"checkpoint", read_checkpoint, checkpoint_seeds},

@@ -54,6 +54,20 @@ porthos("report", out("damaged"));
 cpSync(out("motor"), out("broken"), { recursive: true });
 writeFileSync(join(out("broken"), "summary.json"), "{ \"title\": \"cut");
 porthos("report", out("broken"));
+mkdirSync(out("mesh_scene"), { recursive: true });  // a ring of squares as mesh, mirrored and stretched
+const ring = [], turns = 48, sides = 16, at = (i, k) => 1 + (i % turns) * sides + (k % sides);
+for (let i = 0; i < turns; ++i) for (let k = 0; k < sides; ++k) {
+  const a = (2 * Math.PI * i) / turns, b = (2 * Math.PI * k) / sides, r = 0.5 + 0.15 * Math.cos(b);
+  ring.push(`v ${r * Math.cos(a)} ${r * Math.sin(a)} ${0.15 * Math.sin(b)}`);
+}
+for (let i = 0; i < turns; ++i) for (let k = 0; k < sides; ++k) ring.push(`f ${at(i, k)} ${at(i + 1, k)} ${at(i + 1, k + 1)} ${at(i, k + 1)}`);
+writeFileSync(join(out("mesh_scene"), "ring.obj"), ring.join("\n"));
+const visual = '<visual><origin xyz="0 0 -0.5"/><geometry><mesh filename="package://mesh_scene/ring.obj" scale="-1 1 2"/></geometry><material name="m"><color rgba="0.8 0.5 0.2 1"/></material></visual>';
+writeFileSync(join(out("mesh_scene"), "double_pendulum.urdf"), readFileSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), "utf8").replaceAll("</inertial>", `</inertial>${visual}`));
+cpSync(example("double_pendulum"), join(out("mesh_scene"), "scene.toml"));
+porthos("run", join(out("mesh_scene"), "scene.toml"), "--duration", "10", "--out", out("mesh"));
+cpSync(out("mesh"), out("no_mesh"), { recursive: true });
+porthos("report", out("no_mesh"));
 await new Promise((done) => {  // a run that is stopped by Ctrl-C
   const run = spawn(cli, ["run", example("ledger"), "--out", out("unfinished")], { stdio: "ignore" });
   setTimeout(() => run.kill("SIGINT"), 700);
@@ -271,6 +285,25 @@ console.log("playback");
   for (const ride of ["base", "world", "place"]) await tab.locator("label select").last().selectOption(ride, { timeout: 5000 }).catch(() => expect(false, `camera ${ride}`));
   expect(complaints.length === 0, `controls work without an error ${complaints.join("; ")}`);
   await tab.close();
+
+  const drawn = async (name) => {
+    const { tab, complaints } = await open(name);
+    await tab.evaluate(() => document.getElementById("playback").scrollIntoView({ behavior: "instant" }));
+    const triangles = await tab.evaluate(() => { porthos.stage.seek(1); porthos.stage.draw(); return porthos.stage.renderer.info.render.triangles; });
+    return { tab, complaints, triangles };
+  };
+  const mesh = await drawn("mesh"), plain = await drawn("no_mesh");
+  expect(mesh.triangles >= 2 * 1536 && plain.triangles < 1000, `two meshes of 1536 triangles are drawn: ${mesh.triangles}; left out: ${plain.triangles}`);
+  await shot(mesh.tab, "mesh");
+  const saved = async (button) => { const file = mesh.tab.waitForEvent("download", { timeout: 30000 }); await mesh.tab.locator("#playback button", { hasText: button }).click(); const d = await file; return { name: d.suggestedFilename(), bytes: readFileSync(await d.path()) }; };
+  const png = await saved("picture");
+  expect(png.name === "mesh.png" && png.bytes.subarray(1, 4).toString() === "PNG" && png.bytes.length > 3000, `a picture is saved: ${png.name}, ${png.bytes.length} bytes`);
+  await mesh.tab.evaluate(() => { porthos.stage.rate = 10; });
+  const reel = await saved("film");
+  expect(/^mesh\.(mp4|webm)$/.test(reel.name) && reel.bytes.length > 10000, `a film is saved: ${reel.name}, ${reel.bytes.length} bytes`);
+  expect(mesh.complaints.length + plain.complaints.length === 0, `meshes, picture and film without an error ${mesh.complaints.join("; ")}`);
+  await mesh.tab.close();
+  await plain.tab.close();
 
   const capture = await open("capture");
   const acts = await capture.tab.evaluate(() => { const s = porthos.stage, n = []; for (const t of [5, 50, 300]) s.seek(t), n.push(s.casts[s.act].nodes.length); return { n, ticks: document.querySelectorAll(".ticks i").length }; });

@@ -7,6 +7,7 @@ function bytes(text) {
   return out;
 }
 const floats = (text) => new Float32Array(bytes(text).buffer);
+const shorts = (text) => new Uint16Array(bytes(text).buffer);
 const doubles = (text) => new Float64Array(bytes(text).buffer);
 
 /** One array of numbers after another. */
@@ -69,8 +70,9 @@ export function read() {
   const d = JSON.parse(document.getElementById("porthos-data").textContent);
   d.series = join(d.phases.filter((p) => p.series));
   d.motion = joinMotion(d.phases);
+  const meshes = (d.meshes || []).map((m) => ({ ...m, corners: shorts(m.corners), triangles: shorts(m.triangles) }));
   d.acts = d.phases.filter((p) => p.playback).map((p) => ({
-    ...p.playback, from: p.from, clips: p.playback.clips.map((c) => decodeClip(c, p.playback.nodes)),
+    ...p.playback, meshes, from: p.from, clips: p.playback.clips.map((c) => decodeClip(c, p.playback.nodes)),
   }));
   delete d.phases;
   for (const c of d.cases?.columns || []) c.v = floats(c.v);

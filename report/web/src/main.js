@@ -29,6 +29,18 @@ function theme(changed) {
   return button;
 }
 
+/** report.html#film is the playback alone, which plays again and again, to stand in other pages; #still the same at rest. */
+const alone = ["#film", "#still"].includes(location.hash);
+function perform(stage) {
+  stage.seek(stage.first + 0.4 * (stage.last - stage.first));
+  if (location.hash === "#still") return setInterval(() => stage.wake(), 100);  // a headless browser takes its picture at any moment
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  const again = () => stage.playing || document.hidden || stage.play(true);
+  stage.seek(stage.first);
+  again();
+  return setInterval(again, 500);
+}
+
 function main() {
   performance.mark("start");
   const page = document.getElementById("page");
@@ -42,6 +54,7 @@ function main() {
   let stage = null;
   const button = theme(() => { drawCharts(); stage?.theme(); });
   const s = d.summary, title = s?.title || d.ensemble?.title || d.scene?.title || d.comparison?.title || d.folder;
+  document.documentElement.classList.toggle("alone", alone);
   document.title = `${title} – Porthos report`;
   const meta = d.kind === "ensemble" ? ensemble.meta(d) : s ? `${s.method}, ${s.step_control ? `${s.step_control} from ` : ""}${s.step_s} s, ${duration(s.simulated_s)} simulated` : d.comparison && !s ? `comparison of methods, ${duration(d.comparison.duration_s)} simulated` : d.scene ? `${d.scene.method}, ${d.scene.step_s} s` : "";
   const bad = d.status.state !== "complete" || d.missing.length;
@@ -68,6 +81,7 @@ function main() {
   // The page can be read before the first picture of the playback is there.
   if (play) requestAnimationFrame(() => setTimeout(() => {
     window.porthos.stage = stage = play.start();
+    if (alone && stage) perform(stage);
     performance.mark("stage");
   }));
 }

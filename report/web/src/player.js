@@ -1,5 +1,6 @@
 import { drawCharts, markTime, seekWith } from "./charts.js";
 import { h } from "./dom.js";
+import { film, filmed, picture } from "./film.js";
 import { duration, number, timeUnit } from "./format.js";
 import { Stage } from "./stage.js";
 
@@ -32,13 +33,21 @@ export function player(d) {
   const floats = clips[0].origin.some((x) => x !== 0) || clips[0].orbit || d.acts[0].bodies.some((b) => b.parent === "world" && b.joint === "free");
   let stage = null;
   const preset = (name, text, label) => h("button", { type: "button", "aria-label": label, title: label, onclick: () => stage.look(name) }, text);
+  const shot = h("button", { type: "button", title: "save this picture as a PNG file", onclick: () => picture(stage, d.folder || "porthos") }, "picture");
+  let cut = null;
+  const movie = h("button", { type: "button", title: "play from the beginning at the chosen speed and save it as a film; press again to end it", onclick: () => {
+    if (cut) return cut();
+    movie.textContent = "end film";
+    cut = film(stage, d.folder || "porthos", () => { cut = null; movie.textContent = "film"; });
+  } }, "film");
   const warning = h("p", { class: "what soft", style: "margin:8px 0 0" });
   const box = h("section", { id: "playback" }, h("h2", {}, "Playback"),
     h("div", { class: "card" }, host,
       h("div", { class: "bar" }, play, h("div", { class: "grow" }, slider, ticks), h("label", {}, h("span", { class: "wide-only" }, "speed"), speed), several ? h("label", {}, clip) : ""),
       h("div", { class: "bar" }, views, h("span", { class: "group", role: "group", "aria-label": "camera" }, preset("iso", "3D", "camera: from the side and above"), preset("x", "X", "camera: along x"), preset("y", "Y", "camera: along y"), preset("z", "Z", "camera: from above, along z")),
         h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), toggle("frames", false, (on) => stage.set("frames", on))),
-        floats ? h("label", {}, h("span", { class: "wide-only" }, "camera"), ride) : ""),
+        floats ? h("label", {}, h("span", { class: "wide-only" }, "camera"), ride) : "",
+        h("span", { class: "group", role: "group", "aria-label": "save" }, shot, filmed() ? movie : "")),
       warning));
   const failed = (text) => { host.replaceChildren(h("p", { class: "soft", style: "padding:20px" }, text)); box.querySelectorAll(".bar").forEach((b) => b.remove()); };
 

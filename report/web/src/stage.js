@@ -1,11 +1,12 @@
 import {
   AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight,
-  EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera, Quaternion,
-  Scene, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
+  EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera,
+  PlaneGeometry, Quaternion, Scene, ShadowMaterial, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colour } from "./dom.js";
 import { ellipse, kepler } from "./kepler.js";
+import { meshGeometry } from "./meshes.js";
 
 const unit = (q) => new Quaternion(q[1], q[2], q[3], q[0]);  // the data has w first
 
@@ -61,7 +62,7 @@ class Cast {
   }
   shape(holder, s, own, tint, look) {
     const [x, y, z] = s.size;
-    const geometry = s.kind === "sphere" ? new SphereGeometry(x, 20, 14) : s.kind === "cylinder" ? new CylinderGeometry(x, x, y, 20)
+    const geometry = s.kind === "mesh" ? meshGeometry(this.act.meshes[s.mesh], s.size) : s.kind === "sphere" ? new SphereGeometry(x, 20, 14) : s.kind === "cylinder" ? new CylinderGeometry(x, x, y, 20)
       : s.kind === "capsule" ? new CapsuleGeometry(x, y, 6, 16) : new BoxGeometry(x, y, z);
     if (s.kind === "cylinder" || s.kind === "capsule") geometry.rotateX(Math.PI / 2);  // along z, as URDF has it
     const mesh = new Mesh(geometry, own ? new MeshLambertMaterial({ color: own }) : look.material(tint));
@@ -130,13 +131,17 @@ export class Stage {
       const sun = new DirectionalLight(0xffffff, 2.0);
       sun.position.set(3, -5, 8);
       s.add(sun);
+      if (s === this.scene) this.sun = sun;
     }
+    // A shadow costs a second drawing of everything.
+    this.renderer.shadowMap.enabled = this.sun.castShadow = !software;
     this.casts = data.acts.map((a) => new Cast(a, look));
     this.carrier = new Group();
     this.scene.add(this.carrier);
     for (const c of this.casts) this.carrier.add(c.root);
     this.measure();
     for (const c of this.casts) c.scale(this.size);
+    this.shadows();
     this.trails = [];
     this.camera = new PerspectiveCamera(38, 1, this.size / 200, this.size * 400);
     this.camera.up.set(0, 0, 1);
@@ -169,6 +174,16 @@ export class Stage {
     }
     this.size = Math.max(reach, 1e-6);
   }
+  /** Every solid throws a shadow on every other, as far as the mechanism reaches. */
+  shadows() {
+    const d = this.size * 1.2, { camera } = this.sun.shadow;
+    this.sun.position.setLength(3 * d);
+    Object.assign(camera, { left: -d, right: d, top: d, bottom: -d, near: d, far: 6 * d });
+    camera.updateProjectionMatrix();
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.normalBias = 0.004 * this.size;
+    this.carrier.traverse((o) => { if (o.isMesh && !o.material.transparent) o.castShadow = o.receiveShadow = true; });
+  }
   surroundings() {
     const act = this.data.acts[0];
     if (Math.hypot(...act.gravity) > 0 && act.clips[0].origin.every((x) => x === 0)) {
@@ -177,7 +192,10 @@ export class Stage {
       floor.material.transparent = true;
       floor.position.z = -this.size * 1.02;
       this.floor = floor;
-      this.scene.add(floor);
+      const shade = new Mesh(new PlaneGeometry(this.size * 4, this.size * 4), new ShadowMaterial({ opacity: 0.25 }));
+      shade.position.z = floor.position.z;
+      shade.receiveShadow = true;
+      this.scene.add(floor, shade);
     }
   }
   planet() {
