@@ -31,7 +31,8 @@ std::string ensemble_text(const scene::Ensemble& e, const scene::EnsembleReport&
     if (i.name == "angular_momentum") add("angular momentum", r.angular, limits.angular_momentum);
   }
   text += scene::aligned(rows) + "\n";
-  if (!r.damage.empty()) text += r.damage + "\n";
+  for (const std::string& note : {r.damage, r.left_over})
+    if (!note.empty()) text += note + "\n";
   if (exact) text += "linear momentum: the centre of mass moved in closed form\n";
   for (const scene::EventSpread& event : r.events)
     text += fmt::format(

@@ -324,11 +324,11 @@ UrdfResult parse_urdf(const std::string& text, const std::string& name,
 
 UrdfResult read_urdf(const std::string& path, const UrdfOptions& options) {
   const auto refuse = [&](const std::string& why) {
-    throw InvalidArgument("URDF file " + named(path) + " cannot be opened: " + why);
+    throw_unreadable("URDF file " + named(path) + " cannot be opened: " + why, errno);
   };
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) refuse("it is a directory");
   errno = 0;
+  if (std::filesystem::is_directory(path, ignored)) refuse("it is a directory");
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse(std::generic_category().message(errno));
   const std::string text{std::istreambuf_iterator<char>(file), {}};

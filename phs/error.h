@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <optional>
 #include <stdexcept>
@@ -20,6 +21,15 @@ struct InvalidArgument : std::invalid_argument {
 struct IoError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// Throws what a file that could not be read is: InvalidArgument, because the user named it, or
+/// IoError where the system was short of handles or memory, or the disk failed.
+/// @param error  errno after the attempt
+[[noreturn]] inline void throw_unreadable(const std::string& text, int error) {
+  for (const int fault : {EMFILE, ENFILE, ENOMEM, EIO})
+    if (error == fault) throw IoError(text);
+  throw InvalidArgument(text);
+}
 
 /// Throws InvalidArgument unless `got == expected`; `what` names the array.
 inline void require_size(const char* what, std::size_t got, std::size_t expected) {

@@ -216,8 +216,9 @@ ElasticPtr tabulated(const Measurements& m, const Limits& l, double tolerance) {
 }
 
 Measurements read_measurements(const std::string& path) {
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InvalidArgument(fmt::format("{}: cannot be opened", path));
+  if (!file) throw_unreadable(fmt::format("{}: cannot be opened", path), errno);
   return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path);
 }
 

@@ -109,11 +109,10 @@ void CaseStore::require_complete() const {
       folder_.string(), cases - done_, cases, fmt::join(first, ", ")));
 }
 
-void CaseStore::remove() {
+std::string CaseStore::remove() {
   logs_.clear();
   own_ = nullptr;
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  return remove_unneeded(folder_);
 }
 
 namespace {

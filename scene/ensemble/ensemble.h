@@ -93,8 +93,8 @@ class CaseStore {
   std::string damage() const;
   /// Throws InvalidArgument naming the first missing cases, if any.
   void require_complete() const;
-  /// Closes and removes the logs.
-  void remove();
+  /// Closes and removes the logs. @returns as remove_unneeded()
+  std::string remove();
 
  private:
   struct Where {
@@ -143,8 +143,9 @@ struct EnsembleReport {
   std::vector<std::int64_t> not_passed;        ///< the first ten
   bool interrupted = false, complete = false;  ///< complete: the results are written
   double wall_s = 0;
-  std::int64_t run_here = 0;  ///< cases this process (and its ranks) ran
-  std::string damage = {};    ///< of the logs, in one sentence; not written into ensemble.json
+  std::int64_t run_here = 0;   ///< cases this process (and its ranks) ran
+  std::string damage = {};     ///< of the logs, in one sentence; not written into ensemble.json
+  std::string left_over = {};  ///< as remove_unneeded(); likewise
   Verdict verdict() const {
     return passed == cases                ? Verdict::pass
            : passed + not_judged == cases ? Verdict::not_judged

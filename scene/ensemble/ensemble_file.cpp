@@ -275,7 +275,7 @@ EnsembleReport finish_ensemble(const Ensemble& e, CaseStore& store, const Ensemb
   if (!o.part.whole()) return r;
   write_ensemble(o.out, e, store, r);
   r.complete = true;
-  store.remove();
+  r.left_over = store.remove();
   return r;
 }
 

@@ -20,7 +20,8 @@ using Stream = std::unique_ptr<std::FILE, FileCloser>;
 }  // namespace
 
 void cannot_read(const fs::path& path) {
-  throw InvalidArgument(fmt::format("cannot read {}: {}", path.string(), std::strerror(errno)));
+  const int error = errno;
+  throw_unreadable(fmt::format("cannot read {}: {}", path.string(), std::strerror(error)), error);
 }
 void cannot_write(const fs::path& path, const char* verb) {
   throw IoError(fmt::format("cannot {} {}: {}", verb, path.string(), std::strerror(errno)));
@@ -31,6 +32,14 @@ void make_folder(const fs::path& folder) {
   fs::create_directories(folder, e);
   if (!e && !fs::is_directory(folder)) e = std::make_error_code(std::errc::not_a_directory);
   if (e) throw IoError(fmt::format("cannot make the folder {}: {}", folder.string(), e.message()));
+}
+
+std::string remove_unneeded(const std::filesystem::path& folder) {
+  std::error_code e;
+  std::filesystem::remove_all(folder, e);
+  return e ? fmt::format("{} cannot be removed ({}): the results are complete without it",
+                         folder.string(), e.message())
+           : "";
 }
 
 std::string read_file(const fs::path& path) {

@@ -13,14 +13,16 @@ struct FileCloser {
   void operator()(std::FILE* f) const { std::fclose(f); }
 };
 
-/// Throw "cannot read <path>: <reason of the operating system>", from errno. A file that cannot be
-/// read is an InvalidArgument, because the user gave its path; one that cannot be written is an
-/// IoError.
+/// Throw "cannot read <path>: <reason of the operating system>", from errno, as throw_unreadable(),
+/// or for a file that cannot be written an IoError.
 [[noreturn]] void cannot_read(const std::filesystem::path& path);
 [[noreturn]] void cannot_write(const std::filesystem::path& path, const char* verb = "write");
 
 /// Makes a folder and those above it. @throws IoError if that fails or a file is in the way.
 void make_folder(const std::filesystem::path& folder);
+
+/// Removes a folder that complete results do not need. @returns "", or in one sentence why it stays
+std::string remove_unneeded(const std::filesystem::path& folder);
 
 /// The whole file. @throws InvalidArgument if it cannot be read.
 std::string read_file(const std::filesystem::path& path);

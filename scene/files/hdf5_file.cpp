@@ -56,6 +56,7 @@ bool write_attribute(hid_t object, const std::string& name, double value) {
 }  // namespace
 
 Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
+  const Hdf5Turn turn;
   // After a failed close, HDF5 before 1.14 fails in its exit handler on a file it has already freed
   // (h5py issue 914). So the handler is not installed; the owners close our files.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
@@ -70,6 +71,7 @@ Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
 }
 
 Hdf5File::~Hdf5File() {
+  const Hdf5Turn turn;
   if (file_ >= 0) H5Fclose(file_);
 }
 
@@ -80,6 +82,7 @@ void Hdf5File::require(bool ok) const {
 }
 
 void Hdf5File::group(const std::string& name) {
+  const Hdf5Turn turn;
   const Owned create(creating(H5P_GROUP_CREATE));
   const Owned g(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, create, H5P_DEFAULT));
   require(g.ok());
@@ -87,6 +90,7 @@ void Hdf5File::group(const std::string& name) {
 
 Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
                                     std::int64_t columns, Kind kind) {
+  const Hdf5Turn turn;
   const int rank = columns > 0 ? 2 : 1;
   const hsize_t shape[2] = {hsize_t(rows), hsize_t(columns)};
   const hsize_t chunk[2] = {std::clamp<hsize_t>(hsize_t(rows), 1, rows_per_chunk),
@@ -109,6 +113,7 @@ Hdf5File::Dataset Hdf5File::dataset(const std::string& name, std::int64_t rows,
 
 Hdf5File::Dataset::~Dataset() {
   if (id_ < 0) return;
+  const Hdf5Turn turn;
   errno = 0;
   if (H5Dclose(id_) < 0) file_->failed_ = errno != 0 ? errno : -1;
 }
@@ -116,6 +121,7 @@ Hdf5File::Dataset::~Dataset() {
 void Hdf5File::Dataset::write_rows(std::int64_t first_row, std::size_t count, const void* values,
                                    Id type) {
   if (count == 0) return;
+  const Hdf5Turn turn;
   const int rank = columns_ > 0 ? 2 : 1;
   const hsize_t rows = count / hsize_t(std::max<std::int64_t>(1, columns_));
   const hsize_t start[2] = {hsize_t(first_row), 0}, shape[2] = {rows, hsize_t(columns_)};
@@ -130,13 +136,16 @@ void Hdf5File::Dataset::write(std::int64_t first_row, std::span<const std::int64
   write_rows(first_row, v.size(), v.data(), H5T_NATIVE_INT64);
 }
 void Hdf5File::Dataset::attribute(const std::string& name, const std::string& text) {
+  const Hdf5Turn turn;
   file_->require(write_attribute(id_, name, text));
 }
 void Hdf5File::Dataset::attribute(const std::string& name, double value) {
+  const Hdf5Turn turn;
   file_->require(write_attribute(id_, name, value));
 }
 
 void Hdf5File::text(const std::string& name, const std::string& content) {
+  const Hdf5Turn turn;
   const Owned type(string_type(content)), space(H5Screate(H5S_SCALAR)),
       create(creating(H5P_DATASET_CREATE));
   const Dataset d(
@@ -148,15 +157,18 @@ void Hdf5File::text(const std::string& name, const std::string& content) {
 
 void Hdf5File::attribute(const std::string& object, const std::string& name,
                          const std::string& text) {
+  const Hdf5Turn turn;
   const Owned o(H5Oopen(file_, object.c_str(), H5P_DEFAULT));
   require(o.ok() && write_attribute(o, name, text));
 }
 void Hdf5File::attribute(const std::string& object, const std::string& name, double value) {
+  const Hdf5Turn turn;
   const Owned o(H5Oopen(file_, object.c_str(), H5P_DEFAULT));
   require(o.ok() && write_attribute(o, name, value));
 }
 
 void Hdf5File::close() {
+  const Hdf5Turn turn;
   const hid_t file = file_;
   file_ = -1;
   errno = 0;

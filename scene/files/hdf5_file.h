@@ -8,6 +8,7 @@ namespace porthos::scene {
 
 /// A new HDF5 file, by the serial C API. Ids are closed by their owners. Object times are not
 /// stored: equal content gives equal files. All of it has checksums.
+/// Threads may have files of their own.
 class Hdf5File {
  public:
   using Id = std::int64_t;  ///< hid_t

@@ -1,8 +1,24 @@
 #pragma once
 #include <hdf5.h>
 
+#include <mutex>
+
 /// For the two files that call HDF5; no public header includes it.
 namespace porthos::scene {
+
+/// Held by every function that calls HDF5: as Debian builds it, the library has no locks, and
+/// threads may run scenes of their own.
+class Hdf5Turn {
+ public:
+  Hdf5Turn() : lock_(mutex()) {}
+
+ private:
+  static std::recursive_mutex& mutex() {
+    static std::recursive_mutex one;
+    return one;
+  }
+  std::lock_guard<std::recursive_mutex> lock_;
+};
 
 /// Closes an id of any kind.
 class Owned {

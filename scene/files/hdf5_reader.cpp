@@ -125,6 +125,7 @@ std::int64_t Hdf5Reader::Dataset::size() const {
 }
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
+  const Hdf5Turn turn;
   static const bool no_exit_handler = H5dont_atexit() >= 0;  // see hdf5_file.cpp
   static_cast<void>(no_exit_handler);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -138,7 +139,10 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
   }
 }
 
-Hdf5Reader::~Hdf5Reader() { H5Fclose(file_); }
+Hdf5Reader::~Hdf5Reader() {
+  const Hdf5Turn turn;
+  H5Fclose(file_);
+}
 
 void Hdf5Reader::refuse(const std::string& why) const {
   throw InvalidArgument(fmt::format("cannot read {}: {}", path_.string(), why));
@@ -157,12 +161,14 @@ const Hdf5Reader::Dataset& Hdf5Reader::dataset(const std::string& name) const {
 }
 
 void Hdf5Reader::read(const std::string& name, double* to) const {
+  const Hdf5Turn turn;
   dataset(name);
   const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
   if (!d.ok() || H5Dread(d, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0)
     refuse(fmt::format("dataset '{}' is damaged", name));
 }
 void Hdf5Reader::read(const std::string& name, std::int64_t* to) const {
+  const Hdf5Turn turn;
   dataset(name);
   const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT));
   if (!d.ok() || H5Dread(d, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, to) < 0)
@@ -171,6 +177,7 @@ void Hdf5Reader::read(const std::string& name, std::int64_t* to) const {
 
 void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int64_t rows,
                            double* to) const {
+  const Hdf5Turn turn;
   const auto& shape = dataset(name).shape;
   if (shape.empty() || first < 0 || rows < 0 || rows > shape[0] - first)
     refuse(fmt::format("dataset '{}' has no records {} to {}", name, first, first + rows));
@@ -184,6 +191,7 @@ void Hdf5Reader::read_rows(const std::string& name, std::int64_t first, std::int
 }
 
 std::string Hdf5Reader::text(const std::string& name) const {
+  const Hdf5Turn turn;
   dataset(name);
   const Owned d(H5Dopen2(file_, name.c_str(), H5P_DEFAULT)), type(d.ok() ? H5Dget_type(d) : -1),
       space(d.ok() ? H5Dget_space(d) : -1);
@@ -199,6 +207,7 @@ std::string Hdf5Reader::text(const std::string& name) const {
 }
 
 std::map<std::string, std::string> Hdf5Reader::texts(const std::string& object) const {
+  const Hdf5Turn turn;
   std::map<std::string, std::string> all;
   const auto add = [&](const std::string& name, hid_t a, hid_t type) {
     const Owned space(H5Aget_space(a));
@@ -210,6 +219,7 @@ std::map<std::string, std::string> Hdf5Reader::texts(const std::string& object) 
 }
 
 std::map<std::string, double> Hdf5Reader::numbers(const std::string& object) const {
+  const Hdf5Turn turn;
   std::map<std::string, double> all;
   const auto add = [&](const std::string& name, hid_t a, hid_t type) {
     double x = 0;

@@ -7,7 +7,8 @@
 
 namespace porthos::scene {
 
-/// Reads an HDF5 file as written by Hdf5File. Ids are closed by their owners.
+/// Reads an HDF5 file as written by Hdf5File. Ids are closed by their owners. Threads may have
+/// readers of their own.
 class Hdf5Reader {
  public:
   /// @throws InvalidArgument "cannot read <path>: ..." as every function here: there is no such

@@ -23,11 +23,11 @@ using mechanics::Vec3d;
 
 std::string read_file(const std::string& path, const std::string& what) {
   const auto refuse = [&](const std::string& why) {
-    throw InvalidArgument(fmt::format("{} '{}' cannot be opened: {}", what, path, why));
+    throw_unreadable(fmt::format("{} '{}' cannot be opened: {}", what, path, why), errno);
   };
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) refuse("it is a directory");
   errno = 0;
+  if (fs::is_directory(path, ignored)) refuse("it is a directory");
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse(std::generic_category().message(errno));
   std::string text(std::istreambuf_iterator<char>(file), {});

@@ -219,7 +219,7 @@ class Session {
     if (r.outcome != Outcome::ok) return r;  // the last good state stays
     std::error_code ignored;
     if (!assembly_.is_phase) keep_end(ignored);
-    fs::remove_all(folder_, ignored);
+    if (const auto why = remove_unneeded(folder_); !why.empty() && options_.say) options_.say(why);
     return r;
   }
 

@@ -23,7 +23,8 @@ struct RunOptions {
   /// Progress: fraction done, wall seconds spent, estimated wall seconds left. Called a few times a
   /// second at most.
   std::function<void(double, double, double)> progress = {};
-  /// Called with the choice of method = "auto", before the first step.
+  /// Called with a sentence on what the results do not hold: the choice of method = "auto" before
+  /// the first step, a damaged checkpoint, a folder that could not be removed.
   std::function<void(const std::string&)> say = {};
 };
 

@@ -448,6 +448,28 @@ TEST_F(EnsembleCommand, ADeadRankLONG) {
     EXPECT_TRUE(result(out.filename()) == result("whole"));
   }
 }
+
+/// A rank that stands still: for less than rank 0 waits, and for longer, so that its cases are done
+/// again and it finds the others gone.
+TEST_F(EnsembleCommand, ASlowRankLONG) {
+  if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "waits for a slow rank: set PORTHOS_LONG=1";
+  std::string text = std::string(head) + sampled;
+  text.replace(text.find("cases = 60"), 10, "cases = 6000");
+  write("scene.toml", text);
+  run("whole");
+  for (const int seconds : {4, 20}) {
+    const std::string out = "slow_" + std::to_string(seconds);
+    const pid_t job = start(ranks(3, {}, scene(), folder_ / out));
+    ASSERT_TRUE(begun(folder_ / out / "parts/1_of_1.bin"));
+    const pid_t slow = process_of(2, scene());
+    ASSERT_GT(slow, 0);
+    kill(slow, SIGSTOP);
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+    kill(slow, SIGCONT);
+    EXPECT_EQ(wait_for(job), 0) << seconds;
+    EXPECT_TRUE(result(out) == result("whole")) << seconds;
+  }
+}
 #endif
 #endif
 

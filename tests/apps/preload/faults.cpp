@@ -1,6 +1,8 @@
 // Loaded in front of the C and C++ libraries (LD_PRELOAD): lets one call of a program fail, or all
-// from one on, of those that change files, that ask for memory by new, or that start threads.
-// PORTHOS_FAULT_OF: files, memory or threads. PORTHOS_FAULT: the number of the call, from 1.
+// from one on, of those of a kind.
+// PORTHOS_FAULT_OF: files (calls that change files), rights (of these, the calls that name a path),
+// handles (calls that open a file, also to read), memory (new) or threads.
+// PORTHOS_FAULT: the number of the call, from 1.
 // PORTHOS_FAULT_LAST: 1 if the calls after it succeed again. PORTHOS_FAULT_ERROR: errno, or -9: the
 // program is killed in that call, a write after half of its bytes.
 // PORTHOS_FAULT_COUNT: a file that gets the number of calls at the end. Output to the terminal is
@@ -64,6 +66,15 @@ bool fails(Half half) {
 bool fails() {
   return fails([] {});
 }
+/// A call that names a path and changes what is there.
+bool fails_at_path() {
+  static const bool rights = tried("rights");
+  return rights ? next_fails() : fails();
+}
+bool fails_to_open(bool changes) {
+  static const bool handles = tried("handles");
+  return handles ? next_fails() : changes && fails_at_path();
+}
 
 /// The memory of a new, or nullptr.
 void* granted(size_t size, size_t alignment = 0) {
@@ -105,11 +116,11 @@ extern "C" {
 
 std::FILE* fopen(const char* path, const char* mode) {
   static const auto next = real<std::FILE*(const char*, const char*)>("fopen");
-  return changes(mode) && fails() ? nullptr : next(path, mode);
+  return fails_to_open(changes(mode)) ? nullptr : next(path, mode);
 }
 std::FILE* fopen64(const char* path, const char* mode) {
   static const auto next = real<std::FILE*(const char*, const char*)>("fopen64");
-  return changes(mode) && fails() ? nullptr : next(path, mode);
+  return fails_to_open(changes(mode)) ? nullptr : next(path, mode);
 }
 int open(const char* path, int flags, ...) {
   static const auto next = real<int(const char*, int, ...)>("open");
@@ -117,7 +128,7 @@ int open(const char* path, int flags, ...) {
   va_start(rest, flags);
   const auto mode = va_arg(rest, unsigned);
   va_end(rest);
-  return changes(flags) && fails() ? -1 : next(path, flags, mode);
+  return fails_to_open(changes(flags)) ? -1 : next(path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
   static const auto next = real<int(const char*, int, ...)>("open64");
@@ -125,7 +136,7 @@ int open64(const char* path, int flags, ...) {
   va_start(rest, flags);
   const auto mode = va_arg(rest, unsigned);
   va_end(rest);
-  return changes(flags) && fails() ? -1 : next(path, flags, mode);
+  return fails_to_open(changes(flags)) ? -1 : next(path, flags, mode);
 }
 size_t fwrite(const void* data, size_t size, size_t n, std::FILE* f) {
   static const auto next = real<size_t(const void*, size_t, size_t, std::FILE*)>("fwrite");
@@ -165,15 +176,31 @@ int ftruncate64(int fd, off64_t size) noexcept {
 }
 int rename(const char* from, const char* to) noexcept {
   static const auto next = real<int(const char*, const char*)>("rename");
-  return fails() ? -1 : next(from, to);
+  return fails_at_path() ? -1 : next(from, to);
 }
 int link(const char* from, const char* to) noexcept {
   static const auto next = real<int(const char*, const char*)>("link");
-  return fails() ? -1 : next(from, to);
+  return fails_at_path() ? -1 : next(from, to);
 }
 int mkdir(const char* path, mode_t mode) noexcept {
   static const auto next = real<int(const char*, mode_t)>("mkdir");
-  return fails() ? -1 : next(path, mode);
+  return fails_at_path() ? -1 : next(path, mode);
+}
+int unlink(const char* path) noexcept {
+  static const auto next = real<int(const char*)>("unlink");
+  return fails_at_path() ? -1 : next(path);
+}
+int unlinkat(int folder, const char* name, int flags) noexcept {
+  static const auto next = real<int(int, const char*, int)>("unlinkat");
+  return fails_at_path() ? -1 : next(folder, name, flags);
+}
+int rmdir(const char* path) noexcept {
+  static const auto next = real<int(const char*)>("rmdir");
+  return fails_at_path() ? -1 : next(path);
+}
+int remove(const char* path) noexcept {
+  static const auto next = real<int(const char*)>("remove");
+  return fails_at_path() ? -1 : next(path);
 }
 
 int pthread_create(pthread_t* thread, const pthread_attr_t* about, void* (*f)(void*),
