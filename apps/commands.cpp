@@ -22,6 +22,7 @@
 #include "apps/progress.h"
 #include "apps/report.h"
 #include "apps/verdict.h"
+#include "report/report.h"
 #include "scene/compare/auto_method.h"
 #include "scene/compare/compare.h"
 #include "scene/ensemble/case_scene.h"
@@ -189,7 +190,8 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
     log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
-  const bool report = !r.interrupted && !a.no_report && make_report(options.out, model_folders(s));
+  const bool report =
+      !r.interrupted && !a.no_report && make_report(options.out, report::model_folders(s));
   if (!r.interrupted)
     print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out, report));
   return finish(a, options, r);

@@ -23,10 +23,6 @@ bool make_report(const std::string& out, const std::vector<fs::path>& models) {
   }
 }
 
-std::vector<fs::path> model_folders(const scene::Scene& s) {
-  return {fs::path(s.urdf_path).parent_path(), fs::path(s.path).parent_path()};
-}
-
 int report_command(const Arguments& a) {
   const auto page = report::find_template();
   if (page.empty()) throw InvalidArgument(report::no_template_text());

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "apps/commands.h"
-#include "scene/read/scene.h"
 
 namespace porthos::apps {
 
@@ -13,9 +12,6 @@ namespace porthos::apps {
 /// @param models  folders of the model files, for the meshes they name
 /// @return whether it was written; false without a message if there is no template
 bool make_report(const std::string& out, const std::vector<std::filesystem::path>& models = {});
-
-/// Those of a scene.
-std::vector<std::filesystem::path> model_folders(const scene::Scene& scene);
 
 /// porthos report DIR [--out FILE] [--models FOLDER]
 int report_command(const Arguments& arguments);

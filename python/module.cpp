@@ -24,6 +24,7 @@ PYBIND11_MODULE(_core, m) {
   bind_integrators(m);
   bind_scene(m);
   bind_ensembles(m);
+  bind_plans(m);
   bind_derivatives(m);
   bind_environment(m);
   bind_baseline(m);

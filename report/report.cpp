@@ -44,6 +44,10 @@ std::string no_template_text() {
       template_name);
 }
 
+std::vector<fs::path> model_folders(const scene::Scene& s) {
+  return {fs::path(s.urdf_path).parent_path(), fs::path(s.path).parent_path()};
+}
+
 void write_report(const fs::path& folder, const fs::path& out, const fs::path& page,
                   const std::vector<fs::path>& models) {
   const std::string text = scene::read_file(page);

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/read/scene.h"
+
 /// report.html: one self-contained page per results folder. What it shows: docs/report.md.
 namespace porthos::report {
 
@@ -21,6 +23,9 @@ std::string no_template_text();
 /// @throws InvalidArgument if the folder holds no results at all
 std::string report_json(const std::filesystem::path& folder,
                         const std::vector<std::filesystem::path>& models = {});
+
+/// The folders in which the meshes of a scene's model are looked for.
+std::vector<std::filesystem::path> model_folders(const scene::Scene& scene);
 
 /// Fills the template and writes `out` (under a temporary name, then renamed).
 /// @param models  as in report_json()

@@ -13,6 +13,7 @@ from ._core import *  # noqa: F403
 from ._core import InvalidArgument, IoError, version_text
 from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
+from .plans import Plan
 from .results import Comparison, Result, open
 from .runs import Scene, compare, report, simulate, verify
 

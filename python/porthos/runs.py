@@ -12,6 +12,7 @@ from typing import Any, Callable, Mapping, Sequence, Union
 from . import _core
 from ._core import InvalidArgument, Model, SceneData
 from .ensembles import EnsembleResult, open_ensemble
+from .plans import Plan
 from .progress import chosen
 from .results import Comparison, PathLike, Result
 
@@ -101,6 +102,19 @@ class Scene:
         """Speed against error of every method that fits, over a range of steps. budget: CPU seconds for everything."""
         return _compare(self.data, self.assembly, methods, budget, duration, out, progress)
 
+    def plan(self, out: PathLike | None = None) -> Plan:
+        """Torques that bring the scene to the goals of its [plan] at least cost, into the folder `out` (default:
+        results/<name of the scene>-plan): docs/planning.md.
+
+        Ctrl-C keeps what was found so far in the folder and raises KeyboardInterrupt. Raises InvalidArgument for a scene without
+        [plan], and for what cannot be planned.
+        """
+        out = Path(out) if out is not None else self._out("-plan")
+        summary, stopped = _core.plan_into(self.data, self.assembly, str(out))
+        if stopped:
+            raise KeyboardInterrupt(f"interrupted; the last iterate is in {out}")
+        return Plan(json.loads(summary), out)
+
     def gradient(self, *, end: CostPart = None, sampled: CostPart = None, running: CostPart = None,
                  memory: int = 64 << 20) -> _core.Gradient:
         """The gradient of the scene's run from its start, see gradient(); of the model's state, where the centre of mass may be taken out.
@@ -121,15 +135,15 @@ def _into(data, assembly, out: PathLike, resume: bool, symmetry: bool, progress:
         line.finish()
     if interrupted:
         raise KeyboardInterrupt(f"interrupted; continue with resume=True from {out}")
-    _report_beside(out)
+    _report_beside(out, _core.model_folders(data))
     return Result(json.loads(summary), Path(out))
 
 
-def _report_beside(out: PathLike) -> None:
+def _report_beside(out: PathLike, models: Sequence[PathLike] = ()) -> None:
     if report_template() is None:
         return
     try:
-        report(out)
+        report(out, models=models)
     except InvalidArgument as e:
         warnings.warn(f"no report: {e}", stacklevel=4)
 
@@ -143,16 +157,16 @@ def report_template() -> Path | None:
     return Path(found) if found else None
 
 
-def report(folder: PathLike, out: PathLike | None = None) -> Path:
+def report(folder: PathLike, out: PathLike | None = None, *, models: Sequence[PathLike] = ()) -> Path:
     """Writes report.html, one self-contained page, from the results in a folder (docs/report.md); runs into a folder do so.
 
-    out: another place for it. Raises InvalidArgument if the folder holds no results or there is no template of the page.
+    out: another place for it. models: the folders of the model files, to show their meshes. Raises InvalidArgument if the folder holds no results or there is no template of the page.
     """
     page = report_template()
     if page is None:
         raise InvalidArgument("there is no report_template.html: build Porthos with node and npm, or name one by PORTHOS_REPORT_TEMPLATE")
     out = Path(out) if out is not None else Path(folder) / "report.html"
-    _core.write_report(str(folder), str(out), str(page))
+    _core.write_report(str(folder), str(out), str(page), list(models))
     return out
 
 

@@ -1691,8 +1691,12 @@ def find_template() -> str:
     """The page of report.html without its data; empty if there is none."""
     ...
 
-def write_report(folder: str, out: str, page: str) -> None:
-    """Fills the template `page` with the results in a folder and writes `out`."""
+def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = []) -> None:
+    """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are."""
+    ...
+
+def model_folders(scene: SceneData) -> list[os.PathLike]:
+    """The folders of a scene's model and of the scene, where its meshes are."""
     ...
 
 def mechanisms_of(folder: os.PathLike) -> list[Mechanism]:
@@ -1713,6 +1717,10 @@ def scene_of_case(path: os.PathLike, index: int, *, method: Optional[str] = None
 
 def run_ensemble(scene: SceneData, out: str, threads: int = 0, resume: bool = False, report: Any = None) -> bool:
     """Runs the cases of a scene's [ensemble] into a folder; whether it was interrupted."""
+    ...
+
+def plan_into(scene: SceneData, assembly: Assembly, out: str) -> tuple:
+    """Plans a scene into a folder: (plan.json, whether it was interrupted)."""
     ...
 
 def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', end: Any = None, sampled: Any = None, running: Any = None, memory: int = 67108864) -> Gradient:
