@@ -119,7 +119,7 @@ def gallery(build, docs, source, stills):
             whole, moving = "", ""
             if report:
                 shutil.copy(report, live / f"{name}.html")
-                said = " ".join(str(c) for c in command[1:]).replace(f"{ROOT}/", "").replace(str(folder), f"results/{name}")
+                said = " ".join(str(c) for c in command[1:]).replace(f" --out {folder}", "").replace(f"{ROOT}/", "")
                 whole = f'\n<p><a href="live/{name}.html">The whole report</a>, made by <code>porthos {said}</code></p>\n'
                 if stills and still(report, pictures / f"{name}.png"):
                     moving = f"![{title_of(example)} as it stands in its playback](gallery/{name}.png)\n"

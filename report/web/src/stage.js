@@ -113,7 +113,7 @@ export class Stage {
     this.playing = false;
     this.options = { frames: false, trails: true, ride: "place", view: "mechanism" };
     const software = drawnBySoftware();
-    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power" });
+    this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: location.hash === "#still" });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
     this.ratio = this.fine;  // coarser while it plays where pictures take too long
     this.mean = 0;
