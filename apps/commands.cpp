@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <sstream>
 
 #ifdef PORTHOS_MPI
 #include "adapters/mpi/mpi.h"
 #endif
 #include "apps/actuators.h"
+#include "apps/command_tools.h"
 #include "apps/ensemble.h"
 #include "apps/methods.h"
 #include "apps/output.h"
@@ -25,7 +19,6 @@
 #include "report/report.h"
 #include "scene/compare/auto_method.h"
 #include "scene/compare/compare.h"
-#include "scene/ensemble/case_scene.h"
 #include "scene/files/files.h"
 #include "scene/run/verdict.h"
 #include "scene/session/extension.h"
@@ -35,85 +28,6 @@
 
 namespace porthos::apps {
 namespace {
-
-namespace fs = std::filesystem;
-
-// --- Ctrl-C --------------------------------------------------------------------------------------
-
-std::atomic<bool> stop{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// A signal makes the run save and stop. A second one has no effect: wrappers such as timeout send
-/// two at once.
-void stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = SA_RESTART;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
-}
-
-// --- arguments -----------------------------------------------------------------------------------
-
-std::optional<double> seconds(const char* name, const std::optional<std::string>& text) {
-  if (!text) return {};
-  const auto x = as_number(*text);
-  if (!x)
-    throw InvalidArgument(
-        fmt::format("--{0}: {0} is '{1}', expected a number of seconds", name, *text));
-  return x;
-}
-
-std::string quoted(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) || std::string_view("/._-+=:").find(char(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string q = "'";
-  for (const char c : word) q += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return q + "'";
-}
-
-/// @throws InvalidArgument for a model in place of a scene, which a TOML reader would only call
-/// broken
-scene::Scene scene_of(const std::string& path) {
-  std::ifstream file;
-  if (fs::is_regular_file(path)) file.open(path);  // a pipe can be read only once
-  if (char first = 0; file >> first && first == '<')
-    throw InvalidArgument(fmt::format("{} is a model, expected a scene: porthos new {} writes one",
-                                      path, quoted(path)));
-  return scene::read_scene(path);
-}
-
-/// Case --case of the scene's [ensemble], or of the results of one.
-scene::Scene case_of(const Arguments& a) {
-  const auto number = as_number(*a.of_case);
-  if (!number || !(*number >= 0 && *number < 1e15) || *number != std::floor(*number))
-    throw InvalidArgument(
-        fmt::format("--case: case is '{}', expected the number of one, from 0", *a.of_case));
-  const auto index = std::int64_t(*number);
-  if (fs::is_directory(a.scene)) return scene::scene_of_case(fs::path(a.scene), index);
-  return scene::scene_of_case(scene_of(a.scene), index);
-}
-
-scene::Scene read(const Arguments& a) {
-  scene::Scene s = a.of_case ? case_of(a) : scene_of(a.scene);
-  scene::apply(s, {a.method, seconds("step", a.step), seconds("duration", a.duration)});
-  return s;
-}
-
-/// examples/ets_vii/scene.toml -> "ets_vii", arm.toml -> "arm", results/arm/ -> "arm"
-std::string name_of(const std::string& scene) {
-  fs::path path = fs::absolute(scene).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  const std::string folder = path.parent_path().filename().string();
-  return path.filename() == "scene.toml" && !folder.empty() ? folder : path.stem().string();
-}
-
-/// The folder of a run unless --out names one.
-std::string default_out(const Arguments& a) {
-  const std::string out = "results/" + name_of(a.scene);
-  return a.of_case ? fmt::format("{}_case_{}", out, *a.of_case) : out;
-}
 
 std::string resume_line(const Arguments& a, const scene::RunOptions& o) {
   std::string line = fmt::format("porthos {} {} --out {}", o.check_symmetry ? "verify" : "run",
@@ -131,22 +45,10 @@ bool resumable(const std::string& method) {
   return false;
 }
 
-// --- output --------------------------------------------------------------------------------------
-
-void log(const std::string& line) { fmt::print(stderr, "porthos: {}\n", line); }
-
-std::string file_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file) throw InvalidArgument(fmt::format("'{}' cannot be read", path));
-  return text;
-}
-
 scene::RunReport run_with_progress(const scene::Scene& s, const scene::Assembly& assembly,
                                    scene::RunOptions options) {
   Progress progress;
-  stop_on_signals();
-  options.stop = &stop;
+  options.stop = &stop_on_signals();
   options.progress = [&](double fraction, double spent, double left) {
     progress.update(fraction, spent, left);
   };
@@ -193,7 +95,8 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
   const bool report =
       !r.interrupted && !a.no_report && make_report(options.out, report::model_folders(s));
   if (!r.interrupted)
-    print(a.json ? file_text(options.out + "/summary.json") : verdict_text(r, options.out, report));
+    print(a.json ? scene::read_file(options.out + "/summary.json")
+                 : verdict_text(r, options.out, report));
   return finish(a, options, r);
 }
 
@@ -224,9 +127,8 @@ int compare_command(const Arguments& a) {
   options.budget_s = seconds("budget", a.budget).value_or(options.budget_s);
   scene::check(options);
   scene::make_folder(out);  // finds a folder that cannot be written before the run
-  options.stop = &stop;
+  options.stop = &stop_on_signals();
   Progress progress;
-  stop_on_signals();
   options.progress = [&](double fraction, double spent, double left) {
     progress.update(fraction, spent, left);
   };
@@ -265,9 +167,8 @@ int ensemble_command(const Arguments& a) {
         "method that porthos run chose");
 #endif
   const scene::Ensemble ensemble(scene::with_method_kept(given, options.out));
-  options.stop = &stop;
+  options.stop = &stop_on_signals();
   Progress progress;
-  stop_on_signals();
   options.progress = [&](double fraction, double spent, double left) {
     progress.update(fraction, spent, left);
   };
@@ -286,7 +187,7 @@ int ensemble_command(const Arguments& a) {
   }
   const bool page = r.complete && !a.no_report && make_report(options.out);
   if (a.json && r.complete)
-    print(file_text(options.out + "/ensemble.json"));
+    print(scene::read_file(options.out + "/ensemble.json"));
   else
     print(ensemble_text(ensemble, r, options.out, page));
   return r.complete ? exit_code(r.verdict()) : exit_ok;
@@ -295,9 +196,8 @@ int ensemble_command(const Arguments& a) {
 int plan_command(const Arguments& a) {
   const scene::Scene s = read(a);
   const std::string out = a.out.value_or("results/" + name_of(a.scene) + "-plan");
-  stop_on_signals();
-  const scene::PlanReport r = scene::plan(s, scene::assemble(s), out, &stop);
-  print(a.json ? file_text(out + "/plan.json") : plan_text(r, s.title, out));
+  const scene::PlanReport r = scene::plan(s, scene::assemble(s), out, &stop_on_signals());
+  print(a.json ? scene::read_file(out + "/plan.json") : plan_text(r, s.title, out));
   if (r.plan.status == planning::Plan::Status::stopped) return exit_interrupted;
   return r.plan.status == planning::Plan::Status::optimal && std::isfinite(r.replay)
              ? exit_ok

@@ -19,8 +19,8 @@ enum ExitCode {
 struct Arguments {
   std::string scene, model;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
-      of_case;
-  std::vector<std::string> methods, models;
+      of_case, uncertainty;
+  std::vector<std::string> methods, models, of;
   bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;
 };

@@ -16,6 +16,7 @@
 #include "apps/judge.h"
 #include "apps/new.h"
 #include "apps/report.h"
+#include "apps/sensitivity.h"
 #include "phs/error.h"
 #include "scene/session/info.h"
 
@@ -119,6 +120,25 @@ void add_runs(CLI::App& app, Arguments& a) {
       ->type_name("DIR");
   add_numbers(plan, a);
   plan->add_flag("--json", a.json, "print plan.json instead of the summary");
+  auto* sensitivity = add_scene_command(
+      app, a, "sensitivity", "on which parameters and start values the end of a run depends",
+      "porthos sensitivity examples/ets_vii/scene.toml --duration 50 --of base.attitude.z");
+  sensitivity
+      ->add_option("--of", a.of,
+                   "outputs, joint_1.position, base.attitude.x, energy, ... [the outputs, or the "
+                   "places]")
+      ->delimiter(',')
+      ->type_name("A,B,...");
+  sensitivity
+      ->add_option("--uncertainty", a.uncertainty,
+                   "relative standard deviation of every parameter: 0.01 for 1 %")
+      ->type_name("R");
+  sensitivity
+      ->add_option("--out", a.out, "results folder [results/<name of the scene>-sensitivity]")
+      ->type_name("DIR");
+  add_numbers(sensitivity, a);
+  add_case(sensitivity, a);
+  sensitivity->add_flag("--json", a.json, "print sensitivity.json instead of the table");
 }
 
 /// Commands that show what a run left, what a scene holds or what the program can do.
@@ -180,6 +200,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("compare")) return compare_command(a);
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("plan")) return plan_command(a);
+  if (app.got_subcommand("sensitivity")) return sensitivity_command(a);
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("new")) return new_command(a);

@@ -9,7 +9,8 @@
 #include "python/interruptible.h"
 #include "python/keywords.h"
 #include "scene/assemble/assembly.h"
-#include "scene/assemble/steps.h"
+#include "scene/sensitivity/differentiable.h"
+#include "scene/sensitivity/sensitivity.h"
 
 namespace porthos::python {
 namespace {
@@ -66,18 +67,43 @@ RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& 
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& end, const py::object& sampled,
                               const py::object& running, size_t memory) {
-  const auto refuse = [&](const std::string& what) {
-    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what);
-  };
-  if (!s.events.empty()) refuse("no [[event]]");
-  if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
-  if (s.step_control != integrators::StepControl::fixed)
-    refuse(std::string("steps of one size, and the scene has step_control = \"") +
-           integrators::to_string(s.step_control) + "\"");
-  const scene::Steps steps = scene::steps_of(s);
-  if (steps.last > 0) refuse("whole steps, and the duration is no whole number of them");
+  const scene::Steps steps = scene::differentiable_steps(s, a);
   return gradient_from(*a.model, a.initial, steps.size, steps.total, s.method, end, sampled,
                        running, memory);
+}
+
+/// (inputs, quantities, notes) of scene::end_sensitivity(), as lists of columns.
+py::dict sensitivity_of_scene(const scene::Scene& s, std::vector<std::string> of,
+                              std::optional<double> uncertainty) {
+  scene::SensitivityRequest request{.of = std::move(of), .uncertainty = uncertainty};
+  scene::EndSensitivity r;
+  interruptibly([&](const std::atomic<bool>& stop) {
+    request.stop = &stop;
+    r = scene::end_sensitivity(s, request);
+  });
+  if (!r.failure.empty()) throw std::runtime_error(r.failure);
+  std::vector<double> slopes;
+  for (const auto& q : r.of) slopes.insert(slopes.end(), q.slopes.begin(), q.slopes.end());
+  const auto column = [](const auto& list, auto member) {
+    py::list values;
+    for (const auto& item : list) values.append(item.*member);
+    return values;
+  };
+  using scene::EndSlopes, scene::Input;
+  py::dict d;
+  d["inputs"] = column(r.inputs, &Input::name);
+  d["input_units"] = column(r.inputs, &Input::unit);
+  d["input_values"] = column(r.inputs, &Input::value);
+  d["is_start"] = column(r.inputs, &Input::start);
+  d["of"] = column(r.of, &EndSlopes::name);
+  d["units"] = column(r.of, &EndSlopes::unit);
+  d["values"] = column(r.of, &EndSlopes::value);
+  d["growth"] = column(r.of, &EndSlopes::growth);
+  d["slopes"] =
+      as_array(std::move(slopes), {py::ssize_t(r.of.size()), py::ssize_t(r.inputs.size())});
+  d["notes"] = py::cast(r.notes);
+  d["text"] = scene::sensitivity_text(r);
+  return d;
 }
 
 py::tuple in_rates(const mechanics::MechanicalModel& model, const py::object& q,
@@ -127,6 +153,8 @@ RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
         "What Scene.gradient() calls.");
+  m.def("sensitivity_of_scene", &sensitivity_of_scene, py::arg("scene"), py::arg("of"),
+        py::arg("uncertainty"), "What Scene.sensitivity() calls.");
   m.def(
       "gradient_in_rates", &in_rates, py::arg("model"), py::arg("q"), py::arg("v"),
       py::arg("start"),

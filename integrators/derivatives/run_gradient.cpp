@@ -14,46 +14,63 @@ struct Checkpoint {
   std::vector<double> memory;
 };
 
-/// A run backwards. Stages come from the steps themselves, taken again where they were not kept.
+/// One cost on its way back through the run.
+struct Descent {
+  const Objective& objective;
+  std::unique_ptr<StepVariation> adjoint;
+  TwoWords lambda, parameters, cost;
+  double size_at_end = 0;
+
+  Descent(const Objective& J, std::unique_ptr<StepVariation> a, size_t n)
+      : objective(J),
+        adjoint(std::move(a)),
+        lambda(n),
+        parameters(adjoint->parameters().size()),
+        cost(1) {}
+};
+
+/// A run backwards, for any number of costs. Stages come from the steps themselves, taken again
+/// where they were not kept.
 class Backwards {
  public:
   Backwards(const std::string& method, const phs::Model& model, double h,
-            const Objective& objective, const GradientOptions& options)
+            std::span<const Objective> objectives, const GradientOptions& options)
       : table_(gauss_table<double>(gauss_stages(method))),
-        objective_(objective),
         options_(options),
         method_(make_integrator(method, model, h, {.port_work = false})),
-        adjoint_(make_step_variation(model, table_.s, h, StepVariation::Side::adjoint)),
         n_(size_t(model.description().nx)),
         weights_(size_t(table_.s)),
-        lambda_(n_),
-        parameters_(adjoint_->parameters().size()),
-        cost_(1),
         x_(n_),
-        gradient_(n_),
-        running_(objective.running ? weights_.size() * n_ : 0) {
+        gradient_(n_) {
+    for (const Objective& J : objectives)
+      descents_.emplace_back(
+          J, make_step_variation(model, table_.s, h, StepVariation::Side::adjoint), n_);
     table_.weights(h, weights_);
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }
 
-  RunGradient of(const phs::State& start, std::int64_t steps) {
+  std::vector<RunGradient> of(const phs::State& start, std::int64_t steps) {
     Checkpoint here{start, method_->memory()};
     plan(steps, here);
     if (steps == 0) begin(start);
     const bool ok = steps == 0 || reverse(here, steps, levels_);
-    RunGradient r;
-    r.outcome = ok ? Outcome::ok : outcome_;
-    r.remark = remark_;
-    r.cost = cost_.x[0];
-    r.end = end_;
-    r.start = lambda_.x;
-    r.names = adjoint_->parameters();
-    r.parameters = parameters_.x;
-    r.growth = objective_.end ? std::log10(size_of(lambda_.x) / size_at_end_) : NAN;
-    r.steps_taken = method_->cost().steps;
-    r.adjoint = adjoint_->cost();
-    return r;
+    std::vector<RunGradient> all;
+    for (const Descent& d : descents_) {
+      RunGradient r;
+      r.outcome = ok ? Outcome::ok : outcome_;
+      r.remark = remark_;
+      r.cost = d.cost.x[0];
+      r.end = end_;
+      r.start = d.lambda.x;
+      r.names = d.adjoint->parameters();
+      r.parameters = d.parameters.x;
+      r.growth = d.objective.end ? std::log10(size_of(d.lambda.x) / d.size_at_end) : NAN;
+      r.steps_taken = method_->cost().steps;
+      r.adjoint = d.adjoint->cost();
+      all.push_back(std::move(r));
+    }
+    return all;
   }
 
  private:
@@ -128,50 +145,59 @@ class Backwards {
 
   bool backwards() {
     if (!begun_) begin(state_);
-    const size_t s = weights_.size();
-    const double h = method_->step_size();
+    const size_t row = (weights_.size() + 1) * n_;
     for (size_t i = times_.size(); i-- > 0;) {
       while (turns_.back().from > i) turns_.pop_back();
-      const auto& turns = turns_.back().turns;
-      const std::span<const double> step(kept_.data() + i * (s + 1) * n_, (s + 1) * n_);
-      if (objective_.sampled) {
-        add_cost(objective_.sampled, times_[i] + h, step.subspan(s * n_), turns, 1);
-        for (size_t k = 0; k < n_; ++k) lambda_.add(k, gradient_[k]);
-      }
-      for (size_t j = 0; j < s && objective_.running; ++j) {
-        add_cost(objective_.running, times_[i] + h * table_.c[j], step.subspan(j * n_, n_), turns,
-                 weights_[j]);
-        std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
-      }
-      adjoint_->at(times_[i], step.first(s * n_), turns);
-      const Outcome o = adjoint_->advance(lambda_, running_);
-      if (o != Outcome::ok)
-        return give_up(o, "the adjoint of the step at t = " + number(times_[i]) +
-                              " s: " + to_string(o) +
-                              (o == Outcome::not_converged
-                                   ? ", expected a shorter step: its iteration does not contract"
-                                   : ""));
-      adjoint_->add_gradient(parameters_);
+      const std::span<const double> step(kept_.data() + i * row, row);
+      for (Descent& d : descents_)
+        if (!back(d, times_[i], step, turns_.back().turns)) return false;
     }
+    return true;
+  }
+  /// Takes a cost back over the step that began at t, with its stages and its end.
+  bool back(Descent& d, double t, std::span<const double> step,
+            const std::vector<std::int64_t>& turns) {
+    const size_t s = weights_.size();
+    const double h = method_->step_size();
+    if (d.objective.sampled) {
+      add_cost(d, d.objective.sampled, t + h, step.subspan(s * n_), turns, 1);
+      for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
+    }
+    running_.resize(d.objective.running ? s * n_ : 0);
+    for (size_t j = 0; j < s && d.objective.running; ++j) {
+      add_cost(d, d.objective.running, t + h * table_.c[j], step.subspan(j * n_, n_), turns,
+               weights_[j]);
+      std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
+    }
+    d.adjoint->at(t, step.first(s * n_), turns);
+    const Outcome o = d.adjoint->advance(d.lambda, running_);
+    if (o != Outcome::ok)
+      return give_up(o, "the adjoint of the step at t = " + number(t) + " s: " +
+                            (o == Outcome::not_converged
+                                 ? "its iteration does not contract, expected a shorter step"
+                                 : "it outgrew every number, expected a shorter run"));
+    d.adjoint->add_gradient(d.parameters);
     return true;
   }
   /// λ at the end of the run.
   void begin(const phs::State& end) {
     begun_ = true;
     end_ = end;
-    if (!objective_.end) return;
-    add_cost(objective_.end, method_->time(end), end.x, end.turns, 1);
-    for (size_t k = 0; k < n_; ++k) lambda_.add(k, gradient_[k]);
-    size_at_end_ = size_of(lambda_.x);
+    for (Descent& d : descents_) {
+      if (!d.objective.end) continue;
+      add_cost(d, d.objective.end, method_->time(end), end.x, end.turns, 1);
+      for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
+      d.size_at_end = size_of(d.lambda.x);
+    }
   }
-  /// Adds weight · a cost to J, and leaves its gradient in gradient_.
-  void add_cost(const Objective::Part& part, double t, std::span<const double> x,
+  /// Adds weight · a part of a cost to it, and leaves its gradient in gradient_.
+  void add_cost(Descent& d, const Objective::Part& part, double t, std::span<const double> x,
                 const std::vector<std::int64_t>& turns, double weight) {
     std::copy(x.begin(), x.end(), x_.begin());
     for (size_t a = 0; a < angle_at_.size(); ++a)
       x_[angle_at_[a]] += double(turns[a]) * phs::two_pi_hi;
     std::fill(gradient_.begin(), gradient_.end(), 0.0);
-    cost_.add(0, weight * part(t, x_, gradient_));
+    d.cost.add(0, weight * part(t, x_, gradient_));
   }
   bool give_up(Outcome o, const std::string& why) {
     outcome_ = o;
@@ -190,10 +216,9 @@ class Backwards {
   };
 
   CollocationTable<double> table_;
-  const Objective& objective_;
   const GradientOptions& options_;
   std::unique_ptr<Integrator> method_;
-  std::unique_ptr<StepVariation> adjoint_;
+  std::vector<Descent> descents_;
   size_t n_;
   std::vector<double> weights_;
   std::vector<size_t> angle_at_;
@@ -204,9 +229,7 @@ class Backwards {
   std::vector<double> kept_, times_;  ///< of a segment: stages and end of each step; its begin
   std::vector<TurnsFrom> turns_;
 
-  TwoWords lambda_, parameters_, cost_;
   std::vector<double> x_, gradient_, running_;
-  double size_at_end_ = 0;
   bool begun_ = false;
   Outcome outcome_ = Outcome::ok;
   std::string remark_;
@@ -214,13 +237,20 @@ class Backwards {
 
 }  // namespace
 
-RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
-                            const phs::State& start, double h, std::int64_t steps,
-                            const Objective& objective, const GradientOptions& options) {
+std::vector<RunGradient> gradients_of_run(const std::string& method, const phs::Model& model,
+                                          const phs::State& start, double h, std::int64_t steps,
+                                          std::span<const Objective> objectives,
+                                          const GradientOptions& options) {
   if (steps < 0)
     throw InvalidArgument("steps is " + std::to_string(steps) + ", expected steps >= 0");
   require_size("x", start.x.size(), size_t(model.description().nx));
-  return Backwards(method, model, h, objective, options).of(start, steps);
+  return Backwards(method, model, h, objectives, options).of(start, steps);
+}
+
+RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
+                            const phs::State& start, double h, std::int64_t steps,
+                            const Objective& objective, const GradientOptions& options) {
+  return gradients_of_run(method, model, start, h, steps, {&objective, 1}, options).front();
 }
 
 }  // namespace porthos::integrators

@@ -50,5 +50,12 @@ struct RunGradient {
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});
+/// The gradients of any number of costs of one run, `objectives`, in their order and with the bits
+/// of each alone: the run is shared, each cost has its own adjoint.
+/// @throws InvalidArgument as gradient_of_run()
+std::vector<RunGradient> gradients_of_run(const std::string& method, const phs::Model& model,
+                                          const phs::State& start, double h, std::int64_t steps,
+                                          std::span<const Objective> objectives,
+                                          const GradientOptions& options = {});
 
 }  // namespace porthos::integrators

@@ -1,6 +1,7 @@
 #include "mechanics/derivatives/linearised_mechanism.h"
 
 #include "mechanics/derivatives/field_tangent.h"
+#include "mechanics/kinematics.h"
 #include "mechanics/momentum.h"
 #include "mechanics/passes-inl.h"
 #include "phs/scalars/derivative.h"
@@ -160,6 +161,45 @@ StartGradient start_in_rates(const Mechanism& m, std::span<const double> q,
   tangent.add_inertial_gradient(
       -1, std::span(g.parameters).first(FieldTangent<double>::inertial_count(m)));
   return g;
+}
+
+/// T is quadratic in p: its slope along p is 2T. V is linear in masses and first moments.
+std::vector<double> energy_by_parameters(const Mechanism& m, std::span<const double> x,
+                                         std::span<const std::int64_t> turns) {
+  const size_t nq = size_t(m.nq()), inertial = FieldTangent<double>::inertial_count(m),
+               joints = m.joint_properties().size();
+  require_size("x", x.size(), 2 * nq);
+  std::vector<double> angles, none(nq, 0.0), out(2 * nq), gradient(inertial + 3 * joints, 0.0);
+  for (const auto turn : turns) angles.push_back(double(turn) * phs::two_pi_hi);
+  angles.resize(size_t(m.angle_count()), 0.0);
+  const std::span<double> first(out.data(), nq), second(out.data() + nq, nq);
+  FieldTangent<double> tangent(m);
+  tangent.set_turn_angles(angles);
+  tangent.at(x.first(nq), x.subspan(nq), first, second);
+  tangent.times(none, x.subspan(nq), first, second);
+  tangent.add_inertial_gradient(0.5, std::span(gradient).first(inertial));
+
+  Workspace<double> w(m);
+  w.set_turns(turns);
+  std::vector<Pose> poses(m.nodes().size());
+  forward_kinematics<double>(m, w, x.first(nq), poses);
+  size_t at = 0;
+  for (const BodyFrame& body : m.bodies()) {
+    if (body.node < 0) continue;
+    const Pose pose = body_pose<double>(m, body, poses);
+    const Vec3d weight = pose.R.tmul(m.gravity());
+    gradient[at] -= dot(m.gravity(), pose.r);
+    for (int k = 0; k < 3; ++k) gradient[at + 1 + size_t(k)] -= weight[k];
+    at += 10;
+  }
+  for (size_t k = 0; k < joints; ++k) {
+    const JointProperties& j = m.joint_properties()[k];
+    const double deflection =
+        x[size_t(j.q)] - j.rest + (j.turn >= 0 ? angles[size_t(j.turn)] : 0.0);
+    gradient[inertial + k] = deflection * deflection / 2;
+    gradient[inertial + 2 * joints + k] = -j.stiffness * deflection;
+  }
+  return gradient;
 }
 
 #define PORTHOS_INSTANTIATE(T) \

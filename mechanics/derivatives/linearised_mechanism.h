@@ -27,4 +27,9 @@ struct StartGradient {
 StartGradient start_in_rates(const Mechanism& m, std::span<const double> q,
                              std::span<const double> v, std::span<const double> lambda);
 
+/// ∂H/∂θ at fixed x = (q, p), as linearise(): of the kinetic energy, gravity and joint springs.
+/// @param x  size 2 nq;  turns: of its angle blocks
+std::vector<double> energy_by_parameters(const Mechanism& m, std::span<const double> x,
+                                         std::span<const std::int64_t> turns);
+
 }  // namespace porthos::mechanics

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Union
 
@@ -188,6 +189,41 @@ def open(folder: PathLike) -> Any:
     except ValueError as e:
         raise InvalidArgument(f"{summary} is damaged: {e}") from None
     return Result(content, folder)
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How the end of a run depends on its inputs, from Scene.sensitivity(): docs/derivatives.md. Printed, it is the table of the command."""
+
+    uncertainty: float | None  #: relative standard deviation of every parameter
+    inputs: list[str]  #: names of parameters, "link_2.mass", then of start values, "joint_1.velocity"
+    input_units: list[str]
+    input_values: np.ndarray  #: (inputs,), nan of turns
+    is_start: np.ndarray  #: (inputs,), whether it is a start value
+    of: list[str]  #: names of the quantities
+    units: list[str]
+    values: np.ndarray  #: (quantities,), at the end
+    growth: np.ndarray  #: (quantities,), see Gradient.growth: above about 8 the slopes tell nothing of a finite change
+    slopes: np.ndarray  #: (quantities, inputs)
+    notes: list[str]
+    text: str
+
+    def __post_init__(self) -> None:
+        for name in ("input_values", "is_start", "values", "growth"):
+            object.__setattr__(self, name, np.array(getattr(self, name)))
+
+    def slope(self, quantity: str, value: str) -> float:
+        """The slope of a quantity by an input. Raises ValueError for a name that is none."""
+        return float(self.slopes[self.of.index(quantity), self.inputs.index(value)])
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviation of each quantity by `uncertainty` of all parameters, independent of each other, (quantities,)."""
+        whole = np.where(self.is_start, 0.0, self.slopes * self.input_values)
+        return (np.nan if self.uncertainty is None else self.uncertainty) * np.sqrt((whole**2).sum(axis=1))
+
+    def __str__(self) -> str:
+        return self.text
 
 
 class Comparison:

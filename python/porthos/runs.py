@@ -14,7 +14,7 @@ from ._core import InvalidArgument, Model, SceneData
 from .ensembles import EnsembleResult, open_ensemble
 from .plans import Plan
 from .progress import chosen
-from .results import Comparison, PathLike, Result
+from .results import Comparison, PathLike, Result, Sensitivity
 
 Tell = Union[bool, None, Callable[[float, float, float], None]]
 CostPart = Union[None, Callable[[float, Any], "tuple[float, Any]"]]
@@ -122,6 +122,18 @@ class Scene:
         Raises InvalidArgument for events, an orbit, a step control, a last step of another size, and all that gradient() refuses.
         """
         return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory)
+
+    def sensitivity(self, of: Sequence[str] = (), *, uncertainty: float | None = None) -> Sensitivity:
+        """On which parameters and start values the end of the scene's run depends, in the time of a few runs for each quantity.
+
+        of: numbers of outputs ("tip.x"), "joint_1.position", ".velocity", "base.position.x", ".attitude.x", ".linear_velocity.x",
+        ".angular_velocity.x", "energy"; without any, the scene's outputs, or else the places. uncertainty: relative standard
+        deviation of every parameter. docs/derivatives.md.
+
+        Raises InvalidArgument for an unknown name and for all that gradient() refuses, and RuntimeError where a step or its
+        adjoint fails.
+        """
+        return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, list(of), uncertainty))
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"

@@ -72,6 +72,7 @@ struct Scene {
   std::map<std::string, double> mass_factor;  ///< of links: factor of mass and inertia
   Coordinates coordinates = Coordinates::reduced;
   std::string why_coordinates;  ///< of a free choice that the scene itself decides
+  bool centre_stays = false;    ///< in the equations, though it could be taken out
 
   BaseStart base;
   std::map<std::string, JointStart> joints;

@@ -118,7 +118,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, plan, report, plot, info, new, schema, completion, methods, actuators (see "
+       "ensemble, plan, sensitivity, report, plot, info, new, schema, completion, methods, "
+       "actuators (see "
        "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
@@ -235,6 +236,39 @@ TEST_F(Cli, PlansAndReplays) {
   EXPECT_EQ(a.code, 3) << a.err;
   EXPECT_TRUE(contains(a.out, "no plan     too many iterations")) << a.out;
   EXPECT_FALSE(fs::exists(folder_ / "planned/replay.toml"));
+}
+
+TEST_F(Cli, TellsWhatTheEndDependsOn) {
+  Answer a = porthos("sensitivity swing/scene.toml --of hinge.position,energy --uncertainty 0.01");
+  EXPECT_EQ(a.code, 0) << a.err;
+  EXPECT_EQ(a.err,
+            "porthos: results/swing-sensitivity/: sensitivity.json, sensitivity.csv, "
+            "sensitivity.txt, sensitivity.svg\n");
+  for (const char* part : {"Pendulum: gauss8, 200 steps of 0.01 s, 2 s simulated", "hinge.position",
+                           "energy = ", "slope x value", "standard deviation", ".mass"})
+    EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+  a = porthos("sensitivity swing/scene.toml --json --duration 1 --out told");
+  const auto j = nlohmann::json::parse(a.out);
+  EXPECT_EQ(j["of"].size(), 1U) << "the places, without any output";
+  EXPECT_EQ(j["of"][0]["name"], "hinge.position");
+  EXPECT_TRUE(fs::exists(folder_ / "told/sensitivity.svg"));
+  const std::pair<const char*, const char*> wrong[] = {
+      {"--of knee",
+       "porthos: swing/scene.toml: there is no 'knee' at the end of a run, the nearest "
+       "is 'energy': expected an output of places or rates, a place or rate of a joint or the "
+       "base, or energy\n"},
+      {"--uncertainty some",
+       "porthos: --uncertainty: uncertainty is 'some', expected a number, "
+       "relative to each parameter\n"},
+      {"--method rk4",
+       "porthos: derivatives of a run are there for Gauss collocation (gauss2 to "
+       "gauss16, midpoint), not for 'rk4'\n"}};
+  for (const auto& [option, message] : wrong) {
+    a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);
+    EXPECT_EQ(a.code, 2) << option;
+    EXPECT_EQ(a.err, message);
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "wrong")) << "refused before the run";
 }
 
 TEST_F(Cli, OutputThatCannotBeWrittenIsAnError) {

@@ -333,6 +333,28 @@ TEST(RunGradient, CheckpointsChangeNoBit) {
   }
 }
 
+TEST(RunGradient, SeveralCostsHaveTheBitsOfEachAlone) {
+  const Problem p = test::floating_arm();
+  Objective last;
+  last.end = [](double, std::span<const double> x, std::span<double> g) {
+    g.back() = 1;
+    return x.back();
+  };
+  const Objective both[] = {objective(), last};
+  const GradientOptions options{.memory = 8192};  // from checkpoints
+  const auto together = gradients_of_run("gauss8", *p.model, p.start, p.h, 30, both, options);
+  ASSERT_EQ(together.size(), 2U);
+  for (size_t i = 0; i < 2; ++i) {
+    const auto alone = gradient_of_run("gauss8", *p.model, p.start, p.h, 30, both[i], options);
+    ASSERT_EQ(alone.outcome, Outcome::ok) << alone.remark;
+    EXPECT_EQ(together[i].start, alone.start);
+    EXPECT_EQ(together[i].parameters, alone.parameters);
+    EXPECT_EQ(together[i].cost, alone.cost);
+    EXPECT_EQ(together[i].steps_taken, alone.steps_taken) << "the run is shared";
+  }
+  EXPECT_NE(together[0].start, together[1].start);
+}
+
 TEST(RunGradient, RefusesWhatItDoesNotCover) {
   const Problem p = test::double_pendulum();
   const auto refused = [&](const std::string& method, const phs::Model& model,

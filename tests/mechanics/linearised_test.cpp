@@ -220,8 +220,42 @@ void add_inertial(Mechanism& m, const BodyFrame& link, int number, double by) {
   }
 }
 
-/// Central differences in 113 bits, extrapolated once. The mechanism holds doubles, so a change is
-/// off by the rounding of what it changes.
+using Change = std::function<void(Mechanism&, double)>;
+/// How each parameter is changed, in the order of Linearised::parameters().
+std::vector<Change> changes(const Mechanism& m) {
+  std::vector<Change> all;
+  for (const BodyFrame& link : m.bodies())
+    for (int number = 0; number < 10 && link.node >= 0; ++number)
+      all.push_back([=](Mechanism& c, double by) { add_inertial(c, link, number, by); });
+  for (const auto member : {&JointProperties::rotor_inertia, &JointProperties::stiffness,
+                            &JointProperties::damping, &JointProperties::rest})
+    for (size_t k = 0; k < m.joint_properties().size(); ++k)
+      all.push_back([=](Mechanism& c, double by) {
+        auto& j = const_cast<JointProperties&>(c.joint_properties()[k]);
+        j.*member += by;
+        if (member == &JointProperties::rotor_inertia)
+          for (Node& node : const_cast<std::vector<Node>&>(c.nodes()))
+            if (node.v == j.v) node.rotor_inertia += by;
+      });
+  return all;
+}
+
+/// The slopes of a number by all parameters: central differences in 113 bits, extrapolated once.
+/// The mechanism holds doubles, so a change is off by the rounding of what it changes.
+Vec differences(const Mechanism& m, double step, const std::function<Quad(const Mechanism&)>& of) {
+  Vec slopes;
+  for (const Change& change : changes(m)) {
+    const auto difference = [&](double by) {
+      Mechanism up = m, down = m;
+      change(up, by);
+      change(down, -by);
+      return (of(up) - of(down)) / Quad(2 * by);
+    };
+    slopes.push_back(double((4 * difference(step / 2) - difference(step)) / 3));
+  }
+  return slopes;
+}
+
 double off_differences(const Mechanism& m, std::uint64_t seed, double step) {
   const size_t n = size_t(2 * m.nq());
   const Vec x = random_vector(n, seed), lambda = random_vector(n, seed + 1);
@@ -230,34 +264,8 @@ double off_differences(const Mechanism& m, std::uint64_t seed, double step) {
   linear->at(0, x, f);
   linear->transpose_times(lambda, out);
   linear->add_gradient(1, gradient);
-
-  Vec expected;
-  const auto differentiate = [&](const std::function<void(Mechanism&, double)>& change) {
-    const auto difference = [&](double by) {
-      Mechanism up = m, down = m;
-      change(up, by);
-      change(down, -by);
-      return (scalar_field(up, x, lambda) - scalar_field(down, x, lambda)) / Quad(2 * by);
-    };
-    expected.push_back(double((4 * difference(step / 2) - difference(step)) / 3));
-  };
-  for (const BodyFrame& link : m.bodies())
-    for (int number = 0; number < 10 && link.node >= 0; ++number)
-      differentiate([&](Mechanism& c, double by) { add_inertial(c, link, number, by); });
-  const auto joint = [&](double JointProperties::*member) {
-    for (size_t k = 0; k < m.joint_properties().size(); ++k)
-      differentiate([&](Mechanism& c, double by) {
-        auto& j = const_cast<JointProperties&>(c.joint_properties()[k]);
-        j.*member += by;
-        if (member == &JointProperties::rotor_inertia)
-          for (Node& node : const_cast<std::vector<Node>&>(c.nodes()))
-            if (node.v == j.v) node.rotor_inertia += by;
-      });
-  };
-  joint(&JointProperties::rotor_inertia);
-  joint(&JointProperties::stiffness);
-  joint(&JointProperties::damping);
-  joint(&JointProperties::rest);
+  const Vec expected =
+      differences(m, step, [&](const Mechanism& c) { return scalar_field(c, x, lambda); });
   EXPECT_EQ(expected.size(), gradient.size());
   return apart(gradient, expected);
 }
@@ -297,6 +305,22 @@ TEST(Linearised, NetworkParametersAreFactorsOfForces) {
   const auto law =
       phs::friction({.coulomb = 0.5, .breakaway = 0.75, .stribeck = 0.5, .smoothing = 0.25});
   EXPECT_NEAR(number("dry.factor"), -lambda[p] * (*law)(f[q]), 1e-14);
+}
+
+TEST(Linearised, EnergyByParametersIsThatOf113Bits) {
+  for (const std::string root : {"free", "spherical", "revolute"}) {
+    const auto m = tree(4, root, true);
+    const Vec x = random_vector(size_t(2 * m->nq()), 1);
+    const Vec expected = differences(*m, 0x1p-14, [&](const Mechanism& c) {
+      const MechanicalModel model(std::make_shared<const Mechanism>(c));
+      return model.make_system<Quad>()->hamiltonian(as<Quad>(x));
+    });
+    const Vec mine = energy_by_parameters(*m, x, {});
+    ASSERT_EQ(mine.size(), expected.size());
+    std::printf("  %-9s off by %.1e of the largest   bound 1e-10\n", root.c_str(),
+                apart(mine, expected));
+    EXPECT_LT(apart(mine, expected), 1e-10);
+  }
 }
 
 /// λ·x(q, v, θ) in 113 bits.

@@ -86,6 +86,23 @@ def test_a_scene_has_the_gradient_of_its_model(source):
     refused(lambda: ph.Scene(folder / "four_bar/scene.toml").gradient(end=cost), "for Gauss collocation")
 
 
+def test_a_scene_tells_what_its_end_depends_on(source):
+    scene = ph.Scene(source / "examples/ets_vii/scene.toml", duration=10)
+    s = scene.sensitivity(["base.position.x", "joint_1.velocity"], uncertainty=0.01)
+    assert s.of == ["base.position.x", "joint_1.velocity"] and s.units == ["m", "rad/s"]
+    assert s.slopes.shape == (2, len(s.inputs)) and s.is_start.sum() == 12 + 12
+    assert s.slope("base.position.x", "base.position.x") == pytest.approx(1, abs=1e-12)
+    assert s.slope("base.position.x", "base.linear_velocity.x") == pytest.approx(10, abs=1e-11)
+    whole = np.where(s.is_start, 0, s.slopes * s.input_values)
+    assert np.allclose(s.deviation, 0.01 * np.sqrt((whole**2).sum(axis=1)), rtol=1e-14)
+    assert "base.position.x = " in str(s) and s.growth.shape == (2,) and not s.notes
+    assert [q for q in scene.sensitivity().of if q.startswith("joint")] == [f"joint_{k}.position" for k in range(1, 7)]
+    with pytest.raises(ValueError):
+        s.slope("base.position.x", "nothing")
+    refused(lambda: scene.sensitivity(["knee"]), "there is no 'knee' at the end of a run")
+    refused(lambda: ph.Scene(source / "examples/vsa_throw/scene.toml").sensitivity(), "takes no")
+
+
 def test_the_page_runs(source, tmp_path, monkeypatch, capsys):
     text = (source / "docs/derivatives.md").read_text(encoding="utf-8")
     blocks = [(text[: m.start()].count("\n") + 2, m[1]) for m in re.finditer(r"```python\n(.*?)```", text, re.S)]

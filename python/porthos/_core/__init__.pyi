@@ -1742,6 +1742,10 @@ def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: A
     """What Scene.gradient() calls."""
     ...
 
+def sensitivity_of_scene(scene: SceneData, of: list[str], uncertainty: Optional[float]) -> dict:
+    """What Scene.sensitivity() calls."""
+    ...
+
 def gradient_in_rates(model: MechanicalModel, q: Any, v: Any, start: Any) -> tuple:
     """From Gradient.start of a MechanicalModel that started at coordinates q (nq,) and joint rates v (nv,): (dJ/dq, dJ/dv,
     parameters). The momenta at given rates depend on the inertias, so a parameter's whole derivative is that of

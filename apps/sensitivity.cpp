@@ -1,0 +1,31 @@
+#include "apps/sensitivity.h"
+
+#include <fmt/format.h>
+
+#include "apps/command_tools.h"
+#include "apps/output.h"
+#include "scene/files/files.h"
+#include "scene/sensitivity/sensitivity.h"
+
+namespace porthos::apps {
+
+int sensitivity_command(const Arguments& a) {
+  const scene::Scene s = read(a);
+  scene::SensitivityRequest request;
+  request.of = a.of;
+  request.uncertainty =
+      number_of("uncertainty", a.uncertainty, "a number, relative to each parameter");
+  request.stop = &stop_on_signals();
+  const scene::EndSensitivity r = scene::end_sensitivity(s, request);
+  if (!r.failure.empty()) {
+    log(r.failure);
+    return request.stop->load() ? exit_interrupted : exit_numerical;
+  }
+  const std::string out = a.out.value_or(default_out(a) + "-sensitivity");
+  scene::write_sensitivity(out, s, r);
+  print(a.json ? scene::read_file(out + "/sensitivity.json") : scene::sensitivity_text(r));
+  log(fmt::format("{}/: sensitivity.json, sensitivity.csv, sensitivity.txt, sensitivity.svg", out));
+  return exit_ok;
+}
+
+}  // namespace porthos::apps

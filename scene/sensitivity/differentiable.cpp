@@ -1,0 +1,34 @@
+#include "scene/sensitivity/differentiable.h"
+
+#include <fmt/format.h>
+
+#include "integrators/derivatives/step_variation.h"
+#include "scene/assemble/contacts.h"
+
+namespace porthos::scene {
+
+Steps differentiable_steps(const Scene& s, const Assembly& a) {
+  const auto refuse = [&](const std::string& what) {
+    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what);
+  };
+  if (!s.events.empty()) refuse("no [[event]]");
+  if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");
+  if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
+  if (has_rigid(*a.model)) refuse("no rigid contact and no rigid joint stop: they jump");
+  if (switches(s))
+    refuse(
+        "no contact and no joint stop whose force has a kink, expected a law that is smooth where "
+        "it begins to touch");
+  using integrators::OnViolation;
+  if (s.monitor && (s.monitor->project || s.monitor->action == OnViolation::repeat))
+    refuse("no [monitor] that repeats or projects steps");
+  if (s.step_control != integrators::StepControl::fixed)
+    refuse(fmt::format("steps of one size, and the scene has step_control = \"{}\"",
+                       integrators::to_string(s.step_control)));
+  const Steps steps = steps_of(s);
+  if (steps.last > 0) refuse("whole steps, and the duration is no whole number of them");
+  (void)integrators::gauss_stages(s.method);
+  return steps;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,14 @@
+#pragma once
+#include "scene/assemble/assembly.h"
+#include "scene/assemble/steps.h"
+
+namespace porthos::scene {
+
+/// The steps of a scene whose run is one smooth map of its start and its parameters: what
+/// integrators::gradient_of_run() differentiates is then what porthos run computes.
+/// @throws InvalidArgument naming the table or key whose effect it would miss: events, an orbit,
+///   stops, a repeating or projecting monitor, a step control, a shorter last step, contacts and
+///   joint stops that switch
+Steps differentiable_steps(const Scene& scene, const Assembly& assembly);
+
+}  // namespace porthos::scene

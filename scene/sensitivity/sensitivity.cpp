@@ -1,0 +1,123 @@
+#include "scene/sensitivity/sensitivity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "integrators/derivatives/run_gradient.h"
+#include "phs/system/linearised.h"
+#include "scene/sensitivity/differentiable.h"
+#include "scene/sensitivity/end_quantities.h"
+
+namespace porthos::scene {
+namespace {
+
+using integrators::Objective;
+
+void check_request(const Scene& scene, const SensitivityRequest& request) {
+  if (request.uncertainty && !(*request.uncertainty > 0 && std::isfinite(*request.uncertainty)))
+    throw InvalidArgument(fmt::format(
+        "uncertainty is {}, expected a positive number, relative to each parameter: 0.01 for 1 %",
+        *request.uncertainty));
+  if (!scene.actuators.empty())
+    throw InvalidArgument(in_file(scene.path) +
+                          "sensitivity takes no [[actuator]]: where its motor starts follows from "
+                          "the joints, by rules without slopes");
+}
+
+/// The ends of all quantities, evaluated once.
+class Ends {
+ public:
+  Ends(const EndQuantities& quantities, const phs::Description& d,
+       const std::vector<std::string>& names, const std::vector<std::string>& parameters)
+      : quantities_(quantities), d_(d), names_(names), parameters_(parameters) {}
+
+  Objective of(size_t i) {
+    return {.end =
+                [this, i](double t, std::span<const double> x, std::span<double> gradient) {
+                  if (found_.empty()) find(t, x);
+                  std::ranges::copy(found_[i].by_state, gradient.begin());
+                  return found_[i].value;
+                },
+            .sampled = {},
+            .running = {}};
+  }
+  const EndQuantity& found(size_t i) const { return found_[i]; }
+
+ private:
+  void find(double t, std::span<const double> x) {
+    phs::State s(d_, {x.begin(), x.end()});
+    phs::wrap_angles(d_, s);
+    found_ = quantities_.at(t, s, names_, parameters_);
+  }
+  const EndQuantities& quantities_;
+  const phs::Description& d_;
+  const std::vector<std::string>&names_, &parameters_;
+  std::vector<EndQuantity> found_;
+};
+
+}  // namespace
+
+EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& request) {
+  check_request(given, request);
+  Scene scene = given;
+  scene.centre_stays = true;
+  const Assembly a = assemble(scene);
+  const Steps steps = differentiable_steps(scene, a);
+  const EndQuantities quantities(scene, a);
+  for (const auto& name : request.of) quantities.require(name);
+  const auto& names = request.of.empty() ? quantities.usual() : request.of;
+  const auto parameters = phs::linearise<double>(*a.model)->parameters();
+  const Inputs inputs(a, parameters);
+
+  Ends ends(quantities, a.model->description(), names, parameters);
+  std::vector<Objective> objectives;
+  for (size_t i = 0; i < names.size(); ++i) objectives.push_back(ends.of(i));
+  const auto gradients =
+      integrators::gradients_of_run(scene.method, *a.model, a.initial, steps.size, steps.total,
+                                    objectives, {.memory = request.memory, .stop = request.stop});
+
+  EndSensitivity r;
+  r.title = scene.title;
+  r.method = scene.method;
+  r.step = steps.size;
+  r.duration = steps.duration;
+  r.inputs = inputs.list();
+  r.uncertainty = request.uncertainty;
+  if (request.of.empty()) r.notes = quantities.left_out();
+  if (parameters.empty())
+    r.notes.push_back(
+        "the model has no slopes by its parameters, see docs/derivatives.md: those of the start "
+        "are shown");
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto& g = gradients[i];
+    r.failure = g.remark;
+    if (g.outcome != integrators::Outcome::ok) return r;
+    const EndQuantity& at_end = ends.found(i);
+    auto theta = g.parameters;
+    for (size_t k = 0; k < theta.size(); ++k) theta[k] += at_end.by_parameters[k];
+    r.of.push_back({at_end.name, at_end.unit, at_end.value, inputs.slopes(g.start, theta), g.growth,
+                    at_end.error});
+  }
+  return r;
+}
+
+double EndSensitivity::deviation(const EndSlopes& q) const {
+  double sum = 0;
+  for (size_t i = 0; i < inputs.size(); ++i)
+    if (!inputs[i].start) sum += by_whole(q, i) * by_whole(q, i);
+  return uncertainty.value_or(NAN) * std::sqrt(sum);
+}
+
+std::vector<size_t> EndSensitivity::sorted(const EndSlopes& q, bool start) const {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < inputs.size(); ++i)
+    if (inputs[i].start == start && q.slopes[i] != 0) order.push_back(i);
+  std::ranges::stable_sort(order, std::greater<>(), [&](size_t i) {
+    return std::fabs(start ? q.slopes[i] : by_whole(q, i));
+  });
+  return order;
+}
+
+}  // namespace porthos::scene

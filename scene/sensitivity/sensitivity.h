@@ -1,0 +1,65 @@
+#pragma once
+#include <atomic>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/sensitivity/inputs.h"
+
+namespace porthos::scene {
+
+/// What to ask about the end of a scene's run.
+struct SensitivityRequest {
+  std::vector<std::string> of = {};         ///< names as in EndQuantities; empty: the usual ones
+  std::optional<double> uncertainty = {};   ///< relative standard deviation of every parameter
+  size_t memory = size_t(256) << 20;        ///< as integrators::GradientOptions
+  const std::atomic<bool>* stop = nullptr;  ///< true: give up
+};
+
+/// A quantity at the end, and how it depends on each input.
+struct EndSlopes {
+  std::string name, unit;
+  double value = 0;
+  std::vector<double> slopes;  ///< ∂value/∂input, as EndSensitivity::inputs
+  double growth = 0;           ///< integrators::RunGradient::growth
+  double error = 0;            ///< of the slopes at the end, relative: EndQuantity::error
+};
+
+/// How the end of a run depends on its parameters and its start.
+struct EndSensitivity {
+  std::string title, method;
+  double step = 0, duration = 0;  ///< [s]
+  std::vector<Input> inputs;
+  std::vector<EndSlopes> of;
+  std::optional<double> uncertainty;
+  std::vector<std::string> notes;
+  std::string failure;  ///< of a step or its adjoint: where and why; then `of` is empty
+
+  /// The change of a quantity by the whole of an input, slope × value: the slope by its logarithm.
+  /// NaN of turns.
+  double by_whole(const EndSlopes& q, size_t input) const {
+    return q.slopes[input] * inputs[input].value + 0.0;  // no negative zeros
+  }
+  /// The standard deviation of a quantity by that of all parameters, independent of each other.
+  double deviation(const EndSlopes& q) const;
+  /// Parameters or start values with any slope, largest effect first: of parameters |by_whole|, of
+  /// start values |slope|.
+  std::vector<size_t> sorted(const EndSlopes& q, bool start) const;
+};
+
+/// Slopes of the end of a scene's run, by one run and an adjoint for each quantity
+/// (integrators::gradients_of_run). They do not depend on whether the centre of mass is taken out:
+/// here it stays. Over many Lyapunov times they are exact and useless: EndSlopes::growth.
+/// @throws InvalidArgument as differentiable_steps(), EndQuantities::require(), phs::linearise(),
+///   for [[actuator]]s and for an uncertainty that is no positive number
+EndSensitivity end_sensitivity(const Scene& scene, const SensitivityRequest& request);
+
+/// The table: `most` rows of each kind for each quantity, with the unit in words.
+std::string sensitivity_text(const EndSensitivity& s, size_t most = 6);
+/// sensitivity.json, and sensitivity.csv: a line for each quantity and input.
+std::string sensitivity_json(const Scene& scene, const EndSensitivity& s);
+std::string sensitivity_csv(const EndSensitivity& s);
+/// Writes sensitivity.json, .csv, .txt and .svg. @throws IoError
+void write_sensitivity(const std::string& folder, const Scene& scene, const EndSensitivity& s);
+
+}  // namespace porthos::scene
