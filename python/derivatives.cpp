@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include "integrators/derivatives/run_gradient.h"
+#include "integrators/derivatives/tangent_run.h"
 #include "mechanics/derivatives/linearised_mechanism.h"
 #include "python/arrays.h"
 #include "python/bind.h"
@@ -55,13 +56,19 @@ RunGradient gradient_from(const phs::Model& model, const phs::State& start, doub
   return r;
 }
 
+/// The start of a run from x, with its angles wrapped.
+phs::State state_of(const phs::Model& model, const py::object& x) {
+  const auto& d = model.description();
+  phs::State start(d, numbers("x", x, size_t(d.nx)));
+  phs::wrap_angles(d, start);
+  return start;
+}
+
 RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
                      std::int64_t steps, const std::string& method, const py::object& end,
                      const py::object& sampled, const py::object& running, size_t memory) {
-  const auto& d = model->description();
-  phs::State start(d, numbers("x", x, size_t(d.nx)));
-  phs::wrap_angles(d, start);
-  return gradient_from(*model, start, step, steps, method, end, sampled, running, memory);
+  return gradient_from(*model, state_of(*model, x), step, steps, method, end, sampled, running,
+                       memory);
 }
 
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
@@ -70,6 +77,37 @@ RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
   const scene::Steps steps = scene::differentiable_steps(s, a);
   return gradient_from(*a.model, a.initial, steps.size, steps.total, s.method, end, sampled,
                        running, memory);
+}
+
+void require_end(integrators::Outcome outcome, const std::string& remark) {
+  if (outcome != integrators::Outcome::ok) throw std::runtime_error(remark);
+}
+
+py::tuple monodromy(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
+                    std::int64_t steps, const std::string& method) {
+  const phs::State start = state_of(*model, x);
+  integrators::Monodromy r;
+  interruptibly([&](const std::atomic<bool>& stop) {
+    r = integrators::monodromy(method, *model, start, step, steps, &stop);
+  });
+  require_end(r.outcome, r.remark);
+  const auto n = py::ssize_t(model->description().nx);
+  return py::make_tuple(as_array(std::move(r.matrix), {n, n}), r.end);
+}
+
+integrators::LyapunovSpectrum lyapunov_spectrum(std::shared_ptr<const phs::Model> model,
+                                                const py::object& x, double step,
+                                                std::int64_t steps, const std::string& method,
+                                                int count, std::int64_t settle, int every) {
+  const phs::State start = state_of(*model, x);
+  integrators::LyapunovSpectrum r;
+  interruptibly([&](const std::atomic<bool>& stop) {
+    r = integrators::lyapunov_spectrum(
+        method, *model, start, step, steps,
+        {.count = count, .settle = settle, .every = every, .stop = &stop});
+  });
+  require_end(r.outcome, r.remark);
+  return r;
 }
 
 /// (inputs, quantities, notes) of scene::end_sensitivity(), as lists of columns.
@@ -153,6 +191,37 @@ RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
         "What Scene.gradient() calls.");
+  m.def(
+      "monodromy", &monodromy, py::arg("model"), py::arg("x"), py::arg("step"), py::arg("steps"),
+      py::kw_only(), py::arg("method") = "gauss16",
+      R"(The derivative of the end of a run by its start, (nx, nx), and the last state. Over one period of a periodic orbit it is
+the monodromy matrix: its eigenvalues are the multipliers, 1 twice in a Hamiltonian system. Cost: nx tangents.
+
+Raises InvalidArgument as gradient(), and RuntimeError where a step or its tangent does not converge.)");
+  using integrators::LyapunovSpectrum;
+  py::class_<LyapunovSpectrum>(m, "LyapunovSpectrum",
+                               "Lyapunov exponents along a run, from lyapunov_spectrum().")
+      .def_property_readonly(
+          "exponents", [](const LyapunovSpectrum& s) { return as_array(s.exponents); },
+          "[1/s], (count,); largest first where they have settled.")
+      .def_property_readonly(
+          "of_second_half", [](const LyapunovSpectrum& s) { return as_array(s.of_second_half); },
+          "The same over the second half: how far the two differ tells how far they have settled.")
+      .def_readonly("time", &LyapunovSpectrum::time, "That they are means over [s].")
+      .def_readonly("end", &LyapunovSpectrum::end, "The last state.");
+  m.def(
+      "lyapunov_spectrum", &lyapunov_spectrum, py::arg("model"), py::arg("x"), py::arg("step"),
+      py::arg("steps"), py::kw_only(), py::arg("method") = "gauss16", py::arg("count") = 0,
+      py::arg("settle") = 0, py::arg("every") = 1,
+      R"(The Lyapunov exponents [1/s] along a run of `steps` steps [s] from x (nx,): tangents carried by the derivative of the steps
+and made orthonormal by QR (Benettin et al. 1980). They converge like 1/t. All nx of a Hamiltonian system come in pairs and
+add up to zero to rounding, those of a damped one to the mean trace of its field's derivative. Each quaternion with its
+momenta has two that are zero.
+
+count: of the largest; 0: all. settle: steps before the first that counts. every: steps between orthonormalisations.
+
+Raises InvalidArgument as gradient() and for options out of range, and RuntimeError where a step or its tangent does not
+converge.)");
   m.def("sensitivity_of_scene", &sensitivity_of_scene, py::arg("scene"), py::arg("of"),
         py::arg("uncertainty"), "What Scene.sensitivity() calls.");
   m.def(

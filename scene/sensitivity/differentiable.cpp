@@ -16,9 +16,7 @@ Steps differentiable_steps(const Scene& s, const Assembly& a) {
   if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
   if (has_rigid(*a.model)) refuse("no rigid contact and no rigid joint stop: they jump");
   if (switches(s))
-    refuse(
-        "no contact and no joint stop whose force has a kink, expected a law that is smooth where "
-        "it begins to touch");
+    refuse("no contact and no joint stop that begins with a kink, expected law = \"smooth\"");
   using integrators::OnViolation;
   if (s.monitor && (s.monitor->project || s.monitor->action == OnViolation::repeat))
     refuse("no [monitor] that repeats or projects steps");

@@ -86,6 +86,23 @@ def test_a_scene_has_the_gradient_of_its_model(source):
     refused(lambda: ph.Scene(folder / "four_bar/scene.toml").gradient(end=cost), "for Gauss collocation")
 
 
+def test_tangents_along_a_run():
+    model = pendulum()
+    x = model.state([1.0], [0.0])
+    M, end = ph.monodromy(model, x, 0.1, 50)
+    for i in range(2):
+        g = ph.gradient(model, x, 0.1, 50, end=lambda t, x, i=i: (x[i], np.eye(2)[i]))
+        assert np.allclose(M[i], g.start, rtol=0, atol=1e-12 * np.abs(M).max())
+    assert np.allclose(end.x, g.end.x)
+    s = ph.lyapunov_spectrum(model, x, 0.1, 200, settle=10, every=2)
+    assert s.exponents.shape == s.of_second_half.shape == (2,) and s.time == pytest.approx(20)
+    assert np.log(np.linalg.det(M)) / 5 == pytest.approx(s.exponents.sum(), abs=1e-12)  # the damping, one body
+    assert len(ph.lyapunov_spectrum(model, x, 0.1, 20, count=1).exponents) == 1
+    refused(lambda: ph.lyapunov_spectrum(model, x, 0.1, 20, count=3), "count is 3, expected 1 to 2")
+    refused(lambda: ph.monodromy(model, x, 0.1, 3, method="rk4"), "not for 'rk4'")
+    refused(lambda: ph.monodromy(model, np.zeros(3), 0.1, 3), "x has 3 numbers, expected 2")
+
+
 def test_a_scene_tells_what_its_end_depends_on(source):
     scene = ph.Scene(source / "examples/ets_vii/scene.toml", duration=10)
     s = scene.sensitivity(["base.position.x", "joint_1.velocity"], uncertainty=0.01)

@@ -13,6 +13,7 @@
 #include "scene/assemble/outputs.h"
 #include "scene/sensitivity/end_quantities.h"
 #include "scene/sensitivity/ridders.h"
+#include "tests/places.h"
 #include "tests/scene/scene_files.h"
 
 namespace porthos::scene::sensitivity_test {
@@ -447,6 +448,12 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   EXPECT_EQ(refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
                          "upper = 2\nlaw = \"rigid\"\nrestitution = 0.5\n")),
             "scene.toml: a gradient takes no rigid contact and no rigid joint stop: they jump");
+  EXPECT_EQ(refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
+                         "upper = 2\nlaw = \"power\"\nstiffness = 100\nexponent = 2\nloss = 0\n")),
+            "scene.toml: a gradient takes no contact and no joint stop that begins with a kink, "
+            "expected law = \"smooth\"");
+  EXPECT_EQ(refused(with("[monitor]\nlimit = 1e-9\nstep_limit = 1e-9\naction = \"repeat\"\n")),
+            "scene.toml: a gradient takes no [monitor] that repeats or projects steps");
   const Scene momentum = with("[[output]]\nname = \"push\"\nquantity = \"momentum\"\n");
   EXPECT_EQ(refused(momentum, {.of = {"push.x"}}).substr(0, 14), "scene.toml:39:");
   const auto r = end_sensitivity(momentum, {});
@@ -454,6 +461,34 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   EXPECT_EQ(r.notes[0],
             "output 'push' has no slopes: it depends on the parameters by more than places and "
             "rates");
+}
+
+/// What the examples have that has no slopes.
+TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
+  for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
+                                       {"capture", "no [[event]]"},
+                                       {"newton_cradle", "no rigid contact"},
+                                       {"vsa_throw", "no [[actuator]]"},
+                                       {"slew", "no sampled controllers"},
+                                       {"four_bar", "for Gauss collocation"}}) {
+    const Scene s =
+        read_scene(fmt::format("{}/examples/{}/scene.toml", PORTHOS_SOURCE_DIR, example));
+    try {
+      (void)end_sensitivity(s, {});
+      ADD_FAILURE() << example;
+    } catch (const InvalidArgument& e) {
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos)
+          << example << ": " << e.what();
+    }
+  }
+  Scene loops = read_scene(std::string(PORTHOS_SOURCE_DIR) + "/examples/four_bar/scene.toml");
+  loops.method = "gauss8";
+  try {
+    (void)end_sensitivity(loops, {});
+    ADD_FAILURE() << "loops";
+  } catch (const InvalidArgument& e) {
+    EXPECT_NE(std::string(e.what()).find("constraint"), std::string::npos) << e.what();
+  }
 }
 
 }  // namespace

@@ -1348,6 +1348,25 @@ class Gradient:
         """By the method, those repeated from checkpoints included."""
         ...
 
+class LyapunovSpectrum:
+    """Lyapunov exponents along a run, from lyapunov_spectrum()."""
+    @property
+    def exponents(self) -> NDArray[numpy.float64]:
+        """[1/s], (count,); largest first where they have settled."""
+        ...
+    @property
+    def of_second_half(self) -> NDArray[numpy.float64]:
+        """The same over the second half: how far the two differ tells how far they have settled."""
+        ...
+    @property
+    def time(self) -> float:
+        """That they are means over [s]."""
+        ...
+    @property
+    def end(self) -> State:
+        """The last state."""
+        ...
+
 class Environment:
     """Environments for learning and planning: reset, act, observe, over a batch.
 
@@ -1740,6 +1759,27 @@ def gradient(model: Model, x: Any, step: float, steps: int, *, method: str = 'ga
 
 def gradient_of_scene(scene: SceneData, assembly: Assembly, end: Any, sampled: Any, running: Any, memory: int) -> Gradient:
     """What Scene.gradient() calls."""
+    ...
+
+def monodromy(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16') -> tuple:
+    """The derivative of the end of a run by its start, (nx, nx), and the last state. Over one period of a periodic orbit it is
+    the monodromy matrix: its eigenvalues are the multipliers, 1 twice in a Hamiltonian system. Cost: nx tangents.
+
+    Raises InvalidArgument as gradient(), and RuntimeError where a step or its tangent does not converge.
+    """
+    ...
+
+def lyapunov_spectrum(model: Model, x: Any, step: float, steps: int, *, method: str = 'gauss16', count: int = 0, settle: int = 0, every: int = 1) -> LyapunovSpectrum:
+    """The Lyapunov exponents [1/s] along a run of `steps` steps [s] from x (nx,): tangents carried by the derivative of the steps
+    and made orthonormal by QR (Benettin et al. 1980). They converge like 1/t. All nx of a Hamiltonian system come in pairs and
+    add up to zero to rounding, those of a damped one to the mean trace of its field's derivative. Each quaternion with its
+    momenta has two that are zero.
+
+    count: of the largest; 0: all. settle: steps before the first that counts. every: steps between orthonormalisations.
+
+    Raises InvalidArgument as gradient() and for options out of range, and RuntimeError where a step or its tangent does not
+    converge.
+    """
     ...
 
 def sensitivity_of_scene(scene: SceneData, of: list[str], uncertainty: Optional[float]) -> dict:
