@@ -204,10 +204,13 @@ class Backwards {
     remark_ = why;
     return false;
   }
+  /// Its length, also where the squares leave the range of numbers.
   static double size_of(const std::vector<double>& v) {
-    double sum = 0;
-    for (const double a : v) sum += a * a;
-    return std::sqrt(sum);
+    double largest = 0, sum = 0;
+    for (const double a : v) largest = std::max(largest, std::fabs(a));
+    if (largest == 0) return 0;
+    for (const double a : v) sum += (a / largest) * (a / largest);
+    return largest * std::sqrt(sum);
   }
 
   struct TurnsFrom {

@@ -355,6 +355,19 @@ TEST(RunGradient, SeveralCostsHaveTheBitsOfEachAlone) {
   EXPECT_NE(together[0].start, together[1].start);
 }
 
+TEST(RunGradient, GrowthIsToldWhereSquaresOverflow) {
+  const Problem p = test::double_pendulum();
+  const auto growth = [&](double scale) {
+    Objective o;
+    o.end = [=](double, std::span<const double> x, std::span<double> g) {
+      g[0] = scale;
+      return scale * x[0];
+    };
+    return gradient_of_run("gauss8", *p.model, p.start, p.h, 30, o).growth;
+  };
+  EXPECT_NEAR(growth(1e200), growth(1), 1e-12);
+}
+
 TEST(RunGradient, RefusesWhatItDoesNotCover) {
   const Problem p = test::double_pendulum();
   const auto refused = [&](const std::string& method, const phs::Model& model,
