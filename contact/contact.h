@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact/dry_friction.h"
 #include "contact/geometry/pairs.h"
 #include "contact/law.h"
 #include "integrators/control/switching.h"
@@ -46,14 +47,18 @@ struct Stop {
 ///
 /// A rigid contact or stop adds nothing to the field: with_rigid_contacts() makes a run jump
 /// where it touches. Its loss is "<name>.impact"; "<name>.impacts" counts (an observed power).
+/// A dry joint slides in the field, by the sign of its rate: with_dry_friction() makes a run in
+/// which it also sticks. Its loss is "<name>"; "<name>.slips" counts.
 class ContactModel : public phs::ModelFor<ContactModel> {
  public:
   /// inner: the mechanism with its parts; its state is the mechanism's.
   /// @throws InvalidArgument naming the contact: an unknown link or joint, a pair of shapes without
-  ///   a closed form, sizes or numbers of a law out of range. Surfaces on one body do not touch.
+  ///   a closed form, sizes or numbers of a law out of range; a dry joint beside anything rigid, or
+  ///   twice. Surfaces on one body do not touch.
   ContactModel(std::shared_ptr<const phs::Model> inner,
                std::shared_ptr<const mechanics::MechanicalModel> mechanical,
-               std::vector<Contact> contacts, std::vector<Stop> stops = {});
+               std::vector<Contact> contacts, std::vector<Stop> stops = {},
+               std::vector<DryFriction> dry = {});
 
   const phs::Description& description() const override { return description_; }
   std::vector<phs::HoldPtr> holds() const override { return inner_->holds(); }
@@ -79,10 +84,12 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     Shape a, b;            ///< with the frames in the nodes' frames (in the world for -1)
     size_t first, points;  ///< of all points that may touch
   };
-  /// A stop as placed in the mechanism.
-  struct PlacedStop {
+  /// A joint with one freedom as placed in the mechanism.
+  struct PlacedJoint {
     size_t q, v;
     int turn;  ///< its angle block, -1: none
+  };
+  struct PlacedStop : PlacedJoint {
     double lower, upper;
   };
   struct Placed {
@@ -100,6 +107,9 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// Their pairs and stops; a pair's `contact` is an index of rigid(); the stops are its last
   /// elements.
   const Placed& placed_rigid() const { return placed_rigid_; }
+  const std::vector<DryFriction>& dry() const { return dry_; }
+  /// Of each of dry().
+  const std::vector<PlacedJoint>& placed_dry() const { return placed_dry_; }
 
  private:
   std::shared_ptr<const phs::Model> inner_;
@@ -107,7 +117,9 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   std::vector<Contact> contacts_;
   std::vector<Stop> stops_;
   std::vector<Rigid> rigid_;
+  std::vector<DryFriction> dry_;
   Placed placed_, placed_rigid_;
+  std::vector<PlacedJoint> placed_dry_;
   phs::Description description_;
 };
 

@@ -56,6 +56,15 @@ void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Pla
     }
 }
 
+ContactModel::PlacedJoint place(const Mechanism& m, const std::string& joint) {
+  const mechanics::JointCoordinates& c = m.coordinate(joint);
+  if (c.nq != 1 || c.nv != 1)
+    throw InvalidArgument(
+        fmt::format("joint '{}' has several freedoms, expected a joint of one", joint));
+  const bool turns = c.kind == phs::BlockKind::angle;
+  return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1};
+}
+
 ContactModel::PlacedStop place(const Mechanism& m, const Stop& s) {
   check(s.law);
   if (s.law.friction > 0) throw InvalidArgument("it has friction, expected none");
@@ -64,17 +73,13 @@ ContactModel::PlacedStop place(const Mechanism& m, const Stop& s) {
         "the lower limit is {:g}, expected less than the upper one, {:g}", s.lower, s.upper));
   if (!std::isfinite(s.lower) && !std::isfinite(s.upper))
     throw InvalidArgument("it has no limit, expected a lower or an upper one");
-  const mechanics::JointCoordinates& c = m.coordinate(s.joint);
-  if (c.nq != 1 || c.nv != 1)
-    throw InvalidArgument(
-        fmt::format("joint '{}' has several freedoms, expected a joint of one", s.joint));
-  const bool turns = c.kind == phs::BlockKind::angle;
-  return {size_t(c.q), size_t(c.v), turns ? m.nodes()[size_t(c.node)].turn : -1, s.lower, s.upper};
+  return {place(m, s.joint), s.lower, s.upper};
 }
 
 phs::Description describe(const phs::Description& inner, const std::vector<Contact>& contacts,
                           const std::vector<Stop>& stops,
-                          const std::vector<ContactModel::Rigid>& rigid, bool on_the_world) {
+                          const std::vector<ContactModel::Rigid>& rigid,
+                          const std::vector<DryFriction>& dry, bool on_the_world) {
   phs::Description d = inner;
   d.flows.clear();
   d.traits.separable = false;
@@ -95,6 +100,10 @@ phs::Description describe(const phs::Description& inner, const std::vector<Conta
   for (const auto& r : rigid) {
     lose(r.name + ".impact", true);
     d.powers.push_back({r.name + ".impacts", phs::PowerKind::observed});
+  }
+  for (const DryFriction& f : dry) {
+    lose(f.name, true);
+    d.powers.push_back({f.name + ".slips", phs::PowerKind::observed});
   }
   d.invariants.clear();
   int at = 0;
@@ -141,8 +150,9 @@ class Depths final : public integrators::Switches {
 
 ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
                            std::shared_ptr<const mechanics::MechanicalModel> mechanical,
-                           std::vector<Contact> contacts, std::vector<Stop> stops)
-    : inner_(std::move(inner)), mechanical_(std::move(mechanical)) {
+                           std::vector<Contact> contacts, std::vector<Stop> stops,
+                           std::vector<DryFriction> dry)
+    : inner_(std::move(inner)), mechanical_(std::move(mechanical)), dry_(std::move(dry)) {
   const Mechanism& m = mechanism();
   const auto is_rigid = [&](const std::string& name, const Law& law) {
     if (law.rigid()) rigid_.push_back({name, law.restitution, law.simultaneous});
@@ -160,11 +170,24 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
       (rigid ? placed_rigid_ : placed_).stops.push_back(place(m, s));
       if (!rigid) stops_.push_back(std::move(s));
     });
+  for (const DryFriction& f : dry_)
+    in("dry friction", f.name, [&] {
+      check(f);
+      placed_dry_.push_back(place(m, f.joint));
+      if (!rigid_.empty())
+        throw InvalidArgument("'" + rigid_.front().name +
+                              "' is rigid, expected soft contacts and stops beside dry friction");
+      if (std::any_of(dry_.begin(), dry_.end(), [&](const DryFriction& other) {
+            return &other < &f && other.joint == f.joint;
+          }))
+        throw InvalidArgument(
+            fmt::format("joint '{}' has dry friction already, expected it once", f.joint));
+    });
   const auto on_world = [](const Placed& placed) {
     return std::any_of(placed.pairs.begin(), placed.pairs.end(),
                        [](const Pair& p) { return p.node_a < 0 || p.node_b < 0; });
   };
-  description_ = describe(inner_->description(), contacts_, stops_, rigid_,
+  description_ = describe(inner_->description(), contacts_, stops_, rigid_, dry_,
                           on_world(placed_) || on_world(placed_rigid_));
 }
 

@@ -63,6 +63,7 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
   void field(T t, In x, In u, Out dx) override {
     this->inner().field(t, x, u, dx);
+    rub(dx, dx, T(-1.0));
     if (!soft_) return;
     gaps_.place(x.first(nq_));
     if (!touching()) return;
@@ -78,19 +79,30 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
   void rate(T t, In x, In e, Out dx) override {
     this->inner().rate(t, x, e, dx);
+    rub(e.subspan(nq_), dx, T(-1.0));
     if (lose(x, e, e, T(1.0))) add_to(x, dx);
   }
   void efforts(T t, In x, In dx, Out e) override {
+    std::copy(dx.begin(), dx.end(), own_.begin());
+    rub(dx, own_, T(1.0));
     std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
-    if (!lose(x, e_, e_, T(1.0))) return this->inner().efforts(t, x, dx, e);
-    collect(x);
-    for (size_t i = 0; i < 2 * nq_; ++i) own_[i] = dx[i] - Gu_[i];
+    if (lose(x, e_, e_, T(1.0))) {
+      collect(x);
+      for (size_t i = 0; i < 2 * nq_; ++i) own_[i] = own_[i] - Gu_[i];
+    }
     this->inner().efforts(t, x, own_, e);
   }
   void apply_dissipation(In x, In e, Out Re) override {
     this->inner().apply_dissipation(x, e, Re);
-    if (!lossy_) return;
+    if (!lossy_ && model_.dry().empty()) return;
     gradient(x, own_);  // a nonlinear law enters R(x) as its secant at the rates of x
+    for (size_t k = 0; k < model_.dry().size(); ++k) {
+      const size_t i = nq_ + model_.placed_dry()[k].q;
+      const T v = own_[i], secant = friction_at(model_.dry()[k], v) / v;
+      using phs::abs, phs::select;
+      Re[i] = Re[i] + select(abs(v) > T(0.0), secant, T(0.0)) * e[i];
+    }
+    if (!lossy_) return;
     if (lose(x, own_, e, T(-1.0))) add_to(x, Re);
   }
 
@@ -105,6 +117,7 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
   void powers(T t, In x, In e, Out values) override {
     Base::powers(t, x, e, values);
+    rub(e, values);
     if (!lossy_) return;
     gaps_.place(x.first(nq_));
     if (!touching()) return;
@@ -195,6 +208,24 @@ class ContactSystem final : public phs::Forwarding<T> {
   void add_to(In x, Out dx) {
     collect(x);
     for (size_t i = nq_; i < 2 * nq_; ++i) dx[i] = dx[i] + Gu_[i];
+  }
+
+  // --- dry friction: the rates of joints with one freedom are q' = ∂H/∂p -------------------------
+  /// Adds to p' its force, times `sign`. @param rates  begins with q'
+  void rub(In rates, Out dx, const T& sign) {
+    for (size_t k = 0; k < model_.dry().size(); ++k) {
+      const size_t q = model_.placed_dry()[k].q;
+      dx[nq_ + q] = dx[nq_ + q] + sign * friction_at(model_.dry()[k], rates[q]);
+    }
+  }
+  /// Its powers, the last rows of the model.
+  void rub(In e, Out values) {
+    const auto& dry = model_.dry();
+    const size_t first = model_.description().powers.size() - 2 * dry.size();
+    for (size_t k = 0; k < dry.size(); ++k) {
+      const T& v = e[nq_ + model_.placed_dry()[k].q];
+      values[first + 2 * k] = v * friction_at(dry[k], v);
+    }
   }
 
   // --- losses ------------------------------------------------------------------------------------

@@ -28,7 +28,10 @@ class RestingModel final : public phs::ModelFor<RestingModel> {
   const phs::Model& whole() const { return whole_; }
   const ContactModel& contacts() const { return contacts_; }
   /// For every gap of the rigid contacts, whether it is closed in this run.
-  std::vector<char>& closed() const { return *closed_; }
+  std::vector<char>& held() const { return *closed_; }
+  bool holds_any() const;
+  template <class T>
+  void push(std::span<T>) const {}  // contacts that are open do nothing
 
  private:
   const phs::Model& whole_;

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "contact/detail/held_system.h"
 #include "contact/detail/resting_forces.h"
-#include "integrators/core/run_model.h"
 
 namespace porthos::contact {
 namespace {
@@ -72,7 +72,7 @@ class RigidSwitches final : public integrators::Switches {
     turn(turns);
     at_.place(x.first(nq_));
     for (size_t k = 0; k < at_.count(); ++k) value[soft + k] = -at_.gap(k);
-    if (!any_closed()) return;
+    if (!model_->holds_any()) return;
     free_->field(t, x, {}, dx_);
     forces_.hold(x, dx_, closed());
     for (size_t k = 0; k < at_.count(); ++k)
@@ -86,7 +86,7 @@ class RigidSwitches final : public integrators::Switches {
     for (size_t k = 0; k < at_.count(); ++k)
       rate[soft_->count() + k] = closed()[k] ? 0 : -at_.rate(k);
   }
-  void begin_step() override {
+  void begin_step(double, State&) override {
     std::fill(last_.begin(), last_.end(), -HUGE_VAL);
     jumped_.clear();
   }
@@ -137,7 +137,7 @@ class RigidSwitches final : public integrators::Switches {
 
   /// Takes the gaps of closed contacts and their rates back to 0, along M⁻¹Gᵀ.
   void settle(State& s) override {
-    if (!any_closed()) return;
+    if (!model_->holds_any()) return;
     place(s);
     auto& rows = exact_.rows;
     rows.clear();
@@ -167,11 +167,7 @@ class RigidSwitches final : public integrators::Switches {
   }
 
  private:
-  std::vector<char>& closed() { return model_->closed(); }
-  const std::vector<char>& closed() const { return model_->closed(); }
-  bool any_closed() const {
-    return std::find(closed().begin(), closed().end(), 1) != closed().end();
-  }
+  std::vector<char>& closed() { return model_->held(); }
   std::span<const Quad> q() const { return std::span(quad_).first(nq_); }
   std::span<const Quad> p() const { return std::span(quad_).subspan(nq_); }
 
@@ -271,15 +267,7 @@ class RigidSwitches final : public integrators::Switches {
 std::unique_ptr<integrators::Integrator> with_rigid_contacts(
     const phs::Model& whole, const ContactModel& contacts, double h,
     const std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>& make) {
-  auto model = std::make_shared<RestingModel>(whole, contacts);
-  // A part of a run that has sampled controllers keeps what they hold there.
-  const auto* const run = dynamic_cast<const integrators::RunModel*>(&whole);
-  std::shared_ptr<const phs::Model> part;
-  if (run) part = std::make_shared<integrators::RunModel>(*model, *run);
-  auto method = make(part ? *part : *model);
-  auto switches = std::make_unique<RigidSwitches>(model, part, method->kept_model());
-  return integrators::make_switched(std::move(method), part ? *part : *model, h,
-                                    std::move(switches));
+  return held_run<RestingModel, RigidSwitches>(whole, contacts, h, make);
 }
 
 }  // namespace porthos::contact

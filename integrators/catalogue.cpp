@@ -169,15 +169,22 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
 
 namespace {
 
-/// Methods know no jumps of the state. A model with rigid contacts counts its <name>.impacts.
+/// Methods know no jumps. A model with rigid contacts counts its <name>.impacts, one with dry
+/// friction its <name>.slips.
 void refuse_jumps(const phs::Description& d) {
-  constexpr std::string_view counted = ".impacts";
-  for (const auto& p : d.powers)
-    if (p.kind == phs::PowerKind::observed && p.name.ends_with(counted))
-      throw InvalidArgument("'" + d.name + "' jumps at the impacts of '" +
-                            p.name.substr(0, p.name.size() - counted.size()) +
-                            "', which are rigid: expected a run of a scene, or "
-                            "contact::with_rigid_contacts()");
+  const auto refuse = [&](const std::string& row, std::string_view counted, const char* does,
+                          const char* instead) {
+    if (row.ends_with(counted))
+      throw InvalidArgument("'" + d.name + "' " + does + " '" +
+                            row.substr(0, row.size() - counted.size()) + "'" + instead);
+  };
+  for (const auto& p : d.powers) {
+    if (p.kind != phs::PowerKind::observed) continue;
+    refuse(p.name, ".impacts", "jumps at the impacts of",
+           ", which are rigid: expected a run of a scene, or contact::with_rigid_contacts()");
+    refuse(p.name, ".slips", "sticks and slides by the dry friction",
+           ": expected a run of a scene, or contact::with_dry_friction()");
+  }
 }
 
 const Entry& fitting_entry(const std::string& method, const phs::Model& model, double h) {

@@ -84,14 +84,14 @@ class Switched final : public Integrator {
   using Found = SwitchSearch::Found;
   using Point = SwitchSearch::Point;
 
-  void keep(const State& s) { keep(s, s.time(h_)); }
-  void keep(const State& s, double t) {
+  void keep(State& s) { keep(s, s.time(h_)); }
+  void keep(State& s, double t) {
+    search_.switches->begin_step(t, s);
     before_ = start_ = s;
     memory_.clear();
     save_both(memory_);
     before_memory_ = memory_;
     own_memory_.reserve(memory_.size());
-    search_.switches->begin_step();
     search_.begin_part(s, t);
     for (size_t k = 0; k < search_.now.size(); ++k)
       search_.sign[k] = search_.switches->jumps(k) ? -1 : sign_of(search_.now[k]);

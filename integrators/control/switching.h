@@ -25,8 +25,12 @@ class Switches {
     (void)k;
     return false;
   }
-  /// A step begins.
-  virtual void begin_step() {}
+  /// A step begins at time t. Takes off its state what has been added since the last one, by the
+  /// kick of a splitting, to conditions that hold.
+  virtual void begin_step(double t, State& state) {
+    (void)t;
+    (void)state;
+  }
   /// Rates of those that jump [value/s]; rate written, size count()
   virtual void rates(std::span<const double> x, std::span<const double> turns,
                      std::span<double> rate) {

@@ -85,10 +85,10 @@ struct Cost {
 enum class Solver { automatic, fixed_point, newton_articulated, newton_dense, newton_krylov };
 const char* to_string(Solver s);
 
-/// A jump of the state inside a step: an impact.
+/// A jump inside a step: an impact, or a joint that breaks away.
 struct Jump {
   double t;      ///< [s]
-  size_t power;  ///< of the system's powers, the one that has its loss
+  size_t power;  ///< of the system's powers, the one that has its loss, or counts it
   double loss;   ///< [J]
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "contact/rigid.h"
+#include "contact/sticking.h"
 #include "contact/urdf_shapes.h"
 #include "integrators/control/switching.h"
 #include "phs/network/network.h"
@@ -117,12 +118,9 @@ std::shared_ptr<const phs::Model> with_contacts(
     const std::shared_ptr<const mechanics::MechanicalModel>& mechanical, const Scene& scene) {
   std::vector<contact::Contact> contacts;
   std::vector<contact::Stop> stops;
-  const auto model = [&](std::vector<contact::Contact> c, std::vector<contact::Stop> s) {
-    return std::make_shared<const contact::ContactModel>(inner, mechanical, std::move(c),
-                                                         std::move(s));
-  };
+  std::vector<contact::DryFriction> dry;
+  const auto& constraints = mechanical->description().constraints;
   const auto refuse_rigid = [&](const std::string& where, const std::string& what) {
-    const auto& constraints = mechanical->description().constraints;
     if (!constraints.empty())
       throw InvalidArgument(fmt::format(
           "{}{} is rigid and '{}' is a constraint, expected a soft law in a mechanism with any",
@@ -142,16 +140,28 @@ std::shared_ptr<const phs::Model> with_contacts(
     if (e.stop)
       stops.push_back(
           at_place(e.where, "element", e.name, [&] { return stop_of(e, *mechanical); }));
-  if (contacts.empty() && stops.empty()) return inner;
+  for (const Element& e : scene.elements) {
+    if (!e.dry) continue;
+    if (!constraints.empty())
+      throw InvalidArgument(fmt::format(
+          "{}dry friction '{}' sticks and '{}' is a constraint, expected smooth friction in a "
+          "mechanism with any",
+          in_file(e.where), e.name, constraints.front().name));
+    dry.push_back(*e.dry);
+  }
+  if (contacts.empty() && stops.empty() && dry.empty()) return inner;
   try {
-    return model(std::move(contacts), std::move(stops));
+    return std::make_shared<const contact::ContactModel>(inner, mechanical, std::move(contacts),
+                                                         std::move(stops), std::move(dry));
   } catch (const InvalidArgument& why) {
     const std::string text = why.what();
     for (const SceneContact& c : scene.contacts)
       if (text.starts_with("contact '" + c.name + "'"))
         throw InvalidArgument(in_file(c.where) + text);
     for (const Element& e : scene.elements)
-      if (text.starts_with("stop '" + e.name + "'")) throw InvalidArgument(in_file(e.where) + text);
+      if (text.starts_with("stop '" + e.name + "'") ||
+          text.starts_with("dry friction '" + e.name + "'"))
+        throw InvalidArgument(in_file(e.where) + text);
     throw;
   }
 }
@@ -174,12 +184,12 @@ bool switches(const Scene& s) {
   return std::any_of(s.contacts.begin(), s.contacts.end(),
                      [](const SceneContact& c) { return c.law.switches(); }) ||
          std::any_of(s.elements.begin(), s.elements.end(),
-                     [](const Element& e) { return e.stop && e.stop->law.switches(); });
+                     [](const Element& e) { return e.dry || (e.stop && e.stop->law.switches()); });
 }
 
-bool has_rigid(const phs::Model& model) {
+bool jumps(const phs::Model& model) {
   const auto* const contacts = contacts_in(model);
-  return contacts && !contacts->rigid().empty();
+  return contacts && (!contacts->rigid().empty() || !contacts->dry().empty());
 }
 
 namespace {
@@ -189,6 +199,7 @@ std::unique_ptr<integrators::Integrator> with_those(const contact::ContactModel*
                                                     const MakeMethod& make) {
   if (!contacts) return make(model);
   if (!contacts->rigid().empty()) return contact::with_rigid_contacts(model, *contacts, h, make);
+  if (!contacts->dry().empty()) return contact::with_dry_friction(model, *contacts, h, make);
   return integrators::make_switched(make(model), model, h, contacts->depths());
 }
 }  // namespace

@@ -9,11 +9,12 @@
 
 namespace porthos::scene {
 
-/// A mechanism, with its parts in `inner`, with the scene's contacts and joint stops; `inner` if
-/// there are none.
+/// A mechanism, with its parts in `inner`, with the scene's contacts, joint stops and dry friction;
+/// `inner` if there are none.
 /// @throws InvalidArgument naming file and line, as contact::ContactModel, for a link without a
 ///   shape, for a modulus with shapes that are not spheres and planes, for a stop without limits,
-///   in orbit for what touches the world, and for what is rigid in a mechanism with constraints
+///   in orbit for what touches the world, and for what is rigid or dry in a mechanism with
+///   constraints
 std::shared_ptr<const phs::Model> with_contacts(
     std::shared_ptr<const phs::Model> inner,
     const std::shared_ptr<const mechanics::MechanicalModel>& mechanical, const Scene& scene);
@@ -22,18 +23,19 @@ std::shared_ptr<const phs::Model> with_contacts(
 ///   the start
 void check_contacts(const Scene& scene, const mechanics::Mechanism& mechanism);
 
-/// Whether the force of some contact or stop of a scene, or a derivative of it, jumps where it
-/// begins to touch.
+/// Whether the force of some contact, stop or dry joint of a scene, or a derivative of it, jumps
+/// where it begins to touch, or stops.
 bool switches(const Scene& scene);
 
-/// Whether a model of a scene has rigid contacts or stops.
-bool has_rigid(const phs::Model& model);
+/// Whether a model of a scene has rigid contacts or stops, or dry friction: only runs have them.
+bool jumps(const phs::Model& model);
 
 /// Makes a method for a model.
 using MakeMethod = std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>;
 
-/// A method for a model whose steps end where its contacts begin and cease to touch, and jump where
-/// rigid ones do; the method itself if nothing in the model switches. @param h  the method's step;
+/// A method for a model whose steps end where its contacts begin and cease to touch and where its
+/// dry joints stop and break away, and jump where rigid contacts do; the method itself if nothing
+/// in the model switches. @param h  the method's step;
 /// @param make  makes the method for the model it is given
 std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model, double h,
                                                       const MakeMethod& make);

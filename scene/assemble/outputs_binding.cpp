@@ -64,6 +64,10 @@ void Outputs::bind_joint(Item& item) {
       refuse_output(o, "the model has no joint '" + o.of_what + "' that moves");
     return;
   }
+  for (const Element& e : scene_.elements)
+    if (o.quantity == OutputQuantity::joint_torque && e.dry && e.joint == o.of_what)
+      refuse_output(o, "joint_torque does not know what dry friction '" + e.name +
+                           "' holds, expected another joint, or quantity = \"power\" of it");
   std::string own;
   for (const auto& f : freedoms_of(*assembly_.mechanism)) {
     const auto& c = *f.of;
@@ -130,6 +134,8 @@ void Outputs::refuse_wrench(const Output& o) const {
       refuse(fmt::format("{} '{}', which acts on links", e.type, e.name));
     else if (e.stop && e.stop->law.rigid())
       refuse("the rigid stop '" + e.name + "'");
+    else if (e.dry)
+      refuse("dry friction '" + e.name + "'");
 }
 
 }  // namespace porthos::scene

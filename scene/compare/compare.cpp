@@ -177,7 +177,7 @@ class ComparisonRun {
                                   .stop = options_.stop});
     return c_.sensitivity.time_of_growth(trajectory_growth);
   } catch (const InvalidArgument& why) {
-    if (!assembly_.spacecraft && !has_rigid(*assembly_.model)) throw;
+    if (!assembly_.spacecraft && !jumps(*assembly_.model)) throw;
     c_.notes.push_back(fmt::format("how small deviations grow is not known: {}", why.what()));
     return HUGE_VAL;
   }

@@ -111,8 +111,8 @@ std::optional<ReferenceState> reference_state(const Assembly& a, const StateScal
                                               const ReferenceOptions& o) {
   std::optional<ReferenceState> exact;
   try {
-    // Rigid contacts jump in double alone.
-    if (!has_rigid(*a.model)) exact = converge<Quad>(a, scale, o, o.cpu_limit);
+    // Rigid contacts and dry friction are known in double alone.
+    if (!jumps(*a.model)) exact = converge<Quad>(a, scale, o, o.cpu_limit);
   } catch (
       const InvalidArgument&) {  // forces that act in the split of orbit and internal motion only
     if (!a.spacecraft) throw;

@@ -110,7 +110,7 @@ std::vector<Element> read_elements(const Table& scene) {
 void add_elements(phs::Network& n, const mechanics::MechanicalModel& model,
                   const std::vector<Element>& elements) {
   for (const Element& e : elements) {
-    if (!e.add) continue;  // on links, or a stop
+    if (!e.add) continue;  // on links, a stop, or dry friction
     const JointPlace at = element_place(model, e.where, "element '" + e.name + "'", e.joint);
     at_line(e.where, [&] { e.add(e, {n, model, at}); });
   }

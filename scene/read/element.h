@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/dry_friction.h"
 #include "contact/law.h"
 #include "phs/network/network.h"
 #include "scene/read/joint_place.h"
@@ -38,8 +39,8 @@ struct JointStop {
 struct Element {
   std::string type, name, joint;  ///< joint: empty for an element on links
   std::string where;              ///< "file:line:column"
-  /// Adds the element, passed as first argument, at its joint; empty for an element on links and
-  /// for a stop.
+  /// Adds the element, passed as first argument, at its joint; empty for an element on links, a
+  /// stop and dry friction.
   std::function<void(const Element&, const JointElement&)> add = {};
 
   // Used outside the network.
@@ -53,6 +54,7 @@ struct Element {
   std::optional<space::Torquer> torquer;
   std::optional<space::SoftLatch> latch;
   std::optional<JointStop> stop;
+  std::optional<contact::DryFriction> dry;
   /// Whether it changes the momentum of a free craft, and keeps a ledger of its impulse.
   bool pushes() const { return thruster || wrench || torquer; }
 };

@@ -14,8 +14,13 @@ namespace {
 
 double norm(const std::array<double, 3>& v) { return std::hypot(v[0], v[1], v[2]); }
 
-/// What rigid contacts count, see contact::ContactModel.
-constexpr std::string_view counted = ".impacts";
+/// Adds the row of an observed power that counts, see contact::ContactModel.
+void add_count(RunReport& r, const std::string& row, double sum) {
+  for (const auto& [counted, list] : {std::pair{".impacts", &r.impacts}, {".slips", &r.slips}})
+    if (row.ends_with(counted))
+      list->push_back(
+          {row.substr(0, row.size() - std::string_view(counted).size()), std::int64_t(sum)});
+}
 
 /// The relative error; without a scale it stays absolute.
 double relative(double error, double scale) { return scale > 0 ? error / scale : error; }
@@ -101,9 +106,7 @@ void Ledger::fill(RunReport& r, const Meter& meter) const {
   for (size_t a = 0; a < sum_.size(); ++a) {
     const auto& power = description_->powers[a];
     if (power.kind == phs::PowerKind::observed) {
-      if (power.name.ends_with(counted))
-        r.impacts.push_back(
-            {power.name.substr(0, power.name.size() - counted.size()), std::int64_t(sum_[a])});
+      add_count(r, power.name, sum_[a]);
       continue;
     }
     const bool in = power.kind == phs::PowerKind::supplied;

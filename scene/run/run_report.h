@@ -87,6 +87,7 @@ struct RunReport {
   Named storages;       ///< change of each stored energy [J]
   Named ports, losses;  ///< energy supplied by each source, lost in each dissipating element [J]
   std::vector<ImpactRow> impacts;           ///< of rigid contacts and stops
+  std::vector<ImpactRow> slips;             ///< of dry joints
   std::vector<MomentumRow> momentum;        ///< of wheels, the total last; empty without wheels
   Impulses impulses;                        ///< of thrusters and torquers; no rows without any
   std::vector<OutputRow> outputs;           ///< of the scene's [[output]]s

@@ -220,8 +220,8 @@ std::string summary_json(const Scene& scene, const Assembly& assembly, const Run
                         {"max_gap", r.constraint_gap},
                         {"max_slip", r.constraint_slip}};
   j["balance"] = balance(r);
-  for (const ImpactRow& i : r.impacts)
-    j["impacts"][i.name] = {{"count", i.count}, {"first_s", i.first_s}};
+  for (const auto& [key, list] : {std::pair{"impacts", &r.impacts}, {"slips", &r.slips}})
+    for (const ImpactRow& i : *list) j[key][i.name] = {{"count", i.count}, {"first_s", i.first_s}};
   if (!r.momentum.empty()) j["momentum"] = momentum(r);
   if (!r.impulses.rows.empty()) {
     j["impulses"] = impulses(r);

@@ -21,10 +21,11 @@ RunReport WatchedRun::report() const {
   r.cost = integrator_->cost();
   ledger_.fill(r, meter_);
   const auto& powers = assembly_.model->description().powers;
-  for (size_t i = 0; i + 1 < impacts_.size(); i += 2)
-    for (ImpactRow& row : r.impacts)
-      if (powers[size_t(impacts_[i])].name == row.name + ".impact")
-        row.first_s.push_back(impacts_[i + 1]);
+  for (const auto& [kind, list] : {std::pair{".impact", &r.impacts}, {".slips", &r.slips}})
+    for (size_t i = 0; i + 1 < impacts_.size(); i += 2)
+      for (ImpactRow& row : *list)
+        if (powers[size_t(impacts_[i])].name == row.name + kind)
+          row.first_s.push_back(impacts_[i + 1]);
   if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
   r.outcome = outcome_;
   if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();

@@ -49,7 +49,8 @@ void WholeReport::add(const RunReport& p, double from) {
     r_.*at += p.*at;
   for (const auto list : {&RunReport::storages, &RunReport::ports, &RunReport::losses})
     for (const auto& [name, joule] : p.*list) entry(r_.*list, name) += joule;
-  for (const ImpactRow& i : p.impacts) add_impacts(i);
+  for (const auto list : {&RunReport::impacts, &RunReport::slips})
+    for (const ImpactRow& i : p.*list) add_impacts(r_.*list, i);
   for (const MomentumRow& m : p.momentum) add_momentum(m);
   add_outputs(r_.outputs, p.outputs);
   r_.stopped = p.stopped;
@@ -82,15 +83,15 @@ void WholeReport::add_energy(const EnergyReport& p, bool first) {
   e.drift_is_significant |= p.drift_is_significant;
 }
 
-void WholeReport::add_impacts(const ImpactRow& i) {
-  for (ImpactRow& known : r_.impacts)
+void WholeReport::add_impacts(std::vector<ImpactRow>& all, const ImpactRow& i) {
+  for (ImpactRow& known : all)
     if (known.name == i.name) {
       known.count += i.count;
       for (const double t : i.first_s)
         if (int(known.first_s.size()) < ImpactRow::most_times) known.first_s.push_back(t);
       return;
     }
-  r_.impacts.push_back(i);
+  all.push_back(i);
 }
 
 /// A locked wheel keeps its last row.

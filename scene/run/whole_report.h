@@ -19,7 +19,7 @@ class WholeReport {
 
  private:
   void add_energy(const EnergyReport& phase, bool first);
-  void add_impacts(const ImpactRow& row);
+  static void add_impacts(std::vector<ImpactRow>& all, const ImpactRow& row);
   void add_momentum(const MomentumRow& row);
   void add_impulses(const Impulses& phase);
   void cannot(const NotApplicable& n);

@@ -83,9 +83,10 @@ RunReport report_of(const Json& j, const phs::State& end) {
   r.storages = named(b.at("storages"));
   r.ports = named(b.at("ports"));
   r.losses = named(b.at("losses"));
-  if (j.contains("impacts"))
-    for (const auto& [name, i] : j.at("impacts").items())
-      r.impacts.push_back({name, count(i.at("count")), i.at("first_s").get<std::vector<double>>()});
+  for (const auto& [key, list] : {std::pair{"impacts", &r.impacts}, {"slips", &r.slips}})
+    if (j.contains(key))
+      for (const auto& [name, i] : j.at(key).items())
+        list->push_back({name, count(i.at("count")), i.at("first_s").get<std::vector<double>>()});
   for (const auto& c : j.at("checks"))
     r.checks.push_back({c.at("name"), number(c.at("value")), number(c.at("limit")), c.at("pass"),
                         c.at("telling")});

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "contact/rigid.h"
+#include "contact/sticking.h"
 #include "integrators/control/energy_monitor.h"
 #include "phs/network/elements.h"
 #include "phs/network/network.h"
@@ -240,6 +241,25 @@ TEST(Allocation, NoneAtImpacts) {
   phs::State state(model.description(),
                    body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
   expect_none("rigid contact", *method, state, 600);
+}
+
+/// An arm whose joints slide, stop and stick.
+TEST(Allocation, NoneWhereJointsStick) {
+  auto upper = body_on("upper", "revolute", 2), lower = body_on("lower", "revolute", 1);
+  lower.parent = "upper";
+  lower.placement.r = {0, 0, -1};
+  for (auto* b : {&upper, &lower}) {
+    b->joint.axis = {0, -1, 0};
+    b->mass.com = {0, 0, -0.5};
+  }
+  const auto arm = mechanism_of({upper, lower}, 9.8125);
+  const ContactModel model(
+      arm, arm, {}, {}, {{"shoulder", "upper", 4, 5, 0, 0.2}, {"elbow", "lower", 2, 2.5, 0.3, 0}});
+  const auto method = contact::with_dry_friction(model, model, 0.01, [](const phs::Model& run) {
+    return integrators::make_integrator("gauss16", run, 0.01);
+  });
+  phs::State state(model.description(), arm->state(Numbers{1.2, 0.8}, Numbers{0, 0}));
+  expect_none("dry friction", *method, state, 600);
 }
 
 }  // namespace

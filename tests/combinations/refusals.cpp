@@ -19,9 +19,9 @@ const Names splittings{"splitting strang", "splitting aba864"},
     states{"dc_motor",       "drive fixed", "drive torque",
            "drive position", "drive rate",  "drive servo"},
     // what damps, and laws that nobody can know not to
-    losses{"damper",     "friction",      "controller",      "sampled controller",   "wheel",
-           "cmg",        "ball joint",    "soft_latch",      "engage and disengage", "contact",
-           "joint_stop", "rigid contact", "law over joints", "law in Python, tank"},
+    losses{"damper",  "friction",   "dry friction",  "controller",      "sampled controller",
+           "wheel",   "cmg",        "ball joint",    "soft_latch",      "engage and disengage",
+           "contact", "joint_stop", "rigid contact", "law over joints", "law in Python, tank"},
     canonical{"stormer_verlet", "tao4"}, couplings{"coupling", "close and open"};
 
 }  // namespace
@@ -83,6 +83,14 @@ const std::vector<Refusal>& refusals() {
        "An impact would go through the loops as well, and a closed contact press on them: both "
        "need "
        "their rows in one system with those of the contacts, which is not built."},
+      {{"dry friction"},
+       couplings + Names{"motion", "rolling"},
+       "What holds a joint at rest and what holds a loop bear one load together: both need their "
+       "rows in one system, which is not built."},
+      {{"dry friction"},
+       {"rigid contact"},
+       "A joint that sticks would take part in an impact, and bear a load with the contacts that "
+       "are closed: both need their rows in one system, which is not built."},
       {{"steps reversible"},
        {"rolling"},
        "The methods for bodies that roll are not symmetric: they are brought back to the manifold "
@@ -99,8 +107,8 @@ const std::vector<Refusal>& refusals() {
        "The conditions of the laws are those of trees: a rest point on a loop balances with its "
        "multipliers, which no certificate looks at yet."},
       {{"joint wrench"},
-       Names{"rolling", "contact", "rigid contact", "thruster", "wrench", "soft_latch",
-             "engage and disengage", "line_spring"},
+       Names{"rolling", "contact", "rigid contact", "dry friction", "thruster", "wrench",
+             "soft_latch", "engage and disengage", "line_spring"},
        "The wrench is what changes the momentum of the bodies behind the joint, less their weight. "
        "What else pulls at them, or closes a loop with them, would have to be taken off it."},
   };

@@ -169,6 +169,7 @@ std::string shown_of(const Feature& f) {
       {"Moon", "third_bodies"},
       {"soft_latch", "latch1"},
       {"line_spring", "tether1"},
+      {"dry friction", "joint1.dry_friction"},
       {"contact", "bumper1"},
       {"rigid contact", "striker1"},
       {"law over joints", "law1"},

@@ -8,6 +8,7 @@
   X(spring) \
   X(damper) \
   X(friction) \
+  X(dry_friction) \
   X(limits) \
   X(force) \
   X(dc_motor) \

@@ -1,0 +1,100 @@
+#pragma once
+#include <vector>
+
+#include "contact/contact.h"
+#include "integrators/control/switching.h"
+#include "integrators/core/run_model.h"
+#include "phs/system/forwarding.h"
+
+namespace porthos::contact {
+
+/// The system of a run in which something holds: `Forces` of a state and its field are found in
+/// double, lane by lane, and added to the field. Model has whole(), contacts(), what holds as
+/// held() and holds_any(), and may push() what acts beside it.
+template <class T, class Model, class Forces>
+class HeldSystem final : public phs::Forwarding<T> {
+  using In = std::span<const T>;
+  using Out = std::span<T>;
+  using Base = phs::Forwarding<T>;
+
+ public:
+  explicit HeldSystem(const Model& model)
+      : Base(model.whole().template instantiate<T>(), model.description()),
+        model_(model),
+        n_(2 * size_t(model.contacts().mechanism().nq())),
+        x_(n_),
+        dx_(n_) {
+    forces_.reserve(size_t(phs::lanes<T>));  // a copy would lose the capacities
+    for (int l = 0; l < phs::lanes<T>; ++l) forces_.emplace_back(model.contacts());
+  }
+  std::unique_ptr<phs::System<T>> clone() const override {
+    return this->alike(std::make_unique<HeldSystem>(model_));
+  }
+  void field(T t, In x, In u, Out dx) override {
+    Base::field(t, x, u, dx);
+    hold(x, dx);
+  }
+  void rate(T t, In x, In e, Out dx) override {
+    Base::rate(t, x, e, dx);
+    hold(x, dx);
+  }
+  void set_turn_angles(In angles) override {
+    Base::set_turn_angles(angles);
+    const size_t own = size_t(model_.contacts().mechanism().angle_count());
+    std::vector<double> lane(own);
+    for (int l = 0; l < phs::lanes<T>; ++l) {
+      for (size_t i = 0; i < own; ++i) lane[i] = in_lane(angles[i], l);
+      forces_[size_t(l)].set_turn_angles(lane);
+    }
+  }
+
+ private:
+  static double in_lane(const T& x, int l) {
+    if constexpr (phs::is_pack<T>)
+      return x[l];
+    else
+      return phs::to_double(x);
+  }
+  void hold(In x, Out dx) {
+    model_.push(dx);
+    if (!model_.holds_any()) return;
+    for (int l = 0; l < phs::lanes<T>; ++l) {
+      for (size_t i = 0; i < n_; ++i) {
+        x_[i] = in_lane(x[i], l);
+        dx_[i] = in_lane(dx[i], l);
+      }
+      forces_[size_t(l)].hold(x_, dx_, model_.held());
+      for (size_t i = n_ / 2; i < n_; ++i)
+        if (const double added = dx_[i] - in_lane(dx[i], l); added != 0) add(dx[i], l, added);
+    }
+  }
+  static void add(T& x, int l, double y) {
+    if constexpr (phs::is_pack<T>)
+      x.set(l, x[l] + y);
+    else
+      x = x + T(y);
+  }
+
+  const Model& model_;
+  std::vector<Forces> forces_;  ///< by lane: they know its turns
+  size_t n_;
+  std::vector<double> x_, dx_;
+};
+
+/// A method for the run of `whole` whose switches are those of a Model of it.
+template <class Model, class Switches, class Make>
+std::unique_ptr<integrators::Integrator> held_run(const phs::Model& whole,
+                                                  const ContactModel& contacts, double h,
+                                                  const Make& make) {
+  auto model = std::make_shared<Model>(whole, contacts);
+  // A part of a run that has sampled controllers keeps what they hold there.
+  const auto* const run = dynamic_cast<const integrators::RunModel*>(&whole);
+  std::shared_ptr<const phs::Model> part;
+  if (run) part = std::make_shared<integrators::RunModel>(*model, *run);
+  auto method = make(part ? *part : *model);
+  auto switches = std::make_unique<Switches>(model, part, method->kept_model());
+  return integrators::make_switched(std::move(method), part ? *part : *model, h,
+                                    std::move(switches));
+}
+
+}  // namespace porthos::contact

@@ -1,0 +1,233 @@
+// The switches of a run with dry friction: where joints stop, and where they break away.
+#include "contact/sticking.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/detail/held_system.h"
+#include "contact/detail/sticking_forces.h"
+
+namespace porthos::contact {
+namespace {
+
+using integrators::Outcome;
+
+/// Of a joint that slides, minus its speed; of one that sticks, |λ|/breakaway - 1. The soft
+/// contacts of the model come first.
+class StickSwitches final : public integrators::Switches {
+ public:
+  StickSwitches(std::shared_ptr<StickingModel> model, std::shared_ptr<const phs::Model> part,
+                const std::shared_ptr<const phs::Model>& kept)
+      : model_(std::move(model)),
+        part_(std::move(part)),
+        contacts_(model_->contacts()),
+        joints_(contacts_.placed_dry()),
+        soft_(contacts_.depths()),
+        forces_(contacts_),
+        nq_(size_t(contacts_.mechanism().nq())),
+        angles_(size_t(contacts_.mechanism().angle_count())),
+        x_(size_t(model_->whole().description().nx)),
+        dx_(x_.size()),
+        free_dx_(x_.size()),
+        p_change_(nq_),
+        places_(joints_.size()) {
+    jumped_.reserve(100 * joints_.size());
+    // The field in which no sign is frozen and nothing sticks, with what the controllers hold.
+    const auto* const run = dynamic_cast<const integrators::RunModel*>(kept.get());
+    free_ = run ? integrators::RunModel(model_->whole(), *run).instantiate<double>()
+                : model_->whole().instantiate<double>();
+    const auto& powers = model_->whole().description().powers;
+    for (const DryFriction& f : contacts_.dry())
+      for (size_t a = 0; a < powers.size(); ++a)
+        if (powers[a].name == f.name + ".slips") slips_at_.push_back(a);
+  }
+
+  size_t count() const override { return soft_->count() + joints_.size(); }
+  bool jumps(size_t k) const override { return k >= soft_->count(); }
+
+  void at(double t, std::span<const double> x, std::span<const double> turns,
+          std::span<double> value) override {
+    const size_t soft = soft_->count();
+    if (soft > 0) soft_->at(t, x, turns, value.first(soft));
+    turn(turns);
+    t_ = t;
+    has_field_ = false;
+    if (model_->holds_any()) evaluate(x);
+    const auto v = forces_.rates(x);
+    for (size_t k = 0; k < joints_.size(); ++k)
+      value[soft + k] = slides()[k] != 0 ? -slides()[k] * v[joints_[k].v]
+                                         : std::fabs(forces_.lambda(k)) / forces_.breakaway(k) - 1;
+  }
+  /// At the time and state of the last at().
+  void rates(std::span<const double> x, std::span<const double>, std::span<double> rate) override {
+    if (!has_field_) evaluate(x);
+    const auto a = forces_.accelerations(x, dx_);
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      double& r = rate[soft_->count() + k];
+      r = -slides()[k] * a[k];
+      // What has just broken away does not stop at the same instant: there a may be rounding.
+      if (places_[k].slipped == t_) r = std::min(r, 0.0);
+    }
+  }
+  void begin_step(double t, State& s) override {
+    jumped_.clear();
+    if (!begun_) begin(t, s);
+    settle(s);
+  }
+  std::span<const integrators::Jump> jumped() const override { return jumped_; }
+
+  /// A joint stops or breaks away; then those at rest find together what they do.
+  Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
+    k -= soft_->count();
+    angles_of(s);
+    t_ = t;
+    sum(s);
+    before_ = slides();
+    if (slides()[k] != 0) {
+      slides()[k] = 0;
+      before_[k] = 0;
+      places_[k] = {s.x[joints_[k].q], s.lo[joints_[k].q], turns_at(s, k), places_[k].slipped};
+      settle(s);
+      sum(s);
+    } else {
+      evaluate(x_);
+      slides()[k] = forces_.lambda(k) > 0 ? -1 : 1;
+    }
+    free_->field(t, x_, {}, free_dx_);
+    release(x_);
+    for (size_t j = 0; j < joints_.size(); ++j) {
+      if (before_[j] != 0 || slides()[j] == 0) continue;
+      places_[j].slipped = t;
+      const size_t power = slips_at_[j];
+      jumped_.push_back({t, power, 0});
+      if (!works.empty()) works[power] += 1;
+    }
+    return Outcome::ok;
+  }
+  /// Takes the angles of joints that stick back to where they stopped, and their rates to 0.
+  void settle(State& s) override {
+    if (!model_->holds_any()) return;
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      if (slides()[k] != 0) continue;
+      Place& at = places_[k];
+      double &x = s.x[joints_[k].q], &lo = s.lo[joints_[k].q];
+      if (std::isnan(at.x) || at.turns != turns_at(s, k)) {  // the first time, or it was wrapped
+        at.x = x;
+        at.lo = lo;
+        at.turns = turns_at(s, k);
+      }
+      x = at.x;
+      lo = at.lo;
+    }
+    angles_of(s);
+    sum(s);
+    forces_.stop(x_, slides(), p_change_);
+    for (size_t i = 0; i < nq_; ++i)
+      if (p_change_[i] != 0) phs::compensated_add(s.x[nq_ + i], s.lo[nq_ + i], p_change_[i]);
+  }
+  void carry(Archive& a) override {
+    a(begun_);
+    for (int& s : slides()) a(s, -1, 1);
+    for (Place& p : places_) {
+      a(p.x);
+      a(p.lo);
+      a(p.turns);
+      a(p.slipped);
+    }
+  }
+
+ private:
+  /// Where a joint stuck, and when it last broke away.
+  struct Place {
+    double x = NAN, lo = 0, turns = 0, slipped = NAN;
+  };
+
+  std::vector<int>& slides() { return model_->held(); }
+
+  void turn(std::span<const double> turns) {
+    if (std::equal(angles_.begin(), angles_.end(), turns.begin()) && told_) return;
+    told_ = true;
+    std::copy_n(turns.begin(), angles_.size(), angles_.begin());
+    forces_.set_turn_angles(angles_);
+    free_->set_turn_angles(turns);
+  }
+  void angles_of(const State& s) {
+    all_angles_.resize(s.turns.size());
+    for (size_t i = 0; i < s.turns.size(); ++i)
+      all_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
+    turn(all_angles_);
+  }
+  double turns_at(const State& s, size_t k) const {
+    return joints_[k].turn < 0 ? 0 : double(s.turns[size_t(joints_[k].turn)]);
+  }
+  void sum(const State& s) {
+    for (size_t i = 0; i < x_.size(); ++i) x_[i] = s.x[i] + s.lo[i];
+  }
+  /// The field at t_, and the forces that hold.
+  void evaluate(std::span<const double> x) {
+    free_->field(t_, x, {}, dx_);
+    model_->push(std::span<double>(dx_));
+    if (model_->holds_any()) forces_.hold(x, dx_, slides());
+    has_field_ = true;
+  }
+  /// A run begins: joints without a rate, but for rounding, stick if that holds them. Others may
+  /// move fast, or nothing may: a rate that friction stops in 1e-14 s is rounding, too.
+  void begin(double t, const State& s) {
+    begun_ = true;
+    t_ = t;
+    angles_of(s);
+    sum(s);
+    const auto rates = forces_.rates(x_);
+    const std::vector<double> v(rates.begin(), rates.end());
+    double fastest = 0;
+    for (const double each : v) fastest = std::max(fastest, std::fabs(each));
+    before_.assign(joints_.size(), 1);
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      before_[k] = 0;
+      forces_.stop(x_, before_, p_change_);
+      before_[k] = 1;
+      const double own = v[joints_[k].v], impulse = std::fabs(p_change_[joints_[k].q]);
+      const bool rests =
+          std::fabs(own) <= 1e-14 * fastest || impulse <= 1e-14 * forces_.breakaway(k);
+      slides()[k] = rests ? 0 : own > 0 ? 1 : -1;
+    }
+    free_->field(t_, x_, {}, free_dx_);
+    release(x_);
+  }
+  /// Of the joints at rest lets slide what its friction does not hold, where free_dx_ is the field
+  /// of free_. One that slides pulls less, so others may follow.
+  void release(std::span<const double> x) {
+    while (model_->holds_any()) {
+      dx_ = free_dx_;
+      model_->push(std::span<double>(dx_));
+      if (!forces_.release(x, dx_, slides())) return;
+    }
+  }
+
+  std::shared_ptr<StickingModel> model_;
+  std::shared_ptr<const phs::Model> part_;  ///< the model as a part of a run, or null
+  const ContactModel& contacts_;
+  const std::vector<ContactModel::PlacedJoint>& joints_;
+  std::unique_ptr<integrators::Switches> soft_;
+  StickingForces forces_;
+  size_t nq_;
+  double t_ = 0;  ///< of the last at()
+  std::vector<double> angles_, all_angles_;
+  std::vector<double> x_, dx_, free_dx_, p_change_;
+  std::vector<int> before_;
+  std::vector<Place> places_;
+  std::vector<size_t> slips_at_;  ///< of each joint, the power that counts its slips
+  std::vector<integrators::Jump> jumped_;
+  std::unique_ptr<phs::System<double>> free_;
+  bool begun_ = false, told_ = false, has_field_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<integrators::Integrator> with_dry_friction(
+    const phs::Model& whole, const ContactModel& contacts, double h,
+    const std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>& make) {
+  return held_run<StickingModel, StickSwitches>(whole, contacts, h, make);
+}
+
+}  // namespace porthos::contact
