@@ -52,7 +52,17 @@ class StickingForces {
   /// Adds to dx the forces λ that keep v' = 0 where `slides` is 0.
   void hold(std::span<const double> x, std::span<double> dx, const std::vector<int>& slides) {
     solve(x, dx, slides, std::numeric_limits<double>::infinity());
-    for (const size_t k : rows_) dx[nq_ + joints_[k].q] += lambda_[k];
+    // Where all are at rest nothing is left but rounding, on which no iteration would agree. Joints
+    // that turn and that slide are compared by f² W.
+    const auto size = [&](size_t i, double f) { return f * f * W_[i * (rows_.size() + 1)]; };
+    double largest = 0;
+    for (size_t i = 0; i < rows_.size(); ++i)
+      largest = std::max(largest, size(i, lambda_[rows_[i]]));
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      double& p = dx[nq_ + joints_[rows_[i]].q];
+      p += lambda_[rows_[i]];
+      if (size(i, p) <= 1e-28 * largest) p = 0;
+    }
   }
   /// The same with |λ| <= (1 + 1e-12) breakaway: joints that this does not hold begin to slide.
   /// @return  whether any does

@@ -326,6 +326,43 @@ TEST(DryFriction, SeveralJointsStickAtOnce) {
     }
 }
 
+/// Arms with all kinds of friction, breakaway equal to sliding friction among them, shaken at up to
+/// 4 Hz: no run fails, no step gains energy by friction, and the ledger closes.
+TEST(DryFriction, ShakenArmsOnlyLose) {
+  std::mt19937_64 random(21);
+  const auto between = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  const auto law = [&](const char* name, const char* joint, int kind) {
+    const double coulomb = between(0.2, 4);
+    const double breakaway = kind % 3 == 0 ? coulomb : coulomb * between(1.01, 2);
+    const double stribeck = kind % 3 == 1 ? between(0.05, 1) : 0;
+    return DryFriction{name, joint, coulomb, breakaway, stribeck, kind % 2 == 0 ? 0 : 0.1};
+  };
+  double defect = 0, least = 0;
+  size_t slips = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Arm arm({law("shoulder", "upper", trial), law("elbow", "lower", trial / 3)});
+    phs::Network n("shaken");
+    n.add("mechanism", arm.contacts).main("mechanism");
+    n.source("shake", "mechanism.upper.torque", phs::sine(between(0, 10), between(0.5, 4)));
+    n.source("twist", "mechanism.lower.torque", phs::sine(between(0, 5), between(0.5, 4)));
+    const double h = 1.0 / 64;
+    DryRun run(n.build(), *arm.contacts,
+               arm.links->state(Numbers{between(-1, 1), between(-1, 1)}, Numbers{0, 0}), h);
+    while (run.state.step * h < 5) ASSERT_TRUE(run.step()) << trial << " at " << run.state.step * h;
+    defect = std::max(defect, std::fabs(run.defect()));
+    least = std::min(least, run.least_loss);
+    slips += run.jumps.size();
+  }
+  std::printf(
+      "  200 arms, %zu slips; ledgers off by %.1e J   bound 1e-9; least loss of a step %.1e J   "
+      "bound 0\n",
+      slips, defect, least);
+  EXPECT_LE(defect, 1e-9);
+  EXPECT_GE(least, 0);
+}
+
 /// Control: the smooth law creeps down an incline that the dry one holds without moving.
 TEST(DryFriction, TheSmoothLawCreeps) {
   const Block held(friction_of(0.9), 0, phs::constant(-0.5));
