@@ -83,14 +83,19 @@ class ContactSystem final : public phs::Forwarding<T> {
     if (lose(x, e, e, T(1.0))) add_to(x, dx);
   }
   void efforts(T t, In x, In dx, Out e) override {
-    std::copy(dx.begin(), dx.end(), own_.begin());
-    rub(dx, own_, T(1.0));
+    In own = dx;
+    if (!model_.dry().empty()) {
+      std::copy(dx.begin(), dx.end(), own_.begin());
+      rub(dx, own_, T(1.0));
+      own = own_;
+    }
     std::copy_n(dx.begin(), nq_, e_.begin() + long(nq_));
     if (lose(x, e_, e_, T(1.0))) {
       collect(x);
-      for (size_t i = 0; i < 2 * nq_; ++i) own_[i] = own_[i] - Gu_[i];
+      for (size_t i = 0; i < 2 * nq_; ++i) own_[i] = own[i] - Gu_[i];
+      own = own_;
     }
-    this->inner().efforts(t, x, own_, e);
+    this->inner().efforts(t, x, own, e);
   }
   void apply_dissipation(In x, In e, Out Re) override {
     this->inner().apply_dissipation(x, e, Re);
@@ -117,7 +122,7 @@ class ContactSystem final : public phs::Forwarding<T> {
   }
   void powers(T t, In x, In e, Out values) override {
     Base::powers(t, x, e, values);
-    rub(e, values);
+    add_rubbed(e, values);
     if (!lossy_) return;
     gaps_.place(x.first(nq_));
     if (!touching()) return;
@@ -219,7 +224,7 @@ class ContactSystem final : public phs::Forwarding<T> {
     }
   }
   /// Its powers, the last rows of the model.
-  void rub(In e, Out values) {
+  void add_rubbed(In e, Out values) {
     const auto& dry = model_.dry();
     const size_t first = model_.description().powers.size() - 2 * dry.size();
     for (size_t k = 0; k < dry.size(); ++k) {

@@ -29,7 +29,7 @@ class RestingModel final : public phs::ModelFor<RestingModel> {
   const ContactModel& contacts() const { return contacts_; }
   /// For every gap of the rigid contacts, whether it is closed in this run.
   std::vector<char>& held() const { return *closed_; }
-  bool holds_any() const;
+  bool holds_any() const;  ///< whether any is
   template <class T>
   void push(std::span<T>) const {}  // contacts that are open do nothing
 

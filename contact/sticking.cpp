@@ -60,11 +60,13 @@ class StickSwitches final : public integrators::Switches {
   }
   /// At the time and state of the last at().
   void rates(std::span<const double> x, std::span<const double>, std::span<double> rate) override {
+    std::fill(rate.begin(), rate.end(), 0.0);
+    if (std::all_of(slides().begin(), slides().end(), [](int s) { return s == 0; })) return;
     if (!has_field_) evaluate(x);
     const auto a = forces_.accelerations(x, dx_);
     for (size_t k = 0; k < joints_.size(); ++k) {
       double& r = rate[soft_->count() + k];
-      r = -slides()[k] * a[k];
+      r = slides()[k] == 0 ? 0 : -slides()[k] * a[k];
       // What has just broken away does not stop at the same instant: there a may be rounding.
       if (places_[k].slipped == t_) r = std::min(r, 0.0);
     }

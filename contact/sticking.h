@@ -28,7 +28,7 @@ class StickingModel final : public phs::ModelFor<StickingModel> {
   const ContactModel& contacts() const { return contacts_; }
   /// For every dry joint: 0 if it sticks, else the sign of the rate with which it slides.
   std::vector<int>& held() const { return *slides_; }
-  bool holds_any() const;
+  bool holds_any() const;  ///< whether any sticks
   /// Gives the friction in the field dx the sign of each joint that slides. Of those that stick it
   /// takes it off, with the rounding of their rates.
   template <class T>

@@ -222,7 +222,7 @@ TEST(DryFriction, StickSlipOscillator) {
 }
 
 /// A block that sticks and slides by a smooth load, with a Stribeck curve whose breakaway is
-/// smooth: the order of the method over all that. Control: steps that do not end there.
+/// smooth: the order of the method over all that.
 TEST(DryFriction, MethodsKeepTheirOrder) {
   const auto load = phs::function([](auto t) {
     using T = decltype(t);
