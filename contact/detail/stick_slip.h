@@ -44,9 +44,13 @@ class StickSlip {
   int next_of(size_t i, std::span<const double> W, std::span<const double> a,
               std::span<const double> L) const {
     if (at_[i] == 0) return lambda_[i] > L[i] ? 1 : lambda_[i] < -L[i] ? -1 : 0;
-    double w = a[i];
-    for (size_t j = 0; j < a.size(); ++j) w += W[i * a.size() + j] * lambda_[j];
-    return w * at_[i] > 0 ? 0 : at_[i];
+    double w = a[i], scale = std::fabs(w);
+    for (size_t j = 0; j < a.size(); ++j) {
+      const double part = W[i * a.size() + j] * lambda_[j];
+      w += part;
+      scale += std::fabs(part);
+    }
+    return w * at_[i] > 1e-14 * scale ? 0 : at_[i];  // or rounding at a bound would pivot for ever
   }
   /// w = 0 for the joints between their bounds, by Cholesky.
   void solve_free(std::span<const double> W, std::span<const double> a, std::span<const double> L) {

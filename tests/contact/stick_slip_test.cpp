@@ -135,6 +135,27 @@ TEST(StickSlip, SolvesTheProblemWithBounds) {
   EXPECT_LT(bound, all * 9 / 10);
 }
 
+/// Joints that need exactly their bounds, up to rounding: the pivots end.
+TEST(StickSlip, EndsWhereFrictionIsJustEnough) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> uniform(0.1, 1);
+  StickSlip solver(3);
+  size_t bound = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const double c = uniform(random);
+    const Numbers W{2 + c, c, -c, c, 2, 0.5, -c, 0.5, 3}, L{c, uniform(random), uniform(random)};
+    Numbers a(3, 0.0);
+    for (size_t i = 0; i < 3; ++i)
+      for (size_t j = 0; j < 3; ++j) a[i] -= W[3 * i + j] * L[j];
+    const auto lambda = solver.solve(W, a, L);
+    for (size_t i = 0; i < 3; ++i) {
+      ASSERT_NEAR(lambda[i], L[i], 1e-13);
+      bound += solver.bound(i) != 0;
+    }
+  }
+  std::printf("  %zu of 60000 at their bounds\n", bound);
+}
+
 /// A block sent along a floor, and up an incline that holds it: it stops where and when mu says,
 /// and then does not move by a bit. Up an incline that does not hold it, it slides back.
 TEST(DryFriction, BlocksStopWhereMuSays) {
