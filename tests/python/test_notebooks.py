@@ -26,10 +26,10 @@ def words(notebook):
     for cell in notebook["cells"]:
         for output in cell.get("outputs", []):
             text = "".join(output.get("text", output.get("data", {}).get("text/html", [])))
-            yield re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", text)
+            yield re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?", "#", text)
 
 
-@pytest.mark.parametrize("name", ["space_arm", "controller"])
+@pytest.mark.parametrize("name", ["space_arm", "controller", "periodic_orbits"])
 def test_notebook(examples, name, monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.setenv("MPLBACKEND", "Agg")
@@ -39,7 +39,8 @@ def test_notebook(examples, name, monkeypatch):
         names = runner(examples).run(path)
     finally:
         os.chdir(here)
-    assert names["result"].passed
+    if name != "periodic_orbits":  # that one has no scene of its own; its cells assert what they say
+        assert names["result"].passed
     again = json.loads(path.read_text(encoding="utf-8"))
     assert list(words(again)) == list(words(stored))
     assert [c["source"] for c in again["cells"]] == [c["source"] for c in stored["cells"]]
