@@ -128,6 +128,7 @@ void add_runs(CLI::App& app, Arguments& a) {
                    "outputs, joint_1.position, base.attitude.x, energy, ... [the outputs, or the "
                    "places]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("A,B,...");
   sensitivity
       ->add_option("--uncertainty", a.uncertainty,

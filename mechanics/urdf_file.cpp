@@ -132,7 +132,8 @@ class FileReader {
     } else if (among({"visual", "collision", "material", "transmission", "gazebo", "calibration",
                       "safety_controller"},
                      name)) {
-      log_.count(child.GetLineNum(), tag(child), name == "visual" ? "only drawn" : "not read");
+      log_.count(child.GetLineNum(), tag(child),
+                 name == "visual" || name == "material" ? "only drawn" : "not read");
     } else if (name.starts_with("xacro:")) {
       fail(child, tag(child) + " is a macro, expected plain URDF: expand it with xacro first");
     } else {

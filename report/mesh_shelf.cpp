@@ -1,6 +1,7 @@
 #include "report/detail/mesh_shelf.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +56,7 @@ std::optional<std::size_t> MeshShelf::index(const std::string& name) {
     } catch (const IoError& e) {
       why = e.what();
     }
-  if (first_missing_.empty()) first_missing_ = why;
+  if (!why.empty() && !(folders_.empty() && missing_.size() == 1)) missing_.push_back(why);
   return index;
 }
 
@@ -63,8 +64,11 @@ std::string MeshShelf::missing() const {
   const auto lost =
       std::count_if(known_.begin(), known_.end(), [](const auto& m) { return !m.second; });
   if (lost == 0) return {};
-  return fmt::format("{} of {} meshes of the model are not shown: {}", lost, known_.size(),
-                     first_missing_);
+  constexpr std::size_t named = 5;
+  const auto end = missing_.begin() + long(std::min(named, missing_.size()));
+  return fmt::format("{} of {} meshes of the model are not shown: {}{}", lost, known_.size(),
+                     fmt::join(missing_.begin(), end, "; "),
+                     missing_.size() > named ? "; ..." : "");
 }
 
 }  // namespace porthos::report

@@ -65,7 +65,8 @@ class Backwards {
       r.start = d.lambda.x;
       r.names = d.adjoint->parameters();
       r.parameters = d.parameters.x;
-      r.growth = d.objective.end ? std::log10(size_of(d.lambda.x) / d.size_at_end) : NAN;
+      const double size = size_of(d.lambda.x);
+      r.growth = !d.objective.end ? NAN : size == 0 ? 0 : std::log10(size / d.size_at_end);
       r.steps_taken = method_->cost().steps;
       r.adjoint = d.adjoint->cost();
       all.push_back(std::move(r));

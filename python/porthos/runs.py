@@ -123,7 +123,7 @@ class Scene:
         """
         return _core.gradient_of_scene(self.data, self.assembly, end, sampled, running, memory)
 
-    def sensitivity(self, of: Sequence[str] = (), *, uncertainty: float | None = None) -> Sensitivity:
+    def sensitivity(self, of: str | Sequence[str] = (), *, uncertainty: float | None = None) -> Sensitivity:
         """On which parameters and start values the end of the scene's run depends, in the time of a few runs for each quantity.
 
         of: numbers of outputs ("tip.x"), "joint_1.position", ".velocity", "base.position.x", ".attitude.x", ".linear_velocity.x",
@@ -133,7 +133,8 @@ class Scene:
         Raises InvalidArgument for an unknown name and for all that gradient() refuses, and RuntimeError where a step or its
         adjoint fails.
         """
-        return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, list(of), uncertainty))
+        names = [of] if isinstance(of, str) else list(of)
+        return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, names, uncertainty))
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"

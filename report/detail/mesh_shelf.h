@@ -21,14 +21,14 @@ class MeshShelf {
   /// [{low: [x, y, z], step, corners, triangles}]: corners [m] are low + step times three numbers
   /// of 16 bits, triangles three indices of 16 bits.
   const Json& json() const { return meshes_; }
-  /// What is not shown and why, in one sentence; empty: all is.
+  /// What is not shown, and why for the first five, in one sentence; empty: all is.
   std::string missing() const;
 
  private:
   std::vector<std::filesystem::path> folders_;
   std::map<std::string, std::optional<std::size_t>> known_;  ///< by the URDF's name
   Json meshes_ = Json::array();
-  std::string first_missing_;
+  std::vector<std::string> missing_;  ///< why, of each that is not shown
 };
 
 }  // namespace porthos::report

@@ -14,7 +14,7 @@ Steps differentiable_steps(const Scene& s, const Assembly& a) {
   if (!s.events.empty()) refuse("no [[event]]");
   if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");
   if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
-  if (has_rigid(*a.model)) refuse("no rigid contact and no rigid joint stop: they jump");
+  if (jumps(*a.model)) refuse("no rigid contact, rigid joint stop or dry friction: they jump");
   if (switches(s))
     refuse("no contact and no joint stop that begins with a kink, expected law = \"smooth\"");
   using integrators::OnViolation;

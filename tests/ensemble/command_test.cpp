@@ -459,7 +459,7 @@ TEST_F(EnsembleCommand, ASlowRankLONG) {
   run("whole");
   for (const int seconds : {4, 20}) {
     const std::string out = "slow_" + std::to_string(seconds);
-    const pid_t job = start(ranks(3, {}, scene(), folder_ / out));
+    const pid_t job = start(ranks(3, {"--enable-recovery"}, scene(), folder_ / out));
     ASSERT_TRUE(begun(folder_ / out / "parts/1_of_1.bin"));
     const pid_t slow = process_of(2, scene());
     ASSERT_GT(slow, 0);

@@ -445,9 +445,10 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
             "scene.toml: a gradient takes no [[stop]], which ends a run where its state says");
   EXPECT_EQ(refused(with("[[event]]\ntype = \"lock\"\njoint = \"elbow\"\nat = 1\n")),
             "scene.toml: a gradient takes no [[event]]");
-  EXPECT_EQ(refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
-                         "upper = 2\nlaw = \"rigid\"\nrestitution = 0.5\n")),
-            "scene.toml: a gradient takes no rigid contact and no rigid joint stop: they jump");
+  EXPECT_EQ(
+      refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
+                   "upper = 2\nlaw = \"rigid\"\nrestitution = 0.5\n")),
+      "scene.toml: a gradient takes no rigid contact, rigid joint stop or dry friction: they jump");
   EXPECT_EQ(refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
                          "upper = 2\nlaw = \"power\"\nstiffness = 100\nexponent = 2\nloss = 0\n")),
             "scene.toml: a gradient takes no contact and no joint stop that begins with a kink, "
@@ -468,6 +469,7 @@ TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
   for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
                                        {"capture", "no [[event]]"},
                                        {"newton_cradle", "no rigid contact"},
+                                       {"dry_joints", "dry friction: they jump"},
                                        {"vsa_throw", "no [[actuator]]"},
                                        {"slew", "no sampled controllers"},
                                        {"four_bar", "for Gauss collocation"}}) {
