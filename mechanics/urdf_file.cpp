@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <span>
 #include <string_view>
-#include <system_error>
 
 #include "mechanics/joint_list.h"
 #include "mechanics/urdf_file-inl.h"
@@ -132,8 +131,8 @@ class FileReader {
     } else if (among({"visual", "collision", "material", "transmission", "gazebo", "calibration",
                       "safety_controller"},
                      name)) {
-      log_.count(child.GetLineNum(), tag(child),
-                 name == "visual" || name == "material" ? "only drawn" : "not read");
+      const bool drawn = name == "visual" || name == "material";
+      log_.count(child.GetLineNum(), tag(child), drawn ? "only drawn" : "not read");
     } else if (name.starts_with("xacro:")) {
       fail(child, tag(child) + " is a macro, expected plain URDF: expand it with xacro first");
     } else {
