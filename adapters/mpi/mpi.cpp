@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <deque>
@@ -26,7 +27,9 @@ enum Tag { ask = 1, give, result, beat };
 enum Word : std::int64_t { wait = -1, stop = -2, stop_without_farewell = -3 };
 
 constexpr auto beat_every = 1s;
-constexpr auto given_up_after = 10s;
+constexpr auto given_up_after = 10s;  // a rank, by rank 0
+constexpr auto look_every = 500us;
+constexpr auto left_alone_after = 60s;  // rank 0, which answers at once, by a rank
 constexpr size_t most_at_once = 64;
 
 /// What rank 0 knows: the queue of cases and who has which. Used by its own threads and the one
@@ -77,6 +80,7 @@ class CaseScheduler {
   }
 
   void heartbeat(int rank) { at_[size_t(rank)] = Clock::now(); }
+  void hear_all() { std::fill(at_.begin(), at_.end(), Clock::now()); }
   /// Gives up ranks that are silent; what they had goes back.
   void check_heartbeats() {
     const std::lock_guard lock(mutex_);
@@ -194,9 +198,12 @@ EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const Ensembl
   });
   auto looked = Clock::now();
   while (!(resting && (scheduler.over() || trouble) && scheduler.all_gone())) {
-    if (!answer_one(scheduler, layout)) std::this_thread::sleep_for(500us);
-    if (Clock::now() - looked > 1s) {
-      scheduler.check_heartbeats();
+    if (!answer_one(scheduler, layout)) std::this_thread::sleep_for(look_every);
+    if (const auto since = Clock::now() - looked; since > 1s) {
+      if (since > given_up_after / 2)
+        scheduler.hear_all();  // this rank stood still itself: the others' messages are yet to come
+      else
+        scheduler.check_heartbeats();
       looked = Clock::now();
     }
   }
@@ -214,23 +221,62 @@ EnsembleReport lead(const MpiRank& rank, const Ensemble& ensemble, const Ensembl
   return r;
 }
 
+/// What a rank says to rank 0. A rank that stood still may find rank 0 gone; then nothing is sent
+/// any more. One thread at a time.
+class Leader {
+ public:
+  /// @return whether rank 0 takes it
+  bool send(const void* data, size_t bytes, Tag tag) {
+    // NOLINTBEGIN(clang-analyzer-optin.mpi.MPI-Checker): MPI_Test ends it, or the process ends
+    MPI_Request request;
+    if (lost_ ||
+        MPI_Isend(data, int(bytes), MPI_BYTE, 0, tag, MPI_COMM_WORLD, &request) != MPI_SUCCESS)
+      return false;
+    return happens([&](int* sent) { return MPI_Test(&request, sent, MPI_STATUS_IGNORE); });
+    // NOLINTEND(clang-analyzer-optin.mpi.MPI-Checker)
+  }
+  bool answers() {
+    return happens(
+        [](int* there) { return MPI_Iprobe(0, give, MPI_COMM_WORLD, there, MPI_STATUS_IGNORE); });
+  }
+  bool lost() const { return lost_; }
+
+ private:
+  /// Tries again and again; time in which this rank is stopped does not count.
+  template <class Try>
+  bool happens(Try once) {
+    for (int tries = 0; !lost_; ++tries) {
+      int done = 0;
+      if (once(&done) == MPI_SUCCESS && done) return true;
+      lost_ = tries > left_alone_after / look_every;
+      if (tries > 10) std::this_thread::sleep_for(look_every);
+    }
+    return false;
+  }
+  std::atomic<bool> lost_{false};
+};
+
 void follow(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions& o) {
   std::mutex mutex;  // one thread at a time speaks
   std::deque<std::int64_t> mine;
   bool ended = false;
   std::atomic<bool> home{false};
+  Leader leader;
   std::thread heart([&] {
     for (auto last = Clock::now(); !home; std::this_thread::sleep_for(50ms)) {
       if (Clock::now() - last < beat_every) continue;
       const std::lock_guard lock(mutex);
-      MPI_Send(nullptr, 0, MPI_BYTE, 0, beat, MPI_COMM_WORLD);
+      leader.send(nullptr, 0, beat);
       last = Clock::now();
     }
   });
   const auto next = [&]() -> std::int64_t {
     if (mine.empty() && !ended) {
       const std::lock_guard lock(mutex);
-      MPI_Send(nullptr, 0, MPI_BYTE, 0, ask, MPI_COMM_WORLD);
+      if (!leader.send(nullptr, 0, ask) || !leader.answers()) {
+        ended = true;
+        return -1;
+      }
       std::vector<std::int64_t> list(most_at_once);
       MPI_Status s;
       MPI_Recv(list.data(), int(list.size()), MPI_INT64_T, 0, give, MPI_COMM_WORLD, &s);
@@ -248,7 +294,8 @@ void follow(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions
   };
   const auto done = [&](std::span<const double> row) {
     const std::lock_guard lock(mutex);
-    MPI_Send(row.data(), int(row.size() * sizeof(double)), MPI_BYTE, 0, result, MPI_COMM_WORLD);
+    leader.send(row.data(), row.size_bytes(), result);
+    if (leader.lost()) mine.clear();
   };
   std::exception_ptr trouble;
   while (!ended && !trouble) try {
@@ -263,6 +310,7 @@ void follow(const MpiRank& rank, const Ensemble& ensemble, const EnsembleOptions
     }
   home = true;
   heart.join();
+  if (leader.lost()) rank.lost_some();
   if (trouble) {
     rank.lost_some();
     std::rethrow_exception(trouble);

@@ -468,6 +468,9 @@ TEST_F(EnsembleCommand, ASlowRankLONG) {
     kill(slow, SIGCONT);
     EXPECT_EQ(wait_for(job), 0) << seconds;
     EXPECT_TRUE(result(out) == result("whole")) << seconds;
+    for (int i = 0; i < 80 && process_of(2, scene()) > 0; ++i)
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+    EXPECT_EQ(process_of(2, scene()), 0) << "it ends too, where nobody answers it any more";
   }
 }
 #endif
