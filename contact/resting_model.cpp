@@ -6,16 +6,10 @@
 namespace porthos::contact {
 
 RestingModel::RestingModel(const phs::Model& whole, const ContactModel& contacts)
-    : whole_(whole),
-      contacts_(contacts),
-      description_(whole.description()),
-      closed_(std::make_shared<std::vector<char>>(RigidGaps<double>(contacts).count(), 0)) {
-  for (auto& p : description_.powers)
-    if (p.kind == phs::PowerKind::observed && p.name.ends_with(".impacts")) p.name += "_so_far";
-}
+    : HeldModel(whole, contacts, RigidGaps<double>(contacts).count(), ".impacts") {}
 
 bool RestingModel::holds_any() const {
-  return std::find(closed_->begin(), closed_->end(), 1) != closed_->end();
+  return std::find(held().begin(), held().end(), 1) != held().end();
 }
 
 template <class T>

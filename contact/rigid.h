@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "contact/contact.h"
+#include "contact/held_model.h"
 
 /// Runs of models with rigid contacts: the instants of their impacts, the jumps, and contacts that
 /// stay closed.
@@ -11,33 +11,19 @@ namespace porthos::contact {
 
 /// A model for one run. Where contacts are closed its field has the forces that hold their gaps:
 /// 0 <= λ ⊥ g'' >= 0 with g'' = a + W λ, a the acceleration of the gaps without them. They are
-/// found from the field itself, in double, for every scalar: a derivative does not see λ move. Both
-/// models must outlive it.
-class RestingModel final : public phs::ModelFor<RestingModel> {
+/// found from the field itself, in double, for every scalar: a derivative does not see λ move.
+/// held(): for every gap of the rigid contacts, whether it is closed in this run.
+class RestingModel final : public HeldModel<RestingModel, char> {
  public:
   /// whole: a model whose state begins with that of the mechanism in `contacts`
   RestingModel(const phs::Model& whole, const ContactModel& contacts);
 
-  /// That of the whole, but its counts of impacts have other names: methods refuse a model that
-  /// jumps, and this one does not.
-  const phs::Description& description() const override { return description_; }
-  std::vector<phs::HoldPtr> holds() const override { return whole_.holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
 
-  const phs::Model& whole() const { return whole_; }
-  const ContactModel& contacts() const { return contacts_; }
-  /// For every gap of the rigid contacts, whether it is closed in this run.
-  std::vector<char>& held() const { return *closed_; }
-  bool holds_any() const;  ///< whether any is
+  bool holds_any() const;  ///< whether any is closed
   template <class T>
   void push(std::span<T>) const {}  // contacts that are open do nothing
-
- private:
-  const phs::Model& whole_;
-  const ContactModel& contacts_;
-  phs::Description description_;
-  std::shared_ptr<std::vector<char>> closed_;
 };
 
 /// A method for a model with rigid contacts: its steps consist of parts that end at impacts and

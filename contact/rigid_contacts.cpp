@@ -22,29 +22,23 @@ constexpr double most_overlap = 1e-6;
 /// Of a flight that lasts `time` and ends at this speed.
 double height(double speed, double time) { return 0.25 * speed * time; }
 
-/// The depth of a free gap, or minus how hard a closed one is pressed. The soft contacts of the
-/// model come first.
-class RigidSwitches final : public integrators::Switches {
+/// The depth of a free gap, or minus how hard a closed one is pressed.
+class RigidSwitches final : public HeldSwitches<RestingModel> {
  public:
   RigidSwitches(std::shared_ptr<RestingModel> model, std::shared_ptr<const phs::Model> part,
                 const std::shared_ptr<const phs::Model>& kept)
-      : model_(std::move(model)),
-        part_(std::move(part)),
-        contacts_(model_->contacts()),
-        soft_(contacts_.depths()),
+      : HeldSwitches(std::move(model), std::move(part), kept),
         at_(contacts_),
         exact_(contacts_),
         forces_(contacts_),
         impact_(exact_.gaps.count()),
-        nq_(size_t(contacts_.mechanism().nq())),
-        angles_(size_t(contacts_.mechanism().angle_count())),
         quad_angles_(angles_.size()),
         quad_(2 * nq_),
-        dx_(size_t(model_->whole().description().nx)),
         moved_(nq_),
         used_(at_.count()),
         last_(at_.count()),
-        low_(at_.count()) {
+        low_(at_.count()),
+        loss_at_(powers_of(contacts_.rigid(), ".impact")) {
     for (size_t k = 0; k < at_.count(); ++k)
       e_.push_back(contacts_.rigid()[at_.rigid(k)].restitution);
     const size_t m = at_.count();
@@ -52,18 +46,9 @@ class RigidSwitches final : public integrators::Switches {
     independent_.reserve(m);
     rates_.reserve(size_t(contacts_.mechanism().nv()));
     jumped_.reserve(100 * m);
-    // The field without the forces of closed contacts, with what the controllers hold in this run.
-    const auto* const run = dynamic_cast<const integrators::RunModel*>(kept.get());
-    free_ = run ? integrators::RunModel(model_->whole(), *run).instantiate<double>()
-                : model_->whole().instantiate<double>();
-    const auto& powers = model_->whole().description().powers;
-    for (const auto& r : contacts_.rigid())
-      for (size_t a = 0; a < powers.size(); ++a)
-        if (powers[a].name == r.name + ".impact") loss_at_.push_back(a);  // the count follows it
   }
 
   size_t count() const override { return soft_->count() + at_.count(); }
-  bool jumps(size_t k) const override { return k >= soft_->count(); }
 
   void at(double t, std::span<const double> x, std::span<const double> turns,
           std::span<double> value) override {
@@ -90,7 +75,6 @@ class RigidSwitches final : public integrators::Switches {
     std::fill(last_.begin(), last_.end(), -HUGE_VAL);
     jumped_.clear();
   }
-  std::span<const integrators::Jump> jumped() const override { return jumped_; }
 
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
     k -= soft_->count();
@@ -172,12 +156,9 @@ class RigidSwitches final : public integrators::Switches {
   std::span<const Quad> p() const { return std::span(quad_).subspan(nq_); }
 
   void turn(std::span<const double> turns) {
-    if (std::equal(angles_.begin(), angles_.end(), turns.begin()) && told_) return;
-    told_ = true;
-    std::copy_n(turns.begin(), angles_.size(), angles_.begin());
+    if (!is_turned(turns)) return;
     at_.set_turn_angles(angles_);
     forces_.set_turn_angles(angles_);
-    free_->set_turn_angles(turns);
   }
   /// The state in 113 bits, and the gaps there.
   void place(const State& s) {
@@ -239,27 +220,18 @@ class RigidSwitches final : public integrators::Switches {
     }
   }
 
-  std::shared_ptr<RestingModel> model_;
-  std::shared_ptr<const phs::Model> part_;  ///< the model as a part of a run, or null
-  const ContactModel& contacts_;
-  std::unique_ptr<integrators::Switches> soft_;
   RigidGaps<double> at_;
   RigidRows<Quad> exact_;
   RestingForces forces_;
   RigidImpact<Quad> impact_;
-  size_t nq_;
-  std::vector<double> angles_;
   std::vector<Quad> quad_angles_, quad_, lambda_, rates_;
-  std::vector<double> dx_, e_;
+  std::vector<double> e_;
   std::vector<Quad> moved_;
   std::vector<double> used_;  ///< restitutions of an impact
   std::vector<double> last_;  ///< of each gap, the time of its last impact in this step
   std::vector<char> low_;     ///< of each row of an impact, whether its contact closes
   std::vector<char> independent_;
   std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts
-  std::vector<integrators::Jump> jumped_;
-  std::unique_ptr<phs::System<double>> free_;
-  bool told_ = false;
 };
 
 }  // namespace

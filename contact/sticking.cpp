@@ -12,38 +12,23 @@ namespace {
 
 using integrators::Outcome;
 
-/// Of a joint that slides, minus its speed; of one that sticks, |λ|/breakaway - 1. The soft
-/// contacts of the model come first.
-class StickSwitches final : public integrators::Switches {
+/// Of a joint that slides, minus its speed; of one that sticks, |λ|/breakaway - 1.
+class StickSwitches final : public HeldSwitches<StickingModel> {
  public:
   StickSwitches(std::shared_ptr<StickingModel> model, std::shared_ptr<const phs::Model> part,
                 const std::shared_ptr<const phs::Model>& kept)
-      : model_(std::move(model)),
-        part_(std::move(part)),
-        contacts_(model_->contacts()),
+      : HeldSwitches(std::move(model), std::move(part), kept),
         joints_(contacts_.placed_dry()),
-        soft_(contacts_.depths()),
         forces_(contacts_),
-        nq_(size_t(contacts_.mechanism().nq())),
-        angles_(size_t(contacts_.mechanism().angle_count())),
-        x_(size_t(model_->whole().description().nx)),
-        dx_(x_.size()),
-        free_dx_(x_.size()),
+        x_(dx_.size()),
+        free_dx_(dx_.size()),
         p_change_(nq_),
-        places_(joints_.size()) {
+        places_(joints_.size()),
+        slips_at_(powers_of(contacts_.dry(), ".slips")) {
     jumped_.reserve(100 * joints_.size());
-    // The field in which no sign is frozen and nothing sticks, with what the controllers hold.
-    const auto* const run = dynamic_cast<const integrators::RunModel*>(kept.get());
-    free_ = run ? integrators::RunModel(model_->whole(), *run).instantiate<double>()
-                : model_->whole().instantiate<double>();
-    const auto& powers = model_->whole().description().powers;
-    for (const DryFriction& f : contacts_.dry())
-      for (size_t a = 0; a < powers.size(); ++a)
-        if (powers[a].name == f.name + ".slips") slips_at_.push_back(a);
   }
 
   size_t count() const override { return soft_->count() + joints_.size(); }
-  bool jumps(size_t k) const override { return k >= soft_->count(); }
 
   void at(double t, std::span<const double> x, std::span<const double> turns,
           std::span<double> value) override {
@@ -76,7 +61,6 @@ class StickSwitches final : public integrators::Switches {
     if (!begun_) begin(t, s);
     settle(s);
   }
-  std::span<const integrators::Jump> jumped() const override { return jumped_; }
 
   /// A joint stops or breaks away; then those at rest find together what they do.
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
@@ -147,11 +131,7 @@ class StickSwitches final : public integrators::Switches {
   std::vector<int>& slides() { return model_->held(); }
 
   void turn(std::span<const double> turns) {
-    if (std::equal(angles_.begin(), angles_.end(), turns.begin()) && told_) return;
-    told_ = true;
-    std::copy_n(turns.begin(), angles_.size(), angles_.begin());
-    forces_.set_turn_angles(angles_);
-    free_->set_turn_angles(turns);
+    if (is_turned(turns)) forces_.set_turn_angles(angles_);
   }
   void angles_of(const State& s) {
     all_angles_.resize(s.turns.size());
@@ -206,22 +186,14 @@ class StickSwitches final : public integrators::Switches {
     }
   }
 
-  std::shared_ptr<StickingModel> model_;
-  std::shared_ptr<const phs::Model> part_;  ///< the model as a part of a run, or null
-  const ContactModel& contacts_;
   const std::vector<ContactModel::PlacedJoint>& joints_;
-  std::unique_ptr<integrators::Switches> soft_;
   StickingForces forces_;
-  size_t nq_;
   double t_ = 0;  ///< of the last at()
-  std::vector<double> angles_, all_angles_;
-  std::vector<double> x_, dx_, free_dx_, p_change_;
+  std::vector<double> all_angles_, x_, free_dx_, p_change_;
   std::vector<int> before_;
   std::vector<Place> places_;
   std::vector<size_t> slips_at_;  ///< of each joint, the power that counts its slips
-  std::vector<integrators::Jump> jumped_;
-  std::unique_ptr<phs::System<double>> free_;
-  bool begun_ = false, told_ = false, has_field_ = false;
+  bool begun_ = false, has_field_ = false;
 };
 
 }  // namespace

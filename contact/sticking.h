@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "contact/contact.h"
+#include "contact/held_model.h"
 
 /// Runs of models whose joints have dry friction: what sticks, what slides, and when that changes.
 namespace porthos::contact {
@@ -11,34 +11,21 @@ namespace porthos::contact {
 /// A model for one run. The friction of a dry joint that slides has its sign frozen until it stops;
 /// of one that sticks it is the force λ that keeps v' = 0, from 0 = a + W λ over all that stick, a
 /// the accelerations without them. λ is found from the field, in double, for every scalar: a
-/// derivative does not see it move. Both models must outlive it.
-class StickingModel final : public phs::ModelFor<StickingModel> {
+/// derivative does not see it move. held(): for every dry joint 0 if it sticks, else the sign of
+/// the rate with which it slides.
+class StickingModel final : public HeldModel<StickingModel, int> {
  public:
   /// whole: a model whose state begins with that of the mechanism in `contacts`
   StickingModel(const phs::Model& whole, const ContactModel& contacts);
 
-  /// That of the whole, but its counts of slips have other names: methods refuse a model whose
-  /// friction has no sign, and this one's has.
-  const phs::Description& description() const override { return description_; }
-  std::vector<phs::HoldPtr> holds() const override { return whole_.holds(); }
   template <class T>
   std::unique_ptr<phs::System<T>> make_system() const;
 
-  const phs::Model& whole() const { return whole_; }
-  const ContactModel& contacts() const { return contacts_; }
-  /// For every dry joint: 0 if it sticks, else the sign of the rate with which it slides.
-  std::vector<int>& held() const { return *slides_; }
   bool holds_any() const;  ///< whether any sticks
   /// Gives the friction in the field dx the sign of each joint that slides. Of those that stick it
   /// takes it off, with the rounding of their rates.
   template <class T>
   void push(std::span<T> dx) const;
-
- private:
-  const phs::Model& whole_;
-  const ContactModel& contacts_;
-  phs::Description description_;
-  std::shared_ptr<std::vector<int>> slides_;
 };
 
 /// A method for a model with dry friction: its steps consist of parts that end where a joint stops

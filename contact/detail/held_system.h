@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "contact/contact.h"
@@ -79,6 +80,61 @@ class HeldSystem final : public phs::Forwarding<T> {
   std::vector<Forces> forces_;  ///< by lane: they know its turns
   size_t n_;
   std::vector<double> x_, dx_;
+};
+
+/// The switches of a run in which something holds: those of the model's soft contacts come first.
+template <class Model>
+class HeldSwitches : public integrators::Switches {
+ public:
+  bool jumps(size_t k) const final { return k >= soft_->count(); }
+  std::span<const integrators::Jump> jumped() const final { return jumped_; }
+
+ protected:
+  /// part: the model as a part of a run, or null; kept: what the method keeps of it
+  HeldSwitches(std::shared_ptr<Model> model, std::shared_ptr<const phs::Model> part,
+               const std::shared_ptr<const phs::Model>& kept)
+      : model_(std::move(model)),
+        contacts_(model_->contacts()),
+        soft_(contacts_.depths()),
+        nq_(size_t(contacts_.mechanism().nq())),
+        angles_(size_t(contacts_.mechanism().angle_count())),
+        dx_(size_t(model_->whole().description().nx)),
+        part_(std::move(part)) {
+    const auto* const run = dynamic_cast<const integrators::RunModel*>(kept.get());
+    free_ = run ? integrators::RunModel(model_->whole(), *run).template instantiate<double>()
+                : model_->whole().template instantiate<double>();
+  }
+  /// Of everything in a list that has a name, its power "<name><ending>".
+  template <class List>
+  std::vector<size_t> powers_of(const List& list, const char* ending) const {
+    std::vector<size_t> at;
+    const auto& powers = model_->whole().description().powers;
+    for (const auto& each : list)
+      for (size_t a = 0; a < powers.size(); ++a)
+        if (powers[a].name == each.name + ending) at.push_back(a);
+    return at;
+  }
+  /// Tells free_ the turns. @return whether they are new
+  bool is_turned(std::span<const double> turns) {
+    if (std::equal(angles_.begin(), angles_.end(), turns.begin()) && told_) return false;
+    told_ = true;
+    std::copy_n(turns.begin(), angles_.size(), angles_.begin());
+    free_->set_turn_angles(turns);
+    return true;
+  }
+
+  std::shared_ptr<Model> model_;
+  const ContactModel& contacts_;
+  std::unique_ptr<integrators::Switches> soft_;
+  size_t nq_;
+  std::vector<double> angles_, dx_;
+  std::vector<integrators::Jump> jumped_;
+  /// The field in which nothing holds, with what the controllers hold in this run.
+  std::unique_ptr<phs::System<double>> free_;
+
+ private:
+  std::shared_ptr<const phs::Model> part_;
+  bool told_ = false;
 };
 
 /// A method for the run of `whole` whose switches are those of a Model of it.

@@ -245,14 +245,7 @@ TEST(Allocation, NoneAtImpacts) {
 
 /// An arm whose joints slide, stop and stick.
 TEST(Allocation, NoneWhereJointsStick) {
-  auto upper = body_on("upper", "revolute", 2), lower = body_on("lower", "revolute", 1);
-  lower.parent = "upper";
-  lower.placement.r = {0, 0, -1};
-  for (auto* b : {&upper, &lower}) {
-    b->joint.axis = {0, -1, 0};
-    b->mass.com = {0, 0, -0.5};
-  }
-  const auto arm = mechanism_of({upper, lower}, 9.8125);
+  const auto arm = two_links(9.8125);
   const ContactModel model(
       arm, arm, {}, {}, {{"shoulder", "upper", 4, 5, 0, 0.2}, {"elbow", "lower", 2, 2.5, 0.3, 0}});
   const auto method = contact::with_dry_friction(model, model, 0.01, [](const phs::Model& run) {

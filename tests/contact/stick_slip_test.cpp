@@ -287,14 +287,7 @@ struct Arm {
   std::shared_ptr<const ContactModel> contacts;
 
   explicit Arm(const std::vector<DryFriction>& dry) {
-    auto upper = body_on("upper", "revolute", 2), lower = body_on("lower", "revolute", 1);
-    lower.parent = "upper";
-    lower.placement.r = {0, 0, -1};
-    for (auto* b : {&upper, &lower}) {
-      b->joint.axis = {0, -1, 0};
-      b->mass.com = {0, 0, -0.5};
-    }
-    links = mechanism_of({upper, lower}, g);
+    links = two_links(g);
     contacts = std::make_shared<ContactModel>(links, links, std::vector<Contact>{},
                                               std::vector<Stop>{}, dry);
   }

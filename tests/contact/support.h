@@ -37,6 +37,17 @@ inline std::shared_ptr<const mechanics::MechanicalModel> mechanism_of(
   return std::make_shared<mechanics::MechanicalModel>(
       std::make_shared<const mechanics::Mechanism>(b.build()));
 }
+/// Two links of 1 m that hang along -z and turn about y by upper and lower, 2 kg and 1 kg.
+inline std::shared_ptr<const mechanics::MechanicalModel> two_links(double gravity) {
+  auto upper = body_on("upper", "revolute", 2), lower = body_on("lower", "revolute", 1);
+  lower.parent = "upper";
+  lower.placement.r = {0, 0, -1};
+  for (auto* b : {&upper, &lower}) {
+    b->joint.axis = {0, -1, 0};
+    b->mass.com = {0, 0, -0.5};
+  }
+  return mechanism_of({upper, lower}, gravity);
+}
 inline Shape ball(double radius) {
   Shape s;
   s.radius = radius;
