@@ -190,9 +190,9 @@ PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::
                                 [&](const auto& k) { return k.v == port.at && k.nq == 1; });
     if (c == m.coordinates().end() || std::find(skip.begin(), skip.end(), port.name) != skip.end())
       continue;
-    const double mass = felt[size_t(c->q)];
-    s.joints.push_back({port.name, mass * bandwidth * bandwidth, rest[size_t(c->q)]});
-    s.damping.push_back({port.name, {2 * damping_ratio * bandwidth * mass}});
+    const auto gains = bandwidth_gains(felt[size_t(c->q)], bandwidth, damping_ratio);
+    s.joints.push_back({port.name, gains.stiffness, rest[size_t(c->q)]});
+    s.damping.push_back({port.name, {gains.damping}});
     s.actuators.push_back(port.name);
   }
   s.rest = std::move(rest);

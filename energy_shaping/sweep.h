@@ -51,8 +51,17 @@ int fastest(const std::vector<SweepResult>& results, double limit);
 std::vector<double> felt_masses(const mechanics::MechanicalModel& model,
                                 const std::vector<double>& q);
 
-/// Joint springs and dampers with a given bandwidth and damping ratio at the rest point: k = m ω²,
-/// d = 2 ζ m ω with felt_masses(). For joints of one degree of freedom that are not in `skip`.
+/// A joint's stiffness and damping [N m/rad, N m s/rad | N/m, N s/m].
+struct BandwidthGains {
+  double stiffness, damping;
+};
+/// m ω² and 2 ζ m ω. @param mass  what the joint moves [kg m² | kg]; bandwidth [rad/s]
+inline BandwidthGains bandwidth_gains(double mass, double bandwidth, double damping_ratio) {
+  return {mass * bandwidth * bandwidth, 2 * damping_ratio * bandwidth * mass};
+}
+
+/// Joint springs and dampers with bandwidth_gains() of felt_masses() at the rest point. For
+/// joints of one degree of freedom that are not in `skip`.
 /// @param bandwidth [rad/s]
 PotentialShaping joint_regulation(const mechanics::MechanicalModel& model, std::vector<double> rest,
                                   double bandwidth, double damping_ratio,

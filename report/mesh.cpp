@@ -22,26 +22,18 @@ constexpr size_t most_corners = 65535;  // their indices are stored in 16 bits
 /// The cells of a grid over a box, `along` of them on its longest side.
 class Grid {
  public:
-  Grid(const Mesh& mesh, int along) {
-    low_ = mesh.corners.front();
-    auto high = low_;
-    for (const auto& c : mesh.corners)
-      for (size_t k = 0; k < 3; ++k) {
-        low_[k] = std::min(low_[k], c[k]);
-        high[k] = std::max(high[k], c[k]);
-      }
-    double longest = 0;
-    for (size_t k = 0; k < 3; ++k) longest = std::max(longest, high[k] - low_[k]);
-    per_metre_ = longest > 0 ? along / longest : 0;
+  Grid(const Mesh& mesh, int along) : box_(extent_of(mesh)) {
+    per_metre_ = box_.longest > 0 ? along / box_.longest : 0;
   }
   std::uint64_t cell(const std::array<double, 3>& c) const {
     std::uint64_t at = 0;
-    for (size_t k = 0; k < 3; ++k) at = (at << 20) | std::uint64_t((c[k] - low_[k]) * per_metre_);
+    for (size_t k = 0; k < 3; ++k)
+      at = (at << 20) | std::uint64_t((c[k] - box_.low[k]) * per_metre_);
     return at;
   }
 
  private:
-  std::array<double, 3> low_{};
+  Extent box_;
   double per_metre_;
 };
 
@@ -102,6 +94,16 @@ fs::path package_file(const std::string& name, const fs::path& rest,
 }
 
 }  // namespace
+
+Extent extent_of(const Mesh& mesh) {
+  auto low = mesh.corners.front(), high = low;
+  for (const auto& c : mesh.corners)
+    for (size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], c[k]);
+      high[k] = std::max(high[k], c[k]);
+    }
+  return {low, std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]})};
+}
 
 Mesh simplified(Mesh mesh, size_t most) {
   if (mesh.triangles.size() <= most && mesh.corners.size() <= most_corners) return mesh;

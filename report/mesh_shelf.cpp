@@ -16,14 +16,7 @@ constexpr std::size_t finest = 6000;  ///< of a mesh: 50 kB of the page
 constexpr double most_steps = 65535;
 
 Json stored(const Mesh& mesh) {
-  auto low = mesh.corners.front(), high = low;
-  for (const auto& c : mesh.corners)
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], c[k]);
-      high[k] = std::max(high[k], c[k]);
-    }
-  double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, high[k] - low[k]);
+  const auto [low, longest] = extent_of(mesh);
   const double step = longest > 0 ? longest / most_steps : 1;
   std::vector<std::uint16_t> corners, triangles;
   for (const auto& c : mesh.corners)

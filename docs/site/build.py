@@ -115,9 +115,8 @@ def gallery(build, docs, source, stills):
             if picture is None:
                 raise SystemExit(f"gallery: example {name} drew no picture in {folder}")
             shutil.copy(picture, pictures / f"{name}.svg")
-            report = next(iter(sorted(folder.glob("report.html"))), None)
-            whole, moving = "", ""
-            if report:
+            report, whole, moving = folder / "report.html", "", ""
+            if report.exists():
                 shutil.copy(report, live / f"{name}.html")
                 said = " ".join(str(c) for c in command[1:]).replace(f" --out {folder}", "").replace(f"{ROOT}/", "")
                 whole = f'\n<p><a href="live/{name}.html">The whole report</a>, made by <code>porthos {said}</code></p>\n'

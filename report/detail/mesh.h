@@ -13,6 +13,14 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of corners
 };
 
+/// The least coordinates of a mesh and the longest side of its box [m].
+struct Extent {
+  std::array<double, 3> low;
+  double longest;
+};
+/// @param mesh  with a corner
+Extent extent_of(const Mesh& mesh);
+
 /// Reads an STL (binary or text), OBJ or COLLADA (.dae) file; polygons become fans of triangles.
 /// Materials, textures and normals are passed over. Of COLLADA the unit and the transformations of
 /// the scene's nodes are applied, up_axis is not, as RViz does.

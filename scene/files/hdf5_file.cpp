@@ -57,11 +57,7 @@ bool write_attribute(hid_t object, const std::string& name, double value) {
 
 Hdf5File::Hdf5File(const std::filesystem::path& path) : path_(path) {
   const Hdf5Turn turn;
-  // After a failed close, HDF5 before 1.14 fails in its exit handler on a file it has already freed
-  // (h5py issue 914). So the handler is not installed; the owners close our files.
-  static const bool no_exit_handler = H5dont_atexit() >= 0;
-  static_cast<void>(no_exit_handler);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+  prepare_hdf5();
   // The format of HDF5 1.10 has checksums of headers, links, attributes and indices of chunks.
   const Owned create(creating(H5P_FILE_CREATE)), access(H5Pcreate(H5P_FILE_ACCESS));
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);

@@ -20,6 +20,15 @@ class Hdf5Turn {
   std::lock_guard<std::recursive_mutex> lock_;
 };
 
+/// Before the first call of whoever opens a file.
+inline void prepare_hdf5() {
+  // After a failed close, HDF5 before 1.14 fails in its exit handler on a file it has already freed
+  // (h5py issue 914). So the handler is not installed; the owners close our files.
+  static const bool no_exit_handler = H5dont_atexit() >= 0;
+  static_cast<void>(no_exit_handler);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+}
+
 /// Closes an id of any kind.
 class Owned {
  public:

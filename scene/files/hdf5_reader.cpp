@@ -126,9 +126,7 @@ std::int64_t Hdf5Reader::Dataset::size() const {
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& path) : path_(path) {
   const Hdf5Turn turn;
-  static const bool no_exit_handler = H5dont_atexit() >= 0;  // see hdf5_file.cpp
-  static_cast<void>(no_exit_handler);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  prepare_hdf5();
   if (!std::filesystem::exists(path)) refuse("there is no such file");
   if (!is_survived(path)) refuse("it is damaged: the HDF5 library dies of it");
   file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);

@@ -80,6 +80,10 @@ class EnsembleCommand : public testing::Test {
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
+  void write_with_cases(const std::string& number) const {
+    std::string text = std::string(head) + sampled;
+    write("scene.toml", text.replace(text.find("cases = 60"), 10, "cases = " + number));
+  }
   std::string scene() const { return (folder_ / "scene.toml").string(); }
   EnsembleReport run(const std::string& out, EnsembleOptions o = {}) const {
     o.out = (folder_ / out).string();
@@ -361,9 +365,7 @@ bool begun(const fs::path& log) {
 }
 
 TEST_F(EnsembleCommand, KilledAndResumed) {
-  std::string text = std::string(head) + sampled;
-  text.replace(text.find("cases = 60"), 10, "cases = 3000");
-  write("scene.toml", text);
+  write_with_cases("3000");
   run("whole");
   for (int times = 0;; ++times) {
     ASSERT_LT(times, 3) << "the run was always done before it was killed";
@@ -422,9 +424,7 @@ pid_t process_of(int rank, const std::string& scene) {
 
 TEST_F(EnsembleCommand, ADeadRankLONG) {
   if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "waits for a silent rank: set PORTHOS_LONG=1";
-  std::string text = std::string(head) + sampled;
-  text.replace(text.find("cases = 60"), 10, "cases = 6000");
-  write("scene.toml", text);
+  write_with_cases("6000");
   run("whole");
   for (const bool recovery : {false, true}) {
     const fs::path out = folder_ / (recovery ? "recovered" : "aborted");
@@ -453,9 +453,7 @@ TEST_F(EnsembleCommand, ADeadRankLONG) {
 /// again and it finds the others gone.
 TEST_F(EnsembleCommand, ASlowRankLONG) {
   if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "waits for a slow rank: set PORTHOS_LONG=1";
-  std::string text = std::string(head) + sampled;
-  text.replace(text.find("cases = 60"), 10, "cases = 6000");
-  write("scene.toml", text);
+  write_with_cases("6000");
   run("whole");
   for (const int seconds : {4, 20}) {
     const std::string out = "slow_" + std::to_string(seconds);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "energy_shaping/sweep.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"
 
@@ -9,10 +10,8 @@ namespace porthos::scene {
 
 JointGains JointGains::for_mass(double mass) const {
   if (bandwidth == 0) return *this;
-  JointGains g = *this;
-  g.stiffness = mass * bandwidth * bandwidth;
-  g.damping = 2 * damping_ratio * mass * bandwidth;
-  return g;
+  const auto made = energy_shaping::bandwidth_gains(mass, bandwidth, damping_ratio);
+  return {made.stiffness, made.damping, bandwidth, damping_ratio};
 }
 
 std::vector<SchemaKey> bandwidth_keys(const char* ratio) {

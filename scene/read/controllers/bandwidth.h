@@ -14,8 +14,8 @@ struct JointGains {
   double stiffness = 0, damping = 0;
   double bandwidth = 0, damping_ratio = 1;  ///< [rad/s]; 0: stated as they are
 
-  /// Gains for what the joint moves: m ω² and 2 ζ m ω. @param mass [kg m² or kg], 1 for gains that
-  /// are divided by it
+  /// By energy_shaping::bandwidth_gains() if they follow from a bandwidth.
+  /// @param mass  [kg m² | kg]; 1 for gains that are divided by it
   JointGains for_mass(double mass) const;
 };
 
