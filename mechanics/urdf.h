@@ -32,6 +32,7 @@ struct UrdfOptions {
   bool couple_mimics = false;  ///< <mimic> becomes a coupling (UrdfResult::mimics); else a note
   bool use_damping =
       true;  ///< <dynamics damping> becomes viscous joint damping; false: reported only
+  bool use_friction = false;  ///< the caller simulates <dynamics friction>; false: reported only
 };
 
 /// A part of the file that is not simulated, or a remark.

@@ -333,7 +333,7 @@ class FileReader {
     const bool damps = options_.use_damping && spec.type != "fixed";
     if (damps) spec.damping = damping;
     const std::string fate = " read but not simulated";
-    if (spec.friction > 0) note(*d, "friction " + number(spec.friction) + fate);
+    if (spec.friction > 0 && !options_.use_friction) note(*d, "friction " + number(spec.friction) + fate);
     if (damping != 0 && !damps) note(*d, "damping " + number(damping) + fate);
   }
 

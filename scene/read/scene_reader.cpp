@@ -13,6 +13,7 @@
 #include "scene/read/scene.h"
 #include "scene/read/scene_texts.h"
 #include "scene/read/toml_table-inl.h"
+#include "scene/read/urdf_friction.h"
 #include "scene/read/variation.h"
 
 namespace porthos::scene {
@@ -59,6 +60,7 @@ class Reader {
     s_.bodies = read_bodies(top);
     s_.panels = read_panels(top);
     s_.elements = read_elements(top);
+    if (s_.urdf.use_friction) add_urdf_friction(s_);
     s_.events = read_events(top);
     s_.actuators = read_actuators(top);
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
@@ -114,6 +116,7 @@ class Reader {
     s_.urdf.accept_unphysical_inertia = t.choice("unphysical_inertia") == "accept";
     if (t.has("lock")) s_.urdf.locked = t.texts("lock", "names of joints");
     s_.urdf.use_damping = t.boolean("use_damping");
+    s_.urdf.use_friction = t.boolean("use_friction");
     s_.urdf.couple_mimics = t.choice("mimic") == "couple";
     const auto coordinates = t.choice("coordinates");
     s_.coordinates = coordinates == "maximal" ? Coordinates::maximal

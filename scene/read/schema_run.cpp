@@ -60,6 +60,8 @@ std::vector<SchemaTable> run_tables() {
         word("unphysical_inertia", {"error", "accept"}, "\"error\"",
              "inertias that break the triangle inequality"),
         yes_or_no("use_damping", "true", "simulate <dynamics damping>"),
+        yes_or_no("use_friction", "false",
+                  "<dynamics friction> is dry friction, at joints without a dry_friction element"),
         word("mimic", {"ignore", "couple"}, "\"ignore\"",
              "a <mimic> joint moves by itself, or follows as by a [[coupling]]"),
         word("coordinates", {"reduced", "maximal", "auto"}, "\"reduced\"",

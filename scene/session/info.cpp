@@ -208,7 +208,7 @@ std::string bound(const std::optional<double>& x, const char* none) {
 }
 
 /// Joint properties in the file that the simulation leaves out.
-std::string left_out_section(const Mechanism& m) {
+std::string left_out_section(const Mechanism& m, bool friction) {
   TextRows rows;
   for (const auto& j : m.joint_properties()) {
     const bool turns = j.turn >= 0;
@@ -216,7 +216,7 @@ std::string left_out_section(const Mechanism& m) {
       rows.push_back(
           {j.joint, fmt::format("limits {} .. {} {}, not enforced", bound(j.lower, "-inf"),
                                 bound(j.upper, "inf"), turns ? "rad" : "m")});
-    if (j.friction > 0)
+    if (j.friction > 0 && !friction)
       rows.push_back(
           {j.joint, fmt::format("friction {} {}, not simulated", j.friction, turns ? "N m" : "N")});
   }
@@ -299,8 +299,9 @@ std::string info_text(const Scene& asked, const Assembly& assembly) {
   for (const std::string& section :
        {model_section(scene, m), states_section(assembly), ports_section(d), ledger_section(d),
         invariants_section(d), constraints_section(assembly), plan_section(scene, assembly),
-        controllers_section(scene, assembly), outputs_section(scene, assembly), left_out_section(m),
-        notes_section(assembly.notes), cost_section(assembly)})
+        controllers_section(scene, assembly), outputs_section(scene, assembly),
+        left_out_section(m, scene.urdf.use_friction), notes_section(assembly.notes),
+        cost_section(assembly)})
     if (!section.empty()) text += "\n" + section;
   return text;
 }

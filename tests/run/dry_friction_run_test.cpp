@@ -99,6 +99,32 @@ TEST(DryFrictionRun, JumpsOfTheLoadAndLocks) {
   EXPECT_LE(std::fabs(r.final_state.x[3]), 1e-15);
 }
 
+/// <dynamics friction> of the model file is Coulomb's dry friction where the scene asks for it; an
+/// element of the scene goes before. Control: without use_friction the joint has none.
+TEST(DryFrictionRun, TheModelFileMayStateIt) {
+  const auto end = [](const std::vector<Change>& changes) {
+    TemporaryFolder folder;
+    auto s = let_go(folder, 2, changes);
+    return std::pair{run_of(s), s.elements.size()};
+  };
+  const std::string elbow =
+      "[[element]]\ntype = \"dry_friction\"\njoint = \"elbow\"\n"
+      "coulomb = 1.0\nbreakaway = 1.5\n";
+  const Change from_file{"base = \"fixed\"", "base = \"fixed\"\nuse_friction = true"},
+      states{"<joint name=\"elbow\" type=\"continuous\">",
+             "<joint name=\"elbow\" type=\"continuous\"><dynamics friction=\"1.0\"/>"};
+  const auto [file, of_file] = end({{elbow, ""}, from_file, states});
+  const auto [element, of_scene] = end({{"breakaway = 1.5", ""}});
+  const auto [none, of_none] = end({{elbow, ""}, states});
+  const auto [both, of_both] = end({{"breakaway = 1.5", ""}, from_file, states});
+  EXPECT_TRUE(file.final_state == element.final_state);
+  EXPECT_TRUE(both.final_state == element.final_state);
+  EXPECT_FALSE(none.final_state == element.final_state);
+  EXPECT_EQ(of_file, of_scene);
+  EXPECT_EQ(of_both, of_scene);
+  EXPECT_EQ(of_none, of_scene - 1);
+}
+
 TEST(DryFrictionRun, RefusalsSayWhereAndWhat) {
   const auto refusal = [](const std::vector<Change>& changes, const std::string& more = "") {
     TemporaryFolder folder;
@@ -114,7 +140,8 @@ TEST(DryFrictionRun, RefusalsSayWhereAndWhat) {
   const auto refused = [&](const std::string& text, const std::string& expected) {
     EXPECT_TRUE(text.starts_with("scene.toml:") && says(text, expected)) << text;
   };
-  refused(refusal({{"coulomb = 4 ", "coulomb = 0 "}}), "coulomb is 0, expected a force above 0");
+  refused(refusal({{"coulomb = 4 ", "coulomb = 0 "}}),
+          "coulomb is 0, expected a number of N m or N above 0");
   refused(refusal({{"breakaway = 6 ", "breakaway = 2 "}}),
           "breakaway is 2, expected coulomb, 4, or more");
   refused(refusal({{"stribeck = 0.2 ", "smoothing = 0.2 "}}), "unknown key 'smoothing'");

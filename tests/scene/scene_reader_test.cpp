@@ -184,7 +184,7 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
       {model("udrf = \"arm.urdf\"\n" + fixed),
        "2:1: unknown key 'udrf' in [model], the nearest known one is 'urdf' "
        "(known: urdf, base, lock, links_without_inertia, unphysical_inertia, use_damping, "
-       "mimic, coordinates, inertia, mass_factor)"},
+       "use_friction, mimic, coordinates, inertia, mass_factor)"},
       {run("durations = 10"),
        "11:1: unknown key 'durations' in [run], the nearest known one is 'duration' "
        "(known: duration, record_every, extrema, low_words, checkpoint_every, case)"},
@@ -326,11 +326,11 @@ TEST_F(SceneReader, RefusalsSayWhereWhatAndWhatWasExpected) {
 TEST_F(SceneReader, MissingAndMistypedTables) {
   EXPECT_EQ(error(""),
             "scene.toml:1:1: there is no [model], expected a table with the keys urdf, base, lock, "
-            "links_without_inertia, unphysical_inertia, use_damping, mimic, "
+            "links_without_inertia, unphysical_inertia, use_damping, use_friction, mimic, "
             "coordinates, inertia, mass_factor");
   EXPECT_EQ(error("model = 1"),
             "scene.toml:1:9: model is a number, expected a table with the keys urdf, base, lock, "
-            "links_without_inertia, unphysical_inertia, use_damping, mimic, "
+            "links_without_inertia, unphysical_inertia, use_damping, use_friction, mimic, "
             "coordinates, inertia, mass_factor");
   EXPECT_EQ(error("title = 1"), "scene.toml:1:9: title is a number, expected text");
   const std::string model = "[model]\nurdf = \"arm.urdf\"\nbase = \"free\"\n";

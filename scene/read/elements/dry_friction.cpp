@@ -8,10 +8,10 @@ namespace {
 void read_dry_friction(const Table& t, Element& e) {
   e.dry = {e.name,
            e.joint,
-           t.number("coulomb"),
-           t.number_or("breakaway", 0),
-           t.number_or("stribeck", 0),
-           t.number("viscous")};
+           t.positive("coulomb"),
+           t.has("breakaway") ? t.positive("breakaway") : 0,
+           t.not_negative("stribeck"),
+           t.not_negative("viscous")};
   contact::check(*e.dry);
 }
 
