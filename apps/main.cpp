@@ -18,6 +18,7 @@
 #include "apps/report.h"
 #include "apps/sensitivity.h"
 #include "phs/error.h"
+#include "scene/files/nearest.h"
 #include "scene/session/info.h"
 
 namespace {
@@ -137,6 +138,7 @@ void add_runs(CLI::App& app, Arguments& a) {
   sensitivity
       ->add_option("--out", a.out, "results folder [results/<name of the scene>-sensitivity]")
       ->type_name("DIR");
+  sensitivity->add_option("--top", a.top, "rows of each kind in the table [6]")->type_name("N");
   add_numbers(sensitivity, a);
   add_case(sensitivity, a);
   sensitivity->add_flag("--json", a.json, "print sensitivity.json instead of the table");
@@ -182,6 +184,14 @@ void add_pages(CLI::App& app, Arguments& a) {
   actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
 }
 
+std::string unknown_option(const CLI::App& command, const std::string& option) {
+  std::vector<std::string> names;
+  for (const CLI::Option* o : command.get_options())
+    for (const std::string& name : o->get_lnames()) names.push_back("--" + name);
+  return fmt::format("{} has no option {}, the nearest is {}", command.get_name(), option,
+                     porthos::scene::nearest(option, {names.begin(), names.end()}));
+}
+
 /// The message for wrong arguments; our own where CLI11's is unclear.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
@@ -191,6 +201,10 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const cha
       porthos::add_to_list(known, c->get_name());
     return fmt::format("there is no command '{}', expected one of {}", first, known);
   }
+  for (const CLI::App* c : app.get_subcommands())
+    if (const auto unknown = c->remaining(); dynamic_cast<const CLI::ExtrasError*>(&e))
+      for (const std::string& word : unknown)
+        if (word.starts_with("--")) return unknown_option(*c, word);
   return e.what();
 }
 

@@ -125,7 +125,9 @@ class ComparisonRun {
       MethodTrials m = plain;
       m.control = control;
       try {
-        make_controlled(control, name, *assembly_.model, guess_, {.length = scene_.control_length});
+        with_touches(*assembly_.model, guess_, [&](const phs::Model& model) {
+          return make_controlled(control, name, model, guess_, {.length = scene_.control_length});
+        });
         c_.methods.push_back(m);
       } catch (const InvalidArgument& why) {
         c_.skipped.emplace_back(m.label(), m.label() + ": " + why.what());
@@ -177,8 +179,11 @@ class ComparisonRun {
                                   .stop = options_.stop});
     return c_.sensitivity.time_of_growth(trajectory_growth);
   } catch (const InvalidArgument& why) {
-    if (!assembly_.spacecraft && !jumps(*assembly_.model)) throw;
-    c_.notes.push_back(fmt::format("how small deviations grow is not known: {}", why.what()));
+    const bool jump = jumps(*assembly_.model);
+    if (!assembly_.spacecraft && !jump) throw;
+    c_.notes.push_back(
+        fmt::format("how small deviations grow is not known: {}",
+                    jump ? "the motion has jumps, or joints that stick" : why.what()));
     return HUGE_VAL;
   }
 

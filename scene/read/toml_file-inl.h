@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "phs/error.h"
+#include "scene/files/nearest.h"
 #include "scene/read/input_files.h"
 
 // toml++ 3.3 asserts conditions that some damaged texts violate: it would abort, and with NDEBUG
@@ -38,13 +39,9 @@ struct TomlAssertion : std::logic_error {
 /// Places in a TOML file, and the messages for refused input. Private to the readers of a scene.
 namespace porthos::scene {
 
-using Names = std::vector<std::string_view>;
-
 std::string joined(const Names& names);
 /// The types for which the schema has tables `id`.<type>: "\"spring\", \"damper\" or \"friction\"".
 std::string types_of(const std::string& id);
-/// The known name that takes the fewest edits from `name`.
-std::string_view nearest(std::string_view name, const Names& known);
 /// Description of the value in the file, for "expected ..." messages.
 std::string found(const toml::node& n);
 

@@ -8,25 +8,6 @@
 #include "scene/read/variation.h"
 
 namespace porthos::scene {
-namespace {
-
-/// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
-size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
-  for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  for (size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
-  for (size_t i = 1; i <= a.size(); ++i)
-    for (size_t j = 1; j <= b.size(); ++j) {
-      d[i][j] =
-          std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  return d[a.size()][b.size()];
-}
-
-}  // namespace
-
 void toml_gave_up(const char* asserted) { throw TomlAssertion(asserted); }
 
 Table::Content Table::content(const char* key) const {
@@ -67,12 +48,6 @@ std::string types_of(const std::string& id) {
   return fmt::format("{} or {}", fmt::join(types, ", "), last);
 }
 
-std::string_view nearest(std::string_view name, const Names& known) {
-  return *std::min_element(known.begin(), known.end(), [&](auto a, auto b) {
-    return edit_distance(name, a) < edit_distance(name, b);
-  });
-}
-
 std::string found(const toml::node& n) {
   switch (n.type()) {
     case toml::node_type::table:
@@ -98,6 +73,19 @@ void refuse(const std::string& where, const std::string& sentence) {
   throw InvalidArgument(where + ": " + sentence);
 }
 
+/// "element[0] (dry_friction, shoulder), element[1] (...)" with the words that tell tables apart.
+static std::string listed_places(const toml::array& array, const std::string& name) {
+  std::string places;
+  for (size_t i = 0; i < array.size(); ++i) {
+    std::string words;
+    if (const toml::table* t = array.get(i)->as_table())
+      for (const char* key : {"type", "name", "joint", "link"})
+        if (const auto word = t->get_as<std::string>(key)) add_to_list(words, word->get());
+    add_to_list(places, fmt::format("{}[{}]{}", name, i, words.empty() ? "" : " (" + words + ")"));
+  }
+  return places;
+}
+
 void replace(toml::table& root, const std::string& key, const std::vector<double>& values) {
   const auto nowhere = [&](const std::string& why) {
     throw InvalidArgument(fmt::format("there is no '{}' in the scene: {}", key, why));
@@ -113,11 +101,14 @@ void replace(toml::table& root, const std::string& key, const std::vector<double
       size_t n = 0;
       const char *const first = name.data() + open + 1, *const last = name.data() + name.size() - 1;
       const auto [rest, error] = std::from_chars(first, last, n);
-      if (error != std::errc() || rest != last) nowhere("expected a whole number in the brackets");
+      if (error != std::errc() || rest != last)
+        nowhere("expected a whole number in the brackets, from 0");
       place = n;
       name.resize(open);
     }
     toml::table* table = at->as_table();
+    if (at->is_array() && begin > 0)
+      nowhere("expected one of " + listed_places(*at->as_array(), key.substr(0, begin - 1)));
     if (!table || name.empty()) nowhere("expected tables and keys with dots between them");
     const bool whole = end == key.size() && !place;
     if (whole && values.size() == 1) {

@@ -123,7 +123,7 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
-       "porthos: The following argument was not expected: --fast (see porthos --help)\n"},
+       "porthos: run has no option --fast, the nearest is --case (see porthos --help)\n"},
       {"run", "porthos: SCENE is required (see porthos --help)\n"},
       {"info swing/pendulum.urdf",
        "porthos: swing/pendulum.urdf is a model, expected a scene: porthos new "

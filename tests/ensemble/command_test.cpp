@@ -296,6 +296,10 @@ TEST_F(EnsembleCommand, RefusesInOneSentence) {
       std::string::npos);
   EXPECT_NE(said(e + v + "\"environment.vector[3]\"" + unit).find("'vector' has the places 0 to 2"),
             std::string::npos);
+  EXPECT_NE(said("[[element]]\ntype = \"damper\"\njoint = \"elbow\"\ndamping = 1\n" + e + v +
+                 "\"element.elbow.damping\"" + unit)
+                .find("expected one of element[0] (damper, elbow)"),
+            std::string::npos);
   EXPECT_NE(said("[ensemble]\ncases = 3\nsampling = \"grid\"\n" + v)
                 .find("expected \"random\" or \"sobol\""),
             std::string::npos);

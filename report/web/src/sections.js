@@ -47,7 +47,7 @@ export function growthWords(e, steps, series) {
   if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
   if (g >= 0.75) return `drifts, like t${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
   if (rounding) return `${g < 0.25 ? "stays bounded" : "grows like rounding, √t"}${exponent}`;
-  return g < 0.25 ? `stays bounded${exponent}, above rounding: the truncation of the method` : `grows${exponent} above rounding: the motion is not resolved everywhere`;
+  return g < 0.25 ? `stays bounded${exponent}, above rounding: the truncation of the method` : `grows${exponent}, by more than rounding: part of the motion is resolved less finely than the rest`;
 }
 
 export function verdict(d) {
