@@ -23,6 +23,7 @@ struct Arguments {
   std::vector<std::string> methods, models, of;
   bool resume = false, json = false, markdown = false, join = false, no_report = false;
   int threads = 0;
+  std::optional<size_t> top;
 };
 
 /// Each prints its results to stdout, everything else to stderr, and returns the exit code.

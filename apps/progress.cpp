@@ -22,7 +22,15 @@ std::string time_text(double seconds) {
 }  // namespace
 
 Progress::Progress()
-    : terminal_(isatty(STDERR_FILENO) == 1), last_(std::chrono::steady_clock::now()) {}
+    : terminal_(isatty(STDERR_FILENO) == 1),
+      begun_(std::chrono::steady_clock::now()),
+      last_(begun_) {}
+
+void Progress::update(double fraction) {
+  const double spent =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+  update(fraction, spent, spent * (1 - fraction) / fraction);
+}
 
 void Progress::update(double fraction, double spent, double left) {
   const auto now = std::chrono::steady_clock::now();

@@ -14,12 +14,14 @@ class Progress {
 
   /// @param fraction  0 to 1;  spent, left  wall-clock seconds
   void update(double fraction, double spent, double left);
+  /// The same, spent since this object was made, left in proportion.
+  void update(double fraction);
   /// Removes the bar, so that the next output starts on a clean line.
   void finish();
 
  private:
   bool terminal_, drawn_ = false;
-  std::chrono::steady_clock::time_point last_;
+  std::chrono::steady_clock::time_point begun_, last_;
 };
 
 }  // namespace porthos::apps

@@ -1,4 +1,6 @@
 // Gradients of runs.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
@@ -208,7 +210,11 @@ Raises InvalidArgument as gradient(), and RuntimeError where a step or its tange
           "of_second_half", [](const LyapunovSpectrum& s) { return as_array(s.of_second_half); },
           "The same over the second half: how far the two differ tells how far they have settled.")
       .def_readonly("time", &LyapunovSpectrum::time, "That they are means over [s].")
-      .def_readonly("end", &LyapunovSpectrum::end, "The last state.");
+      .def_readonly("end", &LyapunovSpectrum::end, "The last state.")
+      .def("__repr__", [](const LyapunovSpectrum& s) {
+        return fmt::format("LyapunovSpectrum([{:.4g}] 1/s over {:g} s)",
+                           fmt::join(s.exponents, ", "), s.time);
+      });
   m.def(
       "lyapunov_spectrum", &lyapunov_spectrum, py::arg("model"), py::arg("x"), py::arg("step"),
       py::arg("steps"), py::kw_only(), py::arg("method") = "gauss16", py::arg("count") = 0,

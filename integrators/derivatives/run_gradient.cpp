@@ -53,6 +53,7 @@ class Backwards {
   std::vector<RunGradient> of(const phs::State& start, std::int64_t steps) {
     Checkpoint here{start, method_->memory()};
     plan(steps, here);
+    work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(descents_.size()));
     if (steps == 0) begin(start);
     const bool ok = steps == 0 || reverse(here, steps, levels_);
     std::vector<RunGradient> all;
@@ -91,11 +92,23 @@ class Backwards {
     times_.reserve(size_t(segment_));
   }
 
+  /// Steps between two checkpoints of a level.
+  std::int64_t part_of(int level) const {
+    std::int64_t part = segment_;
+    for (int i = 1; i < level; ++i) part *= fan_;
+    return part;
+  }
+  /// Steps that reverse() takes forwards.
+  std::int64_t forward_steps(std::int64_t steps, int level) const {
+    if (steps <= segment_) return steps;
+    const std::int64_t part = part_of(level), parts = (steps - 1) / part;
+    return parts * (part + forward_steps(part, level - 1)) +
+           forward_steps(steps - parts * part, level - 1);
+  }
   /// Takes λ back over `steps` steps from a checkpoint.
   bool reverse(const Checkpoint& from, std::int64_t steps, int level) {
     if (steps <= segment_) return forwards(from, steps, true) && backwards();
-    std::int64_t part = segment_;
-    for (int i = 1; i < level; ++i) part *= fan_;
+    const std::int64_t part = part_of(level);
     std::vector<Checkpoint> checkpoints{from};
     method_->restore(from.memory);
     state_ = from.state;
@@ -121,14 +134,21 @@ class Backwards {
   }
   bool steps_forwards(std::int64_t steps, bool keep) {
     for (std::int64_t i = 0; i < steps; ++i) {
-      if (options_.stop && options_.stop->load(std::memory_order_relaxed))
-        return give_up(Outcome::failed, "the run was stopped");
+      if (!went_on()) return false;
       const double t = method_->time(state_);
       const Outcome o = method_->step(state_);
       if (o != Outcome::ok)
         return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
       if (keep) keep_step(t);
     }
+    return true;
+  }
+  /// Before a step, or a step back of one cost: about the same work. false: stopped.
+  bool went_on() {
+    if (options_.stop && options_.stop->load(std::memory_order_relaxed))
+      return give_up(Outcome::failed, "the run was stopped");
+    if (++done_ % 64 == 0 && options_.progress)
+      options_.progress(std::min(1.0, double(done_) / work_));
     return true;
   }
   /// The stages are the values at the nodes of the step's polynomial.
@@ -158,6 +178,7 @@ class Backwards {
   /// Takes a cost back over the step that began at t, with its stages and its end.
   bool back(Descent& d, double t, std::span<const double> step,
             const std::vector<std::int64_t>& turns) {
+    if (!went_on()) return false;
     const size_t s = weights_.size();
     const double h = method_->step_size();
     if (d.objective.sampled) {
@@ -227,7 +248,8 @@ class Backwards {
   std::vector<double> weights_;
   std::vector<size_t> angle_at_;
 
-  std::int64_t segment_ = 0, fan_ = 0;
+  std::int64_t segment_ = 0, fan_ = 0, done_ = 0;
+  double work_ = 1;
   int levels_ = 0;
   phs::State state_, end_;
   std::vector<double> kept_, times_;  ///< of a segment: stages and end of each step; its begin

@@ -22,7 +22,8 @@ struct GradientOptions {
   /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
   /// it is taken again in segments, from checkpoints at two levels or more.
   size_t memory = size_t(64) << 20;
-  const std::atomic<bool>* stop = nullptr;  ///< true: give up; the outcome is then `failed`
+  const std::atomic<bool>* stop = nullptr;         ///< true: give up; the outcome is then `failed`
+  std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
 };
 
 /// The gradient of a run's cost.

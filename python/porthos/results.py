@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import html
 import json
 import os
@@ -191,6 +192,13 @@ def open(folder: PathLike) -> Any:
     return Result(content, folder)
 
 
+def _place(name: str, names: list[str], what: str) -> int:
+    if name not in names:
+        near = difflib.get_close_matches(name, names, n=1, cutoff=0)
+        raise InvalidArgument(f"there is no {what} {name!r}, the nearest is {near[0]!r}" if near else f"there is no {what} {name!r}")
+    return names.index(name)
+
+
 @dataclass(frozen=True)
 class Sensitivity:
     """How the end of a run depends on its inputs, from Scene.sensitivity(): docs/derivatives.md. Printed, it is the table of the command."""
@@ -213,8 +221,8 @@ class Sensitivity:
             object.__setattr__(self, name, np.array(getattr(self, name)))
 
     def slope(self, quantity: str, value: str) -> float:
-        """The slope of a quantity by an input. Raises ValueError for a name that is none."""
-        return float(self.slopes[self.of.index(quantity), self.inputs.index(value)])
+        """The slope of a quantity by an input. Raises InvalidArgument for a name that is none."""
+        return float(self.slopes[_place(quantity, self.of, "quantity"), _place(value, self.inputs, "input")])
 
     @property
     def deviation(self) -> np.ndarray:

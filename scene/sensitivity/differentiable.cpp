@@ -9,11 +9,15 @@ namespace porthos::scene {
 
 Steps differentiable_steps(const Scene& s, const Assembly& a) {
   const auto refuse = [&](const std::string& what) {
-    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what);
+    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what +
+                          "; an [ensemble] over a parameter gives differences instead");
   };
   if (!s.events.empty()) refuse("no [[event]]");
   if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");
   if (s.orbit) refuse("no [orbit]: its splitting has no adjoint here");
+  if (!a.model->holds().empty())
+    refuse(fmt::format("no sampled controllers, only continuous ones, and '{}' is sampled",
+                       a.model->holds().front()->name));
   if (jumps(*a.model)) refuse("no rigid contact, rigid joint stop or dry friction: they jump");
   if (switches(s))
     refuse("no contact and no joint stop that begins with a kink, expected law = \"smooth\"");

@@ -1,6 +1,7 @@
 #include "scene/sensitivity/sensitivity.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,49 @@ void check_request(const Scene& scene, const SensitivityRequest& request) {
     throw InvalidArgument(in_file(scene.path) +
                           "sensitivity takes no [[actuator]]: where its motor starts follows from "
                           "the joints, by rules without slopes");
+}
+
+bool has_parameters(const Scene& scene) {
+  return !phs::linearise<double>(*assemble(scene).model)->parameters().empty();
+}
+
+/// The elements, contacts and controllers of a scene each of which alone leaves a model without
+/// slopes by its parameters; one that needs another is not told.
+std::vector<std::string> parameters_end_with(const Scene& scene) {
+  Scene bare = scene;
+  bare.elements.clear();
+  bare.contacts.clear();
+  bare.controllers.clear();
+  bare.outputs.clear();
+  std::vector<std::string> names;
+  const auto add = [&](auto Scene::*list) {
+    for (const auto& item : scene.*list) {
+      (bare.*list).assign(1, item);
+      try {
+        if (!has_parameters(bare)) names.push_back("'" + item.name + "'");
+      } catch (const InvalidArgument&) {
+      }
+    }
+    (bare.*list).clear();
+  };
+  add(&Scene::elements);
+  add(&Scene::contacts);
+  add(&Scene::controllers);
+  return names;
+}
+
+std::string no_parameters_note(const Scene& scene) {
+  constexpr size_t most = 3;
+  auto with = parameters_end_with(scene);
+  if (with.size() > most) {
+    const size_t more = with.size() - most;
+    with.resize(most);
+    with.push_back(fmt::format("{} more", more));
+  }
+  return fmt::format(
+      "no slopes by parameters{}, only by start values: an [ensemble] over a parameter gives "
+      "differences instead",
+      with.empty() ? "" : fmt::format(" with {}", fmt::join(with, ", ")));
 }
 
 /// The ends of all quantities, evaluated once.
@@ -74,9 +118,9 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   Ends ends(quantities, a.model->description(), names, parameters);
   std::vector<Objective> objectives;
   for (size_t i = 0; i < names.size(); ++i) objectives.push_back(ends.of(i));
-  const auto gradients =
-      integrators::gradients_of_run(scene.method, *a.model, a.initial, steps.size, steps.total,
-                                    objectives, {.memory = request.memory, .stop = request.stop});
+  const auto gradients = integrators::gradients_of_run(
+      scene.method, *a.model, a.initial, steps.size, steps.total, objectives,
+      {.memory = request.memory, .stop = request.stop, .progress = request.progress});
 
   EndSensitivity r;
   r.title = scene.title;
@@ -85,11 +129,9 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   r.duration = steps.duration;
   r.inputs = inputs.list();
   r.uncertainty = request.uncertainty;
-  if (request.of.empty()) r.notes = quantities.left_out();
-  if (parameters.empty())
-    r.notes.push_back(
-        "the model has no slopes by its parameters, see docs/derivatives.md: those of the start "
-        "are shown");
+  if (parameters.empty()) r.notes.push_back(no_parameters_note(scene));
+  if (request.of.empty())
+    for (auto& note : quantities.left_out()) r.notes.push_back(std::move(note));
   for (size_t i = 0; i < names.size(); ++i) {
     const auto& g = gradients[i];
     r.failure = g.remark;

@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@ struct SensitivityRequest {
   std::optional<double> uncertainty = {};   ///< relative standard deviation of every parameter
   size_t memory = size_t(256) << 20;        ///< as integrators::GradientOptions
   const std::atomic<bool>* stop = nullptr;  ///< true: give up
+  std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
 };
 
 /// A quantity at the end, and how it depends on each input.

@@ -17,7 +17,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;  // writes non-finite numbers as null
 
-constexpr double large_growth = 8;  ///< decades, docs/derivatives.md
+// Decades, docs/derivatives.md.
+constexpr double large_growth = 8, notable_growth = 1;
 
 std::string digits(double x, const std::string& unit) {
   return std::isfinite(x) ? fmt::format("{:.6g} {}", x, unit == "1" ? "" : unit) : "-";
@@ -52,6 +53,10 @@ std::string quantity_text(const EndSensitivity& s, const EndSlopes& q, size_t mo
     text +=
         "  chaotic: the slopes are exact and tell nothing of a finite change, expected a shorter "
         "run\n";
+  else if (s.uncertainty && q.growth > notable_growth && s.deviation(q) > std::fabs(q.value))
+    text +=
+        "  the deviation is larger than the value: the slopes may not hold that far, an [ensemble] "
+        "tells\n";
   TextRows rows;
   add_rows(rows, s, q, false, most);
   add_rows(rows, s, q, true, most);

@@ -333,6 +333,31 @@ TEST(RunGradient, CheckpointsChangeNoBit) {
   }
 }
 
+/// Progress grows up to 1, and a gradient can be stopped on its way back too.
+TEST(RunGradient, TellsItsProgressAndStops) {
+  const Problem p = test::floating_arm();
+  std::atomic<bool> stop = false;
+  double last = 0, stop_at = 2;
+  GradientOptions options{.memory = 20000, .stop = &stop};
+  options.progress = [&](double done) {
+    EXPECT_GE(done, last);
+    last = done;
+    stop = done > stop_at;
+  };
+  const auto gradient = [&] {
+    last = 0;
+    return gradient_of_run("gauss8", *p.model, p.start, p.h, 1000, objective(), options);
+  };
+  EXPECT_EQ(gradient().outcome, Outcome::ok);
+  EXPECT_GT(last, 0.9);
+  EXPECT_LE(last, 1);
+  stop_at = 0.85;
+  const auto r = gradient();
+  EXPECT_EQ(r.outcome, Outcome::failed);
+  EXPECT_EQ(r.remark, "the run was stopped");
+  EXPECT_LT(last, 0.9);
+}
+
 TEST(RunGradient, SeveralCostsHaveTheBitsOfEachAlone) {
   const Problem p = test::floating_arm();
   Objective last;

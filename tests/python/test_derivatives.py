@@ -98,6 +98,7 @@ def test_tangents_along_a_run():
     assert s.exponents.shape == s.of_second_half.shape == (2,) and s.time == pytest.approx(20)
     assert np.log(np.linalg.det(M)) / 5 == pytest.approx(s.exponents.sum(), abs=1e-12)  # the damping, one body
     assert len(ph.lyapunov_spectrum(model, x, 0.1, 20, count=1).exponents) == 1
+    assert re.fullmatch(r"LyapunovSpectrum\(\[\S+, \S+\] 1/s over \d+ s\)", repr(s))
     refused(lambda: ph.lyapunov_spectrum(model, x, 0.1, 20, count=3), "count is 3, expected 1 to 2")
     refused(lambda: ph.monodromy(model, x, 0.1, 3, method="rk4"), "not for 'rk4'")
     refused(lambda: ph.monodromy(model, np.zeros(3), 0.1, 3), "x has 3 numbers, expected 2")
@@ -116,6 +117,8 @@ def test_a_scene_tells_what_its_end_depends_on(source):
     assert [q for q in scene.sensitivity().of if q.startswith("joint")] == [f"joint_{k}.position" for k in range(1, 7)]
     with pytest.raises(ValueError):
         s.slope("base.position.x", "nothing")
+    refused(lambda: s.slope("base.position.x", "joint_1.velocty"), "there is no input 'joint_1.velocty', the nearest is 'joint_1.velocity'")
+    refused(lambda: s.slope("base", "joint_1.velocity"), "there is no quantity 'base', the nearest is 'base.position.x'")
     refused(lambda: scene.sensitivity(["knee"]), "there is no 'knee' at the end of a run")
     refused(lambda: ph.Scene(source / "examples/vsa_throw/scene.toml").sensitivity(), "takes no")
 
@@ -130,3 +133,9 @@ def test_the_page_runs(source, tmp_path, monkeypatch, capsys):
     for line, code in blocks:
         exec(compile("\n" * (line - 1) + code, "docs/derivatives.md", "exec"), names)
     assert abs(names["damping"] - 0.2) < 1e-9
+
+
+def test_what_takes_the_slopes_by_parameters_away_is_named(source):
+    s = ph.Scene(source / "examples/dc_motor_arm/scene.toml", duration=0.1).sensitivity()
+    assert all(s.is_start)
+    assert s.notes[0].startswith("no slopes by parameters with 'motor', only by start values")

@@ -432,29 +432,30 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   EXPECT_NE(refused(other).find("not for 'rk4'"), std::string::npos) << refused(other);
   other = s;
   other.duration = 3.01;
-  EXPECT_EQ(
-      refused(other),
-      "scene.toml: a gradient takes whole steps, and the duration is no whole number of them");
+  const auto takes = [](const std::string& what) {
+    return "scene.toml: a gradient takes " + what +
+           "; an [ensemble] over a parameter gives differences instead";
+  };
+  EXPECT_EQ(refused(other), takes("whole steps, and the duration is no whole number of them"));
   other = s;
   other.step_control = integrators::StepControl::reversible;
   EXPECT_EQ(refused(other),
-            "scene.toml: a gradient takes steps of one size, and the scene has step_control = "
-            "\"reversible\"");
+            takes("steps of one size, and the scene has step_control = \"reversible\""));
   const auto with = [&](const std::string& more) { return read(s.text + more); };
   EXPECT_EQ(refused(with("[[stop]]\noutput = \"tip.z\"\nabove = 3\n")),
-            "scene.toml: a gradient takes no [[stop]], which ends a run where its state says");
+            takes("no [[stop]], which ends a run where its state says"));
   EXPECT_EQ(refused(with("[[event]]\ntype = \"lock\"\njoint = \"elbow\"\nat = 1\n")),
-            "scene.toml: a gradient takes no [[event]]");
-  EXPECT_EQ(
-      refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
-                   "upper = 2\nlaw = \"rigid\"\nrestitution = 0.5\n")),
-      "scene.toml: a gradient takes no rigid contact, rigid joint stop or dry friction: they jump");
-  EXPECT_EQ(refused(with("[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = -2\n"
-                         "upper = 2\nlaw = \"power\"\nstiffness = 100\nexponent = 2\nloss = 0\n")),
-            "scene.toml: a gradient takes no contact and no joint stop that begins with a kink, "
-            "expected law = \"smooth\"");
+            takes("no [[event]]"));
+  const std::string stop =
+      "[[element]]\ntype = \"joint_stop\"\njoint = \"shoulder\"\nlower = "
+      "-2\nupper = 2\nlaw = ";
+  EXPECT_EQ(refused(with(stop + "\"rigid\"\nrestitution = 0.5\n")),
+            takes("no rigid contact, rigid joint stop or dry friction: they jump"));
+  EXPECT_EQ(refused(with(stop + "\"power\"\nstiffness = 100\nexponent = 2\nloss = 0\n")),
+            takes("no contact and no joint stop that begins with a kink, expected law = "
+                  "\"smooth\""));
   EXPECT_EQ(refused(with("[monitor]\nlimit = 1e-9\nstep_limit = 1e-9\naction = \"repeat\"\n")),
-            "scene.toml: a gradient takes no [monitor] that repeats or projects steps");
+            takes("no [monitor] that repeats or projects steps"));
   const Scene momentum = with("[[output]]\nname = \"push\"\nquantity = \"momentum\"\n");
   EXPECT_EQ(refused(momentum, {.of = {"push.x"}}).substr(0, 14), "scene.toml:39:");
   const auto r = end_sensitivity(momentum, {});
@@ -466,13 +467,14 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
 
 /// What the examples have that has no slopes.
 TEST(Sensitivity, RefusesExamplesByWhatTheyHave) {
-  for (const auto& [example, words] : {std::pair{"ets_vii_orbit", "no [orbit]"},
-                                       {"capture", "no [[event]]"},
-                                       {"newton_cradle", "no rigid contact"},
-                                       {"dry_joints", "dry friction: they jump"},
-                                       {"vsa_throw", "no [[actuator]]"},
-                                       {"slew", "no sampled controllers"},
-                                       {"four_bar", "for Gauss collocation"}}) {
+  for (const auto& [example, words] :
+       {std::pair{"ets_vii_orbit", "no [orbit]"},
+        {"capture", "no [[event]]"},
+        {"newton_cradle", "no rigid contact"},
+        {"dry_joints", "dry friction: they jump"},
+        {"vsa_throw", "no [[actuator]]"},
+        {"slew", "no sampled controllers, only continuous ones, and 'attitude.wheel_x.torque' is"},
+        {"four_bar", "for Gauss collocation"}}) {
     const Scene s =
         read_scene(fmt::format("{}/examples/{}/scene.toml", PORTHOS_SOURCE_DIR, example));
     try {
