@@ -19,9 +19,10 @@ enum ExitCode {
 struct Arguments {
   std::string scene, model;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
-      of_case, uncertainty;
+      of_case, uncertainty, from, to, speed, size, camera, follow;
   std::vector<std::string> methods, models, of;
-  bool resume = false, json = false, markdown = false, join = false, no_report = false;
+  bool resume = false, json = false, markdown = false, join = false, no_report = false,
+       orbit = false, arrows = false, dark = false;
   int threads = 0;
   std::optional<size_t> top;
 };

@@ -13,6 +13,7 @@
 #endif
 #include "apps/commands.h"
 #include "apps/completion.h"
+#include "apps/film.h"
 #include "apps/judge.h"
 #include "apps/new.h"
 #include "apps/report.h"
@@ -144,6 +145,29 @@ void add_runs(CLI::App& app, Arguments& a) {
   sensitivity->add_flag("--json", a.json, "print sensitivity.json instead of the table");
 }
 
+void add_film(CLI::App& app, Arguments& a) {
+  auto* film =
+      add_command(app, "film", "a film or a picture of the playback, by Chromium or Chrome",
+                  "porthos film results/capture --from 20 --to 40 --speed 2");
+  film->add_option("DIR", a.scene, "results folder of run or verify, or a report.html")->required();
+  film->add_option("--out", a.out, "FILE.mp4, or FILE.png: a picture at --from [DIR/film.mp4]")
+      ->type_name("FILE");
+  film->add_option("--from", a.from, "simulated time [the beginning]")->type_name("T");
+  film->add_option("--to", a.to, "simulated time [the end]")->type_name("T");
+  film->add_option("--speed", a.speed, "simulated seconds per second [the whole in 20 s]")
+      ->type_name("R");
+  film->add_option("--size", a.size, "pixels [1280x720]")->type_name("WxH");
+  film->add_option("--camera", a.camera, "from the side and above, or along an axis [iso]")
+      ->check(CLI::IsMember({"iso", "x", "y", "z"}));
+  film->add_option("--follow", a.follow, "the base's place, the base, or the world [place]")
+      ->check(CLI::IsMember({"place", "base", "world"}));
+  film->add_flag("--orbit", a.orbit, "planet and orbit in place of the mechanism");
+  film->add_flag("--arrows", a.arrows, "of momenta, and of forces that outputs record");
+  film->add_flag("--dark", a.dark, "on a dark ground");
+  film->add_option("--models", a.models, "where the model files are, to show their meshes")
+      ->type_name("FOLDER");
+}
+
 /// Commands that show what a run left, what a scene holds or what the program can do.
 void add_pages(CLI::App& app, Arguments& a) {
   auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
@@ -153,6 +177,7 @@ void add_pages(CLI::App& app, Arguments& a) {
   report->add_option("--out", a.out, "the page [DIR/report.html]")->type_name("FILE");
   report->add_option("--models", a.models, "where the model files are, to show their meshes")
       ->type_name("FOLDER");
+  add_film(app, a);
   add_command(app, "plot", "redraw the plots of a finished run from its run.h5",
               "porthos plot results/ets_vii")
       ->add_option("DIR", a.scene, "results folder of a finished run")
@@ -217,6 +242,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("plan")) return plan_command(a);
   if (app.got_subcommand("sensitivity")) return sensitivity_command(a);
   if (app.got_subcommand("report")) return report_command(a);
+  if (app.got_subcommand("film")) return film_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
   if (app.got_subcommand("new")) return new_command(a);
   if (app.got_subcommand("schema")) return schema_command(a);

@@ -23,6 +23,7 @@ void bind_energy_shaping(pybind11::module_& m);
 void bind_regulation(pybind11::module_& m);
 void bind_vsa(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
+void bind_report(pybind11::module_& m);
 void bind_ensembles(pybind11::module_& m);
 void bind_plans(pybind11::module_& m);
 void bind_derivatives(pybind11::module_& m);

@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, m) {
   bind_network(m);
   bind_integrators(m);
   bind_scene(m);
+  bind_report(m);
   bind_ensembles(m);
   bind_plans(m);
   bind_derivatives(m);

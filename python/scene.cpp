@@ -14,7 +14,6 @@
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "python/keywords.h"
-#include "report/report.h"
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
@@ -301,21 +300,6 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
-  m.def(
-      "find_template", [] { return report::find_template().string(); },
-      "The page of report.html without its data; empty if there is none.");
-  m.def(
-      "write_report",
-      [](const std::string& folder, const std::string& out, const std::string& page,
-         const std::vector<std::filesystem::path>& models) {
-        const py::gil_scoped_release released;
-        report::write_report(folder, out, page, models);
-      },
-      arg("folder"), arg("out"), arg("page"), arg("models") = std::vector<std::filesystem::path>{},
-      "Fills the template `page` with the results in a folder and writes `out`. models: where the "
-      "meshes of the model are.");
-  m.def("model_folders", &report::model_folders, arg("scene"),
-        "The folders of a scene's model and of the scene, where its meshes are.");
   m.def("mechanisms_of", &mechanisms_of, arg("folder"),
         "The mechanisms of a finished run, one per phase, from the scene and the model in its "
         "results; empty for a system without one.");

@@ -22,6 +22,17 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t most_buckets = 3000, most_frames = 2000;
 
+/// {mu, state}: a body on its ellipse, which one by date nearly follows for years.
+Json ellipse_of(const space::ThirdBody& b) {
+  auto [r, v] = std::pair{b.start.r, b.start.v};
+  if (b.ephemeris) {
+    constexpr double day = 86400;
+    r = b.ephemeris->position(0);
+    v = (0.5 / day) * (b.ephemeris->position(day) - b.ephemeris->position(-day));
+  }
+  return {{"mu", b.total_mu}, {"state", {r.x, r.y, r.z, v.x, v.y, v.z}}};
+}
+
 /// The content of one results folder, as far as it can be read. Unreadable parts are named under
 /// "missing".
 class Gathered {
@@ -119,6 +130,9 @@ class Gathered {
     stage_.bodies = assembly_->parts.bodies();
     stage_.urdf = scene_->urdf_text;
     stage_.gravity = scene_->urdf.gravity;
+    for (const auto& o : scene_->outputs)
+      if (o.quantity == scene::Output::Quantity::joint_wrench)
+        stage_.wrenches.emplace_back(o.name, o.of_what);
   }
 
   void finished_run() {
@@ -241,7 +255,12 @@ class Gathered {
                   {"energy_limit", s.verify.energy ? Json(*s.verify.energy) : Json(nullptr)}};
     if (s.orbit) {
       const auto& p = s.orbit->environment.planet;
-      j["planet"] = {{"mu", p.mu}, {"radius", p.radius}, {"axis", {p.axis.x, p.axis.y, p.axis.z}}};
+      j["planet"] = {{"mu", p.mu},
+                     {"radius", p.radius},
+                     {"axis", {p.axis.x, p.axis.y, p.axis.z}},
+                     {"rate", p.rotation_rate.value_or(0)}};
+      for (const auto& body : s.orbit->environment.third_bodies)
+        if (body.name == "sun") j["planet"]["sun"] = ellipse_of(body);
     }
     Json notes = Json::array();
     if (assembly_)

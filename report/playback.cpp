@@ -5,6 +5,7 @@
 #include <map>
 
 #include "mechanics/kinematics.h"
+#include "mechanics/momentum.h"
 #include "report/detail/shapes.h"
 #include "scene/plot/motion.h"
 #include "scene/run/columns.h"
@@ -34,7 +35,11 @@ class Clip {
   Clip(const Stage& stage, const std::vector<std::int64_t>& rows)
       : m_(*stage.mechanism), w_(m_), pose_(m_.nodes().size()), frames_(rows.size()) {
     t_ = at_rows(*stage.records, "time", rows);
-    read_q(*stage.records, rows);
+    if (!read("state/", *stage.records, rows, q_))
+      throw InvalidArgument("the records do not have every coordinate");
+    moving_ = read("momentum/", *stage.records, rows, p_);
+    read_turns(*stage.records, rows);
+    read_forces(stage, rows);
     if (stage.records->has("state/orbit.position")) {
       const auto p = at_rows(*stage.records, "state/orbit.position", rows),
                  v = at_rows(*stage.records, "state/orbit.velocity", rows);
@@ -46,26 +51,30 @@ class Clip {
     for (size_t f = 0; f < frames_; ++f) frame(f);
   }
   Json json(const char* name) const {
-    Json j = {{"name", name},
-              {"t", base64(t_)},
-              {"origin", base64(origin_)},
-              {"poses", base64(poses_)},
-              {"turn", turn_}};
+    Json j = {
+        {"name", name},  {"t", base64(t_)},  {"origin", base64(origin_)}, {"poses", base64(poses_)},
+        {"turn", turn_}, {"forces", forces_}};
+    if (!momenta_.empty()) j["momenta"] = base64(momenta_);
     if (!orbit_.empty()) j["orbit"] = base64(orbit_);
     return j;
   }
 
  private:
-  void read_q(const Records& r, const std::vector<std::int64_t>& rows) {
+  /// The coordinates or momenta of all frames; false: the records lack one.
+  bool read(const char* kind, const Records& r, const std::vector<std::int64_t>& rows,
+            std::vector<double>& to) {
     const size_t nq = size_t(m_.nq());
-    q_ = std::vector<double>(frames_ * nq);
+    to.assign(frames_ * nq, 0);
     for (const auto& c : m_.coordinates()) {
-      const auto v = at_rows(r, "state/" + scene::link_name(c.name), rows);
-      if (v.size() != frames_ * size_t(c.nq))
-        throw InvalidArgument("the records have no coordinate '" + c.name + "'");
+      const std::string name = kind + scene::link_name(c.name);
+      const auto v = r.has(name) ? at_rows(r, name, rows) : std::vector<double>();
+      if (v.size() != frames_ * size_t(c.nq)) return false;
       for (size_t f = 0; f < frames_; ++f)
-        std::copy_n(v.begin() + long(f) * c.nq, c.nq, q_.begin() + long(f * nq) + c.q);
+        std::copy_n(v.begin() + long(f) * c.nq, c.nq, to.begin() + long(f * nq) + c.q);
     }
+    return true;
+  }
+  void read_turns(const Records& r, const std::vector<std::int64_t>& rows) {
     turns_.assign(frames_ * size_t(m_.angle_count()), 0.0);
     if (!r.has("turns")) return;
     const auto names = r.turn_names();
@@ -81,6 +90,19 @@ class Clip {
     }
   }
 
+  void read_forces(const Stage& stage, const std::vector<std::int64_t>& rows) {
+    for (const auto& [output, joint] : stage.wrenches)
+      for (const auto& b : stage.bodies) {
+        if (b.joint.name != joint || !stage.records->has("output/" + output)) continue;
+        const auto w = at_rows(*stage.records, "output/" + output, rows);
+        if (w.size() != 6 * frames_) continue;
+        std::vector<float> force;  // after the moment
+        for (size_t f = 0; f < frames_; ++f)
+          for (size_t k = 3; k < 6; ++k) force.push_back(float(w[6 * f + k]));
+        forces_.push_back({{"body", b.joint.turned ? b.parent : b.name}, {"v", base64(force)}});
+      }
+  }
+
   /// Positions are stored relative to the first body that is free in the world, so that a float is
   /// accurate enough however far the body has drifted.
   void frame(size_t f) {
@@ -91,6 +113,7 @@ class Clip {
     if (orbit_.empty() && !pose_.empty() && m_.nodes()[0].parent < 0 && floats(0))
       origin = pose_[0].r;
     for (const double x : {origin.x, origin.y, origin.z}) origin_.push_back(x);
+    if (moving_) add_momenta(f, origin);
     for (size_t i = 0; i < pose_.size(); ++i) {
       const auto r = pose_[i].r - origin;
       const auto q = quaternion_of(pose_[i].R);
@@ -104,6 +127,15 @@ class Clip {
       turn_ = std::max(turn_, 2 * std::acos(std::min(1.0, std::fabs(cosine))));
     }
   }
+  void add_momenta(size_t f, const mechanics::Vec3d& origin) {
+    const size_t nq = size_t(m_.nq());
+    const auto q = std::span<const double>(q_).subspan(f * nq, nq);
+    const auto total =
+        mechanics::momentum<double>(m_, w_, q, std::span<const double>(p_).subspan(f * nq, nq));
+    const auto c = mechanics::centre_of_mass<double>(m_, w_, q);
+    for (const auto& v : {c - origin, total.linear, total.angular - cross(c, total.linear)})
+      for (const double x : {v.x, v.y, v.z}) momenta_.push_back(float(x));
+  }
   bool floats(int node) const {
     for (const auto& c : m_.coordinates())
       if (c.node == node && c.kind == phs::BlockKind::linear && c.nq == 3) return true;
@@ -114,8 +146,10 @@ class Clip {
   mechanics::Workspace<double> w_;
   std::vector<Transform<double>> pose_;
   size_t frames_;
-  std::vector<double> t_, q_, turns_, origin_, orbit_;
-  std::vector<float> poses_;
+  bool moving_ = false;
+  std::vector<double> t_, q_, p_, turns_, origin_, orbit_;
+  std::vector<float> poses_, momenta_;
+  Json forces_ = Json::array();
   double turn_ = 0;
 };
 

@@ -15,7 +15,7 @@ from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
 from .plans import Plan
 from .results import Comparison, Result, Sensitivity, open
-from .runs import Scene, compare, report, simulate, verify
+from .runs import Scene, compare, film, report, simulate, verify
 
 __version__ = version_text().split()[1]
 

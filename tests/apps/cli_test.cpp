@@ -118,7 +118,7 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, plan, sensitivity, report, plot, info, new, schema, completion, methods, "
+       "ensemble, plan, sensitivity, report, film, plot, info, new, schema, completion, methods, "
        "actuators (see "
        "porthos "
        "--help)\n"},

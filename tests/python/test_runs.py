@@ -240,3 +240,13 @@ def test_extended_is_the_longer_run(source, tmp_path):
         assert np.array_equal(all[name], parts[name]), name
     with pytest.raises(ph.InvalidArgument, match="expected a later time"):
         half.extend(30, tmp_path / "parts")
+
+
+def test_film_refuses_in_a_sentence(source, tmp_path):
+    ph.Scene(source / "examples/double_pendulum/scene.toml", duration=1.0).run(tmp_path / "out")
+    with pytest.raises(ph.InvalidArgument, match="a film of 640x361 pixels, expected even numbers from 64 to 4096"):
+        ph.film(tmp_path / "out", size=(640, 361))
+    with pytest.raises(ph.InvalidArgument, match="camera is 'w', expected one of iso, x, y, z"):
+        ph.film(tmp_path / "out", camera="w")
+    with pytest.raises(ph.InvalidArgument, match="reel.gif: expected a name that ends with .mp4"):
+        ph.film(tmp_path / "out", "reel.gif")

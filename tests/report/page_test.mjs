@@ -1,7 +1,7 @@
 // The page of a report in a real browser: node page_test.mjs CLI MODULES SOURCE WORK
 // CLI: porthos; MODULES: folder whose node_modules has playwright-core; SOURCE: the repository; WORK: scratch folder.
 // Exit code 77: no Chromium, skipped. PORTHOS_LONG=1 adds a run of a million records. PORTHOS_SHOTS=DIR keeps pictures.
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, truncateSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
@@ -300,10 +300,41 @@ console.log("playback");
   expect(png.name === "mesh.png" && png.bytes.subarray(1, 4).toString() === "PNG" && png.bytes.length > 3000, `a picture is saved: ${png.name}, ${png.bytes.length} bytes`);
   await mesh.tab.evaluate(() => { porthos.stage.rate = 10; });
   const reel = await saved("film");
-  expect(/^mesh\.(mp4|webm)$/.test(reel.name) && reel.bytes.length > 10000, `a film is saved: ${reel.name}, ${reel.bytes.length} bytes`);
+  expect(reel.name === "mesh.mp4" && reel.bytes.subarray(4, 8).toString() === "ftyp" && reel.bytes.length > 10000, `a film is saved: ${reel.name}, ${reel.bytes.length} bytes`);
   expect(mesh.complaints.length + plain.complaints.length === 0, `meshes, picture and film without an error ${mesh.complaints.join("; ")}`);
+  // Arrows: a free craft keeps its angular momentum; control: an arm that a motor drives does not.
+  const spread = (tab) => tab.evaluate(() => {
+    const c = porthos.stage.clips[0], v = c.momenta, rows = [...c.t.keys()].map((i) => [6, 7, 8].map((k) => v[9 * i + k]));
+    return Math.max(...rows.map((r) => Math.hypot(...r.map((x, k) => x - rows[0][k])))) / Math.max(...rows.map((r) => Math.hypot(...r)));
+  });
+  const free = await drawn("capture"), driven = await drawn("motor");
+  const kept = await spread(free.tab), lost = await spread(driven.tab);
+  expect(kept < 1e-6 && lost > 0.01, `angular momentum of a free craft varies by ${kept.toExponential(1)}, of a driven arm by ${lost.toExponential(1)}`);
+  await free.tab.locator("#playback button", { hasText: "arrows" }).click();
+  const arrows = await free.tab.evaluate(() => porthos.stage.arrows.filter((a) => a.helper.visible).map((a) => a.kind).join());
+  expect(arrows === "momentum,spin", `arrows of momentum and angular momentum: ${arrows}`);
+  expect(free.complaints.length + driven.complaints.length === 0, `arrows without an error ${free.complaints.join("; ")}`);
+  await shot(free.tab, "arrows");
+  await free.tab.close();
+  await driven.tab.close();
   await mesh.tab.close();
   await plain.tab.close();
+
+  // porthos film: as long as it says, with a picture every 1/30 s.
+  const film = (...words) => spawnSync(cli, ["film", ...words], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: browserPath } });
+  const made = film(out("capture"), "--to", "10", "--speed", "5", "--size", "640x360", "--out", out("reel.mp4"));
+  const bytes = made.status === 0 ? readFileSync(out("reel.mp4")) : Buffer.alloc(0);
+  const header = bytes.indexOf("mvhd"), sizes = bytes.indexOf("stsz");
+  const seconds = header > 0 ? bytes.readUInt32BE(header + 20) / bytes.readUInt32BE(header + 16) : 0, frames = sizes > 0 ? bytes.readUInt32BE(sizes + 12) : 0;
+  expect(Math.abs(seconds - 61 / 30) < 2e-3 && frames === 61, `porthos film: ${seconds.toFixed(3)} s, ${frames} pictures ${made.stderr}`);
+  const still = film(out("capture"), "--from", "3", "--arrows", "--out", out("still.png"));
+  const shown = still.status === 0 ? readFileSync(out("still.png")) : Buffer.alloc(24);
+  expect(shown.readUInt32BE(16) === 1280 && shown.readUInt32BE(20) === 720, `porthos film: a picture of 1280 by 720 ${still.stderr}`);
+  const refusal = (status, text, r) => expect(r.status === status && r.stderr.includes(text), `${text}: ${r.status}, ${r.stderr.trim()}`);
+  refusal(2, "a film of 641x360 pixels, expected even numbers", film(out("capture"), "--size", "641x360"));
+  refusal(2, "expected a name that ends with .mp4", film(out("capture"), "--out", out("reel.gif")));
+  refusal(2, "has no playback, expected the report of a run", film(out("compare")));
+  refusal(5, "the browser ended", spawnSync(cli, ["film", out("capture")], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: "/bin/false" } }));
 
   const capture = await open("capture");
   const acts = await capture.tab.evaluate(() => { const s = porthos.stage, n = []; for (const t of [5, 50, 300]) s.seek(t), n.push(s.casts[s.act].nodes.length); return { n, ticks: document.querySelectorAll(".ticks i").length }; });

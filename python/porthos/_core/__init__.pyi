@@ -1706,18 +1706,6 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     """Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty."""
     ...
 
-def find_template() -> str:
-    """The page of report.html without its data; empty if there is none."""
-    ...
-
-def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = []) -> None:
-    """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are."""
-    ...
-
-def model_folders(scene: SceneData) -> list[os.PathLike]:
-    """The folders of a scene's model and of the scene, where its meshes are."""
-    ...
-
 def mechanisms_of(folder: os.PathLike) -> list[Mechanism]:
     """The mechanisms of a finished run, one per phase, from the scene and the model in its results; empty for a system without one."""
     ...
@@ -1728,6 +1716,22 @@ def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: 
 
 def error_statistics(errors: list[float]) -> dict:
     """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (beyond three standard errors of a random walk with the same increments)."""
+    ...
+
+def find_template() -> str:
+    """The page of report.html without its data; empty if there is none."""
+    ...
+
+def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = []) -> None:
+    """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are."""
+    ...
+
+def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool) -> None:
+    """Writes a film or a picture of the playback of a report.html."""
+    ...
+
+def model_folders(scene: SceneData) -> list[os.PathLike]:
+    """The folders of a scene's model and of the scene, where its meshes are."""
     ...
 
 def scene_of_case(path: os.PathLike, index: int, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None) -> SceneData:

@@ -63,7 +63,8 @@ function joinMotion(phases) {
 
 function decodeClip(c, nodes) {
   const t = doubles(c.t);
-  return { name: c.name, t, origin: doubles(c.origin), poses: floats(c.poses), nodes, turn: c.turn, orbit: c.orbit ? doubles(c.orbit) : null };
+  return { name: c.name, t, origin: doubles(c.origin), poses: floats(c.poses), nodes, turn: c.turn, orbit: c.orbit ? doubles(c.orbit) : null,
+    momenta: c.momenta ? floats(c.momenta) : null, forces: (c.forces || []).map((x) => ({ body: x.body, v: floats(x.v) })) };
 }
 
 export function read() {

@@ -1,6 +1,6 @@
 import { drawCharts, markTime, seekWith } from "./charts.js";
 import { h } from "./dom.js";
-import { film, filmed, picture } from "./film.js";
+import { base64, film, filmed, picture, save } from "./film.js";
 import { duration, number, timeUnit } from "./format.js";
 import { Stage } from "./stage.js";
 
@@ -31,21 +31,30 @@ export function player(d) {
   const views = d.planet && clips[0].orbit ? h("span", { class: "group", role: "group", "aria-label": "view" }) : null;
   const events = (d.summary?.events || []).map((e) => ({ t: e.at_s, text: e.event, loss: e.dissipated_J }));
   const floats = clips[0].origin.some((x) => x !== 0) || clips[0].orbit || d.acts[0].bodies.some((b) => b.parent === "world" && b.joint === "free");
+  const name = d.folder || "porthos";
   let stage = null;
   const preset = (name, text, label) => h("button", { type: "button", "aria-label": label, title: label, onclick: () => stage.look(name) }, text);
-  const shot = h("button", { type: "button", title: "save this picture as a PNG file", onclick: () => picture(stage, d.folder || "porthos") }, "picture");
-  let cut = null;
-  const movie = h("button", { type: "button", title: "play from the beginning at the chosen speed and save it as a film; press again to end it", onclick: () => {
-    if (cut) return cut();
-    movie.textContent = "end film";
-    cut = film(stage, d.folder || "porthos", () => { cut = null; movie.textContent = "film"; });
+  const shot = h("button", { type: "button", title: "save this picture as a PNG file", onclick: async () => save(await picture(stage), `${name}.png`) }, "picture");
+  let filming = false;
+  const movie = h("button", { type: "button", title: "save the whole at the chosen speed as an MP4 file; press again to end it early", onclick: async () => {
+    if (filming) return (filming = false);
+    filming = true;
+    try {
+      save(await film(stage, { onFrame: (done) => { movie.textContent = `film ${Math.round(100 * done)} %`; return filming; } }), `${name}.mp4`);
+    } catch (e) {
+      flash.textContent = `No film: ${e.message}`;
+      flash.classList.add("on");
+      console.warn(e);
+    }
+    filming = false;
+    movie.textContent = "film";
   } }, "film");
   const warning = h("p", { class: "what soft", style: "margin:8px 0 0" });
   const box = h("section", { id: "playback" }, h("h2", {}, "Playback"),
     h("div", { class: "card" }, host,
       h("div", { class: "bar" }, play, h("div", { class: "grow" }, slider, ticks), h("label", {}, h("span", { class: "wide-only" }, "speed"), speed), several ? h("label", {}, clip) : ""),
       h("div", { class: "bar" }, views, h("span", { class: "group", role: "group", "aria-label": "camera" }, preset("iso", "3D", "camera: from the side and above"), preset("x", "X", "camera: along x"), preset("y", "Y", "camera: along y"), preset("z", "Z", "camera: from above, along z")),
-        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), toggle("frames", false, (on) => stage.set("frames", on))),
+        h("span", { class: "group" }, toggle("trails", true, (on) => stage.set("trails", on)), toggle("frames", false, (on) => stage.set("frames", on)), d.acts.some((a) => a.clips[0].momenta) ? toggle("arrows", false, (on) => stage.set("arrows", on)) : ""),
         floats ? h("label", {}, h("span", { class: "wide-only" }, "camera"), ride) : "",
         h("span", { class: "group", role: "group", "aria-label": "save" }, shot, filmed() ? movie : "")),
       warning));
@@ -59,6 +68,7 @@ export function player(d) {
       console.warn(e);
       return null;
     }
+    Object.assign(window.porthos, { film, picture, base64 });  // for porthos film
     const unit = () => timeUnit(stage.last);
     if (several && clips[0].turn > 1.6) stage.choose(1), (clip.dataset.first = 1);
     function fill() {
@@ -81,8 +91,9 @@ export function player(d) {
       const u = unit(), span = stage.last - stage.first || 1;
       slider.value = (1000 * (t - stage.first)) / span;
       slider.setAttribute("aria-valuetext", duration(t));
-      said.replaceChildren(h("b", {}, `t = ${(t / u.seconds).toFixed(u.seconds === 1 ? Math.max(1, 2 - Math.floor(Math.log10(span))) : 2)} ${u.name}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
-        stage.options.view === "mechanism" && stage.down ? "  ·  arrows: down (green), ahead (red)" : "");
+      said.replaceChildren(h("b", {}, `t = ${(t / u.seconds).toFixed(u.seconds === 1 ? Math.max(1, 2 - Math.floor(Math.log10(span))) : Math.max(2, 3 - Math.floor(Math.log10(span / u.seconds))))} ${u.name}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
+        stage.options.view === "mechanism" && stage.down ? "  ·  arrows: down (green), ahead (red)" : "",
+        ...(stage.options.arrows && stage.options.view === "mechanism" ? stage.arrowWords().map((words) => h("div", {}, words)) : []));
       const gone = events.filter((e) => e.t <= t).length;
       if (gone !== shownEvent) {
         const e = events[gone - 1];

@@ -1,6 +1,6 @@
 import {
-  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight,
-  EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, PerspectiveCamera,
+  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
+  EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
   PlaneGeometry, Quaternion, Scene, ShadowMaterial, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -23,6 +23,37 @@ export function frameAt(times, t) {
   return [low, (t - times[low]) / (times[high] - times[low])];
 }
 
+/** An arrow that is seen through bodies. */
+class Arrow extends Group {
+  constructor(tint) {
+    super();
+    this.material = new MeshBasicMaterial({ color: tint, depthTest: false, transparent: true, opacity: 0.9 });
+    this.shaft = new Mesh(new CylinderGeometry(1, 1, 1, 10), this.material);
+    this.head = new Mesh(new ConeGeometry(1, 1, 16), this.material);
+    this.add(this.shaft, this.head);
+    for (const part of this.children) part.renderOrder = 1;
+  }
+  point(direction, length, width) {
+    const tip = Math.min(6 * width, 0.5 * length);
+    this.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), direction);
+    this.shaft.scale.set(width, length - tip, width);
+    this.shaft.position.y = (length - tip) / 2;
+    this.head.scale.set(2.4 * width, tip, 2.4 * width);
+    this.head.position.y = length - tip / 2;
+  }
+  dispose() {
+    for (const part of this.children) part.geometry.dispose();
+    this.material.dispose();
+  }
+}
+
+/** The length of the longest of the vectors that stand `at` in rows of `step` numbers. */
+function longest(v, step, at) {
+  let most = 0;
+  for (let i = at; i + 2 < v.length; i += step) most = Math.max(most, Math.hypot(v[i], v[i + 1], v[i + 2]));
+  return most;
+}
+
 /** The drawing of one mechanism: a group per moving body, boxes and frames in it. */
 class Cast {
   constructor(act, look) {
@@ -34,6 +65,7 @@ class Cast {
     this.edges = [];
     this.root.add(this.still, ...this.nodes);
     this.reach = new Array(act.nodes).fill(0);
+    this.holders = new Map();  // by the name of a body
     const heaviest = Math.max(...act.bodies.map((b) => b.mass || 0));
     for (const b of act.bodies) if (b.node !== undefined) this.add(b, look, b.mass === heaviest);
     // Paths are drawn for what has no children: the hands.
@@ -44,6 +76,7 @@ class Cast {
     const holder = new Group();
     holder.position.set(...b.p);
     holder.quaternion.copy(unit(b.q));
+    this.holders.set(b.name, holder);
     (b.node < 0 ? this.still : this.nodes[b.node]).add(holder);
     const tint = b.joint === "free" && !heavy ? "caught" : heavy ? "body" : "link";
     if (b.visuals.length) for (const v of b.visuals) this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look);
@@ -57,7 +90,7 @@ class Cast {
     axes.visible = false;
     holder.add(axes);
     this.frames.push(axes);
-    const own = Math.max(Math.hypot(...b.com) + (b.box ? Math.max(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
+    const own = Math.max(Math.hypot(...b.com) + (b.box ? Math.hypot(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
     if (b.node >= 0) this.reach[b.node] = Math.max(this.reach[b.node], Math.hypot(...b.p) + own);
   }
   shape(holder, s, own, tint, look) {
@@ -99,6 +132,7 @@ function drawnBySoftware() {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
+const tints = { spin: "c4", momentum: "c2", force: "c3" };  // of arrows
 const slow = 1 / 30;  // [s] a picture may take
 
 /** The playback: mechanism and, in orbit, the planet. onTime(t) is called whenever the time shown changes. */
@@ -111,7 +145,7 @@ export class Stage {
     this.time = 0;
     this.rate = 1;
     this.playing = false;
-    this.options = { frames: false, trails: true, ride: "place", view: "mechanism" };
+    this.options = { frames: false, arrows: false, trails: true, ride: "place", view: "mechanism" };
     const software = drawnBySoftware();
     this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: location.hash === "#still" });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
@@ -132,6 +166,7 @@ export class Stage {
       sun.position.set(3, -5, 8);
       s.add(sun);
       if (s === this.scene) this.sun = sun;
+      else this.daylight = sun;
     }
     // A shadow costs a second drawing of everything.
     this.renderer.shadowMap.enabled = this.sun.castShadow = !software;
@@ -143,6 +178,7 @@ export class Stage {
     for (const c of this.casts) c.scale(this.size);
     this.shadows();
     this.trails = [];
+    this.arrows = [];
     this.camera = new PerspectiveCamera(38, 1, this.size / 200, this.size * 400);
     this.camera.up.set(0, 0, 1);
     this.controls = this.control(this.camera);
@@ -213,10 +249,13 @@ export class Stage {
     const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(net.map((x) => x * 1.001)), 3));
     const globe = new Group();
     globe.add(ball, new LineSegments(geometry, this.shared("net-line", () => new LineBasicMaterial({ transparent: true, opacity: 0.35 }))));
+    this.globe = globe;
     globe.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...this.data.planet.axis).normalize());
     this.orbitLine = new Line(new BufferGeometry(), this.shared("orbit-line", () => new LineBasicMaterial()));
     this.orbitLine.frustumCulled = false;
     this.craft = new Mesh(new SphereGeometry(1, 12, 8), this.shared("craft", () => new MeshLambertMaterial()));
+    this.poles = globe.quaternion.clone();
+    if (this.data.planet.sun) this.space.children.find((o) => o.isAmbientLight).intensity = 0.25;  // night
     this.space.add(globe, this.orbitLine, this.craft);
     this.radius = radius;
     this.far = new PerspectiveCamera(38, 1, 0.01, 5000);
@@ -235,6 +274,7 @@ export class Stage {
     if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
     if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
     for (const l of this.trails) l.material.color.set(colour("c1"));
+    for (const a of this.arrows) a.helper.material.color.set(colour(tints[a.kind]));
     this.wake();
   }
   resize() {
@@ -252,6 +292,7 @@ export class Stage {
     this.first = this.clips[0].t[0];
     this.last = Math.max(...this.clips.map((c) => c.t[c.t.length - 1]));
     this.makeTrails();
+    this.makeArrows();
     this.seek(Math.min(Math.max(this.time, this.first), this.last));
   }
   makeTrails() {
@@ -280,6 +321,44 @@ export class Stage {
         this.trails.push(line);
       }
     });
+  }
+  /** Arrows of vectors over the clip: its momentum and angular momentum, at the centre of mass, and forces at joints; the longest of a kind is as long as the mechanism. */
+  makeArrows() {
+    for (const a of this.arrows) a.helper.removeFromParent(), a.helper.dispose();
+    this.arrows = [];
+    const add = (act, kind, parent, v, step, at, length) => {
+      const helper = new Arrow(colour(tints[kind]));
+      helper.visible = false;
+      parent.add(helper);
+      this.arrows.push({ act, kind, helper, v, step, at, length, most: longest(v, step, at) });
+    };
+    this.casts.forEach((cast, act) => {
+      const clip = this.clips[act];
+      if (clip.momenta) {
+        add(act, "momentum", this.carrier, clip.momenta, 9, 3, this.size * 0.8);
+        add(act, "spin", this.carrier, clip.momenta, 9, 6, this.size * 0.8);
+      }
+      for (const f of clip.forces) if (cast.holders.has(f.body)) add(act, "force", cast.holders.get(f.body), f.v, 3, 0, this.size * 0.5);
+    });
+    // Forces share a scale, and so do the momenta of all phases.
+    for (const a of this.arrows) a.most = Math.max(...this.arrows.filter((b) => b.kind === a.kind).map((b) => b.most));
+  }
+  /** What the arrows are, with the length of the longest. */
+  arrowWords() {
+    const seen = new Map(this.arrows.filter((a) => a.act === this.act && a.most > 0).map((a) => [a.kind, a.most]));
+    const words = { spin: ["violet: angular momentum", "N m s"], momentum: ["green: momentum", "N s"], force: ["orange: force at a joint", "N"] };
+    return Object.entries(words).filter(([k]) => seen.has(k)).map(([k, [text, unit]]) => `${text}, at most ${seen.get(k).toPrecision(3)} ${unit}`);
+  }
+  arrangeArrows(clip, f, next, s) {
+    const at = (v, step, from, k) => v[step * f + from + k] + s * (v[step * next + from + k] - v[step * f + from + k]);
+    for (const a of this.arrows) {
+      const d = new Vector3(...[0, 1, 2].map((k) => at(a.v, a.step, a.at, k))), size = d.length();
+      // What is not but rounding is shown.
+      a.helper.visible = this.options.arrows && a.act === this.act && size > 1e-6 * a.most && size > 1e-9;
+      if (!a.helper.visible) continue;
+      a.helper.point(d.divideScalar(size), (a.length * size) / a.most, 0.008 * this.size);
+      if (a.kind !== "force") a.helper.position.set(...[0, 1, 2].map((k) => at(a.v, a.step, 0, k)));
+    }
   }
   pose(clip, f, node, p, q) {
     const i = 7 * (f * clip.nodes + node), d = clip.poses;
@@ -394,6 +473,7 @@ export class Stage {
       const o = clip.origin, at = (i) => o[3 * f + i] + s * (o[3 * next + i] - o[3 * f + i]) - this.clips[0].origin[i];
       this.carrier.position.set(at(0), at(1), at(2));
     }
+    this.arrangeArrows(clip, f, next, s);
     for (const frames of cast.frames) frames.visible = this.options.frames;
     const tail = Math.max(2, Math.min(120, clip.t.length));
     for (const l of this.trails) {
@@ -414,6 +494,9 @@ export class Stage {
       this.orbitLine.geometry = new BufferGeometry().setFromPoints(points.map((x) => new Vector3(x[0] / R, x[1] / R, x[2] / R)));
       this.shownOrbit = f;
     }
+    const { sun, rate } = this.data.planet;
+    if (sun) this.daylight.position.set(...kepler(sun.mu, sun.state, this.time)).setLength(10);
+    this.globe.quaternion.copy(this.poles).multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), ((rate || 0) * this.time) % (2 * Math.PI)));
     const turn = this.carrier.quaternion;
     this.altitude = Math.hypot(...r) - R;
     this.down.setDirection(new Vector3(-r[0], -r[1], -r[2]).normalize().applyQuaternion(turn));

@@ -1,0 +1,54 @@
+#include "report/report.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "python/bind.h"
+#include "python/interruptible.h"
+#include "report/film.h"
+
+namespace porthos::python {
+
+void bind_report(py::module_& m) {
+  using py::arg;
+  m.def(
+      "find_template", [] { return report::find_template().string(); },
+      "The page of report.html without its data; empty if there is none.");
+  m.def(
+      "write_report",
+      [](const std::string& folder, const std::string& out, const std::string& page,
+         const std::vector<std::filesystem::path>& models) {
+        const py::gil_scoped_release released;
+        report::write_report(folder, out, page, models);
+      },
+      arg("folder"), arg("out"), arg("page"), arg("models") = std::vector<std::filesystem::path>{},
+      "Fills the template `page` with the results in a folder and writes `out`. models: where the "
+      "meshes of the model are.");
+  m.def(
+      "write_film",
+      [](const std::string& page, const std::string& out, std::pair<int, int> size,
+         std::optional<double> from, std::optional<double> to, std::optional<double> rate,
+         const std::string& camera, const std::string& follow, bool orbit, bool arrows, bool dark) {
+        interruptibly([&](const std::atomic<bool>& stop) {
+          report::write_film(page, out,
+                             {.width = size.first,
+                              .height = size.second,
+                              .from = from,
+                              .to = to,
+                              .rate = rate,
+                              .camera = camera,
+                              .ride = follow,
+                              .orbit = orbit,
+                              .arrows = arrows,
+                              .dark = dark,
+                              .stop = &stop});
+        });
+      },
+      arg("page"), arg("out"), arg("size"), arg("start"), arg("end"), arg("speed"), arg("camera"),
+      arg("follow"), arg("orbit"), arg("arrows"), arg("dark"),
+      "Writes a film or a picture of the playback of a report.html.");
+  m.def("model_folders", &report::model_folders, arg("scene"),
+        "The folders of a scene's model and of the scene, where its meshes are.");
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,36 @@
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+/// A Chromium without a window, steered over two pipes (Chrome DevTools Protocol).
+namespace porthos::report {
+
+/// The program: PORTHOS_CHROMIUM of the environment, else chromium, google-chrome and the like in
+/// PATH. Empty if there is none.
+std::filesystem::path find_browser();
+
+/// A page that is open in a browser of its own, which ends with this object.
+class BrowserPage {
+ public:
+  /// Opens a file. @param width, height  of the page [pixels]
+  /// @param stop  true: whatever waits gives up with an IoError
+  /// @throws IoError if the browser does not start, or does not answer within 60 s
+  BrowserPage(const std::filesystem::path& browser, const std::filesystem::path& file,
+              const std::string& fragment, int width, int height,
+              const std::atomic<bool>* stop = nullptr);
+  ~BrowserPage();
+  BrowserPage(const BrowserPage&) = delete;
+  BrowserPage& operator=(const BrowserPage&) = delete;
+
+  /// The value of an expression of JavaScript as JSON, awaited if it is a promise.
+  /// @throws IoError with the text of what the expression throws; as the constructor
+  std::string value(const std::string& expression);
+
+ private:
+  class Process;
+  std::unique_ptr<Process> process_;
+};
+
+}  // namespace porthos::report

@@ -1,0 +1,34 @@
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+/// Films and pictures of the playback in a report.html.
+namespace porthos::report {
+
+/// What is filmed, and how.
+struct FilmOptions {
+  int width = 1280, height = 720;  ///< [pixels], even
+  std::optional<double> from, to;  ///< simulated time [s]; none: its begin and its end
+  std::optional<double> rate;      ///< simulated seconds per second; none: the whole in 20 s
+  int fps = 30;                    ///< pictures per second
+  std::string camera = "iso";      ///< iso, x, y, z
+  std::string ride = "place";      ///< what the camera follows: place, base, world
+  bool orbit = false;              ///< the planet and the orbit in place of the mechanism
+  bool arrows = false;             ///< of momenta and forces
+  bool dark = false;               ///< the dark theme
+  const std::atomic<bool>* stop = nullptr;         ///< true: give up
+  std::function<void(double done)> progress = {};  ///< the share of the film, 0 to 1
+};
+
+/// Writes a film (.mp4), or the picture at `from` (.png), of the playback of a report by a Chromium
+/// without a window: picture by picture, so that it is smooth however slow the machine is.
+/// @throws InvalidArgument for options out of range, a name that ends otherwise, a report without
+///   a playback, and if no browser is found
+/// @throws IoError if the browser fails or the file cannot be written
+void write_film(const std::filesystem::path& report, const std::filesystem::path& out,
+                const FilmOptions& options);
+
+}  // namespace porthos::report
