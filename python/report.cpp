@@ -9,6 +9,8 @@
 
 namespace porthos::python {
 
+namespace py = pybind11;
+
 void bind_report(py::module_& m) {
   using py::arg;
   m.def(
