@@ -36,6 +36,7 @@ porthos("run", example("capture"), "--duration", "400", "--out", out("capture"))
 porthos("run", example("slew"), "--duration", "20", "--out", out("slew"));
 porthos("run", example("ets_vii_orbit"), "--duration", "60000", "--out", out("orbit"));
 porthos("run", example("dc_motor_arm"), "--out", out("motor"));
+porthos("run", example("dry_joints"), "--out", out("dry"));
 porthos("compare", example("double_pendulum"), "--duration", "5", "--budget", "1.5", "--methods", "gauss4,gauss8,rk4", "--out", out("compare"));
 porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "0.05", "--duration", "100", "--out", out("coarse"));
 porthos("run", example("double_pendulum"), "--method", "rk4", "--step", "1.5", "--out", out("wild"));
@@ -315,10 +316,16 @@ console.log("playback");
   expect(arrows === "momentum,spin", `arrows of momentum and angular momentum: ${arrows}`);
   expect(free.complaints.length + driven.complaints.length === 0, `arrows without an error ${free.complaints.join("; ")}`);
   await shot(free.tab, "arrows");
-  await free.tab.close();
-  await driven.tab.close();
   await mesh.tab.close();
   await plain.tab.close();
+
+  const dry = await open("dry"), slips = JSON.parse(readFileSync(join(out("dry"), "summary.json"))).slips;
+  const told = await dry.tab.evaluate(() => [...document.querySelectorAll("#jumps tbody tr")].map((r) => `${r.cells[0].innerText} ${r.cells[2].innerText} ${r.querySelectorAll(".strip i").length}`).join());
+  const wanted = Object.entries(slips).map(([name, s]) => `${name} ${s.count} ${s.count}`).join();
+  expect(told === wanted && wanted !== "" && (await free.tab.evaluate(() => document.getElementById("jumps"))) === null, `slips of dry joints: ${told}`);
+  await dry.tab.close();
+  await free.tab.close();
+  await driven.tab.close();
 
   // porthos film: as long as it says, with a picture every 1/30 s.
   const film = (...words) => spawnSync(cli, ["film", ...words], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: browserPath } });

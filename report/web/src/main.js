@@ -65,7 +65,7 @@ function main() {
     ["Provenance", sections.provenance(d)],
   ] : [
     ["Verdict", d.kind === "comparison" ? null : sections.verdict(d)], ["Playback", play?.box], ["Motion", sections.motion(d)], ["Energy", series && sections.energy(d)], ["Errors", series && sections.errors(d)],
-    ["Steps", series && sections.steps(d)], ["Ledgers", sections.ledgers(d)], ["Speed against error", sections.comparison(d)], ["Controllers", sections.controllers(d)], ["Credibility", sections.credibility(d)],
+    ["Steps", series && sections.steps(d)], ["Impacts and slips", sections.jumps(d)], ["Ledgers", sections.ledgers(d)], ["Speed against error", sections.comparison(d)], ["Controllers", sections.controllers(d)], ["Credibility", sections.credibility(d)],
     ["Provenance", sections.provenance(d)], ["Notes", sections.notes(d)],
   ]).filter(([, box]) => box);
   page.append(

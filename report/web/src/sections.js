@@ -169,6 +169,21 @@ export function steps(d) {
       sweeps ? card(chart({ title: "Fixed-point iterations", what: "Mean per step between two records.", unit: "iterations per step", t: s.t, lines: [{ name: "iterations", v: s.sweeps, colour: "c1", width: 1.2 }], height: 220 })) : "") : "");
 }
 
+/** Rigid impacts, and ends of rest of dry joints: how many, when, and what they cost. */
+export function jumps(d) {
+  const s = d.summary, kinds = [["impacts", "impact"], ["slips", "slip"]];
+  const rows = kinds.flatMap(([key, kind]) => Object.entries(s?.[key] || {}).map(([name, x]) => ({ name, kind, ...x })));
+  if (!rows.length) return null;
+  const lost = ({ name, kind }) => s.balance.losses[kind === "impact" ? `${name}.impact` : name];
+  const strip = (times) => h("div", { class: "strip", role: "img", "aria-label": "times over the run" },
+    times.map((t) => h("i", { style: `left:${(100 * t) / s.simulated_s}%`, title: duration(t) })));
+  const cut = rows.some((r) => r.count > r.first_s.length);
+  return section("jumps", "Impacts and slips",
+    lead("Steps end at these instants. A slip is the end of a rest: the joint breaks away.", cut ? " Of each the first hundred are shown." : ""),
+    card(table(["of", "", "count", "first", "lost [J]", "when"], rows.map((r) => [r.name, r.kind, grouped(r.count), r.first_s.length ? duration(r.first_s[0]) : "–",
+      lost(r) === undefined ? "–" : number(lost(r), 4), strip(r.first_s)]), ["", "soft", "n", "n", "n", "wide"])));
+}
+
 export function ledgers(d) {
   const l = d.summary?.ledgers;
   if (!l) return null;
