@@ -28,6 +28,7 @@ void check(const DryFriction& f);
 /// may go a little too far. Its loss is speed · F.
 template <class T>
 T sliding_force(const DryFriction& f, const T& speed) {
+  using phs::fma;  // of double too, where the machine has none
   T force = fma(T(f.viscous), speed, T(f.coulomb));
   if (f.stribeck > 0 && f.holds() > f.coulomb) {
     const T s = speed / T(f.stribeck);

@@ -5,7 +5,7 @@
 namespace porthos::contact {
 namespace {
 
-using phs::abs, phs::max, phs::min, phs::select, phs::sqrt;
+using phs::abs, phs::fma, phs::max, phs::min, phs::select, phs::sqrt;
 
 template <class T>
 using Out = std::span<Touch<T>>;
