@@ -146,7 +146,7 @@ class Assembler {
     const auto l = by_name_.find(name);
     if (l == by_name_.end()) log_.fail(key + ": " + named(name) + " is not a link of this file");
     const Link& given = m_.links[l->second];
-    if (given.mass && given.mass->mass > 0)
+    if (given.mass && given.mass->mass > 0 && !options_.replaced_inertia.count(name))
       fail(given, "has an <inertial>, expected no " + key + " besides");
   }
 

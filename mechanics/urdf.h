@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,10 @@ struct UrdfOptions {
   /// joint it is a frame, and a note says so.
   enum class NoInertia { error, massless } links_without_inertia = NoInertia::error;
   /// Mass properties by link name, for links without mass in the file. Naming a link that has mass
-  /// is an error.
+  /// is an error, unless replaced_inertia has it.
   std::map<std::string, MassProperties> link_inertia;
+  /// Links of link_inertia that may have mass in the file: it is replaced.
+  std::set<std::string> replaced_inertia;
   /// Rotor (armature) inertia [kg m² | kg] by joint name, see JointSpec; URDF has no key for it. A
   /// name that is not in the file is an error.
   std::map<std::string, double> rotor_inertia;
