@@ -75,6 +75,12 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
   }
 }
 
+std::vector<std::string> CsvTable::names() const {
+  std::vector<std::string> all;
+  for (const auto& [name, column] : columns_) all.push_back(name);
+  return all;
+}
+
 std::vector<double> CsvTable::column(const std::string& name) const {
   const auto found = columns_.find(name);
   if (found == columns_.end()) {

@@ -18,6 +18,8 @@ class CsvTable {
 
   std::size_t rows() const { return lines_.size(); }
   bool has(const std::string& column) const { return columns_.count(column) > 0; }
+  /// The names of its columns, sorted.
+  std::vector<std::string> names() const;
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
   /// for a value in it that is not a finite number
   std::vector<double> column(const std::string& name) const;

@@ -125,6 +125,7 @@ class Reader {
     coordinates_at_ = t.at("coordinates");
     t.each("inertia", [&](const std::string& link, const std::string&, const Table& given) {
       s_.urdf.link_inertia[link] = read_mass_properties(given);
+      if (given.boolean("instead")) s_.urdf.replaced_inertia.insert(link);
     });
     if (t.has("mass_factor")) mass_factors(t);
     urdf(t);
