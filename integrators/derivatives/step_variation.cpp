@@ -66,6 +66,16 @@ class GaussVariation final : public StepVariation {
     return o;
   }
 
+  void interpolate(const TwoWords& after, double theta, std::span<double> v) const override {
+    double B[W];
+    step_.table.polynomial(theta, std::span(B).first(size_t(step_.s)));
+    for (size_t k = 0; k < n_; ++k) {
+      v[k] = after.lo[k];
+      for (int j = 0; j < step_.s; ++j) v[k] += (B[j] - 1) * Step::at(step_.L_before, k, j);
+      v[k] += after.x[k];
+    }
+  }
+
   void add_gradient(TwoWords& gradient) override {
     std::fill(gradient_.begin(), gradient_.end(), Lanes(0.0));
     for (int c = 0; c < chunks; ++c) linear_[c]->add_gradient(used_[c] * step_.hb[c], gradient_);

@@ -42,8 +42,11 @@ class StepVariation {
   virtual void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) = 0;
   /// δy → δy', or λ' → λ. @return not_converged for a stiff step with too many unknowns; then v is
   /// unchanged
-  /// @param v  size nx;  running: of the adjoint, ∂r at the stages, size s · nx; empty: none
+  /// @param v  size nx;  running: of the adjoint, ∂r at the stages, of a tangent what a change of
+  ///   parameters adds to f there, size s · nx; empty: none
   [[nodiscard]] virtual Outcome advance(TwoWords& v, std::span<const double> running = {}) = 0;
+  /// After a tangent step: δx at the fraction theta of it, given δy' after it. Sizes nx.
+  virtual void interpolate(const TwoWords& after, double theta, std::span<double> v) const = 0;
   /// After an adjoint step: gradient += Σ h b_i ∂(ℓ_iᵀ f(Y_i))/∂θ. Size of parameters().
   virtual void add_gradient(TwoWords& gradient) = 0;
   /// Names of the parameters (phs::Linearised).

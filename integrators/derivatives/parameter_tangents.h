@@ -1,0 +1,60 @@
+#pragma once
+#include "integrators/derivatives/step_variation.h"
+#include "integrators/tables/collocation_table.h"
+
+namespace porthos::integrators {
+
+/// A direction in the parameters of a run, as two models a short way up and down it.
+struct Along {
+  const phs::Model *up, *down;
+  double distance;            ///< from the model to each, in the number z that is changed
+  std::vector<double> start;  ///< ∂x_0/∂z, size nx
+};
+
+/// A run with its tangents along parameters, ∂x/∂z at fixed time:
+///
+///   δL_i = h b_i (Df(Y_i) δY_i + ∂f/∂z (Y_i)),   δY_i = δy + Σ μ_ij δL_j
+///
+/// The tangent is that of the step, to rounding; ∂f/∂z is the central difference of the two models'
+/// fields at its stages, which takes every parameter there is. With distances near the cube root of
+/// rounding it is known to some 1e-10. Cost of a direction: a tangent, and 2 s fields a step.
+class ParameterTangents {
+ public:
+  /// The models must outlive it, and have the states of `model`.
+  /// @throws InvalidArgument for a method that is not Gauss collocation; as phs::linearise() and
+  ///   make_integrator()
+  ParameterTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
+                    std::vector<Along> directions);
+
+  /// A step of the run and of all tangents. @return if not ok, remark() says where
+  [[nodiscard]] Outcome step();
+  const std::string& remark() const { return remark_; }
+
+  const phs::State& state() const { return state_; }
+  double time() const { return method_->time(state_); }
+  /// The state at the fraction theta of the last step, size nx, and the tangent of direction k.
+  void interpolate(double theta, std::span<double> x) const;
+  void interpolate(size_t k, double theta, std::span<double> tangent) const {
+    tangents_[k].variation->interpolate(tangents_[k].value, theta, tangent);
+  }
+
+ private:
+  struct Tangent {
+    Along along;
+    std::unique_ptr<phs::System<double>> up, down;
+    std::unique_ptr<StepVariation> variation;
+    TwoWords value;
+  };
+  Outcome fail(Outcome o, const char* what, double t);
+  void field_changes(Tangent& tangent, double t);
+
+  CollocationTable<double> table_;
+  std::unique_ptr<Integrator> method_;
+  phs::State state_;
+  size_t n_;
+  std::vector<double> stages_, changes_, down_, angles_;
+  std::vector<Tangent> tangents_;
+  std::string remark_;
+};
+
+}  // namespace porthos::integrators
