@@ -17,10 +17,10 @@ enum ExitCode {
 
 /// The arguments of all commands, as typed.
 struct Arguments {
-  std::string scene, model;
+  std::string scene, model, log;
   std::optional<std::string> map, out, method, step, duration, extend, budget, plots, part, base,
       of_case, uncertainty, from, to, speed, size, camera, follow;
-  std::vector<std::string> methods, models, of;
+  std::vector<std::string> methods, models, of, parameters, sigma;
   bool resume = false, json = false, markdown = false, join = false, no_report = false,
        orbit = false, arrows = false, dark = false;
   int threads = 0;

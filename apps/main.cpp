@@ -14,6 +14,7 @@
 #include "apps/commands.h"
 #include "apps/completion.h"
 #include "apps/film.h"
+#include "apps/identify.h"
 #include "apps/judge.h"
 #include "apps/new.h"
 #include "apps/report.h"
@@ -168,6 +169,36 @@ void add_film(CLI::App& app, Arguments& a) {
       ->type_name("FOLDER");
 }
 
+void add_identify(CLI::App& app, Arguments& a) {
+  auto* identify = add_scene_command(
+      app, a, "identify",
+      "parameters of a scene from a log of its motion, and how well it tells them",
+      "porthos identify examples/identification/scene.toml examples/identification/log.csv "
+      "--parameters spring.stiffness,friction.coulomb --sigma 1e-3");
+  identify->add_option("LOG", a.log, "CSV with names in its first line, or HDF5")->required();
+  identify
+      ->add_option("--parameters", a.parameters,
+                   "what to find: link_6 (its ten numbers), link_6.mass, spring.stiffness, "
+                   "joint_1.velocity, ...")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("A,B,...");
+  identify
+      ->add_option("--sigma", a.sigma,
+                   "noise of the log, 1e-4 of all columns or joint_1.velocity=1e-4,... [from the "
+                   "residual]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("S");
+  identify->add_option("--out", a.out, "results folder [results/<name of the scene>-identified]")
+      ->type_name("DIR");
+  identify->add_option("--method", a.method, "instead of the scene's: gauss2 to gauss16, midpoint")
+      ->type_name("M");
+  identify->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
+  identify->add_flag("--json", a.json, "print identify.json instead of the table");
+}
+
 /// Commands that show what a run left, what a scene holds or what the program can do.
 void add_pages(CLI::App& app, Arguments& a) {
   auto* report = add_command(app, "report", "report.html of a results folder, finished or not",
@@ -241,6 +272,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("ensemble")) return ensemble_command(a);
   if (app.got_subcommand("plan")) return plan_command(a);
   if (app.got_subcommand("sensitivity")) return sensitivity_command(a);
+  if (app.got_subcommand("identify")) return identify_command(a);
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("film")) return film_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
@@ -302,6 +334,7 @@ int main(int argc, char** argv) {
       "interrupted.\n");
   app.require_subcommand(1);
   add_runs(app, arguments);
+  add_identify(app, arguments);
   add_pages(app, arguments);
   if (argc == 1) {
     fmt::print(stderr, "{}", app.help());

@@ -44,6 +44,13 @@ bool TrajectoryTable::has(const std::string& column) const {
   return csv_ ? csv_->has(column) : columns_.count(column) > 0;
 }
 
+std::vector<std::string> TrajectoryTable::names() const {
+  if (csv_) return csv_->names();
+  std::vector<std::string> all;
+  for (const auto& [name, column] : columns_) all.push_back(name);
+  return all;
+}
+
 std::vector<double> TrajectoryTable::column(const std::string& name) const {
   if (csv_) return csv_->column(name);
   const auto found = columns_.find(name);

@@ -22,6 +22,8 @@ class TrajectoryTable {
 
   std::size_t rows() const { return rows_; }
   bool has(const std::string& column) const;
+  /// The names of its columns, sorted.
+  std::vector<std::string> names() const;
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
   /// for a value in it that is not a finite number
   std::vector<double> column(const std::string& name) const;

@@ -118,8 +118,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, plan, sensitivity, report, film, plot, info, new, schema, completion, methods, "
-       "actuators (see "
+       "ensemble, plan, sensitivity, identify, report, film, plot, info, new, schema, completion, "
+       "methods, actuators (see "
        "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
@@ -265,6 +265,48 @@ TEST_F(Cli, TellsWhatTheEndDependsOn) {
        "gauss16, midpoint), not for 'rk4'\n"}};
   for (const auto& [option, message] : wrong) {
     a = porthos(std::string("sensitivity swing/scene.toml --out wrong ") + option);
+    EXPECT_EQ(a.code, 2) << option;
+    EXPECT_EQ(a.err, message);
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "wrong")) << "refused before the run";
+}
+
+TEST_F(Cli, FindsParametersFromALog) {
+  const Answer run = porthos("run swing/scene.toml --out seen --no-report");
+  ASSERT_LE(run.code, 1) << run.err;
+  Answer a =
+      porthos("identify swing/scene.toml seen/run.h5 --parameters hinge.velocity --sigma 1e-4");
+  EXPECT_EQ(a.code, 0) << a.err;
+  EXPECT_TRUE(contains(a.err, "porthos: iteration 0, run 2: mean square ")) << a.err;
+  EXPECT_TRUE(contains(a.err,
+                       "porthos: results/swing-identified/: found.toml, identify.json, "
+                       "identify.txt, identify.svg\n"))
+      << a.err;
+  for (const char* part : {"1 parameter from seen/run.h5", "hinge.velocity", "residual    chi^2",
+                           "told        all combinations", "iterations, ", "not used: "})
+    EXPECT_TRUE(contains(a.out, part)) << part << "\n" << a.out;
+  a = porthos(
+      "identify swing/scene.toml seen/run.h5 --parameters hinge.velocity --json --out told");
+  const auto j = nlohmann::json::parse(a.out);
+  EXPECT_EQ(j["parameters"][0]["name"], "hinge.velocity");
+  EXPECT_TRUE(j["converged"]);
+  EXPECT_TRUE(fs::exists(folder_ / "told/found.toml"));
+  EXPECT_EQ(porthos("verify told/found.toml --no-report --out again").code,
+            porthos("verify swing/scene.toml --no-report --out again2").code);
+  const std::pair<const char*, const char*> wrong[] = {
+      {"seen/none.csv --parameters hinge.velocity",
+       "porthos: cannot read seen/none.csv: No such file or directory\n"},
+      {"seen/run.h5 --parameters hinge.velocity --sigma hinge.position=much",
+       "porthos: --sigma: sigma is 'much', expected a standard deviation in the unit of the "
+       "column\n"},
+      {"seen/run.h5 --parameters hinge.velocity --sigma 0",
+       "porthos: sigma is 0, expected a positive number, the standard deviation of the noise in "
+       "the unit of the column\n"},
+      {"seen/run.h5 --parameters hinge.velocity --method rk4",
+       "porthos: derivatives of a run are there for Gauss collocation (gauss2 to gauss16, "
+       "midpoint), not for 'rk4'\n"}};
+  for (const auto& [option, message] : wrong) {
+    a = porthos(std::string("identify swing/scene.toml --out wrong ") + option);
     EXPECT_EQ(a.code, 2) << option;
     EXPECT_EQ(a.err, message);
   }

@@ -1,0 +1,232 @@
+#include "scene/identification/identification.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "scene/identification/detail/least_squares.h"
+#include "scene/identification/detail/output_error.h"
+#include "scene/sensitivity/differentiable.h"
+
+namespace porthos::scene {
+namespace {
+
+using Eigen::Index, Eigen::MatrixXd;
+
+/// ∂(values)/∂z by central differences: their z are of order one.
+MatrixXd value_slopes(const Unknowns& unknowns, const std::vector<double>& z) {
+  constexpr double d = OutputError::apart;
+  const auto n = Index(z.size());
+  MatrixXd P(n, n);
+  for (size_t k = 0; k < z.size(); ++k) {
+    auto at = z;
+    at[k] = z[k] + d;
+    const auto up = unknowns.values(at);
+    at[k] = z[k] - d;
+    const auto down = unknowns.values(at);
+    for (size_t i = 0; i < z.size(); ++i) P(Index(i), Index(k)) = (up[i] - down[i]) / (2 * d);
+  }
+  return P;
+}
+
+void add_uncertainty(Identification& r, const Fit& fit, const Unknowns& unknowns) {
+  const auto n = Index(unknowns.size());
+  const MatrixXd P = value_slopes(unknowns, fit.z);
+  MatrixXd covariance = MatrixXd::Zero(n, n);
+  Eigen::VectorXd lost = Eigen::VectorXd::Zero(n);
+  for (Index i = 0; i < n; ++i) {
+    const Eigen::VectorXd moves = P * fit.directions.col(i);
+    const double deviation = fit.deviation(i);
+    Combination c{deviation, fit.tells(i), {}};
+    double largest = 0;
+    for (Index k = 0; k < n; ++k) {
+      c.moves.push_back(moves[k] / unknowns.list()[size_t(k)].scale);
+      if (std::fabs(c.moves.back()) > std::fabs(largest)) largest = c.moves.back();
+    }
+    for (double& m : c.moves) m /= largest;
+    r.combinations.push_back(std::move(c));
+    if (std::isfinite(deviation))
+      covariance += deviation * deviation * moves * moves.transpose();
+    else
+      lost += moves.cwiseAbs();
+  }
+  r.covariance.assign(covariance.data(), covariance.data() + covariance.size());
+  for (Index k = 0; k < n; ++k) {
+    const double scale = unknowns.list()[size_t(k)].scale;
+    r.found[size_t(k)].deviation = lost[k] > 1e-6 * scale ? NAN : std::sqrt(covariance(k, k));
+  }
+}
+
+void add_agreement(Identification& r, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                   const Log& log) {
+  const size_t columns = log.columns.size(), rows = log.times.size();
+  r.before.assign(columns, {});
+  r.after.assign(columns, {});
+  for (size_t i = 0; i < columns; ++i) {
+    const LogColumn& c = log.columns[i];
+    Agreement a{c.of, c.sigma, 0, 0};
+    for (size_t row = 0; row < rows; ++row) {
+      const auto at = Index(row * columns + i);
+      r.before[i].push_back(before[at]);
+      r.after[i].push_back(after[at]);
+      a.before += before[at] * before[at];
+      a.after += after[at] * after[at];
+    }
+    const double sigma = c.sigma > 0 ? c.sigma : 1;
+    a.before = sigma * std::sqrt(a.before / double(rows));
+    a.after = sigma * std::sqrt(a.after / double(rows));
+    r.columns.push_back(a);
+  }
+}
+
+void add_notes(Identification& r, const Scene& scene, const Log& log, const std::string& edge) {
+  constexpr size_t most = 6;
+  if (!log.unused.empty()) {
+    std::vector<std::string> some(
+        log.unused.begin(), log.unused.begin() + std::ptrdiff_t(std::min(most, log.unused.size())));
+    r.notes.push_back(fmt::format(
+        "columns of the log that are not used: {}{}", listed(some, [](const auto& n) { return n; }),
+        log.unused.size() > most ? fmt::format(" and {} more", log.unused.size() - most) : ""));
+  }
+  if (!edge.empty())
+    r.notes.push_back("the fit ended at the edge of what can be: the next step was refused, " +
+                      edge);
+  else if (!r.converged)
+    r.notes.push_back(fmt::format(
+        "the fit stopped after {} iterations before it converged: its numbers are not the best",
+        r.iterations));
+  if (r.noise_known() && r.surprise() > 3)
+    r.notes.push_back(
+        "the run disagrees with the log by more than sigma says: the model lacks something, or "
+        "sigma is too small");
+  if (r.step_error > 0.5)
+    r.notes.push_back(fmt::format(
+        "half the step moves the values found by {:.1f} of their sigma, expected a shorter one by "
+        "--step",
+        r.step_error));
+  if (!scene.files.empty() || !scene.robots.empty())
+    r.notes.push_back("found.toml names files relative to the folder of the scene: copy it there");
+}
+
+/// Identification::step_error, from a run with half the step.
+double step_error(Scene scene, const Unknowns& unknowns, const Log& log, const Fit& fit,
+                  const std::atomic<bool>* stop) {
+  scene.step /= 2;
+  OutputError half(scene, unknowns, log, stop);
+  Eigen::VectorXd r;
+  if (!half.at(fit.z, r, nullptr)) return NAN;
+  double most = 0;
+  for (Index i = 0; i < fit.singular.size(); ++i)
+    if (fit.tells(i)) most = std::max(most, std::fabs(fit.shift(r - fit.r, i)));
+  return most;
+}
+
+Scene prepared(const Scene& given) {
+  if (!given.actuators.empty())
+    throw InvalidArgument(in_file(given.path) +
+                          "identify takes no [[actuator]]: where its motor starts follows from the "
+                          "joints, by rules without slopes");
+  Scene s = given;
+  s.centre_stays = true;
+  return s;
+}
+
+/// The log is fitted from its beginning, over lengths that double: far from the values found, the
+/// end of a long run is in another turn of the motion than the log, and least squares would stop at
+/// the nearest one.
+Fit fit_by_lengths(OutputError& error, const Unknowns& unknowns, const Log& log,
+                   const IdentificationRequest& request) {
+  constexpr double loosely = 0.1;
+  const size_t rows = log.times.size();
+  size_t length = std::min(rows, 1 + 4 * unknowns.size() / log.columns.size());
+  Fit all;
+  all.z = unknowns.start();
+  for (bool last = false; !last; length = std::min(rows, 2 * length)) {
+    last = length == rows;
+    error.use_rows(length);
+    Fit fit = least_squares(
+        [&](const auto& z, auto& r, auto* slopes) { return error.at(z, r, slopes); }, all.z,
+        {.noise_known = log.columns.front().sigma > 0,
+         .share = last ? 0 : loosely,
+         .most = request.iterations - all.iterations,
+         .go_on = [&](const Fit& f) {
+           if (request.tell)
+             request.tell({all.iterations + f.iterations, error.runs(), log.times[length - 1],
+                           f.r.squaredNorm() / double(error.size())});
+           return !error.stopped();
+         }});
+    fit.iterations += all.iterations;
+    fit.refused += all.refused;
+    if (fit.iterates.empty() || error.stopped()) return fit;
+    fit.iterates.insert(fit.iterates.begin(), all.iterates.begin(), all.iterates.end());
+    all = std::move(fit);
+  }
+  return all;
+}
+
+Identification identify(Scene scene, const Assembly& assembly, const Log& log,
+                        const IdentificationRequest& request) {
+  scene.duration = scene.step * std::max(1.0, std::ceil(log.times.back() / scene.step - 1e-9));
+  (void)differentiable_steps(scene, assembly);
+  const Unknowns unknowns(scene, assembly, request.parameters);
+  const size_t numbers = log.times.size() * log.columns.size();
+  if (numbers <= unknowns.size())
+    throw InvalidArgument(fmt::format("{}: it has {} numbers for {} parameters, expected more",
+                                      log.path, numbers, unknowns.size()));
+  OutputError error(scene, unknowns, log, request.stop);
+  Identification r;
+  r.title = scene.title;
+  r.log = log.path;
+  r.method = scene.method;
+  r.step = scene.step;
+  r.times = log.times;
+  Eigen::VectorXd before;
+  if (!error.at(unknowns.start(), before, nullptr)) before.setConstant(error.size(), NAN);
+  const Fit fit = fit_by_lengths(error, unknowns, log, request);
+  r.iterations = fit.iterations;
+  r.runs = error.runs();
+  r.runs_with_tangents = error.runs_with_tangents();
+  r.refused = fit.refused;
+  r.converged = fit.converged;
+  if (fit.iterates.empty() || error.stopped()) {
+    r.failure = error.stopped() ? "the command was stopped" : error.why();
+    return r;
+  }
+  const auto values = unknowns.values(fit.z);
+  for (size_t i = 0; i < values.size(); ++i) r.found.push_back({unknowns.list()[i], values[i], 0});
+  for (const auto& z : fit.iterates) r.iterates.push_back(unknowns.values(z));
+  r.chi_square = fit.r.squaredNorm();
+  r.noise = fit.noise;
+  r.freedoms = numbers - unknowns.size();
+  r.step_error = step_error(scene, unknowns, log, fit, request.stop);
+  add_uncertainty(r, fit, unknowns);
+  add_agreement(r, before, fit.r, log);
+  add_notes(r, scene, log, fit.at_edge ? error.why() : "");
+  r.scene = unknowns.text(fit.z);
+  return r;
+}
+
+}  // namespace
+
+double Identification::surprise() const {
+  const double n = double(freedoms), spread = 2 / (9 * n);
+  return (std::cbrt(chi_square / (noise * noise) / n) - (1 - spread)) / std::sqrt(spread);
+}
+
+Identification identify(const Scene& given, const std::string& log,
+                        const IdentificationRequest& request) {
+  const Scene scene = prepared(given);
+  const Assembly assembly = assemble(scene);
+  return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
+}
+
+Identification identify(const Scene& given, const NamedColumns& log,
+                        const IdentificationRequest& request) {
+  const Scene scene = prepared(given);
+  const Assembly assembly = assemble(scene);
+  return identify(scene, assembly, log_of(log, request.noise, scene, assembly), request);
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,84 @@
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanics/builder.h"
+#include "scene/read/variation.h"
+
+namespace porthos::scene {
+
+struct Assembly;
+
+/// A number that a log is to tell.
+struct Unknown {
+  std::string name, unit;
+  double start = 0;  ///< of the scene
+  double scale = 1;  ///< what counts as a whole change of it, in its unit; more than 0
+};
+
+/// The numbers to find as z, a vector without limits whose entries are of order one. Names:
+///
+/// "<body>": all ten inertial numbers, by their log-Cholesky numbers, so that every z is physical;
+/// "<body>.mass" [kg], with the centre of mass and the inertia about it kept; "<body>.com.x" [m] in
+/// the body's frame; "<body>.inertia.xx" [kg m²] about the centre of mass along the body's axes,
+/// .xy for both elements; "<element>.<key>", a number of an [[element]] by its name;
+/// "<joint>.position", ".velocity", start values; any other number of the scene by its key as in
+/// [ensemble], "environment.vector[2]".
+///
+/// A number whose negative the reader refuses is positive: its z is a logarithm. Others are
+/// z · scale.
+class Unknowns {
+ public:
+  /// @param assembly  of the scene
+  /// @throws InvalidArgument for a name that is none, twice the same number, a number that the
+  ///   scene does not state, a positive one that is 0, a body that is not physical or has no mass
+  Unknowns(const Scene& scene, const Assembly& assembly, const std::vector<std::string>& names);
+
+  /// One for each entry of z.
+  const std::vector<Unknown>& list() const { return list_; }
+  size_t size() const { return list_.size(); }
+  /// z of the scene itself.
+  const std::vector<double>& start() const { return start_; }
+  /// The numbers at z, in the order of list().
+  std::vector<double> values(std::span<const double> z) const;
+  /// The scene with the numbers at z. Method, step and duration stay.
+  /// @throws InvalidArgument where a reader refuses them: an inertia given number by number may be
+  ///   unphysical
+  Scene at(std::span<const double> z) const;
+  /// The text of that scene.
+  std::string text(std::span<const double> z) const;
+
+ private:
+  /// All ten numbers of a body, or some of them.
+  struct Body {
+    std::string name;
+    mechanics::MassProperties start;  ///< along the body's axes
+    int whole = -1;                   ///< place in z of ten log-Cholesky numbers; -1: some of them
+    std::vector<std::pair<size_t, int>> some = {};  ///< place in z, which of the ten
+  };
+  struct Key {
+    size_t at;  ///< in z
+    std::string key;
+  };
+  bool add_of_body(const std::string& name, const Assembly& assembly);
+  bool add_of_joint(const std::string& name, const Assembly& assembly);
+  bool add_of_element(const std::string& name, const Assembly& assembly);
+  void add_key(const std::string& name, const std::string& key, const Assembly& assembly);
+  void add(Unknown unknown, bool positive);
+  Body& body(const std::string& name, const mechanics::MassProperties& mass);
+  double value(size_t i, double z) const;
+  mechanics::MassProperties mass_at(const Body& body, std::span<const double> z) const;
+  Scene with_keys(std::span<const Replacement> replacements) const;
+  std::vector<Replacement> replacements(std::span<const double> z) const;
+
+  const Scene& scene_;
+  std::vector<Unknown> list_;
+  std::vector<double> start_;
+  std::vector<char> logarithmic_;
+  std::vector<Body> bodies_;
+  std::vector<Key> keys_;
+};
+
+}  // namespace porthos::scene
