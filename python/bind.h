@@ -27,6 +27,7 @@ void bind_report(pybind11::module_& m);
 void bind_ensembles(pybind11::module_& m);
 void bind_plans(pybind11::module_& m);
 void bind_derivatives(pybind11::module_& m);
+void bind_identification(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 

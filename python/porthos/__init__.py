@@ -14,7 +14,7 @@ from ._core import InvalidArgument, IoError, version_text
 from .ensembles import EnsembleResult
 from .envs import Env, VectorEnv
 from .plans import Plan
-from .results import Comparison, Result, Sensitivity, open
+from .results import Comparison, Identification, Result, Sensitivity, open
 from .runs import Scene, compare, film, report, simulate, verify
 
 __version__ = version_text().split()[1]

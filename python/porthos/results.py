@@ -234,6 +234,45 @@ class Sensitivity:
         return self.text
 
 
+@dataclass(frozen=True)
+class Identification:
+    """Parameters of a scene from a log, from Scene.identify(): docs/identification.md. Printed, it is the table of the command."""
+
+    parameters: list[str]
+    units: list[str]
+    start: np.ndarray  #: (n,), of the scene
+    values: np.ndarray  #: (n,), as found
+    deviations: np.ndarray  #: (n,), 1 sigma; nan: the log tells nothing of it
+    covariance: np.ndarray  #: (n, n), of the values
+    combinations: np.ndarray  #: (n, n), row i: the change of each parameter along combination i, in parts of its size
+    combination_deviations: np.ndarray  #: (n,), 1 sigma along each, best told first; inf: the log tells nothing of it
+    told: np.ndarray  #: (n,), whether the log tells the combination within a whole change
+    columns: list[str]  #: of the log, as used
+    times: np.ndarray  #: (times,) [s]
+    before: np.ndarray  #: (times, columns), (run - log)/sigma with the start values; sigma is 1 where it is not given
+    after: np.ndarray  #: (times, columns), the same with the values found
+    chi_square: float  #: the sum of the squares of `after`
+    freedoms: int  #: numbers of the log less parameters
+    converged: bool
+    scene: str  #: text of the scene with the values found, for the folder of the scene
+    notes: list[str]
+    text: str
+    json: str
+
+    def __post_init__(self) -> None:
+        for name in ("start", "values", "deviations", "told"):
+            object.__setattr__(self, name, np.array(getattr(self, name)))
+
+    def __getitem__(self, parameter: str) -> float:
+        """The value found. Raises KeyError for a name that is none."""
+        if parameter not in self.parameters:
+            raise KeyError(parameter)
+        return float(self.values[self.parameters.index(parameter)])
+
+    def __str__(self) -> str:
+        return self.text
+
+
 class Comparison:
     """Speed against error: docs/compare.md."""
 

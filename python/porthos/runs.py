@@ -14,7 +14,7 @@ from ._core import InvalidArgument, Model, SceneData
 from .ensembles import EnsembleResult, open_ensemble
 from .plans import Plan
 from .progress import chosen
-from .results import Comparison, PathLike, Result, Sensitivity
+from .results import Comparison, Identification, PathLike, Result, Sensitivity
 
 Tell = Union[bool, None, Callable[[float, float, float], None]]
 CostPart = Union[None, Callable[[float, Any], "tuple[float, Any]"]]
@@ -135,6 +135,25 @@ class Scene:
         """
         names = [of] if isinstance(of, str) else list(of)
         return Sensitivity(uncertainty, **_core.sensitivity_of_scene(self.data, names, uncertainty))
+
+    def identify(self, log: PathLike | Mapping[str, Any], parameters: str | Sequence[str], *,
+                 sigma: float | Mapping[str, float] | None = None, out: PathLike | None = None) -> Identification:
+        """Finds parameters of the scene so that its run has what a log says, in least squares over the whole run.
+
+        log: a file, CSV or HDF5, or columns by name: "time" [s] and any of "joint_1.position", ".velocity",
+        "base.angular_velocity.x", numbers of the scene's outputs ("tip.x"). parameters: "link_6" (its ten inertial numbers),
+        "link_6.mass", "spring.stiffness" of an element by its name, "joint_1.velocity" at the start, or a key of the scene.
+        sigma: the standard deviation of the noise, of all columns or by name; without it the residual tells it. out: a folder
+        for found.toml, the scene with the values found, and identify.json. docs/identification.md.
+
+        Raises InvalidArgument for unknown names, a log that does not fit, and all that gradient() refuses, and RuntimeError
+        where the run from the scene's values fails.
+        """
+        names = [parameters] if isinstance(parameters, str) else list(parameters)
+        columns = {k: list(map(float, v)) for k, v in log.items()} if isinstance(log, Mapping) else str(log)
+        by_name = dict(sigma) if isinstance(sigma, Mapping) else {}
+        of_all = None if sigma is None or isinstance(sigma, Mapping) else float(sigma)
+        return Identification(**_core.identify_scene(self.data, columns, names, of_all, by_name, None if out is None else str(out)))
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"

@@ -1797,6 +1797,10 @@ def gradient_in_rates(model: MechanicalModel, q: Any, v: Any, start: Any) -> tup
     """
     ...
 
+def identify_scene(scene: SceneData, log: Any, parameters: list[str], sigma_of_all: Optional[float], sigma_by_name: dict[str, float], out: Optional[str]) -> dict:
+    """What Scene.identify() calls."""
+    ...
+
 def _cpp_seconds(mechanism: Mechanism, kernel: str, states: int, lanes: bool, repeats: int) -> float:
     """Least time of a C++ loop over so many states [s]; in lanes: states laid out in packs already."""
     ...
