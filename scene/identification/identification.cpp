@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "phs/system/linearised.h"
 #include "scene/identification/detail/least_squares.h"
 #include "scene/identification/detail/output_error.h"
 #include "scene/sensitivity/differentiable.h"
@@ -106,7 +107,7 @@ void add_notes(Identification& r, const Scene& scene, const Log& log, const std:
         "half the step moves the values found by {:.1f} of their sigma, expected a shorter one by "
         "--step",
         r.step_error));
-  if (!scene.files.empty() || !scene.robots.empty())
+  if (!scene.files.empty() || !scene.robots.empty() || scene.start_from)
     r.notes.push_back("found.toml names files relative to the folder of the scene: copy it there");
 }
 
@@ -131,6 +132,16 @@ Scene prepared(const Scene& given) {
   Scene s = given;
   s.centre_stays = true;
   return s;
+}
+
+/// Refuses a scene whose run has no tangents, before anything else.
+Assembly assemble_with_tangents(Scene scene) {
+  (void)integrators::gauss_stages(scene.method);
+  Assembly a = assemble(scene);
+  scene.duration = scene.step;  // that of the log is a whole number of them
+  (void)differentiable_steps(scene, a);
+  (void)phs::linearise<double>(*a.model);
+  return a;
 }
 
 /// The log is fitted from its beginning, over lengths that double: far from the values found, the
@@ -169,7 +180,6 @@ Fit fit_by_lengths(OutputError& error, const Unknowns& unknowns, const Log& log,
 Identification identify(Scene scene, const Assembly& assembly, const Log& log,
                         const IdentificationRequest& request) {
   scene.duration = scene.step * std::max(1.0, std::ceil(log.times.back() / scene.step - 1e-9));
-  (void)differentiable_steps(scene, assembly);
   const Unknowns unknowns(scene, assembly, request.parameters);
   const size_t numbers = log.times.size() * log.columns.size();
   if (numbers <= unknowns.size())
@@ -218,14 +228,14 @@ double Identification::surprise() const {
 Identification identify(const Scene& given, const std::string& log,
                         const IdentificationRequest& request) {
   const Scene scene = prepared(given);
-  const Assembly assembly = assemble(scene);
+  const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
 }
 
 Identification identify(const Scene& given, const NamedColumns& log,
                         const IdentificationRequest& request) {
   const Scene scene = prepared(given);
-  const Assembly assembly = assemble(scene);
+  const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, log_of(log, request.noise, scene, assembly), request);
 }
 

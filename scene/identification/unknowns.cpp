@@ -53,16 +53,26 @@ std::optional<MassProperties> body_of(const Assembly& a, const std::string& name
   return {};
 }
 
-/// The unit of an element's number: of "N m/rad (N/m)" the second if its joint slides.
-std::string element_unit(const toml::table& element, const std::string& key, const Assembly& a) {
-  const SchemaTable* table = schema_of("element." + element["type"].value_or(std::string()));
-  if (!table) return "";
-  const auto joint = element["joint"].value_or(std::string());
-  const auto& all = a.mechanism->coordinates();
-  const auto own = std::ranges::find(all, joint, &mechanics::JointCoordinates::name);
-  const bool slides = own != all.end() && own->unit == "m";
-  for (const SchemaKey& k : table->keys) {
-    if (k.name != key) continue;
+/// "element[0]" -> "element"
+std::string without_index(const std::string& key) { return key.substr(0, key.find('[')); }
+
+/// The unit of a number of the scene: of "N m/rad (N/m)" the second if its joint slides.
+std::string unit_of(const toml::table& root, const std::string& key, const Assembly& a) {
+  const auto dot = key.rfind('.');
+  std::string id = without_index(key.substr(0, dot));
+  bool slides = false;
+  if (const auto* element = root.at_path(key.substr(0, dot)).as_table();
+      element && id == "element") {
+    id += "." + (*element)["type"].value_or(std::string());
+    const auto& all = a.mechanism->coordinates();
+    const auto own = std::ranges::find(all, (*element)["joint"].value_or(std::string()),
+                                       &mechanics::JointCoordinates::name);
+    slides = own != all.end() && own->unit == "m";
+  }
+  const SchemaTable* table = schema_of(id);
+  const std::string name = without_index(key.substr(dot + 1));
+  for (const SchemaKey& k : table ? table->keys : std::vector<SchemaKey>()) {
+    if (k.name != name) continue;
     const auto open = k.unit.find(" (");
     if (open == std::string::npos) return k.unit;
     return slides ? k.unit.substr(open + 2, k.unit.size() - open - 3) : k.unit.substr(0, open);
@@ -198,9 +208,6 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
         "{}the parameter '{}' is no number of the scene, expected one that it states, to start "
         "from",
         in_file(scene_.path), name));
-  const auto dot = key.rfind('.');
-  const auto* element = table == "element" ? root.at_path(key.substr(0, dot)).as_table() : nullptr;
-  const std::string unit = element ? element_unit(*element, key.substr(dot + 1), a) : "";
   // Whether it may be negative, the reader knows.
   bool positive = false;
   if (*value >= 0 && table != "initial") {
@@ -212,7 +219,7 @@ void Unknowns::add_key(const std::string& name, const std::string& key, const As
     }
   }
   keys_.push_back({list_.size(), key});
-  add({name, unit, *value, *value != 0 ? std::fabs(*value) : 1.0}, positive);
+  add({name, unit_of(root, key, a), *value, *value != 0 ? std::fabs(*value) : 1.0}, positive);
 }
 
 double Unknowns::value(size_t i, double z) const {

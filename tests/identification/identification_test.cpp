@@ -178,6 +178,18 @@ TEST_F(IdentificationOfScenes, StartValues) {
   EXPECT_EQ(r.found[0].of.unit, "rad/s");
 }
 
+TEST_F(IdentificationOfScenes, NumbersOfTheSceneByTheirKeys) {
+  const auto log = run_of(read(swing(6, 0.4, 0.05)), {"hinge.position"}, 5);
+  std::string text = swing(6, 0.4, 0.05);
+  text.replace(text.find("-9.81"), 5, "-1.62");
+  const auto r =
+      identify(read(text), log, {.parameters = {"environment.vector[2]", "element[0].stiffness"}});
+  EXPECT_NEAR(r.found[0].value, -9.81, 1e-9);
+  EXPECT_EQ(r.found[0].of.unit, "m/s²");
+  EXPECT_NEAR(r.found[1].value, 6, 1e-9);
+  EXPECT_EQ(r.found[1].of.unit, "N m/rad");
+}
+
 // --- what a log does not tell --------------------------------------------------------------------
 
 /// Of a rod in gravity, rates tell m l / (I + m l²) alone: two combinations of three are not told.

@@ -1,11 +1,6 @@
 #include "scene/identification/detail/output_error.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
-
-#include "phs/system/linearised.h"
-#include "scene/sensitivity/differentiable.h"
 
 namespace porthos::scene {
 namespace {
