@@ -1,7 +1,7 @@
 #pragma once
 #include <random>
 
-#include "integrators/derivatives/parameter_tangents.h"
+#include "integrators/derivatives/run_tangents.h"
 #include "scene/identification/identification.h"
 #include "scene/identification/observation.h"
 #include "tests/scene/scene_files.h"
@@ -14,7 +14,7 @@ inline NamedColumns run_of(Scene scene, const std::vector<std::string>& names, d
   scene.centre_stays = true;
   const Assembly a = assemble(scene);
   Observation observation(scene, a, names);
-  integrators::ParameterTangents run(scene.method, *a.model, a.initial, scene.step, {});
+  integrators::RunTangents run(scene.method, *a.model, a.initial, scene.step, {});
   NamedColumns log;
   std::vector<double> values(names.size());
   const auto take = [&] {

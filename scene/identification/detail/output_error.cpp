@@ -43,8 +43,8 @@ bool OutputError::at(const std::vector<double>& z, Eigen::VectorXd& r, Eigen::Ma
       const auto up = start(*up_[k]), down = start(*down_[k]);
       std::vector<double> tangent(up.size());
       for (size_t i = 0; i < up.size(); ++i) tangent[i] = (up[i] - down[i]) / (2 * apart);
-      directions.push_back({up_[k]->assembly.model.get(), down_[k]->assembly.model.get(), apart,
-                            std::move(tangent)});
+      directions.push_back({std::move(tangent), up_[k]->assembly.model.get(),
+                            down_[k]->assembly.model.get(), apart});
     }
   } catch (const InvalidArgument& e) {
     why_ = e.what();
@@ -54,8 +54,8 @@ bool OutputError::at(const std::vector<double>& z, Eigen::VectorXd& r, Eigen::Ma
   if (slopes) ++runs_with_tangents_;
   r.resize(size());
   if (slopes) slopes->resize(size(), Eigen::Index(z.size()));
-  integrators::ParameterTangents run(scene_.method, *here->assembly.model, here->assembly.initial,
-                                     scene_.step, std::move(directions));
+  integrators::RunTangents run(scene_.method, *here->assembly.model, here->assembly.initial,
+                               scene_.step, std::move(directions));
   double begin = 0;
   bool begun = false;
   for (size_t row = 0; row < rows_; ++row) {
@@ -74,9 +74,8 @@ bool OutputError::at(const std::vector<double>& z, Eigen::VectorXd& r, Eigen::Ma
   return true;
 }
 
-void OutputError::take_row(size_t row, double theta, double t,
-                           const integrators::ParameterTangents& run, Variant& here,
-                           Eigen::VectorXd& r, Eigen::MatrixXd* slopes) {
+void OutputError::take_row(size_t row, double theta, double t, const integrators::RunTangents& run,
+                           Variant& here, Eigen::VectorXd& r, Eigen::MatrixXd* slopes) {
   phs::State s = run.state();
   run.interpolate(theta, s.x);
   std::ranges::fill(s.lo, 0.0);
@@ -94,7 +93,7 @@ void OutputError::take_row(size_t row, double theta, double t,
 
 /// The slope of the observed numbers: along the tangent of the state, and by z at a fixed state.
 void OutputError::slope_row(size_t row, size_t k, double theta, double t, const phs::State& s,
-                            const integrators::ParameterTangents& run, Variant& here,
+                            const integrators::RunTangents& run, Variant& here,
                             Eigen::MatrixXd& slopes) {
   const size_t n = names_.size();
   const auto add = [&](double distance, bool first) {

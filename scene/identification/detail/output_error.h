@@ -3,7 +3,7 @@
 #include <atomic>
 #include <memory>
 
-#include "integrators/derivatives/parameter_tangents.h"
+#include "integrators/derivatives/run_tangents.h"
 #include "scene/assemble/steps.h"
 #include "scene/identification/log.h"
 #include "scene/identification/unknowns.h"
@@ -45,10 +45,10 @@ class OutputError {
   using VariantPtr = std::unique_ptr<Variant>;
   VariantPtr variant(const std::vector<double>& z) const;
   VariantPtr moved(std::vector<double> z, size_t k, double by) const;
-  void take_row(size_t row, double theta, double t, const integrators::ParameterTangents& run,
+  void take_row(size_t row, double theta, double t, const integrators::RunTangents& run,
                 Variant& here, Eigen::VectorXd& r, Eigen::MatrixXd* slopes);
   void slope_row(size_t row, size_t k, double theta, double t, const phs::State& s,
-                 const integrators::ParameterTangents& run, Variant& here, Eigen::MatrixXd& slopes);
+                 const integrators::RunTangents& run, Variant& here, Eigen::MatrixXd& slopes);
   static double length_of(size_t nq, const std::vector<double>& x, const std::vector<double>& dx);
 
   const Scene& scene_;

@@ -4,27 +4,29 @@
 
 namespace porthos::integrators {
 
-/// A direction in the parameters of a run, as two models a short way up and down it.
+/// A direction that a run may change along: in its start, and in its parameters z by two models a
+/// short way up and down.
 struct Along {
-  const phs::Model *up, *down;
-  double distance;            ///< from the model to each, in the number z that is changed
-  std::vector<double> start;  ///< ∂x_0/∂z, size nx
+  std::vector<double> start;                        ///< ∂x_0/∂z, size nx
+  const phs::Model *up = nullptr, *down = nullptr;  ///< null: of the start alone
+  double distance = 0;  ///< from the model of the run to each of the two, in z
 };
 
-/// A run with its tangents along parameters, ∂x/∂z at fixed time:
+/// A run with its tangents, ∂x/∂z at fixed time:
 ///
 ///   δL_i = h b_i (Df(Y_i) δY_i + ∂f/∂z (Y_i)),   δY_i = δy + Σ μ_ij δL_j
 ///
-/// The tangent is that of the step, to rounding; ∂f/∂z is the central difference of the two models'
+/// A tangent is that of the step, to rounding; ∂f/∂z is the central difference of the two models'
 /// fields at its stages, which takes every parameter there is. With distances near the cube root of
-/// rounding it is known to some 1e-10. Cost of a direction: a tangent, and 2 s fields a step.
-class ParameterTangents {
+/// rounding it is known to some 1e-10. Cost of a direction: about 7 fields at every stage, and two
+/// for its models.
+class RunTangents {
  public:
   /// The models must outlive it, and have the states of `model`.
   /// @throws InvalidArgument for a method that is not Gauss collocation; as phs::linearise() and
   ///   make_integrator()
-  ParameterTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
-                    std::vector<Along> directions);
+  RunTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
+              std::vector<Along> directions);
 
   /// A step of the run and of all tangents. @return if not ok, remark() says where
   [[nodiscard]] Outcome step();
@@ -32,7 +34,11 @@ class ParameterTangents {
 
   const phs::State& state() const { return state_; }
   double time() const { return method_->time(state_); }
-  /// The state at the fraction theta of the last step, size nx, and the tangent of direction k.
+  size_t size() const { return tangents_.size(); }
+  /// Tangent k of the state.
+  TwoWords& tangent(size_t k) { return tangents_[k].value; }
+  const TwoWords& tangent(size_t k) const { return tangents_[k].value; }
+  /// The state at the fraction theta of the last step, size nx, and its tangent k.
   void interpolate(double theta, std::span<double> x) const;
   void interpolate(size_t k, double theta, std::span<double> tangent) const {
     tangents_[k].variation->interpolate(tangents_[k].value, theta, tangent);
@@ -40,13 +46,13 @@ class ParameterTangents {
 
  private:
   struct Tangent {
-    Along along;
+    double distance;
     std::unique_ptr<phs::System<double>> up, down;
     std::unique_ptr<StepVariation> variation;
     TwoWords value;
   };
   Outcome fail(Outcome o, const char* what, double t);
-  void field_changes(Tangent& tangent, double t);
+  std::span<const double> field_changes(Tangent& tangent, double t);
 
   CollocationTable<double> table_;
   std::unique_ptr<Integrator> method_;
