@@ -7,6 +7,7 @@
 
 #include "scene/files/files.h"
 #include "scene/identification/detail/output_error.h"
+#include "scene/sensitivity/ridders.h"
 #include "scene/sensitivity/sensitivity.h"
 #include "tests/identification/support.h"
 #include "tests/places.h"
@@ -107,6 +108,49 @@ TEST(Identification, SlopesAreThoseOfTheAdjoint) {
   // observed likewise, times the condition of the mass matrix.
   std::printf("  slopes off by %.1e   bound 1e-7; at half the time %.1e\n", worst, control);
   EXPECT_LT(worst, 1e-7);
+  EXPECT_GT(control, 1e-2);
+}
+
+/// Between steps too, and of an output: against differences of whole runs by Ridders' method.
+TEST_F(IdentificationOfScenes, SlopesBetweenSteps) {
+  Scene s = read(swing(6, 0.4, 0.05) + R"([[output]]
+name = "tip"
+quantity = "position"
+link = "rod"
+at = [0, 0, -1]
+)");
+  s.centre_stays = true;
+  const Assembly a = assemble(s);
+  const Unknowns unknowns(s, a, {"coil.stiffness", "bearing.coulomb", "rod", "hinge.velocity"});
+  Log log{.path = "log", .times = {0, 0.033, 0.7, 1.234}, .columns = {}, .unused = {}};
+  for (const char* name : {"tip.x", "tip.z", "hinge.velocity", "hinge.position"})
+    log.columns.push_back({Observed{name, "", false}, 0, {0, 0, 0, 0}});
+  OutputError error(s, unknowns, log, nullptr);
+  Eigen::VectorXd r, moved;
+  Eigen::MatrixXd J;
+  ASSERT_TRUE(error.at(unknowns.start(), r, &J)) << error.why();
+  double worst = 0, unknown = 0, control = 0;
+  for (size_t k = 0; k < unknowns.size(); ++k) {
+    const auto f = [&](double d) {
+      auto z = unknowns.start();
+      z[k] += d;
+      EXPECT_TRUE(error.at(z, moved, nullptr)) << error.why();
+      return std::span<const double>(moved.data(), size_t(moved.size()));
+    };
+    const auto known = ridders(f, size_t(r.size()), 0.05);
+    for (size_t i = 0; i < known.slope.size(); ++i) {
+      const double mine = J(Eigen::Index(i), Eigen::Index(k));
+      worst = std::max(worst, std::fabs(mine - known.slope[i]));
+      unknown = std::max(unknown, known.error[i]);
+      // of the next time in place of this one
+      if (i >= 4) control = std::max(control, std::fabs(mine - known.slope[i - 4]));
+    }
+  }
+  // The tangents are of the same runs; what is left is the difference of fields, some 1e-10 of a
+  // slope of order one, and the error of the reference.
+  std::printf("  slopes off by %.1e   bound 1e-8 (the reference's own error %.1e)\n", worst,
+              unknown);
+  EXPECT_LT(worst, 1e-8);
   EXPECT_GT(control, 1e-2);
 }
 
