@@ -33,6 +33,7 @@ MatrixXd value_slopes(const Unknowns& unknowns, const std::vector<double>& z) {
 }
 
 void add_uncertainty(Identification& r, const Fit& fit, const Unknowns& unknowns) {
+  constexpr double hardly = 1e-3;  // part of a parameter in a combination
   const auto n = Index(unknowns.size());
   const MatrixXd P = value_slopes(unknowns, fit.z);
   MatrixXd covariance = MatrixXd::Zero(n, n);
@@ -56,7 +57,7 @@ void add_uncertainty(Identification& r, const Fit& fit, const Unknowns& unknowns
   r.covariance.assign(covariance.data(), covariance.data() + covariance.size());
   for (Index k = 0; k < n; ++k) {
     const double scale = unknowns.list()[size_t(k)].scale;
-    r.found[size_t(k)].deviation = lost[k] > 1e-6 * scale ? NAN : std::sqrt(covariance(k, k));
+    r.found[size_t(k)].deviation = lost[k] > hardly * scale ? NAN : std::sqrt(covariance(k, k));
   }
 }
 
