@@ -29,7 +29,12 @@ void read_size(const std::string& text, report::FilmOptions& o) {
 
 fs::path report_of(const Arguments& a) {
   fs::path file = a.scene;
-  if (fs::is_regular_file(file)) return file;
+  if (fs::is_regular_file(file)) {
+    if (file.extension() != ".html")
+      throw InvalidArgument(fmt::format(
+          "{} is no report of Porthos, expected a results folder or its report.html", a.scene));
+    return file;
+  }
   file /= "report.html";
   if (fs::exists(file) && a.models.empty()) return file;
   const auto page = report::find_template();

@@ -23,6 +23,27 @@ namespace {
 
 constexpr int patience_s = 60;  // for one answer
 
+/// While it lives, a pipe without a reader is an error of write() and no signal.
+class WithoutPipeSignal {
+ public:
+  WithoutPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~WithoutPipeSignal() {
+    const timespec now{0, 0};
+    while (sigtimedwait(&pipe_, nullptr, &now) > 0) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutPipeSignal(const WithoutPipeSignal&) = delete;
+  WithoutPipeSignal& operator=(const WithoutPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_, before_;
+};
+
 std::string file_address(const std::filesystem::path& file, const std::string& fragment) {
   std::string address = "file://";
   for (const unsigned char c : std::filesystem::absolute(file).lexically_normal().string())
@@ -73,6 +94,10 @@ class BrowserPage::Process {
     std::vector<char*> arguments;
     for (std::string& w : words) arguments.push_back(w.data());
     arguments.push_back(nullptr);
+    if (access(browser.c_str(), X_OK) != 0)
+      throw InvalidArgument(fmt::format("the browser {} cannot be run: {}", browser.string(),
+                                        std::generic_category().message(errno)));
+    name_ = browser.string();
     child_ = fork();
     if (child_ < 0) fail("no process for the browser");
     if (child_ == 0) {
@@ -140,11 +165,15 @@ class BrowserPage::Process {
   [[noreturn]] static void fail(const std::string& what) {
     throw IoError(what + ": " + std::generic_category().message(errno));
   }
+  std::string ended() const {
+    return "the browser ended before it answered, expected a Chromium or Chrome: " + name_;
+  }
   void write_whole(std::string_view text) {
+    const WithoutPipeSignal quiet;
     while (!text.empty()) {
       const ssize_t n = write(to_, text.data(), text.size());
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) fail("the browser has ended");
+      if (n <= 0) throw IoError(ended());
       text.remove_prefix(size_t(n));
     }
   }
@@ -159,7 +188,7 @@ class BrowserPage::Process {
       char bytes[65536];
       const ssize_t n = read(from_, bytes, sizeof bytes);
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) throw IoError("the browser ended before it answered");
+      if (n <= 0) throw IoError(ended());
       buffer_.append(bytes, size_t(n));
     }
     const size_t zero = buffer_.find('\0');
@@ -172,7 +201,7 @@ class BrowserPage::Process {
   const std::atomic<bool>* stop_;
   pid_t child_ = -1;
   int to_ = -1, from_ = -1, last_id_ = 0;
-  std::string buffer_;
+  std::string buffer_, name_;
 };
 
 BrowserPage::BrowserPage(const std::filesystem::path& browser, const std::filesystem::path& file,

@@ -16,7 +16,8 @@ class BrowserPage {
  public:
   /// Opens a file. @param width, height  of the page [pixels]
   /// @param stop  true: whatever waits gives up with an IoError
-  /// @throws IoError if the browser does not start, or does not answer within 60 s
+  /// @throws InvalidArgument if the browser is no program
+  /// @throws IoError if it does not answer within 60 s
   BrowserPage(const std::filesystem::path& browser, const std::filesystem::path& file,
               const std::string& fragment, int width, int height,
               const std::atomic<bool>* stop = nullptr);

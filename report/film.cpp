@@ -60,7 +60,7 @@ std::string bytes_of_base64(std::string_view text) {
 
 /// Waits until the playback stands on the page. @throws InvalidArgument if the page has none
 void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
-  for (int i = 0; i < 600; ++i) {
+  for (int i = 0; i < 300; ++i) {
     const std::string state = page.value(
         "!window.porthos?.ready ? 'no' : porthos.stage && porthos.film ? 'stage' : "
         "document.querySelector('#playback canvas') || !porthos.data.acts.length ? "
@@ -69,10 +69,27 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
     if (state == "\"none\"" && i > 20) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  throw InvalidArgument(
-      fmt::format("{} has no playback, expected the report of a run, bundled "
-                  "with node",
-                  report.string()));
+  const std::string kind = page.value("window.porthos?.data?.kind || ''");
+  throw InvalidArgument(fmt::format("{} has no playback, expected the report of a run{}",
+                                    report.string(),
+                                    kind == R"("ensemble")"     ? ": porthos run SCENE --case N"
+                                    : kind == R"("comparison")" ? ""
+                                                                : ", bundled with node"));
+}
+
+/// @throws InvalidArgument if the film begins or ends outside the run
+void check_times(BrowserPage& page, const FilmOptions& o) {
+  const auto span = nlohmann::json::parse(page.value("[porthos.stage.first, porthos.stage.last]"));
+  const double first = span.at(0).get<double>(), last = span.at(1).get<double>();
+  const double slack = 1e-9 * (last - first);
+  for (const auto& [what, t] : {std::pair{"begins", o.from}, {"ends", o.to}})
+    if (t && !(*t >= first - slack && *t <= last + slack))
+      throw InvalidArgument(
+          fmt::format("the film {} at {:g} s, expected a time of the run, {:g} to "
+                      "{:g} s",
+                      what, *t, first, last));
+  if (o.orbit && page.value("Boolean(porthos.data.planet && porthos.stage.far)") != "true")
+    throw InvalidArgument("the run is not in orbit, expected a film of the mechanism");
 }
 
 std::string film_of(BrowserPage& page, const FilmOptions& o) {
@@ -115,6 +132,7 @@ void write_film(const std::filesystem::path& report, const std::filesystem::path
         "buttons of the report make the same films");
   BrowserPage page(browser, report, "still", o.width, o.height, o.stop);
   wait_for_stage(page, report);
+  check_times(page, o);
   page.value(fmt::format(
       "document.documentElement.dataset.theme = {}; porthos.stage.theme(); porthos.stage.rate = "
       "(porthos.stage.last - porthos.stage.first) / 20; porthos.stage.set('view', {}); "

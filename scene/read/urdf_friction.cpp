@@ -14,10 +14,11 @@ void add_urdf_friction(Scene& s) {
   };
   for (const auto& j : model.mechanism.joint_properties())
     if (j.friction > 0 && !given(j.joint)) {
-      Element e{.type = "dry_friction",
-                .name = j.joint + ".dry_friction",
-                .joint = j.joint,
-                .where = s.urdf_path};
+      Element e;
+      e.type = "dry_friction";
+      e.name = j.joint + ".dry_friction";
+      e.joint = j.joint;
+      e.where = s.urdf_path;
       e.dry = {.name = e.name, .joint = e.joint, .coulomb = j.friction};
       s.elements.push_back(std::move(e));
     }

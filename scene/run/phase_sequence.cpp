@@ -72,6 +72,18 @@ bool is_of_locked(const mechanics::MovingMechanism& moving, const std::string& n
   });
 }
 
+/// A torquer unloads those of its wheels that are not locked; without any it has nothing to do.
+void rest_torquers(std::vector<Element>& elements, const mechanics::MovingMechanism& moving) {
+  const bool wheels =
+      std::ranges::any_of(elements, [](const Element& e) { return e.wheel_gain.has_value(); });
+  std::erase_if(elements, [&](Element& e) {
+    if (!e.torquer || e.torquer->unload == 0) return false;
+    if (e.torquer->wheels.empty()) return !wheels;
+    std::erase_if(e.torquer->wheels, [&](const auto& w) { return is_of_locked(moving, w); });
+    return e.torquer->wheels.empty();
+  });
+}
+
 /// The scene of a phase. What acts at locked joints is inactive, and so is a torquer whose wheels
 /// are all locked, because there is no momentum to unload.
 Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
@@ -83,8 +95,7 @@ Scene phase_of(const Scene& scene, const mechanics::MovingMechanism& moving,
   std::erase_if(s.elements, [&](const Element& e) {
     return !e.joint.empty() && is_of_locked(moving, e.joint) && !has_place(mechanism, e.joint);
   });
-  if (std::none_of(s.elements.begin(), s.elements.end(), [](auto& e) { return e.wheel_gain; }))
-    std::erase_if(s.elements, [](const Element& e) { return e.torquer && e.torquer->unload > 0; });
+  rest_torquers(s.elements, moving);
   latching.apply_to(s, mechanism);
   s.constraints.spec = moving.constraints;
   return s;

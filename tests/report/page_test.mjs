@@ -341,7 +341,12 @@ console.log("playback");
   refusal(2, "a film of 641x360 pixels, expected even numbers", film(out("capture"), "--size", "641x360"));
   refusal(2, "expected a name that ends with .mp4", film(out("capture"), "--out", out("reel.gif")));
   refusal(2, "has no playback, expected the report of a run", film(out("compare")));
-  refusal(5, "the browser ended", spawnSync(cli, ["film", out("capture")], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: "/bin/false" } }));
+  refusal(2, "expected the report of a run: porthos run SCENE --case N", film(out("many")));
+  refusal(2, "the film begins at 1e+09 s, expected a time of the run, 0 to ", film(out("capture"), "--from", "1e9", "--to", "2e9"));
+  refusal(2, "the run is not in orbit", film(out("capture"), "--orbit"));
+  refusal(2, "is no report of Porthos, expected a results folder", film(join(out("capture"), "summary.json")));
+  refusal(2, "the browser /nonexistent cannot be run: No such file", spawnSync(cli, ["film", out("capture")], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: "/nonexistent" } }));
+  refusal(5, "the browser ended before it answered, expected a Chromium or Chrome: /bin/false", spawnSync(cli, ["film", out("capture")], { encoding: "utf8", env: { ...process.env, PORTHOS_CHROMIUM: "/bin/false" } }));
 
   const capture = await open("capture");
   const acts = await capture.tab.evaluate(() => { const s = porthos.stage, n = []; for (const t of [5, 50, 300]) s.seek(t), n.push(s.casts[s.act].nodes.length); return { n, ticks: document.querySelectorAll(".ticks i").length }; });

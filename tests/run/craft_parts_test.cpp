@@ -114,6 +114,29 @@ TEST(CraftParts, TorquersRestWithTheLastWheel) {
   EXPECT_GT(std::fabs(all[0].get<double>()), 0.01) << "it has worked until then";
 }
 
+// Wheels that the torquers name count, whatever turns them: a lock of one leaves the others.
+TEST(CraftParts, TorquersUnloadTheWheelsTheyName) {
+  TemporaryFolder folder;
+  const auto lock = [](const std::string& axis) {
+    return "[[event]]\nat = 10.0\ntype = \"lock\"\njoint = \"wheel_" + axis + "\"\n";
+  };
+  const auto impulses_after = [&](const std::string& locks) {
+    const auto s = made(
+        folder, bus_urdf(),
+        head("[environment]\nmagnetic_field = [0, 0, 3e-5]\n[initial]\n"
+             "joints.wheel_x = { velocity = 40 }\n") +
+            locks + rods("unload = 0.004\nwheels = [\"wheel_x\", \"wheel_y\", \"wheel_z\"]\n") +
+            tail(0.5, 20, "balance = 1e-12\nangular_momentum = 1e-13\n"));
+    fs::remove_all(folder / "out");
+    EXPECT_TRUE(scene::run(s, scene::assemble(s), into(folder / "out")).passed());
+    const auto second = json::parse(read_bytes(folder / "out" / "phase_2" / "summary.json"));
+    if (!second.contains("impulses")) return 0.0;
+    return std::fabs(second["impulses"]["rod_y"]["angular_impulse_Nms"][0].get<double>());
+  };
+  EXPECT_GT(impulses_after(lock("z")), 0.01);
+  EXPECT_EQ(impulses_after(lock("x") + lock("y") + lock("z")), 0);
+}
+
 TEST(CraftParts, TorquersUnloadWheels) {
   // h across the field falls like exp(-k t) while the wheels hold the bus; along it nothing can be
   // done.
