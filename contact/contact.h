@@ -46,7 +46,8 @@ struct Stop {
 /// gaps; where something touches, two passes over the tree.
 ///
 /// A rigid contact or stop adds nothing to the field: with_rigid_contacts() makes a run jump
-/// where it touches. Its loss is "<name>.impact"; "<name>.impacts" counts (an observed power).
+/// where it touches. Its loss is "<name>.impact"; "<name>.impacts" counts (an observed power). What
+/// its friction takes, in impacts and while it slides, is "<name>.friction".
 /// A dry joint slides in the field, by the sign of its rate: with_dry_friction() makes a run in
 /// which it also sticks. Its loss is "<name>"; "<name>.slips" counts.
 class ContactModel : public phs::ModelFor<ContactModel> {
@@ -54,7 +55,8 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// inner: the mechanism with its parts; its state is the mechanism's.
   /// @throws InvalidArgument naming the contact: an unknown link or joint, a pair of shapes without
   ///   a closed form, sizes or numbers of a law out of range; a dry joint beside anything rigid, or
-  ///   twice. Surfaces on one body do not touch.
+  ///   twice; a rigid contact with friction of shapes that touch in several points, or a second one
+  ///   on a link. Surfaces on one body do not touch.
   ContactModel(std::shared_ptr<const phs::Model> inner,
                std::shared_ptr<const mechanics::MechanicalModel> mechanical,
                std::vector<Contact> contacts, std::vector<Stop> stops = {},
@@ -102,6 +104,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     std::string name;
     double restitution;
     Simultaneous simultaneous;
+    double friction;  ///< Coulomb's μ, 0 of a stop
   };
   const std::vector<Rigid>& rigid() const { return rigid_; }
   /// Their pairs and stops; a pair's `contact` is an index of rigid(); the stops are its last

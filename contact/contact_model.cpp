@@ -56,6 +56,26 @@ void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Pla
     }
 }
 
+/// Friction that sticks in several points of one body has no unique forces.
+void check_friction(const std::vector<ContactModel::Pair>& pairs,
+                    const std::vector<ContactModel::Rigid>& rigid) {
+  const ContactModel::Pair& last = pairs.back();
+  for (const ContactModel::Pair& p : pairs) {
+    if (p.contact == last.contact && p.points > 1)
+      throw InvalidArgument(
+          fmt::format("a {} and a {} touch in {} points and have friction, expected shapes that "
+                      "touch in one, for example a sphere",
+                      to_string(p.a.kind), to_string(p.b.kind), p.points));
+    if (&p == &last || !(rigid[p.contact].friction > 0)) continue;
+    for (const int node : {p.node_a, p.node_b})
+      if (node >= 0 && (node == last.node_a || node == last.node_b))
+        throw InvalidArgument(
+            fmt::format("a link of it has rigid friction at another point, in '{}', expected one "
+                        "such point on a link",
+                        rigid[p.contact].name));
+  }
+}
+
 ContactModel::PlacedJoint place(const Mechanism& m, const std::string& joint) {
   const mechanics::JointCoordinates& c = m.coordinate(joint);
   if (c.nq != 1 || c.nv != 1)
@@ -100,6 +120,7 @@ phs::Description describe(const phs::Description& inner, const std::vector<Conta
   for (const auto& r : rigid) {
     lose(r.name + ".impact", true);
     d.powers.push_back({r.name + ".impacts", phs::PowerKind::observed});
+    lose(r.name + ".friction", r.friction > 0);
   }
   for (const DryFriction& f : dry) {
     lose(f.name, true);
@@ -155,13 +176,15 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
     : inner_(std::move(inner)), mechanical_(std::move(mechanical)), dry_(std::move(dry)) {
   const Mechanism& m = mechanism();
   const auto is_rigid = [&](const std::string& name, const Law& law) {
-    if (law.rigid()) rigid_.push_back({name, law.restitution, law.simultaneous});
+    if (law.rigid()) rigid_.push_back({name, law.restitution, law.simultaneous, law.friction});
     return law.rigid();
   };
   for (Contact& c : contacts)
     in("contact", c.name, [&] {
       const bool rigid = is_rigid(c.name, c.law);
       place(m, c, rigid ? rigid_.size() - 1 : contacts_.size(), rigid ? placed_rigid_ : placed_);
+      if (rigid && c.law.friction > 0 && !placed_rigid_.pairs.empty())
+        check_friction(placed_rigid_.pairs, rigid_);
       if (!rigid) contacts_.push_back(std::move(c));
     });
   for (Stop& s : stops)

@@ -30,7 +30,7 @@ class HeldModel : public phs::ModelFor<Derived> {
       : whole_(whole),
         contacts_(contacts),
         description_(whole.description()),
-        held_(std::make_shared<std::vector<Flag>>(may_hold, Flag(0))) {
+        held_(std::make_shared<std::vector<Flag>>(may_hold, Flag{})) {
     for (auto& p : description_.powers)
       if (p.kind == phs::PowerKind::observed && p.name.ends_with(counted)) p.name += "_so_far";
   }

@@ -17,7 +17,7 @@ void require(bool holds, const char* what, double value, const char* expected) {
 void check(const Law& l) {
   if (l.rigid()) {
     require(l.restitution >= 0 && l.restitution <= 1, "restitution", l.restitution, "0 to 1");
-    require(l.friction == 0, "friction", l.friction, "0 for a rigid contact");
+    require(l.friction >= 0, "friction", l.friction, "0 or more");
     return;
   }
   require(l.stiffness > 0, "stiffness", l.stiffness, "more than 0");

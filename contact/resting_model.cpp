@@ -6,10 +6,15 @@
 namespace porthos::contact {
 
 RestingModel::RestingModel(const phs::Model& whole, const ContactModel& contacts)
-    : HeldModel(whole, contacts, RigidGaps<double>(contacts).count(), ".impacts") {}
+    : HeldModel(whole, contacts, RigidGaps<double>(contacts).count(), ".impacts"),
+      rubbing_(RigidGaps<double>(contacts).rubbing()) {}
 
 bool RestingModel::holds_any() const {
-  return std::find(held().begin(), held().end(), 1) != held().end();
+  return std::any_of(held().begin(), held().end(), [](const Touching& t) { return bool(t); });
+}
+bool RestingModel::loses_any() const {
+  return std::any_of(rubbing_.begin(), rubbing_.end(),
+                     [&](size_t k) { return held()[k].slides(); });
 }
 
 template <class T>

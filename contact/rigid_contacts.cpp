@@ -1,10 +1,13 @@
-// The switches of a run with rigid contacts: impacts, closed contacts, where they open.
+// The switches of a run with rigid contacts: impacts, closed contacts, where they open, slide or
+// stick.
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "contact/detail/exact_rows.h"
 #include "contact/detail/held_system.h"
 #include "contact/detail/resting_forces.h"
+#include "contact/detail/rough_impact.h"
 
 namespace porthos::contact {
 namespace {
@@ -18,81 +21,118 @@ constexpr double least_height = 1e-14;
 constexpr double touching = 1e-12;
 /// Where two rigid shapes overlap by more, a touch was missed [m | rad].
 constexpr double most_overlap = 1e-6;
+/// A slip that friction ends within this time is none [s].
+constexpr double no_slip = 1e-13;
+/// Friction follows the direction of a slip that it does not end within so many steps. Nearer to
+/// its end it keeps that from the start of the step: the direction of a small slip is stiff.
+constexpr double steps_to_stop = 4;
 
 /// Of a flight that lasts `time` and ends at this speed.
 double height(double speed, double time) { return 0.25 * speed * time; }
 
-/// The depth of a free gap, or minus how hard a closed one is pressed.
+/// The depth of a free gap, or minus how hard a closed one is pressed. Then of every gap with
+/// friction: while it slides minus its slip, while it sticks the friction that it lacks for that.
 class RigidSwitches final : public HeldSwitches<RestingModel> {
  public:
   RigidSwitches(std::shared_ptr<RestingModel> model, std::shared_ptr<const phs::Model> part,
-                const std::shared_ptr<const phs::Model>& kept)
-      : HeldSwitches(std::move(model), std::move(part), kept),
+                const std::shared_ptr<const phs::Model>& kept, double h)
+      : HeldSwitches(std::move(model), std::move(part), kept, h),
         at_(contacts_),
         exact_(contacts_),
         forces_(contacts_),
-        impact_(exact_.gaps.count()),
-        quad_angles_(angles_.size()),
-        quad_(2 * nq_),
-        moved_(nq_),
+        impact_(at_.count()),
+        rough_(at_.rows()),
+        rubbing_(at_.rubbing()),
         used_(at_.count()),
         last_(at_.count()),
+        slipped_(rubbing_.size(), NAN),
         low_(at_.count()),
         loss_at_(powers_of(contacts_.rigid(), ".impact")) {
-    for (size_t k = 0; k < at_.count(); ++k)
-      e_.push_back(contacts_.rigid()[at_.rigid(k)].restitution);
-    const size_t m = at_.count();
-    lambda_.reserve(m);
-    independent_.reserve(m);
-    rates_.reserve(size_t(contacts_.mechanism().nv()));
-    jumped_.reserve(100 * m);
+    for (size_t k = 0; k < at_.count(); ++k) {
+      const auto& own = contacts_.rigid()[at_.rigid(k)];
+      e_.push_back(own.restitution);
+      mu_.push_back(own.friction);
+    }
+    lambda_.reserve(at_.rows());
+    jumped_.reserve(100 * at_.count());
   }
 
-  size_t count() const override { return soft_->count() + at_.count(); }
+  size_t count() const override { return soft_->count() + at_.count() + rubbing_.size(); }
 
   void at(double t, std::span<const double> x, std::span<const double> turns,
           std::span<double> value) override {
-    const size_t soft = soft_->count();
+    const size_t soft = soft_->count(), rubs = soft + at_.count();
     if (soft > 0) soft_->at(t, x, turns, value.first(soft));
     turn(turns);
+    t_ = t;
     at_.place(x.first(nq_));
     for (size_t k = 0; k < at_.count(); ++k) value[soft + k] = -at_.gap(k);
+    std::fill(value.begin() + long(rubs), value.end(), -1.0);
     if (!model_->holds_any()) return;
     free_->field(t, x, {}, dx_);
     forces_.hold(x, dx_, closed());
     for (size_t k = 0; k < at_.count(); ++k)
       if (closed()[k]) value[soft + k] = -forces_.pressed(k);
+    if (!rubs_any()) return;
+    at_.move(x.first(nq_), x.subspan(nq_, nq_));
+    for (size_t j = 0; j < rubbing_.size(); ++j) {
+      const Touching& own = closed()[rubbing_[j]];
+      if (own.slides()) value[rubs + j] = -dot(at_.slip(rubbing_[j]), own.along);
+      if (own.sticks()) value[rubs + j] = forces_.strained(j);
+    }
   }
+  /// At the time and state of the last at().
   void rates(std::span<const double> x, std::span<const double> turns,
              std::span<double> rate) override {
     turn(turns);
     at_.place(x.first(nq_));
     at_.move(x.first(nq_), x.subspan(nq_, nq_));
+    const size_t rubs = soft_->count() + at_.count();
     for (size_t k = 0; k < at_.count(); ++k)
       rate[soft_->count() + k] = closed()[k] ? 0 : -at_.rate(k);
+    for (size_t j = 0; j < rubbing_.size(); ++j) {
+      const Touching& own = closed()[rubbing_[j]];
+      double& r = rate[rubs + j];
+      r = own.slides() ? -dot(forces_.slip_rate(j), own.along) : 0;
+      // What has just begun to slip does not stop at the same instant: its rate may be rounding.
+      if (slipped_[j] == t_) r = std::min(r, 0.0);
+    }
   }
-  void begin_step(double, State&) override {
+  void begin_step(double t, State& s) override {
     std::fill(last_.begin(), last_.end(), -HUGE_VAL);
     jumped_.clear();
+    trouble_.clear();
+    if (rubbing_.empty()) return;
+    for (Touching& each : closed()) each.singular = false;
+    if (!std::isnan(began_)) step_ = t - began_;
+    began_ = t;
+    if (!model_->loses_any()) return;
+    turn(turns_of(s));
+    evaluate(t, s);
+    for (size_t j = 0; j < rubbing_.size(); ++j)
+      if (closed()[rubbing_[j]].slides()) aim(j);
   }
 
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
     k -= soft_->count();
+    if (k >= at_.count()) return k -= at_.count(), slip_or_stick(k, t, s), Outcome::ok;
     if (closed()[k]) {
-      closed()[k] = 0;
+      closed()[k].state = Touching::State::open;
       return Outcome::ok;
     }
-    place(s);
+    exact_.place(s);
     if (double(exact_.gaps.gap(k)) < -most_overlap) return Outcome::failed;
     auto& rows = exact_.rows;
     rows.clear();
     for (size_t j = 0; j < at_.count(); ++j)
       if (j == k || closed()[j] || double(exact_.gaps.gap(j)) <= touching) rows.push_back(j);
-    exact_.evaluate(q(), p());
+    const size_t normals = rows.size();
+    add_across([](size_t) { return true; });
+    exact_.evaluate();
     auto& v = exact_.v;
-    Quad fastest(0.0);
+    Quad fastest(0.0), of_slip(0.0);
     bool bounces = false;
-    for (size_t i = 0; i < rows.size(); ++i) {
+    for (size_t i = 0; i < normals; ++i) {
       const size_t j = rows[i];
       const double approach = -double(v[i]);
       // One that moves apart but came to 0 is pressed, and flies less than rounding.
@@ -101,137 +141,188 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
       bounces = bounces || (approach > 0 && !low_[i] && !closed()[j]);
       fastest = std::max(fastest, v[i] < Quad(0.0) ? -v[i] : v[i]);
     }
-    for (size_t i = 0; i < rows.size(); ++i) {
+    for (size_t i = 0; i < normals; ++i) {
       if (bounces) low_[i] = 0;
       used_[i] = low_[i] ? 0 : e_[rows[i]];
     }
-    impact_.solve(exact_.W, v, std::span<const double>(used_).first(rows.size()),
-                  contacts_.rigid()[at_.rigid(k)].simultaneous);
-    lambda_.assign(impact_.impulses().begin(), impact_.impulses().end());
-    push(s);
-    for (size_t i = 0; i < rows.size(); ++i) {
-      char& is_closed = closed()[rows[i]];
+    for (const Rubbing& r : exact_.rubs) of_slip = std::max(of_slip, v[r.across]);
+    const auto used = std::span<const double>(used_).first(normals);
+    const bool rough = !exact_.rubs.empty();
+    if (rough && !rough_.solve(exact_.W, v, used, exact_.rubs)) return jammed(k);
+    if (!rough) impact_.solve(exact_.W, v, used, contacts_.rigid()[at_.rigid(k)].simultaneous);
+    const auto impulses = rough ? rough_.impulses() : impact_.impulses();
+    exact_.push(s, impulses);
+    for (size_t i = 0; i < normals; ++i) {
+      Touching& own = closed()[rows[i]];
       const bool leaves = v[i] > Quad(1e-15) * fastest;
-      is_closed = (is_closed && !leaves) || (low_[i] && (!leaves || rows[i] == k));
+      const bool closes = (own && !leaves) || (low_[i] && (!leaves || rows[i] == k));
+      own.state = closes ? Touching::State::slides : Touching::State::open;
     }
-    book(t, works);
+    for (const Rubbing& r : exact_.rubs) {
+      Touching& own = closed()[rows[r.normal]];
+      const double slip = std::hypot(double(v[r.across]), double(v[r.across + 1]));
+      if (own && !(slip > 1e-13 * double(fastest + of_slip))) own.state = Touching::State::sticks;
+    }
+    for (size_t i = 0; i < normals; ++i) {
+      last_[rows[i]] = t;
+      if (impulses[i] > Quad(0.0))
+        book(i, t, rough ? rough_.normal_loss(i) : double(impact_.losses()[i]),
+             rough ? rough_.friction_loss(i) : 0, works);
+    }
     settle(s);
+    if (rough) settle_slips(t, s);
     return Outcome::ok;
   }
 
-  /// Takes the gaps of closed contacts and their rates back to 0, along M⁻¹Gᵀ.
+  /// Takes the gaps of closed contacts and their rates back to 0, along M⁻¹Gᵀ; so the slips of
+  /// those that stick.
   void settle(State& s) override {
     if (!model_->holds_any()) return;
-    place(s);
+    exact_.place(s);
     auto& rows = exact_.rows;
     rows.clear();
+    exact_.rubs.clear();
     for (size_t j = 0; j < at_.count(); ++j)
       if (closed()[j]) rows.push_back(j);
-    exact_.evaluate(q(), p());
+    exact_.evaluate();
     for (size_t i = 0; i < rows.size(); ++i) exact_.v[i] = exact_.gaps.gap(rows[i]);
-    solve();
-    rates_.assign(size_t(contacts_.mechanism().nv()), Quad(0.0));
-    for (size_t i = 0; i < rows.size(); ++i)
-      for (size_t j = 0; j < rates_.size(); ++j) rates_[j] -= exact_.v[i] * exact_.pushed(i)[j];
-    mechanics::coordinate_rates<Quad>(contacts_.mechanism(), q(), rates_, moved_);
-    for (size_t j = 0; j < nq_; ++j) phs::compensated_add(s.x[j], s.lo[j], double(moved_[j]));
-    place(s);
-    exact_.evaluate(q(), p());
-    solve();
+    exact_.solve();
+    exact_.pull(s, exact_.v);
+    exact_.place(s);
+    add_across([this](size_t k) { return closed()[k].sticks(); });
+    exact_.evaluate();
+    exact_.solve();
     lambda_.assign(exact_.v.begin(), exact_.v.end());
     for (Quad& l : lambda_) l = -l;
-    push(s);
+    exact_.push(s, lambda_);
   }
   void carry(Archive& a) override {
-    for (char& c : closed()) {
-      bool is = c != 0;
-      a(is);
-      c = is;
+    for (size_t k = 0; k < at_.count(); ++k) {
+      Touching& own = closed()[k];
+      int state = int(own.state);
+      a(state, 0, 2);
+      own.state = Touching::State(state);
+      if (!(mu_[k] > 0)) continue;
+      for (double* x : {&own.along.x, &own.along.y, &own.along.z}) a(*x);
+      a(own.turns);
     }
+    if (rubbing_.empty()) return;
+    a(slipped_);
+    a(began_);
+  }
+  std::string trouble() const override {
+    for (size_t k = 0; k < at_.count() && trouble_.empty(); ++k)
+      if (model_->held()[k].singular) jammed(k);
+    return trouble_;
   }
 
  private:
-  std::vector<char>& closed() { return model_->held(); }
-  std::span<const Quad> q() const { return std::span(quad_).first(nq_); }
-  std::span<const Quad> p() const { return std::span(quad_).subspan(nq_); }
-
+  std::vector<Touching>& closed() { return model_->held(); }
+  bool rubs_any() {
+    return std::any_of(rubbing_.begin(), rubbing_.end(),
+                       [&](size_t k) { return bool(closed()[k]); });
+  }
   void turn(std::span<const double> turns) {
     if (!is_turned(turns)) return;
     at_.set_turn_angles(angles_);
     forces_.set_turn_angles(angles_);
   }
-  /// The state in 113 bits, and the gaps there.
-  void place(const State& s) {
-    for (size_t i = 0; i < 2 * nq_; ++i) quad_[i] = Quad(s.x[i]) + s.lo[i];
-    for (size_t i = 0; i < angles_.size(); ++i)
-      quad_angles_[i] = Quad(double(s.turns[i])) * (Quad(phs::two_pi_hi) + phs::two_pi_lo);
-    exact_.gaps.set_turn_angles(quad_angles_);
-    exact_.gaps.place(q());
+  template <class Wanted>
+  void add_across(Wanted wanted) {
+    if (rubbing_.empty()) return exact_.rubs.clear();
+    exact_.add_across(mu_, wanted, [this](size_t k) { return closed()[k].along; });
   }
-  /// W⁻¹ v of the rows into v; rows that depend on others get 0.
-  void solve() {
-    const size_t m = exact_.rows.size();
-    auto& W = exact_.W;
-    auto& v = exact_.v;
-    std::vector<char>& used = independent_;
-    used.assign(m, 1);
-    for (size_t i = 0; i < m; ++i) {  // L D Lᵀ in place
-      const Quad whole = W[i * m + i];
-      for (size_t j = 0; j < i; ++j) {
-        if (!used[j]) continue;
-        for (size_t k = 0; k < j; ++k)
-          if (used[k]) W[i * m + j] -= W[i * m + k] * W[j * m + k] * W[k * m + k];
-        W[i * m + j] /= W[j * m + j];
-      }
-      for (size_t k = 0; k < i; ++k)
-        if (used[k]) W[i * m + i] -= W[i * m + k] * W[i * m + k] * W[k * m + k];
-      used[i] = W[i * m + i] > Quad(1e-12) * whole;
-      if (!used[i]) v[i] = Quad(0.0);
-      for (size_t k = 0; used[i] && k < i; ++k)
-        if (used[k]) v[i] -= W[i * m + k] * v[k];
+  Outcome jammed(size_t k) const {
+    trouble_ = fmt::format("the friction of '{}' has no unique force",
+                           contacts_.rigid()[at_.rigid(k)].name);
+    return Outcome::jammed;
+  }
+  /// The forces at a state.
+  void evaluate(double t, const State& s) {
+    sum(s);
+    free_->field(t, x_, {}, dx_);
+    forces_.hold(x_, dx_, closed());
+    at_.place(std::span<const double>(x_).first(nq_));
+    at_.move(std::span<const double>(x_).first(nq_), std::span<const double>(x_).subspan(nq_, nq_));
+  }
+  /// After evaluate(): friction is along the slip.
+  void aim(size_t j) {
+    Touching& own = closed()[rubbing_[j]];
+    const Vec3d slip = at_.slip(rubbing_[j]);
+    const double speed = norm(slip);
+    own.turns = speed > steps_to_stop * step_ * forces_.braked(j);
+    if (speed > 0) own.along = (1 / speed) * slip;
+  }
+  /// A slip has come to 0, or sticking needs more friction than there is.
+  void slip_or_stick(size_t j, double t, State& s) {
+    evaluate(t, s);
+    Touching& own = closed()[rubbing_[j]];
+    if (own.sticks()) {
+      slide(j, t, s);
+    } else if (norm(at_.slip(rubbing_[j])) > no_slip * forces_.braked(j)) {
+      return aim(j);  // it has only turned
+    } else {
+      own.state = Touching::State::sticks;
+      settle(s);
     }
-    for (size_t i = m; i-- > 0;) {
-      if (!used[i]) continue;
-      v[i] /= W[i * m + i];
-      for (size_t k = i + 1; k < m; ++k)
-        if (used[k]) v[i] -= W[k * m + i] * v[k];
+    settle_slips(t, s);
+  }
+  /// After jumps: contacts that slide do so along their slips, and those at rest that friction does
+  /// not hold begin to.
+  void settle_slips(double t, State& s) {
+    evaluate(t, s);
+    for (size_t j = 0; j < rubbing_.size(); ++j) {
+      const Touching& own = closed()[rubbing_[j]];
+      if (own.slides() && slipped_[j] != t) aim(j);
+    }
+    for (size_t j = 0; j < rubbing_.size(); ++j) {
+      if (!closed()[rubbing_[j]].sticks() || !(forces_.strained(j) > 0)) continue;
+      slide(j, t, s);
+      j = size_t(-1);  // the others may bear more
     }
   }
-  /// p += Gᵀ lambda_.
-  void push(State& s) {
-    for (size_t j = 0; j < nq_; ++j) {
-      Quad sum = quad_[nq_ + j];
-      for (size_t i = 0; i < lambda_.size(); ++i) sum += lambda_[i] * exact_.gradient(i)[j];
-      s.x[nq_ + j] = double(sum);
-      s.lo[nq_ + j] = double(sum - Quad(s.x[nq_ + j]));
+  /// What has stuck begins to slide, where the forces are those of the state: along a unit vector
+  /// u that its change of slip is along, too.
+  void slide(size_t j, double t, const State& s) {
+    Touching& own = closed()[rubbing_[j]];
+    const Vec3d f = forces_.friction(j);
+    own = {Touching::State::slides, (-1 / norm(f)) * f};
+    slipped_[j] = t;
+    for (int k = 0; k < 100; ++k) {
+      evaluate(t, s);
+      const double braked = forces_.braked(j);
+      const Vec3d u = own.along + (0.5 / braked) * forces_.slip_rate(j);
+      if (!(braked > 0) || !(dot(u, u) > 0)) return;
+      const Vec3d next = (1 / norm(u)) * u, moved = next - own.along;
+      own.along = next;
+      if (!(norm(moved) > 1e-15)) return;
     }
   }
-  void book(double t, std::span<double> works) {
-    for (size_t i = 0; i < exact_.rows.size(); ++i) {
-      const size_t j = exact_.rows[i];
-      last_[j] = t;
-      if (!(impact_.impulses()[i] > Quad(0.0))) continue;
-      const size_t power = loss_at_[at_.rigid(j)];
-      const double loss = double(impact_.losses()[i]);
-      jumped_.push_back({t, power, loss});
-      if (works.empty()) continue;
-      works[power] += loss;
-      works[power + 1] += 1;
-    }
+  void book(size_t row, double t, double loss, double rubbed, std::span<double> works) {
+    const size_t j = exact_.rows[row], power = loss_at_[at_.rigid(j)];
+    jumped_.push_back({t, power, loss});
+    if (works.empty()) return;
+    works[power] += loss;
+    works[power + 1] += 1;
+    if (rubbed > 0) works[power + 2] += rubbed;
   }
 
   RigidGaps<double> at_;
-  RigidRows<Quad> exact_;
+  ExactRows exact_;
   RestingForces forces_;
   RigidImpact<Quad> impact_;
-  std::vector<Quad> quad_angles_, quad_, lambda_, rates_;
-  std::vector<double> e_;
-  std::vector<Quad> moved_;
-  std::vector<double> used_;  ///< restitutions of an impact
-  std::vector<double> last_;  ///< of each gap, the time of its last impact in this step
-  std::vector<char> low_;     ///< of each row of an impact, whether its contact closes
-  std::vector<char> independent_;
-  std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts
+  RoughImpact rough_;
+  std::vector<size_t> rubbing_;  ///< the gaps with friction
+  std::vector<Quad> lambda_;
+  std::vector<double> e_, mu_;   ///< of each gap
+  std::vector<double> used_;     ///< restitutions of an impact
+  std::vector<double> last_;     ///< of each gap, the time of its last impact in this step
+  std::vector<double> slipped_;  ///< of rubbing_[j], when it last began to slip from rest
+  std::vector<char> low_;        ///< of each row of an impact, whether its contact closes
+  std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts, and
+                                 ///< the one after it is that of friction
+  double t_ = 0, began_ = NAN;   ///< times of the last at(), and of the start of this step
+  mutable std::string trouble_;
 };
 
 }  // namespace

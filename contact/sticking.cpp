@@ -16,11 +16,10 @@ using integrators::Outcome;
 class StickSwitches final : public HeldSwitches<StickingModel> {
  public:
   StickSwitches(std::shared_ptr<StickingModel> model, std::shared_ptr<const phs::Model> part,
-                const std::shared_ptr<const phs::Model>& kept)
-      : HeldSwitches(std::move(model), std::move(part), kept),
+                const std::shared_ptr<const phs::Model>& kept, double h)
+      : HeldSwitches(std::move(model), std::move(part), kept, h),
         joints_(contacts_.placed_dry()),
         forces_(contacts_),
-        x_(dx_.size()),
         free_dx_(dx_.size()),
         p_change_(nq_),
         places_(joints_.size()),
@@ -65,7 +64,7 @@ class StickSwitches final : public HeldSwitches<StickingModel> {
   /// A joint stops or breaks away; then those at rest find together what they do.
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
     k -= soft_->count();
-    angles_of(s);
+    turn(turns_of(s));
     t_ = t;
     sum(s);
     before_ = slides();
@@ -105,7 +104,7 @@ class StickSwitches final : public HeldSwitches<StickingModel> {
       x = at.x;
       lo = at.lo;
     }
-    angles_of(s);
+    turn(turns_of(s));
     sum(s);
     forces_.stop(x_, slides(), p_change_);
     for (size_t i = 0; i < nq_; ++i)
@@ -133,17 +132,8 @@ class StickSwitches final : public HeldSwitches<StickingModel> {
   void turn(std::span<const double> turns) {
     if (is_turned(turns)) forces_.set_turn_angles(angles_);
   }
-  void angles_of(const State& s) {
-    all_angles_.resize(s.turns.size());
-    for (size_t i = 0; i < s.turns.size(); ++i)
-      all_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
-    turn(all_angles_);
-  }
   double turns_at(const State& s, size_t k) const {
     return joints_[k].turn < 0 ? 0 : double(s.turns[size_t(joints_[k].turn)]);
-  }
-  void sum(const State& s) {
-    for (size_t i = 0; i < x_.size(); ++i) x_[i] = s.x[i] + s.lo[i];
   }
   /// The field at t_, and the forces that hold.
   void evaluate(std::span<const double> x) {
@@ -157,7 +147,7 @@ class StickSwitches final : public HeldSwitches<StickingModel> {
   void begin(double t, const State& s) {
     begun_ = true;
     t_ = t;
-    angles_of(s);
+    turn(turns_of(s));
     sum(s);
     const auto rates = forces_.rates(x_);
     const std::vector<double> v(rates.begin(), rates.end());
@@ -189,7 +179,7 @@ class StickSwitches final : public HeldSwitches<StickingModel> {
   const std::vector<ContactModel::PlacedJoint>& joints_;
   StickingForces forces_;
   double t_ = 0;  ///< of the last at()
-  std::vector<double> all_angles_, x_, free_dx_, p_change_;
+  std::vector<double> free_dx_, p_change_;
   std::vector<int> before_;
   std::vector<Place> places_;
   std::vector<size_t> slips_at_;  ///< of each joint, the power that counts its slips

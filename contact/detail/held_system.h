@@ -24,7 +24,9 @@ class HeldSystem final : public phs::Forwarding<T> {
         model_(model),
         n_(2 * size_t(model.contacts().mechanism().nq())),
         x_(n_),
-        dx_(n_) {
+        dx_(n_),
+        field_(size_t(model.description().nx)),
+        lost_(model.description().powers.size()) {
     forces_.reserve(size_t(phs::lanes<T>));  // a copy would lose the capacities
     for (int l = 0; l < phs::lanes<T>; ++l) forces_.emplace_back(model.contacts());
   }
@@ -38,6 +40,25 @@ class HeldSystem final : public phs::Forwarding<T> {
   void rate(T t, In x, In e, Out dx) override {
     Base::rate(t, x, e, dx);
     hold(x, dx);
+  }
+  void powers(T t, In x, In e, Out values) override {
+    Base::powers(t, x, e, values);
+    if constexpr (requires(Forces & f, std::span<double> v) { f.add_losses(v, v); }) {
+      if (!model_.loses_any()) return;
+      Base::field(t, x, {}, field_);
+      for (int l = 0; l < phs::lanes<T>; ++l) {
+        for (size_t i = 0; i < n_; ++i) {
+          x_[i] = in_lane(x[i], l);
+          dx_[i] = in_lane(field_[i], l);
+        }
+        forces_[size_t(l)].hold(x_, dx_, model_.held());
+        for (size_t i = 0; i < n_; ++i) x_[i] = in_lane(e[i], l);
+        std::fill(lost_.begin(), lost_.end(), 0.0);
+        forces_[size_t(l)].add_losses(x_, lost_);
+        for (size_t a = 0; a < lost_.size(); ++a)
+          if (lost_[a] != 0) add(values[a], l, lost_[a]);
+      }
+    }
   }
   void set_turn_angles(In angles) override {
     Base::set_turn_angles(angles);
@@ -80,6 +101,8 @@ class HeldSystem final : public phs::Forwarding<T> {
   std::vector<Forces> forces_;  ///< by lane: they know its turns
   size_t n_;
   std::vector<double> x_, dx_;
+  std::vector<T> field_;
+  std::vector<double> lost_;
 };
 
 /// The switches of a run in which something holds: those of the model's soft contacts come first.
@@ -90,15 +113,17 @@ class HeldSwitches : public integrators::Switches {
   std::span<const integrators::Jump> jumped() const final { return jumped_; }
 
  protected:
-  /// part: the model as a part of a run, or null; kept: what the method keeps of it
+  /// part: the model as a part of a run, or null; kept: what the method keeps of it; h: its step
   HeldSwitches(std::shared_ptr<Model> model, std::shared_ptr<const phs::Model> part,
-               const std::shared_ptr<const phs::Model>& kept)
-      : model_(std::move(model)),
+               const std::shared_ptr<const phs::Model>& kept, double h)
+      : step_(h),
+        model_(std::move(model)),
         contacts_(model_->contacts()),
         soft_(contacts_.depths()),
         nq_(size_t(contacts_.mechanism().nq())),
         angles_(size_t(contacts_.mechanism().angle_count())),
         dx_(size_t(model_->whole().description().nx)),
+        x_(dx_.size()),
         part_(std::move(part)) {
     const auto* const run = dynamic_cast<const integrators::RunModel*>(kept.get());
     free_ = run ? integrators::RunModel(model_->whole(), *run).template instantiate<double>()
@@ -123,17 +148,31 @@ class HeldSwitches : public integrators::Switches {
     return true;
   }
 
+  /// A state's 2π·turns. Valid until the next call.
+  std::span<const double> turns_of(const State& s) {
+    all_angles_.resize(s.turns.size());
+    for (size_t i = 0; i < s.turns.size(); ++i)
+      all_angles_[i] = double(s.turns[i]) * phs::two_pi_hi;
+    return all_angles_;
+  }
+  /// Its numbers as doubles, into x_.
+  void sum(const State& s) {
+    for (size_t i = 0; i < x_.size(); ++i) x_[i] = s.x[i] + s.lo[i];
+  }
+
+  double step_;  ///< of the method, as last known [s]
   std::shared_ptr<Model> model_;
   const ContactModel& contacts_;
   std::unique_ptr<integrators::Switches> soft_;
   size_t nq_;
-  std::vector<double> angles_, dx_;
+  std::vector<double> angles_, dx_, x_;
   std::vector<integrators::Jump> jumped_;
   /// The field in which nothing holds, with what the controllers hold in this run.
   std::unique_ptr<phs::System<double>> free_;
 
  private:
   std::shared_ptr<const phs::Model> part_;
+  std::vector<double> all_angles_;
   bool told_ = false;
 };
 
@@ -148,7 +187,7 @@ std::unique_ptr<integrators::Integrator> held_run(const phs::Model& whole,
   std::shared_ptr<const phs::Model> part;
   if (run) part = std::make_shared<integrators::RunModel>(*model, *run);
   auto method = make(part ? *part : *model);
-  auto switches = std::make_unique<Switches>(model, part, method->kept_model());
+  auto switches = std::make_unique<Switches>(model, part, method->kept_model(), h);
   return integrators::make_switched(std::move(method), part ? *part : *model, h,
                                     std::move(switches));
 }

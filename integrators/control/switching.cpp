@@ -57,7 +57,7 @@ class Switched final : public Integrator {
       s = before_;
       restore_both(before_memory_);
     }
-    return parts;
+    return named(parts);
   }
   double time(const State& s) const override { return inner_->time(s); }
   void tell_turns(const State& s) override {
@@ -72,7 +72,7 @@ class Switched final : public Integrator {
     search_.switches->carry(a);
   }
   std::span<const Jump> jumps() const override { return search_.switches->jumped(); }
-  std::string remark() const override { return inner_->remark(); }
+  std::string remark() const override { return trouble_.empty() ? inner_->remark() : trouble_; }
   std::span<const double> port_work() const override { return work_; }
   bool integrates_power() const override { return inner_->integrates_power(); }
   bool sees_inside() const override { return inner_->sees_inside(); }
@@ -112,13 +112,18 @@ class Switched final : public Integrator {
     whole_ = true;
     std::copy(inner_->port_work().begin(), inner_->port_work().end(), work_.begin());
     if (o == Outcome::ok) search_.switches->settle(s);
-    return o;
+    return named(o);
+  }
+  /// The outcome of a step, with what the switches know of it.
+  Outcome named(Outcome o) {
+    trouble_ = o == Outcome::ok ? "" : search_.switches->trouble();
+    return trouble_.empty() ? o : Outcome::jammed;
   }
   Outcome undone(Outcome o, State& s) {
     s = before_;
     restore_both(before_memory_);
     inner_->sampler().take_back();
-    return o;
+    return named(o);
   }
   /// Back to the start of the current part.
   void go_back(State& s) {
@@ -231,6 +236,7 @@ class Switched final : public Integrator {
   SwitchSearch search_;
   std::vector<double> memory_, before_memory_, own_memory_;  ///< of both at start_ and before_
   std::vector<double> work_;
+  std::string trouble_;
   Outcome trial_outcome_ = Outcome::ok;
   bool whole_ = true;  ///< the last step was one part
 };

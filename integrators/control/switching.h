@@ -52,6 +52,8 @@ class Switches {
   virtual std::span<const Jump> jumped() const { return {}; }
   /// Takes off what a part of a step has added to conditions that hold in it.
   virtual void settle(State& state) { (void)state; }
+  /// Why the last step failed, if it was because of them: then it ends with Outcome::jammed.
+  virtual std::string trouble() const { return {}; }
   /// What a next step depends on.
   virtual void carry(Archive& archive) { (void)archive; }
 };

@@ -68,7 +68,7 @@ struct Declaration {
 
 /// How a step ended. Any outcome but `ok` leaves the state unchanged.
 /// singular: the constraints lose rank (BasicIntegrator::remark has more).
-enum class Outcome { ok, not_converged, not_finite, failed, singular };
+enum class Outcome { ok, not_converged, not_finite, failed, singular, jammed };
 const char* to_string(Outcome o);
 
 /// The cost of a run since the integrator was made.

@@ -124,7 +124,7 @@ Checkpoint parse(std::string_view content) {
   }
   std::int64_t outcome = 0;
   in.get(outcome);
-  if (outcome < 0 || outcome > std::int64_t(integrators::Outcome::singular))
+  if (outcome < 0 || outcome > std::int64_t(integrators::Outcome::jammed))
     throw InvalidArgument("the checkpoint's content is inconsistent");
   c.outcome = static_cast<integrators::Outcome>(outcome);
   in.get(c.state.x);

@@ -10,6 +10,11 @@ namespace porthos::scene {
 
 using integrators::Outcome;
 
+namespace {
+/// Whether the method's remark says where and why.
+bool remarked(Outcome o) { return o == Outcome::singular || o == Outcome::jammed; }
+}  // namespace
+
 RunReport WatchedRun::report() const {
   RunReport r;
   r.title = scene_.title;
@@ -29,7 +34,7 @@ RunReport WatchedRun::report() const {
   if (split_ && split_->ledgers().started()) r.space = split_->ledgers().report();
   r.outcome = outcome_;
   if (outcome_ != Outcome::ok && split_) r.trouble = split_->trouble();
-  if (outcome_ == Outcome::singular)
+  if (remarked(outcome_))
     r.trouble = fmt::format("{} ({})", to_string(outcome_), integrator_->remark());
   r.final_state = state_;
   if (until_ >= stops_from_)
@@ -65,7 +70,7 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal()))
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));
   add(notes_on_numbers(scene_, r.cost.sweeps));
-  if (const auto remark = integrator_->remark(); !remark.empty() && outcome_ != Outcome::singular)
+  if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
     r.notes.push_back(integrator_->declaration().rival ? remark
                                                        : "implicit equations by " + remark);
   if (!integrator_->port_work().empty() && !integrator_->integrates_power()) {

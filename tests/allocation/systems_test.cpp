@@ -243,6 +243,23 @@ TEST(Allocation, NoneAtImpacts) {
   expect_none("rigid contact", *method, state, 600);
 }
 
+/// A ball with friction: it bounces with spin, slides, and rolls.
+TEST(Allocation, NoneWhereBallsSlideAndRoll) {
+  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
+  Law law;
+  law.form = Law::Form::rigid;
+  law.restitution = 0.3;
+  law.friction = 0.2;
+  const ContactModel model(body, body,
+                           {{"ground", {{"body", ball(0.25)}}, {{"world", ground()}}, law}});
+  const auto method = contact::with_rigid_contacts(model, model, 1e-3, [](const phs::Model& run) {
+    return integrators::make_integrator("gauss16", run, 1e-3);
+  });
+  phs::State state(model.description(),
+                   body->state(Numbers{0, 0, 0.27, 1, 0, 0, 0}, Numbers{0.3, 2, 0.5, 0.1, 0.2, 0}));
+  expect_none("rigid friction", *method, state, 1500);
+}
+
 /// An arm whose joints slide, stop and stick.
 TEST(Allocation, NoneWhereJointsStick) {
   const auto arm = two_links(9.8125);

@@ -1,7 +1,8 @@
 // Runs with rigid contacts against closed forms: instants, losses, the end of a sequence of
 // bounces.
 #include "contact/rigid.h"
-#include "tests/contact/support.h"
+
+#include "tests/contact/rigid_run.h"
 #include "tests/support/reference.h"
 
 namespace porthos::contact::rigid_test {
@@ -10,43 +11,6 @@ namespace {
 using namespace test;
 
 constexpr double g = 9.8125;
-
-Law rigid_law(double e, Simultaneous rule = Simultaneous::reflections) {
-  Law law;
-  law.form = Law::Form::rigid;
-  law.restitution = e;
-  law.simultaneous = rule;
-  return law;
-}
-/// A run whose steps jump at impacts.
-struct RigidRun {
-  const ContactModel& model;
-  std::unique_ptr<integrators::Integrator> method;
-  phs::State state;
-  Gauge gauge;
-  std::vector<integrators::Jump> jumps = {};
-  long double H0 = 0, lost = 0;
-
-  RigidRun(const ContactModel& m, const Numbers& x, double h, const char* name = "gauss16")
-      : model(m),
-        method(with_rigid_contacts(
-            m, m, h,
-            [&](const phs::Model& run) { return integrators::make_integrator(name, run, h); })),
-        state(m.description(), x),
-        gauge(m) {
-    H0 = energy();
-  }
-  long double energy() { return gauge.energy(state); }
-  bool step() {
-    if (method->step(state) != Outcome::ok) return false;
-    for (const auto& j : method->jumps()) jumps.push_back(j);
-    for (size_t a = 0; a < method->port_work().size(); ++a)
-      if (model.description().powers[a].kind == phs::PowerKind::dissipated)
-        lost += method->port_work()[a];
-    return true;
-  }
-  double defect() { return double(energy() - H0 + lost); }
-};
 
 struct Compared {
   size_t count = 0;
