@@ -111,11 +111,10 @@ std::vector<SceneContact> read_contacts(const Table& scene) {
       t.require("stiffness", "one, or a modulus, because the law is \"hertz\"");
     }
     c.law = read_law(t);
-    for (const char* key : {"friction", "creep"})
-      if (c.law.rigid() && t.has(key))
-        t.fail(key, "is given with law = \"rigid\", expected a soft law or none");
+    if (c.law.rigid() && t.has("creep"))
+      t.fail("creep", "is given with law = \"rigid\", which sticks: expected a soft law or none");
     c.law.friction = t.not_negative("friction");
-    if (c.law.friction > 0)
+    if (c.law.friction > 0 && !c.law.rigid())
       c.law.creep = t.positive("creep");
     else if (t.has("creep"))
       t.fail("creep", "is given without friction, expected both");

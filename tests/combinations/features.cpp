@@ -208,7 +208,7 @@ std::vector<Feature> all() {
        "[[contact]]\nname = 'striker@'\nlinks = ['lower']\nagainst = ['bus']\n"
        "shape = { kind = 'sphere', radius = 0.2, at = [0, 0, -0.5] }\n"
        "against_shape = { kind = 'sphere', radius = 0.3, at = [0.5, 0.3, -1.2] }\n"
-       "law = 'rigid'\nrestitution = 0.7\n" +
+       "law = 'rigid'\nrestitution = 0.7\nfriction = 0.3\n" +
            element("joint_stop", "law = 'rigid'\nlower = -1\nupper = 0.35\nrestitution = 0.6")},
       {"law over joints",
        {"law"},

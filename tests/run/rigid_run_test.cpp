@@ -121,8 +121,8 @@ TEST(RigidRun, RefusalsSayWhereAndWhat) {
   EXPECT_TRUE(says(c("restitution = 1.1\n"), "restitution is 1.1, expected 0 to 1"));
   EXPECT_TRUE(
       says(c("restitution = 1\nstiffness = 3\n"), "stiffness is given with law = \"rigid\""));
-  EXPECT_TRUE(
-      says(c("restitution = 1\nfriction = 0.3\n"), "friction is given with law = \"rigid\""));
+  EXPECT_TRUE(says(c("restitution = 1\nfriction = 0.3\ncreep = 1\n"),
+                   "creep is given with law = \"rigid\""));
   EXPECT_TRUE(says(c("restitution = 1\n"), "'c' is rigid and overlaps by 1.1 at the start"));
   EXPECT_TRUE(says(refusal(stop + "restitution = 1\nsimultaneous = \"both\"\n"), "expected"));
   EXPECT_TRUE(says(refusal(stop + "restitution = 1\n[[motion]]\nname = \"m\"\njoint = \"j\"\n"
