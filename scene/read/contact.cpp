@@ -114,6 +114,9 @@ std::vector<SceneContact> read_contacts(const Table& scene) {
     if (c.law.rigid() && t.has("creep"))
       t.fail("creep", "is given with law = \"rigid\", which sticks: expected a soft law or none");
     c.law.friction = t.not_negative("friction");
+    if (c.law.rigid() && c.law.friction > 0 && t.has("simultaneous"))
+      t.fail("simultaneous",
+             "is given with friction, whose impacts come one after another: expected one of both");
     if (c.law.friction > 0 && !c.law.rigid())
       c.law.creep = t.positive("creep");
     else if (t.has("creep"))

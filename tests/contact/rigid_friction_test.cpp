@@ -374,8 +374,8 @@ TEST(RigidFriction, MethodsKeepTheirOrder) {
 }
 
 /// A ball sent across a slope: its slip u turns downhill as it stops. With the angle θ from there
-/// u (b + a cos θ) falls at b² - a², a = g sin α and b = (7/2) μ g cos α. While it slides the methods
-/// keep their order; the last steps before it rolls have order 2.
+/// u (b + a cos θ) falls at b² - a², a = g sin α and b = (7/2) μ g cos α. While it slides the
+/// methods keep their order; the last steps before it rolls have order 2.
 TEST(RigidFriction, ASlipThatTurnsAsItStops) {
   const double tilt = std::atan(0.25), mu = 0.25, start = 2, c = std::cos(tilt), s = std::sin(tilt);
   const double a = g * s, b = 3.5 * mu * g * c, stop = start * b / (b * b - a * a);

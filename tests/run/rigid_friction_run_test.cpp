@@ -24,8 +24,8 @@ double apart(const scene::RunReport& a, const scene::RunReport& b) {
 }
 
 /// The draw shot: both balls roll in the end, the cue ball backwards; what the red one loses by
-/// sliding follows from its start. The motion depends neither on the method nor on the control of the
-/// steps nor on what watches. Control: without friction the cue ball does not come back.
+/// sliding follows from its start. The motion depends neither on the method nor on the control of
+/// the steps nor on what watches. Control: without friction the cue ball does not come back.
 TEST(RigidFrictionRun, ADrawShot) {
   TemporaryFolder folder;
   const auto r = run_of(draw_shot(folder, 3));
@@ -114,6 +114,8 @@ TEST(RigidFrictionRun, RefusalsSayWhereAndWhat) {
   refused(refusal({{"friction = 0.2", "friction = 0.2\ncreep = 0.1"}}),
           "creep is given with law = \"rigid\", which sticks");
   refused(refusal({{"friction = 0.2", "friction = -0.2"}}), "friction is -0.2");
+  refused(refusal({{"friction = 0.2", "friction = 0.2\nsimultaneous = \"moreau\""}}),
+          "simultaneous is given with friction, whose impacts come one after another");
   refused(
       refusal({{"shape = { kind = \"sphere\", radius = 0.028575 }",
                 "shape = { kind = \"box\", size = [0.05, 0.05, 0.05] }"}}),
