@@ -19,8 +19,8 @@
 #include "apps/new.h"
 #include "apps/report.h"
 #include "apps/sensitivity.h"
+#include "apps/usage.h"
 #include "phs/error.h"
-#include "scene/files/nearest.h"
 #include "scene/session/info.h"
 
 namespace {
@@ -238,30 +238,6 @@ void add_pages(CLI::App& app, Arguments& a) {
       add_command(app, "actuators", "the actuators of the catalogue", "porthos actuators");
   actuators->add_flag("--markdown", a.markdown, "as a page of the documentation");
   actuators->add_option("--plots", a.plots, "write a plot of each into a folder")->type_name("DIR");
-}
-
-std::string unknown_option(const CLI::App& command, const std::string& option) {
-  std::vector<std::string> names;
-  for (const CLI::Option* o : command.get_options())
-    for (const std::string& name : o->get_lnames()) names.push_back("--" + name);
-  return fmt::format("{} has no option {}, the nearest is {}", command.get_name(), option,
-                     porthos::scene::nearest(option, {names.begin(), names.end()}));
-}
-
-/// The message for wrong arguments; our own where CLI11's is unclear.
-std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
-  const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
-  if (first && *first != '-' && app.get_subcommands(named).empty()) {
-    std::string known;
-    for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
-      porthos::add_to_list(known, c->get_name());
-    return fmt::format("there is no command '{}', expected one of {}", first, known);
-  }
-  for (const CLI::App* c : app.get_subcommands())
-    if (const auto unknown = c->remaining(); dynamic_cast<const CLI::ExtrasError*>(&e))
-      for (const std::string& word : unknown)
-        if (word.starts_with("--")) return unknown_option(*c, word);
-  return e.what();
 }
 
 int dispatch(const CLI::App& app, const Arguments& a) {

@@ -330,11 +330,11 @@ class FileReader {
     expect(*d, {"damping", "friction"});
     const double damping = optional_scalar(*d, "damping").value_or(0);
     spec.friction = optional_scalar(*d, "friction").value_or(0);
-    const bool damps = options_.use_damping && spec.type != "fixed";
-    if (damps) spec.damping = damping;
+    if (options_.use_damping && spec.type != "fixed") spec.damping = damping;
     const std::string fate = " read but not simulated";
-    if (spec.friction > 0 && !options_.use_friction) note(*d, "friction " + number(spec.friction) + fate);
-    if (damping != 0 && !damps) note(*d, "damping " + number(damping) + fate);
+    if (spec.friction > 0 && !options_.use_friction)
+      note(*d, "friction " + number(spec.friction) + fate);
+    if (damping != spec.damping) note(*d, "damping " + number(damping) + fate);
   }
 
   Log& log_;

@@ -210,8 +210,14 @@ void bind_sweep(py::module_& m) {
         "All combinations of the values of each gain, the last one fastest.");
   m.def("logarithmic", &es::logarithmic, arg("low"), arg("high"), arg("count"),
         "Values from low to high, even in their logarithms.");
-  m.def("fastest", &es::fastest, arg("results"), arg("limit"),
-        "Index of the run that settles first among those with peak <= limit, or -1.");
+  m.def(
+      "fastest",
+      [](const std::vector<es::SweepResult>& results, double limit) {
+        const int best = es::fastest(results, limit);
+        return best < 0 ? std::nullopt : std::optional(best);
+      },
+      arg("results"), arg("limit"),
+      "Index of the run that settles first among those with peak <= limit; None if none does.");
 }
 
 }  // namespace

@@ -115,8 +115,8 @@ void check_torques(const Measurements& m, double tolerance) {
       if (!(to > from))
         refuse_table(
             fmt::format("at sigma = {} torque goes from {} to {} N m between deflections {} and {} "
-                        "rad, expected "
-                        "it to rise: the equilibrium would not be unique",
+                        "rad, expected it to rise: the equilibrium would not be unique; noise of a "
+                        "measurement is smoothed before, docs/tutorials/actuator.md",
                         m.sigma[j], from, to, m.deflection[i], m.deflection[i + 1]));
       if (m.stiffness.empty()) continue;
       const Spline k = s.row(m.stiffness, j);

@@ -174,6 +174,9 @@ RunReport judge_file(const JudgeOptions& o) {
   r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
   add_notes(r, o.file, t.size(), powers);
+  const auto& g = scene.urdf.gravity;
+  if (dot(g, g) == 0 && !has_base(table, map))
+    r.notes.push_back("judged without gravity: [environment] of the map states it");
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);

@@ -119,5 +119,5 @@ def test_a_sweep_finds_gains():
     assert [(r.settling, r.peak, r.left) for r in runs] == [(r.settling, r.peak, r.left) for r in again]
     best = es.fastest(runs, math.inf)
     assert runs[best].settling == min(r.settling for r in runs)
-    assert es.fastest(runs, 1e-9) == -1
+    assert es.fastest(runs, 1e-9) is None
     refused(lambda: es.sweep(loop, [[1.0]], start=[0.5, 0, 0, 0]), "gain", most=400)

@@ -566,6 +566,6 @@ def logarithmic(low: float, high: float, count: int) -> list[float]:
     """Values from low to high, even in their logarithms."""
     ...
 
-def fastest(results: list[SweepResult], limit: float) -> int:
-    """Index of the run that settles first among those with peak <= limit, or -1."""
+def fastest(results: list[SweepResult], limit: float) -> Optional[int]:
+    """Index of the run that settles first among those with peak <= limit; None if none does."""
     ...
