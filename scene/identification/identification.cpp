@@ -140,7 +140,7 @@ Assembly assemble_with_tangents(Scene scene) {
   (void)integrators::gauss_stages(scene.method);
   Assembly a = assemble(scene);
   scene.duration = scene.step;  // that of the log is a whole number of them
-  (void)differentiable_steps(scene, a);
+  (void)differentiable_steps(scene, a, "");
   (void)phs::linearise<double>(*a.model);
   return a;
 }

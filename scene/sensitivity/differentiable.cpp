@@ -7,10 +7,9 @@
 
 namespace porthos::scene {
 
-Steps differentiable_steps(const Scene& s, const Assembly& a) {
+Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string& instead) {
   const auto refuse = [&](const std::string& what) {
-    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what +
-                          "; an [ensemble] over a parameter gives differences instead");
+    throw InvalidArgument(in_file(s.path) + "a gradient takes " + what + instead);
   };
   if (!s.events.empty()) refuse("no [[event]]");
   if (!s.stops.empty()) refuse("no [[stop]], which ends a run where its state says");

@@ -9,6 +9,9 @@ namespace porthos::scene {
 /// @throws InvalidArgument naming the table or key whose effect it would miss: events, an orbit,
 ///   stops, a repeating or projecting monitor, a step control, a shorter last step, contacts and
 ///   joint stops that switch
-Steps differentiable_steps(const Scene& scene, const Assembly& assembly);
+/// @param instead  the way out, at the end of the sentence
+Steps differentiable_steps(
+    const Scene& scene, const Assembly& assembly,
+    const std::string& instead = "; an [ensemble] over a parameter gives differences instead");
 
 }  // namespace porthos::scene
