@@ -16,8 +16,6 @@
 
 #include "phs/error.h"
 
-extern char** environ;
-
 namespace porthos::report {
 namespace {
 

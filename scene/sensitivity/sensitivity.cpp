@@ -131,7 +131,7 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   r.uncertainty = request.uncertainty;
   if (parameters.empty()) r.notes.push_back(no_parameters_note(scene));
   if (request.of.empty())
-    for (auto& note : quantities.left_out()) r.notes.push_back(std::move(note));
+    for (const auto& note : quantities.left_out()) r.notes.push_back(note);
   for (size_t i = 0; i < names.size(); ++i) {
     const auto& g = gradients[i];
     r.failure = g.remark;
