@@ -26,9 +26,9 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const cha
       add_to_list(known, c->get_name());
     return fmt::format("there is no command '{}', expected one of {}", first, known);
   }
-  for (const CLI::App* c : app.get_subcommands())
-    if (const auto unknown = c->remaining(); dynamic_cast<const CLI::ExtrasError*>(&e))
-      for (const std::string& word : unknown)
+  if (dynamic_cast<const CLI::ExtrasError*>(&e))
+    for (const CLI::App* c : app.get_subcommands())
+      for (const std::string& word : c->remaining())
         if (word.starts_with("--")) return unknown_option(*c, word);
   return e.what();
 }

@@ -47,14 +47,10 @@ class HeldSystem final : public phs::Forwarding<T> {
       if (!model_.loses_any()) return;
       Base::field(t, x, {}, field_);
       for (int l = 0; l < phs::lanes<T>; ++l) {
-        for (size_t i = 0; i < n_; ++i) {
-          x_[i] = in_lane(x[i], l);
-          dx_[i] = in_lane(field_[i], l);
-        }
-        forces_[size_t(l)].hold(x_, dx_, model_.held());
+        Forces& forces = hold_lane(x, field_, l);
         for (size_t i = 0; i < n_; ++i) x_[i] = in_lane(e[i], l);
         std::fill(lost_.begin(), lost_.end(), 0.0);
-        forces_[size_t(l)].add_losses(x_, lost_);
+        forces.add_losses(x_, lost_);
         for (size_t a = 0; a < lost_.size(); ++a)
           if (lost_[a] != 0) add(values[a], l, lost_[a]);
       }
@@ -77,15 +73,20 @@ class HeldSystem final : public phs::Forwarding<T> {
     else
       return phs::to_double(x);
   }
+  /// The field of a lane with what holds in it, into dx_.
+  Forces& hold_lane(In x, In dx, int l) {
+    for (size_t i = 0; i < n_; ++i) {
+      x_[i] = in_lane(x[i], l);
+      dx_[i] = in_lane(dx[i], l);
+    }
+    forces_[size_t(l)].hold(x_, dx_, model_.held());
+    return forces_[size_t(l)];
+  }
   void hold(In x, Out dx) {
     model_.push(dx);
     if (!model_.holds_any()) return;
     for (int l = 0; l < phs::lanes<T>; ++l) {
-      for (size_t i = 0; i < n_; ++i) {
-        x_[i] = in_lane(x[i], l);
-        dx_[i] = in_lane(dx[i], l);
-      }
-      forces_[size_t(l)].hold(x_, dx_, model_.held());
+      hold_lane(x, dx, l);
       for (size_t i = n_ / 2; i < n_; ++i)
         if (const double added = dx_[i] - in_lane(dx[i], l); added != 0) add(dx[i], l, added);
     }

@@ -236,8 +236,7 @@ void write_comparison(const std::string& folder, const Scene& scene, const Compa
       {out / "work_precision.svg", work_precision_plot(c, scene.target())},
       {out / "compare.txt", comparison_table(scene, c)},
       {out / "compare.json", comparison_json(scene, c)}};
-  for (const auto& [path, text] : files) write_aside(path, text);
-  for (const auto& [path, text] : files) put_in_place(path);
+  write_together(files);
 }
 
 }  // namespace porthos::scene

@@ -84,4 +84,9 @@ void write_file(const fs::path& path, std::string_view content) {
   put_in_place(path);
 }
 
+void write_together(std::span<const std::pair<std::filesystem::path, std::string>> files) {
+  for (const auto& [path, text] : files) write_aside(path, text);
+  for (const auto& [path, text] : files) put_in_place(path);
+}
+
 }  // namespace porthos::scene

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 /// Files that survive a crash: they are written under a temporary name, flushed to the disk and
 /// renamed.
@@ -41,5 +43,8 @@ void write_file(const std::filesystem::path& path, std::string_view content);
 
 /// Renames aside(path) to path and atomically replaces the file of that name, if any.
 void put_in_place(const std::filesystem::path& path);
+
+/// Writes files that belong together: all aside, then all in place.
+void write_together(std::span<const std::pair<std::filesystem::path, std::string>> files);
 
 }  // namespace porthos::scene

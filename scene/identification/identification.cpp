@@ -125,16 +125,6 @@ double step_error(Scene scene, const Unknowns& unknowns, const Log& log, const F
   return most;
 }
 
-Scene prepared(const Scene& given) {
-  if (!given.actuators.empty())
-    throw InvalidArgument(in_file(given.path) +
-                          "identify takes no [[actuator]]: where its motor starts follows from the "
-                          "joints, by rules without slopes");
-  Scene s = given;
-  s.centre_stays = true;
-  return s;
-}
-
 /// Refuses a scene whose run has no tangents, before anything else.
 Assembly assemble_with_tangents(Scene scene) {
   (void)integrators::gauss_stages(scene.method);
@@ -228,14 +218,14 @@ double Identification::surprise() const {
 
 Identification identify(const Scene& given, const std::string& log,
                         const IdentificationRequest& request) {
-  const Scene scene = prepared(given);
+  const Scene scene = scene_with_slopes(given, "identify");
   const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, read_log(log, request.noise, scene, assembly), request);
 }
 
 Identification identify(const Scene& given, const NamedColumns& log,
                         const IdentificationRequest& request) {
-  const Scene scene = prepared(given);
+  const Scene scene = scene_with_slopes(given, "identify");
   const Assembly assembly = assemble_with_tangents(scene);
   return identify(scene, assembly, log_of(log, request.noise, scene, assembly), request);
 }

@@ -177,8 +177,7 @@ void write_identification(const std::string& folder, const Scene& scene, const I
       {out / "identify.svg", residual_plot(r)},
       {out / "identify.txt", identification_text(r)},
       {out / "identify.json", identification_json(scene, r)}};
-  for (const auto& [path, text] : files) write_aside(path, text);
-  for (const auto& [path, text] : files) put_in_place(path);
+  write_together(files);
 }
 
 }  // namespace porthos::scene

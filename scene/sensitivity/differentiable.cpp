@@ -7,6 +7,15 @@
 
 namespace porthos::scene {
 
+Scene scene_with_slopes(Scene scene, const std::string& command) {
+  if (!scene.actuators.empty())
+    throw InvalidArgument(in_file(scene.path) + command +
+                          " takes no [[actuator]]: where its motor starts follows from the joints, "
+                          "by rules without slopes");
+  scene.centre_stays = true;
+  return scene;
+}
+
 Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string& instead) {
   const auto refuse = [&](const std::string& what) {
     throw InvalidArgument(in_file(s.path) + "a gradient takes " + what + instead);

@@ -4,6 +4,11 @@
 
 namespace porthos::scene {
 
+/// The scene as its run has slopes: the centre of mass stays in the equations.
+/// @param command  that asks for them, for the message
+/// @throws InvalidArgument for [[actuator]]s
+Scene scene_with_slopes(Scene scene, const std::string& command);
+
 /// The steps of a scene whose run is one smooth map of its start and its parameters: what
 /// integrators::gradient_of_run() differentiates is then what porthos run computes.
 /// @throws InvalidArgument naming the table or key whose effect it would miss: events, an orbit,

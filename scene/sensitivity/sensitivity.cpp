@@ -16,15 +16,11 @@ namespace {
 
 using integrators::Objective;
 
-void check_request(const Scene& scene, const SensitivityRequest& request) {
+void check_request(const SensitivityRequest& request) {
   if (request.uncertainty && !(*request.uncertainty > 0 && std::isfinite(*request.uncertainty)))
     throw InvalidArgument(fmt::format(
         "uncertainty is {}, expected a positive number, relative to each parameter: 0.01 for 1 %",
         *request.uncertainty));
-  if (!scene.actuators.empty())
-    throw InvalidArgument(in_file(scene.path) +
-                          "sensitivity takes no [[actuator]]: where its motor starts follows from "
-                          "the joints, by rules without slopes");
 }
 
 bool has_parameters(const Scene& scene) {
@@ -104,9 +100,8 @@ class Ends {
 }  // namespace
 
 EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& request) {
-  check_request(given, request);
-  Scene scene = given;
-  scene.centre_stays = true;
+  check_request(request);
+  const Scene scene = scene_with_slopes(given, "sensitivity");
   const Assembly a = assemble(scene);
   const Steps steps = differentiable_steps(scene, a);
   const EndQuantities quantities(scene, a);

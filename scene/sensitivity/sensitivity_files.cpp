@@ -133,8 +133,7 @@ void write_sensitivity(const std::string& folder, const Scene& scene, const EndS
       {out / "sensitivity.txt", sensitivity_text(s)},
       {out / "sensitivity.csv", sensitivity_csv(s)},
       {out / "sensitivity.json", sensitivity_json(scene, s)}};
-  for (const auto& [path, text] : files) write_aside(path, text);
-  for (const auto& [path, text] : files) put_in_place(path);
+  write_together(files);
 }
 
 }  // namespace porthos::scene

@@ -264,20 +264,9 @@ TEST(DryFriction, MethodsKeepTheirOrder) {
   std::printf("  %zu slips; the reference is known to %.1e m\n", slips, known);
   EXPECT_GE(slips, 3u);
   EXPECT_LE(known, 1e-15);
-  struct Rung {
-    const char* method;
-    double order, coarse;
-    int halvings;
-  };
-  for (const auto& [method, order, coarse, halvings] :
-       {Rung{"midpoint", 2, 1.0 / 8, 4}, {"gauss4", 4, 1.0 / 8, 4}, {"gauss6", 6, 1.0 / 4, 5}}) {
-    const double first = std::fabs(at_end(method, coarse).first - exact);
-    const double last = std::fabs(at_end(method, std::ldexp(coarse, -halvings)).first - exact);
-    const double measured = std::log2(first / last) / halvings;
-    std::printf("  %s: errors %.1e to %.1e m, order %.2f   bound %g\n", method, first, last,
-                measured, order - 0.5);
-    EXPECT_GE(measured, order - 0.5);
-  }
+  expect_orders(
+      {{"midpoint", 2, 1.0 / 8, 4}, {"gauss4", 4, 1.0 / 8, 4}, {"gauss6", 6, 1.0 / 4, 5}},
+      [&, end = exact](const char* method, double h) { return at_end(method, h).first - end; });
 }
 
 /// An arm of two links with dry joints. The elbow is bent and holds; the shoulder swings, stops,

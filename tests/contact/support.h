@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <initializer_list>
 
 #include "contact/contact.h"
 #include "integrators/control/switching.h"
@@ -60,6 +62,25 @@ inline Shape ground() {
 }
 inline Law power_law(double k, double n, double loss = 0) {
   return {.form = Law::Form::power, .stiffness = k, .exponent = n, .loss = loss};
+}
+
+/// A method, its order, its longest step [s], and how often that is halved.
+struct Rung {
+  const char* method;
+  double order, coarse;
+  int halvings;
+};
+/// error(method, step) falls by each method's order from its longest step to its shortest.
+template <class Error>
+void expect_orders(std::initializer_list<Rung> rungs, const Error& error) {
+  for (const auto& [method, order, coarse, halvings] : rungs) {
+    const double first = std::fabs(error(method, coarse));
+    const double last = std::fabs(error(method, std::ldexp(coarse, -halvings)));
+    const double measured = std::log2(first / last) / halvings;
+    std::printf("  %s: errors %.1e to %.1e m, order %.2f   bound %g\n", method, first, last,
+                measured, order - 0.5);
+    EXPECT_GE(measured, order - 0.5);
+  }
 }
 
 /// A run by gauss16 whose steps end at touches, or one without (`blind`).

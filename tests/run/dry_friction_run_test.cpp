@@ -127,17 +127,10 @@ TEST(DryFrictionRun, TheModelFileMayStateIt) {
 
 TEST(DryFrictionRun, RefusalsSayWhereAndWhat) {
   const auto refusal = [](const std::vector<Change>& changes, const std::string& more = "") {
-    TemporaryFolder folder;
-    try {
-      const auto s = let_go(folder, 1, changes, more);
-      scene::assemble(s);
-    } catch (const InvalidArgument& e) {
-      const std::string text = e.what();
-      return text.substr(text.find("scene.toml"));
-    }
-    return std::string();
+    return refusal_of_scene(
+        [&](const TemporaryFolder& folder) { return let_go(folder, 1, changes, more); });
   };
-  const auto refused = [&](const std::string& text, const std::string& expected) {
+  const auto refused = [](const std::string& text, const std::string& expected) {
     EXPECT_TRUE(text.starts_with("scene.toml:") && says(text, expected)) << text;
   };
   refused(refusal({{"coulomb = 4 ", "coulomb = 0 "}}),

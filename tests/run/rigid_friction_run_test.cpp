@@ -99,16 +99,10 @@ TEST(RigidFrictionRun, AResumedRunHasTheSameBits) {
 
 TEST(RigidFrictionRun, RefusalsSayWhereAndWhat) {
   const auto refusal = [](const std::vector<Change>& changes, const std::string& more = "") {
-    TemporaryFolder folder;
-    try {
-      scene::assemble(draw_shot(folder, 1, changes, more));
-    } catch (const InvalidArgument& e) {
-      const std::string text = e.what();
-      return text.substr(text.find("scene.toml"));
-    }
-    return std::string();
+    return refusal_of_scene(
+        [&](const TemporaryFolder& folder) { return draw_shot(folder, 1, changes, more); });
   };
-  const auto refused = [&](const std::string& text, const std::string& expected) {
+  const auto refused = [](const std::string& text, const std::string& expected) {
     EXPECT_TRUE(text.starts_with("scene.toml:") && says(text, expected)) << text;
   };
   refused(refusal({{"friction = 0.2", "friction = 0.2\ncreep = 0.1"}}),

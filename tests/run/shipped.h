@@ -59,4 +59,19 @@ inline double entry_of(const scene::RunReport::Named& list, const std::string& n
   return NAN;
 }
 
+/// What reading and assembling a scene that is made in a folder is refused with, from the scene's
+/// name on; empty if it is not.
+template <class Make>
+std::string refusal_of_scene(const Make& make) {
+  TemporaryFolder folder;
+  try {
+    const scene::Scene s = make(folder);
+    scene::assemble(s);
+  } catch (const InvalidArgument& e) {
+    const std::string text = e.what();
+    return text.substr(text.find("scene.toml"));
+  }
+  return "";
+}
+
 }  // namespace porthos::test
