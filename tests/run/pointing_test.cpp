@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "tests/run/scenes.h"
 
@@ -64,13 +65,19 @@ std::vector<double> deviations(const TemporaryFolder& folder, const std::string&
   write_bytes(folder / "scene.toml", scene_of("", "rate = 2\n" + noise, 20));
   const auto a = scene::assemble(scene::read_scene((folder / "scene.toml").string()));
   const auto system = a.model->instantiate<double>();
-  auto memory = a.model->holds()[0]->fresh;
-  std::vector<double> squares(3, 0.0);
+  std::vector<double> squares;
   constexpr int count = 5000;
-  for (int k = 0; k < count; ++k) {
-    system->sample(0, k / 2.0, a.initial.x, memory);
-    for (size_t i = 0; i < 3; ++i) squares[i] += memory[i] * memory[i] / count;
+  for (size_t h = 0; h < a.model->holds().size(); ++h) {  // one behind sensors, else one a wheel
+    auto memory = a.model->holds()[h]->fresh;
+    squares.resize(squares.size() + memory.size());
+    for (int k = 0; k < count; ++k) {
+      system->sample(h, k / 2.0, a.initial.x, memory);
+      for (size_t i = 0; i < memory.size(); ++i)
+        squares[squares.size() - memory.size() + i] += memory[i] * memory[i] / count;
+    }
   }
+  if (squares.size() != 3)
+    throw std::logic_error("expected one held value of each of the three wheels");
   for (double& each : squares) each = std::sqrt(each);
   return squares;
 }
