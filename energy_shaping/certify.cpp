@@ -8,6 +8,7 @@
 
 #include "energy_shaping/derivatives.h"
 #include "energy_shaping/detail/region.h"
+#include "energy_shaping/modes.h"
 #include "energy_shaping/potential_loop.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/system/random_state.h"
@@ -64,23 +65,11 @@ void rate_of_energy(const ClosedLoop& loop, const Region& region, Certificate& c
 
 void linearised(const ClosedLoop& loop, Certificate& c) {
   const auto s = phs::spectrum(loop.rest().size(), field_jacobian(loop, loop.rest()));
-  double size = 0, rightmost = -HUGE_VAL, least_damping = 1;
-  for (const auto& l : s.rest) size = std::max(size, std::abs(l));
-  Vec parts;
-  for (const auto& l : s.rest) {
-    rightmost = std::max(rightmost, l.real());
-    least_damping = std::min(least_damping, -l.real() / std::abs(l));
-    if (l.imag() >= 0) {
-      parts.push_back(l.real());
-      parts.push_back(l.imag());
-    }
-  }
   // The bound is the rounding of eigenvalues: slower stable modes cannot be distinguished from
   // unstable ones.
-  c.at_most(
-      "rightmost eigenvalue", rightmost, -1e-12 * size,
+  certify_modes(
+      c, s.rest, 1e-12,
       s.zeros ? fmt::format("linearised at rest, {} zeros apart", s.zeros) : "linearised at rest");
-  c.report("least modal damping", least_damping, "eigenvalues (re, im, ...)", parts);
 }
 
 void inputs_on_basin(const ClosedLoop& loop, const Region& region, const Basin& basin,

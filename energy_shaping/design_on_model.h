@@ -67,6 +67,9 @@ DesignOnModel cart_pole_on(ModelPtr model, const DesignJoints& joints, CartPole 
 DesignOnModel acrobot_on(ModelPtr model, const DesignJoints& joints, Acrobot d);
 /// A pendulum with a reaction wheel, whose joint is driven. d: a1, a2, a3, k1, kv.
 DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, InertiaWheelPendulum d);
+/// The same with inertia_wheel_gains() of that pendulum.
+DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, double bandwidth,
+                               double damping_ratio);
 /// A body that slides along a beam; the beam's hinge, on the line of the slide, is driven. d: kp,
 /// kv, for a ball of mass 1.
 DesignOnModel ball_and_beam_on(ModelPtr model, const DesignJoints& joints, BallAndBeam d);

@@ -23,6 +23,14 @@ struct InertiaWheelPendulum {
   double a1 = 1, a2 = -1.5, a3 = 6;    ///< M_d = [[a1, a2], [a2, a3]]
   double k1 = 0.1, kv = 10;
 };
+/// The same pendulum with the gains by which the linearised loop has the poles of
+/// (s² + 2ζω s + ω²)². A constant M_d reaches every stable polynomial s⁴ + c3 s³ + c2 s² + c1 s +
+/// c0: with α = -(a1 + a2), u = κ (γ q1 + q2) - m3 a2/α q1 + δ ((a2 + a3) I1 q1' + α I2 q2'), which
+/// is compared with the feedback of these poles; a1 > 0 and a1 a3 > a2² are Hurwitz's conditions.
+/// @param bandwidth  ω [rad/s] @param damping_ratio  ζ
+/// @throws InvalidArgument unless all numbers and both are above 0
+InertiaWheelPendulum inertia_wheel_gains(InertiaWheelPendulum d, double bandwidth,
+                                         double damping_ratio);
 PlantPtr inertia_wheel_plant(const InertiaWheelPendulum& d);
 /// @throws InvalidArgument unless a1 > 0, a1 a3 > a2², a1 + a2 < 0
 LoopPtr inertia_wheel_pendulum(const InertiaWheelPendulum& d, PlantPtr plant = nullptr,

@@ -9,6 +9,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/modes.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 #include "phs/linear_algebra/riccati.h"
@@ -150,15 +151,8 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
   certificate_.at_most("Riccati equation",
                        largest(residual) / (largest(Q) + largest(AP) + largest(PBK)), 1e-9,
                        "largest residual over its largest term; large: not stabilisable");
-  const auto spectrum = phs::eigenvalues(size_t(nx), closed.a);
-  const double size = std::abs(
-      *std::max_element(spectrum.begin(), spectrum.end(),
-                        [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); }));
-  std::vector<double> parts;
-  for (const auto& s : spectrum) parts.insert(parts.end(), {s.real(), s.imag()});
-  certificate_.at_most("rightmost eigenvalue", spectrum.back().real(), -1e-9 * size,
-                       "real part, of the linearised loop [1/s]");
-  certificate_.report("eigenvalues", size, "the largest; real and imaginary parts [1/s]", parts);
+  certify_modes(certificate_, phs::eigenvalues(size_t(nx), closed.a), 1e-9,
+                "real part, of the linearised loop [1/s]");
 }
 
 double Lqr::error(std::span<const double> x, size_t k) const {

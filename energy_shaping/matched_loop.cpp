@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "energy_shaping/matched_system-inl.h"
+#include "energy_shaping/modes.h"
 
 namespace porthos::energy_shaping {
 namespace {
@@ -97,6 +98,7 @@ MatchedLoop::MatchedLoop(std::shared_ptr<const phs::Model> plant,
   description_ = describe(plant_->description(), *shaping_, actuated_);
   certificate_ = Certificate("energy shaping '" + description_.name + "'");
   check();
+  report_modes(certificate_, *this);
   if (options_.refuse) refuse_failure(certificate_);
 }
 

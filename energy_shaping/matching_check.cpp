@@ -175,7 +175,7 @@ class Checks {
     c_.at_least(
         "Hessian of V_d > 0",
         curvature.front() / std::max(std::fabs(curvature.back()), std::fabs(curvature.front())),
-        1e-9, "at the rest point, least over greatest eigenvalue");
+        1e-12, "at the rest point, least over greatest eigenvalue");
     c_.report("curvature of V_d", curvature.front(), "eigenvalues of the Hessian", curvature);
   }
 

@@ -6,6 +6,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/derivatives.h"
+#include "energy_shaping/modes.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
 
@@ -93,12 +94,9 @@ void MotorRegulator::check(const mechanics::MechanicalModel& model,
     through(stiff, k);
     through(damp, N + k);
   }
-  const auto spectrum = phs::eigenvalues(2 * N, A);
-  double size = 0;
-  for (const auto& s : spectrum) size = std::max(size, std::abs(s));
-  certificate_.at_most("rightmost eigenvalue", spectrum.back().real(), -1e-9 * size,
-                       "real part, of the loop linearised at rest, without friction of motors "
-                       "[1/s]");
+  certify_modes(certificate_, phs::eigenvalues(2 * N, A), 1e-9,
+                "real part, of the loop linearised at rest, without friction of motors "
+                "[1/s]");
 }
 
 phs::LawPtr MotorRegulator::law(size_t joint, size_t theta) const {

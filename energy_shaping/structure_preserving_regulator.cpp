@@ -8,6 +8,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/detail/link_motion.h"
+#include "energy_shaping/modes.h"
 #include "energy_shaping/port_law.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/linear_algebra.h"
@@ -197,11 +198,8 @@ void StructurePreservingRegulator::certify() {
     through(stiff, k);
     through(damp, N + k);
   }
-  const auto spectrum = phs::eigenvalues(2 * N, A);
-  double size = 0;
-  for (const auto& s : spectrum) size = std::max(size, std::abs(s));
-  certificate_.at_most("rightmost eigenvalue", spectrum.back().real(), -1e-9 * size,
-                       "real part, of the target linearised at rest [1/s]");
+  certify_modes(certificate_, phs::eigenvalues(2 * N, A), 1e-9,
+                "real part, of the target linearised at rest [1/s]");
 }
 
 std::vector<phs::LawPtr> StructurePreservingRegulator::laws(

@@ -27,7 +27,7 @@ GALLERY = [
     ("Free floating", ["ets_vii", "ledger", "canadarm", "dzhanibekov"]),
     ("In orbit", ["ets_vii_orbit", "envisat_tumble", "flexible_panel"]),
     ("Events", ["capture", "deployment"]),
-    ("Controllers", ["cart_pole_idapbc", "acrobot", "space_arm_regulation", "attitude", "esp_arm"]),
+    ("Controllers", ["cart_pole_idapbc", "reaction_wheel", "acrobot", "space_arm_regulation", "attitude", "esp_arm"]),
     ("Actuators", ["vsa_cycle", "qbmove_arm", "throwing_arm", "dc_motor_arm"]),
     ("On the ground", ["double_pendulum"]),
 ]

@@ -50,6 +50,27 @@ struct InertiaWheelDesign {
 
 }  // namespace
 
+InertiaWheelPendulum inertia_wheel_gains(InertiaWheelPendulum d, double bandwidth,
+                                         double damping_ratio) {
+  const Requirement need("inertia-wheel pendulum");
+  need(d.I1 > 0 && d.I2 > 0 && d.m3 > 0, "I1, I2, m3 > 0", {d.I1, d.I2, d.m3});
+  need(bandwidth > 0 && damping_ratio > 0, "bandwidth and damping ratio > 0",
+       {bandwidth, damping_ratio});
+  const double w2 = bandwidth * bandwidth, b = 2 * damping_ratio * bandwidth;
+  const double c3 = 2 * b, c2 = 2 * w2 + b * b, c1 = 2 * b * w2, c0 = w2 * w2;
+  // u = K1 q1 + K2 q2 + D1 q1' + D2 q2' with these poles needs K2 and D2; K1 and D1 stand in a1 and
+  // a2 + a3. M_d may be scaled: α = 1.
+  const double K2 = c0 * d.I1 * d.I2 / d.m3, D2 = c1 * d.I1 * d.I2 / d.m3;
+  const double sum = 1 + c3 * d.m3 / (c1 * d.I1);  // a2 + a3
+  d.a1 = d.I1 * (c2 - c0 * c3 / c1) / d.m3;
+  d.a2 = -1 - d.a1;
+  d.a3 = sum - d.a2;
+  const double determinant = d.a1 * d.a3 - d.a2 * d.a2;
+  d.k1 = K2 * d.I2 / determinant;
+  d.kv = D2 * determinant / d.I2;
+  return d;
+}
+
 PlantPtr inertia_wheel_plant(const InertiaWheelPendulum& d) {
   return plant(InertiaWheelForm{.I1 = d.I1, .I2 = d.I2, .m3 = d.m3});
 }

@@ -91,15 +91,39 @@ DesignOnModel acrobot_on(ModelPtr model, const DesignJoints& joints, Acrobot a) 
   return {model, acrobot(a), ordered(j), joints};
 }
 
-DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, InertiaWheelPendulum w) {
+namespace {
+
+template <class Gains>
+DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains gains) {
   TwoJoints j(model, joints);
+  InertiaWheelPendulum w;
   w.I2 = j.M(j.d, j.d);
   w.I1 = j.M(j.o, j.o) - w.I2;
   w.m3 = 0.5 * (j.V(0, 0) - j.V(pi, 0));
   auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
   map.A[1][j.o] = 1;  // the wheel's angle in the world
   map.scale = map.A[1][j.d];
-  return {model, inertia_wheel_pendulum(w), map, joints};
+  return {model, inertia_wheel_pendulum(gains(w)), map, joints};
+}
+
+}  // namespace
+
+DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, InertiaWheelPendulum d) {
+  return wheel_on(model, joints, [&d](InertiaWheelPendulum w) {
+    w.a1 = d.a1;
+    w.a2 = d.a2;
+    w.a3 = d.a3;
+    w.k1 = d.k1;
+    w.kv = d.kv;
+    return w;
+  });
+}
+
+DesignOnModel inertia_wheel_on(ModelPtr model, const DesignJoints& joints, double bandwidth,
+                               double damping_ratio) {
+  return wheel_on(model, joints, [&](const InertiaWheelPendulum& w) {
+    return inertia_wheel_gains(w, bandwidth, damping_ratio);
+  });
 }
 
 DesignOnModel ball_and_beam_on(ModelPtr model, const DesignJoints& joints, BallAndBeam b) {

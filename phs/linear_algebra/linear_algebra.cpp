@@ -32,7 +32,12 @@ namespace {
 std::vector<std::complex<double>> eigenvalues(const Eigen::MatrixXd& M) {
   if (M.size() == 0) return {};
   if (!M.allFinite()) return std::vector<std::complex<double>>(size_t(M.rows()), not_a_number);
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(M, false);
+  Eigen::EigenSolver<Eigen::MatrixXd> solver(M, false);
+  // The QR sweeps stagnate on about a hundredth of the matrices with two Jordan blocks. The
+  // transpose has the same eigenvalues and another way there.
+  if (solver.info() != Eigen::Success) solver.compute(M.transpose(), false);
+  if (solver.info() != Eigen::Success)
+    return std::vector<std::complex<double>>(size_t(M.rows()), not_a_number);
   std::vector<std::complex<double>> all(solver.eigenvalues().begin(), solver.eigenvalues().end());
   std::sort(all.begin(), all.end(), [](auto a, auto b) {
     return a.real() != b.real() ? a.real() < b.real() : a.imag() < b.imag();

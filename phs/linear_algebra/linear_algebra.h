@@ -11,7 +11,7 @@ namespace porthos::phs {
 
 /// Eigenvalues of the symmetric part of A, ascending; NaN if A is not finite.
 std::vector<double> symmetric_eigenvalues(std::size_t n, std::span<const double> A);
-/// Eigenvalues of A by ascending real part; NaN if A is not finite.
+/// Eigenvalues of A by ascending real part; NaN if A is not finite, or the iteration does not end.
 std::vector<std::complex<double>> eigenvalues(std::size_t n, std::span<const double> A);
 /// Eigenvalues of A, with zeros counted separately. Null spaces are split off one after another.
 /// Thus a Jordan block of zeros (a direction without stiffness and its momentum) does not perturb

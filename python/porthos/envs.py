@@ -8,7 +8,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._core import Environment, InvalidArgument, Model, rates_from_momenta
+from ._core import Environment, InvalidArgument, Model, rates_from_momenta, starts_of_cases
 from .results import PathLike
 
 try:
@@ -91,12 +91,21 @@ class VectorEnv(_VectorBase):
         self._limit = float(limit)
 
     @classmethod
-    def from_scene(cls, path: PathLike, **options: Any):
-        """The model, the start, the method and the step of a scene; options replace them."""
+    def from_scene(cls, path: PathLike, *, cases: int = 0, **options: Any):
+        """The model, the start, the method and the step of a scene; options replace them.
+
+        cases: every episode begins as one of the first `cases` of the scene's [ensemble], drawn with the seed; they may differ
+        in numbers of [initial] alone. 0: as the scene.
+        """
         from .runs import Scene
 
         scene = Scene(path)
         start = scene.assembly.initial.x
+        if cases:
+            if "begin" in options:
+                raise InvalidArgument("begin is given besides cases, expected one of both")
+            starts = starts_of_cases(scene.data, cases)
+            options["begin"] = lambda uniform, x: starts[int(cases * uniform(1)[0])]
         return cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, **options})
 
     @property

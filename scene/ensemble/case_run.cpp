@@ -199,6 +199,18 @@ std::unique_ptr<ensemble::BatchRun> make_lane_case(const Ensemble& e, std::int64
   return std::make_unique<LaneCase>(e, index, done);
 }
 
+std::vector<double> start_of_case(const Ensemble& e, std::int64_t index) {
+  if (!e.one_model())
+    throw InvalidArgument(
+        "the cases of [ensemble] differ in more than their start, expected numbers of [initial] "
+        "alone");
+  try {
+    return from_its_start(e, scene_of(e, index, e.sampler().values(index))).initial.x;
+  } catch (const InvalidArgument& fault) {
+    throw InvalidArgument(fmt::format("case {}: {}", index, fault.what()));
+  }
+}
+
 void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* stop,
               const CaseDone& done) {
   const std::vector<double> values = e.sampler().values(index);

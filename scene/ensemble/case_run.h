@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "ensemble/batch.h"
 #include "scene/ensemble/ensemble.h"
@@ -14,6 +15,11 @@ using CaseDone = std::function<void(std::span<const double>)>;
 /// Its errors are measured at its records and between them.
 std::unique_ptr<ensemble::BatchRun> make_lane_case(const Ensemble& ensemble, std::int64_t index,
                                                    const CaseDone& done);
+
+/// The state a case begins from, nx numbers.
+/// @throws InvalidArgument unless ensemble.one_model(); "case 7: ..." for numbers that the reader
+///   or the model refuses
+std::vector<double> start_of_case(const Ensemble& ensemble, std::int64_t index);
 
 /// Runs and judges a case as `porthos run` does (without the symmetry check). A stopped case does
 /// not count as done.

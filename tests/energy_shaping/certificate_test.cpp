@@ -3,6 +3,7 @@
 #include <random>
 
 #include "energy_shaping/certify.h"
+#include "energy_shaping/modes.h"
 #include "energy_shaping/plant.h"
 #include "tests/energy_shaping/loops.h"
 
@@ -69,7 +70,8 @@ struct DoubleWell {
 struct WellShaping {
   static constexpr int n = 1;
   std::string name = "double well";
-  std::vector<Gain> gains() const { return {{"kv", 1}}; }
+  double kv = 1;
+  std::vector<Gain> gains() const { return {{"kv", kv}}; }
   template <class S, class T>
   void mass(std::span<const S>, std::span<const T>, std::span<S> Md) const {
     Md[0] = S(1.0);
@@ -162,6 +164,31 @@ TEST(Certify, SampledUse) {
   EXPECT_TRUE(!slow.finished || !(slow.H.back() < slow.H.front()));
   o.periods = {0.5};
   EXPECT_FALSE(certify(*loop, o).holds());
+}
+
+/// At its minima the double well is the oscillator x'' = -2 x - kv x'.
+TEST(Modes, OfTheDoubleWellAreItsLinearOscillator) {
+  for (const auto& [kv, slowest, ratio] : {std::tuple{1.0, std::sqrt(2.0), std::sqrt(0.125)},
+                                           {0.0, std::sqrt(2.0), 0.0},
+                                           {3.0, 1.0, 1.0}}) {  // λ = -1 and -2
+    const MatchedLoop loop(plant(DoubleWell{}), shaping(WellShaping{.kv = kv}), {"x.force"}, {1},
+                           {.region = {{0.5}, {1.5}, 1}});
+    const auto& item = loop.certificate().item("modes");
+    std::printf("  kv %.0f: %s\n", kv, item.text.c_str());
+    EXPECT_NEAR(item.value, slowest, 4e-16 * 8);
+    EXPECT_NEAR(item.numbers.at(1), ratio, 4e-16 * 8);
+    EXPECT_EQ(item.numbers.size(), kv == 3 ? 4 : 2);
+  }
+}
+
+/// Signs: a mode that grows is one of negative damping; zeros are no modes.
+TEST(Modes, ThatGrowSaySo) {
+  Certificate c;
+  const std::vector<std::complex<double>> s{{-4, 0}, {0, 0}, {0.6, -0.8}, {0.6, 0.8}, {3, 0}};
+  certify_modes(c, s, 1e-9, "of a test");
+  EXPECT_EQ(c.item("rightmost eigenvalue").finding, Finding::fails);
+  EXPECT_EQ(c.item("modes").text,
+            "rad/s, the slowest; 1 rad/s (damping ratio -0.6), 3 rad/s (grows), 4 rad/s");
 }
 
 TEST(Certify, UndampedLoopFails) {

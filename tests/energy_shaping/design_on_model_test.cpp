@@ -2,8 +2,12 @@
 // reference runs of the formulas, and what is refused.
 #include "energy_shaping/design_on_model.h"
 
+#include <complex>
 #include <numbers>
+#include <random>
 
+#include "energy_shaping/derivatives.h"
+#include "phs/linear_algebra/linear_algebra.h"
 #include "tests/energy_shaping/robots.h"
 
 namespace porthos::energy_shaping::design_on_model_test {
@@ -129,6 +133,45 @@ TEST(DesignOnModel, AnInertiaWheelSwingsUpAsTheReferenceRun) {
     EXPECT_NEAR(x[0], -0.044486, 1e-6);
     EXPECT_NEAR(x[0] + axis * x[1], 0.328469, 1e-6);
   }
+}
+
+/// The characteristic polynomial of the plant under the law, by values at three complex numbers:
+/// (s² + 2ζω s + ω²)². Control: another kv.
+TEST(DesignOnModel, AnInertiaWheelHasTheWantedPoles) {
+  std::mt19937_64 generator(3);
+  const auto draw = [&](double low, double high) {
+    return std::exp(
+        std::uniform_real_distribution<double>(std::log(low), std::log(high))(generator));
+  };
+  double worst = 0, control = HUGE_VAL;
+  for (int i = 0; i < 200; ++i) {
+    const double omega = draw(0.5, 20), zeta = draw(0.2, 2);
+    InertiaWheelPendulum d{.I1 = draw(0.01, 1), .I2 = draw(1e-3, 1), .m3 = draw(0.1, 10)};
+    d = inertia_wheel_gains(d, omega, zeta);
+    const auto off = [&](const InertiaWheelPendulum& gains) {
+      const auto loop = inertia_wheel_pendulum(
+          gains, nullptr, MatchingOptions{.region = {{-3, -3}, {3, 3}, 5, 20}, .refuse = false});
+      auto A = field_jacobian(*loop, loop->rest());
+      const double unit[4] = {1, 1, gains.I1 * omega, gains.I2 * omega};
+      for (size_t k = 0; k < 16; ++k) A[k] *= unit[k % 4] / unit[k / 4] / omega;
+      double most = 0, largest = 0;
+      for (const double entry : A) largest = std::max(largest, std::fabs(entry));
+      for (const std::complex<double> s :
+           {std::complex<double>(0.3, 0.8), {-0.6, 1.1}, {1.7, 0.0}}) {
+        std::complex<double> p = 1, wanted = std::pow(s * s + 2 * zeta * s + 1.0, 2);
+        for (const auto& pole : phs::eigenvalues(4, A)) p *= s - pole;
+        most = std::max(most, std::abs(p - wanted) / std::abs(wanted));
+      }
+      return std::pair(most, most / (largest * largest));  // what rounds is squared in it
+    };
+    worst = std::max(worst, off(d).second);
+    d.kv *= 1.01;
+    control = std::min(control, off(d).first);
+  }
+  test::keeps("polynomial, relative, over the square of the largest entry", worst, 5e-13);
+  test::breaks("of a kv 1 % off", control, 1e-4);
+  EXPECT_THROW((void)inertia_wheel_gains({}, 0, 1), InvalidArgument);
+  EXPECT_THROW((void)inertia_wheel_gains({}, 1, -1), InvalidArgument);
 }
 
 TEST(DesignOnModel, AnAcrobotAndABallOnABeamComeToRest) {

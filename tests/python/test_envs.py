@@ -68,6 +68,28 @@ def test_from_a_scene(source):
     assert np.array_equal(e.step(np.float32([0]))[0].shape, e.observation_space.shape)
 
 
+def test_episodes_begin_as_the_cases_of_a_scene(source, tmp_path):
+    text = (source / "examples/double_pendulum/scene.toml").read_text()
+    (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    vary = '[ensemble]\ncases = 12\n[ensemble.vary]\n"initial.joints.elbow.position" = { uniform = [-2, 2] }\n'
+    scene = tmp_path / "scene.toml"
+    scene.write_text(text + vary)
+    known = [ph.Scene(scene, case=k).assembly.initial.x for k in range(12)]
+    options = dict(limit=1.0, step=0.01, method="gauss4", longest=1, reward=lambda o, u: np.zeros(len(o)), dtype=np.float64)
+    e = ph.VectorEnv.from_scene(scene, cases=12, num_envs=40, **options)
+    e.reset(seed=5)
+    drawn = [[k for k in range(12) if np.array_equal(e.batch.state(i).x, known[k])] for i in range(40)]
+    assert all(len(k) == 1 for k in drawn) and len({k[0] for k in drawn}) > 6
+    again = ph.VectorEnv.from_scene(scene, cases=12, num_envs=40, threads=2, **options)
+    assert np.array_equal(e.reset(seed=5)[0], again.reset(seed=5)[0]) and not np.array_equal(e.reset(seed=6)[0], again.reset(seed=5)[0])
+    one = ph.Env.from_scene(scene, cases=3, **{**options, "reward": lambda o, u: 0.0})
+    assert one.reset(seed=1)[0].shape == (4,)
+    refused(lambda: ph.VectorEnv.from_scene(scene, cases=13, **options), "cases is 13, expected 1 to the 12 of [ensemble]")
+    refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, begin=lambda u, x: x, **options), "begin is given besides cases")
+    scene.write_text(text + vary.replace('"initial.joints.elbow.position" = { uniform = [-2, 2] }', '"environment.vector[2]" = { uniform = [-10, -9] }'))
+    refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, **options), "differ in more than their start")
+
+
 def test_wrong_arguments_are_refused(pendulum):
     refused(lambda: many(pendulum, limit=0), "limit is 0")
     refused(lambda: many(pendulum, observed=[0]), "observations are coordinates and rates")

@@ -1738,6 +1738,10 @@ def scene_of_case(path: os.PathLike, index: int, *, method: Optional[str] = None
     """A case of a scene's [ensemble] as a scene by itself; path: the scene file, or the results of the ensemble."""
     ...
 
+def starts_of_cases(scene: SceneData, cases: int) -> NDArray[numpy.float64]:
+    """The states that the first cases of a scene's [ensemble] begin from, (cases, nx). They may differ in numbers of [initial] alone."""
+    ...
+
 def run_ensemble(scene: SceneData, out: str, threads: int = 0, resume: bool = False, report: Any = None) -> bool:
     """Runs the cases of a scene's [ensemble] into a folder; whether it was interrupted."""
     ...

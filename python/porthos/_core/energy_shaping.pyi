@@ -510,6 +510,10 @@ def inertia_wheel_pendulum(design: InertiaWheelPendulum = ..., plant: Optional[M
     """Pendulum from upright with a reaction wheel. plant: another one to match the law to, else the design's own."""
     ...
 
+def inertia_wheel_gains(design: InertiaWheelPendulum, bandwidth: float, damping_ratio: float = 1.0) -> InertiaWheelPendulum:
+    """The design with the gains by which the linearised loop has twice the poles of s² + 2ζω s + ω²; bandwidth ω [rad/s]."""
+    ...
+
 def ball_and_beam(design: BallAndBeam = ..., plant: Optional[Model] = None) -> MatchedLoop: ...
 
 def cart_pole(design: CartPole = ..., plant: Optional[Model] = None) -> MatchedLoop:

@@ -28,7 +28,8 @@ struct DesignWord {
   std::string name;
   Names gains;
   ControllerDesign (*make)(ModelPtr, const DesignPlace&, const DesignGains&);
-  bool engine = false;  ///< it has one instead of a joint with an actuator
+  bool engine = false;     ///< it has one instead of a joint with an actuator
+  bool bandwidth = false;  ///< it takes bandwidth and damping_ratio instead of its gains
 };
 
 ControllerDesign of_joint(const energy_shaping::DesignOnModel& made) {
@@ -54,13 +55,18 @@ const std::vector<DesignWord>& design_words() {
       {"inertia_wheel",
        {"a1", "a2", "a3", "k1", "kv"},
        [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
+         if (g.contains("bandwidth"))
+           return of_joint(
+               inertia_wheel_on(model, at.joints, g.at("bandwidth"), g.at("damping_ratio")));
          return of_joint(inertia_wheel_on(model, at.joints,
                                           {.a1 = g.at("a1"),
                                            .a2 = g.at("a2"),
                                            .a3 = g.at("a3"),
                                            .k1 = g.at("k1"),
                                            .kv = g.at("kv")}));
-       }},
+       },
+       false,
+       true},
       {"ball_and_beam",
        {"kp", "kv"},
        [](ModelPtr model, const DesignPlace& at, const DesignGains& g) {
@@ -123,6 +129,26 @@ void read_actuation(const Table& t, IdaPbc& w) {
   w.engine = {own.text("link", "the name of a link"), own.vector("point")};
 }
 
+void read_design_gains(const Table& t, IdaPbc& w) {
+  std::string expected = joined(w.design->gains);
+  if (w.design->bandwidth) expected += ", or bandwidth and damping_ratio";
+  if (w.design->bandwidth && t.has("bandwidth")) {
+    w.gains["bandwidth"] = t.positive("bandwidth");
+    w.gains["damping_ratio"] = t.has("damping_ratio") ? t.positive("damping_ratio") : 1;
+    expected = "damping_ratio beside bandwidth";
+  } else {
+    for (const auto& name : w.design->gains) w.gains[name] = t.number(name.data());
+  }
+  const auto refuse_others = [&](const Names& names) {
+    for (const auto& name : names)
+      if (!w.gains.contains(name) && t.has(name.data()))
+        t.fail(name.data(),
+               fmt::format("is no gain of design = \"{}\", expected {}", w.design->name, expected));
+  };
+  for (const auto& design : design_words()) refuse_others(design.gains);
+  refuse_others({"bandwidth", "damping_ratio"});
+}
+
 void read_ida_pbc(const Table& t, Controller& c) {
   IdaPbc w;
   const std::string word = t.choice("design");
@@ -133,12 +159,7 @@ void read_ida_pbc(const Table& t, Controller& c) {
   });
   t.require("gains", "a table with " + joined(w.design->gains));
   const Table gains = t.table("gains");
-  for (const auto& name : w.design->gains) w.gains[name] = gains.number(name.data());
-  for (const auto& other : design_words())
-    for (const auto& name : other.gains)
-      if (!w.gains.contains(name) && gains.has(name.data()))
-        gains.fail(name.data(), fmt::format("is no gain of design = \"{}\", expected {}", word,
-                                            joined(w.design->gains)));
+  read_design_gains(gains, w);
   c.design = [w](const Controller& own, const ControllerPlant& plant) {
     return design_ida_pbc(own, plant, w);
   };
@@ -179,7 +200,10 @@ ControllerType ida_pbc_controller() {
              gain("a1", "inertia_wheel"), gain("a2", "acrobot, inertia_wheel"),
              gain("a3", "acrobot, inertia_wheel"), gain("k1", "inertia_wheel, vtol"),
              gain("k2", "vtol"), gain("k3", "vtol"), gain("ku", "acrobot"),
-             gain("kp", "ball_and_beam"), gain("kv", "damping, of all")}}},
+             gain("kp", "ball_and_beam"), gain("kv", "damping, of all"),
+             number("bandwidth", "rad/s", "none",
+                    "ω of inertia_wheel, instead of its gains: poles of (s² + 2ζω s + ω²)²"),
+             number("damping_ratio", "1", "1", "ζ beside bandwidth")}}},
           read_ida_pbc};
 }
 

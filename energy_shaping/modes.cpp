@@ -1,0 +1,57 @@
+#include "energy_shaping/modes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "energy_shaping/derivatives.h"
+#include "phs/linear_algebra/linear_algebra.h"
+
+namespace porthos::energy_shaping {
+
+std::vector<Mode> modes(std::span<const std::complex<double>> eigenvalues) {
+  std::vector<Mode> all;
+  for (const auto& s : eigenvalues)
+    if (s.imag() >= 0 && std::abs(s) > 0)
+      all.push_back({std::abs(s), 0.0 - s.real() / std::abs(s)});
+  std::ranges::sort(all, {}, &Mode::frequency);
+  return all;
+}
+
+void report_modes(Certificate& certificate, std::span<const std::complex<double>> eigenvalues) {
+  const auto all = modes(eigenvalues);
+  if (all.empty()) return;
+  std::string text = "rad/s, the slowest;";
+  std::vector<double> numbers;
+  for (size_t i = 0; i < all.size(); ++i) {
+    const auto& [frequency, ratio] = all[i];
+    numbers.insert(numbers.end(), {frequency, ratio});
+    if (i == 8) text += fmt::format(", {} more", all.size() - i);
+    if (i >= 8) continue;
+    text += fmt::format("{}{:.4g} rad/s", i == 0 ? " " : ", ", frequency);
+    if (std::fabs(ratio) < 1)
+      text += fmt::format(" (damping ratio {:.3g})", ratio);
+    else if (ratio < 0)
+      text += " (grows)";
+  }
+  certificate.report("modes", all[0].frequency, text, numbers);
+}
+
+void report_modes(Certificate& certificate, const ClosedLoop& loop) {
+  const auto& rest = loop.rest();
+  report_modes(certificate, phs::spectrum(rest.size(), field_jacobian(loop, rest)).rest);
+}
+
+void certify_modes(Certificate& certificate, std::span<const std::complex<double>> eigenvalues,
+                   double decay, const std::string& of) {
+  double size = 0, rightmost = -HUGE_VAL;
+  for (const auto& s : eigenvalues) {
+    size = std::max(size, std::abs(s));
+    rightmost = std::isnan(s.real()) ? NAN : std::max(rightmost, s.real());
+  }
+  certificate.at_most("rightmost eigenvalue", rightmost, -decay * size, of);
+  if (!certificate.has("modes")) report_modes(certificate, eigenvalues);
+}
+
+}  // namespace porthos::energy_shaping
