@@ -79,7 +79,8 @@ class Cast {
     this.holders.set(b.name, holder);
     (b.node < 0 ? this.still : this.nodes[b.node]).add(holder);
     const tint = b.joint === "free" && !heavy ? "caught" : heavy ? "body" : "link";
-    if (b.visuals.length) for (const v of b.visuals) this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look);
+    let drawn = 0;
+    if (b.visuals.length) for (const v of b.visuals) drawn = Math.max(drawn, this.shape(holder, v, v.colour ? new Color(...v.colour.slice(0, 3)) : null, tint, look));
     else if (b.box) this.shape(holder, { kind: "box", ...b.box }, null, b.joints.length ? `${tint}-clear` : tint, look);  // what it carries may be inside
     const com = b.com, from = new Vector3();
     const bones = b.joints.map((p) => new Vector3(...p));
@@ -90,9 +91,10 @@ class Cast {
     axes.visible = false;
     holder.add(axes);
     this.frames.push(axes);
-    const own = Math.max(Math.hypot(...b.com) + (b.box ? Math.hypot(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
+    const own = Math.max(drawn, Math.hypot(...b.com) + (b.box ? Math.hypot(...b.box.size) / 2 : 0), ...b.joints.map((p) => Math.hypot(...p)));
     if (b.node >= 0) this.reach[b.node] = Math.max(this.reach[b.node], Math.hypot(...b.p) + own);
   }
+  /** Draws a shape. @returns how far it reaches from the body's origin */
   shape(holder, s, own, tint, look) {
     const [x, y, z] = s.size;
     const geometry = s.kind === "mesh" ? meshGeometry(this.act.meshes[s.mesh], s.size) : s.kind === "sphere" ? new SphereGeometry(x, 20, 14) : s.kind === "cylinder" ? new CylinderGeometry(x, x, y, 20)
@@ -106,6 +108,9 @@ class Cast {
       mesh.add(lines);
     }
     holder.add(mesh);
+    geometry.computeBoundingSphere();
+    const { center, radius } = geometry.boundingSphere;
+    return center.clone().applyQuaternion(mesh.quaternion).add(mesh.position).length() + radius;
   }
   bone(holder, a, b, look) {
     const d = b.clone().sub(a), length = d.length();
@@ -377,7 +382,7 @@ export class Stage {
   }
   /** Camera presets; the target stays the middle. */
   look(name) {
-    const d = this.size * 2.5;
+    const d = this.size * 2.8;  // 3.07 shows the whole of a ball of this size
     const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
