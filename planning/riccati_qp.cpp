@@ -49,7 +49,10 @@ bool RiccatiQp::back(const QuadraticProgramme& qp, double regularisation, bool a
     const auto solve_by = [&](const auto& factor) {
       g.K = -factor.solve(S_);
       g.k = -factor.solve(r_);
-      g.Knu = -factor.solve(Gw_);
+      if (Gw_.cols() == 0)  // Eigen would refer to an element of the empty matrix
+        g.Knu.resize(Gw_.rows(), 0);
+      else
+        g.Knu = -factor.solve(Gw_);
     };
     if (any) {
       lu_.compute(R_);

@@ -3,9 +3,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "python/arrays.h"
 #include "python/bind.h"
 #include "python/interruptible.h"
-#include "report/film.h"
+#include "report/live_picture.h"
 
 namespace porthos::python {
 
@@ -49,6 +50,35 @@ void bind_report(py::module_& m) {
       arg("page"), arg("out"), arg("size"), arg("start"), arg("end"), arg("speed"), arg("camera"),
       arg("follow"), arg("orbit"), arg("arrows"), arg("dark"),
       "Writes a film or a picture of the playback of a report.html.");
+  py::class_<report::LivePicture>(
+      m, "LivePicture",
+      "Pictures of a mechanism in any pose, as the playback of a report.html draws it.")
+      .def(py::init([](std::shared_ptr<const mechanics::Mechanism> mechanism,
+                       const std::string& page, std::pair<int, int> size, const std::string& camera,
+                       const std::string& follow, bool dark) {
+             const py::gil_scoped_release released;
+             report::FilmOptions o;
+             o.width = size.first;
+             o.height = size.second;
+             o.camera = camera;
+             o.ride = follow;
+             o.dark = dark;
+             return std::make_unique<report::LivePicture>(std::move(mechanism), page, o);
+           }),
+           arg("mechanism"), arg("page"), py::kw_only(), arg("size") = std::pair{640, 480},
+           arg("camera") = "iso", arg("follow") = "place", arg("dark") = false)
+      .def(
+          "picture",
+          [](report::LivePicture& self, py::array_t<double, py::array::c_style> q) {
+            std::vector<std::uint8_t> pixels;
+            {
+              const std::span<const double> all(q.data(), size_t(q.size()));
+              const py::gil_scoped_release released;
+              pixels = self.picture(all);
+            }
+            return as_array(std::move(pixels), {self.height(), self.width(), 3});
+          },
+          arg("q"), "(height, width, 3), red, green and blue in 0 to 255. q: nq coordinates.");
   m.def("model_folders", &report::model_folders, arg("scene"),
         "The folders of a scene's model and of the scene, where its meshes are.");
 }

@@ -103,24 +103,17 @@ class Clip {
       }
   }
 
-  /// Positions are stored relative to the first body that is free in the world, so that a float is
-  /// accurate enough however far the body has drifted.
   void frame(size_t f) {
     const size_t nq = size_t(m_.nq()), angles = size_t(m_.angle_count());
     for (size_t a = 0; a < angles; ++a) w_.turn_angle[a] = phs::two_pi_hi * turns_[f * angles + a];
     mechanics::forward_kinematics<double>(m_, w_, std::span(q_).subspan(f * nq, nq), pose_);
-    mechanics::Vec3d origin{0, 0, 0};
-    if (orbit_.empty() && !pose_.empty() && m_.nodes()[0].parent < 0 && floats(0))
-      origin = pose_[0].r;
+    const auto origin = orbit_.empty() ? origin_of(m_, pose_) : mechanics::Vec3d{0, 0, 0};
     for (const double x : {origin.x, origin.y, origin.z}) origin_.push_back(x);
     if (moving_) add_momenta(f, origin);
+    add_poses(pose_, origin, poses_);
+    if (f == 0) return;
     for (size_t i = 0; i < pose_.size(); ++i) {
-      const auto r = pose_[i].r - origin;
-      const auto q = quaternion_of(pose_[i].R);
-      for (const double x : {r.x, r.y, r.z}) poses_.push_back(float(x));
-      for (const double x : q) poses_.push_back(float(x));
-      if (f == 0) continue;
-      const float* now = poses_.data() + poses_.size() - 4;
+      const float* now = poses_.data() + 7 * (f * pose_.size() + i) + 3;
       const float* before = now - 7 * pose_.size();
       double cosine = 0;
       for (int k = 0; k < 4; ++k) cosine += double(now[k]) * double(before[k]);
@@ -136,12 +129,6 @@ class Clip {
     for (const auto& v : {c - origin, total.linear, total.angular - cross(c, total.linear)})
       for (const double x : {v.x, v.y, v.z}) momenta_.push_back(float(x));
   }
-  bool floats(int node) const {
-    for (const auto& c : m_.coordinates())
-      if (c.node == node && c.kind == phs::BlockKind::linear && c.nq == 3) return true;
-    return false;
-  }
-
   const mechanics::Mechanism& m_;
   mechanics::Workspace<double> w_;
   std::vector<Transform<double>> pose_;
@@ -154,6 +141,22 @@ class Clip {
 };
 
 }  // namespace
+
+mechanics::Vec3d origin_of(const mechanics::Mechanism& m, std::span<const Transform<double>> pose) {
+  if (pose.empty() || m.nodes()[0].parent >= 0) return {0, 0, 0};
+  for (const auto& c : m.coordinates())
+    if (c.node == 0 && c.kind == phs::BlockKind::linear && c.nq == 3) return pose[0].r;
+  return {0, 0, 0};
+}
+
+void add_poses(std::span<const Transform<double>> pose, const mechanics::Vec3d& origin,
+               std::vector<float>& to) {
+  for (const auto& p : pose) {
+    const auto r = p.r - origin;
+    for (const double x : {r.x, r.y, r.z}) to.push_back(float(x));
+    for (const double x : quaternion_of(p.R)) to.push_back(float(x));
+  }
+}
 
 Json motion(const Stage& stage, std::int64_t most) {
   const Records& r = *stage.records;

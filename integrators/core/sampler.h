@@ -30,9 +30,10 @@ class Sampler {
       const double steps = hold->period / std::fabs(h);
       if (steps < 0.5 || std::fabs(steps - std::round(steps)) > 1e-9 * steps)
         throw InvalidArgument("the controller '" + hold->name + "' is sampled every " +
-                              std::to_string(hold->period) + " s, " + std::to_string(steps) +
-                              " steps of " + std::to_string(std::fabs(h)) +
-                              " s, expected a whole number of them");
+                              number(hold->period) + " s, " + number(steps) + " steps of " +
+                              number(std::fabs(h)) + " s, expected a whole number of them, as at " +
+                              number(1 / (std::fmax(1.0, std::round(steps)) * std::fabs(h))) +
+                              " Hz");
       *memories_[i] = hold->fresh;
       every_.push_back(std::llround(steps));
     }

@@ -4,11 +4,12 @@ where it is installed, else of the same members.
 
 from __future__ import annotations
 
+import tempfile
 from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._core import Environment, InvalidArgument, Model, rates_from_momenta, starts_of_cases
+from ._core import Environment, InvalidArgument, LivePicture, Model, rates_from_momenta, starts_of_cases
 from .results import PathLike
 
 try:
@@ -47,6 +48,16 @@ def _box(low: float, high: float, shape: tuple[int, ...], dtype: Any) -> Any:
     return (gymnasium.spaces.Box if gymnasium else Box)(low, high, shape=shape, dtype=dtype)
 
 
+def _picture_of(scene: PathLike, mechanism: Any, look: dict[str, Any]) -> LivePicture:
+    """Of the report of a run of one step."""
+    from .runs import Scene
+
+    with tempfile.TemporaryDirectory() as folder:
+        short = Scene(scene)
+        Scene(scene, duration=short.data.step).run(folder + "/run")
+        return LivePicture(mechanism, folder + "/run/report.html", **look)
+
+
 _VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
 _EnvBase = gymnasium.Env if gymnasium else object
 
@@ -58,14 +69,19 @@ class VectorEnv(_VectorBase):
     where. Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
+    scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
+    picture: size in pixels (640, 480), camera, follow and dark, as in film().
     options: those of Environment (step, substeps, longest, method, begin, ended, threads, ...); begin and ended take states.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP
                                 if gymnasium and hasattr(gymnasium.vector, "AutoresetMode") else "SameStep"}
     render_mode = None
 
-    def __init__(self, model: Model, start, *, reward: Reward, limit: float, num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None, **options: Any):
+    def __init__(self, model: Model, start, *, reward: Reward, limit: float, num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
+                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, **options: Any):
+        if render_mode not in (None, "rgb_array"):
+            raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         if "observed" in options or "outputs" in options:
             raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
         if not limit > 0:
@@ -89,6 +105,7 @@ class VectorEnv(_VectorBase):
         self.observation_space = _box(-np.inf, np.inf, (num_envs, len(self.names)), self._dtype)
         self.action_space = _box(-limit, limit, (num_envs, self._batch.action_size), self._dtype)
         self._limit = float(limit)
+        self._scene, self.render_mode, self._look, self._picture = scene, render_mode, picture or {}, None
 
     @classmethod
     def from_scene(cls, path: PathLike, *, cases: int = 0, **options: Any):
@@ -106,7 +123,7 @@ class VectorEnv(_VectorBase):
                 raise InvalidArgument("begin is given besides cases, expected one of both")
             starts = starts_of_cases(scene.data, cases)
             options["begin"] = lambda uniform, x: starts[int(cases * uniform(1)[0])]
-        return cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, **options})
+        return cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, "scene": path, **options})
 
     @property
     def batch(self) -> Environment:
@@ -140,8 +157,19 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
         return observations, rewards, terminated.copy(), truncated.copy(), info
 
+    def render(self) -> tuple[np.ndarray, ...]:
+        """A picture of each environment, (height, width, 3), by a Chromium without a window: some tens of milliseconds each."""
+        if self.render_mode is None:
+            raise InvalidArgument("render_mode is None, expected render_mode='rgb_array' when the environment is made")
+        if self._scene is None or self._mechanism is None:
+            raise InvalidArgument("there is no scene to draw by, expected one: from_scene, or scene=")
+        if self._picture is None:
+            self._picture = _picture_of(self._scene, self._mechanism, self._look)
+        return tuple(self._picture.picture(self._batch.state(i).x[: self._mechanism.nq]) for i in range(self.num_envs))
+
     def close(self, **_: Any) -> None:
-        """Nothing is held open."""
+        """Ends the browser that drew pictures."""
+        self._picture = None
 
 
 class Env(_EnvBase):
@@ -150,7 +178,7 @@ class Env(_EnvBase):
     After an episode has ended the next begins with reset().
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
     render_mode = None
 
     def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float, **options: Any):
@@ -159,7 +187,7 @@ class Env(_EnvBase):
         self._vector = VectorEnv(model, start, reward=lambda o, u: [reward(o[0], u[0])], limit=limit, **options)
         self.observation_space = self._vector.single_observation_space
         self.action_space = self._vector.single_action_space
-        self.names, self.action_names = self._vector.names, self._vector.action_names
+        self.names, self.action_names, self.render_mode = self._vector.names, self._vector.action_names, self._vector.render_mode
 
     from_scene = classmethod(VectorEnv.from_scene.__func__)
 
@@ -173,5 +201,10 @@ class Env(_EnvBase):
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
         return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {}
 
+    def render(self) -> np.ndarray:
+        """A picture, (height, width, 3)."""
+        return self._vector.render()[0]
+
     def close(self) -> None:
-        """Nothing is held open."""
+        """Ends the browser that drew pictures."""
+        self._vector.close()

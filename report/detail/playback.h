@@ -1,5 +1,7 @@
 #pragma once
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "mechanics/mechanical_model.h"
 #include "report/detail/mesh_shelf.h"
@@ -16,6 +18,15 @@ struct Stage {
   const Records* records = nullptr;
   MeshShelf* meshes = nullptr;
 };
+
+/// What places are relative to, so that floats are accurate enough however far a body has drifted:
+/// the place of the first body if it is free in the world, else 0.
+/// @param pose  of every moving body
+mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
+                           std::span<const mechanics::Transform<double>> pose);
+/// Appends seven numbers per body: place relative to the origin, quaternion w x y z.
+void add_poses(std::span<const mechanics::Transform<double>> pose, const mechanics::Vec3d& origin,
+               std::vector<float>& to);
 
 /// The panels of scene::motion_panels at no more than `most` records, equally far apart:
 /// {t, panels: [{what, lines: [{name, v}]}]}.

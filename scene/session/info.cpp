@@ -293,6 +293,7 @@ std::string cost_section(const Assembly& a) {
 
 std::string info_text(const Scene& asked, const Assembly& assembly) {
   const Scene scene = with_method_chosen(asked, assembly);
+  (void)make_integrator(scene, *assembly.model, scene.step);  // refuses what a run would
   const Mechanism& m = *assembly.mechanism;
   const auto& d = assembly.model->description();
   std::string text = scene.title + "\n";

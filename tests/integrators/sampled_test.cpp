@@ -232,8 +232,8 @@ TEST(Sampled, EventsBetweenInstantsMoveNone) {
 TEST(Sampled, WhatWouldMissAnInstantIsRefused) {
   const auto model = sampled_mass(0.1);
   EXPECT_EQ(refusal([&] { make_integrator("gauss4", *model, 0.03); }),
-            "the controller 'pd' is sampled every 0.100000 s, 3.333333 steps of 0.030000 s, "
-            "expected a whole number of them");
+            "the controller 'pd' is sampled every 0.1 s, 3.33333333 steps of 0.03 s, expected a "
+            "whole number of them, as at 11.1111111 Hz");
   const auto method = make_integrator("gauss4", *model, 0.1);
   phs::State s(model->description(), {0.3, 0});
   // An odd step holds, and so does the next; a whole one from there would not begin at an instant.

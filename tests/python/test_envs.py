@@ -1,5 +1,6 @@
 """Env and VectorEnv: the interface of Gymnasium, with and without the package."""
 import importlib.util
+import shutil
 import sys
 import types
 
@@ -8,6 +9,7 @@ import numpy as np
 import porthos as ph
 from test_dynamics import refused
 
+chromium = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome"])), None)
 KW = dict(step=0.01, substeps=2, ports=["upper.torque"], limit=2.0)
 
 
@@ -88,6 +90,29 @@ def test_episodes_begin_as_the_cases_of_a_scene(source, tmp_path):
     refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, begin=lambda u, x: x, **options), "begin is given besides cases")
     scene.write_text(text + vary.replace('"initial.joints.elbow.position" = { uniform = [-2, 2] }', '"environment.vector[2]" = { uniform = [-10, -9] }'))
     refused(lambda: ph.VectorEnv.from_scene(scene, cases=2, **options), "differ in more than their start")
+
+
+def test_pictures_of_a_scene(source):
+    scene = source / "examples/double_pendulum/scene.toml"
+    options = dict(limit=1.0, step=0.01, method="gauss4", num_envs=2, reward=lambda o, u: np.zeros(len(o)))
+    e = ph.VectorEnv.from_scene(scene, render_mode="rgb_array", picture=dict(size=(320, 240), camera="y"), **options)
+    e.reset(seed=1)
+    if not chromium:
+        return refused(e.render, "no Chromium or Chrome was found")
+    first, second = e.render()
+    assert first.shape == (240, 320, 3) and first.dtype == np.uint8 and np.array_equal(first, second) and first.std() > 3
+    s = e.batch.state(1)
+    s.x = s.x + np.array([1.0, 0, 0, 0])
+    e.batch.set_state(1, s)
+    first, second = e.render()
+    assert (first != second).any(axis=2).sum() > 200  # the other one moved
+    e.close()
+    refused(ph.VectorEnv.from_scene(scene, **options).render, "render_mode is None")
+    refused(lambda: ph.VectorEnv.from_scene(scene, render_mode="human", **options), "render_mode is 'human', expected 'rgb_array'")
+
+
+def test_without_a_scene_there_are_no_pictures(pendulum):
+    refused(many(pendulum, render_mode="rgb_array").render, "no scene to draw by")
 
 
 def test_wrong_arguments_are_refused(pendulum):

@@ -1321,6 +1321,13 @@ class RunFile:
         """Attributes of a dataset or group ('/': of the file)."""
         ...
 
+class LivePicture:
+    """Pictures of a mechanism in any pose, as the playback of a report.html draws it."""
+    def __init__(self, mechanism: Mechanism, page: str, *, size: tuple[int, int] = (640, 480), camera: str = 'iso', follow: str = 'place', dark: bool = False) -> None: ...
+    def picture(self, q: NDArray[numpy.float64]) -> NDArray[Any]:
+        """(height, width, 3), red, green and blue in 0 to 255. q: nq coordinates."""
+        ...
+
 class Gradient:
     """The cost of a run and its gradient, from gradient()."""
     @property

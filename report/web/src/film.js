@@ -23,6 +23,19 @@ function shot(stage, canvas = document.createElement("canvas")) {
   return canvas;
 }
 
+/** Red, green and blue of each pixel as base64, rows from the top, with the moving bodies at these poses. */
+export const pixels = (stage, poses) => {
+  stage.show(poses);
+  stage.draw();
+  const canvas = document.createElement("canvas"), from = stage.renderer.domElement, { width, height } = from;
+  Object.assign(canvas, { width, height });
+  const pen = canvas.getContext("2d");
+  pen.drawImage(from, 0, 0);
+  const all = pen.getImageData(0, 0, width, height).data, rgb = new Uint8Array(3 * width * height);
+  for (let i = 0, k = 0; i < all.length; i += 4) (rgb[k++] = all[i]), (rgb[k++] = all[i + 1]), (rgb[k++] = all[i + 2]);
+  return base64(new Blob([rgb]));
+};
+
 /** A PNG file of what is shown. */
 export const picture = (stage) => new Promise((done) => shot(stage).toBlob(done, "image/png"));
 

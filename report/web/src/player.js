@@ -1,6 +1,6 @@
 import { drawCharts, markTime, seekWith } from "./charts.js";
 import { h } from "./dom.js";
-import { base64, film, filmed, picture, save } from "./film.js";
+import { base64, film, filmed, picture, pixels, save } from "./film.js";
 import { duration, number, timeUnit } from "./format.js";
 import { Stage } from "./stage.js";
 
@@ -68,7 +68,7 @@ export function player(d) {
       console.warn(e);
       return null;
     }
-    Object.assign(window.porthos, { film, picture, base64 });  // for porthos film
+    Object.assign(window.porthos, { film, picture, pixels, base64 });  // for programs
     const unit = () => timeUnit(stage.last);
     if (several && clips[0].turn > 1.6) stage.choose(1), (clip.dataset.first = 1);
     function fill() {

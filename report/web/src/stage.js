@@ -488,6 +488,11 @@ export class Stage {
     }
     if (clip.orbit && this.craft) this.arrangeOrbit(clip, f);
   }
+  /** Shows a pose that no record has: place and quaternion w x y z of every moving body. */
+  show(poses) {
+    this.casts[0].nodes.forEach((n, i) => this.pose({ nodes: this.casts[0].nodes.length, poses }, 0, i, n.position, n.quaternion));
+    for (const l of this.trails) l.visible = false;
+  }
   arrangeOrbit(clip, f) {
     const s = clip.orbit.subarray(6 * f, 6 * f + 6), { mu } = this.data.planet;
     const r = kepler(mu, s, this.time - clip.t[f]), R = this.radius, e = kepler(mu, s, this.time - clip.t[f] + 1);
