@@ -32,6 +32,28 @@ std::string rows(const char* heading, const std::vector<vsa::Quantity>& list) {
   return text;
 }
 
+constexpr const char* own_energy =
+    "\n## An energy of your own\n"
+    "`family = \"formula\"` takes any energy E(φ, σ) as a text. Its parameters have names "
+    "of your choice:\n\n"
+    "```toml\n[[actuator]]\njoint = \"elbow\"\nfamily = \"formula\"\n"
+    "energy = \"0.5*(k0 + k1*sigma^2)*phi^2 + a*phi^4\"     # J, of phi and sigma\n"
+    "parameters = { k0 = 5.0, k1 = 20.0, a = 3.0 }\nlimits = { sigma = [0, 1] }\n"
+    "theta = { drive = \"fixed\" }\nsigma = { drive = \"fixed\", start = 0.5 }\n```\n\n"
+    "* A formula has numbers, names, `pi`, brackets, `+ - * / ^` with constant exponents, and "
+    "`sqrt exp log sin cos tan sinh cosh tanh atan abs min max`.\n"
+    "* Porthos differentiates it exactly: torque, stiffness and effort of the stiffness port are "
+    "those of this energy, in every method. A step allocates nothing.\n"
+    "* `limits` state where it holds: the range of σ (required where the energy depends on σ) "
+    "and the deflection (±π without a limit). There the energy, its slopes and second "
+    "derivatives must be finite, and the stiffness 0 or more. Porthos checks this at 201 "
+    "deflections times 21 σ, and refuses an energy with a place that fails.\n"
+    "* `abs`, `min` and `max` have kinks. Raise them to a power of 3 or more, as "
+    "`max(sigma - phi, 0)^3` of a slack tendon: the stiffness then has no jump.\n\n"
+    "Python takes a text or a function: `porthos.vsa.formula` "
+    "([python.md](python.md#controllers-and-actuators)). Tutorial: "
+    "[tutorials/actuator.md](tutorials/actuator.md#your-energy).\n";
+
 }  // namespace
 
 std::string actuators_text() {
@@ -88,6 +110,7 @@ std::string actuators_markdown() {
                           k.optional ? " (optional)" : "");
     text += fmt::format("| `{}` | {} |\n", f.name, keys);
   }
+  text += own_energy;
   text +=
       "\n## Devices\n`device = \"...\"`. Where each number comes from:\n\n"
       "* **published**: read in the source that is named.  **derived**: computed from such numbers "

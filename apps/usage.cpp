@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "phs/error.h"
-#include "scene/files/nearest.h"
+#include "phs/nearest.h"
 
 namespace porthos::apps {
 namespace {
@@ -13,7 +13,7 @@ std::string unknown_option(const CLI::App& command, const std::string& option) {
   for (const CLI::Option* o : command.get_options())
     for (const std::string& name : o->get_lnames()) names.push_back("--" + name);
   return fmt::format("{} has no option {}, the nearest is {}", command.get_name(), option,
-                     scene::nearest(option, {names.begin(), names.end()}));
+                     nearest(option, {names.begin(), names.end()}));
 }
 
 }  // namespace

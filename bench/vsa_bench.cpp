@@ -7,15 +7,15 @@
 #include "phs/network/network.h"
 #include "vsa/actuator.h"
 #include "vsa/catalogue.h"
+#include "vsa/formula.h"
 
 namespace porthos::bench {
 namespace {
 
-void slopes(benchmark::State& state, const vsa::Device& d) {
-  const auto e = vsa::elastic_of(d);
+void slopes(benchmark::State& state, const vsa::ElasticPtr& e, double theta, double sigma) {
   double q = 0.1;
   for (auto _ : state) {
-    const auto s = e->slopes(q, d.theta, d.sigma.back());
+    const auto s = e->slopes(q, theta, sigma);
     benchmark::DoNotOptimize(q += 1e-12 * s.q);
   }
 }
@@ -49,7 +49,15 @@ void field_of_arm(benchmark::State& state, bool actuators) {
 const bool registered = [] {
   for (const auto& d : vsa::devices())
     if (!d.family.empty())
-      benchmark::RegisterBenchmark(("vsa/slopes/" + d.name).c_str(), slopes, d);
+      benchmark::RegisterBenchmark(("vsa/slopes/" + d.name).c_str(), slopes, vsa::elastic_of(d),
+                                   d.theta, d.sigma.back());
+  vsa::Limits range;
+  range.sigma_lower = -0.8;
+  range.sigma_upper = 0.8;
+  const auto formula = vsa::formula(
+      {"k/a*(cosh(a*(phi - sigma)) + cosh(a*(phi + sigma)) - 2)", {{"a", 6.7328}, {"k", 0.0222}}},
+      range);
+  benchmark::RegisterBenchmark("vsa/slopes/qbmove_by_formula", slopes, formula, 0.0, 0.4);
   benchmark::RegisterBenchmark("vsa/arm7/bare", field_of_arm, false);
   benchmark::RegisterBenchmark("vsa/arm7/seven_qbmoves", field_of_arm, true);
   return true;

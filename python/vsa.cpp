@@ -8,6 +8,7 @@
 #include "python/keywords.h"
 #include "vsa/actuator.h"
 #include "vsa/catalogue.h"
+#include "vsa/formula.h"
 
 namespace porthos::python {
 namespace {
@@ -65,6 +66,9 @@ void bind_elastic(py::module_& m) {
           },
           arg("q"), arg("theta"), arg("sigma") = 0.0,
           "Second derivatives, rows and columns (q, theta, sigma).");
+}
+
+void bind_families(py::module_& m) {
   m.def(
       "families",
       [] {
@@ -91,6 +95,25 @@ void bind_elastic(py::module_& m) {
       },
       arg("family"), arg("limits") = vsa::Limits{},
       "A member of a family; parameters by name, see families().");
+  m.def(
+      "formula",
+      [](const py::object& energy, const vsa::Limits& limits, const py::kwargs& parameters) {
+        const py::object text =
+            py::isinstance<py::str>(energy)
+                ? energy
+                : py::module_::import("porthos.formulas").attr("energy_of")(energy);
+        return std::const_pointer_cast<Elastic>(formula(
+            {text.cast<std::string>(), parameters.cast<std::map<std::string, double>>()}, limits));
+      },
+      arg("energy"), arg("limits") = vsa::Limits{},
+      R"(An elastic energy [J] of your own, of the deflection phi = q - theta [rad] and the stiffness setting sigma.
+
+energy: a text as "0.5*(k0 + k1*sigma^2)*phi^2", whose further names are the parameters, by name; or a function of (phi) or
+(phi, sigma), which is called once, now, and written down as such a text: it may use + - * / **, abs and numpy's functions, no
+comparisons. Torque, stiffness and the effort of sigma are exact derivatives of it. The text is the title of the result.
+
+limits: where it holds. The range of sigma is required if the energy depends on it; the deflection goes to its limit, or to pi.
+There it has to be finite with a stiffness of 0 or more; else InvalidArgument. TypeError: the function is no formula.)");
 }
 
 void bind_catalogue(py::module_& m) {
@@ -192,6 +215,7 @@ frictions and limits. Ledger: storages '<name>.spring', '<name>.rotor'; works '<
 void bind_vsa(py::module_& core) {
   py::module_ m = core.def_submodule("vsa", "Variable-stiffness actuators.");
   bind_elastic(m);
+  bind_families(m);
   bind_catalogue(m);
   bind_actuator(m);
 }

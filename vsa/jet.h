@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-#include "phs/scalars/scalar.h"
+#include "phs/scalars/elementary.h"
 
 namespace porthos::vsa {
 
@@ -70,6 +70,37 @@ Jet<T, N> exp(const Jet<T, N>& a) {
   using phs::exp;
   const T r = exp(a.v);
   return chain(a, r, r);
+}
+template <class T, int N>
+Jet<T, N> log(const Jet<T, N>& a) {
+  using phs::log;
+  return chain(a, T(log(a.v)), T(1.0) / a.v);
+}
+template <class T, int N>
+Jet<T, N> tanh(const Jet<T, N>& a) {
+  using phs::tanh;
+  const T r = tanh(a.v);
+  return chain(a, r, T(1.0) - r * r);
+}
+template <class T, int N>
+Jet<T, N> atan(const Jet<T, N>& a) {
+  using phs::atan;
+  return chain(a, T(atan(a.v)), T(1.0) / (T(1.0) + a.v * a.v));
+}
+template <class T, int N>
+Jet<T, N> sinh(const Jet<T, N>& a) {
+  using phs::cosh, phs::sinh;
+  return chain(a, T(sinh(a.v)), T(cosh(a.v)));
+}
+template <class T, int N>
+Jet<T, N> cosh(const Jet<T, N>& a) {
+  using phs::cosh, phs::sinh;
+  return chain(a, T(cosh(a.v)), T(sinh(a.v)));
+}
+template <class T, int N>
+Jet<T, N> pow(const Jet<T, N>& a, double p) {
+  using phs::pow;
+  return chain(a, T(pow(a.v, p)), T(p) * pow(a.v, p - 1));
 }
 template <class T, int N>
 void sincos(const Jet<T, N>& a, Jet<T, N>& s, Jet<T, N>& c) {

@@ -7,6 +7,7 @@
 #include "scene/read/element.h"
 #include "scene/read/toml_table-inl.h"
 #include "vsa/catalogue.h"
+#include "vsa/formula.h"
 #include "vsa/table.h"
 
 namespace porthos::scene {
@@ -97,6 +98,22 @@ vsa::Values read_parameters(const Table& t, const std::string& family) {
   return v;
 }
 
+/// An energy of the user's own, whose parameters have names of hers.
+vsa::Formula read_formula(const Table& t) {
+  vsa::Formula f;
+  f.energy = t.text("energy", "a formula, as \"0.5*k*phi^2\"");
+  if (!t.has("parameters")) return f;
+  Names names;
+  for (const auto& [name, value] : t.raw("parameters", "a table of numbers by name"))
+    names.push_back(name.str());
+  const Table p = t.table("parameters", names);
+  for (const auto& name : names) {
+    const std::string key(name);
+    f.parameters[key] = p.number(key.c_str(), "");
+  }
+  return f;
+}
+
 vsa::ElasticPtr read_elastic(const Table& t) {
   const int given = t.has("device") + t.has("family") + t.has("table");
   if (given != 1)
@@ -124,11 +141,14 @@ vsa::ElasticPtr read_elastic(const Table& t) {
     limits.sigma_lower = m.sigma.front();
     limits.sigma_upper = m.sigma.back();
   } else {
-    family = t.text("family", "the name of a family");
-    if (t.has("parameters")) values = read_parameters(t, family);
+    family = t.choice("family");
+    if (family != "formula" && t.has("parameters")) values = read_parameters(t, family);
   }
   if (t.has("limits")) read_limits(t.table("limits"), limits);
-  return vsa::make_elastic(family, values, limits);
+  if (t.has("energy") && family != "formula")
+    t.fail("energy", "is given without family = \"formula\", expected both or neither");
+  return family == "formula" ? vsa::formula(read_formula(t), limits)
+                             : vsa::make_elastic(family, values, limits);
 }
 
 }  // namespace

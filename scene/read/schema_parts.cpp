@@ -48,6 +48,7 @@ keys::Keys drive() {
 std::vector<std::string> family_names() {
   std::vector<std::string> names;
   for (const auto& f : vsa::families()) names.push_back(f.name);
+  names.push_back("formula");
   return names;
 }
 
@@ -214,6 +215,7 @@ std::vector<SchemaTable> part_tables() {
         text("name", "<joint>.actuator", "name in the ledger"),
         text("device", "one of the three", "a name of porthos actuators"),
         word("family", family_names(), "one of the three", "a family, with parameters"),
+        text("energy", "required with formula", "[J] of phi, sigma and parameters"),
         table("parameters", "", "the family's", "see docs/actuators.md"),
         text("table", "one of the three", "CSV file: deflection, sigma, torque"),
         table("limits", "actuator.limits", "the device's", ""),

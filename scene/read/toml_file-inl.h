@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "phs/error.h"
-#include "scene/files/nearest.h"
+#include "phs/nearest.h"
 #include "scene/read/input_files.h"
 
 // toml++ 3.3 asserts conditions that some damaged texts violate: it would abort, and with NDEBUG

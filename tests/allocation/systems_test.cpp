@@ -13,6 +13,7 @@
 #include "tests/space/support.h"
 #include "tests/support/swinging_pendulum.h"
 #include "tests/vsa/actuators.h"
+#include "vsa/formula.h"
 
 namespace porthos::test {
 extern std::atomic<long> allocations;  // counted in allocation_test.cpp
@@ -167,7 +168,7 @@ TEST(Allocation, NoneInAWatchedStep) {
 TEST(Allocation, NoneInAStepOfAnActuatedJoint) {
   const auto link = pendulum(0.5, 2);
   vsa::Actuator act;
-  act.elastic = vsa::series_elastic({100});
+  act.elastic = vsa::formula({"k/b^2*(cosh(b*phi) - 1) + phi^4", {{"k", 100}, {"b", 2}}});
   act.theta = {.kind = vsa::Drive::Kind::torque, .inertia = 0.1, .viscous = 0.5};
   act.theta.command = phs::function([](auto t) { return decltype(t)(0.3) * phs::sin(t); });
   phs::Network n("actuated");

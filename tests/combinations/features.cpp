@@ -247,7 +247,12 @@ std::vector<Feature> all() {
        {},
        "[[output]]\nquantity = 'joint_wrench'\nname = 'wrench@'\njoint = 'joint1'\n"},
 
-      {"drive fixed", {"actuator"}, {}, {}, actuator("drive = 'fixed'")},
+      {"drive fixed",  // its spring by formula
+       {"actuator"},
+       {},
+       {},
+       "[[actuator]]\njoint = 'joint@'\nfamily = 'formula'\nenergy = 'k/2*phi^2 + phi^4'\n"
+       "parameters = { k = 20 }\ntheta = { drive = 'fixed' }\n"},
       {"drive torque",
        {"actuator"},
        {},

@@ -1,6 +1,7 @@
 #include "tests/fuzz/readers.h"
 
 #include "mechanics/urdf.h"
+#include "phs/functions/formula.h"
 #include "report/detail/mesh.h"
 #include "report/report.h"
 #include "scene/ensemble/case_log.h"
@@ -38,6 +39,14 @@ Seeds scene_seeds() {
 
 void read_actuator_csv(const std::string& bytes) {
   (void)vsa::read_measurements(base().file("spring.csv", bytes));
+}
+void read_formula(const std::string& bytes) {
+  const phs::Formula formula(bytes, {"phi", "sigma"});
+  const double at[] = {0.3, -0.2};
+  (void)formula.at(std::span<const double>(at));
+}
+Seeds formula_seeds() {
+  return {"0.5*(5 + 20*sigma^2)*phi^2 + 3e0*phi^4", "cosh(pi*(phi - sigma))/2 - max(phi, -1)^-3"};
 }
 Seeds actuator_csv_seeds() {
   return {"# a spring\ndeflection,sigma,torque\n-1,0,-5\n0,0,0\n1,0,5\n",
@@ -205,6 +214,7 @@ const std::vector<Reader>& readers() {
       {"urdf", read_urdf, urdf_seeds},
       {"scene", read_scene, scene_seeds},
       {"actuator_csv", read_actuator_csv, actuator_csv_seeds},
+      {"formula", read_formula, formula_seeds},
       {"ensemble_csv", read_ensemble_csv, ensemble_csv_seeds},
       {"mesh_stl", read_stl, stl_seeds},
       {"mesh_obj", read_obj, obj_seeds},

@@ -232,6 +232,50 @@ def test_actuators_of_the_catalogue(pendulum):
     assert r.passed and "stored/motor.spring" in r.names and abs(r["supplied/motor.theta.torque"][-1]) > 1e-3, str(r)
 
 
+def test_energies_by_formula_and_by_function(pendulum):
+    vsa = ph.vsa
+    limits = vsa.Limits(sigma_lower=-0.8, sigma_upper=0.8)
+    device = vsa.make_elastic("cosh", a=6.7328, k=0.0222, limits=limits)
+    a, k = 6.7328, np.float64(0.0222)
+    text = vsa.formula("k/a*(cosh(a*(phi - sigma)) + cosh(a*(phi + sigma)) - 2)", a=a, k=k, limits=limits)
+    traced = vsa.formula(lambda phi, sigma: k / a * (np.cosh(a * (phi - sigma)) + np.cosh(a * (phi + sigma)) - 2), limits=limits)
+    places = [(q, 0.1, sigma) for q in np.linspace(-0.6, 0.6, 13) for sigma in (-0.5, 0.0, 0.7)]
+    for p in places:
+        assert traced.hessian(*p).tolist() == text.hessian(*p).tolist()  # the same signs in the same order
+    off = max(np.abs(np.subtract(text.slopes(*p), device.slopes(*p))).max() for p in places)
+    assert off < 1e-13 * max(np.abs(device.slopes(*p)).max() for p in places), off  # formula_test.cpp derives it
+    other = vsa.formula(lambda phi, sigma: k / a * (np.cosh(a * (phi - sigma)) + np.cosh(a * phi) - 2), limits=limits)
+    assert abs(other.slopes(0.3, 0, 0.2)[0] - device.slopes(0.3, 0, 0.2)[0]) > 1e-3  # control
+    assert text.sigma and not vsa.formula("k*phi^2", k=2.0).sigma
+
+    # Every sign and function as numpy has it.
+    small = vsa.Limits(deflection=0.5, stop_stiffness=1)
+    functions = [lambda x: 5 * x**2 - -x - 1 / (3 + x) + abs(x)**3 + (+x), lambda x: np.exp(x) + np.sin(x) + 9 * np.square(x),
+                 lambda x: np.log(3 + x) + np.sqrt(2 + x) + 4 * x * x, lambda x: np.tan(x / 2) + np.sinh(x) + 9 * x**2,
+                 lambda x: np.tanh(x) + np.arctan(x) + 9 * x**2 - np.cos(x), lambda x: np.maximum(x, 0)**3 + np.minimum(0, x)**4 + x**2]
+    for i, f in enumerate(functions):
+        e = vsa.formula(f, limits=small)
+        for x in (-0.4, 0.1, 0.3):
+            assert e.energy(x, 0) == pytest.approx(f(x), rel=1e-14), (i, e.title)
+
+    refused(lambda: vsa.formula("k*ph^2", k=2.0), "unknown name 'ph' at character 3, the nearest known one is 'phi'", most=400)
+    refused(lambda: vsa.formula(lambda phi: -phi * phi), "the stiffness is -2 N m/rad", most=400)
+    for wrong, words in ((lambda phi: phi if phi > 0 else -phi, "instead of a comparison"),
+                         (lambda phi: math.sin(phi), "numpy's functions, numpy.sin"),
+                         (lambda phi: np.arcsin(phi), "numpy.arcsin is not in an energy"),
+                         (lambda phi: phi * "k", "not str"), (lambda a, b, c: a, "the energy takes 3 arguments, expected .phi. or .phi, sigma."), (5, "the energy is 5, expected a text or a function")):
+        with pytest.raises(TypeError, match=words):
+            vsa.formula(wrong)
+
+    e = vsa.formula(lambda phi: 5 * phi**2 + 40 * phi**4)
+    motor = vsa.Actuator(elastic=e, theta=vsa.Drive(kind=vsa.Drive.Kind.torque, inertia=0.01, command=ph.sine(1.0, 0.5)))
+    n = ph.Network("elastic arm")
+    n.add("arm", ph.MechanicalModel(pendulum)).main("arm")
+    vsa.attach(n, "motor", "arm.upper.torque", motor)
+    x = np.concatenate([np.zeros(4), vsa.actuator_start("motor", motor, 0.0, 0.0)])
+    assert ph.simulate(n.build(), x, step=0.01, duration=5, limits={"balance": 1e-10}).passed
+
+
 def test_springs_on_an_attitude_and_on_a_place():
     ball = ph.BodySpec(name="body", parent="world", joint=ph.JointSpec(name="tether", type="free"),
                        mass=ph.MassProperties(mass=2, com=(0, 0, 0), inertia=(0.3, 0, 0, 0.3, 0, 0.3)))

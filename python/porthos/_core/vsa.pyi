@@ -209,6 +209,18 @@ def make_elastic(family: str, limits: Limits = ..., **kwargs) -> Elastic:
     """A member of a family; parameters by name, see families()."""
     ...
 
+def formula(energy: Any, limits: Limits = ..., **kwargs) -> Elastic:
+    """An elastic energy [J] of your own, of the deflection phi = q - theta [rad] and the stiffness setting sigma.
+
+    energy: a text as "0.5*(k0 + k1*sigma^2)*phi^2", whose further names are the parameters, by name; or a function of (phi) or
+    (phi, sigma), which is called once, now, and written down as such a text: it may use + - * / **, abs and numpy's functions, no
+    comparisons. Torque, stiffness and the effort of sigma are exact derivatives of it. The text is the title of the result.
+
+    limits: where it holds. The range of sigma is required if the energy depends on it; the deflection goes to its limit, or to pi.
+    There it has to be finite with a stiffness of 0 or more; else InvalidArgument. TypeError: the function is no formula.
+    """
+    ...
+
 def devices() -> list[Device]: ...
 
 def device(name: str) -> Device:

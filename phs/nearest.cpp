@@ -1,9 +1,9 @@
-#include "scene/files/nearest.h"
+#include "phs/nearest.h"
 
 #include <algorithm>
 #include <string>
 
-namespace porthos::scene {
+namespace porthos {
 namespace {
 
 /// Insertions, deletions, replacements and swaps of neighbours that turn a into b.
@@ -29,4 +29,4 @@ std::string_view nearest(std::string_view name, const Names& known) {
   });
 }
 
-}  // namespace porthos::scene
+}  // namespace porthos

@@ -2,7 +2,7 @@
 #include <string_view>
 #include <vector>
 
-namespace porthos::scene {
+namespace porthos {
 
 using Names = std::vector<std::string_view>;
 
@@ -10,4 +10,4 @@ using Names = std::vector<std::string_view>;
 /// swaps of neighbours (Damerau 1964). @param known  at least one
 std::string_view nearest(std::string_view name, const Names& known);
 
-}  // namespace porthos::scene
+}  // namespace porthos
