@@ -129,6 +129,7 @@ class Gathered {
     stage_.mechanism = assembly_->mechanism;
     stage_.bodies = assembly_->parts.bodies();
     stage_.urdf = scene_->urdf_text;
+    stage_.springs = scene::springs_of(*scene_);
     stage_.gravity = scene_->urdf.gravity;
     for (const auto& o : scene_->outputs)
       if (o.quantity == scene::Output::Quantity::joint_wrench)

@@ -167,6 +167,7 @@ Json motion(const Stage& stage, std::int64_t most) {
   scene::MotionRecords records{all("time"), r.turn_names(), all};
   for (const auto& name : r.names("output"))
     records.outputs.emplace_back(name, r.unit("output/" + name));
+  records.springs = stage.springs;
   Json panels = Json::array();
   for (const auto& p : scene::motion_panels(*stage.mechanism, records)) {
     Json lines = Json::array();

@@ -12,7 +12,7 @@ from typing import Any, Union
 
 import numpy as np
 
-from ._core import InvalidArgument, RunFile, mechanisms_of, motion_panels
+from ._core import InvalidArgument, RunFile, motion_panels, moved_in
 from .ensembles import EnsembleResult, open_ensemble
 from .judged import Judged, html_table, short, text_table
 
@@ -35,6 +35,7 @@ class Result(Judged):
         self._columns = columns
         self._states = states
         self.mechanism: Any = None  #: what moved; None: of the folder's scene, or there is none
+        self.springs: list[tuple[str, Any]] = []  #: names and energies of actuators, of the folder's scene
         self._file: RunFile | None = None
 
     # --- figures ------------------------------------------------------------------------------------------------------
@@ -125,11 +126,12 @@ class Result(Judged):
     def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
-        The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies, as motion.svg has them.
+        The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
+        deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them.
         Raises InvalidArgument for a system without a mechanism.
         """
         if self.mechanism is None:
-            self.mechanism = _mechanism_of(self.folder)
+            self.mechanism, self.springs = _moved_in(self.folder)
         if self.mechanism is None:
             raise InvalidArgument("the run has no mechanism whose motion could be shown, expected a scene or a MechanicalModel")
         t = self.time
@@ -140,7 +142,7 @@ class Result(Judged):
         rows = lambda name: np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
         panels: dict[str, dict[str, np.ndarray]] = {}
         outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
-        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs):
+        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs, self.springs):
             panels.setdefault(what, {}).update(lines)
         return {**panels, "time [s]": {"t": t[at]}}
 
@@ -158,14 +160,14 @@ class Result(Judged):
         return {n[len(start):]: self[n] for n in self.names if n.startswith(start)}
 
 
-def _mechanism_of(folder: Path | None):
-    """The mechanism of a finished run or of a phase."""
+def _moved_in(folder: Path | None) -> tuple[Any, list[tuple[str, Any]]]:
+    """The mechanism of a finished run or of a phase, and the springs of its actuators."""
     if folder is None:
-        return None
+        return None, []
     number = folder.name.removeprefix("phase_")
     phase = number.isdigit() and number != folder.name and (folder.parent / "summary.json").exists()
-    all = mechanisms_of(folder.parent if phase else folder)
-    return all[int(number) - 1 if phase else 0] if all else None
+    mechanisms, springs = moved_in(folder.parent if phase else folder)
+    return mechanisms[int(number) - 1 if phase else 0] if mechanisms else None, springs
 
 
 def open(folder: PathLike) -> Any:

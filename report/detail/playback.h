@@ -5,6 +5,7 @@
 
 #include "mechanics/mechanical_model.h"
 #include "report/detail/mesh_shelf.h"
+#include "scene/plot/motion.h"
 
 namespace porthos::report {
 
@@ -14,6 +15,7 @@ struct Stage {
   std::vector<mechanics::BodySpec> bodies;  ///< its bodies as built
   std::string urdf;
   std::vector<std::pair<std::string, std::string>> wrenches;  ///< outputs joint_wrench: name, joint
+  std::vector<scene::Spring> springs;                         ///< of actuators
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
   const Records* records = nullptr;
   MeshShelf* meshes = nullptr;

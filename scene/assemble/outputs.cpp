@@ -20,8 +20,11 @@ void put(const Vec3d& v, std::span<double> to) {
   for (int k = 0; k < 3; ++k) to[size_t(k)] = v[k];
 }
 
-/// The unit of an output; that of a joint depends on the mechanism.
-std::string unit_of(const Output& o, const Assembly& a) {
+/// The unit of an output; that of a joint depends on the mechanism, that of σ on the actuator.
+std::string unit_of(const Output& o, const Scene& scene, const Assembly& a) {
+  if (o.quantity == OutputQuantity::stiffness_setting)
+    for (const JointActuator& j : scene.actuators)
+      if (j.name == o.of_what) return j.actuator.elastic->traits().sigma_unit;
   if (!o.unit.empty() || !a.mechanism) return o.unit;
   for (const auto& f : freedoms_of(*a.mechanism))
     if (f.name == o.of_what)
@@ -35,7 +38,8 @@ std::string unit_of(const Output& o, const Assembly& a) {
 
 std::vector<OutputColumn> output_columns(const Scene& scene, const Assembly& assembly) {
   std::vector<OutputColumn> all;
-  for (const Output& o : scene.outputs) all.push_back({o.name, unit_of(o, assembly), o.size()});
+  for (const Output& o : scene.outputs)
+    all.push_back({o.name, unit_of(o, scene, assembly), o.size()});
   return all;
 }
 
@@ -189,6 +193,12 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::power:
       to[0] = powers_[size_t(item.row)];
       return;
+    case OutputQuantity::deflection:
+    case OutputQuantity::stiffness_setting:
+    case OutputQuantity::stiffness:
+    case OutputQuantity::spring_torque:
+      to[0] = of_spring(item, s);
+      return;
     case OutputQuantity::altitude: {
       const double* r = s.x.data() + s.x.size() - 6;
       to[0] = std::hypot(r[0], r[1], r[2]) - scene_.orbit->environment.planet.radius;
@@ -197,6 +207,21 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
     case OutputQuantity::formula:
       to[0] = (*item.formula)(
           std::span<const double>(values_).first(size_t(to.data() - values_.data())));
+  }
+}
+
+double Outputs::of_spring(const Item& item, const phs::State& s) const {
+  const double q = s.x[size_t(item.link)], theta = s.x[size_t(item.theta)];
+  const double sigma = item.sigma < 0 ? 0 : s.x[size_t(item.sigma)];
+  switch (item.output->quantity) {
+    case OutputQuantity::deflection:
+      return q - theta;
+    case OutputQuantity::stiffness_setting:
+      return sigma;
+    case OutputQuantity::stiffness:
+      return item.spring->stiffness(q, theta, sigma);
+    default:
+      return -item.spring->slopes(q, theta, sigma).q;
   }
 }
 

@@ -57,6 +57,8 @@ class Outputs {
     bool whole = false;                      ///< its momenta follow from all numbers of the joint
     bool turned = false;                     ///< the child of its joint carries what was the parent
     int row = -1;                            ///< of the storage or power
+    const vsa::Elastic* spring = nullptr;    ///< of the actuator
+    int link = -1, theta = -1, sigma = -1;   ///< its angles and σ in the state; -1: no σ
     bool gone = false;
     std::optional<Formula> formula;
   };
@@ -65,12 +67,14 @@ class Outputs {
   void bind(Item& item);
   void bind_joint(Item& item);
   void bind_row(Item& item);
+  void bind_spring(Item& item);
   Place place(const LinkPoint& point, const std::string& where) const;
   void refuse_wrench(const Output& o) const;
   void hold(std::span<const double> held);
   void evaluate_fields(double t, const phs::State& s, std::span<const double> held);
   void evaluate(Item& item, const phs::State& s, std::span<double> to);
   double torque(const Item& item, const phs::State& s) const;
+  double of_spring(const Item& item, const phs::State& s) const;
   void motion(const Item& item, std::span<double> to) const;
   void frame(const Item& item, std::span<double> to) const;
   void momenta(const Item& item, std::span<double> to) const;

@@ -38,6 +38,7 @@ void Outputs::bind(Item& item) {
   }
   if (o.of_joint()) bind_joint(item);
   if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
+  if (o.of_actuator()) bind_spring(item);
   if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
     refuse_output(o, "the scene has no [orbit], expected one");
   const bool momentum =
@@ -115,6 +116,30 @@ void Outputs::bind_row(Item& item) {
   if (at == known.end() && !item.gone)
     refuse_output(o, fmt::format("the ledger has no row '{}', expected one of: {}", o.of_what,
                                  fmt::join(known, ", ")));
+}
+
+void Outputs::bind_spring(Item& item) {
+  const Output& o = *item.output;
+  const auto& all = scene_.actuators;
+  const auto a = std::find_if(all.begin(), all.end(),
+                              [&](const JointActuator& j) { return j.name == o.of_what; });
+  if (a == all.end())
+    refuse_output(
+        o,
+        "there is no [[actuator]] '" + o.of_what + "', expected " +
+            (all.empty() ? "one" : "one of: " + listed(all, [](const auto& j) { return j.name; })));
+  item.spring = a->actuator.elastic.get();
+  const auto& traits = item.spring->traits();
+  if (o.quantity == OutputQuantity::stiffness_setting && traits.sigma.empty())
+    refuse_output(o, fmt::format("the energy of actuator '{}' ('{}') does not depend on sigma, "
+                                 "expected another quantity",
+                                 a->name, traits.family));
+  for (const auto& block : assembly_.model->description().blocks) {
+    if (block.name == a->name + ".link") item.link = block.at;
+    if (block.name == a->name + ".theta") item.theta = block.at;
+    if (block.name == a->name + ".sigma") item.sigma = block.at;
+  }
+  item.gone = item.link < 0;
 }
 
 /// What acts on links that the joint carries, or closes loops, would have to be taken off their

@@ -7,6 +7,7 @@
 #include "mechanics/kinematics.h"
 #include "mechanics/rotation.h"
 #include "scene/read/output.h"
+#include "scene/read/scene.h"
 #include "scene/run/columns.h"
 
 namespace porthos::scene {
@@ -128,6 +129,7 @@ class MotionPanels {
     if (!table_.known()) return;
     for (const bool turning : {false, true})
       for (const auto* unit : {"rad", "m"}) joints(unit, turning);
+    springs();
     size_t bodies = 0;
     for (const auto& c : m.coordinates())
       if (c.kind == BlockKind::rotation && bodies++ < most_lines) body(c);
@@ -190,6 +192,36 @@ class MotionPanels {
     add("rates of " + which + " [" + unit + "/s]", std::move(rates));
   }
 
+  void springs() {
+    std::vector<TraceLine> deflection, stiffness, torque;
+    std::vector<std::pair<std::string, std::vector<TraceLine>>> settings;  // by their units
+    for (const Spring& s : r_.springs) {
+      const auto of = [&](const char* what) {
+        return r_.rows("state/" + link_name(s.name + what));
+      };
+      const auto q = of(".link"), theta = of(".theta");
+      auto sigma = of(".sigma");
+      if (q.size() != r_.t.size() || theta.size() != q.size()) continue;
+      if (sigma.size() == q.size()) {
+        const std::string unit = "stiffness settings [" + s.energy->traits().sigma_unit + "]";
+        const auto same = [&](const auto& known) { return known.first == unit; };
+        auto group = std::find_if(settings.begin(), settings.end(), same);
+        if (group == settings.end()) group = settings.insert(group, {unit, {}});
+        group->second.push_back(line(s.name, [&](size_t i) { return sigma[i]; }));
+      }
+      sigma.resize(q.size());
+      deflection.push_back(line(s.name, [&](size_t i) { return q[i] - theta[i]; }));
+      stiffness.push_back(
+          line(s.name, [&](size_t i) { return s.energy->stiffness(q[i], theta[i], sigma[i]); }));
+      torque.push_back(
+          line(s.name, [&](size_t i) { return -s.energy->slopes(q[i], theta[i], sigma[i]).q; }));
+    }
+    add("deflections of springs [rad]", std::move(deflection));
+    for (auto& [what, lines] : settings) add(what, std::move(lines));
+    add("stiffness of springs [N m/rad]", std::move(stiffness));
+    add("torques of springs [N m]", std::move(torque));
+  }
+
   template <class F>
   std::vector<TraceLine> three(F value) const {
     std::vector<TraceLine> lines;
@@ -225,6 +257,12 @@ class MotionPanels {
 };
 
 }  // namespace
+
+std::vector<Spring> springs_of(const Scene& scene) {
+  std::vector<Spring> all;
+  for (const JointActuator& a : scene.actuators) all.push_back({a.name, a.actuator.elastic});
+  return all;
+}
 
 std::vector<TracePanel> motion_panels(const mechanics::Mechanism& mechanism,
                                       const MotionRecords& records) {

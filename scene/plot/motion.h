@@ -7,8 +7,19 @@
 
 #include "mechanics/mechanism.h"
 #include "scene/plot/trace_plot.h"
+#include "vsa/elastic.h"
 
 namespace porthos::scene {
+
+struct Scene;
+
+/// The spring of an actuator. Its state is in the series "state/<name>.link", ".theta", ".sigma".
+struct Spring {
+  std::string name;
+  vsa::ElasticPtr energy;
+};
+/// Those of a scene's actuators.
+std::vector<Spring> springs_of(const Scene& scene);
 
 /// The records of a run from which its motion is shown.
 struct MotionRecords {
@@ -19,6 +30,7 @@ struct MotionRecords {
   std::function<std::vector<double>(const std::string& name)> rows;
   /// Name and unit of the outputs of the scene, the series "output/<name>".
   std::vector<std::pair<std::string, std::string>> outputs = {};
+  std::vector<Spring> springs = {};
 };
 
 /// How a mechanism moved: the scene's outputs (numbers of one unit share a panel), positions and

@@ -23,6 +23,8 @@ struct QuantityInfo {
 
 keys::Keys joint_key() { return {keys::text("joint", keys::required, "as porthos info names it")}; }
 
+keys::Keys actuator_key() { return {keys::text("actuator", keys::required, "the name of one")}; }
+
 keys::Keys frame_keys(const char* axes) {
   using namespace keys;
   return {text("link", required, "of the model, or a [[body]]"),
@@ -92,6 +94,16 @@ const std::vector<QuantityInfo>& quantities() {
        "W",
        "Of a source or a loss of the ledger.",
        {text("row", required, "its name there")}},
+      {OutputQuantity::deflection, "deflection", 1, "rad",
+       "Of the spring of an actuator: the joint's angle less the equilibrium, phi = q - theta.",
+       actuator_key()},
+      {OutputQuantity::stiffness_setting, "stiffness_setting", 1, "",
+       "What sets the stiffness of an actuator, sigma.", actuator_key()},
+      {OutputQuantity::stiffness, "stiffness", 1, "N m/rad",
+       "Of the spring of an actuator, the second derivative of its energy by q.", actuator_key()},
+      {OutputQuantity::spring_torque, "spring_torque", 1, "N m",
+       "What the spring of an actuator exerts on the link, less the derivative of its energy.",
+       actuator_key()},
       {OutputQuantity::altitude,
        "altitude",
        1,
@@ -142,7 +154,7 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   const bool of_frame = std::any_of(k.own.begin(), k.own.end(),
                                     [](const SchemaKey& key) { return key.name == "relative_to"; });
   if (of_frame) t.require("link", "the name of a link");
-  for (const char* key : {"joint", "row"})
+  for (const char* key : {"joint", "row", "actuator"})
     if (std::any_of(k.own.begin(), k.own.end(), [&](auto& own) { return own.name == key; }))
       o.of_what = t.text(key, "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;

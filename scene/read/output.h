@@ -38,19 +38,26 @@ struct Output {
     angular_momentum,
     energy,
     power,
+    deflection,
+    stiffness_setting,
+    stiffness,
+    spring_torque,
     altitude,
     formula
   } quantity;
   std::string name;
   LinkPoint of, seen_from;  ///< of quantities of links
-  std::string of_what;      ///< the joint, the row of the ledger, the link (empty: all bodies)
+  std::string of_what;      ///< the joint, actuator, row of the ledger, link (empty: all bodies)
   std::string formula;
   std::string sequence;  ///< of Euler angles
-  std::string unit;      ///< empty: that of the joint
+  std::string unit;      ///< empty: that of the joint or of the stiffness setting
   std::string where;     ///< "file:line:column"
   size_t size() const;
   bool of_joint() const {
     return quantity >= Quantity::joint_position && quantity <= Quantity::joint_wrench;
+  }
+  bool of_actuator() const {
+    return quantity >= Quantity::deflection && quantity <= Quantity::spring_torque;
   }
   /// Whether it depends on what sampled controllers hold.
   bool needs_field() const;

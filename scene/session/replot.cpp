@@ -108,7 +108,7 @@ std::string energy_picture(const RunReport& r, const std::vector<double>& t,
 
 /// The motion in run.h5; empty where a series is missing.
 std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m,
-                           const RunReport& r) {
+                           const std::vector<Spring>& springs, const RunReport& r) {
   const auto shown = evenly(file.dataset("time").size(), most_of_motion);
   const auto series = [&](const std::string& name) {
     std::vector<double> some;
@@ -128,11 +128,13 @@ std::string motion_picture(const Hdf5Reader& file, const mechanics::Mechanism& m
   for (const auto& [name, d] : file.datasets())
     if (name.starts_with("output/"))
       records.outputs.emplace_back(name.substr(7), file.texts(name)["unit"]);
+  records.springs = springs;
   return motion_plot(m, records, r.title, plot_subtitle(r));
 }
 
 std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
-                                    const mechanics::Mechanism* mechanism) {
+                                    const mechanics::Mechanism* mechanism,
+                                    const std::vector<Spring>& springs) {
   const RunReport r = report_of(summary);
   const Hdf5Reader file(folder / "run.h5");
   const auto t = column(file, "time"), error = column(file, "energy_error");
@@ -153,7 +155,8 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
   put_in_place(svg);
   put_in_place(ledger);
   std::vector<std::string> files{svg.string(), ledger.string()};
-  if (const auto text = mechanism ? motion_picture(file, *mechanism, r) : ""; !text.empty()) {
+  if (const auto text = mechanism ? motion_picture(file, *mechanism, springs, r) : "";
+      !text.empty()) {
     const fs::path motion = folder / "motion.svg";
     write_aside(motion, text);
     put_in_place(motion);
@@ -164,7 +167,7 @@ std::vector<std::string> replot_one(const fs::path& folder, const Json& summary,
 
 }  // namespace
 
-std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs::path& folder) {
+Moved moved_in(const fs::path& folder) {
   const Json summary = summary_of(folder);
   const bool one = fs::exists(folder / "run.h5");
   const Hdf5Reader first(one ? folder / "run.h5" : folder / "phase_1" / "run.h5");
@@ -177,7 +180,7 @@ std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs:
       {text("provenance/scene"), text("provenance/model"), input_files(text("provenance/files"))});
   const Assembly assembly = assemble(scene);
   if (!assembly.mechanism) return {};
-  std::vector<std::shared_ptr<const mechanics::Mechanism>> all{assembly.mechanism};
+  Moved all{{assembly.mechanism}, springs_of(scene)};
   if (one) return all;
   const auto happened = event_times(summary);
   mechanics::MovingMechanism moving(assembly.parts);
@@ -185,7 +188,7 @@ std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_of(const fs:
     const fs::path phase = folder / fmt::format("phase_{}", k);
     const auto t = column(Hdf5Reader(phase / "run.h5"), "time");
     pass_events(moving, scene, phase, t.empty() ? 0 : t.back(), happened);
-    all.emplace_back(moving.model, &moving.model->mechanism());
+    all.mechanisms.emplace_back(moving.model, &moving.model->mechanism());
   }
   return all;
 }
@@ -194,10 +197,9 @@ namespace {
 
 /// None where the scene was made in code, or names tables that the results do not hold: then the
 /// plot of the motion stays as the run has drawn it.
-std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_if_known(
-    const fs::path& folder) {
+Moved moved_if_known(const fs::path& folder) {
   try {
-    return mechanisms_of(folder);
+    return moved_in(folder);
   } catch (const InvalidArgument&) {
     return {};
   }
@@ -208,16 +210,16 @@ std::vector<std::shared_ptr<const mechanics::Mechanism>> mechanisms_if_known(
 std::vector<std::string> replot(const fs::path& folder) {
   const Json summary = summary_of(folder);
   try {
-    const auto mechanisms = mechanisms_if_known(folder);
-    const auto one = [&](size_t k) {
-      return k < mechanisms.size() ? mechanisms[k].get() : nullptr;
+    const Moved moved = moved_if_known(folder);
+    const auto one = [&](const fs::path& part, const Json& of, size_t k) {
+      return replot_one(part, of, k < moved.mechanisms.size() ? moved.mechanisms[k].get() : nullptr,
+                        moved.springs);
     };
-    if (fs::exists(folder / "run.h5")) return replot_one(folder, summary, one(0));
+    if (fs::exists(folder / "run.h5")) return one(folder, summary, 0);
     std::vector<std::string> files;
     for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k)); ++k) {
       const fs::path phase = folder / fmt::format("phase_{}", k);
-      for (auto& f : replot_one(phase, summary_of(phase), one(size_t(k) - 1)))
-        files.push_back(std::move(f));
+      for (auto& f : one(phase, summary_of(phase), size_t(k) - 1)) files.push_back(std::move(f));
     }
     if (!files.empty()) return files;
   } catch (const Json::exception& e) {

@@ -84,6 +84,7 @@ std::string motion(const Scene& scene, const Assembly& assembly, const RunReport
   };
   MotionRecords records{series("time"), turn_names(d), series};
   for (const OutputColumn& o : layout.outputs) records.outputs.emplace_back(o.name, o.unit);
+  records.springs = springs_of(scene);
   return motion_plot(*assembly.mechanism, records, scene.title, plot_subtitle(r));
 }
 

@@ -50,6 +50,19 @@ def test_the_motion(run, source, tmp_path):
     refused(lambda: ph.plot(run, axes=mine), "expected what as well")
 
 
+def test_the_springs_of_actuators(source, tmp_path):
+    r = ph.Scene(source / "examples/vsa_cycle/scene.toml", duration=2).run(tmp_path / "cycle", progress=False)
+    m, a, k = r.motion(), 6.7328, 0.0222
+    sigma = 0.3 * (1 - np.cos(m["time [s]"]["t"]))
+    assert np.abs(m["stiffness settings [rad]"]["first"] - sigma).max() < 1e-13
+    assert np.abs(m["stiffness of springs [N m/rad]"]["first"] - 2 * a * k * np.cosh(a * sigma)).max() < 1e-12
+    phi, torque = m["deflections of springs [rad]"]["second"], m["torques of springs [N m]"]["second"]
+    assert np.abs(torque + 2 * k * np.cosh(a * sigma) * np.sinh(a * phi)).max() < 1e-12 and np.abs(torque).max() > 0.05
+    assert [name for name, _ in r.springs] == ["first", "second"] and r.springs[0][1].family == "cosh"
+    axes = ph.plot(r, what="stiffness of springs").axes[0]
+    assert axes.get_ylabel() == "N m/rad" and [t.get_text() for t in axes.get_legend().get_texts()] == ["first", "second"]
+
+
 def test_the_motion_of_a_run_in_memory(pendulum):
     model = ph.MechanicalModel(pendulum)
     r = ph.simulate(model, model.state([0.3, -0.2], [0.5, 0]), step=0.01, duration=2)

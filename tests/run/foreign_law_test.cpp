@@ -189,7 +189,7 @@ TEST_F(ForeignLaw, ResultsRunNoCode) {
                     hostile = "open('" + marker + "', 'w').write('x')\n" + python_law();
   fs::remove(folder / "law.py");
   write_bytes(folder / "out" / "law.py", hostile);
-  EXPECT_EQ(scene::mechanisms_of(folder / "out").size(), 1u);
+  EXPECT_EQ(scene::moved_in(folder / "out").mechanisms.size(), 1u);
   EXPECT_FALSE(fs::exists(marker));
   write_bytes(folder / "law.py", hostile);
   (void)scene::assemble(scene::read_scene((folder / "scene.toml").string()));

@@ -173,7 +173,7 @@ TEST(Wrench, ResultsKeepTheFile) {
   const auto text = arm(force("file = { path = 't.csv', value = 'tau' }\n"));
   ran(folder, arm_urdf(), text);
   fs::remove(folder / "t.csv");
-  EXPECT_EQ(scene::mechanisms_of(folder / "out").size(), 1u);
+  EXPECT_EQ(scene::moved_in(folder / "out").mechanisms.size(), 1u);
   fs::remove_all(folder / "out");
   write_bytes(folder / "t.csv", "t,tau\n0,1\n1,2\n2,0\n");
   const auto path = (folder / "scene.toml").string();

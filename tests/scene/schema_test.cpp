@@ -185,8 +185,7 @@ std::map<std::string, std::string> places() {
     if (t.id.rfind("output.", 0) == 0) {
       const auto word = t.id.substr(7);
       p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\nlink = \"rod\"\n@";
-      if (word.rfind("joint_", 0) == 0 || word == "energy" || word == "power" ||
-          word == "centre_of_mass" || word == "altitude" || word == "formula")
+      if (std::ranges::none_of(t.keys, [](const SchemaKey& key) { return key.name == "link"; }))
         p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\n@";
     }
   p["stop"] =

@@ -1713,12 +1713,12 @@ def compare_methods(scene: SceneData, assembly: Assembly, methods: list[str], bu
     """Speed against error: (compare.json, compare.txt), and the files in `out` unless it is empty."""
     ...
 
-def mechanisms_of(folder: os.PathLike) -> list[Mechanism]:
-    """The mechanisms of a finished run, one per phase, from the scene and the model in its results; empty for a system without one."""
+def moved_in(folder: os.PathLike) -> tuple:
+    """The mechanisms of a finished run, one per phase, and names and energies of its actuators, from the scene and the model in its results; empty for a system without a mechanism."""
     ...
 
-def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = []) -> list:
-    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs."""
+def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: Callable[[str], list[float]], outputs: list[tuple[str, str]] = [], springs: list[tuple[str, Any]] = []) -> list:
+    """How a mechanism moved, as [(title with unit, {line: values})]. turns: the names behind the columns of "turns"; rows(name): the flat values of a series at the times t, empty where there is none. outputs: name and unit of the scene's outputs; springs: name and energy of its actuators."""
     ...
 
 def error_statistics(errors: list[float]) -> dict:

@@ -1,0 +1,177 @@
+// [[output]]s of actuators and their panels of the motion, against closed forms.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/plot/motion.h"
+#include "scene/run/columns.h"
+#include "scene/session/memory_run.h"
+#include "scene/session/replot.h"
+#include "tests/places.h"
+#include "tests/run/scenes.h"
+
+namespace porthos::test::spring_outputs_test {
+namespace {
+
+constexpr double a = 6.7328, k = 0.0222;  // of the qbmoves of the example
+
+const std::string outputs = [] {
+  std::string all;
+  for (const char* of : {"first", "second"})
+    for (const char* quantity : {"deflection", "stiffness_setting", "stiffness", "spring_torque"})
+      all += fmt::format("[[output]]\nquantity = \"{0}\"\nname = \"{1}_{0}\"\nactuator = \"{1}\"\n",
+                         quantity, of);
+  return all + "[[output]]\nquantity = \"joint_position\"\nname = \"q\"\njoint = \"loaded\"\n";
+}();
+
+/// The example whose qbmoves wind up by sigma = 0.3 (1 - cos t), one of them deflected, for 2 s.
+class SpringOutputs : public ::testing::Test {
+ protected:
+  scene::Scene scene(const std::string& more) const {
+    const auto example = fs::path(PORTHOS_SOURCE_DIR) / "examples" / "vsa_cycle";
+    fs::copy_file(example / "links.urdf", folder_ / "links.urdf",
+                  fs::copy_options::overwrite_existing);
+    std::string text = read_bytes(example / "scene.toml");
+    const std::string whole = "duration = 12.566370614359172";
+    text.replace(text.find(whole), whole.size(), "duration = 2");
+    write_bytes(folder_ / "scene.toml", text + "\n" + more);
+    return scene::read_scene((folder_ / "scene.toml").string());
+  }
+  TemporaryFolder folder_;
+};
+
+/// The records of a run in memory as series.
+struct Series {
+  scene::RunReport report;
+  scene::Assembly assembly;
+  std::vector<std::vector<double>> rows;
+  std::vector<scene::Column> columns;
+
+  explicit Series(const scene::Scene& s) : assembly(scene::assemble(s)) {
+    scene::MemoryOptions o;
+    o.record = [this](std::span<const double> row) { rows.emplace_back(row.begin(), row.end()); };
+    report = scene::run_in_memory(s, assembly, o);
+    columns = scene::columns_of(assembly.model->description(), scene::RecordLayout(s, assembly));
+  }
+  std::vector<double> operator()(const std::string& name) const {
+    std::vector<double> all;
+    for (const auto& c : columns)
+      if (c.name == name)
+        for (const auto& row : rows)
+          for (size_t i = 0; i < c.columns; ++i) all.push_back(row[c.first + i]);
+    return all;
+  }
+};
+
+double largest(const std::vector<double>& x, const std::function<double(size_t)>& exact) {
+  double most = x.empty() ? HUGE_VAL : 0;
+  for (size_t i = 0; i < x.size(); ++i)
+    if (const double off = std::fabs(x[i] - exact(i)); !(off <= most)) most = off;
+  return most;
+}
+
+// σ is integrated by gauss16 in steps of 6 ms: to rounding, 1e-15 of 0.6 rad. The others are of the
+// same state: K < 10 N m/rad grows by a K = 70 per rad of σ, and has roundings of 1e-15 of its own.
+TEST_F(SpringOutputs, AreThoseOfTheClosedForms) {
+  const Series s(scene(outputs));
+  const auto t = s("time"), q = s("output/q");
+  ASSERT_GT(t.size(), 50u);
+  const auto sigma = [&](size_t i) { return 0.3 * (1 - std::cos(t[i])); };
+  const auto torque = [&](size_t i) {
+    return -2 * k * std::cosh(a * sigma(i)) * std::sinh(a * q[i]);
+  };
+  const auto stiffness = [&](size_t i) {
+    return 2 * a * k * std::cosh(a * sigma(i)) * std::cosh(a * q[i]);
+  };
+  const auto of = [&](const char* name) { return s(std::string("output/") + name); };
+  const auto zero = [](size_t) { return 0.0; };
+  for (const char* name : {"first_stiffness_setting", "second_stiffness_setting"})
+    keeps(std::string(name) + " [rad]", largest(of(name), sigma), 1e-14);
+  keeps("deflection of the one at rest [rad]", largest(of("first_deflection"), zero), 1e-15);
+  keeps("its torque [N m]", largest(of("first_spring_torque"), zero), 1e-14);
+  keeps(
+      "its stiffness [N m/rad]",
+      largest(of("first_stiffness"), [&](size_t i) { return 2 * a * k * std::cosh(a * sigma(i)); }),
+      1e-12);
+  keeps("deflection of the other [rad]",
+        largest(of("second_deflection"), [&](size_t i) { return q[i]; }), 1e-14);
+  keeps("its torque [N m]", largest(of("second_spring_torque"), torque), 1e-12);
+  keeps("its stiffness [N m/rad]", largest(of("second_stiffness"), stiffness), 1e-12);
+  breaks(
+      "control: its torque without sigma",
+      largest(of("second_spring_torque"), [&](size_t i) { return -2 * k * std::sinh(a * q[i]); }),
+      0.01);
+}
+
+TEST_F(SpringOutputs, AStopEndsTheRunAtAStiffness) {
+  const Series s(scene(outputs + "[[stop]]\noutput = \"first_stiffness\"\nabove = 1.0\n"));
+  const double sigma = std::acosh(1.0 / (2 * a * k)) / a;
+  // The stop is found to rounding of K, whose slope is 2 a² k sinh(aσ) 0.3 sin t = 1.9 N m/rad/s.
+  keeps("instant [s]", std::fabs(s.report.simulated_s - std::acos(1 - sigma / 0.3)), 1e-14);
+  EXPECT_EQ(s.report.final_state.x.size(), s.assembly.initial.x.size());
+}
+
+TEST_F(SpringOutputs, TheMotionShowsTheSame) {
+  const auto scene = this->scene(outputs);
+  const Series s(scene);
+  scene::MotionRecords records{s("time"), {}, [&](const std::string& n) { return s(n); }};
+  records.springs = scene::springs_of(scene);
+  const auto panels = scene::motion_panels(*s.assembly.mechanism, records);
+  const std::pair<const char*, const char*> same[] = {
+      {"deflections of springs [rad]", "deflection"},
+      {"stiffness settings [rad]", "stiffness_setting"},
+      {"stiffness of springs [N m/rad]", "stiffness"},
+      {"torques of springs [N m]", "spring_torque"}};
+  for (const auto& [what, quantity] : same) {
+    const auto p = std::find_if(panels.begin(), panels.end(),
+                                [w = what](const auto& each) { return each.what == w; });
+    ASSERT_TRUE(p != panels.end()) << what;
+    ASSERT_EQ(p->lines.size(), 2u) << what;
+    for (const auto& l : p->lines)
+      EXPECT_EQ(l.value, s("output/" + l.name + "_" + quantity)) << what << ", " << l.name;
+  }
+  records.springs.clear();
+  EXPECT_EQ(scene::motion_panels(*s.assembly.mechanism, records).size() + 4, panels.size());
+}
+
+TEST_F(SpringOutputs, TheResultsHaveThemAgain) {
+  const auto scene = this->scene("");
+  (void)scene::run(scene, scene::assemble(scene), into(folder_ / "out"));
+  const std::string motion = read_bytes(folder_ / "out" / "motion.svg");
+  EXPECT_TRUE(says(motion, "stiffness of springs"));
+  (void)scene::replot(folder_ / "out");
+  EXPECT_TRUE(read_bytes(folder_ / "out" / "motion.svg") == motion);
+  EXPECT_EQ(scene::moved_in(folder_ / "out").springs.size(), 2u);
+}
+
+TEST_F(SpringOutputs, MistakesAreRefusedWithTheirLine) {
+  const auto why = [&](const std::string& quantity, const std::string& of,
+                       const std::string& more = "") {
+    return refusal([&] {
+      const auto s = scene(more + "[[output]]\nquantity = \"" + quantity +
+                           "\"\nname = \"o\"\nactuator = \"" + of + "\"\n");
+      (void)Series(s);
+    });
+  };
+  EXPECT_TRUE(says(why("stiffness", "third"),
+                   "scene.toml:37:1: output 'o': there is no [[actuator]] 'third', expected one "
+                   "of: first, second"));
+  EXPECT_TRUE(says(why("stiffness\"\nlink = \"x", "first"), "unknown key 'link' in [[output]]"));
+  auto text = read_bytes(folder_ / "scene.toml");
+  const std::string device = "device = \"qbmove_advanced\"";
+  text.replace(text.find(device), device.size(), "device = \"sea_100\"");
+  const size_t sigma = text.find("sigma = {");
+  text.erase(sigma, text.find('\n', sigma) - sigma);
+  text.replace(text.find("\"stiffness\""), 11, "\"stiffness_setting\"");
+  text.replace(text.find("\nlink = \"x\""), 11, "");
+  write_bytes(folder_ / "scene.toml", text);
+  EXPECT_TRUE(says(refusal([&] {
+                     const auto s = scene::read_scene((folder_ / "scene.toml").string());
+                     (void)Series(s);
+                   }),
+                   "output 'o': the energy of actuator 'first' ('series_elastic') does not depend "
+                   "on sigma, expected another quantity"));
+}
+
+}  // namespace
+}  // namespace porthos::test::spring_outputs_test
