@@ -98,11 +98,12 @@ std::vector<Family> make_families() {
         {"torque", "N m", true},
         {"stiffness", "N m/rad", true, true},
         {"sigma_effort", "J per unit of sigma", true, true},
-        {"tolerance", "1", false, true}},
+        {"tolerance", "1", false, true},
+        {"smoothing", "N m", false, true}},
        [](const Values& v, const Limits& l) {
          return tabulated({list(v, "deflection"), list(v, "sigma"), list(v, "torque"),
                            list(v, "stiffness"), list(v, "sigma_effort")},
-                          l, number(v, "tolerance", 0.02));
+                          l, number(v, "tolerance", 0.02), number(v, "smoothing"));
        }},
   };
 }

@@ -7,6 +7,7 @@
 
 #include <fmt/ranges.h>
 
+#include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"
 #include "vsa/elastic-inl.h"
 
@@ -106,6 +107,29 @@ void check_grid(const Measurements& m) {
   }
 }
 
+/// The torques of each σ without their errors.
+Measurements smooth(const Measurements& measured, double deviation) {
+  Measurements m = measured;
+  const size_t n = m.deflection.size();
+  for (size_t j = 0; j < m.sigma.size(); ++j) {
+    const auto first = m.torque.begin() + long(j * n);
+    std::ranges::copy(phs::smoothed(m.deflection, {first, first + long(n)}, deviation), first);
+    const Spline row = Splines{m}.row(m.torque, j);
+    for (size_t i = 1; i < n; ++i) {  // the slope b + 2 c d + 3 e d² of each piece between places
+      const auto& p = row.pieces()[i];
+      const double h = m.deflection[i] - m.deflection[i - 1];
+      const double turn = p.d > 0 ? std::clamp(-p.c / (3 * p.d), 0.0, h) : 0.0;
+      for (const double d : {0.0, turn, h})
+        if (const double k = p.b + d * (2 * p.c + 3 * d * p.d); !(k >= 0))
+          refuse_table(fmt::format(
+              "with smoothing = {} N m the stiffness is {:.4g} N m/rad at sigma = {} and {:.4g} "
+              "rad, expected 0 or more: state the errors of the torques, or measure again",
+              deviation, k, m.sigma[j], m.deflection[i - 1] + d));
+    }
+  }
+  return m;
+}
+
 void check_torques(const Measurements& m, double tolerance) {
   const Splines s{m};
   const auto [low, high] = std::minmax_element(m.torque.begin(), m.torque.end());
@@ -113,11 +137,11 @@ void check_torques(const Measurements& m, double tolerance) {
     for (size_t i = 0; i + 1 < s.n; ++i) {
       const double from = s.at(m.torque, i, j), to = s.at(m.torque, i + 1, j);
       if (!(to > from))
-        refuse_table(
-            fmt::format("at sigma = {} torque goes from {} to {} N m between deflections {} and {} "
-                        "rad, expected it to rise: the equilibrium would not be unique; noise of a "
-                        "measurement is smoothed before, docs/tutorials/actuator.md",
-                        m.sigma[j], from, to, m.deflection[i], m.deflection[i + 1]));
+        refuse_table(fmt::format(
+            "at sigma = {} torque goes from {} to {} N m between deflections {} and {} "
+            "rad, expected it to rise: the equilibrium would not be unique (smoothing [N m] "
+            "takes out noise)",
+            m.sigma[j], from, to, m.deflection[i], m.deflection[i + 1]));
       if (m.stiffness.empty()) continue;
       const Spline k = s.row(m.stiffness, j);
       const double by_stiffness = k.integral(m.deflection[i + 1]) - k.integral(m.deflection[i]);
@@ -202,8 +226,11 @@ TableEnergy surface(const Measurements& m) {
 
 }  // namespace
 
-ElasticPtr tabulated(const Measurements& m, const Limits& l, double tolerance) {
-  check_grid(m);
+ElasticPtr tabulated(const Measurements& measured, const Limits& l, double tolerance,
+                     double smoothing) {
+  check_grid(measured);
+  require(smoothing >= 0, family, "the smoothing", smoothing, "0 N m or more");
+  const Measurements m = smoothing > 0 ? smooth(measured, smoothing) : measured;
   require(tolerance > 0 && tolerance < 1, family, "the tolerance", tolerance,
           "a number between 0 and 1");
   check_torques(m, tolerance);

@@ -30,9 +30,13 @@ Measurements parse_measurements(const std::string& text, const std::string& path
 /// E(φ, σ) = E0(σ) + ∫ τ dφ, with the torques interpolated by natural cubic splines in both
 /// directions (E is C³ in φ, C² in σ, linear torque outside). Cost of an evaluation: about 100 ns.
 /// @param tolerance  relative deviation of the columns from a single energy, to allow for noise
+/// @param smoothing  standard deviation of the errors of the torques [N m]. More than 0: the
+///   torques of each σ are replaced by those of the curve that bends least among those as far from
+///   them as their errors (phs::smoothed), whose stiffness must be 0 or more everywhere
 /// @throws InvalidArgument if torque does not increase with deflection, if the stiffness is not the
 /// torque's derivative, or if no energy fits the table: the work around a cell of the grid, ∮ τ dφ
 /// + s dσ, is not 0
-ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double tolerance = 0.02);
+ElasticPtr tabulated(const Measurements& m, const Limits& l = {}, double tolerance = 0.02,
+                     double smoothing = 0);
 
 }  // namespace porthos::vsa

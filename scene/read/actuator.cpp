@@ -122,6 +122,8 @@ vsa::ElasticPtr read_elastic(const Table& t) {
                        given));
   if (t.has("parameters") && !t.has("family"))
     t.fail("parameters", "are given without a family, expected both or neither");
+  if (t.has("smoothing") && !t.has("table"))
+    t.fail("smoothing", "is given without a table, expected both or neither");
   vsa::Limits limits;
   vsa::Values values;
   std::string family;
@@ -138,6 +140,7 @@ vsa::ElasticPtr read_elastic(const Table& t) {
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
+    values["smoothing"] = {t.not_negative("smoothing")};
     limits.sigma_lower = m.sigma.front();
     limits.sigma_upper = m.sigma.back();
   } else {

@@ -218,6 +218,7 @@ std::vector<SchemaTable> part_tables() {
         text("energy", "required with formula", "[J] of phi, sigma and parameters"),
         table("parameters", "", "the family's", "see docs/actuators.md"),
         text("table", "one of the three", "CSV file: deflection, sigma, torque"),
+        number("smoothing", "N m", "0", "of table: the standard deviation of its torques' errors"),
         table("limits", "actuator.limits", "the device's", ""),
         table("theta", "actuator.drive", required, "what moves the equilibrium"),
         table("sigma", "actuator.drive", "required where there is one", "what moves the stiffness"),

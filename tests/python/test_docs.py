@@ -19,3 +19,20 @@ def test_docs_python(source, tmp_path, monkeypatch, capsys):
     assert os.path.getsize("results/ets_vii/plot.png") > 20000
     out = capsys.readouterr().out
     assert "verdict  pass" in out and "FAIL" not in out, out
+
+
+def test_docs_of_actuators(source, tmp_path, monkeypatch):
+    """The Python of the tutorial, and its scene with the measured spring, which only Python makes."""
+    import porthos
+
+    text = (source / "docs/tutorials/actuator.md").read_text(encoding="utf-8")
+    (tmp_path / "examples").symlink_to(source / "examples")
+    monkeypatch.chdir(tmp_path)
+    for code in re.findall(r"```python\n(.*?)```", text, re.S):
+        exec(compile(code, "docs/tutorials/actuator.md", "exec"), {})
+    scene = next(t for t in re.findall(r"```toml\n(.*?)```", text, re.S) if "spring.csv" in t)
+    (tmp_path / "measured.toml").write_text(scene)
+    assert porthos.Scene("measured.toml").run("measured", progress=False).passed
+    (tmp_path / "rough.toml").write_text(scene.replace("smoothing = 0.1", "smoothing = 0.001"))
+    with pytest.raises(porthos.InvalidArgument, match="with smoothing = 0.001 N m the stiffness is -"):
+        porthos.Scene("rough.toml")

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <random>
 
 #include "tests/support/bounds.h"
 #include "vsa/catalogue.h"
@@ -154,6 +155,46 @@ TEST(Table, NoEnergyIsRefused) {
               vsa::tabulated(m);
             }).find("sigma number 4 is 0.08, expected finite numbers that rise"),
             std::string::npos);
+}
+
+// 5 φ + 40 φ³, times 1 and 1.5, with errors of 0.1 N m. The curve is within four times these of
+// that without errors, and its slopes within 0.3 N m over the 0.1 rad on which it turns.
+TEST(Table, SmoothingTakesOutNoise) {
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> error(0, 0.1);
+  vsa::Measurements m;
+  m.sigma = {0, 0.5};
+  for (int i = -20; i <= 20; ++i) m.deflection.push_back(0.025 * i);
+  const auto exact = [](double f, double s) { return (1 + s) * (5 * f + 40 * f * f * f); };
+  for (const double s : m.sigma)
+    for (const double f : m.deflection) m.torque.push_back(exact(f, s) + error(generator));
+  const std::string rough = refusal([&] { vsa::tabulated(m); });
+  EXPECT_NE(rough.find("would not be unique (smoothing [N m] takes out noise)"), std::string::npos)
+      << rough;
+  const auto e = vsa::tabulated(m, {}, 0.02, 0.1);
+  double torque = 0, stiffness = 0, left = 0;
+  for (size_t j = 0; j < 2; ++j)
+    for (size_t i = 0; i < 41; ++i) {
+      const double f = m.deflection[i], s = m.sigma[j], t = e->slopes(f, 0.0, s).q;
+      torque = std::max(torque, std::fabs(t - exact(f, s)));
+      left += std::pow(t - m.torque[j * 41 + i], 2) / 82;
+      if (std::fabs(f) < 0.45)
+        stiffness =
+            std::max(stiffness, std::fabs(e->stiffness(f, 0, s) - (1 + s) * (5 + 120 * f * f)));
+      EXPECT_GE(e->stiffness(f, 0, s), 0);
+    }
+  keeps("torque against that without errors [N m]", torque, 0.4);
+  keeps("stiffness, of 5 to 52 N m/rad", stiffness, 3);
+  keeps("left over, against 0.1 N m", std::fabs(std::sqrt(left) / 0.1 - 1), 1e-10);
+  const auto stiff = vsa::tabulated(m, {}, 0.02, 1);
+  breaks("control: smoothing of 1 N m, stiffness at rest", std::fabs(stiff->stiffness(0, 0, 0) - 5),
+         1);
+  for (const auto& [deviation, words] :
+       {std::pair{0.01, "with smoothing = 0.01 N m the stiffness is -"},
+        {-1.0, "the smoothing is -1, expected 0 N m or more"}}) {
+    const std::string why = refusal([&, s = deviation] { vsa::tabulated(m, {}, 0.02, s); });
+    EXPECT_NE(why.find(words), std::string::npos) << why;
+  }
 }
 
 TEST(Table, FromAFile) {

@@ -58,6 +58,26 @@ TEST_F(Scenes, TablesAreReadFromTheScenesFolder) {
       << why;
 }
 
+TEST_F(Scenes, ATableIsSmoothedByTheErrorsStated) {
+  std::ofstream(folder_ / "spring.csv")
+      << "deflection,sigma,torque\n-2,0,-4.1\n-1,0,-1.9\n0,0,0\n1,0,2.2\n2,0,3.8\n";
+  const auto spring = [&](const std::string& more) {
+    return assembly(elbow + "table = \"spring.csv\"\n" + more + fixed);
+  };
+  EXPECT_NO_THROW(spring("smoothing = 0.1\n"));
+  const std::pair<const char*, const char*> bad[] = {
+      {"smoothing = -1\n", "smoothing is -1, expected a number of N m, 0 or more"},
+      {"smoothing = true\n", "smoothing is a boolean, expected a number of N m"}};
+  for (const auto& [keys, words] : bad) {
+    const auto why = refusal([&, k = keys] { spring(k); });
+    EXPECT_NE(why.find(words), std::string::npos) << why;
+  }
+  const auto why = refusal([&] { assembly(qbmove + "smoothing = 0.1\n" + fixed + held); });
+  EXPECT_NE(why.find("smoothing is given without a table, expected both or neither"),
+            std::string::npos)
+      << why;
+}
+
 TEST_F(Scenes, MistakesAreRefusedWithTheirLine) {
   const std::pair<std::string, const char*> bad[] = {
       {qbmove + "theta = { drive = \"torque\", inertia = 0.01, gyroscopics = \"body\" }\n" + held,
