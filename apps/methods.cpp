@@ -25,6 +25,7 @@ std::string needs_text(const Declaration& d) {
   add(n.lossless, "lossless");
   add(n.separable, "separable");
   add(n.linear_state, "no quaternions");
+  add(n.contacts, "rigid contacts");
   add(n.flows, "partial flows or separable");
   add(d.rival && d.constraints, "constraints");
   return text;

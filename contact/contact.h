@@ -55,8 +55,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// inner: the mechanism with its parts; its state is the mechanism's.
   /// @throws InvalidArgument naming the contact: an unknown link or joint, a pair of shapes without
   ///   a closed form, sizes or numbers of a law out of range; a dry joint beside anything rigid, or
-  ///   twice; a rigid contact with friction of shapes that touch in several points, or a second one
-  ///   on a link. Surfaces on one body do not touch.
+  ///   twice. Surfaces on one body do not touch.
   ContactModel(std::shared_ptr<const phs::Model> inner,
                std::shared_ptr<const mechanics::MechanicalModel> mechanical,
                std::vector<Contact> contacts, std::vector<Stop> stops = {},
@@ -75,6 +74,11 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// The depths of laws that switch, at whose zeros a force or a derivative of it jumps. They read
   /// a state that begins with the mechanism's, refer to this model, and must not outlive it.
   std::unique_ptr<integrators::Switches> depths() const;
+
+  /// @throws InvalidArgument naming the contact: friction of rigid shapes that touch in several
+  ///   points, or in several contacts of a link. with_time_stepping() has it; in runs by events the
+  ///   forces of several points that stick are not unique.
+  void check_friction_of_events() const;
 
   /// The rigid contact or stop whose shapes overlap most at a state, and by how much [m | rad].
   std::pair<std::string, double> deepest_rigid(const phs::State& state) const;

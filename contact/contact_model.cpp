@@ -56,26 +56,6 @@ void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Pla
     }
 }
 
-/// Friction that sticks in several points of one body has no unique forces.
-void check_friction(const std::vector<ContactModel::Pair>& pairs,
-                    const std::vector<ContactModel::Rigid>& rigid) {
-  const ContactModel::Pair& last = pairs.back();
-  for (const ContactModel::Pair& p : pairs) {
-    if (p.contact == last.contact && p.points > 1)
-      throw InvalidArgument(
-          fmt::format("a {} and a {} touch in {} points and have friction, expected shapes that "
-                      "touch in one, for example a sphere",
-                      to_string(p.a.kind), to_string(p.b.kind), p.points));
-    if (&p == &last || !(rigid[p.contact].friction > 0)) continue;
-    for (const int node : {p.node_a, p.node_b})
-      if (node >= 0 && (node == last.node_a || node == last.node_b))
-        throw InvalidArgument(
-            fmt::format("a link of it has rigid friction at another point, in '{}', expected one "
-                        "such point on a link",
-                        rigid[p.contact].name));
-  }
-}
-
 ContactModel::PlacedJoint place(const Mechanism& m, const std::string& joint) {
   const mechanics::JointCoordinates& c = m.coordinate(joint);
   if (c.nq != 1 || c.nv != 1)
@@ -183,8 +163,6 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
     in("contact", c.name, [&] {
       const bool rigid = is_rigid(c.name, c.law);
       place(m, c, rigid ? rigid_.size() - 1 : contacts_.size(), rigid ? placed_rigid_ : placed_);
-      if (rigid && c.law.friction > 0 && !placed_rigid_.pairs.empty())
-        check_friction(placed_rigid_.pairs, rigid_);
       if (!rigid) contacts_.push_back(std::move(c));
     });
   for (Stop& s : stops)
@@ -216,6 +194,27 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
 
 std::unique_ptr<integrators::Switches> ContactModel::depths() const {
   return std::make_unique<Depths>(*this, placed_);
+}
+
+void ContactModel::check_friction_of_events() const {
+  std::vector<const Pair*> with_friction;
+  for (const Pair& p : placed_rigid_.pairs) {
+    const Rigid& own = rigid_[p.contact];
+    if (!(own.friction > 0)) continue;
+    if (p.points > 1)
+      refuse("contact", own.name,
+             fmt::format("a {} and a {} touch in {} points and have friction, expected shapes that "
+                         "touch in one, for example a sphere, or method = \"moreau\"",
+                         to_string(p.a.kind), to_string(p.b.kind), p.points));
+    for (const Pair* other : with_friction)
+      for (const int node : {p.node_a, p.node_b})
+        if (node >= 0 && (node == other->node_a || node == other->node_b))
+          refuse("contact", own.name,
+                 fmt::format("a link of it has rigid friction at another point, in '{}', expected "
+                             "one such point on a link, or method = \"moreau\"",
+                             rigid_[other->contact].name));
+    with_friction.push_back(&p);
+  }
 }
 
 std::pair<std::string, double> ContactModel::deepest_rigid(const phs::State& state) const {

@@ -56,7 +56,7 @@ class RestingModel final : public HeldModel<RestingModel, Touching> {
 /// What friction takes is the power "<name>.friction". Where its force has no unique solution
 /// (Painlevé) the step ends with Outcome::jammed.
 /// @param make  makes the method for the model of its run; called once
-/// @throws what make() throws
+/// @throws InvalidArgument as ContactModel::check_friction_of_events(); what make() throws
 std::unique_ptr<integrators::Integrator> with_rigid_contacts(
     const phs::Model& whole, const ContactModel& contacts, double h,
     const std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>& make);

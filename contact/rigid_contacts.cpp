@@ -330,6 +330,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
 std::unique_ptr<integrators::Integrator> with_rigid_contacts(
     const phs::Model& whole, const ContactModel& contacts, double h,
     const std::function<std::unique_ptr<integrators::Integrator>(const phs::Model&)>& make) {
+  contacts.check_friction_of_events();
   return held_run<RestingModel, RigidSwitches>(whole, contacts, h, make);
 }
 

@@ -1,5 +1,6 @@
 #include "integrators/catalogue.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -8,6 +9,7 @@
 #include "integrators/methods/gauss.h"
 #include "integrators/methods/hbvm.h"
 #include "integrators/methods/lobatto.h"
+#include "integrators/methods/moreau.h"
 #include "integrators/methods/projected_gauss.h"
 #include "integrators/methods/radau15.h"
 #include "integrators/methods/rattle.h"
@@ -43,6 +45,7 @@ struct Families {
       hbvm_entries,
       discrete_gradient_entries,
       radau15_entries,
+      moreau_entries,
       semi_implicit_euler_entries,
       rk4_entries,
 #ifdef PORTHOS_SUNDIALS
@@ -135,6 +138,20 @@ const Declaration& declaration_of(const std::string& method) {
   return entry_of(method).declaration;
 }
 
+namespace {
+
+/// The rigid contact or stop, or dry joint, whose jumps a power counts; empty: none.
+std::string counted(const phs::PowerAccount& p, std::string_view what) {
+  if (p.kind != phs::PowerKind::observed || !p.name.ends_with(what)) return "";
+  return p.name.substr(0, p.name.size() - what.size());
+}
+bool has_rigid_contacts(const phs::Description& d) {
+  return std::any_of(d.powers.begin(), d.powers.end(),
+                     [](const auto& p) { return !counted(p, ".impacts").empty(); });
+}
+
+}  // namespace
+
 std::optional<std::string> misfit(const Declaration& d, const phs::Description& system) {
   const auto& traits = system.traits;
   if (!system.constraints.empty() && !d.constraints)
@@ -156,6 +173,7 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
       : d.needs.linear_state && !rotation.empty() ? "a system without quaternion blocks"
       : d.needs.flows && system.flows.empty() && !(traits.canonical && traits.separable)
           ? "a system that offers partial flows or has a separable Hamiltonian"
+      : d.needs.contacts && !has_rigid_contacts(system)        ? "rigid contacts or stops"
       : d.rival && d.constraints && system.constraints.empty() ? "a system with constraints"
                                                                : nullptr;
   if (!lacks) return std::nullopt;
@@ -166,6 +184,7 @@ std::optional<std::string> misfit(const Declaration& d, const phs::Description& 
   if (d.needs.lossless && !traits.lossless)
     if (const auto losses = phs::power_names(system, true); !losses.empty())
       return sentence + "has " + losses;
+  if (d.needs.contacts) return sentence + "has none";
   if (d.needs.linear_state && !rotation.empty()) return sentence + "has '" + rotation + "'";
   return sentence + "is not one";
 }
@@ -174,19 +193,17 @@ namespace {
 
 /// Methods know no jumps. A model with rigid contacts counts its <name>.impacts, one with dry
 /// friction its <name>.slips.
-void refuse_jumps(const phs::Description& d) {
-  const auto refuse = [&](const std::string& row, std::string_view counted, const char* does,
-                          const char* instead) {
-    if (row.ends_with(counted))
-      throw InvalidArgument("'" + d.name + "' " + does + " '" +
-                            row.substr(0, row.size() - counted.size()) + "'" + instead);
-  };
+void refuse_jumps(const Declaration& method, const phs::Description& d) {
   for (const auto& p : d.powers) {
-    if (p.kind != phs::PowerKind::observed) continue;
-    refuse(p.name, ".impacts", "jumps at the impacts of",
-           ", which are rigid: expected a run of a scene, or contact::with_rigid_contacts()");
-    refuse(p.name, ".slips", "sticks and slides by the dry friction",
-           ": expected a run of a scene, or contact::with_dry_friction()");
+    const std::string rigid = counted(p, ".impacts"), dry = counted(p, ".slips");
+    if (!rigid.empty())
+      throw InvalidArgument(
+          "'" + d.name + "' jumps at the impacts of '" + rigid +
+          "', which are rigid: expected a run of a scene, or contact::" +
+          (method.needs.contacts ? "with_time_stepping()" : "with_rigid_contacts()"));
+    if (!dry.empty())
+      throw InvalidArgument("'" + d.name + "' sticks and slides by the dry friction '" + dry +
+                            "': expected a run of a scene, or contact::with_dry_friction()");
   }
 }
 
@@ -197,7 +214,7 @@ const Entry& fitting_entry(const std::string& method, const phs::Model& model, d
   const Entry& e = entry_of(method);
   if (const auto reason = misfit(e.declaration, model.description()))
     throw InvalidArgument(*reason);
-  refuse_jumps(model.description());
+  refuse_jumps(e.declaration, model.description());
   return e;
 }
 

@@ -30,23 +30,29 @@ class Gaps {
     std::copy_n(angles.begin(), w.turn_angle.size(), w.turn_angle.begin());
   }
   void place(std::span<const T> q) {
+    place_bodies(q);
+    for (size_t k = 0; k < placed_.pairs.size(); ++k) place_pair(k);
+  }
+  /// The bodies and the stops alone.
+  void place_bodies(std::span<const T> q) {
     if (touch.empty())
       mechanics::passes::place_bodies(mechanism_, w, q.data());
     else
       mechanics::forward_kinematics<T>(mechanism_, w, q, pose);
-    for (size_t k = 0; k < placed_.pairs.size(); ++k) {
-      const ContactModel::Pair& p = placed_.pairs[k];
-      const Transform<T> A = world(p.node_a, p.a.pose), B = world(p.node_b, p.b.pose);
-      origin[k] = A.r;
-      d[k] = B.r - A.r;
-      touches<T>(p.a, p.b, {A.R, B.R, d[k]}, std::span(touch).subspan(p.first, p.points));
-    }
     for (size_t k = 0; k < placed_.stops.size(); ++k) {
       const auto& at = placed_.stops[k];
       const T turn = at.turn < 0 ? T(0.0) : w.turn_angle[size_t(at.turn)];
       depth[2 * k] = (T(at.lower) - q[at.q]) - turn;
       depth[2 * k + 1] = (q[at.q] - T(at.upper)) + turn;
     }
+  }
+  /// One pair, after place_bodies().
+  void place_pair(size_t k) {
+    const ContactModel::Pair& p = placed_.pairs[k];
+    const Transform<T> A = world(p.node_a, p.a.pose), B = world(p.node_b, p.b.pose);
+    origin[k] = A.r;
+    d[k] = B.r - A.r;
+    touches<T>(p.a, p.b, {A.R, B.R, d[k]}, std::span(touch).subspan(p.first, p.points));
   }
 
   // --- forces: wrenches on the nodes and joint forces --------------------------------------------

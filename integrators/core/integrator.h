@@ -41,6 +41,7 @@ struct Needs {
   bool separable = false;     ///< H = T(p) + V(q)
   bool linear_state = false;  ///< no quaternion blocks
   bool flows = false;         ///< partial flows (Description::flows), or a separable H
+  bool contacts = false;      ///< rigid contacts or stops, whose jumps the method makes itself
 };
 
 /// The properties of a method, for lossless systems unless stated otherwise.

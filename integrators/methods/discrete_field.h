@@ -52,6 +52,8 @@ class DiscreteField {
     for (size_t k = 0; k < n_; ++k) middle_[k] = x_[k] + (lo_[k] + T(0.5) * delta[k]);
     system_.rate(t, middle_, gradient_, f);
   }
+  /// ∇̄H of the last evaluation; before the first, ∇H(x0).
+  std::span<const T> efforts() const { return gradient_; }
   /// The works of the last evaluated step: powers at ∇̄H, so that the balance closes for any H.
   void book(T t, T h, PortWork<T>& works) {
     works.restart();

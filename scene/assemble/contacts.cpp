@@ -6,6 +6,7 @@
 
 #include "contact/rigid.h"
 #include "contact/sticking.h"
+#include "contact/time_stepping.h"
 #include "contact/urdf_shapes.h"
 #include "integrators/control/switching.h"
 #include "phs/network/network.h"
@@ -111,6 +112,11 @@ const contact::ContactModel* contacts_in(const phs::Model& model) {
   return dynamic_cast<const contact::ContactModel*>(&model);
 }
 
+/// Whether a method of a scene has rigid contacts without events.
+bool makes_jumps(const std::string& method) {
+  return method != auto_method && integrators::declaration_of(method).needs.contacts;
+}
+
 }  // namespace
 
 std::shared_ptr<const phs::Model> with_contacts(
@@ -151,8 +157,10 @@ std::shared_ptr<const phs::Model> with_contacts(
   }
   if (contacts.empty() && stops.empty() && dry.empty()) return inner;
   try {
-    return std::make_shared<const contact::ContactModel>(inner, mechanical, std::move(contacts),
-                                                         std::move(stops), std::move(dry));
+    auto model = std::make_shared<const contact::ContactModel>(
+        inner, mechanical, std::move(contacts), std::move(stops), std::move(dry));
+    if (!makes_jumps(scene.method)) model->check_friction_of_events();
+    return model;
   } catch (const InvalidArgument& why) {
     const std::string text = why.what();
     for (const SceneContact& c : scene.contacts)
@@ -195,18 +203,24 @@ bool jumps(const phs::Model& model) {
 namespace {
 /// with_touches() of the contacts, null: none, in a model.
 std::unique_ptr<integrators::Integrator> with_those(const contact::ContactModel* contacts,
-                                                    const phs::Model& model, double h,
+                                                    const phs::Model& model,
+                                                    const std::string& method, double h,
+                                                    const integrators::Options& options,
                                                     const MakeMethod& make) {
   if (!contacts) return make(model);
+  if (!contacts->rigid().empty() && makes_jumps(method))
+    return contact::with_time_stepping(model, *contacts, h, options);
   if (!contacts->rigid().empty()) return contact::with_rigid_contacts(model, *contacts, h, make);
   if (!contacts->dry().empty()) return contact::with_dry_friction(model, *contacts, h, make);
   return integrators::make_switched(make(model), model, h, contacts->depths());
 }
 }  // namespace
 
-std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model, double h,
+std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model,
+                                                      const std::string& method, double h,
+                                                      const integrators::Options& options,
                                                       const MakeMethod& make) {
-  return with_those(contacts_in(model), model, h, make);
+  return with_those(contacts_in(model), model, method, h, options, make);
 }
 
 void check_overlaps(const Scene& scene, const phs::Model& model, const phs::State& start) {
@@ -229,9 +243,10 @@ space::SplitOptions split_options(const space::Spacecraft& craft, const std::str
                                   const std::string& method, const integrators::Options& options) {
   return {splitting, method, options,
           [&craft, method, options](const phs::Model& of_run, double h) {
-            return with_those(contacts_in(craft.internal()), of_run, h, [&](const phs::Model& m) {
-              return integrators::make_integrator(method, m, h, options);
-            });
+            return with_those(contacts_in(craft.internal()), of_run, method, h, options,
+                              [&](const phs::Model& m) {
+                                return integrators::make_integrator(method, m, h, options);
+                              });
           }};
 }
 

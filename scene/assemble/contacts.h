@@ -35,9 +35,12 @@ using MakeMethod = std::function<std::unique_ptr<integrators::Integrator>(const 
 
 /// A method for a model whose steps end where its contacts begin and cease to touch and where its
 /// dry joints stop and break away, and jump where rigid contacts do; the method itself if nothing
-/// in the model switches. @param h  the method's step;
+/// in the model switches. A method that makes the jumps itself has the rigid contacts of the model.
+/// @param method  its name; h: its step; options: of one that makes the jumps itself
 /// @param make  makes the method for the model it is given
-std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model, double h,
+std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model,
+                                                      const std::string& method, double h,
+                                                      const integrators::Options& options,
                                                       const MakeMethod& make);
 
 /// @throws InvalidArgument naming file and line: a rigid contact or stop whose shapes overlap at

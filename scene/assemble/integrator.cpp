@@ -11,7 +11,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Assembly& a,
                                                          const std::string& method, double h,
                                                          const integrators::Options& options) {
   if (!a.spacecraft)
-    return with_touches(*a.model, h, [&](const phs::Model& model) {
+    return with_touches(*a.model, method, h, options, [&](const phs::Model& model) {
       return integrators::make_integrator(method, model, h, options);
     });
   return std::make_unique<space::SplitIntegrator>(
@@ -32,7 +32,7 @@ std::unique_ptr<integrators::Integrator> make_integrator(const Scene& scene,
       } catch (const InvalidArgument& e) {
         throw InvalidArgument(in_file(scene.orbit->where) + e.what());
       }
-  return with_touches(model, h, [&](const phs::Model& of_run) {
+  return with_touches(model, scene.method, h, options, [&](const phs::Model& of_run) {
     auto method = integrators::make_controlled(
         scene.step_control, scene.method, of_run, h,
         {.rate = scene.control_rate, .length = scene.control_length}, options);

@@ -125,7 +125,7 @@ class ComparisonRun {
       MethodTrials m = plain;
       m.control = control;
       try {
-        with_touches(*assembly_.model, guess_, [&](const phs::Model& model) {
+        with_touches(*assembly_.model, name, guess_, {}, [&](const phs::Model& model) {
           return make_controlled(control, name, model, guess_, {.length = scene_.control_length});
         });
         c_.methods.push_back(m);

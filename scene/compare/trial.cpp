@@ -29,7 +29,7 @@ std::unique_ptr<integrators::Integrator> make(const Assembly& a, const Setting& 
   o.iteration_tolerance = s.iteration_tolerance;
   o.instants = s.instants;
   if (s.control != integrators::StepControl::fixed)
-    return with_touches(*a.model, s.step, [&](const phs::Model& model) {
+    return with_touches(*a.model, s.method, s.step, o, [&](const phs::Model& model) {
       return integrators::make_controlled(s.control, s.method, model, s.step,
                                           {.rate = s.control_rate, .length = s.control_length}, o);
     });

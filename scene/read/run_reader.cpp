@@ -35,6 +35,10 @@ void check_control(const Scene& s, const std::string& where) {
     refuse(where, fmt::format("step_control is \"{}\", but {} chooses its steps itself, expected "
                               "step_control = \"fixed\"",
                               control, s.method));
+  if (d.needs.contacts)
+    refuse(where, fmt::format("step_control is \"{}\", but the impacts of {} have no size of step "
+                              "that a control could choose, expected step_control = \"fixed\"",
+                              control, s.method));
   if (s.step_control == integrators::StepControl::reversible &&
       d.symmetric != integrators::Claim::holds)
     refuse(where,

@@ -101,9 +101,8 @@ def test_pictures_of_a_scene(source):
         return refused(e.render, "no Chromium or Chrome was found")
     first, second = e.render()
     assert first.shape == (240, 320, 3) and first.dtype == np.uint8 and np.array_equal(first, second) and first.std() > 3
-    s = e.batch.state(1)
-    s.x = s.x + np.array([1.0, 0, 0, 0])
-    e.batch.set_state(1, s)
+    for _ in range(60):
+        e.step(np.array([[0.0], [1.0]]) * np.ones(e.single_action_space.shape))
     first, second = e.render()
     assert (first != second).any(axis=2).sum() > 200  # the other one moved
     e.close()

@@ -1,0 +1,136 @@
+#pragma once
+#include "contact/detail/step_contacts.h"
+
+namespace porthos::contact {
+
+/// The impulses of a step by non-smooth Gauss-Seidel: one contact after another gets the exact
+/// impulse of its cone, in a fixed order, until none would change a velocity by more than
+/// `residual` of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4).
+///
+/// The law is one of mean velocities u over the step, with u⁻ that at its start:
+///   0 <= u_n - (1 - e) min(u⁻_n, 0)/2 ⊥ P_n >= 0: u⁺_n = 2 u_n - u⁻_n = -e u⁻_n, as Newton says
+///   P_t against u⁺_t, so a contact that sticks has u⁺_t = 0
+/// The work of the normal impulse, P_n u_n, is thus never positive. Friction would do work in a
+/// step in which a load turns a slip round: there P_t is against u_t itself (`damps` is false).
+class Cones {
+ public:
+  static constexpr double residual = 1e-11;
+  /// An approach below this part of the largest velocity is none: at rest it is what the residual
+  /// left, and corners of one body would contradict each other about it.
+  static constexpr double quiet = 1e-8;
+  /// Taken where `residual` is not reached in most_sweeps: corners of one body may contradict each
+  /// other a little about the velocity after an impact, until friction or lifting settles it.
+  static constexpr double accepted = 1e-5;
+  static constexpr int most_sweeps = 1000;
+
+  explicit Cones(const ContactModel& model)
+      : rigid_(model.rigid()), v_(size_t(model.mechanism().nv())) {}
+
+  /// At the start of a step: all clusters damp.
+  void begin(const StepContacts& contacts) { clusters_.assign(contacts.clusters(), {}); }
+  /// From the points' free velocities and impulses, which it changes, to `residual` or to `enough`
+  /// if that is more. @return whether it is reached
+  bool solve(StepContacts& contacts, double enough = 0) {
+    scale_ = 0;
+    for (auto& each : contacts.points) {
+      for (const Vec3d& u : {each.before, each.free, each.cone.times(each.in_axes(each.impulse))})
+        scale_ = std::max(scale_, norm(u));
+      each.along = {0, 0, 0};
+      auto& cluster = clusters_[each.cluster];
+      cluster.open = true;
+      cluster.last_square = 0;
+    }
+    if (!std::isfinite(scale_)) return false;
+    wanted_ = std::max(residual, enough) * scale_;
+    std::fill(v_.begin(), v_.end(), 0.0);
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+      for (auto& each : clusters_) each.reached = each.square = each.work = 0;
+      reached_ = 0;
+      for (auto& each : contacts.points)
+        if (clusters_[each.cluster].open) renew(contacts, each);
+      if (reached_ <= wanted_ && settle(contacts)) return true;
+      go_on(contacts);
+    }
+    return reached_ <= accepted * scale_;
+  }
+  /// Whether the last solve() took what most_sweeps had reached.
+  bool stalled() const { return reached_ > wanted_; }
+  /// That of the last solve(), relative.
+  double reached() const { return scale_ > 0 ? reached_ / scale_ : 0.0; }
+  /// The largest velocity then [m/s].
+  double scale() const { return scale_; }
+
+ private:
+  void renew(const StepContacts& contacts, StepContacts::Point& each, double e) {
+    const Vec3d &before = each.before, P = each.in_axes(each.impulse);
+    const double fastest = contacts.points[each.pair].fastest;
+    const bool all = before.x < -0.01 * fastest && fastest < -quiet * scale_;
+    double normal = each.ahead < 0 ? each.ahead : 0.5 * (1 - e) * (all ? before.x : 0);
+    if (std::fabs(normal) < quiet * scale_ && !(all && each.ahead == 0)) normal = 0;
+    const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(P);
+    const double slip = clusters_[each.cluster].damps ? 0.5 : 0;
+    const Vec3d next = each.cone.impulse(b - Vec3d{normal, slip * before.y, slip * before.z}),
+                d = next - P;
+    each.moved = each.in_world(d);
+    if (d.x == 0 && d.y == 0 && d.z == 0) return;
+    contacts.add_rates(each, d, v_);
+    each.impulse = each.in_world(next);
+    Cluster& cluster = clusters_[each.cluster];
+    cluster.square += dot(each.moved, each.moved);
+    cluster.reached = std::max(cluster.reached, norm(each.cone.times(d)));
+    reached_ = std::max(reached_, cluster.reached);
+  }
+  void renew(const StepContacts& contacts, StepContacts::Point& each) {
+    renew(contacts, each, rigid_[contacts.rigid(each.gap)].restitution);
+  }
+  /// Along the conjugate direction of the sweeps, as if they were gradients (Silcowitz-Hansen,
+  /// Niebe, Erleben 2010).
+  void go_on(StepContacts& contacts) {
+    for (Cluster& each : clusters_) {
+      each.open = each.open && each.reached > wanted_;
+      if (!each.open) continue;
+      const double ratio = each.last_square > 0 ? each.square / each.last_square : 0;
+      each.beta = ratio < 1.001 ? std::min(ratio, 1.0) : 0;
+      each.last_square = each.square;
+    }
+    for (auto& each : contacts.points) {
+      const Cluster& cluster = clusters_[each.cluster];
+      if (!cluster.open) continue;
+      const Vec3d more = cluster.beta * each.along;
+      each.along = more + each.moved;
+      if (cluster.beta == 0) continue;
+      each.impulse = each.impulse + more;
+      contacts.add_rates(each, each.in_axes(more), v_);
+    }
+  }
+  /// At the end: where the friction of a cluster does work the cluster ceases to damp, and is open
+  /// again. @return whether there is none
+  bool settle(const StepContacts& contacts) {
+    for (const auto& each : contacts.points) {
+      if (each.rows == 1) continue;
+      const Vec3d P = each.in_axes(each.impulse), u = each.free + contacts.rates(each, v_);
+      clusters_[each.cluster].work += P.y * u.y + P.z * u.z - 10 * wanted_ * std::hypot(P.y, P.z);
+    }
+    bool done = true;
+    for (Cluster& each : clusters_) {
+      if (!each.damps || !(each.work > 0)) continue;
+      each = {.damps = false, .open = true, .reached = HUGE_VAL};
+      done = false;
+    }
+    return done;
+  }
+
+  /// Contacts that can press on each other.
+  struct Cluster {
+    bool damps = true, open = false;               ///< open: not solved yet
+    double reached = 0;                            ///< change of velocity in the last sweep
+    double square = 0, last_square = 0, beta = 0;  ///< of conjugate directions
+    double work = 0;                               ///< of friction
+  };
+  const std::vector<ContactModel::Rigid>& rigid_;
+  std::vector<Cluster> clusters_;
+  std::vector<double> v_;  ///< what the changes of impulses do to joint rates
+  double scale_ = 0, wanted_ = 0, reached_ = 0;
+};
+
+}  // namespace porthos::contact

@@ -1,0 +1,87 @@
+// Scenes by the method "moreau": the example, resumed runs, events and monitors, and what is
+// refused.
+#include <fmt/format.h>
+
+#include "scene/ensemble/ensemble.h"
+#include "scene/session/memory_run.h"
+#include "tests/run/shipped.h"
+
+namespace porthos::test::time_stepping_run_test {
+namespace {
+
+scene::RunReport report_of(const scene::Scene& s) {
+  return scene::run_in_memory(s, scene::assemble(s), {});
+}
+scene::Scene pile(const TemporaryFolder& folder, double duration,
+                  const std::vector<Change>& changes = {}, const std::string& more = "") {
+  return shipped(folder, "pile", duration, changes, more);
+}
+
+/// The balls come to rest, apart from rolling, and the box stops where mu says. The ledger closes
+/// whatever watches. Control: another mu of the box.
+TEST(TimeSteppingRun, APile) {
+  TemporaryFolder folder;
+  const auto r = report_of(pile(folder, 1));
+  const double stops = -1 + 1.2 * 1.2 / (2 * 0.4 * 9.81), box = r.final_state.x[35];
+  fmt::print("  energy {:.1e}   bound 1e-11; box {:.1e} m off   bound 5e-6; {} impacts\n",
+             value_of(r, "energy"), box - stops, r.impacts[0].count);
+  EXPECT_TRUE(r.passed());
+  EXPECT_LE(std::fabs(box - stops), 0.4 * 9.81 * 0.002 * 0.002 / 8 + 1e-9);
+  EXPECT_GT(r.impacts[0].count, 3);
+  TemporaryFolder other;
+  const auto control = report_of(pile(other, 1, {{"friction = 0.4", "friction = 0.41"}}));
+  EXPECT_GT(std::fabs(control.final_state.x[35] - stops), 1e-3);
+  TemporaryFolder watched;
+  const auto s = report_of(pile(watched, 1, {}, "[monitor]\nlimit = 1e-11\naction = \"stop\"\n"));
+  EXPECT_TRUE(s.passed());
+  EXPECT_EQ(s.final_state, r.final_state);
+}
+
+TEST(TimeSteppingRun, AResumedRunHasTheSameBits) {
+  TemporaryFolder folder;
+  const auto s = pile(folder, 0.6);
+  const auto a = scene::assemble(s);
+  const auto whole = scene::run(s, a, into(folder / "whole"));
+  auto o = into(folder / "parts");
+  for (const std::int64_t at : {13, 150, 201, 250}) {
+    o.stop_at = at;
+    EXPECT_TRUE(scene::run(s, a, o).interrupted);
+    o.resume = true;
+  }
+  const auto rest = scene::run(s, a, into(folder / "parts", true));
+  EXPECT_EQ(whole.final_state, rest.final_state);
+  EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
+}
+
+/// An ensemble has the same bits with one thread and with two.
+TEST(TimeSteppingRun, AnEnsembleHasTheSameBitsWithThreads) {
+  TemporaryFolder folder;
+  const auto s = pile(folder, 0.4, {},
+                      "[ensemble]\ncases = 4\n[ensemble.vary]\n"
+                      "\"initial.base.linear_velocity[0]\" = { uniform = [-0.2, 0.2] }\n");
+  std::vector<std::string> cases;
+  for (const int threads : {1, 2}) {
+    scene::EnsembleOptions o;
+    o.out = (folder / fmt::format("by{}", threads)).string();
+    o.threads = threads;
+    (void)scene::run_ensemble(scene::Ensemble(s), o);
+    cases.push_back(read_bytes(folder / fmt::format("by{}", threads) / "ensemble.h5"));
+  }
+  EXPECT_EQ(cases[0], cases[1]);
+}
+
+TEST(TimeSteppingRun, RefusalsSayWhereAndWhat) {
+  const auto refusal = [](const std::vector<Change>& changes, const std::string& more = "") {
+    return refusal_of_scene(
+        [&](const TemporaryFolder& folder) { return pile(folder, 1, changes, more); });
+  };
+  const auto refused = [](const std::string& text, const std::string& expected) {
+    EXPECT_TRUE(text.starts_with("scene.toml:") && says(text, expected)) << text;
+  };
+  refused(refusal({{"step = 0.002", "step = 0.002\nstep_control = \"reversible\""}}),
+          "the impacts of moreau have no size of step that a control could choose");
+  refused(refusal({{"\"moreau\"", "\"gauss16\""}}), "or method = \"moreau\"");
+}
+
+}  // namespace
+}  // namespace porthos::test::time_stepping_run_test
