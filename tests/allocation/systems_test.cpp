@@ -5,6 +5,7 @@
 
 #include "contact/rigid.h"
 #include "contact/sticking.h"
+#include "contact/time_stepping.h"
 #include "integrators/control/energy_monitor.h"
 #include "phs/network/elements.h"
 #include "phs/network/network.h"
@@ -242,6 +243,23 @@ TEST(Allocation, NoneAtImpacts) {
   phs::State state(model.description(),
                    body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
   expect_none("rigid contact", *method, state, 600);
+}
+
+/// The same block by time stepping, with friction: it tumbles, rubs and comes to rest on a face.
+TEST(Allocation, NoneByTimeStepping) {
+  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
+  Shape block;
+  block.kind = Kind::box;
+  block.half = {0.2, 0.3, 0.15};
+  Law law;
+  law.form = Law::Form::rigid;
+  law.restitution = 0.5;
+  law.friction = 0.4;
+  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
+  const auto method = contact::with_time_stepping(model, model, 1e-3);
+  phs::State state(model.description(),
+                   body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
+  expect_none("time stepping", *method, state, 2000);
 }
 
 /// A ball with friction: it bounces with spin, slides, and rolls.

@@ -375,6 +375,14 @@ std::vector<Feature> all() {
        {{"integrator.step", "0.005"},
         {"verify.energy", "1e-5"},
         {"verify.linear_momentum", "1e-8"}}},
+      {"time stepping",
+       {"moreau", "slab"},
+       method("moreau"),
+       modest("0.002", "1e-8"),
+       "[[contact]]\nname = 'slab@'\nlinks = ['lower']\nagainst = ['bus']\n"
+       "shape = { kind = 'sphere', radius = 0.2, at = [0, 0, -0.5] }\n"
+       "against_shape = { kind = 'sphere', radius = 0.3, at = [0.5, 0.3, -1.2] }\n"
+       "law = 'rigid'\nrestitution = 0.7\nfriction = 0.3\n"},
       {"radau15", {"radau15"}, method("radau15"), modest("0.002", "1e-8")},
       {"rk4", {"rk4"}, method("rk4"), modest("0.002", "1e-6")},
       {"rival, cvode_adams", {"cvode_adams"}, method("cvode_adams"), modest("0.002", "1e-6")},

@@ -43,7 +43,7 @@ const std::vector<Refusal>& refusals() {
        "of a spring between motor "
        "and joint, is no q and has no p: the structure matrix is not [0 I; -I 0]."},
       {{"splitting aba864"},
-       losses + Names{"dc_motor", "drive torque", "drive position"},
+       losses + Names{"dc_motor", "drive torque", "drive position", "time stepping"},
        "A splitting of order above 2 in the whole step takes parts of it backwards (Sheng 1989, "
        "Suzuki 1991), and "
        "backwards in time losses grow."},
@@ -53,7 +53,7 @@ const std::vector<Refusal>& refusals() {
        "the jump on the wrong side, and without a ledger of its own its impulse is not known to "
        "rounding."},
       {controls,
-       {"radau15", "rival, cvode_adams", "auto"},
+       {"radau15", "rival, cvode_adams", "auto", "time stepping"},
        "The method chooses the steps itself, or a step of one size is what is chosen."},
       {{"steps reversible"},
        {"rk4", "tao4"},
@@ -78,7 +78,7 @@ const std::vector<Refusal>& refusals() {
        Names{"gauss16, stages in lanes", "composition", "stormer_verlet", "tao4",
              "discrete gradient", "radau15", "rk4", "rival, cvode_adams"},
        "These methods have no multipliers: nothing in them holds a constraint.", true},
-      {{"rigid contact"},
+      {{"rigid contact", "time stepping"},
        couplings + Names{"motion", "rolling"},
        "An impact would go through the loops as well, and a closed contact press on them: both "
        "need "
@@ -88,9 +88,14 @@ const std::vector<Refusal>& refusals() {
        "What holds a joint at rest and what holds a loop bear one load together: both need their "
        "rows in one system, which is not built."},
       {{"dry friction"},
-       {"rigid contact"},
+       {"rigid contact", "time stepping"},
        "A joint that sticks would take part in an impact, and bear a load with the contacts that "
        "are closed: both need their rows in one system, which is not built."},
+      {{"joint_stop"},
+       {"time stepping"},
+       "A soft stop begins at the touch. Time stepping looks for no instants, so its stops are "
+       "rigid "
+       "or smooth."},
       {{"steps reversible"},
        {"rolling"},
        "The methods for bodies that roll are not symmetric: they are brought back to the manifold "
@@ -107,8 +112,8 @@ const std::vector<Refusal>& refusals() {
        "The conditions of the laws are those of trees: a rest point on a loop balances with its "
        "multipliers, which no certificate looks at yet."},
       {{"joint wrench"},
-       Names{"rolling", "contact", "rigid contact", "dry friction", "thruster", "wrench",
-             "soft_latch", "engage and disengage", "line_spring"},
+       Names{"rolling", "contact", "rigid contact", "time stepping", "dry friction", "thruster",
+             "wrench", "soft_latch", "engage and disengage", "line_spring"},
        "The wrench is what changes the momentum of the bodies behind the joint, less their weight. "
        "What else pulls at them, or closes a loop with them, would have to be taken off it."},
   };
