@@ -95,16 +95,17 @@ class TimeStepping final : public integrators::Integrator {
     contacts_.choose(q_of(start_), q_of(point_), h, [&](size_t k) { return last_[k]; });
     cones_.begin(contacts_);
     measure();
-    double change = 1;
+    double change = 1, enough = 1;
     double least = near;  // of changes that matter
-    for (int sweep = 0; !contacts_.points.empty() && change > least; ++sweep) {
+    for (int sweep = 0; !contacts_.points.empty() && std::max(change, enough) > least; ++sweep) {
       if (sweep == options_.max_sweeps) return Outcome::not_converged;
       if (sweep < placing) {
         for (size_t i = 0; i < nq_; ++i) point_[i] = start_[i] + 0.5 * delta_[i];
         contacts_.place(q_of(point_), q_dot_);
       }
       evaluate(t, h);
-      if (!push(0.01 * change)) return Outcome::not_converged;
+      enough = 0.01 * change;
+      if (!push(enough)) return Outcome::not_converged;
       add_impulses();
       const auto moved = move();
       if (!moved.finite) return Outcome::not_finite;

@@ -1,11 +1,12 @@
 #pragma once
-#include "contact/detail/step_contacts.h"
+#include "contact/detail/cone_newton.h"
 
 namespace porthos::contact {
 
 /// The impulses of a step by non-smooth Gauss-Seidel: one contact after another gets the exact
 /// impulse of its cone, in a fixed order, until none would change a velocity by more than
-/// `residual` of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4).
+/// `residual` of the largest (Jean 1999; Acary, Brogliato 2008, 13.7.4). Where that takes long, a
+/// small cluster of contacts is given to ConeNewton, and the sweeps judge what it found.
 ///
 /// The law is one of mean velocities u over the step, with u⁻ that at its start:
 ///   0 <= u_n - (1 - e) min(u⁻_n, 0)/2 ⊥ P_n >= 0: u⁺_n = 2 u_n - u⁻_n = -e u⁻_n, as Newton says
@@ -18,13 +19,13 @@ class Cones {
   /// An approach below this part of the largest velocity is none: at rest it is what the residual
   /// left, and corners of one body would contradict each other about it.
   static constexpr double quiet = 1e-8;
-  /// Taken where `residual` is not reached in most_sweeps: corners of one body may contradict each
-  /// other a little about the velocity after an impact, until friction or lifting settles it.
+  /// Taken where `residual` is not reached in most_sweeps.
   static constexpr double accepted = 1e-5;
   static constexpr int most_sweeps = 1000;
+  static constexpr int patience = 50;  ///< sweeps before Newton's method
 
   explicit Cones(const ContactModel& model)
-      : rigid_(model.rigid()), v_(size_t(model.mechanism().nv())) {}
+      : rigid_(model.rigid()), v_(size_t(model.mechanism().nv())), unit_(v_.size()) {}
 
   /// At the start of a step: all clusters damp.
   void begin(const StepContacts& contacts) { clusters_.assign(contacts.clusters(), {}); }
@@ -49,6 +50,7 @@ class Cones {
       for (auto& each : contacts.points)
         if (clusters_[each.cluster].open) renew(contacts, each);
       if (reached_ <= wanted_ && settle(contacts)) return true;
+      if (sweep % patience == patience - 1) finish(contacts);
       go_on(contacts);
     }
     return reached_ <= accepted * scale_;
@@ -61,16 +63,18 @@ class Cones {
   double scale() const { return scale_; }
 
  private:
-  void renew(const StepContacts& contacts, StepContacts::Point& each, double e) {
-    const Vec3d &before = each.before, P = each.in_axes(each.impulse);
-    const double fastest = contacts.points[each.pair].fastest;
-    const bool all = before.x < -0.01 * fastest && fastest < -quiet * scale_;
-    double normal = each.ahead < 0 ? each.ahead : 0.5 * (1 - e) * (all ? before.x : 0);
-    if (std::fabs(normal) < quiet * scale_ && !(all && each.ahead == 0)) normal = 0;
-    const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(P);
+  /// The mean velocity that the law is about.
+  Vec3d target(const StepContacts::Point& each, double e) const {
+    const Vec3d& before = each.before;
+    double normal = each.ahead < 0 ? each.ahead : 0.5 * (1 - e) * std::min(before.x, 0.0);
+    if (normal > -quiet * scale_) normal = 0;
     const double slip = clusters_[each.cluster].damps ? 0.5 : 0;
-    const Vec3d next = each.cone.impulse(b - Vec3d{normal, slip * before.y, slip * before.z}),
-                d = next - P;
+    return {normal, slip * before.y, slip * before.z};
+  }
+  void renew(const StepContacts& contacts, StepContacts::Point& each, double e) {
+    const Vec3d P = each.in_axes(each.impulse);
+    const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(P);
+    const Vec3d next = each.cone.impulse(b - target(each, e)), d = next - P;
     each.moved = each.in_world(d);
     if (d.x == 0 && d.y == 0 && d.z == 0) return;
     contacts.add_rates(each, d, v_);
@@ -82,6 +86,20 @@ class Cones {
   }
   void renew(const StepContacts& contacts, StepContacts::Point& each) {
     renew(contacts, each, rigid_[contacts.rigid(each.gap)].restitution);
+  }
+  /// What the sweeps do not end, Newton's method does, where a cluster is small.
+  void finish(StepContacts& contacts) {
+    for (size_t k = 0; k < clusters_.size(); ++k) {
+      if (!(clusters_[k].open && clusters_[k].reached > wanted_)) continue;
+      newton_.clear();
+      bool room = true;
+      for (auto& each : contacts.points) {
+        if (each.cluster != k) continue;
+        const auto& rigid = rigid_[contacts.rigid(each.gap)];
+        room = room && newton_.add(each, target(each, rigid.restitution), rigid.friction);
+      }
+      if (room && newton_.solve(contacts, 0.1 * wanted_, v_, unit_)) clusters_[k].last_square = 0;
+    }
   }
   /// Along the conjugate direction of the sweeps, as if they were gradients (Silcowitz-Hansen,
   /// Niebe, Erleben 2010).
@@ -129,7 +147,8 @@ class Cones {
   };
   const std::vector<ContactModel::Rigid>& rigid_;
   std::vector<Cluster> clusters_;
-  std::vector<double> v_;  ///< what the changes of impulses do to joint rates
+  ConeNewton newton_;
+  std::vector<double> v_, unit_;  ///< what the changes of impulses do to joint rates
   double scale_ = 0, wanted_ = 0, reached_ = 0;
 };
 

@@ -18,10 +18,7 @@ class StepContacts {
     size_t rows;     ///< 1 or 3
     Vec3d impulse;   ///< of the step, world axes: on B, and its opposite on A; of a stop (P, 0, 0)
     size_t cluster;  ///< which others it can press on: those with the same number, a tree's
-    size_t pair;     ///< the first point of its pair
-    double fastest;  ///< the least normal velocity at the start, of all points of the pair; there
-    double
-        ahead;  ///< mean velocity that closes a gap which the free step leaves open; 0: it does not
+    double ahead;    ///< mean velocity that closes a gap which the free step leaves open; else 0
     Vec3d moved, along;  ///< of Cones: the last change of the impulse, and a conjugate direction
     std::array<Vec3d, 3> axes;  ///< the normal, and two across it
     FrictionCone cone;          ///< of half the effect of an impulse
@@ -147,13 +144,6 @@ class StepContacts {
     for (Point& each : points) {
       weigh(each);
       each.before = lifted_rates(each, q_dot);
-    }
-    for (size_t k = 0, first = 0; k < points.size(); ++k) {  // points of a pair follow each other
-      const Gap &own = all_[points[k].gap], &of_first = all_[points[first].gap];
-      if (own.stop || own.of != of_first.of) first = k;
-      points[first].fastest =
-          first == k ? points[k].before.x : std::min(points[first].fastest, points[k].before.x);
-      points[k].pair = first;
     }
   }
 
