@@ -245,8 +245,8 @@ TEST(Allocation, NoneAtImpacts) {
   expect_none("rigid contact", *method, state, 600);
 }
 
-/// The same block by time stepping, with friction: it tumbles, rubs and comes to rest on a face. Room
-/// for contacts grows with the most there were.
+/// The same block by time stepping, with friction: it tumbles, rubs and comes to rest on a face.
+/// Room for contacts grows with the most there were.
 TEST(Allocation, NoneByTimeStepping) {
   const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
   Shape block;
