@@ -76,10 +76,11 @@ void bind_designs(py::module_& m) {
       arg("design") = es::InertiaWheelPendulum{}, arg("plant") = none,
       "Pendulum from upright with a reaction wheel. plant: another one to match the law to, else "
       "the design's own.");
-  m.def("inertia_wheel_gains", &es::inertia_wheel_gains, arg("design"), arg("bandwidth"),
-        arg("damping_ratio") = 1.0,
-        "The design with the gains by which the linearised loop has twice the poles of s² + 2ζω s + "
-        "ω²; bandwidth ω [rad/s].");
+  m.def(
+      "inertia_wheel_gains", &es::inertia_wheel_gains, arg("design"), arg("bandwidth"),
+      arg("damping_ratio") = 1.0,
+      "The design with the gains by which the linearised loop has twice the poles of s² + 2ζω s + "
+      "ω²; bandwidth ω [rad/s].");
   m.def(
       "ball_and_beam",
       [](const es::BallAndBeam& d, ModelPtr plant) {

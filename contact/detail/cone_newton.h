@@ -9,10 +9,10 @@ namespace porthos::contact {
 
 /// The impulses of a few points of one cluster by Newton's method on Alart and Curnier's equations,
 ///   P_n = max(0, λ_n),  P_t = λ_t, no longer than μ max(0, λ_n),  λ = P - ρ w(P),
-/// inside a proximal iteration, w(P) + δ (P - P of the last round): the points of a rigid body press
-/// against each other in ways that move nothing, so w alone does not tell P. Where they contradict
-/// each other a little, sweeps drive that inner stress on for thousands of times until a point
-/// slides or parts; here δ does in a round or two.
+/// inside a proximal iteration, w(P) + δ (P - P of the last round): the points of a rigid body can
+/// press against each other in ways that move nothing, so w alone does not tell P. Where they
+/// contradict each other a little, sweeps drive that inner stress on for thousands of times until
+/// a point slides or parts; here δ does in a round or two.
 ///
 /// Sources: Alart, Curnier 1991; Rockafellar 1976. Cost: O(n³) of n points a pass, no allocation.
 class ConeNewton {

@@ -450,7 +450,7 @@ TEST(RigidFriction, IsRefusedInASentence) {
   const auto body = mechanism_of({body_on("box", "free", 2)}, g);
   const auto refusal = [&](const std::vector<Contact>& contacts) -> std::string {
     try {
-      ContactModel(body, body, contacts);
+      ContactModel(body, body, contacts).check_friction_of_events();
     } catch (const InvalidArgument& why) {
       return why.what();
     }
@@ -461,11 +461,11 @@ TEST(RigidFriction, IsRefusedInASentence) {
   box.half = {0.3, 0.2, 0.1};
   EXPECT_EQ(refusal({{"g", {{"box", box}}, {{"world", ground()}}, rough_law(0, 0.5)}}),
             "contact 'g': a box and a plane touch in 8 points and have friction, expected shapes "
-            "that touch in one, for example a sphere");
+            "that touch in one, for example a sphere, or method = \"moreau\"");
   EXPECT_EQ(refusal({{"g", {{"box", ball(0.1)}}, {{"world", ground()}}, rough_law(0, 0.5)},
                      {"h", {{"box", ball(0.2)}}, {{"world", ground()}}, rough_law(0, 0.5)}}),
             "contact 'h': a link of it has rigid friction at another point, in 'g', expected one "
-            "such point on a link");
+            "such point on a link, or method = \"moreau\"");
   EXPECT_EQ(refusal({{"g", {{"box", ball(0.1)}}, {{"world", ground()}}, rough_law(0, -1)}}),
             "contact 'g': friction is -1, expected 0 or more");
 }

@@ -126,7 +126,7 @@ TEST(Monitor, BadKeysAreRefusedWithTheirLine) {
   TemporaryFolder folder;
   const auto off = scene_with(folder, controller("rate = 30.0\n"));
   EXPECT_TRUE(says(refusal([&] { scene::run(off, scene::assemble(off), into(folder / "out")); }),
-                   "the controller 'elbow.controller' is sampled every 0.033333 s"));
+                   "the controller 'elbow.controller' is sampled every 0.0333333333 s"));
 }
 
 }  // namespace
