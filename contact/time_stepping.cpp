@@ -69,7 +69,7 @@ class TimeStepping final : public integrators::Integrator {
   }
   std::string remark() const override {
     if (!trouble_.empty() || worst_ == 0) return trouble_;
-    return fmt::format("contacts solved to {:.0e} of their velocities or better", worst_);
+    return fmt::format("sweeps over the contacts, to {:.0e} of their velocities", worst_);
   }
   bool integrates_power() const override { return true; }
   std::span<const integrators::Jump> jumps() const override { return jumps_; }
