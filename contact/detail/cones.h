@@ -64,17 +64,18 @@ class Cones {
 
  private:
   /// The mean velocity that the law is about.
-  Vec3d target(const StepContacts::Point& each, double e) const {
+  Vec3d target(const StepContacts& contacts, const StepContacts::Point& each) const {
+    const double e = rigid_[contacts.rigid(each.gap)].restitution;
     const Vec3d& before = each.before;
     double normal = each.ahead < 0 ? each.ahead : 0.5 * (1 - e) * std::min(before.x, 0.0);
     if (normal > -quiet * scale_) normal = 0;
     const double slip = clusters_[each.cluster].damps ? 0.5 : 0;
     return {normal, slip * before.y, slip * before.z};
   }
-  void renew(const StepContacts& contacts, StepContacts::Point& each, double e) {
+  void renew(const StepContacts& contacts, StepContacts::Point& each) {
     const Vec3d P = each.in_axes(each.impulse);
     const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(P);
-    const Vec3d next = each.cone.impulse(b - target(each, e)), d = next - P;
+    const Vec3d next = each.cone.impulse(b - target(contacts, each)), d = next - P;
     each.moved = each.in_world(d);
     if (d.x == 0 && d.y == 0 && d.z == 0) return;
     contacts.add_rates(each, d, v_);
@@ -84,9 +85,6 @@ class Cones {
     cluster.reached = std::max(cluster.reached, norm(each.cone.times(d)));
     reached_ = std::max(reached_, cluster.reached);
   }
-  void renew(const StepContacts& contacts, StepContacts::Point& each) {
-    renew(contacts, each, rigid_[contacts.rigid(each.gap)].restitution);
-  }
   /// What the sweeps do not end, Newton's method does, where a cluster is small.
   void finish(StepContacts& contacts) {
     for (size_t k = 0; k < clusters_.size(); ++k) {
@@ -95,8 +93,8 @@ class Cones {
       bool room = true;
       for (auto& each : contacts.points) {
         if (each.cluster != k) continue;
-        const auto& rigid = rigid_[contacts.rigid(each.gap)];
-        room = room && newton_.add(each, target(each, rigid.restitution), rigid.friction);
+        room = room &&
+               newton_.add(each, target(contacts, each), rigid_[contacts.rigid(each.gap)].friction);
       }
       if (room && newton_.solve(contacts, 0.1 * wanted_, v_, unit_)) clusters_[k].last_square = 0;
     }

@@ -213,53 +213,59 @@ TEST(Allocation, NoneInAStepOfPartsAndInOrbit) {
   }
 }
 
+/// A tilted block above the ground.
+struct FallingBlock {
+  std::shared_ptr<const mechanics::MechanicalModel> body =
+      mechanism_of({body_on("body", "free", 1)}, 9.8125);
+  ContactModel model;
+  Numbers start = body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3));
+
+  explicit FallingBlock(const Law& law)
+      : model(body, body, {{"ground", {{"body", shape()}}, {{"world", ground()}}, law}}) {}
+  static Shape shape() {
+    Shape block;
+    block.kind = Kind::box;
+    block.half = {0.2, 0.3, 0.15};
+    return block;
+  }
+};
+
 /// A block that falls on the ground and tips, in steps of several parts.
 TEST(Allocation, NoneWhereBodiesTouch) {
-  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
-  Shape block;
-  block.kind = Kind::box;
-  block.half = {0.2, 0.3, 0.15};
   Law law = power_law(5e3, 1, 0.2);
   law.friction = 0.3;
   law.creep = 0.1;
-  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
-  ContactRun run(model, body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)), 1e-3);
+  const FallingBlock fall(law);
+  const ContactModel& model = fall.model;
+  ContactRun run(model, fall.start, 1e-3);
   expect_none("contact", *run.method, run.state, 600);
 }
 
 /// The same block with a rigid law: impacts, then rest on an edge and on a face.
 TEST(Allocation, NoneAtImpacts) {
-  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
-  Shape block;
-  block.kind = Kind::box;
-  block.half = {0.2, 0.3, 0.15};
   Law law;
   law.form = Law::Form::rigid;
   law.restitution = 0.5;
-  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
+  const FallingBlock fall(law);
+  const ContactModel& model = fall.model;
   const auto method = contact::with_rigid_contacts(model, model, 1e-3, [](const phs::Model& run) {
     return integrators::make_integrator("gauss16", run, 1e-3);
   });
-  phs::State state(model.description(),
-                   body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
+  phs::State state(model.description(), fall.start);
   expect_none("rigid contact", *method, state, 600);
 }
 
 /// The same block by time stepping, with friction: it tumbles, rubs and comes to rest on a face.
 /// Room for contacts grows with the most there were.
 TEST(Allocation, NoneByTimeStepping) {
-  const auto body = mechanism_of({body_on("body", "free", 1)}, 9.8125);
-  Shape block;
-  block.kind = Kind::box;
-  block.half = {0.2, 0.3, 0.15};
   Law law;
   law.form = Law::Form::rigid;
   law.restitution = 0.5;
   law.friction = 0.4;
-  const ContactModel model(body, body, {{"ground", {{"body", block}}, {{"world", ground()}}, law}});
+  const FallingBlock fall(law);
+  const ContactModel& model = fall.model;
   const auto method = contact::with_time_stepping(model, model, 1e-3);
-  const phs::State start(model.description(),
-                         body->state(Numbers{0, 0, 0.4, 0.6, 0.8, 0, 0}, Numbers(6, 0.3)));
+  const phs::State start(model.description(), fall.start);
   for (auto [state, k] = std::pair(start, 0); k < 2000; ++k)
     ASSERT_EQ(method->step(state), Outcome::ok) << method->remark();
   expect_none("time stepping", *method, start, 2000);

@@ -114,17 +114,8 @@ TEST(ContactRun, StopsTakeTheLimitsOfTheModelFile) {
 /// Interrupted and continued: the same bits, also where the interruption is inside a touch.
 TEST(ContactRun, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
-  const auto s = shipped(folder, "bouncing_ball", 2);
-  const auto a = scene::assemble(s);
-  const auto whole = scene::run(s, a, into(folder / "whole"));
-  auto o = into(folder / "parts");
-  for (const std::int64_t at : {236, 239, 700}) {
-    o.stop_at = at;
-    EXPECT_TRUE(scene::run(s, a, o).interrupted);
-    o.resume = true;
-  }
-  const auto rest = scene::run(s, a, into(folder / "parts", true));
-  EXPECT_EQ(whole.final_state, rest.final_state);
+  const auto [whole, rest] =
+      expect_same_bits_when_resumed(folder, shipped(folder, "bouncing_ball", 2), {236, 239, 700});
   EXPECT_EQ(entry_of(whole.losses, "ground.friction"), entry_of(rest.losses, "ground.friction"));
 }
 

@@ -62,19 +62,9 @@ TEST(DryFrictionRun, AnArmRestsAndHolds) {
 /// Interrupted while it slides, while it sticks and in between, and continued: the same bits.
 TEST(DryFrictionRun, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
-  const auto s = shipped(folder, "dry_joints");
-  const auto a = scene::assemble(s);
-  const auto whole = scene::run(s, a, into(folder / "whole"));
-  auto o = into(folder / "parts");
-  for (const std::int64_t at : {61, 255, 500, 1013, 1500}) {
-    o.stop_at = at;
-    EXPECT_TRUE(scene::run(s, a, o).interrupted);
-    o.resume = true;
-  }
-  const auto rest = scene::run(s, a, into(folder / "parts", true));
-  EXPECT_EQ(whole.final_state, rest.final_state);
+  const auto [whole, rest] = expect_same_bits_when_resumed(folder, shipped(folder, "dry_joints"),
+                                                           {61, 255, 500, 1013, 1500});
   EXPECT_EQ(whole.slips, rest.slips);
-  EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
   fmt::print("  balance {:.1e}; slips: shoulder {}, elbow {}\n", value_of(whole, "balance"),
              whole.slips[0].count, whole.slips[1].count);
   EXPECT_GT(whole.slips[0].count + whole.slips[1].count, 2);

@@ -83,18 +83,7 @@ TEST(RigidFrictionRun, ADrawShot) {
 /// Interrupted while both slide, while one rolls, and when both do, and continued: the same bits.
 TEST(RigidFrictionRun, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
-  const auto s = draw_shot(folder, 3);
-  const auto a = scene::assemble(s);
-  const auto whole = scene::run(s, a, into(folder / "whole"));
-  auto o = into(folder / "parts");
-  for (const std::int64_t at : {13, 26, 40, 77, 250}) {
-    o.stop_at = at;
-    EXPECT_TRUE(scene::run(s, a, o).interrupted);
-    o.resume = true;
-  }
-  const auto rest = scene::run(s, a, into(folder / "parts", true));
-  EXPECT_EQ(whole.final_state, rest.final_state);
-  EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
+  expect_same_bits_when_resumed(folder, draw_shot(folder, 3), {13, 26, 40, 77, 250});
 }
 
 TEST(RigidFrictionRun, RefusalsSayWhereAndWhat) {

@@ -59,6 +59,25 @@ inline double entry_of(const scene::RunReport::Named& list, const std::string& n
   return NAN;
 }
 
+/// A run that is interrupted at these steps, and continued, has the bits of the whole one.
+/// @return the reports of the whole run, and of the last part
+inline std::pair<scene::RunReport, scene::RunReport> expect_same_bits_when_resumed(
+    const TemporaryFolder& folder, const scene::Scene& s,
+    std::initializer_list<std::int64_t> steps) {
+  const auto a = scene::assemble(s);
+  auto whole = scene::run(s, a, into(folder / "whole"));
+  auto o = into(folder / "parts");
+  for (const std::int64_t at : steps) {
+    o.stop_at = at;
+    EXPECT_TRUE(scene::run(s, a, o).interrupted);
+    o.resume = true;
+  }
+  auto rest = scene::run(s, a, into(folder / "parts", true));
+  EXPECT_EQ(whole.final_state, rest.final_state);
+  EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
+  return {std::move(whole), std::move(rest)};
+}
+
 /// What reading and assembling a scene that is made in a folder is refused with, from the scene's
 /// name on; empty if it is not.
 template <class Make>

@@ -39,18 +39,7 @@ TEST(TimeSteppingRun, APile) {
 
 TEST(TimeSteppingRun, AResumedRunHasTheSameBits) {
   TemporaryFolder folder;
-  const auto s = pile(folder, 0.6);
-  const auto a = scene::assemble(s);
-  const auto whole = scene::run(s, a, into(folder / "whole"));
-  auto o = into(folder / "parts");
-  for (const std::int64_t at : {13, 150, 201, 250}) {
-    o.stop_at = at;
-    EXPECT_TRUE(scene::run(s, a, o).interrupted);
-    o.resume = true;
-  }
-  const auto rest = scene::run(s, a, into(folder / "parts", true));
-  EXPECT_EQ(whole.final_state, rest.final_state);
-  EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
+  expect_same_bits_when_resumed(folder, pile(folder, 0.6), {13, 150, 201, 250});
 }
 
 /// An ensemble has the same bits with one thread and with two.
