@@ -16,7 +16,8 @@ class LivePicture {
  public:
   /// @param report  the report.html of any run of the mechanism
   /// @param options  those of a picture: size, camera, ride, dark
-  /// @throws InvalidArgument, IoError as write_film()
+  /// @throws InvalidArgument as write_film()
+  /// @throws IoError as write_film()
   LivePicture(std::shared_ptr<const mechanics::Mechanism> mechanism,
               const std::filesystem::path& report, const FilmOptions& options);
   ~LivePicture();

@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-#include "phs/scalars/elementary.h"
+#include "phs/scalars/power.h"
 
 namespace porthos::vsa {
 

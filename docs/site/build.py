@@ -150,7 +150,7 @@ def api(docs, source):
         "INPUT": " ".join(str(ROOT / r) for r in rooms()), "RECURSIVE": "YES", "FILE_PATTERNS": "*.h",
         "EXCLUDE_PATTERNS": "*-inl.h */joints/* */detail/*",
         "STRIP_FROM_PATH": ROOT, "QUIET": "YES", "WARN_IF_UNDOCUMENTED": "NO", "WARNINGS": "NO", "WARN_IF_DOC_ERROR": "NO", "WARN_IF_INCOMPLETE_DOC": "NO", "WARN_LOGFILE": "/dev/null", "XML_PROGRAMLISTING": "NO",
-        "MACRO_EXPANSION": "YES", "EXPAND_ONLY_PREDEF": "YES", "PREDEFINED": "PORTHOS_INLINE=inline __extension__=", "SEARCH_INCLUDES": "NO", "JAVADOC_AUTOBRIEF": "YES", "MARKDOWN_SUPPORT": "YES",
+        "MACRO_EXPANSION": "YES", "EXPAND_ONLY_PREDEF": "YES", "PREDEFINED": "PORTHOS_INLINE=inline __extension__= PORTHOS_UNARY(name,quad,derivative)=", "SEARCH_INCLUDES": "NO", "JAVADOC_AUTOBRIEF": "YES", "MARKDOWN_SUPPORT": "YES",
     }
     say("API reference: doxygen")
     subprocess.run(["doxygen", "-"], input="\n".join(f"{k} = {v}" for k, v in settings.items()), text=True, check=True, stdout=subprocess.DEVNULL)

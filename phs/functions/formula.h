@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "phs/scalars/elementary.h"
+#include "phs/scalars/power.h"
 
 namespace porthos::phs {
 
@@ -25,7 +25,7 @@ class Formula {
           const Constants& constants = {});
 
   /// Its value. T is a scalar of phs/scalars/scalar.h, or a type of derivatives that has the
-  /// functions of elementary.h.
+  /// functions of scalar.h.
   template <class T>
   T at(std::span<const T> variables) const {
     return value(nodes_.back(), variables);

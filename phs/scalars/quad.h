@@ -19,6 +19,9 @@ Quad fabsq(Quad);
 Quad expq(Quad);
 Quad logq(Quad);
 Quad tanhq(Quad);
+Quad sinhq(Quad);
+Quad coshq(Quad);
+Quad atanq(Quad);
 Quad powq(Quad, Quad);
 Quad strtoflt128(const char*, char**);
 int quadmath_snprintf(char*, unsigned long, const char*, ...);
@@ -78,6 +81,9 @@ inline Quad fabsq(Quad x) { return std::fabs(wide(x)); }
 inline Quad expq(Quad x) { return std::exp(wide(x)); }
 inline Quad logq(Quad x) { return std::log(wide(x)); }
 inline Quad tanhq(Quad x) { return std::tanh(wide(x)); }
+inline Quad sinhq(Quad x) { return std::sinh(wide(x)); }
+inline Quad coshq(Quad x) { return std::cosh(wide(x)); }
+inline Quad atanq(Quad x) { return std::atan(wide(x)); }
 inline Quad powq(Quad x, Quad y) { return std::pow(wide(x), wide(y)); }
 inline Quad strtoflt128(const char* text, char** end) { return std::strtold(text, end); }
 /// `format` has libquadmath's length modifier Q, which is L for a long double.

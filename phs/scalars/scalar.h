@@ -95,6 +95,9 @@ Pack<double, W, n> map_lanes(F f, Pack<double, W, n> x) {
 PORTHOS_UNARY(exp, expq, f)
 PORTHOS_UNARY(log, logq, T(1.0) / x.v)
 PORTHOS_UNARY(tanh, tanhq, T(1.0) - f * f)
+PORTHOS_UNARY(sinh, sinhq, sqrt(T(1.0) + f * f))
+PORTHOS_UNARY(cosh, coshq, sinh(x.v))
+PORTHOS_UNARY(atan, atanq, T(1.0) / (T(1.0) + x.v * x.v))
 #undef PORTHOS_UNARY
 
 /// log(1 + y) for y >= 0 with small relative error (Kahan's quotient: the error of w = 1 + y
