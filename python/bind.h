@@ -31,6 +31,9 @@ void bind_identification(pybind11::module_& m);
 void bind_environment(pybind11::module_& m);
 void bind_baseline(pybind11::module_& m);
 
+/// Errors of type in all functions of the module, bound before, get one sentence.
+void explain_type_errors(pybind11::module_& m);
+
 /// Loops and couplings, and their part of MechanicalModel, called by bind_mechanics.
 void bind_constraints(pybind11::module_& m);
 void bind_model_constraints(MechanicalModelClass& model);

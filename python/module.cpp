@@ -33,5 +33,6 @@ PYBIND11_MODULE(_core, m) {
   bind_energy_shaping(m);
   bind_regulation(m);
   bind_vsa(m);
+  explain_type_errors(m);
   porthos::scene::use_python_laws(python_laws());
 }

@@ -97,7 +97,7 @@ class Scene:
         """The same with every check: also symmetry in time and the axioms of the system."""
         return _into(self.data, self.assembly, out or self._out("-verify"), False, True, progress)
 
-    def compare(self, *, methods: Sequence[str] = (), budget: float = 120.0, duration: float | None = None,
+    def compare(self, *, methods: Union[str, Sequence[str]] = (), budget: float = 120.0, duration: float | None = None,
                 out: PathLike | None = None, progress: Tell = None) -> Comparison:
         """Speed against error of every method that fits, over a range of steps. budget: CPU seconds for everything."""
         return _compare(self.data, self.assembly, methods, budget, duration, out, progress)
@@ -230,9 +230,10 @@ def _in_memory(data, assembly, symmetry: bool, progress: Tell) -> Result:
 
 
 def _compare(data, assembly, methods, budget, duration, out, progress) -> Comparison:
+    methods = [methods] if isinstance(methods, str) else methods
     tell, line = chosen(progress)
     try:
-        content, table = _core.compare_methods(data, assembly, list(methods), budget, duration, str(out or ""), tell)
+        content, table = _core.compare_methods(data, assembly, methods, budget, duration, str(out or ""), tell)
     finally:
         line.finish()
     return Comparison(json.loads(content), table, Path(out) if out else None)
@@ -287,7 +288,7 @@ def verify(what: Model | Scene | PathLike, x=None, *, step: float | None = None,
 
 
 def compare(what: Model | Scene | PathLike, x=None, *, step: float | None = None, duration: float | None = None,
-            methods: Sequence[str] = (), budget: float = 120.0, out: PathLike | None = None, progress: Tell = None) -> Comparison:
+            methods: Union[str, Sequence[str]] = (), budget: float = 120.0, out: PathLike | None = None, progress: Tell = None) -> Comparison:
     """Speed against error of every method that fits, over a range of steps (docs/compare.md).
 
     what: a scene (or its path), or a model with the state x, step (the trials begin there) and duration. budget: CPU seconds

@@ -1,0 +1,154 @@
+"""One sentence for a call of the compiled part whose arguments do not fit: which one, its value, what was expected."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from typing import Any, List, NamedTuple, Optional
+
+_words = {"str": "a text", "int": "a whole number", "float": "a number", "bool": "True or False", "None": "None", "function": "a function",
+          "buffer": "an array", "dict": "a dict", "list": "a list", "tuple": "a tuple", "os.PathLike": "a path", "Path": "a path"}
+_many = {"str": "texts", "int": "whole numbers", "float": "numbers"}
+
+
+class _Parameter(NamedTuple):
+    name: str
+    kind: str
+    optional: bool
+
+
+def sentence(function: str, text: str, arguments: tuple, keywords: dict) -> str:
+    """function: its name; text: pybind11's error, which lists its signatures; arguments and keywords: those of the call."""
+    if function == "__init__":
+        function, arguments = type(arguments[0]).__name__, arguments[1:]
+    signatures = [_parameters(line) for line in re.findall(r"^    \d+\. (.*)$", text, re.M)]
+    if not signatures:
+        return text
+    if signatures[0][:1] and signatures[0][0].name == "self":  # a method, or the function behind a property
+        signatures, arguments = [s[1:] for s in signatures], arguments[1:]
+        if [p.name for p in signatures[0]] == ["arg0"] and len(arguments) == 1 and len(signatures) == 1:
+            return f"{function} is {_told(arguments[0])}, expected {_expected(signatures[0][0].kind)}"
+    found = [_faults(s, arguments, keywords) for s in signatures]
+    fewest = min(found, key=len)
+    if not fewest:
+        wanted = " or ".join(f"{function}({', '.join(p.name for p in s)})" for s in signatures)
+        return f"{function}(): {', '.join(map(_told, arguments)) or 'nothing'} does not fit, expected {wanted}"
+    same = [f for f in found if len(f) == len(fewest) and f[0][0] == fewest[0][0]]
+    told, _ = fewest[0]
+    wanted = list(dict.fromkeys(f[0][1] for f in same))
+    return f"{function}(): {told}, expected {' or '.join(wanted)}"
+
+
+def _faults(parameters: List[_Parameter], arguments: tuple, keywords: dict) -> list:
+    """Pairs: what is wrong, what was expected."""
+    named = [p for p in parameters if not p.name.startswith("*")]
+    names = [p.name for p in named]
+    given = dict(zip(names, arguments))
+    faults = []
+    if len(arguments) > len(named) and "*args" not in (p.name for p in parameters):
+        most = f"at most {len(named)}: {', '.join(names)}" if named else "keywords only" if parameters else "none"
+        faults.append((f"it got {len(arguments)} argument{'s' if len(arguments) > 1 else ''}", most))
+    for name in keywords:
+        if name in given:
+            faults.append((f"'{name}' is given twice", "it once"))
+        elif name not in names and not any(p.name.startswith("**") for p in parameters):
+            near = difflib.get_close_matches(name, names, 1)
+            faults.append((f"it has no argument '{name}'", f"'{near[0]}'" if near else ", ".join(names) or "none"))
+    given = {**keywords, **given}
+    for p in named:
+        if p.name not in given:
+            if not p.optional:
+                faults.append((f"'{p.name}' is missing", _expected(p.kind)))
+        elif _fits(given[p.name], p.kind) is False:
+            faults.append((f"'{p.name}' is {_told(given[p.name])}", _expected(p.kind)))
+    return faults
+
+
+def _told(value: Any) -> str:
+    """A value in an error's text."""
+    if value is None or isinstance(value, bool):
+        return repr(value)
+    if hasattr(value, "shape") and hasattr(value, "dtype") and value.shape:
+        return f"an array of shape {tuple(value.shape)} of {value.dtype}"
+    text = repr(value)
+    kind = type(value).__name__
+    if text.startswith("<"):
+        return f"of the type {kind}"
+    return f"{kind} {text if len(text) <= 40 else text[:37] + '...'}"
+
+
+def _split(text: str) -> List[str]:
+    """At the commas outside of brackets and quotes."""
+    parts, depth, quote, start = [], 0, "", 0
+    for i, c in enumerate(text):
+        if quote:
+            quote = "" if c == quote and text[i - 1] != "\\" else quote
+        elif c in "'\"":
+            quote = c
+        elif c in "([{<":
+            depth += 1
+        elif c in ")]}>":
+            depth -= 1
+        elif c == "," and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+    return [p.strip() for p in [*parts, text[start:]] if p.strip()]
+
+
+def _parameters(signature: str) -> List[_Parameter]:
+    """Those of "(a: int, b: List[float] = [1.0], **kwargs) -> float" and of "module.Class(a: int)"."""
+    inner = re.sub(r"\) -> [^)]*$", ")", signature)
+    inner = inner[inner.index("(") + 1:inner.rindex(")")]
+    return [_Parameter((m := re.match(r"(\*{0,2}\w+)(?:: ([^=]*[^= ]))?( = .*)?$", p, re.S)).group(1), m.group(2) or "object", bool(m.group(3)))
+            for p in _split(inner) if p not in ("*", "/")]
+
+
+def _generic(kind: str) -> "tuple[str, List[str]]":
+    m = re.match(r"([\w.]+)\[(.*)\]$", kind)
+    return (m.group(1), _split(m.group(2))) if m else (kind, [])
+
+
+def _expected(kind: str) -> str:
+    outer, inner = _generic(kind)
+    if outer in ("Union", "Optional"):
+        return " or ".join(dict.fromkeys([*map(_expected, inner), *(["None"] if outer == "Optional" else [])]))
+    if outer in ("List", "Sequence", "Iterable", "Set") and inner:
+        return f"a list of {_many.get(inner[0]) or _expected(inner[0])}"
+    if outer == "numpy.ndarray":
+        return f"a numpy array of {inner[0].rsplit('.')[-1]}" if inner else "a numpy array"
+    words = {"Dict": "a dict", "Tuple": "a tuple", "Callable": "a function"}
+    return words.get(outer) or _words.get(kind) or kind.rsplit(".")[-1]
+
+
+def _fits(value: Any, kind: str) -> Optional[bool]:
+    """None where this cannot be told from the words of the signature."""
+    outer, inner = _generic(kind)
+    if outer == "Optional":
+        return value is None or _fits(value, inner[0])
+    if outer == "Union":
+        each = [_fits(value, k) for k in inner]
+        return True if True in each else None if None in each else False
+    if outer in ("List", "Sequence", "Iterable", "Set"):
+        if isinstance(value, (str, bytes, dict)) or not hasattr(value, "__iter__"):
+            return False
+        each = [_fits(v, inner[0]) for v in value] if inner and hasattr(value, "__len__") else []
+        return False if False in each else None if None in each else True
+    if outer in ("Dict", "dict"):
+        return isinstance(value, dict)
+    if outer in ("Callable", "function"):
+        return callable(value)
+    if kind == "str":
+        return isinstance(value, (str, bytes))
+    if kind == "bool":
+        return type(value).__name__ in ("bool", "bool_")
+    if kind == "float":
+        return isinstance(value, (int, float)) or (hasattr(value, "__float__") and not getattr(value, "shape", ()))
+    if kind == "int":
+        return hasattr(value, "__index__")
+    if kind in ("os.PathLike", "Path"):
+        return isinstance(value, str) or hasattr(value, "__fspath__")
+    if kind == "None":
+        return value is None
+    if kind.startswith("porthos._core."):
+        return any(f"{c.__module__}.{c.__qualname__}" == kind or c.__name__ == kind.rsplit(".")[-1] for c in type(value).__mro__)
+    return None
