@@ -28,43 +28,44 @@
 namespace porthos::integrators {
 namespace {
 
-using Family = Entries (*)();
+/// Deques: references stay valid when methods are added.
+struct Catalogue {
+  std::deque<Entry> entries;
+  std::deque<Declaration> declarations;
+  size_t own;  ///< the first ones, those of Porthos
 
-/// The families, and whether the catalogue has been used.
-struct Families {
-  std::vector<Family> all{
-      gauss_entries,
-      spark_entries,
-      projected_gauss_entries,
-      rattle_entries,
-      composition_entries,
-      stormer_verlet_entries,
-      lobatto_entries,
-      splitting_entries,
-      tao_entries,
-      hbvm_entries,
-      discrete_gradient_entries,
-      radau15_entries,
-      moreau_entries,
-      semi_implicit_euler_entries,
-      rk4_entries,
+  Catalogue() {
+    for (const auto family : {
+             gauss_entries,
+             spark_entries,
+             projected_gauss_entries,
+             rattle_entries,
+             composition_entries,
+             stormer_verlet_entries,
+             lobatto_entries,
+             splitting_entries,
+             tao_entries,
+             hbvm_entries,
+             discrete_gradient_entries,
+             radau15_entries,
+             moreau_entries,
+             semi_implicit_euler_entries,
+             rk4_entries,
 #ifdef PORTHOS_SUNDIALS
-      sundials_entries,
+             sundials_entries,
 #endif
-  };
-  bool in_use = false;
+         })
+      for (auto& e : family()) add(std::move(e));
+    own = entries.size();
+  }
+  void add(Entry e) {
+    declarations.push_back(e.declaration);
+    entries.push_back(std::move(e));
+  }
 };
-Families& families() {
-  static Families f;
-  return f;
-}
-
-Entries make_entries() {
-  families().in_use = true;
-  Entries all;
-  for (Family family : families().all)
-    for (auto& e : family()) all.push_back(std::move(e));
-  return all;
+Catalogue& all() {
+  static Catalogue c;
+  return c;
 }
 
 }  // namespace
@@ -93,10 +94,22 @@ const char* to_string(Outcome o) {
   return "unknown";
 }
 
-void add_entries(Family family) {
-  if (families().in_use)
-    throw InvalidArgument("a family of methods was added after the catalogue's first use");
-  families().all.push_back(family);
+void add_entry(Entry entry) {
+  Catalogue& c = all();
+  const std::string& name = entry.declaration.name;
+  for (size_t i = 0; i < c.entries.size(); ++i) {
+    if (c.entries[i].declaration.name != name) continue;
+    if (i < c.own)
+      throw InvalidArgument("'" + name + "' is a method of Porthos, expected another name");
+    c.declarations[i] = entry.declaration;
+    c.entries[i] = std::move(entry);
+    return;
+  }
+  c.add(std::move(entry));
+}
+
+void add_entries(Entries (*family)()) {
+  for (auto& e : family()) add_entry(std::move(e));
 }
 
 const char* to_string(Solver s) {
@@ -115,19 +128,9 @@ const char* to_string(Solver s) {
   return "unknown";
 }
 
-const Entries& entries() {
-  static const Entries all = make_entries();
-  return all;
-}
+const std::deque<Entry>& entries() { return all().entries; }
 
-const std::vector<Declaration>& catalogue() {
-  static const std::vector<Declaration> all = [] {
-    std::vector<Declaration> d;
-    for (const auto& e : entries()) d.push_back(e.declaration);
-    return d;
-  }();
-  return all;
-}
+const std::deque<Declaration>& catalogue() { return all().declarations; }
 
 const Entry& entry_of(const std::string& method) {
   return find_named(

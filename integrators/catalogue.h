@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <string>
 
 #include "integrators/core/entry.h"
@@ -6,11 +7,13 @@
 namespace porthos::integrators {
 
 /// Every method, family by family. A family is a file pair with one function `Entries
-/// <family>_entries()`, named once in catalogue.cpp.
-const Entries& entries();
-/// Adds the family of an adapter. @throws InvalidArgument after the first use of the catalogue,
-/// which is constant from then on
+/// <family>_entries()`, named once in catalogue.cpp. References to entries stay valid.
+const std::deque<Entry>& entries();
+/// Adds the methods of an adapter or of a program, while no other thread uses the catalogue. A
+/// method that was added under the same name before is replaced.
+/// @throws InvalidArgument for the name of a method of Porthos itself
 void add_entries(Entries (*family)());
+void add_entry(Entry entry);
 /// @throws InvalidArgument for an unknown name, which lists the known ones
 const Entry& entry_of(const std::string& method);
 

@@ -14,6 +14,7 @@ using MechanicalModelClass = pybind11::class_<mechanics::MechanicalModel, phs::M
 void bind_scalars(pybind11::module_& m);
 void bind_system(pybind11::module_& m);
 void bind_user_model(pybind11::module_& m);
+void bind_user_method(pybind11::module_& m);
 void bind_mechanics(pybind11::module_& m);
 void bind_dynamics(pybind11::module_& m);
 void bind_kinematics(pybind11::module_& m);

@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, m) {
   bind_kinematics(m);
   bind_network(m);
   bind_integrators(m);
+  bind_user_method(m);
   bind_scene(m);
   bind_report(m);
   bind_ensembles(m);

@@ -5,7 +5,7 @@
 namespace porthos::adapters {
 
 /// Adds gsl_rk8pd, gsl_msadams and gsl_bsimp (which needs the Jacobian: systems that take duals
-/// only) to the catalogue. Call once, before its first use.
+/// only) to the catalogue, while no other thread uses it.
 ///
 /// Making one of them replaces GSL's default error handler, which aborts the program, by one that
 /// does nothing; a handler of the program's own stays. GSL does not tell how often it factorises:

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -224,7 +225,7 @@ using Integrator = BasicIntegrator<double>;
 #define PORTHOS_FOR_EACH_STEP_SCALAR(X) X(double) X(porthos::phs::Dual) X(porthos::phs::Quad)
 
 /// All methods, in the order of the docs and of `porthos methods`.
-const std::vector<Declaration>& catalogue();
+const std::deque<Declaration>& catalogue();
 /// The declaration of a method. @throws InvalidArgument for an unknown name, which lists the known
 /// ones
 const Declaration& declaration_of(const std::string& method);

@@ -480,9 +480,20 @@ TEST(Rivals, KeepGslFromAbortingAndLeaveAHandlerOfOnesOwn) {
 }
 #endif
 
-TEST(Catalogue, TakesNoMoreMethodsOnceInUse) {
-  EXPECT_FALSE(catalogue().empty());
-  EXPECT_THROW(add_entries([] { return Entries{}; }), InvalidArgument);
+TEST(Catalogue, TakesMethodsInUse) {
+  const Entry& rk4 = entry_of("rk4");
+  Entry own = rk4;
+  own.declaration.name = "own";
+  add_entry(own);
+  EXPECT_EQ(&entry_of("rk4"), &rk4);  // references stay
+  EXPECT_EQ(catalogue().back().name, "own");
+  own.declaration.order = 3;
+  add_entry(own);  // replaced
+  EXPECT_EQ(declaration_of("own").order, 3);
+  EXPECT_EQ(std::count_if(catalogue().begin(), catalogue().end(),
+                          [](const auto& d) { return d.name == "own"; }),
+            1);
+  EXPECT_THROW(add_entry(rk4), InvalidArgument);
 }
 
 }  // namespace

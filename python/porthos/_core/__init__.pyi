@@ -1683,6 +1683,18 @@ def integrator(name: str, model: Model, step: float, *, rtol: float = 1e-12, ato
     """
     ...
 
+def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = '', symmetric: bool = False, symplectic: bool = False, quadratic_invariants: bool = False, energy_exact: bool = False) -> None:
+    """Adds a method of integration of your own to those of scenes, simulate() and compare().
+
+    step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
+    [s] and h [s] are numbers, h also negative; x is an array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
+    step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
+    the step with operators and numpy's functions. order and the claims (symmetric, symplectic, quadratic_invariants,
+    energy_exact) are what verify() and compare() hold against it. A second call with the same name replaces the method. One
+    step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
+    """
+    ...
+
 def read_scene(path: Any, *, method: Optional[str] = None, step: Optional[float] = None, duration: Optional[float] = None) -> SceneData:
     """Reads and validates a scene. InvalidArgument, one sentence 'file:line:column: ...', for whatever is wrong in it."""
     ...

@@ -1,0 +1,106 @@
+// A method of integration written in Python, as an entry of the catalogue.
+#include <fmt/format.h>
+
+#include "integrators/catalogue.h"
+#include "integrators/core/stagnation.h"  // magnitude
+#include "python/bind.h"
+#include "python/scalars.h"
+
+namespace porthos::python {
+namespace {
+
+using namespace integrators;
+
+/// x moves by step(field, t, x, h). Every step takes the GIL.
+template <class T>
+class PythonMethod final : public BasicIntegrator<T> {
+  using Base = BasicIntegrator<T>;
+
+ public:
+  PythonMethod(const Declaration& d, const phs::Model& m, T h, const Options& o, Kept step)
+      : Base(d, m, h, o),
+        step_(std::move(step)),
+        who_("method '" + d.name + "'"),
+        field_(std::make_shared<Field>(Field{this, std::vector<T>(this->n_)})),
+        move_(this->n_) {
+    const py::gil_scoped_acquire gil;
+    called_ = keep(
+        py::cpp_function([field = field_](py::object t, py::object x) { return field->at(t, x); }));
+  }
+  ~PythonMethod() override { field_->of = nullptr; }
+
+  Outcome advance(T t, T h, typename Base::State& s) override {
+    {
+      const py::gil_scoped_acquire gil;
+      from_python<T>(py::handle(step_.get())(py::handle(called_.get()), to_python(t),
+                                             to_python(std::span<const T>(s.x)), to_python(h)),
+                     move_, who_);
+    }
+    for (const T& d : move_)
+      if (!(magnitude(d) < HUGE_VAL)) return Outcome::not_finite;
+    for (size_t i = 0; i < this->n_; ++i) phs::compensated_add(s.x[i], s.lo[i], move_[i]);
+    return Outcome::ok;
+  }
+
+ private:
+  /// Python code may keep it longer than its method lives.
+  struct Field {
+    PythonMethod* of;
+    std::vector<T> x;
+
+    py::object at(py::handle time, py::handle state) {
+      if (!of) throw InvalidArgument("the field belongs to a run that is over");
+      const T t = from_python<T>(time, of->who_ + ", which calls field(t, x): t");
+      from_python<T>(state, std::span<T>(x), of->who_ + ", which calls field(t, x): x");
+      std::vector<T> dx(x.size());
+      of->system_->field(t, x, {}, dx);
+      ++of->cost_.evaluations;
+      return to_python(std::span<const T>(dx));
+    }
+  };
+
+  Kept step_, called_;
+  std::string who_;
+  std::shared_ptr<Field> field_;
+  std::vector<T> move_;
+};
+
+Claim claim(bool holds) { return holds ? Claim::holds : Claim::unknown; }
+
+}  // namespace
+
+void bind_user_method(py::module_& m) {
+  m.def(
+      "add_method",
+      [](const std::string& name, py::function step, int order, const std::string& title,
+         bool symmetric, bool symplectic, bool quadratic_invariants, bool energy_exact) {
+        if (order < 1)
+          throw InvalidArgument(
+              fmt::format("the order of '{}' is {}, expected 1 or more", name, order));
+        add_entry(entry({.name = name,
+                         .title = title.empty() ? name + ", a method in Python" : title,
+                         .family = "Methods in Python",
+                         .order = order,
+                         .symmetric = claim(symmetric),
+                         .symplectic = claim(symplectic),
+                         .energy_exact = claim(energy_exact),
+                         .quadratic_invariants = claim(quadratic_invariants)},
+                        [step = keep(step)]<class T>(const Declaration& d, const phs::Model& model,
+                                                     T h, const Options& o) {
+                          return std::make_unique<PythonMethod<T>>(d, model, h, o, step);
+                        }));
+      },
+      py::arg("name"), py::arg("step"), py::kw_only(), py::arg("order"), py::arg("title") = "",
+      py::arg("symmetric") = false, py::arg("symplectic") = false,
+      py::arg("quadratic_invariants") = false, py::arg("energy_exact") = false,
+      R"(Adds a method of integration of your own to those of scenes, simulate() and compare().
+
+step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
+[s] and h [s] are numbers, h also negative; x is an array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
+step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
+the step with operators and numpy's functions. order and the claims (symmetric, symplectic, quadratic_invariants,
+energy_exact) are what verify() and compare() hold against it. A second call with the same name replaces the method. One
+step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.)");
+}
+
+}  // namespace porthos::python

@@ -1,0 +1,82 @@
+"""A method of integration written in Python, beside those of the catalogue."""
+import numpy as np
+import porthos as ph
+import pytest
+
+
+def rk4(field, t, x, h):
+    a = field(t, x)
+    b = field(t + h / 2, x + h / 2 * a)
+    c = field(t + h / 2, x + h / 2 * b)
+    d = field(t + h, x + h * c)
+    return h / 6 * (a + 2 * b + 2 * c + d)
+
+
+def midpoint(field, t, x, h):
+    d = h * field(t + h / 2, x)
+    for _ in range(60):
+        before, d = d, h * field(t + h / 2, x + d / 2)
+        if np.all(abs(d - before) <= 1e-16 * (abs(x) + abs(d))):
+            break
+    return d
+
+
+@pytest.fixture(scope="module", autouse=True)
+def methods():
+    ph.add_method("own_rk4", rk4, order=4)
+    ph.add_method("own_midpoint", midpoint, order=2, symmetric=True, symplectic=True, quadratic_invariants=True)
+
+
+def test_the_same_motion_as_the_method_of_the_catalogue(pendulum):
+    x = np.linspace(1.0, -0.5, ph.MechanicalModel(pendulum).description.nx)
+    ends = []
+    for name in ("rk4", "own_rk4"):
+        model = ph.MechanicalModel(pendulum)
+        state = ph.State(model, x)
+        method = ph.integrator(name, model, 0.01)
+        method.run(state, 200)
+        assert method.cost.evaluations == 800
+        ends.append(np.array(state.x))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-13)  # sums in another order: measured 1e-15
+    assert abs(ends[0] - x).max() > 0.1
+
+
+def test_a_scene_verified_compared_and_resumed(source, tmp_path):
+    scene = ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_midpoint", duration=5)
+    result = scene.verify(out=tmp_path / "verify")
+    within = {c["name"]: c["pass"] for c in result.checks}
+    assert within["angular_momentum"] and within["symmetry"]
+    assert not within["energy"]  # order 2 at this step: the control
+
+    rows = [line.split() for line in str(scene.compare(methods=["own_rk4", "rk4"], budget=2)).splitlines()]
+    errors = {row[0]: float(row[6]) for row in rows if row[1:3] == ["0.25", "s"]}
+    assert errors["own_rk4"] == pytest.approx(errors["rk4"], rel=0.02)  # two digits are printed
+
+    whole = scene.run(out=tmp_path / "whole")
+    ph.Scene(source / "examples/dzhanibekov/scene.toml", method="own_midpoint", duration=2.5).run(out=tmp_path / "parts")
+    parts = scene.extend(5, out=tmp_path / "parts")
+    for name in whole.names:
+        assert np.array_equal(whole[name][-1], parts[name][-1]), name
+
+
+def test_faults_of_a_method(source, tmp_path):
+    def run(step, name="own_faulty"):
+        ph.add_method(name, step, order=1)  # replaces the one before
+        return ph.Scene(source / "examples/dzhanibekov/scene.toml", method=name, duration=1).run(out=tmp_path / str(len(list(tmp_path.iterdir()))))
+
+    with pytest.raises(ph.InvalidArgument, match="method 'own_faulty' returned 2 numbers, expected 14"):
+        run(lambda field, t, x, h: x[:2])
+    with pytest.raises(ph.InvalidArgument, match="field.t, x.: x returned 3 numbers, expected 14"):
+        run(lambda field, t, x, h: field(t, x[:3]))
+    with pytest.raises(ZeroDivisionError):
+        run(lambda field, t, x, h: 1 / 0)
+    assert "expected a smaller step" in str(run(lambda field, t, x, h: np.nan * x))
+    with pytest.raises(ph.InvalidArgument, match="'rk4' is a method of Porthos"):
+        ph.add_method("rk4", rk4, order=4)
+    with pytest.raises(ph.InvalidArgument, match="the order of 'zero' is 0"):
+        ph.add_method("zero", rk4, order=0)
+
+    kept = []
+    run(lambda field, t, x, h: kept.append(field) or h * field(t, x), "own_keeper")
+    with pytest.raises(ph.InvalidArgument, match="a run that is over"):
+        kept[0](0.0, np.zeros(14))
