@@ -43,15 +43,16 @@ class HandoverGate final : public phs::Gate {
     m[last] = t;
   }
   bool open(std::span<const double> m) const override { return (m[acts] == the_second) == second_; }
-  /// Told once, by the first law.
+  /// Both sides are told once, by the first law.
+  bool waits(std::span<const double> m) const override { return !second_ && m[changes] == 0; }
   std::string story(std::span<const double> m, double since) const override {
     const auto& [from, to, basin, leave] = *two_;
     if (second_) return "";
     if (m[changes] == 0)
       return fmt::format(
           "controller '{}' has not handed over to '{}': its V came down to {:.4g}, "
-          "expected less than {:.4g}",
-          from, to, m[least], basin.level);
+          "expected less than {:.4g}: another bandwidth or damping of '{}', or a higher level",
+          from, to, m[least], basin.level, from);
     if (m[last] < since * (1 - 1e-12)) return "";
     if (m[changes] == 1)
       return fmt::format("controller '{}' handed over to '{}' at {:.10g} s", from, to, m[first]);

@@ -13,6 +13,8 @@ namespace porthos::energy_shaping {
 struct LevelSet {
   std::function<double(std::span<const double> x)> V;  ///< thread-safe
   double level = 0;
+  /// Of 100 runs from where V has a higher level, how many do not come back into the level set.
+  std::function<int(double higher)> lost = nullptr;
 };
 
 /// One sampled law hands over to another when the state comes into the basin of the second, V <

@@ -93,7 +93,8 @@ void check_gains(const SwingUpGains& g) {
     throw InvalidArgument(
         fmt::format("the {} of a swing-up is {:g}, expected {}", name, value, expected));
   };
-  if (!(g.energy > 0)) refuse("energy gain", g.energy, "more than 0");
+  const bool chosen = g.energy == 0 && g.inertia > 0;
+  if (!(g.energy > 0) && !chosen) refuse("energy gain", g.energy, "more than 0");
   if (!(g.limit > 0)) refuse("limit", g.limit, "more than 0");
   for (const auto& [name, gain] :
        {std::pair{"inertia", g.inertia}, {"stiffness", g.stiffness}, {"damping", g.damping}})
@@ -150,7 +151,7 @@ void JointSwingUp::check_denominator(const std::vector<double>& upright) {
   SwingPlant<double> plant(data_);
   const auto needed = [&](const std::vector<double>& x) {
     plant.look(x);
-    return data_->gains.energy * (data_->wanted - plant.energy) / plant.mobility;
+    return (data_->wanted - plant.energy) / plant.mobility;
   };
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -179,7 +180,13 @@ void JointSwingUp::check_denominator(const std::vector<double>& upright) {
     if (!better) size /= 2;
   }
   worst.resize(n);
-  certificate_.at_least("inertia gain", data_->gains.inertia, most * (1 + 1e-9),
+  SwingUpGains& gains = data_->gains;
+  if (gains.energy == 0) {
+    gains.energy = 0.9 * gains.inertia / most;
+    certificate_.report("energy gain", gains.energy,
+                        "0.9 of the largest that the inertia gain allows [s²/(kg m²)²]");
+  }
+  certificate_.at_least("inertia gain", gains.inertia, gains.energy * most * (1 + 1e-9),
                         "k_D > sup k_E (E* - V)/m: 4000 positions, the worst refined; slides "
                         "within 1 m",
                         worst);

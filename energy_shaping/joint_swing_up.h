@@ -12,7 +12,16 @@ namespace porthos::energy_shaping {
 
 /// Gains of a JointSwingUp.
 struct SwingUpGains {
-  double energy = 1;        ///< k_E, of the error of the energy; see JointSwingUp
+  /// What brings the driven joint to its place like an oscillator of that bandwidth ω [rad/s] and
+  /// damping ratio ζ: k_D = 1, k_P = ω², k_V = 2 ζ ω; the energy gain, which the plant bounds, is
+  /// chosen by JointSwingUp.
+  static SwingUpGains of_bandwidth(double bandwidth, double damping_ratio) {
+    return {.energy = 0,
+            .inertia = 1,
+            .stiffness = bandwidth * bandwidth,
+            .damping = 2 * damping_ratio * bandwidth};
+  }
+  double energy = 1;        ///< k_E, of the error of the energy; 0: 0.9 of the largest possible
   double inertia = 0;       ///< k_D
   double stiffness = 0;     ///< k_P
   double damping = 0;       ///< k_V

@@ -151,8 +151,13 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
   certificate_.at_most("Riccati equation",
                        largest(residual) / (largest(Q) + largest(AP) + largest(PBK)), 1e-9,
                        "largest residual over its largest term; large: not stabilisable");
-  certify_modes(certificate_, phs::eigenvalues(size_t(nx), closed.a), 1e-9,
-                "real part, of the linearised loop [1/s]");
+  const auto modes = phs::eigenvalues(size_t(nx), closed.a);
+  fastest_ = HUGE_VAL;
+  for (const auto& z : modes) {
+    fastest_ = std::fmin(fastest_, 1 / std::abs(z));
+    slowest_ = std::fmax(slowest_, -1 / z.real());
+  }
+  certify_modes(certificate_, modes, 1e-9, "real part, of the linearised loop [1/s]");
 }
 
 double Lqr::error(std::span<const double> x, size_t k) const {

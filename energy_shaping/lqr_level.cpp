@@ -1,4 +1,5 @@
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -27,36 +28,59 @@ Direction random_direction(size_t n, std::mt19937_64& generator, const Direction
 
 }  // namespace
 
-double Lqr::falling_level(const std::vector<double>& limits) const {
-  const auto laws = port_laws(limits);
-  const auto& d = plant_->description();
-  const auto at = port_offsets(d, actuators_);
-  const auto f = plant_->instantiate<double>();
-  const size_t n = rest_.size();
-  std::vector<double> L(n * n), e(n), x(n), dx(n), u(size_t(d.nu), 0.0);
-  phs::dense::cholesky(n, P_.a.data(), L.data());
-
-  // e with V = eᵀP e = level in the direction z of the unit sphere: Lᵀe = √level z.
-  const auto error_at = [&](double level, const Direction& z) {
+/// States at which the cost-to-go has a level, and their rates under the law.
+struct Lqr::Shell {
+  Shell(const Lqr& of, const std::vector<double>& limits)
+      : lqr(of),
+        laws(lqr.port_laws(limits)),
+        at(port_offsets(lqr.plant_->description(), lqr.actuators_)),
+        plant(lqr.plant_->instantiate<double>()),
+        n(lqr.rest_.size()),
+        L(n * n),
+        e(n),
+        x(n),
+        dx(n),
+        u(size_t(lqr.plant_->description().nu), 0.0) {
+    phs::dense::cholesky(n, lqr.P_.a.data(), L.data());
+  }
+  /// x = x* + e with V = eᵀP e = level in the direction z of the unit sphere: Lᵀe = √level z. False
+  /// if a periodic angle is beyond the middle between two rests.
+  bool place(double level, const Direction& z) {
+    bool within = true;
     for (size_t i = n; i-- > 0;) {
       e[i] = std::sqrt(level) * z[i];
       for (size_t j = i + 1; j < n; ++j) e[i] -= L[j * n + i] * e[j];
       e[i] /= L[i * n + i];
+      x[i] = lqr.rest_[i] + e[i];
+      if (lqr.periodic_[i] && std::fabs(e[i]) > std::numbers::pi) within = false;
     }
-  };
+    return within;
+  }
+  /// dx at y.
+  void rates(std::span<const double> y) {
+    for (size_t j = 0; j < laws.size(); ++j)
+      (*laws[j].law)(0.0, y, {}, std::span(u).subspan(size_t(at[j]), 1));
+    plant->field(0.0, y, u, dx);
+  }
+
+  const Lqr& lqr;
+  std::vector<PortLaw> laws;
+  std::vector<int> at;
+  std::unique_ptr<phs::System<double>> plant;
+  size_t n;
+  std::vector<double> L, e, x, dx, u;
+};
+
+double Lqr::falling_level(const std::vector<double>& limits) const {
+  Shell shell(*this, limits);
+  const size_t n = shell.n;
   // ½ V'/√level = zᵀLᵀx'; infinite beyond the middle between two rests of a periodic angle.
   const auto rise = [&](double level, const Direction& z) {
-    error_at(level, z);
-    for (size_t i = 0; i < n; ++i) {
-      if (periodic_[i] && std::fabs(e[i]) > std::numbers::pi) return HUGE_VAL;
-      x[i] = rest_[i] + e[i];
-    }
-    for (size_t j = 0; j < laws.size(); ++j)
-      (*laws[j].law)(0.0, std::span<const double>(x), {}, std::span(u).subspan(size_t(at[j]), 1));
-    f->field(0.0, x, u, dx);
+    if (!shell.place(level, z)) return HUGE_VAL;
+    shell.rates(shell.x);
     double rate = 0;
     for (size_t i = 0; i < n; ++i)
-      for (size_t j = i; j < n; ++j) rate += z[i] * L[j * n + i] * dx[j];
+      for (size_t j = i; j < n; ++j) rate += z[i] * shell.L[j * n + i] * shell.dx[j];
     return rate;
   };
   std::mt19937_64 generator(1);
@@ -64,8 +88,8 @@ double Lqr::falling_level(const std::vector<double>& limits) const {
   double first = HUGE_VAL;  // a shell within 1e-3 of a unit of the rest
   for (int i = 0; i < 400; ++i) {
     directions.push_back(random_direction(n, generator));
-    error_at(1, directions.back());
-    for (const double part : e) first = std::fmin(first, 1e-6 / (part * part));
+    shell.place(1, directions.back());
+    for (const double part : shell.e) first = std::fmin(first, 1e-6 / (part * part));
   }
   const auto falls = [&](double level) {
     Direction worst;
@@ -85,6 +109,35 @@ double Lqr::falling_level(const std::vector<double>& limits) const {
   double level = 0;
   for (double next = first; next < first * 1e12 && falls(next); next *= 1.1) level = next;
   return level;
+}
+
+int Lqr::lost(double level, double falling, const std::vector<double>& limits, int starts) const {
+  Shell shell(*this, limits);
+  const size_t n = shell.n;
+  const double h = fastest_ / 20;
+  std::mt19937_64 generator(1);
+  std::vector<double> k(n), sum(n), y(n);
+  const auto returns = [&](const Direction& z) {
+    if (!shell.place(level, z)) return false;
+    for (double t = 0; t < 10 * slowest_; t += h) {  // Runge and Kutta, order 4
+      for (int stage = 0; stage < 4; ++stage) {
+        const double c = stage == 0 ? 0 : stage == 3 ? h : h / 2;
+        for (size_t i = 0; i < n; ++i) y[i] = shell.x[i] + c * k[i];
+        shell.rates(stage == 0 ? shell.x : y);
+        k = shell.dx;
+        const double weight = stage == 0 || stage == 3 ? h / 6 : h / 3;
+        for (size_t i = 0; i < n; ++i) sum[i] = (stage == 0 ? 0 : sum[i]) + weight * k[i];
+      }
+      for (size_t i = 0; i < n; ++i) shell.x[i] += sum[i];
+      const double V = cost_to_go(shell.x);
+      if (!std::isfinite(V)) return false;
+      if (V < falling) return true;
+    }
+    return false;
+  };
+  int lost = 0;
+  for (int i = 0; i < starts; ++i) lost += !returns(random_direction(n, generator));
+  return lost;
 }
 
 }  // namespace porthos::energy_shaping

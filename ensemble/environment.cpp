@@ -108,6 +108,9 @@ void Environment::begin(int environment) {
     Stream random(seed_, i, std::uint64_t(episodes_[i]));
     o_.begin(random, x);
     require_size("state an episode begins from", x.size(), start_.size());
+    for (const double value : x)
+      if (!std::isfinite(value))
+        throw InvalidArgument("the state an episode begins from has a number that is not finite");
   }
   states_[i] = phs::State(model_.description(), std::move(x));
   phs::wrap_angles(model_.description(), states_[i]);
@@ -136,6 +139,7 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
     observe(i, std::span(observations_).subspan(size_t(i) * width, width));
   }
   final_ = observations_;
+  final_energies_ = energies_;
   for (auto* flags : {&terminated_, &truncated_, &failed_})
     std::fill(flags->begin(), flags->end(), 0);
 }
@@ -160,6 +164,7 @@ void Environment::step(std::span<const double> actions) {
     truncated_[k] = !terminated_[k] && o_.longest > 0 && lengths_[k] >= o_.longest;
     observe(i, row);
     std::copy(row.begin(), row.end(), final_.begin() + long(k * width));
+    final_energies_[k] = energies_[k];
     if (terminated_[k] || truncated_[k]) {
       begin(i);
       observe(i, row);

@@ -80,8 +80,9 @@ class Environment {
   std::span<const std::uint8_t> terminated() const { return terminated_; }
   std::span<const std::uint8_t> truncated() const { return truncated_; }
   std::span<const std::uint8_t> failed() const { return failed_; }
-  /// H of each environment [J].
+  /// H of each environment [J], and H at final_observations().
   std::span<const double> energies() const { return energies_; }
+  std::span<const double> final_energies() const { return final_energies_; }
   /// Number of steps in the current episode, and the number of the episode.
   std::span<const std::int64_t> lengths() const { return lengths_; }
   std::span<const std::int64_t> episodes() const { return episodes_; }
@@ -106,7 +107,7 @@ class Environment {
   std::vector<double> e_, y_;
   std::vector<std::unique_ptr<LaneTeam>> teams_;
   std::vector<phs::State> states_;
-  std::vector<double> actions_, observations_, final_, energies_;
+  std::vector<double> actions_, observations_, final_, energies_, final_energies_;
   std::vector<std::uint8_t> terminated_, truncated_, failed_;
   std::vector<std::int64_t> lengths_, episodes_;
 };

@@ -85,6 +85,9 @@ final_observations. Arrays are views, (count, ...), written by reset() and step(
                       const std::string& method, double step, int substeps, std::uint64_t seed,
                       std::int64_t longest, int threads, std::vector<std::string> ports,
                       std::vector<int> observed, bool outputs, py::object begin, py::object ended) {
+            if (longest < 0)
+              throw InvalidArgument("longest is " + std::to_string(longest) +
+                                    ", expected 0 or more");
             EnvironmentOptions o;
             o.count = count;
             o.method = method;
@@ -173,6 +176,10 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
           "energies",
           [](py::object self) { return table(self, of(self).energies(), of(self).count()); },
           "H of each environment [J].")
+      .def_property_readonly(
+          "final_energies",
+          [](py::object self) { return table(self, of(self).final_energies(), of(self).count()); },
+          "H of each environment at its final_observations [J].")
       .def_property_readonly(
           "lengths",
           [](py::object self) { return table(self, of(self).lengths(), of(self).count()); },

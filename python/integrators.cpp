@@ -30,11 +30,21 @@ void require_ok(Outcome o, const Method& m, const State& s) {
                     m.integrator->declaration().name, m.integrator->time(s), to_string(o)));
 }
 
+/// A state of another system would be written beyond its end.
+void require_fit(const Method& m, const State& s) {
+  const auto& d = m.model->description();
+  require_size("state", s.x.size(), size_t(d.nx));
+  require_size("low words of a state", s.lo.size(), size_t(d.nx));
+  require_size("turns of a state", s.turns.size(),
+               State(d, std::vector<double>(size_t(d.nx))).turns.size());
+}
+
 /// Takes steps, and returns the states at every `every`-th of them.
 py::tuple run(Method& m, State& s, std::int64_t steps, std::int64_t every) {
   if (steps < 0 || every < 1)
     throw InvalidArgument(fmt::format(
         "steps is {} and every is {}, expected steps >= 0 and every >= 1", steps, every));
+  require_fit(m, s);
   const size_t n = s.x.size();
   std::vector<double> t, x;
   t.reserve(size_t(steps / every) + 1);
@@ -172,6 +182,7 @@ void bind_integrators(py::module_& m) {
       .def(
           "step",
           [](Method& i, State& s) {
+            require_fit(i, s);
             Outcome o;
             {
               const py::gil_scoped_release released;

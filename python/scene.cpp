@@ -241,6 +241,14 @@ void bind_scene(py::module_& m) {
                     "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
       .def(py::init<>())
       .def_readonly("path", &Scene::path)
+      .def_property_readonly(
+          "events",
+          [](const Scene& s) {
+            std::vector<std::string> list;
+            for (const auto& e : s.events) list.push_back(text(e));
+            return list;
+          },
+          "What its [[event]]s do, a text each.")
       .def_readwrite("title", &Scene::title)
       .def_readwrite("method", &Scene::method, "See methods(); 'auto': found by pilot runs.")
       .def_readwrite("step", &Scene::step, "[s]")

@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "python/bind.h"
 
@@ -46,6 +48,43 @@ PyObject* call(PyObject* self, PyObject* arguments, PyObject* keywords) {
   return nullptr;
 }
 
+/// The types of the arguments in "(a: module.Class, *, b: List[int] = [1]) -> int", up to **kwargs.
+std::vector<std::string> types_of(const std::string& signature) {
+  std::vector<std::string> types;
+  int depth = 0;
+  std::string part;
+  const auto take = [&] {
+    const auto colon = part.find(": ");
+    if (colon != std::string::npos) types.push_back(part.substr(colon + 2));
+    part.clear();
+  };
+  for (const char c : signature) {
+    if (c == ')' && depth == 1) break;
+    if (std::strchr("([{<", c) && depth++ == 0) continue;
+    if (std::strchr(")]}>", c)) --depth;
+    if (c == ',' && depth == 1) {
+      take();
+    } else {
+      part += c;
+    }
+  }
+  take();
+  return types;
+}
+
+/// pybind11 makes a null pointer of None for every argument of a class. Here it is refused, unless
+/// it is the default.
+void refuse_none(function_record& record) {
+  const auto types = types_of(record.signature);
+  if (record.args.empty())
+    for (size_t i = 0; i < size_t(record.nargs) && i < types.size(); ++i)
+      record.args.emplace_back(nullptr, nullptr, py::handle(),
+                               !record.is_new_style_constructor || i > 0, true);
+  for (size_t i = 0; i < record.args.size() && i < types.size(); ++i)
+    if (types[i].rfind("porthos._core.", 0) == 0 && !types[i].ends_with("= None"))
+      record.args[i].none = false;
+}
+
 void explain(PyObject* function, const std::string& property = "") {
   if (function && PyInstanceMethod_Check(function))
     function = PyInstanceMethod_GET_FUNCTION(function);
@@ -59,6 +98,7 @@ void explain(PyObject* function, const std::string& property = "") {
     dispatcher = called;
     method->ml_meth = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
   }
+  for (function_record* r = record; r; r = r->next) refuse_none(*r);
   // pybind11 names neither the function that sets a property nor the one that gets it. It frees
   // the name with free().
   if (property.empty() || *record->name) return;

@@ -43,6 +43,8 @@ struct ElasticTraits {
   std::string sigma_unit;             ///< "rad", "m", "1"
   bool translation_invariant = true;  ///< E depends only on q - θ: ∂E/∂q = -∂E/∂θ to the bit
   Limits limits;
+  /// The deflections that were measured; outside of them the energy is extrapolated [rad].
+  double measured_from = -HUGE_VAL, measured_to = HUGE_VAL;
 };
 
 /// One energy with its derivatives in every scalar. Immutable, shared between threads. No

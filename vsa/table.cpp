@@ -1,9 +1,6 @@
 #include "vsa/table.h"
 
 #include <algorithm>
-#include <fstream>
-#include <map>
-#include <sstream>
 
 #include <fmt/ranges.h>
 
@@ -230,7 +227,8 @@ ElasticPtr tabulated(const Measurements& measured, const Limits& l, double toler
                      double smoothing) {
   check_grid(measured);
   require(smoothing >= 0, family, "the smoothing", smoothing, "0 N m or more");
-  const Measurements m = smoothing > 0 ? smooth(measured, smoothing) : measured;
+  const Measurements m =
+      smoothing > 0 && !measured.without_errors ? smooth(measured, smoothing) : measured;
   require(tolerance > 0 && tolerance < 1, family, "the tolerance", tolerance,
           "a number between 0 and 1");
   check_torques(m, tolerance);
@@ -239,85 +237,9 @@ ElasticPtr tabulated(const Measurements& measured, const Limits& l, double toler
                                    .title = "Measured torques, splines",
                                    .sigma = m.sigma.size() > 1 ? "as in the table" : "",
                                    .sigma_unit = "1",
-                                   .limits = l});
-}
-
-Measurements read_measurements(const std::string& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw_unreadable(fmt::format("{}: cannot be opened", path), errno);
-  return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path);
-}
-
-Measurements parse_measurements(const std::string& text, const std::string& path) {
-  std::istringstream file(text);
-  file.exceptions(std::ios::badbit);  // memory that is missing ends no text early
-  const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
-                                         "sigma_effort"};
-  std::vector<int> meaning;                                         // index in names, per column
-  std::map<std::pair<double, double>, std::array<double, 5>> rows;  // by σ, then deflection
-  std::array<bool, 5> there{};
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const auto at = [&](const std::string& why) {
-      throw InvalidArgument(fmt::format("{}:{}: {}", path, number, why));
-    };
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    std::vector<std::string> cells;
-    std::stringstream stream(line);
-    stream.exceptions(std::ios::badbit);
-    for (std::string cell; std::getline(stream, cell, ',');) {
-      const auto first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
-      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-    }
-    if (meaning.empty()) {
-      for (const auto& c : cells) {
-        const auto found = std::find(names.begin(), names.end(), c);
-        if (found == names.end())
-          at(fmt::format("unknown column '{}', expected {}", c, fmt::join(names, ", ")));
-        meaning.push_back(int(found - names.begin()));
-        there[size_t(meaning.back())] = true;
-      }
-      for (size_t k = 0; k < 3; ++k)
-        if (!there[k])
-          at(fmt::format("no column '{}', expected {}", names[k], fmt::join(names, ", ")));
-      continue;
-    }
-    if (cells.size() != meaning.size())
-      at(fmt::format("has {} numbers, expected {}", cells.size(), meaning.size()));
-    std::array<double, 5> row{};
-    for (size_t k = 0; k < cells.size(); ++k) {
-      char* end = nullptr;
-      row[size_t(meaning[k])] = std::strtod(cells[k].c_str(), &end);
-      if (cells[k].empty() || *end != 0 || !std::isfinite(row[size_t(meaning[k])]))
-        at(fmt::format("column '{}' is '{}', expected a number", names[size_t(meaning[k])],
-                       cells[k]));
-    }
-    if (!rows.emplace(std::pair{row[1], row[0]}, row).second)
-      at(fmt::format("deflection {} and sigma {} are given twice", row[0], row[1]));
-  }
-  Measurements m;
-  for (const auto& [place, row] : rows) {
-    if (m.sigma.empty() || m.sigma.back() != place.first) m.sigma.push_back(place.first);
-    if (m.sigma.size() == 1) m.deflection.push_back(place.second);
-  }
-  size_t k = 0;
-  for (const auto& [place, row] : rows) {
-    const size_t i = m.deflection.empty() ? 0 : k % m.deflection.size(),
-                 j = m.deflection.empty() ? 0 : k / m.deflection.size();
-    if (j >= m.sigma.size() || place != std::pair{m.sigma[j], m.deflection[i]}) break;
-    m.torque.push_back(row[2]);
-    if (there[3]) m.stiffness.push_back(row[3]);
-    if (there[4]) m.sigma_effort.push_back(row[4]);
-    ++k;
-  }
-  if (rows.empty() || k != rows.size() || k != m.deflection.size() * m.sigma.size())
-    throw InvalidArgument(
-        fmt::format("{}: {} places are no grid of {} deflections by {} values of sigma, expected "
-                    "the same deflections at every sigma",
-                    path, rows.size(), m.deflection.size(), m.sigma.size()));
-  return m;
+                                   .limits = l,
+                                   .measured_from = m.deflection.front(),
+                                   .measured_to = m.deflection.back()});
 }
 
 }  // namespace porthos::vsa

@@ -16,16 +16,21 @@ struct Measurements {
   std::vector<double> torque;      ///< ∂E/∂φ, holds the deflection and increases with it [N m]
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
+  bool without_errors = false;       ///< the torques are smoothed already
 };
 
 /// Reads columns "deflection", "sigma", "torque" and, if present, "stiffness", "sigma_effort" of a
 /// CSV file with a header, with columns and rows in any order. SI units. Lines that begin with #
 /// are comments.
-/// @throws InvalidArgument "file:line: ..." for a missing column or number, a duplicate grid point
-/// or a hole in the grid
-Measurements read_measurements(const std::string& csv_file);
+/// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
+///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ is
+///   smoothed through its own places and taken at evenly spaced deflections, at most 200
+/// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
+///   for a duplicate grid point or a hole in the grid
+Measurements read_measurements(const std::string& csv_file, double smoothing = 0);
 /// The same from a text; `path` replaces the file name in messages.
-Measurements parse_measurements(const std::string& text, const std::string& path);
+Measurements parse_measurements(const std::string& text, const std::string& path,
+                                double smoothing = 0);
 
 /// E(φ, σ) = E0(σ) + ∫ τ dφ, with the torques interpolated by natural cubic splines in both
 /// directions (E is C³ in φ, C² in σ, linear torque outside). Cost of an evaluation: about 100 ns.

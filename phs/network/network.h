@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -166,6 +167,8 @@ class NetworkModel : public ModelFor<NetworkModel> {
   /// What the gates of sampled controllers did after the time `since` [s], a sentence each.
   /// memory: of all holds, in the order of holds()
   std::vector<std::string> stories(std::span<const double> memory, double since) const;
+  /// How many gates wait for what they are there for; nothing: there are no gates.
+  std::optional<int> waiting(std::span<const double> memory) const;
   /// The Casimirs as text: "spring.elongation - arm.elbow".
   const std::vector<std::string>& casimirs() const;
 

@@ -13,18 +13,36 @@ std::vector<HoldPtr> NetworkModel::holds() const {
   return list;
 }
 
-std::vector<std::string> NetworkModel::stories(std::span<const double> memory, double since) const {
-  std::vector<std::string> list;
-  for (const auto& c : plan_->controls) {
+namespace {
+
+/// Calls f(gate, its memory) for each gate.
+template <class F>
+void each_gate(const Network::Plan& plan, std::span<const double> memory, F f) {
+  for (const auto& c : plan.controls) {
     if (!c.hold) continue;
     const size_t size = c.hold->fresh.size();
     if (memory.size() < size) require_size("memory of the controllers", memory.size(), size);
-    if (c.gate)
-      if (auto told = c.gate->story(memory.first(size).subspan(c.gate_at()), since); !told.empty())
-        list.push_back(std::move(told));
+    if (c.gate) f(*c.gate, memory.first(size).subspan(c.gate_at()));
     memory = memory.subspan(size);
   }
+}
+
+}  // namespace
+
+std::vector<std::string> NetworkModel::stories(std::span<const double> memory, double since) const {
+  std::vector<std::string> list;
+  each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {
+    if (auto told = gate.story(own, since); !told.empty()) list.push_back(std::move(told));
+  });
   return list;
+}
+
+std::optional<int> NetworkModel::waiting(std::span<const double> memory) const {
+  std::optional<int> count;
+  each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {
+    count = count.value_or(0) + gate.waits(own);
+  });
+  return count;
 }
 
 int NetworkModel::offset(const std::string& member) const {

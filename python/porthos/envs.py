@@ -117,6 +117,8 @@ class VectorEnv(_VectorBase):
         from .runs import Scene
 
         scene = Scene(path)
+        if scene.data.events:
+            raise InvalidArgument(f"{path} has {len(scene.data.events)} [[event]]s, which an environment does not see, expected a scene without them")
         start = scene.assembly.initial.x
         if cases:
             if "begin" in options:
@@ -130,6 +132,11 @@ class VectorEnv(_VectorBase):
         """The environments below: states, energies, lengths of episodes."""
         return self._batch
 
+    @property
+    def energies(self) -> np.ndarray:
+        """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
+        return self._batch.final_energies
+
     def _seen(self, x: np.ndarray) -> np.ndarray:
         m = self._mechanism
         if m is None:
@@ -139,11 +146,15 @@ class VectorEnv(_VectorBase):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """(observations, info): the first episode of the seed, or the next."""
+        if gymnasium:
+            super().reset(seed=seed)
         return self._seen(self._batch.reset(seed)), {}
 
     def step(self, actions):
         """(observations, rewards, terminated, truncated, info)."""
-        given = np.asarray(actions, dtype=np.float64).reshape(self.num_envs, -1)
+        given = np.asarray(actions, dtype=np.float64)
+        if given.shape != self.action_space.shape:
+            raise InvalidArgument(f"actions have shape {given.shape}, expected {self.action_space.shape}")
         u = np.ascontiguousarray(np.clip(given, -self._limit, self._limit))
         x, terminated, truncated = self._batch.step(u)
         ended = terminated | truncated
@@ -152,6 +163,8 @@ class VectorEnv(_VectorBase):
         if ended.any():
             last = self._seen(self._batch.final_observations)
             info = {"final_obs": last, "_final_obs": ended.copy()}
+        if self._batch.failed.any():
+            info["failed"] = self._batch.failed.copy()
         rewards = np.asarray(self._reward(last, u), dtype=np.float64)
         if rewards.shape != (self.num_envs,):
             raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
@@ -193,13 +206,25 @@ class Env(_EnvBase):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """(observation, info)."""
+        if gymnasium:
+            super().reset(seed=seed)
         observations, info = self._vector.reset(seed=seed, options=options)
         return observations[0], info
 
     def step(self, action):
         """(observation, reward, terminated, truncated, info)."""
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
-        return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {}
+        return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {"failed": True} if "failed" in info else {}
+
+    @property
+    def batch(self) -> Environment:
+        """The environment below: state, energy, length of the episode."""
+        return self._vector.batch
+
+    @property
+    def energy(self) -> float:
+        """H [J] at the last observation."""
+        return float(self._vector.energies[0])
 
     def render(self) -> np.ndarray:
         """A picture, (height, width, 3)."""

@@ -177,6 +177,7 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
         known[names[0]](axes, result)
+        axes.set_xlabel("time [s]", fontsize=8, color=SOFT)
         return axes.figure
     from matplotlib.figure import Figure
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 import warnings
@@ -243,6 +244,11 @@ def _scene_of(model: Model, x, step, duration, method, record_every, limits, tit
     data = SceneData()
     data.title = title if title is not None else model.description.name
     data.method, data.step, data.duration = method, step, duration
+    for name, value in (("step", step), ("duration", duration)):
+        if not 0 < value < math.inf:
+            raise InvalidArgument(f"{name} is {value} s, expected a finite number above 0")
+    if duration / step > 1e15:
+        raise InvalidArgument(f"{duration:g} s are {duration / step:g} steps of {step:g} s, expected at most 1e+15")
     data.record_every = record_every if record_every is not None else step
     known = {"rtol", "iteration_tolerance"}
     for name, value in options.items():

@@ -110,6 +110,30 @@ class CentreCourse {
   double off_ = 0, fastest_ = 0;  ///< [m/s]
 };
 
+/// Positions must move as their rates say: otherwise energies are those of another motion, as with
+/// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
+/// way; five times the error of the rule that adds the rates up is no disagreement.
+void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
+  constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
+  Check worst{"rates", 0, least, true, false};
+  std::string name;
+  for (const auto& a : all) {
+    const double size = std::max(a.way, a.off);
+    if (size == 0) continue;
+    const double value = a.off / size, limit = least + 5 * a.uncertain / size;
+    if (value / limit < worst.value / worst.limit) continue;
+    worst = {"rates", value, limit, value <= limit, false};
+    name = a.name;
+  }
+  if (name.empty()) return;
+  r.checks.push_back(worst);
+  if (!worst.pass)
+    r.notes.push_back(fmt::format(
+        "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
+        "another unit of time, or rates along other axes (linear_velocity_axes of the map)",
+        name, worst.value, worst.limit));
+}
+
 }  // namespace
 
 RunReport judge_file(const JudgeOptions& o) {
@@ -180,6 +204,7 @@ RunReport judge_file(const JudgeOptions& o) {
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
+  check_rates(r, trajectory.agreements(t));
   if (centre_out) {
     course.check(r, scene);
     a.centre.reset();  // the records are in the world frame

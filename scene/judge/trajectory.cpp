@@ -255,4 +255,25 @@ double Trajectory::distance(const Columns& k, size_t i, double h) const {
   return step + phs::two_pi_hi * std::round((expected - step) / phs::two_pi_hi);
 }
 
+std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) const {
+  std::vector<Agreement> all;
+  for (const Columns& k : columns_) {
+    const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
+    if (k.v.size() != k.q.size() || (place ? map_.linear_in_body : k.q.size() != 1)) continue;
+    for (size_t a = 0; a < k.q.size(); ++a) {
+      const Numbers& v = k.v[a];
+      Agreement one{k.c.name};
+      for (size_t i = 2; i + 1 < t.size(); ++i) {
+        const double h = t[i] - t[i - 1];
+        const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
+        one.way += std::fabs(step);
+        one.off += std::fabs(step - 0.5 * h * (v[i - 1] + v[i]));
+        one.uncertain += h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]);
+      }
+      all.push_back(one);
+    }
+  }
+  return all;
+}
+
 }  // namespace porthos::scene

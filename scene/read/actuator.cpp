@@ -136,11 +136,12 @@ vsa::ElasticPtr read_elastic(const Table& t) {
   } else if (t.has("table")) {
     family = "tabulated";
     const auto table = t.content("table");
-    const auto m = vsa::parse_measurements(table.text, table.path);
+    const double smoothing = t.not_negative("smoothing");
+    const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
-    values["smoothing"] = {t.not_negative("smoothing")};
+    values["smoothing"] = {m.without_errors ? 0 : smoothing};
     limits.sigma_lower = m.sigma.front();
     limits.sigma_upper = m.sigma.back();
   } else {

@@ -82,6 +82,7 @@ struct Controller {
   std::optional<EnergyTank> tank = {};
   LawFile file = {};
   std::optional<Takeover> then = {};
+  std::vector<std::string> wheels = {};  ///< joints of reaction wheels that it turns
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;
 

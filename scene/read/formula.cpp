@@ -4,6 +4,7 @@
 #include <muParser.h>
 
 #include <algorithm>
+#include <numbers>
 #include <string_view>
 
 #include "phs/error.h"
@@ -43,6 +44,8 @@ Formula::Formula(const std::string& text, const std::vector<std::string>& names)
   try {
     p.of.DefineNameChars("0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ");
     for (size_t i = 0; i < names.size(); ++i) p.of.DefineVar(names[i], &p.values[i]);
+    if (std::find(names.begin(), names.end(), "pi") == names.end())
+      p.of.DefineConst("pi", std::numbers::pi);
     p.of.SetExpr(text);
     p.of.Eval();  // finds what is wrong now
     if (p.of.GetNumResults() != 1)

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <numbers>
+
 #include "scene/read/orbit.h"
 #include "scene/read/toml_table-inl.h"
 #include "space/ephemeris.h"
@@ -36,6 +38,15 @@ void planet(const Table& t, space::Planet& p) {
   if (t.has("rotation_rate")) p.rotation_rate = t.number("rotation_rate");
 }
 
+/// An angle [rad] from `least` to a full turn or half of one; degrees are refused.
+double orbit_angle(const Table& t, const char* key, double least, double most) {
+  const double a = t.number(key);
+  if (a < least || a > most)
+    t.fail(key, fmt::format("is {} rad, expected {:.6g} to {:.6g}; {} degrees are {:.6g} rad", a,
+                            least, most, a, a * std::numbers::pi / 180));
+  return a;
+}
+
 /// Start from position and velocity, or from elements; a circle if no shape is given.
 space::PointState<double> start_of(const Table& t, const space::Planet& p) {
   const bool vectors = t.has("position") || t.has("velocity");
@@ -62,8 +73,15 @@ space::PointState<double> start_of(const Table& t, const space::Planet& p) {
   if (t.has("altitude") && e > 0)
     t.fail("altitude", "is given with an eccentricity, expected semi_major_axis");
   if (!(a > 0)) t.fail("altitude", "is below the centre of the planet");
-  return space::from_elements(p.mu, a, e, t.number("inclination"), t.number("node"),
-                              t.number("argument"), t.number("true_anomaly"));
+  if (const double h = a - p.radius; t.has("altitude") && h >= 0 && h < 1e-3 * p.radius)
+    t.fail("altitude", fmt::format("is {:g} m above a planet of {:g} m, expected more than a "
+                                   "thousandth of its radius, in metres",
+                                   h, p.radius));
+  constexpr double turn = 2 * std::numbers::pi;
+  return space::from_elements(p.mu, a, e, orbit_angle(t, "inclination", 0, std::numbers::pi),
+                              orbit_angle(t, "node", -turn, turn),
+                              orbit_angle(t, "argument", -turn, turn),
+                              orbit_angle(t, "true_anomaly", -turn, turn));
 }
 
 /// Sun and Moon by date, or on mean ellipses.

@@ -132,4 +132,19 @@ double Latching::margin(const Scene& scene, const mechanics::MovingMechanism& mo
   return std::min(waited, mechanics::margin(moving, state, limits_of(scene, e)));
 }
 
+std::string Latching::hindrance(const Scene& scene, const mechanics::MovingMechanism& moving,
+                                const Event& e) {
+  if (e.above || e.below)
+    return fmt::format("the angle is {:.6g} rad, expected {} {:.6g} rad",
+                       angle(*moving.model, moving.state, e), e.above ? "above" : "below",
+                       e.above ? *e.above : *e.below);
+  try {
+    mechanics::require_within_limits(moving, limits_of(scene, e), text(e));
+  } catch (const InvalidArgument& why) {
+    const std::string told = why.what(), start = text(e) + ": ";
+    return told.starts_with(start) ? told.substr(start.size()) : told;
+  }
+  return "";
+}
+
 }  // namespace porthos::scene

@@ -285,12 +285,16 @@ RunReport PhaseSequence::finish() {
   RunReport& r = whole_.report();
   r.phases = count_;
   if (broken_off_) return r;
+  for (const Event* e : waiting_) {
+    const std::string why = Latching::hindrance(scene_, moving_, *e);
+    r.notes.push_back("it never happened: " + text(*e) +
+                      (why.empty() ? "" : "; at the end of the run " + why));
+  }
   // Events at the last instant have left another mechanism, which no phase has run.
   if (!assembled_) assemble(scene_.duration);
   motors_.put_back(phase_.assembly.internal(), moving_.state);
   orbit_.put_back(moving_.state);
   r.final_state = moving_.state;
-  for (const Event* e : waiting_) r.notes.push_back("it never happened: " + text(*e));
   if (std::any_of(scene_.events.begin(), scene_.events.end(), [](auto& e) { return e.waits(); }))
     r.checks.push_back({"missed_events", double(waiting_.size()), 0, waiting_.empty(), false});
   return r;

@@ -67,8 +67,11 @@ void WatchedRun::add_notes(RunReport& r) const {
     add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
   }
-  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal()))
+  if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal())) {
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));
+    if (const auto waiting = network->waiting(r.held))
+      r.checks.push_back({missed_handovers, double(*waiting), 0, *waiting == 0, false});
+  }
   add(notes_on_numbers(scene_, r.cost.sweeps));
   if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))
     r.notes.push_back(integrator_->declaration().rival ? remark

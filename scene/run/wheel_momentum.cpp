@@ -24,6 +24,8 @@ MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
   if (!assembly.mechanism) return;
   const auto& m = *assembly.mechanism;
   const auto add_wheel = [&](const std::string& joint) {
+    for (const MomentumRow& known : wheels_)
+      if (known.name == joint) return;
     wheels_.push_back({joint});
     wheel_at_.push_back(size_t(m.nq()) + size_t(m.coordinate(joint).q));
   };
@@ -31,6 +33,8 @@ MomentumLedger::MomentumLedger(const Scene& scene, const Assembly& assembly,
     if (!e.turning_wheel.empty()) add_wheel(e.turning_wheel);
     if (e.thruster) given_.rows.push_back({.name = e.name, .type = "thruster"});
   }
+  for (const Controller& c : scene.controllers)
+    for (const auto& joint : c.wheels) add_wheel(joint);
   if (!wheels_.empty()) wheels_.push_back({"total"});
   for (const Element& e : scene.elements)
     if (e.wrench) given_.rows.push_back({.name = e.name, .type = "wrench"});

@@ -43,9 +43,9 @@ struct Impulses {
 ///
 /// For each wheel: the momentum conjugate to its joint, that is its whole angular momentum about
 /// its axis, a·I(ω_base + a ω_wheel), signed. The last row, "total", is the magnitude of the
-/// angular momentum of all bodies about the world's origin. Without a wheel among the elements
-/// there are no rows. Impulses of thrusters and torquers come from the observed works and the
-/// states.
+/// angular momentum of all bodies about the world's origin. Wheels are those of elements and of
+/// controllers that turn some; without one there are no rows. Impulses of thrusters and torquers
+/// come from the observed works and the states.
 class MomentumLedger {
  public:
   /// The scene and the assembly must outlive it.

@@ -156,6 +156,10 @@ void WholeReport::worst(const Check& c) {
   std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == c.name; });
   for (Check& known : r_.checks)
     if (known.name == c.name) {
+      if (c.name == missed_handovers) {
+        known = c;
+        return;
+      }
       known.pass &= c.pass;
       known.telling |= c.telling;
       if (!(c.value <= known.value)) known.value = c.value;

@@ -4,6 +4,7 @@
 
 #include "scene/compare/auto_method.h"
 #include "scene/run/cpu_clock.h"
+#include "scene/run/from_records.h"
 #include "scene/run/pace.h"
 #include "scene/run/verdict.h"
 
@@ -18,13 +19,11 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   const auto wall = Clock::now();
   const double cpu = thread_cpu_now();
   const auto spent = [&] { return std::chrono::duration<double>(Clock::now() - wall).count(); };
-  MomentumLedger momenta(scene, assembly, RecordLayout(scene, assembly));
-  OutputSummary outputs(scene, RecordLayout(scene, assembly));
+  FromRecords seen(scene, assembly, RecordLayout(scene, assembly));
   RecordSink record = o.record;
-  if (momenta.any() || outputs.any())
+  if (seen.any())
     record = [&](std::span<const double> row) {
-      if (momenta.any()) momenta.see(row);
-      outputs.see(row);
+      seen.see(row);
       if (o.record) o.record(row);
     };
   WatchedRun run(scene, assembly, until, record);
@@ -45,8 +44,7 @@ RunReport run_one(const Scene& scene, const Assembly& assembly,
   r.wall_s = spent();
   run.add_notes(r);
   if (interrupted) return r;
-  momenta.fill(r);
-  outputs.fill(r);
+  seen.fill(r);
   run.judge(r);
   judge_beside(r, scene, assembly, o.check_symmetry);
   return r;

@@ -10,6 +10,7 @@
 #include "scene/files/files.h"
 #include "scene/read/scene_texts.h"
 #include "scene/run/checkpoint.h"
+#include "scene/run/from_records.h"
 #include "scene/run/pace.h"
 #include "scene/run/verdict.h"
 #include "scene/run/watched_run.h"
@@ -200,15 +201,10 @@ class Session {
   RunReport finish() {
     RunReport r = report();
     log_->sync();
-    MomentumLedger momenta(scene_, assembly_, run_.layout());
-    OutputSummary outputs(scene_, run_.layout());
-    if (momenta.any() || outputs.any())
-      each_record(log_path(), run_.layout(), [&](std::span<const double> row) {
-        if (momenta.any()) momenta.see(row);
-        outputs.see(row);
-      });
-    momenta.fill(r);
-    outputs.fill(r);
+    FromRecords seen(scene_, assembly_, run_.layout());
+    if (seen.any())
+      each_record(log_path(), run_.layout(), [&](std::span<const double> row) { seen.see(row); });
+    seen.fill(r);
     run_.judge(r);
     const bool more = has_more_to_judge(r, scene_, options_.check_symmetry);
     write_results(options_.out, scene_, assembly_, more ? not_yet_judged(r) : r, log_path());

@@ -156,3 +156,31 @@ def test_statistics_of_errors(pendulum):
     assert 0.4 < a["growth_exponent"] < 0.6 and not a["drift_is_significant"]
     assert b["growth_exponent"] > 0.75 and b["drift_is_significant"] and b["max_abs"] == np.abs(drift).max()
     refused(lambda: ph.error_statistics([0.0, np.nan]), "not finite")
+
+
+def test_reward_of_the_last_step_sees_the_energy_at_its_end(pendulum):
+    seen = []
+    e = many(pendulum, longest=3, reward=lambda o, u: seen.append((o.copy(), e.energies.copy())) or np.zeros(3))
+    e.reset(seed=1)
+    for _ in range(3):
+        e.step(np.full((3, 1), 2.0))
+    for observed, energies in seen:
+        for o, H in zip(observed.astype(float), energies):
+            q, v = o[:2], o[2:]
+            expected = ph.kinetic_energy(pendulum, q, ph.momenta_from_rates(pendulum, q, v)) + ph.potential_energy(pendulum, q)
+            assert abs(H - expected) < 1e-5 * abs(H) + 1e-5  # observations are float32
+    assert not np.array_equal(e.energies, e.batch.energies)  # those are of the next start, the control
+    f = one(pendulum)
+    f.reset(seed=1)
+    f.step(np.array([0.5]))
+    assert f.energy == f.batch.energies[0]
+
+
+def test_what_an_environment_does_not_take(pendulum, source):
+    e = many(pendulum)
+    e.reset(seed=1)
+    for shape in ((1, 3), (3,), (3, 1, 1)):
+        refused(lambda s=shape: e.step(np.zeros(s)), f"actions have shape {shape}, expected (3, 1)")
+    refused(lambda: many(pendulum, longest=-1), "longest is -1, expected 0 or more")
+    refused(lambda: ph.Env.from_scene(source / "examples/two_arms/scene.toml", reward=lambda o, u: 0.0, limit=1.0), "[[event]]s, which an environment does not see")
+    refused(lambda: many(pendulum, begin=lambda uniform, x: x * np.nan), "is not finite")

@@ -127,6 +127,9 @@ TEST(SwingUpScene, RefusalsSayWhereAndWhat) {
   furuta({"then = \"balance\"", "then = \"swing_up\""}, "expected another controller");
   furuta({"then = \"balance\"", "level = 1.0"}, "without then");
   furuta({"then = \"balance\"", "then = \"balance\"\nlevel = 10.0"}, "is known to hold");
+  furuta({"energy = 60000.0", "bandwidth = 5.0"}, "is given besides bandwidth");
+  furuta({"energy = 60000.0", ""}, "the gain of the error of the energy, or bandwidth");
+  furuta({"energy = 60000.0", "energy = 60000.0\ndamping_ratio = 0.3"}, "without bandwidth");
   furuta({"then = \"balance\"", "then = \"balance\"\nleave = 0.9"}, "leave is not above 1");
   furuta({"rate = 500.0", "rate = 250.0"}, "expected one rate");
   furuta({"drives = \"turn\"", "drives = \"wheel\""}, "no joint 'wheel'");

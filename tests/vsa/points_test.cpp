@@ -214,13 +214,52 @@ TEST(Table, FromAFile) {
       {"sigma,deflection,torque\n0,0,x\n", ":2: column 'torque' is 'x', expected a number"},
       {"sigma,deflection,torque\n0,0,1\n0,0,2\n", ":3: deflection 0 and sigma 0 are given twice"},
       {"sigma,deflection,torque\n0,0,0\n0,1,1\n1,0,0\n",
-       "3 places are no grid of 2 deflections by 2"},
+       "3 places are no grid, expected the same deflections"},
       {"", "0 places are no grid"}};
   for (const auto& [text, says] : bad) {
     write(text);
     const std::string why = refusal([&] { vsa::read_measurements(path); });
     EXPECT_NE(why.find(says), std::string::npos) << why << "\n  instead of: " << says;
   }
+  std::remove(path.c_str());
+}
+
+/// Deflections of their own at each sigma, loading and unloading, noise of 0.02 N m.
+TEST(Table, AnyPlacesWithSmoothing) {
+  const std::string path = ::testing::TempDir() + "porthos_vsa_scattered.csv";
+  std::mt19937_64 generator(4);
+  std::normal_distribution<double> noise(0, 0.02);
+  std::uniform_real_distribution<double> off(-0.004, 0.004);
+  const auto torque = [](double phi, double sigma) {
+    return (2 + sigma) * phi + 3 * phi * phi * phi;
+  };
+  std::string text = "deflection,sigma,torque\n";
+  for (const double sigma : {0.0, 0.5, 1.0})
+    for (int i = 0; i <= 60; ++i) {
+      const double phi = -0.6 + 0.02 * i + off(generator);
+      for (int way = 0; way < 2; ++way)
+        text += std::to_string(phi) + "," + std::to_string(sigma) + "," +
+                std::to_string(torque(phi, sigma) + noise(generator)) + "\n";
+    }
+  std::ofstream(path) << text;
+  EXPECT_NE(refusal([&] { vsa::read_measurements(path); }).find("are given twice"),
+            std::string::npos);
+  const auto m = vsa::read_measurements(path, 0.02);
+  EXPECT_EQ(m.sigma.size(), 3u);
+  EXPECT_EQ(m.torque.size(), 3 * m.deflection.size());
+  const auto e = vsa::tabulated(m, {}, 0.02, 0.02);
+  double worst = 0;
+  for (const double sigma : {0.0, 0.25, 1.0})
+    for (double phi = -0.55; phi < 0.56; phi += 0.05)
+      worst = std::fmax(worst, std::fabs(e->slopes(phi, 0, sigma).q - torque(phi, sigma)));
+  std::printf("  largest error of the torque %.3f N m of noise 0.02 N m\n", worst);
+  EXPECT_LT(worst, 0.03);  // measured in brackets of the change log; the noise itself reaches 0.06
+  EXPECT_NEAR(e->traits().measured_from, -0.6, 0.01);
+
+  std::ofstream(path)
+      << "deflection,sigma,torque\n-1,0,-1\n0,0,0\n1,0,1\n2,0,2\n3,1,3\n4,1,4\n5,1,5\n6,1,6\n";
+  EXPECT_NE(refusal([&] { vsa::read_measurements(path, 0.1); }).find("no range of deflections"),
+            std::string::npos);
   std::remove(path.c_str());
 }
 

@@ -8,7 +8,7 @@ const absolute = (v) => Float64Array.from(v, Math.abs);
 const wide = (t) => t.length > 3 && t[t.length - 1] > 100 * (t.find((x) => x > 0) || 1);
 
 const names = {
-  outcome: "end of the run reached", missed_events: "all events occurred",
+  outcome: "end of the run reached", missed_events: "all events occurred", rates: "positions move as their rates say", missed_handovers: "all controllers handed over",
   energy: "energy", linear_momentum: "linear momentum", angular_momentum: "angular momentum", quaternion_norm: "quaternion norm",
   balance: "power balance", symmetry: "forth and back", step_halving: "half the step", momentum_across_events: "momentum across events", orbital: "orbital ledger", coupling: "coupling ledger",
   constraints: "gaps of loops", constraint_rates: "rates of these gaps",

@@ -37,6 +37,16 @@ class Trajectory {
   /// Norm error of the attitudes in the file, before normalisation.
   double norm_error() const { return norm_error_; }
 
+  /// Positions against rates, of a joint of one freedom or the place of a free base, over all rows.
+  struct Agreement {
+    std::string name;
+    double way = 0;        ///< Σ |q_i - q_(i-1)|
+    double off = 0;        ///< Σ of what the trapezoidal rule over the rates leaves of it
+    double uncertain = 0;  ///< Σ of that rule's own errors, from third differences
+  };
+  /// Of files with positions and rates of their own; a base's rates along the world's axes only.
+  std::vector<Agreement> agreements(const Numbers& t) const;
+
   /// Works of the torques from row i - 1 to row i [J].
   void works(size_t i, double h, std::span<double> to) const;
 

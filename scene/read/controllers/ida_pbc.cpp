@@ -137,7 +137,14 @@ void read_design_gains(const Table& t, IdaPbc& w) {
     w.gains["damping_ratio"] = t.has("damping_ratio") ? t.positive("damping_ratio") : 1;
     expected = "damping_ratio beside bandwidth";
   } else {
-    for (const auto& name : w.design->gains) w.gains[name] = t.number(name.data());
+    if (t.has("bandwidth") && !w.design->bandwidth)
+      t.fail("bandwidth", fmt::format("is of design = \"inertia_wheel\" alone, expected {} of "
+                                      "design = \"{}\" (docs/controllers.md, gains of a design)",
+                                      expected, w.design->name));
+    for (const auto& name : w.design->gains) {
+      t.require(name.data(), "one of the gains " + expected);
+      w.gains[name] = t.number(name.data());
+    }
   }
   const auto refuse_others = [&](const Names& names) {
     for (const auto& name : names)

@@ -55,7 +55,8 @@ ControllerDesign design_lqr(const Controller& c, const ControllerPlant& plant,
                           "and the worst near them");
   if (level > 0)
     made.holds = {
-        [lqr](std::span<const double> x) { return lqr->cost_to_go(x.first(lqr->size())); }, level};
+        [lqr](std::span<const double> x) { return lqr->cost_to_go(x.first(lqr->size())); }, level,
+        [lqr, level, limits](double higher) { return lqr->lost(higher, level, limits); }};
   return made;
 }
 

@@ -33,16 +33,30 @@ ControllerDesign design_swing_up(const Controller& c, const ControllerPlant& pla
   return {{swing.port_law()}, swing.certificate()};
 }
 
+energy_shaping::SwingUpGains read_swing_up_gains(const Table& t) {
+  if (t.has("bandwidth")) {
+    for (const char* key : {"energy", "inertia", "stiffness", "damping"})
+      if (t.has(key)) t.fail(key, "is given besides bandwidth, expected one of both");
+    return energy_shaping::SwingUpGains::of_bandwidth(
+        t.positive("bandwidth"), t.has("damping_ratio") ? t.positive("damping_ratio") : 0.3);
+  }
+  if (t.has("damping_ratio")) t.fail("damping_ratio", "is given without bandwidth, expected both");
+  t.require("energy", "the gain of the error of the energy, or bandwidth");
+  energy_shaping::SwingUpGains g;
+  g.energy = t.positive("energy");
+  g.inertia = t.not_negative("inertia");
+  g.stiffness = t.not_negative("stiffness");
+  g.damping = t.not_negative("damping");
+  return g;
+}
+
 void read_swing_up(const Table& t, Controller& c) {
   SwingUp w;
   w.drives = t.text("drives", "the name of the joint with an actuator");
   t.each("joints", [&](const std::string& joint, const std::string&, const Table& own) {
     w.upright[joint] = own.number("target");
   });
-  w.gains.energy = t.positive("energy");
-  w.gains.inertia = t.not_negative("inertia");
-  w.gains.stiffness = t.not_negative("stiffness");
-  w.gains.damping = t.not_negative("damping");
+  w.gains = read_swing_up_gains(t);
   if (t.has("limit")) w.gains.limit = t.positive("limit");
   if (t.has("then")) {
     c.then = {t.text("then", "the name of another controller")};
@@ -67,14 +81,19 @@ ControllerType swing_up_controller() {
           {text("drives", required, "the joint with the actuator"),
            table("joints", "controller.swing_up.joint", required, "by joint: the upright",
                  KeyKind::named),
-           number("energy", "see docs/controllers.md", required, "gain of the error of the energy"),
+           number("bandwidth", "rad/s", "none",
+                  "of the driven joint, ω: instead of the four gains, which follow from it"),
+           number("damping_ratio", "1", "0.3", "ζ, beside bandwidth"),
+           number("energy", "see docs/controllers.md", "required without bandwidth",
+                  "gain of the error of the energy"),
            number("inertia", "see docs/controllers.md", "0",
                   "gain of the driven joint's acceleration; 0: the joint is not brought back"),
            number("stiffness", "see docs/controllers.md", "0", "gain of its angle"),
            number("damping", "see docs/controllers.md", "0", "gain of its rate"),
            number("limit", "N m (N)", "none", "largest torque or force"),
            text("then", "none", "the lqr that takes over, at the same rate"),
-           number("level", "1", "the largest known", "of its cost-to-go below which it takes over"),
+           number("level", "1", "up to which it falls",
+                  "of its cost-to-go below which it takes over; more is tried by runs"),
            number("leave", "1", "4", "above that many times the level it gives back")},
           {{"controller.swing_up.joint",
             "[controller.joints]",

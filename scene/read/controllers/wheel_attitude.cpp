@@ -110,7 +110,7 @@ void read_wheel_attitude(const Table& t, Controller& c) {
   WheelAttitude w;
   w.link = t.text("link", "the name of the root link");
   t.require("wheels", "an array of names of joints");
-  w.wheels = t.texts("wheels", "names of joints");
+  w.wheels = c.wheels = t.texts("wheels", "names of joints");
   w.stiffness = t.vector("stiffness");
   w.damping = t.vector("damping");
   for (const auto& [key, v] : {std::pair{"stiffness", w.stiffness}, {"damping", w.damping}})

@@ -1,0 +1,58 @@
+#include "scene/run/spring_ranges.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "scene/assemble/assembly.h"
+#include "scene/read/scene.h"
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
+    : layout_(layout) {
+  const auto& blocks = assembly.model->description().blocks;
+  for (const JointActuator& a : scene.actuators) {
+    size_t link = 0, theta = 0, sigma = 0;
+    for (const auto& b : blocks) {
+      if (b.name == a.name + ".link") link = size_t(b.at);
+      if (b.name == a.name + ".theta") theta = size_t(b.at);
+      if (b.name == a.name + ".sigma") sigma = size_t(b.at);
+    }
+    const vsa::ElasticTraits& t = a.actuator.elastic->traits();
+    const auto add = [&](const char* what, const std::string& unit, size_t of, size_t less,
+                         double lower, double upper, const char* reason) {
+      if (of == 0 || !(lower > -HUGE_VAL || upper < HUGE_VAL)) return;
+      ranges_.push_back({fmt::format("{} of actuator '{}' [{}]", what, a.name, unit), of, less,
+                         lower, upper, reason});
+    };
+    add("deflection", "rad", link, theta, t.measured_from, t.measured_to, "that was measured");
+    if (t.limits.sigma_stop_stiffness == 0)
+      add("sigma", t.sigma_unit, sigma, sigma, t.limits.sigma_lower, t.limits.sigma_upper,
+          "of its limits, which sigma_stop_stiffness would enforce");
+  }
+}
+
+void SpringRanges::see(std::span<const double> record) {
+  for (Range& r : ranges_) {
+    const double* x = &record[layout_.x()];
+    const double value = x[r.of] - (r.less == r.of ? 0 : x[r.less]);
+    const double beyond = std::fmax(r.lower - value, value - r.upper);
+    if (!(beyond > 0)) continue;
+    const bool begins = r.first < 0;
+    if (begins) r.first = record[layout_.time()];
+    if (begins || beyond > std::fmax(r.lower - r.farthest, r.farthest - r.upper))
+      r.farthest = value;
+  }
+}
+
+void SpringRanges::fill(RunReport& report) const {
+  for (const Range& r : ranges_)
+    if (r.first >= 0)
+      report.notes.push_back(fmt::format(
+          "{} left the range {:.4g} to {:.4g} {}: first at {:.6g} s, farthest at {:.4g}", r.what,
+          r.lower, r.upper, r.reason, r.first, r.farthest));
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,39 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/run/record_log.h"
+#include "vsa/elastic.h"
+
+namespace porthos::scene {
+
+struct Scene;
+struct Assembly;
+struct RunReport;
+
+/// Whether the springs of actuators stay where their energies are known, from the records of a run:
+/// σ in its range where no stop keeps it there, the deflection in the range that was measured.
+class SpringRanges {
+ public:
+  /// The scene must outlive it.
+  SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
+  bool any() const { return !ranges_.empty(); }
+  /// Adds a record, a row of the layout.
+  void see(std::span<const double> record);
+  /// Adds a note for each range that was left.
+  void fill(RunReport& report) const;
+
+ private:
+  struct Range {
+    std::string what;  ///< "deflection of actuator 'motor' [rad]"
+    size_t of, less;   ///< numbers of the state: the value is x[of] - x[less]; less = of: x[of]
+    double lower, upper;
+    const char* reason;
+    double first = -1, farthest = 0;  ///< time of the first record beyond, and the worst value
+  };
+  RecordLayout layout_;
+  std::vector<Range> ranges_;
+};
+
+}  // namespace porthos::scene

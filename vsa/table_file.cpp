@@ -1,0 +1,162 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include <fmt/ranges.h>
+
+#include "phs/error.h"
+#include "phs/functions/smoothing.h"
+#include "phs/functions/spline.h"
+#include "vsa/table.h"
+
+namespace porthos::vsa {
+namespace {
+
+const std::array<std::string, 5> names{"deflection", "sigma", "torque", "stiffness",
+                                       "sigma_effort"};
+/// The rows of a file by σ, then deflection: as in `names`, repeated measurements together.
+using Rows = std::map<std::pair<double, double>, std::vector<std::array<double, 5>>>;
+
+/// The grid that the places are, or nothing.
+std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>& there) {
+  Measurements m;
+  for (const auto& [place, row] : rows) {
+    if (m.sigma.empty() || m.sigma.back() != place.first) m.sigma.push_back(place.first);
+    if (m.sigma.size() == 1) m.deflection.push_back(place.second);
+  }
+  size_t k = 0;
+  for (const auto& [place, repeated] : rows) {
+    const size_t i = k % m.deflection.size(), j = k / m.deflection.size();
+    if (j >= m.sigma.size() || place != std::pair{m.sigma[j], m.deflection[i]} ||
+        repeated.size() > 1)
+      return std::nullopt;
+    const auto& row = repeated[0];
+    m.torque.push_back(row[2]);
+    if (there[3]) m.stiffness.push_back(row[3]);
+    if (there[4]) m.sigma_effort.push_back(row[4]);
+    ++k;
+  }
+  if (k == 0 || k != m.deflection.size() * m.sigma.size()) return std::nullopt;
+  return m;
+}
+
+/// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
+/// places. Repeated measurements count by their mean.
+Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
+  struct Curve {
+    std::vector<double> x, y;
+  };
+  std::map<double, Curve> curves;
+  for (const auto& [place, repeated] : rows) {
+    double sum = 0;
+    for (const auto& row : repeated) sum += row[2];
+    curves[place.first].x.push_back(place.second);
+    curves[place.first].y.push_back(sum / double(repeated.size()));
+  }
+  Measurements m;
+  m.without_errors = true;
+  double from = -HUGE_VAL, to = HUGE_VAL;
+  size_t most = 0;
+  for (const auto& [sigma, c] : curves) {
+    m.sigma.push_back(sigma);
+    if (c.x.size() < 4)
+      throw InvalidArgument(fmt::format("{}: sigma {} has {} deflections, expected 4 or more", path,
+                                        sigma, c.x.size()));
+    from = std::max(from, c.x.front());
+    to = std::min(to, c.x.back());
+    most = std::max(most, c.x.size());
+  }
+  if (!(from < to))
+    throw InvalidArgument(
+        fmt::format("{}: no range of deflections is measured at every sigma, expected one", path));
+  const size_t n = std::min<size_t>(most, 200);
+  for (size_t i = 0; i < n; ++i)
+    m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
+  for (const auto& [sigma, c] : curves) {
+    const phs::Spline f(c.x, phs::smoothed(c.x, c.y, smoothing), phs::Spline::Outside::linear,
+                        "tabulated");
+    for (const double x : m.deflection) m.torque.push_back(f.value(x));
+  }
+  return m;
+}
+
+}  // namespace
+
+Measurements read_measurements(const std::string& path, double smoothing) {
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw_unreadable(fmt::format("{}: cannot be opened", path), errno);
+  return parse_measurements({std::istreambuf_iterator<char>(file), {}}, path, smoothing);
+}
+
+Measurements parse_measurements(const std::string& text, const std::string& path,
+                                double smoothing) {
+  std::istringstream file(text);
+  file.exceptions(std::ios::badbit);  // memory that is missing ends no text early
+  std::vector<int> meaning;           // index in names, per column
+  Rows rows;
+  std::array<bool, 5> there{};
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto at = [&](const std::string& why) {
+      throw InvalidArgument(fmt::format("{}:{}: {}", path, number, why));
+    };
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line[0] == '#') continue;
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    stream.exceptions(std::ios::badbit);
+    for (std::string cell; std::getline(stream, cell, ',');) {
+      const auto first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
+      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    }
+    if (meaning.empty()) {
+      for (const auto& c : cells) {
+        const auto found = std::find(names.begin(), names.end(), c);
+        if (found == names.end())
+          at(fmt::format("unknown column '{}', expected {}", c, fmt::join(names, ", ")));
+        meaning.push_back(int(found - names.begin()));
+        there[size_t(meaning.back())] = true;
+      }
+      for (size_t k = 0; k < 3; ++k)
+        if (!there[k])
+          at(fmt::format("no column '{}', expected {}", names[k], fmt::join(names, ", ")));
+      continue;
+    }
+    if (cells.size() != meaning.size())
+      at(fmt::format("has {} numbers, expected {}", cells.size(), meaning.size()));
+    std::array<double, 5> row{};
+    for (size_t k = 0; k < cells.size(); ++k) {
+      char* end = nullptr;
+      row[size_t(meaning[k])] = std::strtod(cells[k].c_str(), &end);
+      if (cells[k].empty() || *end != 0 || !std::isfinite(row[size_t(meaning[k])]))
+        at(fmt::format("column '{}' is '{}', expected a number", names[size_t(meaning[k])],
+                       cells[k]));
+    }
+    auto& same = rows[{row[1], row[0]}];
+    if (!same.empty() && smoothing == 0)
+      at(
+          fmt::format("deflection {} and sigma {} are given twice (smoothing [N m] takes repeated "
+                      "measurements)",
+                      row[0], row[1]));
+    same.push_back(row);
+  }
+  if (auto m = grid_of(rows, there)) return *m;
+  if (smoothing == 0 || rows.empty())
+    throw InvalidArgument(
+        fmt::format("{}: {} places are no grid, expected the same deflections at every sigma, or "
+                    "smoothing [N m], which takes any places",
+                    path, rows.size()));
+  if (there[3] || there[4])
+    throw InvalidArgument(
+        fmt::format("{}: places that are no grid come with a column '{}', expected deflection, "
+                    "sigma and torque alone",
+                    path, there[3] ? names[3] : names[4]));
+  return gridded(rows, smoothing, path);
+}
+
+}  // namespace porthos::vsa
