@@ -80,15 +80,25 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   ///   forces of several points that stick are not unique.
   void check_friction_of_events() const;
 
-  /// The rigid contact or stop whose shapes overlap most at a state, and by how much [m | rad].
+  /// The rigid contact or stop whose shapes overlap most at a state, and by how much [m | rad]; one
+  /// whose shapes are near, or "", if none overlap.
   std::pair<std::string, double> deepest_rigid(const phs::State& state) const;
 
-  /// Two surfaces as placed in the mechanism.
+  /// A surface as placed in the mechanism.
+  struct Seat {
+    int node;     ///< -1: fixed in the world
+    Shape shape;  ///< with its frame in the node's frame (in the world for -1)
+  };
+  /// Two surfaces that a contact names.
   struct Pair {
-    size_t contact;
-    int node_a, node_b;    ///< -1: fixed in the world
-    Shape a, b;            ///< with the frames in the nodes' frames (in the world for -1)
+    size_t contact, a, b;  ///< a, b: seats
     size_t first, points;  ///< of all points that may touch
+  };
+  /// The seats of a contact's two sides. Every one of `a` may touch every one of `b` that is on
+  /// another node; two that are on both sides are one pair.
+  struct Sides {
+    size_t contact;
+    std::vector<size_t> a, b;
   };
   /// A joint with one freedom as placed in the mechanism.
   struct PlacedJoint {
@@ -99,6 +109,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     double lower, upper;
   };
   struct Placed {
+    std::vector<Seat> seats;  ///< each surface once, whatever contacts it is in
     std::vector<Pair> pairs;
     std::vector<PlacedStop> stops;
     size_t points = 0;  ///< of all pairs
@@ -111,9 +122,12 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     double friction;  ///< Coulomb's μ, 0 of a stop
   };
   const std::vector<Rigid>& rigid() const { return rigid_; }
-  /// Their pairs and stops; a pair's `contact` is an index of rigid(); the stops are its last
-  /// elements.
-  const Placed& placed_rigid() const { return placed_rigid_; }
+  /// Their seats and stops; `contact` is an index of rigid(); the stops are its last elements.
+  /// n bodies among themselves are n²/2 pairs: those that are near are found by NearPairs.
+  const Placed& rigid_seats() const { return placed_rigid_; }
+  const std::vector<Sides>& rigid_sides() const { return rigid_sides_; }
+  /// The same with all pairs. Cost: O(pairs).
+  Placed all_rigid() const;
   const std::vector<DryFriction>& dry() const { return dry_; }
   /// Of each of dry().
   const std::vector<PlacedJoint>& placed_dry() const { return placed_dry_; }
@@ -125,7 +139,8 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   std::vector<Stop> stops_;
   std::vector<Rigid> rigid_;
   std::vector<DryFriction> dry_;
-  Placed placed_, placed_rigid_;
+  Placed placed_, placed_rigid_;  ///< the latter without its pairs
+  std::vector<Sides> rigid_sides_;
   std::vector<PlacedJoint> placed_dry_;
   phs::Description description_;
 };

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/detail/rigid_gaps.h"
+#include "contact/detail/gaps.h"
+#include "contact/detail/near_pairs.h"
 
 namespace porthos::contact {
 namespace {
@@ -23,11 +24,9 @@ void in(const char* what, const std::string& name, F f) {
   }
 }
 
-/// A surface in the frame of its node.
-struct Seat {
-  int node;
-  Shape shape;
-};
+using Seat = ContactModel::Seat;
+using Sides = ContactModel::Sides;
+
 Seat seat(const Mechanism& m, const Surface& s) {
   check(s.shape);
   Seat at{-1, s.shape};
@@ -38,21 +37,69 @@ Seat seat(const Mechanism& m, const Surface& s) {
   return at;
 }
 
-void place(const Mechanism& m, const Contact& c, size_t index, ContactModel::Placed& placed) {
+/// The seats of a model's surfaces, each once.
+class Seats {
+ public:
+  Seats(const Mechanism& m, std::vector<Seat>& seats) : m_(m), seats_(seats) {
+    of_node_.resize(m.nodes().size() + 1);
+  }
+  /// Those of one side of a contact.
+  std::vector<size_t> of(const std::vector<Surface>& surfaces) {
+    std::vector<size_t> all;
+    for (const Surface& each : surfaces) all.push_back(of(each));
+    return all;
+  }
+
+ private:
+  size_t of(const Surface& s) {
+    const Seat own = seat(m_, s);
+    auto& known = of_node_[size_t(own.node + 1)];
+    for (const size_t k : known)
+      if (seats_[k].shape == own.shape) return k;
+    known.push_back(seats_.size());
+    seats_.push_back(own);
+    return known.back();
+  }
+  const Mechanism& m_;
+  std::vector<Seat>& seats_;
+  std::vector<std::vector<size_t>> of_node_;  ///< of the world, then of each node
+};
+
+Sides sides_of(Seats& seats, const ContactModel::Placed& placed, const Contact& c, size_t index) {
   if (c.a.empty() || c.b.empty()) throw InvalidArgument("one side has no shape, expected both");
   check(c.law);
-  for (const Surface& on_a : c.a)
-    for (const Surface& on_b : c.b) {
-      const Seat a = seat(m, on_a), b = seat(m, on_b);
-      const int n = points(a.shape.kind, b.shape.kind);
-      if (n == 0)
-        throw InvalidArgument(fmt::format(
-            "there is no distance in closed form between a {} on '{}' and a {} on "
-            "'{}', expected one of the pairs {}",
-            to_string(a.shape.kind), on_a.link, to_string(b.shape.kind), on_b.link, known_pairs()));
-      if (a.node == b.node) continue;  // one rigid body, for example since a joint was locked
-      placed.pairs.push_back({index, a.node, b.node, a.shape, b.shape, placed.points, size_t(n)});
-      placed.points += size_t(n);
+  Sides sides{index, seats.of(c.a), seats.of(c.b)};
+  const auto kind = [&](size_t k) { return placed.seats[k].shape.kind; };
+  for (size_t i = 0; i < c.a.size(); ++i)
+    for (size_t j = 0; j < c.b.size(); ++j)
+      if (points(kind(sides.a[i]), kind(sides.b[j])) == 0)
+        throw InvalidArgument(
+            fmt::format("there is no distance in closed form between a {} on '{}' and a {} on "
+                        "'{}', expected one of the pairs {}",
+                        to_string(kind(sides.a[i])), c.a[i].link, to_string(kind(sides.b[j])),
+                        c.b[j].link, known_pairs()));
+  for (auto* side : {&sides.a, &sides.b}) {
+    std::vector<size_t> once;
+    for (const size_t k : *side)
+      if (std::find(once.begin(), once.end(), k) == once.end()) once.push_back(k);
+    *side = once;
+  }
+  return sides;
+}
+
+/// All pairs of two sides.
+void add_pairs(const Sides& sides, ContactModel::Placed& placed) {
+  std::vector<char> on(placed.seats.size(), 0);  // 1: on a, 2: on b
+  for (const size_t k : sides.a) on[k] |= 1;
+  for (const size_t k : sides.b) on[k] |= 2;
+  for (const size_t a : sides.a)
+    for (const size_t b : sides.b) {
+      const Seat &of_a = placed.seats[a], &of_b = placed.seats[b];
+      if (of_a.node == of_b.node) continue;  // one rigid body, for example since a joint was locked
+      if (on[a] == 3 && on[b] == 3 && b < a) continue;
+      const auto n = size_t(points(of_a.shape.kind, of_b.shape.kind));
+      placed.pairs.push_back({sides.contact, a, b, placed.points, n});
+      placed.points += n;
     }
 }
 
@@ -155,15 +202,19 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
                            std::vector<DryFriction> dry)
     : inner_(std::move(inner)), mechanical_(std::move(mechanical)), dry_(std::move(dry)) {
   const Mechanism& m = mechanism();
+  Seats soft_seats(m, placed_.seats), rigid_seats(m, placed_rigid_.seats);
   const auto is_rigid = [&](const std::string& name, const Law& law) {
     if (law.rigid()) rigid_.push_back({name, law.restitution, law.simultaneous, law.friction});
     return law.rigid();
   };
   for (Contact& c : contacts)
     in("contact", c.name, [&] {
-      const bool rigid = is_rigid(c.name, c.law);
-      place(m, c, rigid ? rigid_.size() - 1 : contacts_.size(), rigid ? placed_rigid_ : placed_);
-      if (!rigid) contacts_.push_back(std::move(c));
+      if (is_rigid(c.name, c.law)) {
+        rigid_sides_.push_back(sides_of(rigid_seats, placed_rigid_, c, rigid_.size() - 1));
+        return;
+      }
+      add_pairs(sides_of(soft_seats, placed_, c, contacts_.size()), placed_);
+      contacts_.push_back(std::move(c));
     });
   for (Stop& s : stops)
     in("stop", s.name, [&] {
@@ -185,8 +236,8 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
             fmt::format("joint '{}' has dry friction already, expected it once", f.joint));
     });
   const auto on_world = [](const Placed& placed) {
-    return std::any_of(placed.pairs.begin(), placed.pairs.end(),
-                       [](const Pair& p) { return p.node_a < 0 || p.node_b < 0; });
+    return std::any_of(placed.seats.begin(), placed.seats.end(),
+                       [](const Seat& s) { return s.node < 0; });
   };
   description_ = describe(inner_->description(), contacts_, stops_, rigid_, dry_,
                           on_world(placed_) || on_world(placed_rigid_));
@@ -196,19 +247,28 @@ std::unique_ptr<integrators::Switches> ContactModel::depths() const {
   return std::make_unique<Depths>(*this, placed_);
 }
 
+ContactModel::Placed ContactModel::all_rigid() const {
+  Placed all = placed_rigid_;
+  for (const Sides& sides : rigid_sides_) add_pairs(sides, all);
+  return all;
+}
+
 void ContactModel::check_friction_of_events() const {
+  const Placed placed = all_rigid();
   std::vector<const Pair*> with_friction;
-  for (const Pair& p : placed_rigid_.pairs) {
+  const auto node = [&](size_t seat) { return placed.seats[seat].node; };
+  for (const Pair& p : placed.pairs) {
     const Rigid& own = rigid_[p.contact];
     if (!(own.friction > 0)) continue;
     if (p.points > 1)
       refuse("contact", own.name,
              fmt::format("a {} and a {} touch in {} points and have friction, expected shapes that "
                          "touch in one, for example a sphere, or method = \"moreau\"",
-                         to_string(p.a.kind), to_string(p.b.kind), p.points));
+                         to_string(placed.seats[p.a].shape.kind),
+                         to_string(placed.seats[p.b].shape.kind), p.points));
     for (const Pair* other : with_friction)
-      for (const int node : {p.node_a, p.node_b})
-        if (node >= 0 && (node == other->node_a || node == other->node_b))
+      for (const int own_node : {node(p.a), node(p.b)})
+        if (own_node >= 0 && (own_node == node(other->a) || own_node == node(other->b)))
           refuse("contact", own.name,
                  fmt::format("a link of it has rigid friction at another point, in '{}', expected "
                              "one such point on a link, or method = \"moreau\"",
@@ -218,16 +278,24 @@ void ContactModel::check_friction_of_events() const {
 }
 
 std::pair<std::string, double> ContactModel::deepest_rigid(const phs::State& state) const {
-  RigidGaps<double> gaps(*this);
+  NearPairs near(*this);
+  Gaps<double> gaps(mechanism(), near.placed());
   std::vector<double> q, turns;
   for (size_t i = 0; i < size_t(mechanism().nq()); ++i) q.push_back(state.x[i] + state.lo[i]);
   for (size_t i = 0; i < size_t(mechanism().angle_count()); ++i)
     turns.push_back(double(state.turns[i]) * phs::two_pi_hi);
   gaps.set_turn_angles(turns);
-  gaps.place(q);
+  gaps.place_bodies(q);
+  near.find(gaps.seat, gaps.seat);
+  gaps.place_pairs();
   std::pair<std::string, double> deepest{"", -std::numeric_limits<double>::infinity()};
-  for (size_t k = 0; k < gaps.count(); ++k)
-    if (-gaps.gap(k) > deepest.second) deepest = {rigid_[gaps.rigid(k)].name, -gaps.gap(k)};
+  const auto look = [&](size_t rigid, double depth) {
+    if (depth > deepest.second) deepest = {rigid_[rigid].name, depth};
+  };
+  for (const Pair& p : near.placed().pairs)
+    for (size_t i = p.first; i < p.first + p.points; ++i) look(p.contact, -gaps.touch[i].gap);
+  const size_t stops = placed_rigid_.stops.size();
+  for (size_t k = 0; k < 2 * stops; ++k) look(rigid_.size() - stops + k / 2, gaps.depth[k]);
   return deepest;
 }
 

@@ -23,7 +23,7 @@ class TimeStepping final : public integrators::Integrator {
         contacts_(contacts),
         cones_(contacts),
         keeper_(model.description()),
-        last_(contacts_.count(), Vec3d{0, 0, 0}),
+        last_(contacts_.most_remembered()),
         delta_(n_),
         next_(n_),
         start_(n_),
@@ -64,8 +64,8 @@ class TimeStepping final : public integrators::Integrator {
   }
 
   void carry(Archive& a) override {
-    for (Vec3d& each : last_)
-      for (double* x : {&each.x, &each.y, &each.z}) a(*x);
+    for (auto& [gap, P] : last_)
+      for (double* x : {&gap, &P.x, &P.y, &P.z}) a(*x);
   }
   std::string remark() const override {
     if (!trouble_.empty() || worst_ == 0) return trouble_;
@@ -83,6 +83,11 @@ class TimeStepping final : public integrators::Integrator {
   /// Of the residual times impulses and velocities: a step that gains more fails.
   static constexpr double most_gain = 1e3;
 
+  struct Impulse {
+    double gap = 0x1p60;  ///< none
+    Vec3d P{0, 0, 0};
+  };
+
   /// δ, and the impulses.
   Outcome solve(double t, double h) {
     std::fill(delta_.begin(), delta_.end(), 0.0);
@@ -92,7 +97,7 @@ class TimeStepping final : public integrators::Integrator {
       for (size_t i = 0; i < n_; ++i) delta_[i] = h * next_[i];
     }
     for (size_t i = 0; i < n_; ++i) point_[i] = start_[i] + delta_[i];
-    contacts_.choose(q_of(start_), q_of(point_), h, [&](size_t k) { return last_[k]; });
+    contacts_.choose(q_of(start_), q_of(point_), h, [&](std::uint64_t k) { return last(k); });
     cones_.begin(contacts_);
     measure();
     double change = 1, enough = 1;
@@ -191,17 +196,26 @@ class TimeStepping final : public integrators::Integrator {
   void book(double t, double h) {
     if (port_work_.any()) field_.book(t + 0.5 * h, h, port_work_);
     for (const auto& each : contacts_.points) {
-      const size_t power = loss_at_[contacts_.rigid(each.gap)];
+      const size_t power = loss_at_[each.rigid];
       const Vec3d P = each.in_axes(each.impulse), &u = each.free;
-      const bool begins = P.x > 0 && norm(last_[each.gap]) == 0;
+      const bool begins = P.x > 0 && norm(last(each.gap)) == 0;
       if (begins) jumps_.push_back({t + h, power, -P.x * u.x});
       if (!port_work_.any()) continue;
       port_work_.add(power, -P.x * u.x);
       if (begins) port_work_.add(power + 1, 1);
       if (each.rows == 3) port_work_.add(power + 2, -(P.y * u.y + P.z * u.z));
     }
-    for (Vec3d& each : last_) each = {0, 0, 0};
-    for (const auto& each : contacts_.points) last_[each.gap] = each.impulse;
+    std::fill(last_.begin(), last_.end(), Impulse{});
+    size_t n = 0;
+    for (const auto& each : contacts_.points)
+      if (norm(each.impulse) > 0 && n < last_.size()) last_[n++] = {double(each.gap), each.impulse};
+  }
+  /// The impulse of a gap in the last step.
+  Vec3d last(std::uint64_t gap) const {
+    const auto at =
+        std::lower_bound(last_.begin(), last_.end(), double(gap),
+                         [](const Impulse& each, double number) { return each.gap < number; });
+    return at != last_.end() && at->gap == double(gap) ? at->P : Vec3d{0, 0, 0};
   }
   /// |ξ| = 1 and ξ·π = 0 again, which leaves H as it is.
   void normalise(const std::pair<size_t, size_t>& at, phs::State& s) const {
@@ -229,7 +243,7 @@ class TimeStepping final : public integrators::Integrator {
   StepContacts contacts_;
   Cones cones_;
   integrators::TurnKeeper<double> keeper_;
-  std::vector<Vec3d> last_;       ///< of each gap: its impulse in the last step
+  std::vector<Impulse> last_;     ///< those of the last step, by gap
   std::array<double, 2> size_{};  ///< of positions, of momenta
   std::vector<double> delta_, next_, start_, point_, q_dot_, change_;
   std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts, and the

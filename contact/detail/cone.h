@@ -35,22 +35,25 @@ class FrictionCone {
       const double p1 = s1 > 0 ? -b1 / s1 : 0, p2 = s2 > 0 ? -b2 / s2 : 0;
       return Vec3d{-(b.x + a_[0] * p1 + a_[1] * p2) / nn_, p1, p2};
     };
-    const auto excess = [&](const Vec3d& p) { return std::hypot(p.y, p.z) - mu_ * p.x; };
+    const auto length = [](const Vec3d& p) { return std::sqrt(p.y * p.y + p.z * p.z); };
     Vec3d p = at(0);
-    if (excess(p) <= 0) return p;
-    // The excess is positive at α = 0 and negative as α -> ∞, where P_t = 0 and P_n = -b_n/A_nn.
-    double low = 0, high = across_[0] + across_[1] + 1e-300;
-    while (excess(at(high)) > 0) low = high, high *= 4;
-    double alpha = 0.5 * (low + high);
-    for (int k = 0; k < 100; ++k) {
+    if (length(p) <= mu_ * p.x) return p;
+    // |P_t| exceeds μ P_n at α = 0 and not as α -> ∞, where P_t = 0 and P_n = -b_n/A_nn. Newton on
+    // μ P_n/|P_t| - 1, which is linear in α where the axes are alike and a = 0.
+    const double size = across_[0] + across_[1] + 1e-300;
+    double low = 0, high = HUGE_VAL, alpha = across_[0] > 0 && across_[1] > 0 ? 0 : size;
+    for (int k = 0; k < 200; ++k) {
       p = at(alpha);
-      const double f = excess(p);
-      (f > 0 ? low : high) = alpha;
+      const double across = length(p);
+      (across > mu_ * p.x ? low : high) = alpha;
+      if (!(across > 0)) break;
       const double q1 = -p.y / (across_[0] + alpha), q2 = -p.z / (across_[1] + alpha);  // dP_t/dα
-      const double slope =
-          (p.y * q1 + p.z * q2) / std::hypot(p.y, p.z) + mu_ * (a_[0] * q1 + a_[1] * q2) / nn_;
-      double next = alpha - f / slope;
-      if (!(next > low && next < high)) next = 0.5 * (low + high);
+      const double ratio = mu_ * p.x / across, slope = -(mu_ * (a_[0] * q1 + a_[1] * q2) / nn_ +
+                                                         ratio * (p.y * q1 + p.z * q2) / across) /
+                                                       across;
+      double next = alpha + (1 - ratio) / slope;
+      if (!(next > low && next < high))
+        next = high < HUGE_VAL ? 0.5 * (low + high) : 4 * low + size;
       if (std::fabs(next - alpha) <= 1e-15 * alpha) break;
       alpha = next;
     }

@@ -21,10 +21,9 @@ class ConeNewton {
 
   void clear() { n_ = 0; }
   /// @return whether there was room
-  bool add(StepContacts::Point& point, const Vec3d& target, double mu) {
+  bool add(StepContacts::Point& point, double mu) {
     if (n_ == most) return false;
     points_[n_] = &point;
-    target_[n_] = target;
     mu_[n_] = mu;
     ++n_;
     return true;
@@ -72,7 +71,7 @@ class ConeNewton {
     delta_ = 0;
     for (size_t j = 0; j < n_; ++j) {
       P_[j] = points_[j]->in_axes(points_[j]->impulse);
-      w_[j] = points_[j]->free + contacts.rates(*points_[j], v) - target_[j];
+      w_[j] = points_[j]->free + contacts.rates(*points_[j], v) - points_[j]->target;
       for (size_t row = 0; row < 3; ++row) {
         Vec3d e{0, 0, 0};
         (row == 0 ? e.x : row == 1 ? e.y : e.z) = 1;
@@ -180,7 +179,7 @@ class ConeNewton {
 
   size_t n_ = 0;
   std::array<StepContacts::Point*, most> points_;
-  std::array<Vec3d, most> target_, P_, w_;
+  std::array<Vec3d, most> P_, w_;
   std::array<double, most> mu_;
   std::array<std::array<double, 2>, most> rho_;
   double delta_ = 0, largest_ = 0, enough_ = 0;

@@ -42,6 +42,7 @@ class Cones {
       cluster.last_square = 0;
     }
     if (!std::isfinite(scale_)) return false;
+    for (auto& each : contacts.points) each.target = target(each);
     wanted_ = std::max(residual, enough) * scale_;
     std::fill(v_.begin(), v_.end(), 0.0);
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
@@ -49,6 +50,10 @@ class Cones {
       reached_ = 0;
       for (auto& each : contacts.points)
         if (clusters_[each.cluster].open) renew(contacts, each);
+      for (auto& each : clusters_) {
+        each.reached = std::sqrt(each.reached);
+        reached_ = std::max(reached_, each.reached);
+      }
       if (reached_ <= wanted_ && settle(contacts)) return true;
       if (sweep % patience == patience - 1) finish(contacts);
       go_on(contacts);
@@ -64,8 +69,8 @@ class Cones {
 
  private:
   /// The mean velocity that the law is about.
-  Vec3d target(const StepContacts& contacts, const StepContacts::Point& each) const {
-    const double e = rigid_[contacts.rigid(each.gap)].restitution;
+  Vec3d target(const StepContacts::Point& each) const {
+    const double e = rigid_[each.rigid].restitution;
     const Vec3d& before = each.before;
     double normal = each.ahead < 0 ? each.ahead : 0.5 * (1 - e) * std::min(before.x, 0.0);
     if (normal > -quiet * scale_) normal = 0;
@@ -73,17 +78,17 @@ class Cones {
     return {normal, slip * before.y, slip * before.z};
   }
   void renew(const StepContacts& contacts, StepContacts::Point& each) {
-    const Vec3d P = each.in_axes(each.impulse);
-    const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(P);
-    const Vec3d next = each.cone.impulse(b - target(contacts, each)), d = next - P;
+    const Vec3d before = each.in_axes(each.impulse);
+    const Vec3d b = each.free + contacts.rates(each, v_) - each.cone.times(before) - each.target;
+    const Vec3d next = each.cone.impulse(b), d = next - before;
     each.moved = each.in_world(d);
     if (d.x == 0 && d.y == 0 && d.z == 0) return;
     contacts.add_rates(each, d, v_);
     each.impulse = each.in_world(next);
     Cluster& cluster = clusters_[each.cluster];
-    cluster.square += dot(each.moved, each.moved);
-    cluster.reached = std::max(cluster.reached, norm(each.cone.times(d)));
-    reached_ = std::max(reached_, cluster.reached);
+    cluster.square += dot(d, d);
+    const Vec3d u = each.cone.times(d);
+    cluster.reached = std::max(cluster.reached, dot(u, u));
   }
   /// What the sweeps do not end, Newton's method does, where a cluster is small.
   void finish(StepContacts& contacts) {
@@ -93,8 +98,7 @@ class Cones {
       bool room = true;
       for (auto& each : contacts.points) {
         if (each.cluster != k) continue;
-        room = room &&
-               newton_.add(each, target(contacts, each), rigid_[contacts.rigid(each.gap)].friction);
+        room = room && newton_.add(each, rigid_[each.rigid].friction);
       }
       if (room && newton_.solve(contacts, 0.1 * wanted_, v_, unit_)) clusters_[k].last_square = 0;
     }
@@ -121,7 +125,7 @@ class Cones {
   }
   /// At the end: where the friction of a cluster does work the cluster ceases to damp, and is open
   /// again. @return whether there is none
-  bool settle(const StepContacts& contacts) {
+  bool settle(StepContacts& contacts) {
     for (const auto& each : contacts.points) {
       if (each.rows == 1) continue;
       const Vec3d P = each.in_axes(each.impulse), u = each.free + contacts.rates(each, v_);
@@ -133,6 +137,8 @@ class Cones {
       each = {.damps = false, .open = true, .reached = HUGE_VAL};
       done = false;
     }
+    if (!done)
+      for (auto& each : contacts.points) each.target = target(each);
     return done;
   }
 

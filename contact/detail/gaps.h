@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "contact/contact.h"
@@ -18,6 +19,7 @@ class Gaps {
   Gaps(const mechanics::Mechanism& mechanism, const Placed& placed)
       : w(mechanism),
         pose(mechanism.nodes().size()),
+        seat(placed.seats.size()),
         touch(placed.points),
         d(placed.pairs.size()),
         origin(placed.pairs.size()),
@@ -33,12 +35,17 @@ class Gaps {
     place_bodies(q);
     for (size_t k = 0; k < placed_.pairs.size(); ++k) place_pair(k);
   }
-  /// The bodies and the stops alone.
+  /// The bodies with their surfaces, and the stops.
   void place_bodies(std::span<const T> q) {
-    if (touch.empty())
+    if (seat.empty())
       mechanics::passes::place_bodies(mechanism_, w, q.data());
     else
       mechanics::forward_kinematics<T>(mechanism_, w, q, pose);
+    for (size_t k = 0; k < seat.size(); ++k) {
+      const ContactModel::Seat& s = placed_.seats[k];
+      const auto own = mechanics::converted<T>(s.shape.pose);
+      seat[k] = s.node < 0 ? own : pose[size_t(s.node)] * own;
+    }
     for (size_t k = 0; k < placed_.stops.size(); ++k) {
       const auto& at = placed_.stops[k];
       const T turn = at.turn < 0 ? T(0.0) : w.turn_angle[size_t(at.turn)];
@@ -49,10 +56,18 @@ class Gaps {
   /// One pair, after place_bodies().
   void place_pair(size_t k) {
     const ContactModel::Pair& p = placed_.pairs[k];
-    const Transform<T> A = world(p.node_a, p.a.pose), B = world(p.node_b, p.b.pose);
+    const Transform<T>&A = seat[p.a], &B = seat[p.b];
     origin[k] = A.r;
     d[k] = B.r - A.r;
-    touches<T>(p.a, p.b, {A.R, B.R, d[k]}, std::span(touch).subspan(p.first, p.points));
+    touches<T>(placed_.seats[p.a].shape, placed_.seats[p.b].shape, {A.R, B.R, d[k]},
+               std::span(touch).subspan(p.first, p.points));
+  }
+  /// All pairs, which may have changed.
+  void place_pairs() {
+    touch.resize(placed_.points);
+    d.resize(placed_.pairs.size());
+    origin.resize(placed_.pairs.size());
+    for (size_t k = 0; k < placed_.pairs.size(); ++k) place_pair(k);
   }
 
   // --- forces: wrenches on the nodes and joint forces --------------------------------------------
@@ -62,46 +77,51 @@ class Gaps {
   }
   /// A force on B at point i, and its opposite on A.
   void push_apart(size_t pair, size_t i, const Vec3<T>& f) {
-    const ContactModel::Pair& p = placed_.pairs[pair];
-    if (p.node_b >= 0) push(p.node_b, arm(p.node_b, pair, i), f);
-    if (p.node_a >= 0) push(p.node_a, arm(p.node_a, pair, i), -f);
+    const auto [a, b] = nodes(pair);
+    if (b >= 0) push(b, arm(b, pair, i), f);
+    if (a >= 0) push(a, arm(a, pair, i), -f);
   }
   /// Adds the joint forces of all wrenches to `force`, leaf to root.
   void collect() {
-    const auto& nodes = mechanism_.nodes();
-    for (size_t i = placed_.pairs.empty() ? 0 : nodes.size(); i-- > 0;) {
-      const mechanics::Node& n = nodes[i];
-      mechanics::visit_joint(n.type, [&](auto J) {
-        mechanics::unroll<decltype(J)::nv>([&](auto k) {
-          T& f = force[size_t(n.v + k)];
-          f = f + decltype(J)::template project<k>(n, w.g[i]);
-        });
-      });
-      if (n.parent >= 0) w.g[size_t(n.parent)] += w.X[i].to_parent(w.g[i]);
-    }
+    for (size_t i = placed_.pairs.empty() ? 0 : mechanism_.nodes().size(); i-- > 0;) collect_at(i);
+  }
+  /// Of some nodes, which have no children but these, root to leaf.
+  void collect(std::span<const size_t> nodes) {
+    for (size_t k = nodes.size(); k-- > 0;) collect_at(nodes[k]);
+  }
+  /// Of the two surfaces of a pair, -1: fixed in the world.
+  std::pair<int, int> nodes(size_t pair) const {
+    const ContactModel::Pair& p = placed_.pairs[pair];
+    return {placed_.seats[p.a].node, placed_.seats[p.b].node};
   }
   /// Velocity of B relative to A at point i, world axes, by the twists in w.V.
   Vec3<T> apart(size_t pair, size_t i) const {
-    const ContactModel::Pair& p = placed_.pairs[pair];
+    const auto [a, b] = nodes(pair);
     Vec3<T> v{T(0.0), T(0.0), T(0.0)};
-    if (p.node_b >= 0) v += velocity(p.node_b, arm(p.node_b, pair, i));
-    if (p.node_a >= 0) v = v - velocity(p.node_a, arm(p.node_a, pair, i));
+    if (b >= 0) v += velocity(b, arm(b, pair, i));
+    if (a >= 0) v = v - velocity(a, arm(a, pair, i));
     return v;
   }
 
   mechanics::Workspace<T> w;
   std::vector<Transform<T>> pose;  ///< of the nodes in the world, if there are pairs
+  std::vector<Transform<T>> seat;  ///< of the surfaces in the world
   std::vector<Touch<T>> touch;     ///< per point
   std::vector<Vec3<T>> d, origin;  ///< per pair: from A's shape to B's, and A's in the world
   std::vector<T> depth;            ///< per stop: beyond its lower and its upper limit
   std::vector<T> force;            ///< per freedom
 
  private:
-  Transform<T> world(int node, const Pose& at) const {
-    const auto own = mechanics::converted<T>(at);
-    return node < 0 ? own : pose[size_t(node)] * own;
+  void collect_at(size_t i) {
+    const mechanics::Node& n = mechanism_.nodes()[i];
+    mechanics::visit_joint(n.type, [&](auto J) {
+      mechanics::unroll<decltype(J)::nv>([&](auto k) {
+        T& f = force[size_t(n.v + k)];
+        f = f + decltype(J)::template project<k>(n, w.g[i]);
+      });
+    });
+    if (n.parent >= 0) w.g[size_t(n.parent)] += w.X[i].to_parent(w.g[i]);
   }
-
   /// From the origin of a node's frame to point i of a pair, world axes.
   Vec3<T> arm(int node, size_t pair, size_t i) const {
     return (origin[pair] - pose[size_t(node)].r) + touch[i].at;

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <memory>
 
 #include "contact/detail/gaps.h"
 #include "mechanics/hamiltonian_field.h"
@@ -28,7 +29,8 @@ class RigidGaps {
  public:
   explicit RigidGaps(const ContactModel& model)
       : m_(model.mechanism()),
-        placed_(model.placed_rigid()),
+        kept_(std::make_shared<const ContactModel::Placed>(model.all_rigid())),
+        placed_(*kept_),
         gaps_(m_, placed_),
         p_(size_t(m_.nq())) {
     const size_t stops = placed_.stops.size(), contacts = model.rigid().size() - stops;
@@ -107,6 +109,7 @@ class RigidGaps {
   }
 
   const mechanics::Mechanism& m_;
+  std::shared_ptr<const ContactModel::Placed> kept_;
   const ContactModel::Placed& placed_;
   Gaps<T> gaps_;
   std::vector<T> p_;

@@ -1,9 +1,11 @@
 #pragma once
 #include <array>
-#include <bit>
+#include <cstdint>
 
 #include "contact/detail/cone.h"
+#include "contact/detail/near_pairs.h"
 #include "contact/detail/rigid_gaps.h"
+#include "contact/detail/tree_solve.h"
 
 namespace porthos::contact {
 
@@ -12,9 +14,14 @@ namespace porthos::contact {
 /// of bodies that it touches, so n bodies with c contacts need O(n + c) numbers.
 class StepContacts {
  public:
+  struct Gap {
+    std::uint64_t gap;  ///< its number among all gaps, the same in every step
+    size_t rigid;       ///< its contact or stop, an index of ContactModel::rigid()
+    bool stop;
+    size_t of, at;  ///< of: its pair or stop; at: its point, or 2 stop + side
+  };
   /// A gap that may close in the step.
-  struct Point {
-    size_t gap;      ///< of all gaps
+  struct Point : Gap {
     size_t rows;     ///< 1 or 3
     Vec3d impulse;   ///< of the step, world axes: on B, and its opposite on A; of a stop (P, 0, 0)
     size_t cluster;  ///< which others it can press on: those with the same number, a tree's
@@ -24,8 +31,10 @@ class StepContacts {
     FrictionCone cone;          ///< of half the effect of an impulse
     Vec3d before;               ///< velocity of B relative to A at the start, in `axes`
     Vec3d free;                 ///< mean velocity without the changes of impulses, in `axes`
+    Vec3d target;               ///< of Cones: the mean velocity that the law is about
     struct Part {
       size_t tree, v, q;  ///< where its numbers begin
+      size_t first, n;    ///< the freedoms of the tree among all, by trees
     };
     std::array<Part, 2> part;
     size_t parts;
@@ -38,50 +47,43 @@ class StepContacts {
   explicit StepContacts(const ContactModel& model)
       : m_(model.mechanism()),
         rigid_(model.rigid()),
-        placed_(model.placed_rigid()),
-        gaps_(m_, placed_),
+        near_(model),
+        gaps_(m_, near_.placed()),
         q_(size_t(m_.nq())),
-        p_(q_.size()) {
-    const auto& nodes = m_.nodes();
-    std::vector<size_t> tree(nodes.size());
-    of_freedom_.resize(size_t(m_.nv()));
-    for (size_t i = 0; i < nodes.size(); ++i) {
-      const mechanics::Node& n = nodes[i];
-      if (n.parent < 0) {
-        tree[i] = trees_.size();
-        trees_.emplace_back();
-      } else {
-        tree[i] = tree[size_t(n.parent)];
-      }
+        p_(q_.size()),
+        rate_(size_t(m_.nv())),
+        end_seat_(gaps_.seat.size()),
+        of_node_(m_.nodes().size()) {
+    for (size_t i = 0; i < of_node_.size(); ++i) {
+      const mechanics::Node& n = m_.nodes()[i];
+      of_node_[i] = n.parent < 0 ? trees_.size() : of_node_[size_t(n.parent)];
+      if (n.parent < 0) trees_.emplace_back();
+      Tree& tree = trees_[of_node_[i]];
+      tree.nodes.push_back(i);
       mechanics::visit_joint(n.type, [&](auto J) {
-        for (int k = 0; k < decltype(J)::nv; ++k) {
-          trees_[tree[i]].v.push_back(size_t(n.v + k));
-          of_freedom_[size_t(n.v + k)] = tree[i];
-        }
-        for (int k = 0; k < decltype(J)::nq; ++k) trees_[tree[i]].q.push_back(size_t(n.q + k));
+        for (int k = 0; k < decltype(J)::nv; ++k) tree.v.push_back(size_t(n.v + k));
+        for (int k = 0; k < decltype(J)::nq; ++k) tree.q.push_back(size_t(n.q + k));
       });
     }
-    const auto of_node = [&](int node) { return node < 0 ? nowhere : tree[size_t(node)]; };
-    for (size_t k = 0; k < placed_.pairs.size(); ++k) {
-      const auto& pair = placed_.pairs[k];
-      for (size_t i = pair.first; i < pair.first + pair.points; ++i)
-        all_.push_back({pair.contact, k, i, false, of_node(pair.node_a), of_node(pair.node_b)});
+    of_freedom_.resize(size_t(m_.nv()));
+    size_t first = 0;
+    for (size_t k = 0; k < trees_.size(); ++k) {
+      trees_[k].first = std::exchange(first, first + trees_[k].v.size());
+      for (const size_t v : trees_[k].v) of_freedom_[v] = k;
     }
-    const size_t contacts = rigid_.size() - placed_.stops.size();
-    for (size_t s = 0; s < placed_.stops.size(); ++s)
-      for (size_t side = 0; side < 2; ++side)
-        if (std::isfinite(side == 0 ? placed_.stops[s].lower : placed_.stops[s].upper))
-          all_.push_back(
-              {contacts + s, s, 2 * s + side, true, of_freedom_[placed_.stops[s].v], nowhere});
-    end_.resize(all_.size());
-    used_.resize(trees_.size());
     cluster_.resize(trees_.size());
-    place_of_.resize(2 * placed_.pairs.size());
   }
 
-  size_t count() const { return all_.size(); }
-  /// The contact or stop of a gap, an index of ContactModel::rigid().
-  size_t rigid(size_t gap) const { return all_[gap].rigid; }
+  /// Above every Point::gap.
+  std::uint64_t count() const {
+    return near_.numbers() * most_points + 2 * near_.placed().stops.size();
+  }
+  /// As many impulses are remembered from one step to the next: more than bodies can have, but for
+  /// many corners each.
+  size_t most_remembered() const {
+    const auto most = 16 * near_.placed().seats.size() + 2 * near_.placed().stops.size();
+    return size_t(std::min<std::uint64_t>(count(), most));
+  }
   void set_turn_angles(std::span<const double> angles) { gaps_.set_turn_angles(angles); }
 
   /// Takes the gaps that are closed at q, or at `end`, where the bodies would go in the step h
@@ -90,28 +92,51 @@ class StepContacts {
   template <class Impulse>
   void choose(std::span<const double> q, std::span<const double> end, double h,
               const Impulse& impulse) {
-    gaps_.place(end);
-    for (size_t k = 0; k < all_.size(); ++k) end_[k] = gap(k);
-    for (size_t k = 0; k < placed_.pairs.size(); ++k) {
-      place_of_[2 * k] = gaps_.origin[k];
-      place_of_[2 * k + 1] = gaps_.origin[k] + gaps_.d[k];
-    }
-    gaps_.place(q);
+    gaps_.place_bodies(end);
+    std::copy(gaps_.seat.begin(), gaps_.seat.end(), end_seat_.begin());
+    end_depth_ = gaps_.depth;
+    gaps_.place_bodies(q);
+    near_.find(gaps_.seat, end_seat_);
+    gaps_.place_pairs();
     points.clear();
-    for (size_t k = 0; k < all_.size(); ++k) {
-      const double start = gap(k);
-      const bool closes = std::min(start, end_[k]) <= 0;
-      if (!closes && !(start <= reach(all_[k]))) continue;
+    const auto take = [&](const Gap& one, double start, double at_end, double reach) {
+      const bool closes = std::min(start, at_end) <= 0;
+      if (!closes && !(start <= reach)) return;
       Point each{};
+      static_cast<Gap&>(each) = one;
       each.ahead = closes ? 0 : -start / std::fabs(h);
-      each.gap = k;
-      each.rows = rigid_[all_[k].rigid].friction > 0 ? 3 : 1;
-      each.impulse = impulse(k);
+      each.rows = rigid_[each.rigid].friction > 0 ? 3 : 1;
+      each.impulse = impulse(each.gap);
       each.axes = {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+      belong(each);
       points.push_back(each);
+    };
+    const auto& [seats, pairs, stops, count] = near_.placed();
+    std::array<Touch<double>, most_points> at_end;
+    for (size_t k = 0; k < pairs.size(); ++k) {
+      const auto& [contact, a, b, first, n] = pairs[k];
+      const Pose &A = end_seat_[a], &B = end_seat_[b];
+      touches<double>(seats[a].shape, seats[b].shape, {A.R, B.R, B.r - A.r},
+                      std::span(at_end).first(n));
+      const double reach = NearPairs::moved(gaps_.seat[a], A) + NearPairs::moved(gaps_.seat[b], B);
+      for (size_t i = 0; i < n; ++i)
+        take({.gap = near_.number(k) * most_points + i,
+              .rigid = contact,
+              .stop = false,
+              .of = k,
+              .at = first + i},
+             gaps_.touch[first + i].gap, at_end[i].gap, reach);
     }
-    if (points.empty()) return;
-    colour();
+    for (size_t k = 0; k < 2 * stops.size(); ++k) {
+      const auto& stop = stops[k / 2];
+      if (std::isfinite(k % 2 == 0 ? stop.lower : stop.upper))
+        take({.gap = near_.numbers() * most_points + k,
+              .rigid = rigid_.size() - stops.size() + k / 2,
+              .stop = true,
+              .of = k / 2,
+              .at = k},
+             -gaps_.depth[k], -end_depth_[k], 0);
+    }
     cluster();
   }
   size_t clusters() const { return trees_.size(); }  ///< above every Point::cluster
@@ -124,24 +149,26 @@ class StepContacts {
     gaps_.place_bodies(q);
     size_t v = 0, at_q = 0;
     for (Point& each : points) {
-      const Gap& g = all_[each.gap];
-      if (!g.stop) {
-        gaps_.place_pair(g.of);
-        const auto across = directions_across<double>(gaps_.touch[g.at].n, each.axes[1]);
-        each.axes = {gaps_.touch[g.at].n, across[0], across[1]};
+      if (!each.stop) {
+        if (&each == points.data() || (&each)[-1].stop || (&each)[-1].of != each.of)
+          gaps_.place_pair(each.of);
+        const auto across = directions_across<double>(gaps_.touch[each.at].n, each.axes[1]);
+        each.axes = {gaps_.touch[each.at].n, across[0], across[1]};
       }
       for (size_t i = 0; i < each.parts; ++i) {
-        each.part[i].v = v;
-        each.part[i].q = at_q;
-        v += each.rows * trees_[each.part[i].tree].v.size();
-        at_q += each.rows * trees_[each.part[i].tree].q.size();
+        const Tree& tree = trees_[each.part[i].tree];
+        each.part[i] = {each.part[i].tree, v, at_q, tree.first, tree.v.size()};
+        v += each.rows * tree.v.size();
+        at_q += each.rows * tree.q.size();
       }
     }
     if (G_.size() < v) G_.resize(v), pushed_.resize(v);
     if (lifted_.size() < at_q) lifted_.resize(at_q);
-    for (size_t c = 0; c < colours_; ++c)
-      for (size_t row = 0; row < 3; ++row) push(c, row);
+    std::fill(p_.begin(), p_.end(), 0.0);
+    mechanics::rates_from_momenta<double>(m_, gaps_.w, q_, p_);  // factors the masses
     for (Point& each : points) {
+      for (size_t i = 0; i < each.parts; ++i)
+        for (size_t row = 0; row < each.rows; ++row) find_row(each, each.part[i], row);
       weigh(each);
       each.before = lifted_rates(each, q_dot);
     }
@@ -151,22 +178,42 @@ class StepContacts {
   /// q_dot and the mean momenta still change by `change`.
   void free_velocities(std::span<const double> q_dot, std::span<const double> change) {
     mechanics::rates_from_momenta<double>(m_, gaps_.w, q_, change);
-    for (Point& each : points) each.free = rates(each, gaps_.w.rate) + lifted_rates(each, q_dot);
+    size_t at = 0;
+    for (const Tree& tree : trees_)
+      for (const size_t v : tree.v) rate_[at++] = gaps_.w.rate[v];
+    for (Point& each : points) each.free = rates(each, rate_) + lifted_rates(each, q_dot);
   }
-  /// v += half of what an impulse of a point, in its axes, does to joint rates.
+  /// v += half of what an impulse of a point, in its axes, does to joint rates, by trees.
   void add_rates(const Point& each, const Vec3d& impulse, std::span<double> v) const {
-    over_parts(each, [&](const Tree& tree, size_t row, size_t at_v, size_t) {
-      for (size_t i = 0; i < tree.v.size(); ++i)
-        v[tree.v[i]] += 0.5 * impulse[int(row)] * pushed_[at_v + i];
-    });
+    const Vec3d half = 0.5 * impulse;
+    for (size_t k = 0; k < each.parts; ++k) {
+      const auto& part = each.part[k];
+      const double* const M = pushed_.data() + part.v;
+      double* const x = v.data() + part.first;
+      const auto add = [&](size_t n) {
+        if (each.rows == 1)
+          for (size_t i = 0; i < n; ++i) x[i] += half.x * M[i];
+        else
+          for (size_t i = 0; i < n; ++i)
+            x[i] += half.x * M[i] + half.y * M[n + i] + half.z * M[2 * n + i];
+      };
+      part.n == 6 ? add(6) : add(part.n);  // a size that is known is faster
+    }
   }
   /// G v of a point, in its axes.
   Vec3d rates(const Point& each, std::span<const double> v) const {
-    double u[3] = {0, 0, 0};
-    over_parts(each, [&](const Tree& tree, size_t row, size_t at_v, size_t) {
-      for (size_t i = 0; i < tree.v.size(); ++i) u[row] += G_[at_v + i] * v[tree.v[i]];
-    });
-    return {u[0], u[1], u[2]};
+    Vec3d u{0, 0, 0};
+    for (size_t k = 0; k < each.parts; ++k) {
+      const auto& part = each.part[k];
+      const double *const G = G_.data() + part.v, *const x = v.data() + part.first;
+      const auto add = [&](size_t n) {
+        for (size_t i = 0; i < n; ++i) u.x += G[i] * x[i];
+        if (each.rows == 1) return;
+        for (size_t i = 0; i < n; ++i) u.y += G[n + i] * x[i], u.z += G[2 * n + i] * x[i];
+      };
+      part.n == 6 ? add(6) : add(part.n);
+    }
+    return u;
   }
   /// p += Gᵀ P of a point.
   void add_momenta(const Point& each, std::span<double> p) const {
@@ -180,20 +227,22 @@ class StepContacts {
   std::vector<Point> points;  ///< of the last choose()
 
  private:
-  static constexpr size_t nowhere = size_t(-1);
-  struct Gap {
-    size_t rigid, of, at;  ///< of: its pair or stop; at: its point, or 2 stop + side
-    bool stop;
-    size_t a, b;  ///< trees, or nowhere
-  };
-  /// The freedoms and coordinates of bodies that joints connect.
+  /// Bodies that joints connect, with their freedoms and coordinates.
   struct Tree {
-    std::vector<size_t> v, q;
+    std::vector<size_t> nodes, v, q;
+    size_t first = 0;  ///< of its freedoms, by trees
   };
 
-  double gap(size_t k) const {
-    const Gap& g = all_[k];
-    return g.stop ? -gaps_.depth[g.at] : gaps_.touch[g.at].gap;
+  /// The trees that a point touches.
+  void belong(Point& each) const {
+    each.parts = 0;
+    const auto add = [&](size_t tree) {
+      if (each.parts == 0 || each.part[0].tree != tree) each.part[each.parts++].tree = tree;
+    };
+    if (each.stop) return add(of_freedom_[near_.placed().stops[each.of].v]);
+    const auto [a, b] = gaps_.nodes(each.of);
+    if (a >= 0) add(of_node_[size_t(a)]);
+    if (b >= 0) add(of_node_[size_t(b)]);
   }
   Vec3d lifted_rates(const Point& each, std::span<const double> q_dot) const {
     double u[3] = {0, 0, 0};
@@ -201,12 +250,6 @@ class StepContacts {
       for (size_t i = 0; i < tree.q.size(); ++i) u[row] += lifted_[at_q + i] * q_dot[tree.q[i]];
     });
     return {u[0], u[1], u[2]};
-  }
-  /// How far the two shapes of a gap go in the free step, together.
-  double reach(const Gap& g) const {
-    if (g.stop) return 0;
-    return 1e-9 + norm(gaps_.origin[g.of] - place_of_[2 * g.of]) +
-           norm(gaps_.origin[g.of] + gaps_.d[g.of] - place_of_[2 * g.of + 1]);
   }
   void cluster() {
     for (size_t i = 0; i < cluster_.size(); ++i) cluster_[i] = i;
@@ -218,59 +261,28 @@ class StepContacts {
       if (each.parts == 2) cluster_[root(each.part[0].tree)] = root(each.part[1].tree);
     for (Point& each : points) each.cluster = root(each.part[0].tree);
   }
-  /// Points of one colour touch different trees: their rows are found together.
-  void colour() {
-    std::fill(used_.begin(), used_.end(), 0);
-    colour_.resize(points.size());
-    colours_ = 0;
-    for (size_t k = 0; k < points.size(); ++k) {
-      const Gap& g = all_[points[k].gap];
-      points[k].parts = 0;
-      for (const size_t tree : {g.a, g.b})
-        if (tree != nowhere && !(tree == g.b && g.a == g.b && points[k].parts == 1))
-          points[k].part[points[k].parts++].tree = tree;
-      std::uint64_t taken = 0;
-      for (size_t i = 0; i < points[k].parts; ++i) taken |= used_[points[k].part[i].tree];
-      size_t c = size_t(std::countr_one(taken));
-      if (c < 64)
-        for (size_t i = 0; i < points[k].parts; ++i)
-          used_[points[k].part[i].tree] |= std::uint64_t(1) << c;
-      else
-        c = std::max(colours_, c);  // one of its own
-      colour_[k] = c;
-      colours_ = std::max(colours_, c + 1);
+  /// A row of a point in one tree, with the masses factored in gaps_.w.
+  void find_row(const Point& each, const typename Point::Part& part, size_t row) {
+    const Tree& tree = trees_[part.tree];
+    for (const size_t v : tree.v) gaps_.force[v] = 0;
+    if (each.stop) {
+      gaps_.force[near_.placed().stops[each.of].v] = each.at % 2 == 0 ? 1 : -1;
+    } else {
+      for (const size_t i : tree.nodes) gaps_.w.g[i] = mechanics::passes::zero_force<double>();
+      gaps_.push_apart(each.of, each.at, each.axes[row]);
+      gaps_.collect(tree.nodes);
     }
-  }
-  /// A row of all points of a colour.
-  void push(size_t colour, size_t row) {
-    bool any = false;
-    gaps_.begin_forces();
-    for (size_t k = 0; k < points.size(); ++k) {
-      if (colour_[k] != colour || row >= points[k].rows) continue;
-      const Gap& g = all_[points[k].gap];
-      if (g.stop)
-        gaps_.force[placed_.stops[g.of].v] = g.at % 2 == 0 ? 1 : -1;
-      else
-        gaps_.push_apart(g.of, g.at, points[k].axes[row]);
-      any = true;
+    const size_t v = part.v + row * tree.v.size(), at_q = part.q + row * tree.q.size();
+    for (size_t j = 0; j < tree.v.size(); ++j) G_[v + j] = gaps_.force[tree.v[j]];
+    for (const size_t i : tree.nodes) {
+      const mechanics::Node& n = m_.nodes()[i];
+      mechanics::visit_joint(n.type, [&](auto J) {
+        decltype(J)::lift(q_.data() + n.q, gaps_.force.data() + n.v, p_.data() + n.q);
+      });
     }
-    if (!any) return;
-    gaps_.collect();
-    mechanics::passes::lift(m_, q_.data(), gaps_.force.data(), p_.data());
-    mechanics::rates_from_momenta<double>(m_, gaps_.w, q_, p_);
-    for (size_t k = 0; k < points.size(); ++k) {
-      if (colour_[k] != colour || row >= points[k].rows) continue;
-      for (size_t i = 0; i < points[k].parts; ++i) {
-        const auto& part = points[k].part[i];
-        const Tree& tree = trees_[part.tree];
-        const size_t v = part.v + row * tree.v.size(), at_q = part.q + row * tree.q.size();
-        for (size_t j = 0; j < tree.v.size(); ++j) {
-          G_[v + j] = gaps_.force[tree.v[j]];
-          pushed_[v + j] = gaps_.w.rate[tree.v[j]];
-        }
-        for (size_t j = 0; j < tree.q.size(); ++j) lifted_[at_q + j] = p_[tree.q[j]];
-      }
-    }
+    for (size_t j = 0; j < tree.q.size(); ++j) lifted_[at_q + j] = p_[tree.q[j]];
+    solve_tree<double>(m_, gaps_.w, tree.nodes, gaps_.force.data());
+    for (size_t j = 0; j < tree.v.size(); ++j) pushed_[v + j] = gaps_.w.rate[tree.v[j]];
   }
   template <class F>
   void over_parts(const Point& each, const F& f) const {
@@ -291,7 +303,7 @@ class StepContacts {
           for (size_t l = 0; l < n; ++l)
             A[i][j] += 0.5 * G_[each.part[k].v + i * n + l] * pushed_[each.part[k].v + j * n + l];
     }
-    const double mu = rigid_[all_[each.gap].rigid].friction, nn = A[0][0];
+    const double mu = rigid_[each.rigid].friction, nn = A[0][0];
     if (each.rows == 1 || !(nn > 0)) {
       each.cone = FrictionCone(nn, 0, 0, 0, 0, 0);
       return;
@@ -322,19 +334,15 @@ class StepContacts {
 
   const mechanics::Mechanism& m_;
   const std::vector<ContactModel::Rigid>& rigid_;
-  const ContactModel::Placed& placed_;
+  NearPairs near_;
   Gaps<double> gaps_;
-  std::vector<double> q_, p_;
-  std::vector<Gap> all_;
+  std::vector<double> q_, p_, rate_;  ///< rate_: of the freedoms, by trees
+  std::vector<Pose> end_seat_;        ///< the surfaces at the end of the free step
+  std::vector<double> end_depth_;
   std::vector<Tree> trees_;
-  std::vector<size_t> of_freedom_;   ///< the tree of each
-  std::vector<double> end_;          ///< of each gap
-  std::vector<size_t> cluster_;      ///< of trees: the next one on the way to its root
-  std::vector<Vec3d> place_of_;      ///< of the shapes of each pair, at the end of the free step
-  std::vector<std::uint64_t> used_;  ///< by tree: colours of its points
-  std::vector<size_t> colour_;       ///< of points
-  size_t colours_ = 0;
-  std::vector<double> G_, pushed_, lifted_;  ///< Gᵀ as joint forces, M⁻¹Gᵀ, Gᵀ as momenta
+  std::vector<size_t> of_node_, of_freedom_;  ///< the tree of each
+  std::vector<size_t> cluster_;               ///< of trees: the next one on the way to its root
+  std::vector<double> G_, pushed_, lifted_;   ///< Gᵀ as joint forces, M⁻¹Gᵀ, Gᵀ as momenta
 };
 
 }  // namespace porthos::contact

@@ -23,6 +23,31 @@ const char* to_string(Kind kind) {
   return "unknown";
 }
 
+double Shape::reach() const {
+  switch (kind) {
+    case Kind::plane:
+      break;
+    case Kind::sphere:
+      return radius;
+    case Kind::capsule:
+      return half_length + radius;
+    case Kind::cylinder:
+      return std::hypot(half_length, radius);
+    case Kind::box:
+      return norm(half);
+  }
+  return HUGE_VAL;
+}
+
+bool Shape::operator==(const Shape& s) const {
+  const auto same = [](const Vec3d& a, const Vec3d& b) {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+  };
+  return kind == s.kind && radius == s.radius && half_length == s.half_length &&
+         same(half, s.half) && same(pose.r, s.pose.r) && same(pose.R.x, s.pose.R.x) &&
+         same(pose.R.y, s.pose.R.y) && same(pose.R.z, s.pose.R.z);
+}
+
 void check(const Shape& s) {
   const auto positive = [&](const char* what, double x) {
     if (!(x > 0) || !std::isfinite(x))

@@ -22,6 +22,10 @@ struct Shape {
   double radius = 0;       ///< [m] of a sphere, capsule or cylinder; of the edges of a box, >= 0
   double half_length = 0;  ///< [m] of the axis of a capsule (without its caps) or cylinder
   Vec3d half{0, 0, 0};     ///< [m] half the sides of a box, with its rounded edges
+
+  /// Of the ball about its frame's origin that holds it [m]; infinite for a plane.
+  double reach() const;
+  bool operator==(const Shape&) const;
 };
 
 /// @throws InvalidArgument for a size that is not finite and positive, or edges of a box that are
