@@ -18,10 +18,7 @@ namespace porthos::energy_shaping {
 ///   version
 const porthos_law& open_law_library(const std::string& path, bool with_its_symbols = false);
 
-/// A law that failed at an instant: the run ends.
-struct LawFailure : InvalidArgument {
-  using InvalidArgument::InvalidArgument;
-};
+using phs::LawFailure;
 
 /// A joint of one degree of freedom under a foreign law.
 struct LawJoint {

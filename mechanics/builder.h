@@ -27,7 +27,7 @@ struct JointSpec {
   double pitch = 0;  ///< helical [m/rad]
   double damping = 0, stiffness = 0, rest = 0,
          friction = 0;  ///< see JointProperties; for one degree of freedom
-  std::optional<double> lower, upper;
+  std::optional<double> lower, upper, effort, rate;
   /// Rotor (armature) inertia [kg m² | kg], >= 0; joints with one degree of freedom only: n² J for
   /// a rotor of inertia J behind a gear of ratio n, as seen at the joint. It adds ½ n²J q̇² to the
   /// energy, n²J q̇ to the joint's momentum and n²J to its entry of the mass matrix. As usual, the

@@ -46,6 +46,7 @@ struct JointProperties {
   double rest = 0;       ///< spring's rest coordinate [rad | m]
   double friction = 0;   ///< Coulomb friction as read from a file; reported, not simulated
   std::optional<double> lower, upper;  ///< limits as read from a file; reported, not enforced
+  std::optional<double> effort, rate;  ///< likewise: largest |torque| and |rate|
   double rotor_inertia = 0;            ///< see JointSpec; the kernels read Node's
 };
 

@@ -213,7 +213,7 @@ class TreeAssembly {
   void add_properties(const BodySpec& b, int freedoms) {
     const JointSpec& j = b.joint;
     const bool has = j.damping != 0 || j.stiffness != 0 || j.friction != 0 || j.lower || j.upper ||
-                     j.rotor_inertia != 0;
+                     j.effort || j.rate || j.rotor_inertia != 0;
     if (!(j.damping >= 0 && j.damping < HUGE_VAL))
       refuse_joint(b, "damping is " + number(j.damping) + ", expected a finite number >= 0");
     if (!(j.stiffness >= 0 && j.stiffness < HUGE_VAL))
@@ -239,7 +239,8 @@ class TreeAssembly {
       return;
     }
     r_.properties.push_back({j.name.empty() ? b.name : j.name, n.q, n.v, n.turn, j.damping,
-                             j.stiffness, j.rest, j.friction, j.lower, j.upper, j.rotor_inertia});
+                             j.stiffness, j.rest, j.friction, j.lower, j.upper, j.effort, j.rate,
+                             j.rotor_inertia});
   }
 
   AssembledTree r_;

@@ -313,13 +313,13 @@ class FileReader {
     const auto effort = optional_scalar(*l, "effort"), velocity = optional_scalar(*l, "velocity");
     const int line = l->GetLineNum();
     if (effort || velocity) log_.count(line, "<limit> effort or velocity", "not enforced");
+    if (freedoms(spec.type) == 1) std::tie(spec.effort, spec.rate) = std::tie(effort, velocity);
     const auto lower = optional_scalar(*l, "lower"), upper = optional_scalar(*l, "upper");
     if (lower && upper && *lower > *upper)  // Bullet writes this for "none"
       note(*l, "its lower limit " + number(*lower) + " is above the upper one, " + number(*upper) +
                    ": taken as no limit");
     else if (freedoms(spec.type) == 1) {
-      spec.lower = lower;
-      spec.upper = upper;
+      std::tie(spec.lower, spec.upper) = std::tie(lower, upper);
     } else if (lower || upper)
       log_.count(line, "<limit> lower or upper of a " + spec.type + " joint", "ignored");
   }

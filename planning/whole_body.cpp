@@ -1,123 +1,64 @@
 #include "planning/whole_body.h"
 
-#include <Eigen/Core>
-#include <algorithm>
-#include <cmath>
-
-#include "mechanics/crba.h"
-#include "mechanics/kinematics.h"
-#include "mechanics/momentum.h"
 #include "mechanics/rnea.h"
-#include "planning/detail/whole_body_parts.h"
+#include "planning/detail/whole_body_work.h"
 
 namespace porthos::planning {
-namespace {
 
-using mechanics::Vec3d;
-using Matrix6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-
-}  // namespace
-
-struct WholeBody::Work {
-  std::shared_ptr<const mechanics::Mechanism> m;
-  WholeBodyOptions o;
-  std::vector<detail::Cone> cones;
-  std::vector<detail::LimitedJoint> joints;
-  std::vector<char> motor;  ///< of each freedom
-  long nv, n;
-  double mass;
-  mutable mechanics::Workspace<double>
-      kernel;  ///< after update(): twists and accelerations of q, v
-  std::vector<double> q, v, M, b;
-  std::vector<mechanics::Transform<double>> pose;
-  Eigen::MatrixXd Jc;  ///< 3 rows for each contact
-  Eigen::VectorXd Jc_dot_v;
-  std::vector<mechanics::Motion<double>> V, a;  ///< copies: other kernels overwrite the workspace
-  mechanics::Force<double> net{{0, 0, 0}, {0, 0, 0}};  ///< at v' = 0, about the world's origin
-  std::vector<TaskLevel> levels;
-  std::vector<std::string> physical, kinematic;  ///< what each row of the limits says
-  TaskHierarchy hierarchy;
-  WholeBodySolution out;
-
-  Work(std::shared_ptr<const mechanics::Mechanism> mechanism, WholeBodyOptions options)
-      : m(std::move(mechanism)),
-        o(std::move(options)),
-        joints(detail::limited_joints(*m, o.limits)),
-        motor(size_t(m->nv()), 0),
-        nv(m->nv()),
-        n(nv + 3 * long(o.contacts.size())),
-        mass(m->total_mass()),
-        kernel(*m),
-        pose(m->nodes().size()),
-        hierarchy(int(n)) {
-    for (size_t i = 0; i < o.contacts.size(); ++i) {
-      for (size_t j = 0; j < i; ++j)
-        if (o.contacts[i].name == o.contacts[j].name)
-          throw InvalidArgument("two contacts are named '" + o.contacts[i].name + "'");
-      cones.push_back(detail::make_cone(*m, o.contacts[i]));
-    }
-    if (!(o.period > 0)) throw InvalidArgument("the period of a whole-body controller must be > 0");
-    for (const auto* j : detail::single_freedoms(*m)) motor[size_t(j->v)] = 1;
-    for (const auto& j : joints)
-      if (j.limit.torque == 0) motor[size_t(j.v)] = 0;
-    q.resize(size_t(m->nq()));
-    v.resize(size_t(nv));
-    M.resize(size_t(nv * nv));
-    b.resize(size_t(nv));
-    Jc.resize(3 * long(cones.size()), nv);
-    Jc_dot_v.resize(3 * long(cones.size()));
-  }
-
-  Matrix6 jacobian(const mechanics::BodyFrame& frame) const {
-    Matrix6 J(6, nv);
-    mechanics::jacobian<double>(*m, kernel, q, frame, mechanics::JacobianAxes::world,
-                                {J.data(), size_t(J.size())});
-    return J;
-  }
-
-  /// J̇ v of a frame: its acceleration at v' = 0. rnea's accelerations are spatial and of a world
-  /// that accelerates by -g.
-  Eigen::Matrix<double, 6, 1> drift(const mechanics::BodyFrame& frame) const {
-    const auto& A = a[size_t(frame.node)];
-    const auto& T = V[size_t(frame.node)];
-    const auto& R = pose[size_t(frame.node)].R;
-    const auto& r = frame.pose.r;
-    const Vec3d w = R * A.w;
-    const Vec3d at = A.v + mechanics::cross(A.w, r);
-    const Vec3d l = R * (at + mechanics::cross(T.w, T.v + mechanics::cross(T.w, r))) + m->gravity();
-    Eigen::Matrix<double, 6, 1> d;
-    d << w.x, w.y, w.z, l.x, l.y, l.z;
-    return d;
-  }
-
-  /// Row i of M v' - J_cᵀ f, as a row over z.
-  void dynamics_row(long i, double* row) const {
-    for (long j = 0; j < nv; ++j) row[j] = M[size_t(i + nv * j)];
-    for (long k = 0; k < n - nv; ++k) row[nv + k] = -mass * Jc(k, i);
-  }
-
-  void equations(TaskLevel& level) const;
-  void physical_limits(TaskLevel& level);
-  void kinematic_limits(TaskLevel& level);
-  TaskLevel rows(const std::string& name, const Matrix6& J, const Eigen::Matrix<double, 6, 1>& dr,
-                 std::span<const double> wanted) const;
-  void explain(const HierarchySolution& s);
-};
+double* WholeBody::Work::new_row(TaskLevel& level, double wanted) const {
+  level.A.resize(level.A.size() + size_t(n), 0.0);
+  level.b.push_back(wanted);
+  return level.A.data() + level.A.size() - n;
+}
 
 void WholeBody::Work::equations(TaskLevel& level) const {
   level.A.clear();
   level.b.clear();
-  for (long i = 0; i < nv; ++i) {
-    if (motor[size_t(i)]) continue;
-    level.A.resize(level.A.size() + size_t(n), 0.0);
-    dynamics_row(i, level.A.data() + level.A.size() - n);
-    level.b.push_back(-b[size_t(i)]);
-  }
-  for (long k = 0; k < n - nv; ++k) {
-    if (o.contacts[size_t(k / 3)].moves) continue;
-    level.A.resize(level.A.size() + size_t(n), 0.0);
-    Eigen::Map<Eigen::RowVectorXd>(level.A.data() + level.A.size() - n, nv) = Jc.row(k);
-    level.b.push_back(-Jc_dot_v[k]);
+  for (long i = 0; i < nv; ++i)
+    if (!motor[size_t(i)]) dynamics_row(i, new_row(level, -b[size_t(i)]));
+  for (long k = 0; k < n - nv; ++k)
+    if (touch[size_t(k / 3)] == Touch::none) new_row(level, 0)[nv + k] = 1;
+  keep_contacts(level, Touch::holds);
+}
+
+/// One or two points of a body keep their velocities; of three or more the body does, since points
+/// of a body that turns cannot: their distances would change.
+void WholeBody::Work::keep_contacts(TaskLevel& level, Touch of) const {
+  const auto row = [&](const auto& J, double drift) {
+    Eigen::Map<Eigen::RowVectorXd>(new_row(level, -drift), nv) = J;
+  };
+  const auto together = [&](size_t i, size_t j) {
+    return touch[j] == of && cones[i].frame.name == cones[j].frame.name;
+  };
+  for (size_t i = 0; i < cones.size(); ++i) {
+    if (touch[i] != of) continue;
+    size_t before = 0, points = 0;
+    for (size_t j = 0; j < cones.size(); ++j) {
+      before += j < i && together(i, j);
+      points += together(i, j);
+    }
+    if (points >= 3 && before > 0) continue;
+    const double w = o.holding;
+    const auto p = point(cones[i].frame);
+    const Vec3d &n = cones[i].normal, gap = mechanics::dot(n, p.at - o.contacts[i].ground) * n;
+    const Vec3d a = -2 * w * p.moving - w * w * gap;
+    if (points >= 3) {
+      Vec3d sole{0, 0, 0};  // its normal, from the first three points that are not in line
+      std::vector<Vec3d> at;
+      for (size_t j = 0; j < cones.size(); ++j)
+        if (together(i, j)) at.push_back(point(cones[j].frame).at);
+      for (size_t j = 2; j < at.size() && mechanics::norm(sole) < 1e-9; ++j)
+        sole = mechanics::cross(at[1] - at[0], at[j] - at[0]);
+      const double size = std::copysign(mechanics::norm(sole), mechanics::dot(sole, n));
+      const Vec3d tilt = size != 0 ? mechanics::cross((1 / size) * sole, n) : Vec3d{0, 0, 0};
+      const Vec3d turn = -2 * w * p.turning + w * w * tilt;
+      const Matrix6 J = jacobian(cones[i].frame);
+      const auto dr = drift(cones[i].frame);
+      for (int k = 0; k < 3; ++k) row(J.row(k), dr[k] - turn[k]);
+      for (int k = 0; k < 3; ++k) row(J.row(3 + k), dr[3 + k] - a[k]);
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) row(Jc.row(3 * long(i) + k), Jc_dot_v[3 * long(i) + k] - a[k]);
   }
 }
 
@@ -138,13 +79,14 @@ void WholeBody::Work::physical_limits(TaskLevel& level) {
         row[nv + 3 * long(i) + k] =
             sn * cones[i].normal[k] + s0 * cones[i].across[0][k] + s1 * cones[i].across[1][k];
     };
-    force(new_row(p.least / mass, "least force of '" + p.name + "'"), 1, 0, 0);
+    const double least = touch[i] == Touch::none ? 0 : p.least;
+    force(new_row(least / mass, "least force of '" + p.name + "'"), 1, 0, 0);
     if (std::isfinite(p.most))
       force(new_row(-p.most / mass, "most force of '" + p.name + "'"), -1, 0, 0);
-    const double mu = p.friction / std::sqrt(2.0);
-    for (const double s : {1.0, -1.0}) {
-      force(new_row(0, "friction of '" + p.name + "'"), mu, s, 0);
-      force(new_row(0, "friction of '" + p.name + "'"), mu, 0, s);
+    const double mu = p.friction * std::cos(M_PI / p.edges);
+    for (int k = 0; k < p.edges; ++k) {
+      const double angle = 2 * M_PI * k / p.edges;
+      force(new_row(0, "friction of '" + p.name + "'"), mu, std::cos(angle), std::sin(angle));
     }
   }
   for (const auto& j : joints) {
@@ -176,20 +118,6 @@ void WholeBody::Work::kinematic_limits(TaskLevel& level) {
     at_least(1, (j.limit.lower - at) / half, "position");
     at_least(-1, (at - j.limit.upper) / half, "position");
   }
-}
-
-TaskLevel WholeBody::Work::rows(const std::string& name, const Matrix6& J,
-                                const Eigen::Matrix<double, 6, 1>& dr,
-                                std::span<const double> wanted) const {
-  require_size(name.c_str(), wanted.size(), 6);
-  TaskLevel level{name, {}, {}, {}, {}};
-  for (long i = 0; i < 6; ++i) {
-    if (std::isnan(wanted[size_t(i)])) continue;
-    level.A.resize(level.A.size() + size_t(n), 0.0);
-    Eigen::Map<Eigen::RowVectorXd>(level.A.data() + level.A.size() - n, nv) = J.row(i);
-    level.b.push_back(wanted[size_t(i)] - dr[i]);
-  }
-  return level;
 }
 
 /// What fails, the worst first named with its number.
@@ -224,6 +152,9 @@ WholeBody::WholeBody(WholeBody&&) noexcept = default;
 const mechanics::Mechanism& WholeBody::mechanism() const { return *work_->m; }
 int WholeBody::unknowns() const { return int(work_->n); }
 
+void WholeBody::touch(size_t contact, Touch now) { work_->touch.at(contact) = now; }
+Touch WholeBody::touch(size_t contact) const { return work_->touch.at(contact); }
+
 void WholeBody::update(std::span<const double> q, std::span<const double> v) {
   Work& w = *work_;
   require_size("q", q.size(), w.q.size());
@@ -243,61 +174,6 @@ void WholeBody::update(std::span<const double> q, std::span<const double> v) {
     const auto drift = w.drift(w.cones[i].frame);
     for (long k = 0; k < 3; ++k) w.Jc_dot_v[3 * long(i) + k] = drift[3 + k];
   }
-}
-
-TaskLevel WholeBody::frame(const std::string& body, const Vec3d& position,
-                           std::span<const double> acceleration) const {
-  auto frame = work_->m->body(body);
-  if (frame.node < 0) throw InvalidArgument("a task is on '" + body + "', which never moves");
-  frame.pose.r = frame.pose.R * position + frame.pose.r;
-  return work_->rows("frame of " + body, work_->jacobian(frame), work_->drift(frame), acceleration);
-}
-
-TaskLevel WholeBody::momentum(std::span<const double> rate) const {
-  const Work& w = *work_;
-  Matrix6 A(6, w.nv);
-  mechanics::centroidal_momentum_matrix<double>(*w.m, w.kernel, w.q, {A.data(), size_t(A.size())});
-  const Vec3d com = mechanics::centre_of_mass<double>(*w.m, w.kernel, w.q);
-  const Vec3d k = w.net.n - mechanics::cross(com, w.net.f);  // gravity has no moment about it
-  const Vec3d l = w.net.f + w.mass * w.m->gravity();
-  Eigen::Matrix<double, 6, 1> drift;
-  drift << k.x, k.y, k.z, l.x, l.y, l.z;
-  std::vector<double> wanted(rate.begin(), rate.end());
-  for (auto& x : wanted) x /= w.mass;
-  return w.rows("momentum", A / w.mass, drift / w.mass, wanted);
-}
-
-TaskLevel WholeBody::centre_of_mass(std::span<const double> acceleration) const {
-  require_size("centre of mass", acceleration.size(), 3);
-  std::vector<double> rate(6, NAN);
-  for (size_t i = 0; i < 3; ++i) rate[3 + i] = work_->mass * acceleration[i];
-  auto level = momentum(rate);
-  level.name = "centre of mass";
-  return level;
-}
-
-TaskLevel WholeBody::joints(std::span<const double> v_dot) const {
-  const Work& w = *work_;
-  require_size("joints", v_dot.size(), size_t(w.nv));
-  TaskLevel level{"joints", {}, {}, {}, {}};
-  for (size_t i = 0; i < size_t(w.nv); ++i) {
-    if (std::isnan(v_dot[i])) continue;
-    level.A.resize(level.A.size() + size_t(w.n), 0.0);
-    level.A[level.A.size() - size_t(w.n) + i] = 1;
-    level.b.push_back(v_dot[i]);
-  }
-  return level;
-}
-
-TaskLevel WholeBody::small_forces() const {
-  const auto n = size_t(work_->n), nv = size_t(work_->nv);
-  TaskLevel level{"small forces",
-                  std::vector<double>((n - nv) * n, 0.0),
-                  std::vector<double>(n - nv, 0.0),
-                  {},
-                  {}};
-  for (size_t k = 0; k < n - nv; ++k) level.A[k * n + nv + k] = 1;
-  return level;
 }
 
 const WholeBodySolution& WholeBody::solve(std::span<const TaskLevel> tasks) {

@@ -10,17 +10,25 @@
 
 namespace porthos::planning {
 
+/// What a contact does at an instant.
+enum class Touch {
+  holds,   ///< the point keeps its velocity, see `holding`, and the world pushes
+  pushes,  ///< the world pushes a point that may accelerate, as where it slides
+  none     ///< the world does not push
+};
+
 /// A point of a body that the world may push: |tangential force| ≤ friction · normal force.
 struct ContactPoint {
   std::string name;
   std::string body;
   mechanics::Vec3d position{0, 0, 0};  ///< in the body's frame [m]
   mechanics::Vec3d normal{0, 0, 1};    ///< world axes, from the ground to the body
+  mechanics::Vec3d ground{0, 0, 0};    ///< a point of the ground, see holding [m]
   double friction = 0.7;
+  int edges = 4;  ///< of the pyramid inscribed in the cone, ≥ 3: cos(π/edges) of μ across a face
   double least = 0;                                       ///< normal force [N], ≥ 0
   double most = std::numeric_limits<double>::infinity();  ///< normal force [N]
-  /// false: the point keeps its velocity. true: it may accelerate, as where it slides or is pushed.
-  bool moves = false;
+  Touch touch = Touch::holds;                             ///< until WholeBody::touch() changes it
 };
 
 /// Limits of a joint of one freedom. What is not stated is not limited.
@@ -37,6 +45,16 @@ struct WholeBodyOptions {
   std::vector<ContactPoint> contacts;
   std::vector<JointLimit> limits;
   double period = 1e-3;  ///< T: how far the limits of rate and position look ahead [s]
+  /// ω [rad/s]: contacts that hold accelerate by -2ω v - ω² gap, so that what slips stops and what
+  /// tilts comes down to the ground; three points or more turn likewise. 0: they keep their velocity.
+  double holding = 0;
+};
+
+/// A point of a body and its motion, in world axes.
+struct PointMotion {
+  mechanics::Mat3<double> R;         ///< of the body
+  mechanics::Vec3d at;               ///< [m]
+  mechanics::Vec3d turning, moving;  ///< of the body [rad/s], of the point [m/s]
 };
 
 /// Accelerations, contact forces and torques at one state.
@@ -53,8 +71,9 @@ struct WholeBodySolution {
 /// Inverse dynamics of a whole mechanism with strict priorities. The unknowns are z = (v', f/m):
 /// joint accelerations and the contact forces in world axes over the total mass m. The levels are,
 /// in this order: M v' + b = Sᵀτ + J_cᵀ f for freedoms without motor, and J_c v' + J̇_c v = 0 of
-/// contacts; pyramids inscribed in the friction cones and torque limits; limits of rate and
-/// position; the tasks. Joints of several freedoms (a free base) have no motor.
+/// contacts, of the whole body where it is held at three points or more; pyramids inscribed in the
+/// friction cones and torque limits; limits of rate and position; the tasks. Joints of several
+/// freedoms (a free base) have no motor.
 /// Sources: Saab et al. 2013 (IEEE Trans. Robot. 29); Escande, Mansard, Wieber 2014.
 class WholeBody {
  public:
@@ -68,6 +87,18 @@ class WholeBody {
   /// @throws InvalidArgument for wrong sizes
   void update(std::span<const double> q, std::span<const double> v);
 
+  /// What a contact does from now on. @param contact  in the order of the options
+  void touch(size_t contact, Touch now);
+  Touch touch(size_t contact) const;
+
+  /// Where a point of a body is at the last update(). @param position  in the body's frame [m]
+  PointMotion point(const std::string& body, const mechanics::Vec3d& position) const;
+  /// The centre of mass [m], its velocity [m/s], and the angular momentum about it [N m s].
+  struct Centre {
+    mechanics::Vec3d at, moving, spin;
+  };
+  Centre centre() const;
+
   /// A point of a body accelerates as wanted. The axes are the world's.
   /// @param acceleration  of the body's rotation [rad/s²] and of the point [m/s²]: 6 numbers,
   ///   [angular; linear]; NaN leaves a component free
@@ -80,6 +111,8 @@ class WholeBody {
   TaskLevel momentum(std::span<const double> rate) const;
   /// The acceleration of the centre of mass [m/s²]. @param acceleration  3 numbers; NaN: free
   TaskLevel centre_of_mass(std::span<const double> acceleration) const;
+  /// The contacts that push keep their velocity: what Touch::holds demands, as a task.
+  TaskLevel still_contacts() const;
   /// The smallest contact forces.
   TaskLevel small_forces() const;
 

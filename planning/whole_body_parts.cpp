@@ -17,6 +17,7 @@ Cone make_cone(const mechanics::Mechanism& m, const ContactPoint& p) {
     throw InvalidArgument(who + " needs a normal of positive length and a finite position");
   if (!(p.friction >= 0) || !(p.least >= 0) || !(p.most >= p.least))
     throw InvalidArgument(who + " needs friction ≥ 0 and 0 ≤ least ≤ most");
+  if (p.edges < 3) throw InvalidArgument(who + " needs a pyramid of 3 edges or more");
   c.frame.pose.r = c.frame.pose.R * p.position + c.frame.pose.r;
   c.normal = (1 / length) * p.normal;
   const auto& n = c.normal;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "phs/error.h"
 #include "phs/scalars/scalar.h"
 
 /// Laws of controllers, continuous or sampled.
@@ -44,6 +45,17 @@ LawPtr law(F f) {
   return std::make_shared<Callable>(std::move(f));
 }
 
+/// Numbers in the memory of a sampled controller that outputs of a run may show.
+struct Shown {
+  std::string name;
+  size_t at, size;  ///< their place in the memory, and how many
+};
+
+/// A law that failed at an instant: the run ends.
+struct LawFailure : InvalidArgument {
+  using InvalidArgument::InvalidArgument;
+};
+
 /// What a controller with a memory computes at its sampling instants: u = κ(t, x, y, memory). The
 /// memory belongs to a run, so the law is the same function of it in a run and in its repetition.
 class SampledLaw {
@@ -56,6 +68,13 @@ class SampledLaw {
   /// @param u  held at these ports until the next instant
   virtual void operator()(double t, std::span<const double> x, std::span<const double> y,
                           std::span<double> memory, std::span<double> u) const = 0;
+  /// Numbers of its memory that users may see.
+  virtual std::vector<Shown> shown() const { return {}; }
+  /// What its memory tells at the end of a run, a sentence each.
+  virtual std::vector<std::string> stories(std::span<const double> memory) const {
+    (void)memory;
+    return {};
+  }
 };
 using SampledLawPtr = std::shared_ptr<const SampledLaw>;
 
@@ -64,8 +83,9 @@ using SampledLawPtr = std::shared_ptr<const SampledLaw>;
 /// that run owns and updates it (integrators/core/sampler.h); the evaluators of the run read it.
 struct Hold {
   std::string name;
-  double period;              ///< [s]
-  std::vector<double> fresh;  ///< memory before the first instant
+  double period;                  ///< [s]
+  std::vector<double> fresh;      ///< memory before the first instant
+  std::vector<Shown> shown = {};  ///< numbers of that memory by name
 };
 /// The memory of one hold, shared between the evaluators of a run.
 using HeldPtr = std::shared_ptr<const std::vector<double>>;

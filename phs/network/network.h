@@ -164,7 +164,8 @@ class NetworkModel : public ModelFor<NetworkModel> {
   /// The offset of a member's state. @throws InvalidArgument for an unknown name
   int offset(const std::string& member) const;
   const Model& member(const std::string& name) const;
-  /// What the gates of sampled controllers did after the time `since` [s], a sentence each.
+  /// What the gates of sampled controllers did after the time `since` [s], and what laws with a
+  /// memory tell, a sentence each.
   /// memory: of all holds, in the order of holds()
   std::vector<std::string> stories(std::span<const double> memory, double since) const;
   /// How many gates wait for what they are there for; nothing: there are no gates.

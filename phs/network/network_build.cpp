@@ -204,7 +204,8 @@ std::shared_ptr<const NetworkModel> Network::build() const {
     std::vector<double> fresh(c.rows.size(), 0.0);
     const auto own = c.law->fresh();
     fresh.insert(fresh.end(), own.begin(), own.end());
-    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh});
+    c.hold = std::make_shared<Hold>(Hold{c.name, c.hold->period, fresh, c.law->shown()});
+    for (auto& number : c.hold->shown) number.at += c.rows.size();
   }
   for (const auto& d : p->filling)
     for (const auto& f : p->F)

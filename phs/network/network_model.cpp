@@ -15,9 +15,9 @@ std::vector<HoldPtr> NetworkModel::holds() const {
 
 namespace {
 
-/// Calls f(gate, its memory) for each gate.
+/// Calls f(gate, its memory) for each gate. Returns the memory behind that of their controllers.
 template <class F>
-void each_gate(const Network::Plan& plan, std::span<const double> memory, F f) {
+std::span<const double> each_gate(const Network::Plan& plan, std::span<const double> memory, F f) {
   for (const auto& c : plan.controls) {
     if (!c.hold) continue;
     const size_t size = c.hold->fresh.size();
@@ -25,15 +25,23 @@ void each_gate(const Network::Plan& plan, std::span<const double> memory, F f) {
     if (c.gate) f(*c.gate, memory.first(size).subspan(c.gate_at()));
     memory = memory.subspan(size);
   }
+  return memory;
 }
 
 }  // namespace
 
 std::vector<std::string> NetworkModel::stories(std::span<const double> memory, double since) const {
   std::vector<std::string> list;
-  each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {
+  memory = each_gate(*plan_, memory, [&](const Gate& gate, std::span<const double> own) {
     if (auto told = gate.story(own, since); !told.empty()) list.push_back(std::move(told));
   });
+  for (const auto& c : plan_->sampled) {
+    const size_t size = c.hold->fresh.size();
+    if (memory.size() < size) require_size("memory of the controllers", memory.size(), size);
+    for (auto& told : c.law->stories(memory.first(size).subspan(c.rows.size())))
+      list.push_back(std::move(told));
+    memory = memory.subspan(size);
+  }
   return list;
 }
 

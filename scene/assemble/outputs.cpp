@@ -148,6 +148,8 @@ std::span<const double> Outputs::at(double t, const phs::State& s, std::span<con
     const auto own = std::span(values_).subspan(to, item.output->size());
     if (item.gone)
       std::fill(own.begin(), own.end(), NAN);
+    else if (item.output->of_controller())
+      std::copy_n(held.begin() + long(item.told), own.size(), own.begin());
     else
       evaluate(item, item.output->quantity == OutputQuantity::joint_wrench ? s : world, own);
     to += own.size();
@@ -204,6 +206,9 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
       to[0] = std::hypot(r[0], r[1], r[2]) - scene_.orbit->environment.planet.radius;
       return;
     }
+    case OutputQuantity::task_error:
+    case OutputQuantity::planned_force:
+      return;  // at() copies them
     case OutputQuantity::formula:
       to[0] = (*item.formula)(
           std::span<const double>(values_).first(size_t(to.data() - values_.data())));

@@ -57,6 +57,7 @@ class Outputs {
     bool whole = false;                      ///< its momenta follow from all numbers of the joint
     bool turned = false;                     ///< the child of its joint carries what was the parent
     int row = -1;                            ///< of the storage or power
+    size_t told = 0;                         ///< place in the memory of the sampled controllers
     const vsa::Elastic* spring = nullptr;    ///< of the actuator
     int link = -1, theta = -1, sigma = -1;   ///< its angles and σ in the state; -1: no σ
     bool gone = false;
@@ -68,6 +69,7 @@ class Outputs {
   void bind_joint(Item& item);
   void bind_row(Item& item);
   void bind_spring(Item& item);
+  void bind_told(Item& item);
   Place place(const LinkPoint& point, const std::string& where) const;
   void refuse_wrench(const Output& o) const;
   void hold(std::span<const double> held);

@@ -39,6 +39,7 @@ void Outputs::bind(Item& item) {
   if (o.of_joint()) bind_joint(item);
   if (o.quantity == OutputQuantity::energy || o.quantity == OutputQuantity::power) bind_row(item);
   if (o.of_actuator()) bind_spring(item);
+  if (o.of_controller()) bind_told(item);
   if (o.quantity == OutputQuantity::altitude && !scene_.orbit)
     refuse_output(o, "the scene has no [orbit], expected one");
   const bool momentum =
@@ -116,6 +117,26 @@ void Outputs::bind_row(Item& item) {
   if (at == known.end() && !item.gone)
     refuse_output(o, fmt::format("the ledger has no row '{}', expected one of: {}", o.of_what,
                                  fmt::join(known, ", ")));
+}
+
+/// A number that a sampled controller tells.
+void Outputs::bind_told(Item& item) {
+  const Output& o = *item.output;
+  std::string known;
+  for (const auto& hold : model_.holds()) {
+    for (const phs::Shown& s : hold->shown) {
+      if (hold->name == o.of_what && s.name == o.number) {
+        item.told += s.at;
+        return;
+      }
+      add_to_list(known, fmt::format("{} of '{}'", s.name, hold->name));
+    }
+    item.told += hold->fresh.size();
+  }
+  item.gone = assembly_.is_phase;
+  if (!item.gone)
+    refuse_output(o, fmt::format("there is no {} of a controller '{}', expected {}", o.number,
+                                 o.of_what, known.empty() ? "a whole_body" : known));
 }
 
 void Outputs::bind_spring(Item& item) {

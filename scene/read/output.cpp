@@ -110,6 +110,18 @@ const std::vector<QuantityInfo>& quantities() {
        "m",
        "In orbit: of the centre of mass, above the sphere of the planet's equator.",
        {}},
+      {OutputQuantity::task_error,
+       "task_error",
+       1,
+       "m/s^2",
+       "Of a whole-body controller: by how much a task's acceleration is missed.",
+       {text("controller", required, "the name of one"), text("task", required, "its name")}},
+      {OutputQuantity::planned_force,
+       "planned_force",
+       3,
+       "N",
+       "Of a whole-body controller: the force that it expects at a contact, in the world.",
+       {text("controller", required, "the name of one"), text("contact", required, "its name")}},
       {OutputQuantity::formula,
        "formula",
        1,
@@ -151,12 +163,15 @@ Output read_output(const Table& t, const QuantityInfo& k, const std::vector<std:
   o.unit = k.unit;
   o.of = read_point(t, "link", "at", "radius");
   o.seen_from = read_point(t, "relative_to", "relative_at", "relative_radius");
-  const bool of_frame = std::any_of(k.own.begin(), k.own.end(),
-                                    [](const SchemaKey& key) { return key.name == "relative_to"; });
+  const auto has_key = [&](const char* key) {
+    return std::ranges::find(k.own, key, &SchemaKey::name) != k.own.end();
+  };
+  const bool of_frame = has_key("relative_to");
   if (of_frame) t.require("link", "the name of a link");
-  for (const char* key : {"joint", "row", "actuator"})
-    if (std::any_of(k.own.begin(), k.own.end(), [&](auto& own) { return own.name == key; }))
-      o.of_what = t.text(key, "a name");
+  for (const char* key : {"joint", "row", "actuator", "controller"})
+    if (has_key(key)) o.of_what = t.text(key, "a name");
+  if (has_key("task")) o.number = "error " + t.text("task", "a name");
+  if (has_key("contact")) o.number = "force " + t.text("contact", "a name");
   if (!of_frame && t.has("link")) o.of_what = o.of.link;
   if (k.quantity == OutputQuantity::euler_angles) o.sequence = t.choice("sequence");
   if (k.quantity != OutputQuantity::formula) return o;
@@ -176,7 +191,7 @@ size_t Output::size() const { return info_of(quantity).size; }
 
 bool Output::needs_field() const {
   return quantity == OutputQuantity::joint_torque || quantity == OutputQuantity::joint_wrench ||
-         quantity == OutputQuantity::power;
+         quantity == OutputQuantity::power || of_controller();
 }
 
 std::vector<std::string> component_suffixes(size_t n) {

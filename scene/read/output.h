@@ -43,11 +43,14 @@ struct Output {
     stiffness,
     spring_torque,
     altitude,
+    task_error,
+    planned_force,
     formula
   } quantity;
   std::string name;
   LinkPoint of, seen_from;  ///< of quantities of links
   std::string of_what;      ///< the joint, actuator, row of the ledger, link (empty: all bodies)
+  std::string number;       ///< of a controller: what it tells, as phs::Shown names it
   std::string formula;
   std::string sequence;  ///< of Euler angles
   std::string unit;      ///< empty: that of the joint or of the stiffness setting
@@ -58,6 +61,9 @@ struct Output {
   }
   bool of_actuator() const {
     return quantity >= Quantity::deflection && quantity <= Quantity::spring_torque;
+  }
+  bool of_controller() const {
+    return quantity == Quantity::task_error || quantity == Quantity::planned_force;
   }
   /// Whether it depends on what sampled controllers hold.
   bool needs_field() const;

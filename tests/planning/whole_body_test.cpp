@@ -141,7 +141,7 @@ TEST(WholeBody, BlockSlidesBeyondFriction) {
   p.name = "palm";
   p.body = "trunk";
   p.friction = mu;
-  p.moves = true;
+  p.touch = Touch::pushes;
   o.contacts = {p};
   WholeBody control(m, o);
   control.update(m->neutral(), Vec(6, 0.0));

@@ -119,6 +119,15 @@ std::map<std::string, std::string> places() {
        fmt::format(fmt::runtime(law), "null_space") +
            "tank = { level = 1 }\njoints = { j = { stiffness = 1, damping = 1 } }\n"
            "[controller.task]\nlink = \"rod\"\n@"},
+      {"controller.whole_body.limit",
+       fmt::format(fmt::runtime(law), "whole_body") + "rate = 1\n[controller.limits.j]\n@"},
+      {"controller.whole_body.lift",
+       fmt::format(fmt::runtime(law), "whole_body") +
+           "rate = 1\ncontacts = [\"f\"]\n[controller.lifted.f]\nwhen = [[0, 1]]\n@"},
+      {"controller.whole_body.joint",
+       fmt::format(fmt::runtime(law), "whole_body") +
+           "rate = 1\n[[controller.task]]\nquantity = \"posture\"\nbandwidth = 1\n"
+           "[controller.task.joints.j]\ntarget = 0\n@"},
       {"controller.esp.joint",
        fmt::format(fmt::runtime(law), "esp") + "[controller.joints.j]\nstiffness = 1\n@"},
       {"controller.tracking.joint",
@@ -156,6 +165,8 @@ std::map<std::string, std::string> places() {
       {"controller.null_space",
        "name = \"c\"\nrate = 1\ntask = { link = \"rod\", attitude_stiffness = [1, 1, 1] }\n"
        "joints = { j = { stiffness = 1, damping = 1 } }\ntank = { level = 1 }\n"},
+      {"controller.whole_body",
+       "name = \"c\"\nrate = 1\ntask = [{ quantity = \"posture\", bandwidth = 1 }]\n"},
       {"controller.esp", "name = \"c\"\nrate = 1\njoints = { j = { stiffness = 1 } }\n"},
       {"controller.tracking", "name = \"c\"\nrate = 1\njoints = { j = { kp = 1, kd = 1 } }\n"},
       {"controller.lqr", "name = \"c\"\nrate = 1\njoints = { j = { position = 1 } }\n"},
@@ -181,12 +192,20 @@ std::map<std::string, std::string> places() {
     if (const auto type = t.heading.find("type = \""); type != t.heading.npos)
       p[t.id] = t.heading.substr(0, type - 1) + "\n" + t.heading.substr(type) + "\n" +
                 (besides.count(t.id) ? besides.at(t.id) : "joint = \"j\"\n") + "@";
+  const auto has_link = [](const auto& t) {
+    return std::ranges::any_of(t.keys, [](const auto& key) { return key.name == "link"; });
+  };
+  const std::string task_of = "controller.whole_body.task.";
+  for (const auto& t : schema())
+    if (t.id.starts_with(task_of))
+      p[t.id] = fmt::format(fmt::runtime(law), "whole_body") +
+                "rate = 1\n[[controller.task]]\nquantity = \"" + t.id.substr(task_of.size()) +
+                "\"\nbandwidth = 1\n" + (has_link(t) ? "link = \"rod\"\n@" : "@");
   for (const auto& t : schema())
     if (t.id.rfind("output.", 0) == 0) {
       const auto word = t.id.substr(7);
       p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\nlink = \"rod\"\n@";
-      if (std::ranges::none_of(t.keys, [](const SchemaKey& key) { return key.name == "link"; }))
-        p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\n@";
+      if (!has_link(t)) p[t.id] = "[[output]]\nquantity = \"" + word + "\"\nname = \"o\"\n@";
     }
   p["stop"] =
       "[[output]]\nquantity = \"centre_of_mass\"\nname = \"c\"\n[[stop]]\noutput = "

@@ -13,7 +13,8 @@
   X(swing_up) \
   X(ida_pbc) \
   X(motor_side) \
-  X(esp)        \
+  X(esp) \
+  X(whole_body) \
   X(python) \
   X(shared_library)
 // clang-format on

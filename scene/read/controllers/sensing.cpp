@@ -45,6 +45,10 @@ class Sensed final : public phs::SampledLaw {
   }
 
   std::vector<double> fresh() const override { return fresh_; }
+  std::vector<phs::Shown> shown() const override { return law_->shown(); }
+  std::vector<std::string> stories(std::span<const double> memory) const override {
+    return law_->stories(memory.first(memory.size() - queue_));
+  }
 
   void operator()(double t, std::span<const double> x, std::span<const double> y,
                   std::span<double> memory, std::span<double> u) const override {

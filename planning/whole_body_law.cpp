@@ -1,0 +1,256 @@
+#include "planning/whole_body_law.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "mechanics/kinematics.h"
+#include "planning/detail/whole_body_parts.h"
+
+namespace porthos::planning {
+namespace {
+
+using mechanics::Vec3d;
+
+/// A contact is closed up to here [m].
+constexpr double closed = 1e-3;
+
+// The memory: these numbers, then four for each task, then the force on each support.
+enum Told { instants, gave_way, gave_way_first, unkept, unkept_first, told_size };
+enum OfTask { error_now, error_worst, error_when, missed, of_task };
+
+/// The turn from one attitude to another, as axis times angle in world axes; |angle| ≤ π.
+Vec3d turn_between(const mechanics::Quaternion<double>& from,
+                   const mechanics::Quaternion<double>& to) {
+  auto e = to * from.conj();
+  if (e.w < 0) e = {-e.w, -e.v};
+  const double s = mechanics::norm(e.v);
+  return s > 0 ? (2 * std::atan2(s, e.w) / s) * e.v : Vec3d{0, 0, 0};
+}
+
+double at_time(const phs::FunctionPtr& f, double t) { return f ? (*f)(t) : 0.0; }
+
+/// x_d, x_d' and x_d'' of one axis at t; the last by a dual number.
+std::array<double, 3> wanted_at(const phs::Motion& m, double t) {
+  return {at_time(m.position, t), at_time(m.rate, t), m.rate ? (*m.rate)(phs::Dual{t, 1}).d : 0.0};
+}
+
+}  // namespace
+
+struct WholeBodyLaw::Work {
+  std::shared_ptr<const mechanics::MechanicalModel> model;
+  WholeBodyDesign d;
+  std::vector<std::string> motors;
+  std::vector<int> freedoms;  ///< of the motors, in v
+  std::mutex mutex;           ///< of what follows
+  std::unique_ptr<WholeBody> body;
+  size_t contacts = 0;
+  std::vector<double> v_dot;
+  std::vector<TaskLevel> levels;
+
+  TaskLevel task(const SteeredTask& s, double t, std::span<const double> q,
+                 std::span<const double> v);
+  TaskLevel points(const SteeredTask& s, double t);
+  void touch(double t);
+  void give_way();
+  void tell(const WholeBodySolution& s, size_t before, double t, std::span<double> memory) const;
+};
+
+TaskLevel WholeBodyLaw::Work::points(const SteeredTask& s, double t) {
+  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
+  const bool of_all = s.kind == SteeredTask::Kind::centre_of_mass;
+  Vec3d at, moving;
+  if (of_all) {
+    const auto c = body->centre();
+    at = c.at;
+    moving = c.moving;
+  } else {
+    const auto p = body->point(s.link, s.at);
+    at = p.at;
+    moving = p.moving;
+  }
+  std::array<double, 6> a{NAN, NAN, NAN, NAN, NAN, NAN};
+  for (int k = 0; k < 3; ++k) {
+    if (!s.axes[size_t(k)]) continue;
+    const auto [x, rate, acceleration] = wanted_at(s.target[size_t(k)], t);
+    a[size_t(3 + k)] = acceleration + w * w * (x - at[k]) + loss * (rate - moving[k]);
+  }
+  if (of_all) return body->centre_of_mass(std::span(a).last(3));
+  return body->frame(s.link, s.at, a);
+}
+
+TaskLevel WholeBodyLaw::Work::task(const SteeredTask& s, double t, std::span<const double> q,
+                                   std::span<const double> v) {
+  const double w = s.bandwidth, loss = 2 * s.damping_ratio * w;
+  std::array<double, 6> a{NAN, NAN, NAN, NAN, NAN, NAN};
+  switch (s.kind) {
+    case SteeredTask::Kind::centre_of_mass:
+    case SteeredTask::Kind::position:
+      return points(s, t);
+    case SteeredTask::Kind::attitude: {
+      const auto p = body->point(s.link, s.at);
+      const auto xi = mechanics::quaternion_of(p.R);
+      const Vec3d e = turn_between(mechanics::Quaternion<double>::load(xi.data()), s.attitude);
+      for (int k = 0; k < 3; ++k)
+        if (s.axes[size_t(k)]) a[size_t(k)] = w * w * e[k] - loss * p.turning[k];
+      return body->frame(s.link, s.at, a);
+    }
+    case SteeredTask::Kind::angular_momentum: {
+      const Vec3d k_G = body->centre().spin;
+      for (int k = 0; k < 3; ++k)
+        if (s.axes[size_t(k)]) a[size_t(k)] = -w * k_G[k];
+      return body->momentum(a);
+    }
+    default:
+      std::fill(v_dot.begin(), v_dot.end(), NAN);
+      for (const auto& j : s.joints)
+        v_dot[size_t(j.v)] = w * w * (j.target - q[size_t(j.q)]) - loss * v[size_t(j.v)];
+      return body->joints(v_dot);
+  }
+}
+
+void WholeBodyLaw::Work::touch(double t) {
+  size_t i = 0;
+  if (d.gait > 0) t -= d.gait * std::floor(t / d.gait);
+  for (const Support& s : d.supports) {
+    const bool lifted = std::ranges::any_of(
+        s.lifted, [&](const auto& when) { return when[0] <= t && t < when[1]; });
+    for (const ContactPoint& p : s.points) {
+      const Vec3d at = body->point(p.body, p.position).at;
+      const bool near = mechanics::dot(p.normal, at - p.ground) <= closed;
+      body->touch(i++, near && !lifted ? Touch::holds : Touch::none);
+    }
+  }
+}
+
+void WholeBodyLaw::Work::give_way() {
+  for (size_t i = 0; i < contacts; ++i)
+    if (body->touch(i) == Touch::holds) body->touch(i, Touch::pushes);
+}
+
+void WholeBodyLaw::Work::tell(const WholeBodySolution& s, size_t before, double t,
+                              std::span<double> memory) const {
+  memory[instants] += 1;
+  if (!s.exceeded.empty() && memory[unkept]++ == 0) memory[unkept_first] = t;
+  auto own = memory.subspan(told_size);
+  for (size_t k = 0; k < d.tasks.size(); ++k, own = own.subspan(of_task)) {
+    own[error_now] = s.tasks[before + k].distance();
+    if (!s.tasks[before + k].met) own[missed] += 1;
+    if (own[error_now] <= own[error_worst]) continue;
+    own[error_worst] = own[error_now];
+    own[error_when] = t;
+  }
+  size_t i = 0;
+  for (const Support& support : d.supports) {
+    std::fill_n(own.begin(), 3, 0.0);
+    for (size_t p = 0; p < support.points.size(); ++p, ++i)
+      for (size_t k = 0; k < 3; ++k) own[k] += s.forces[3 * i + k];
+    own = own.subspan(3);
+  }
+}
+
+WholeBodyLaw::WholeBodyLaw(std::shared_ptr<const mechanics::MechanicalModel> model,
+                           WholeBodyDesign design)
+    : work_(std::make_unique<Work>()) {
+  Work& w = *work_;
+  w.model = std::move(model);
+  w.d = std::move(design);
+  const auto& m = w.model->mechanism();
+  w.v_dot.resize(size_t(m.nv()));
+  WholeBodyOptions o;
+  o.limits = w.d.limits;
+  o.period = w.d.period;
+  o.holding = w.d.holding;
+  for (const Support& s : w.d.supports)
+    o.contacts.insert(o.contacts.end(), s.points.begin(), s.points.end());
+  for (const auto& task : w.d.tasks)
+    if (!task.link.empty() && m.body(task.link).node < 0)
+      throw InvalidArgument(
+          fmt::format("task '{}' is of '{}', which never moves", task.name, task.link));
+  w.contacts = o.contacts.size();
+  w.body = std::make_unique<WholeBody>(std::shared_ptr<const mechanics::Mechanism>(w.model, &m),
+                                       std::move(o));
+  for (const auto* j : detail::single_freedoms(m)) {
+    const auto idle = [&](const JointLimit& l) { return l.joint == j->joint && l.torque == 0; };
+    if (std::ranges::any_of(w.d.limits, idle)) continue;
+    w.freedoms.push_back(j->v);
+    for (const auto& port : w.model->description().ports)
+      if (port.name == j->joint + ".torque" || port.name == j->joint + ".force")
+        w.motors.push_back(port.name);
+  }
+}
+WholeBodyLaw::~WholeBodyLaw() = default;
+
+const std::vector<std::string>& WholeBodyLaw::motors() const { return work_->motors; }
+
+std::vector<double> WholeBodyLaw::fresh() const {
+  const auto& d = work_->d;
+  return std::vector<double>(told_size + of_task * d.tasks.size() + 3 * d.supports.size(), 0.0);
+}
+
+std::vector<phs::Shown> WholeBodyLaw::shown() const {
+  std::vector<phs::Shown> all;
+  size_t at = told_size;
+  for (const auto& task : work_->d.tasks) {
+    all.push_back({"error " + task.name, at + error_now, 1});
+    at += of_task;
+  }
+  for (const auto& s : work_->d.supports) {
+    all.push_back({"force " + s.name, at, 3});
+    at += 3;
+  }
+  return all;
+}
+
+void WholeBodyLaw::operator()(double t, std::span<const double> x, std::span<const double>,
+                              std::span<double> memory, std::span<double> u) const {
+  Work& w = *work_;
+  const std::lock_guard lock(w.mutex);
+  const auto& m = w.model->mechanism();
+  const auto own = x.first(size_t(w.model->description().nx));
+  const auto q = own.first(size_t(m.nq()));
+  const auto v = w.model->rates(own);
+  w.body->update(q, v);
+  w.touch(t);
+  w.levels.clear();
+  for (const auto& task : w.d.tasks) w.levels.push_back(w.task(task, t, q, v));
+  w.levels.push_back(w.body->small_forces());  // of what is left: the load is shared evenly
+  const auto* s = &w.body->solve(w.levels);
+  size_t before = 0;
+  if (!s->possible) {
+    if (memory[gave_way]++ == 0) memory[gave_way_first] = t;
+    w.give_way();
+    w.levels.insert(w.levels.begin(), w.body->still_contacts());
+    before = 1;
+    s = &w.body->solve(w.levels);
+  }
+  if (!s->possible) throw phs::LawFailure(fmt::format("{} at {} s: {}", w.d.name, t, s->why));
+  for (size_t k = 0; k < w.freedoms.size(); ++k) u[k] = s->tau[size_t(w.freedoms[k])];
+  w.tell(*s, before, t, memory);
+}
+
+std::vector<std::string> WholeBodyLaw::stories(std::span<const double> memory) const {
+  const auto& d = work_->d;
+  std::vector<std::string> all;
+  const auto tell_count = [&](Told count, Told first, const char* what) {
+    if (memory[count] > 0)
+      all.push_back(fmt::format("{}: {} at {:.0f} of {:.0f} instants, first at {:g} s", d.name,
+                                what, memory[count], memory[instants], memory[first]));
+  };
+  tell_count(gave_way, gave_way_first,
+             "nothing kept contacts, cones and torque limits together, and contacts gave way");
+  tell_count(unkept, unkept_first, "limits of rate or position could not be kept");
+  auto own = memory.subspan(told_size);
+  for (const auto& task : d.tasks) {
+    if (own[missed] > 0)
+      all.push_back(fmt::format(
+          "{}: task '{}' was not met at {:.0f} of {:.0f} instants, worst by {:.3g} at {:g} s",
+          d.name, task.name, own[missed], memory[instants], own[error_worst], own[error_when]));
+    own = own.subspan(of_task);
+  }
+  return all;
+}
+
+}  // namespace porthos::planning
