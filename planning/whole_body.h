@@ -46,7 +46,7 @@ struct WholeBodyOptions {
   std::vector<JointLimit> limits;
   double period = 1e-3;  ///< T: how far the limits of rate and position look ahead [s]
   /// ω [rad/s]: contacts that hold accelerate by -2ω v - ω² gap, so that what slips stops and what
-  /// tilts comes down to the ground; three points or more turn likewise. 0: they keep their velocity.
+  /// tilts comes down; three points or more turn likewise. 0: they keep their velocity.
   double holding = 0;
 };
 

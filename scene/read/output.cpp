@@ -37,11 +37,29 @@ keys::Keys point_keys(const char* axes) {
                  numbers("relative_at", 3, "m", "[0, 0, 0]", "a point of relative_to")});
 }
 
+/// What whole-body controllers tell.
+std::vector<QuantityInfo> quantities_of_controllers() {
+  using namespace keys;
+  return {
+      {OutputQuantity::task_error,
+       "task_error",
+       1,
+       "m/s^2",
+       "Of a whole-body controller: by how much a task's acceleration is missed.",
+       {text("controller", required, "the name of one"), text("task", required, "its name")}},
+      {OutputQuantity::planned_force,
+       "planned_force",
+       3,
+       "N",
+       "Of a whole-body controller: the force that it expects at a contact, in the world.",
+       {text("controller", required, "the name of one"), text("contact", required, "its name")}}};
+}
+
 /// Every quantity of an [[output]], in the order of docs/scene_reference.md.
-const std::vector<QuantityInfo>& quantities() {
+std::vector<QuantityInfo> quantities_of_motion() {
   using namespace keys;
   static const char* axes = "a link, in whose axes it is stated";
-  static const std::vector<QuantityInfo> all{
+  return {
       {OutputQuantity::position, "position", 3, "m", "Where a point is.", point_keys(axes)},
       {OutputQuantity::attitude, "attitude", 4, "1", "A quaternion (w, x, y, z), w 0 or more.",
        frame_keys(axes)},
@@ -110,18 +128,6 @@ const std::vector<QuantityInfo>& quantities() {
        "m",
        "In orbit: of the centre of mass, above the sphere of the planet's equator.",
        {}},
-      {OutputQuantity::task_error,
-       "task_error",
-       1,
-       "m/s^2",
-       "Of a whole-body controller: by how much a task's acceleration is missed.",
-       {text("controller", required, "the name of one"), text("task", required, "its name")}},
-      {OutputQuantity::planned_force,
-       "planned_force",
-       3,
-       "N",
-       "Of a whole-body controller: the force that it expects at a contact, in the world.",
-       {text("controller", required, "the name of one"), text("contact", required, "its name")}},
       {OutputQuantity::formula,
        "formula",
        1,
@@ -129,6 +135,15 @@ const std::vector<QuantityInfo>& quantities() {
        "Of outputs before it.",
        {text("formula", required, "as \"sqrt(tip.x^2 + tip.y^2)\""),
         text("unit", "\"1\"", "for tables and axes")}}};
+}
+
+const std::vector<QuantityInfo>& quantities() {
+  static const std::vector<QuantityInfo> all = [] {
+    auto list = quantities_of_motion();
+    const auto more = quantities_of_controllers();
+    list.insert(list.end() - 1, more.begin(), more.end());
+    return list;
+  }();
   return all;
 }
 
