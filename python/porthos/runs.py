@@ -216,6 +216,8 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
         page = page / "report.html"
         if not page.exists():
             report(results)
+    elif not page.is_file():
+        raise InvalidArgument(f"{page} is no folder of results and no report.html")
     out = Path(out) if out is not None else page.parent / "film.mp4"
     _core.write_film(str(page), str(out), size, start, end, speed, camera, follow, orbit, arrows, dark)
     return out

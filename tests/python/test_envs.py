@@ -129,9 +129,11 @@ def test_with_gymnasium(monkeypatch, pendulum):
         def __init__(self, low, high, shape, dtype):
             self.shape, self.dtype = shape, dtype
 
+    seeds = []  # gymnasium's own generator is seeded by the reset of the base class
+    base = {"reset": lambda self, *, seed=None, options=None: seeds.append(seed)}
     fake = types.ModuleType("gymnasium")
-    fake.Env = type("Env", (), {})
-    fake.vector = types.SimpleNamespace(VectorEnv=type("VectorEnv", (), {}), AutoresetMode=types.SimpleNamespace(SAME_STEP="same"))
+    fake.Env = type("Env", (), dict(base))
+    fake.vector = types.SimpleNamespace(VectorEnv=type("VectorEnv", (), dict(base)), AutoresetMode=types.SimpleNamespace(SAME_STEP="same"))
     fake.spaces = types.SimpleNamespace(Box=Box)
     monkeypatch.setitem(sys.modules, "gymnasium", fake)
     spec = importlib.util.spec_from_file_location("porthos.envs_again", ph.envs.__file__)
@@ -141,7 +143,7 @@ def test_with_gymnasium(monkeypatch, pendulum):
     model = ph.MechanicalModel(pendulum)
     e = again.VectorEnv(model, model.state([0, 0], [0, 0]), num_envs=2, reward=lambda o, u: np.zeros(2), **KW)
     assert isinstance(e.action_space, Box) and e.metadata["autoreset_mode"] == "same"
-    assert e.reset(seed=1)[0].shape == (2, 4)
+    assert e.reset(seed=1)[0].shape == (2, 4) and seeds == [1]
 
 
 def test_statistics_of_errors(pendulum):

@@ -393,6 +393,11 @@ TEST(CraftParts, DeploymentLocksAtItsStop) {
   const auto never = scene::run(s, a, into(folder / "never"));
   EXPECT_FALSE(never.passed());
   ASSERT_TRUE(check_of(never, "missed_events"));
+  EXPECT_TRUE(std::any_of(never.notes.begin(), never.notes.end(), [](const std::string& note) {
+    return note.starts_with("it never happened: lock of ") &&
+           note.find("; at the end of the run the angle is ") != note.npos &&
+           note.find("expected above 3 rad") != note.npos;
+  })) << never.notes.back();
 }
 
 TEST(CraftParts, WhatCannotBeIsRefusedWithItsLine) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "mechanics/rotation.h"
 #include "scene/files/hdf5_reader.h"
@@ -160,6 +161,41 @@ std::string refusal(const TemporaryFolder& folder, const std::string& csv,
     return e.what();
   }
   return "it was not refused";
+}
+
+/// The check `rates`: the control of each case is the same file as it was written.
+TEST(Judge, PositionsMoveAsTheirRatesSay) {
+  TemporaryFolder folder;
+  Case c = floating_arm(folder, 5, "gauss8");
+  c.scene.record_every = c.scene.step;
+  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+  const std::string text = csv_of(c, folder / "out");
+  const auto rates_of = [&](const std::string& csv, const std::string& map = "") {
+    write_bytes(folder / "run.csv", csv);
+    fs::remove_all(folder / "judged");
+    const auto r = judge(folder, "run.csv", map);
+    for (const auto& check : r.checks)
+      if (check.name == "rates") return std::pair{check, r.notes.back()};
+    ADD_FAILURE() << "no check of rates";
+    return std::pair{scene::Check{}, std::string()};
+  };
+  const auto [right, unused] = rates_of(text);
+  std::printf("  rates against positions: %.1e, limit %.1e\n", right.value, right.limit);
+  EXPECT_TRUE(right.pass);
+  EXPECT_LT(right.value, 0.2 * right.limit);
+
+  std::string milliseconds;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const auto comma = line.find(',');
+    const bool head = line.starts_with("time");
+    milliseconds +=
+        (head ? "time" : fmt::format("{}", 1000 * std::stod(line))) + line.substr(comma) + "\n";
+  }
+  const auto [late, why] = rates_of(milliseconds);
+  EXPECT_FALSE(late.pass);
+  EXPECT_GT(late.value, 0.5);
+  EXPECT_NE(why.find("does not move as its rates say"), why.npos) << why;
 }
 
 TEST(Judge, WhatIsWrongIsSaidInASentence) {

@@ -293,6 +293,8 @@ TEST(Outputs, WhatCannotBeIsRefusedWithItsPlace) {
   EXPECT_TRUE(says(refusal(output("altitude", "h", "")), "has no [orbit]"));
   EXPECT_TRUE(says(refusal(output("momentum", "p", "link = \"foot\"")), "does not move"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"sqrt(\"")), "is no formula"));
+  EXPECT_EQ(refusal(output("formula", "f", "formula = \"2 * pi\"")), "");
+  EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"2 * phi\"")), "is no formula"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"a + 1\"")), "no outputs before it"));
   EXPECT_TRUE(says(refusal(output("formula", "f", "formula = \"1, 2\"")), "states 2 numbers"));
   const auto q = output("joint_position", "q", "joint = \"hinge\"");

@@ -9,6 +9,7 @@
 #include "scene/session/replot.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
+#include "vsa/catalogue.h"
 
 namespace porthos::test::spring_outputs_test {
 namespace {
@@ -101,6 +102,32 @@ TEST_F(SpringOutputs, AreThoseOfTheClosedForms) {
       "control: its torque without sigma",
       largest(of("second_spring_torque"), [&](size_t i) { return -2 * k * std::sinh(a * q[i]); }),
       0.01);
+}
+
+// σ = 0.3 (1 - cos t) is 0.1 at t = acos(2/3) = 0.841, and 0.425 at 2 s.
+TEST_F(SpringOutputs, ALeftRangeIsTold) {
+  const auto notes_of = [&](double upper) {
+    auto s = scene("");
+    const auto& device = vsa::device("qbmove_advanced");
+    vsa::Values values;
+    for (const auto& p : device.parameters) values[p.name] = p.value;
+    auto limits = device.limits;
+    limits.sigma_lower = 0;
+    limits.sigma_upper = upper;
+    limits.sigma_stop_stiffness = 0;
+    s.actuators[0].actuator.elastic = vsa::make_elastic(device.family, values, limits);
+    std::string all;
+    for (const auto& note : Series(s).report.notes)
+      if (note.find("left the range") != note.npos) all += note + "\n";
+    return all;
+  };
+  const std::string said = notes_of(0.1);
+  EXPECT_NE(said.find("sigma of actuator 'first' [rad] left the range 0 to 0.1 of its limits"),
+            said.npos)
+      << said;
+  EXPECT_NE(said.find("first at 0.84"), said.npos) << said;
+  EXPECT_NE(said.find("farthest at 0.42"), said.npos) << said;
+  EXPECT_EQ(notes_of(0.5), "") << "the control: it stays inside";
 }
 
 TEST_F(SpringOutputs, AStopEndsTheRunAtAStiffness) {

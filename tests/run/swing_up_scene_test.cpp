@@ -113,6 +113,29 @@ TEST(SwingUpScene, AResumedAndAnExtendedRunHaveTheSameBits) {
   EXPECT_EQ(j["certificates"].size(), 2u);
 }
 
+/// Four gains by a bandwidth, and a level of which runs say how often the law loses it.
+TEST(SwingUpScene, ByBandwidth) {
+  TemporaryFolder folder;
+  const std::vector<Change> gains{{"energy = 60000.0", "bandwidth = 6.0"},
+                                  {"inertia = 1.0\n", ""},
+                                  {"stiffness = 60.0\n", ""},
+                                  {"damping = 0.5\n", "level = 0.05\n"},
+                                  {"duration = 10.0", "duration = 30.0"}};
+  const auto s = shipped(folder, "furuta_swing_up", gains);
+  const auto r = run_of(s);
+  EXPECT_TRUE(r.passed()) << handover_of(r);
+  EXPECT_NE(handover_of(r).find("handed over"), std::string::npos) << handover_of(r);
+  EXPECT_LT(from_upright(r, 1), 1e-3);
+  std::string certificates;
+  for (const auto& one : scene::assemble(s).certificates) certificates += one.text();
+  EXPECT_NE(certificates.find("0.9 of the largest"), std::string::npos) << certificates;
+  // Control: a level from which most runs are lost is refused, with their number.
+  auto high = gains;
+  high[3].to = "damping_ratio = 0.3\nlevel = 10.0\n";
+  const std::string why = refusal("furuta_swing_up", high);
+  EXPECT_NE(why.find("of 100 runs from 10 it loses"), std::string::npos) << why;
+}
+
 TEST(SwingUpScene, RefusalsSayWhereAndWhat) {
   const auto says = [](const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;

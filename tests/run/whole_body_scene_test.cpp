@@ -59,7 +59,7 @@ std::pair<double, double> range_of(const scene::RunReport& r, const std::string&
 
 /// A minute of pushes, recorded at every sampling instant: no torque is beyond its limit, no force
 /// beyond its cone, and the second and third task, which are missed, do not disturb the first.
-/// Controls: bounds a little narrower are passed.
+/// Controls: the knee comes to its limit, and the lower tasks are missed.
 TEST(WholeBodyScene, NothingIsBeyondItsLimitForAMinute) {
   TemporaryFolder folder;
   std::string more, pushes, shoves;

@@ -37,6 +37,11 @@ TEST(OrbitScene, RefusesInOneSentenceEach) {
   EXPECT_EQ(f.refusal(low), "");
   EXPECT_TRUE(says(f.refusal("[orbit]\naltitude = -5e3\n"), "below the surface of the planet"));
   EXPECT_TRUE(
+      says(f.refusal("[orbit]\naltitude = 620\n"), "a thousandth of its radius, in metres"));
+  EXPECT_TRUE(says(f.refusal("[orbit]\naltitude = 5e5\ninclination = 97.8\n"),
+                   "97.8 degrees are 1.70693 rad"));
+  EXPECT_EQ(f.refusal("[orbit]\naltitude = 5e5\ninclination = 1.70693\nnode = -3\n"), "");
+  EXPECT_TRUE(
       says(f.refusal("[orbit]\nsemi_major_axis = 7.5e6\neccentricity = 0.3\ntrue_anomaly = 2.5\n"),
            "pericentre is"));
   const std::string fast = "[orbit]\nposition = [7e6, 0, 0]\nvelocity = [0, 11e3, 0]\n";

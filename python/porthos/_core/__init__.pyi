@@ -1237,6 +1237,10 @@ class SceneData:
     @property
     def path(self) -> str: ...
     @property
+    def events(self) -> list[str]:
+        """What its [[event]]s do, a text each."""
+        ...
+    @property
     def title(self) -> str: ...
     @title.setter
     def title(self, value: str) -> None: ...
@@ -1430,6 +1434,10 @@ class Environment:
     @property
     def energies(self) -> NDArray[numpy.float64]:
         """H of each environment [J]."""
+        ...
+    @property
+    def final_energies(self) -> NDArray[numpy.float64]:
+        """H of each environment at its final_observations [J]."""
         ...
     @property
     def lengths(self) -> NDArray[numpy.int64]:
