@@ -59,6 +59,8 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
   if (!model_.holds().empty())
     throw InvalidArgument("environment: the controller '" + model_.holds()[0]->name +
                           "' is sampled, expected none");
+  if (o_.longest < 0)
+    throw InvalidArgument("longest is " + std::to_string(o_.longest) + ", expected 0 or more");
   const auto at_least_one = [](const char* what, std::int64_t n) {
     if (n < 1)
       throw InvalidArgument(std::string("environment: ") + what + " is " + std::to_string(n) +

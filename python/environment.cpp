@@ -63,6 +63,11 @@ int index(const Environment& e, int i) {
                           std::to_string(e.count() - 1));
   return i;
 }
+/// A number of each environment.
+template <class Member>
+auto each(Member member) {
+  return [member](py::object self) { return table(self, (of(self).*member)(), of(self).count()); };
+}
 /// Flags of one byte as bool.
 py::object flags(py::handle self, std::span<const std::uint8_t> f) {
   return table(self, f, of(self).count()).attr("view")(py::dtype::of<bool>());
@@ -85,9 +90,6 @@ final_observations. Arrays are views, (count, ...), written by reset() and step(
                       const std::string& method, double step, int substeps, std::uint64_t seed,
                       std::int64_t longest, int threads, std::vector<std::string> ports,
                       std::vector<int> observed, bool outputs, py::object begin, py::object ended) {
-            if (longest < 0)
-              throw InvalidArgument("longest is " + std::to_string(longest) +
-                                    ", expected 0 or more");
             EnvironmentOptions o;
             o.count = count;
             o.method = method;
@@ -172,22 +174,11 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
       .def_property_readonly(
           "failed", [](py::object self) { return flags(self, of(self).failed()); },
           "Where the method failed.")
-      .def_property_readonly(
-          "energies",
-          [](py::object self) { return table(self, of(self).energies(), of(self).count()); },
-          "H of each environment [J].")
-      .def_property_readonly(
-          "final_energies",
-          [](py::object self) { return table(self, of(self).final_energies(), of(self).count()); },
-          "H of each environment at its final_observations [J].")
-      .def_property_readonly(
-          "lengths",
-          [](py::object self) { return table(self, of(self).lengths(), of(self).count()); },
-          "Steps taken in the episode.")
-      .def_property_readonly(
-          "episodes",
-          [](py::object self) { return table(self, of(self).episodes(), of(self).count()); },
-          "Number of the episode.")
+      .def_property_readonly("energies", each(&Environment::energies), "H of each environment [J].")
+      .def_property_readonly("final_energies", each(&Environment::final_energies),
+                             "H of each environment at its final_observations [J].")
+      .def_property_readonly("lengths", each(&Environment::lengths), "Steps taken in the episode.")
+      .def_property_readonly("episodes", each(&Environment::episodes), "Number of the episode.")
       .def(
           "state", [](const Environment& e, int i) { return e.state(index(e, i)); },
           arg("environment"), "The state of an environment.")

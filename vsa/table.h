@@ -23,8 +23,8 @@ struct Measurements {
 /// CSV file with a header, with columns and rows in any order. SI units. Lines that begin with #
 /// are comments.
 /// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
-///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ is
-///   smoothed through its own places and taken at evenly spaced deflections, at most 200
+///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
+///   is smoothed through its own places and taken at evenly spaced deflections, at most 200
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
 ///   for a duplicate grid point or a hole in the grid
 Measurements read_measurements(const std::string& csv_file, double smoothing = 0);

@@ -259,7 +259,8 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
   std::vector<Agreement> all;
   for (const Columns& k : columns_) {
     const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
-    if (k.v.size() != k.q.size() || (place ? map_.linear_in_body : k.q.size() != 1)) continue;
+    if (k.v.size() != k.q.size() || (place ? map_.linear_in_body || by_momenta_ : k.q.size() != 1))
+      continue;
     for (size_t a = 0; a < k.q.size(); ++a) {
       const Numbers& v = k.v[a];
       Agreement one{k.c.name};

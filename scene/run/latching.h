@@ -31,8 +31,8 @@ class Latching {
   static double margin(const Scene& scene, const mechanics::MovingMechanism& moving,
                        const phs::State& state, double time, const Event& e);
 
-  /// What keeps an event from happening at the mechanism's state: the first limit that it is beyond,
-  /// with the numbers. Empty: nothing does.
+  /// What keeps an event from happening at the mechanism's state: the first limit that it is
+  /// beyond, with the numbers. Empty: nothing does.
   static std::string hindrance(const Scene& scene, const mechanics::MovingMechanism& moving,
                                const Event& e);
 

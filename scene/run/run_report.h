@@ -21,7 +21,7 @@ struct Check {
   bool telling = true;
 };
 
-/// The check of controllers that hand over: how many have not. Of several phases the last one counts.
+/// The check of controllers that hand over: how many have not. Of several phases the last counts.
 inline constexpr const char* missed_handovers = "missed_handovers";
 
 /// A check without meaning for this run, and the reason.

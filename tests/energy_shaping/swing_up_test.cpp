@@ -182,7 +182,7 @@ TEST(Handover, HasAHysteresisAndTellsWhatItDid) {
             "controller 'swing' handed over to 'balance' at 0.5 s");
   EXPECT_EQ(run(*h.from(), {3, 2}).second,
             "controller 'swing' has not handed over to 'balance': its V came down to 2, expected "
-            "less than 1");
+            "less than 1: another bandwidth or damping of 'swing', or a higher level");
   EXPECT_EQ(run(*h.to(), V).second, "");
   EXPECT_EQ(run(*h.to(), {NAN, 0.5, NAN}).first, "-oo");  // a lost state changes nothing
   const auto always = [](std::span<const double>) { return 1.0; };

@@ -96,7 +96,7 @@ TEST(Judge, ARunOfOursHasTheSameFigures) {
       EXPECT_NEAR(r.energy.scale_J / ours.energy.scale_J, 1, 1e-9);
       EXPECT_EQ(r.records, ours.records);
       EXPECT_EQ(r.passed(), std::string(method) == "gauss8")
-          << "limits of a scene without [verify]";
+          << "limits of a scene without [verify]: " << (r.notes.empty() ? "" : r.notes.back());
       if (r.passed()) {
         keeps("energy of doubles", r.energy.max_rel_error, 1e-13);
         keeps("angular momentum of doubles", r.angular_momentum_error, 1e-13);

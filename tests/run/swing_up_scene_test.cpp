@@ -119,7 +119,7 @@ TEST(SwingUpScene, ByBandwidth) {
   const std::vector<Change> gains{{"energy = 60000.0", "bandwidth = 6.0"},
                                   {"inertia = 1.0\n", ""},
                                   {"stiffness = 60.0\n", ""},
-                                  {"damping = 0.5\n", "level = 0.05\n"},
+                                  {"damping = 0.5\n", "level = 0.15\n"},
                                   {"duration = 10.0", "duration = 30.0"}};
   const auto s = shipped(folder, "furuta_swing_up", gains);
   const auto r = run_of(s);

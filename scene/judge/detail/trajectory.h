@@ -44,7 +44,7 @@ class Trajectory {
     double off = 0;        ///< Σ of what the trapezoidal rule over the rates leaves of it
     double uncertain = 0;  ///< Σ of that rule's own errors, from third differences
   };
-  /// Of files with positions and rates of their own; a base's rates along the world's axes only.
+  /// The place of a base where the file has its rates, along the world's axes.
   std::vector<Agreement> agreements(const Numbers& t) const;
 
   /// Works of the torques from row i - 1 to row i [J].
