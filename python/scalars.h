@@ -91,6 +91,9 @@ T from_python(py::handle h, const std::string& who) {
 /// Fills `to` with numbers. @throws InvalidArgument if there are fewer or more
 template <class T>
 void from_python(py::handle h, std::span<T> to, const std::string& who) {
+  if (h.is_none())  // numpy would make a NaN of it
+    throw InvalidArgument(who + " returned None, expected " + std::to_string(to.size()) +
+                          " numbers");
   const auto expect = [&](py::ssize_t got) {
     if (size_t(got) != to.size())
       throw InvalidArgument(who + " returned " + std::to_string(got) + " numbers, expected " +
