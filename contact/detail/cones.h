@@ -20,7 +20,7 @@ class Cones {
   /// left, and corners of one body would contradict each other about it.
   static constexpr double quiet = 1e-8;
   /// Taken where `residual` is not reached in most_sweeps.
-  static constexpr double accepted = 1e-3;
+  static constexpr double accepted = 1e-2;
   static constexpr int most_sweeps = 1000;
   static constexpr int patience = 50;  ///< sweeps before Newton's method
 
