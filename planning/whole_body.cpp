@@ -40,8 +40,9 @@ void WholeBody::Work::keep_contacts(TaskLevel& level, Touch of) const {
     if (points >= 3 && before > 0) continue;
     const double w = o.holding;
     const auto p = point(cones[i].frame);
-    const Vec3d &n = cones[i].normal, gap = mechanics::dot(n, p.at - o.contacts[i].ground) * n;
-    const Vec3d a = -2 * w * p.moving - w * w * gap;
+    const Vec3d& up = cones[i].normal;
+    const Vec3d gap = mechanics::dot(up, p.at - o.contacts[i].ground) * up;
+    const Vec3d back = -2 * w * p.moving - w * w * gap;
     if (points >= 3) {
       Vec3d sole{0, 0, 0};  // its normal, from the first three points that are not in line
       std::vector<Vec3d> at;
@@ -49,16 +50,16 @@ void WholeBody::Work::keep_contacts(TaskLevel& level, Touch of) const {
         if (together(i, j)) at.push_back(point(cones[j].frame).at);
       for (size_t j = 2; j < at.size() && mechanics::norm(sole) < 1e-9; ++j)
         sole = mechanics::cross(at[1] - at[0], at[j] - at[0]);
-      const double size = std::copysign(mechanics::norm(sole), mechanics::dot(sole, n));
-      const Vec3d tilt = size != 0 ? mechanics::cross((1 / size) * sole, n) : Vec3d{0, 0, 0};
+      const double size = std::copysign(mechanics::norm(sole), mechanics::dot(sole, up));
+      const Vec3d tilt = size != 0 ? mechanics::cross((1 / size) * sole, up) : Vec3d{0, 0, 0};
       const Vec3d turn = -2 * w * p.turning + w * w * tilt;
       const Matrix6 J = jacobian(cones[i].frame);
       const auto dr = drift(cones[i].frame);
       for (int k = 0; k < 3; ++k) row(J.row(k), dr[k] - turn[k]);
-      for (int k = 0; k < 3; ++k) row(J.row(3 + k), dr[3 + k] - a[k]);
+      for (int k = 0; k < 3; ++k) row(J.row(3 + k), dr[3 + k] - back[k]);
       continue;
     }
-    for (int k = 0; k < 3; ++k) row(Jc.row(3 * long(i) + k), Jc_dot_v[3 * long(i) + k] - a[k]);
+    for (int k = 0; k < 3; ++k) row(Jc.row(3 * long(i) + k), Jc_dot_v[3 * long(i) + k] - back[k]);
   }
 }
 
