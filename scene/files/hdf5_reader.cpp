@@ -96,6 +96,13 @@ bool list_datasets(hid_t file, std::map<std::string, Hdf5Reader::Dataset>& list)
 /// Whether the HDF5 library comes through the structure of a file. On some damaged files 1.10
 /// crashes, so this is tried in a process of its own.
 bool is_survived(const std::filesystem::path& path) {
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+  // Its child of a program with threads may wait for ever: about one of ten runs of the test that
+  // reads files in four of them. The file is then read without the trial.
+  return true;
+#endif
+#endif
   const pid_t child = fork();
   if (child < 0) return true;  // no process is to be had: the file is read without the trial
   if (child == 0) {
