@@ -5,6 +5,7 @@
 
 #include "energy_shaping/closed_loop.h"
 #include "energy_shaping/lqr.h"
+#include "energy_shaping/runge_kutta.h"
 #include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
@@ -39,7 +40,6 @@ struct Lqr::Shell {
         L(n * n),
         e(n),
         x(n),
-        dx(n),
         u(size_t(lqr.plant_->description().nu), 0.0) {
     phs::dense::cholesky(n, lqr.P_.a.data(), L.data());
   }
@@ -57,7 +57,7 @@ struct Lqr::Shell {
     return within;
   }
   /// dx at y.
-  void rates(std::span<const double> y) {
+  void rates(std::span<const double> y, std::span<double> dx) {
     for (size_t j = 0; j < laws.size(); ++j)
       (*laws[j].law)(0.0, y, {}, std::span(u).subspan(size_t(at[j]), 1));
     plant->field(0.0, y, u, dx);
@@ -68,19 +68,20 @@ struct Lqr::Shell {
   std::vector<int> at;
   std::unique_ptr<phs::System<double>> plant;
   size_t n;
-  std::vector<double> L, e, x, dx, u;
+  std::vector<double> L, e, x, u;
 };
 
 double Lqr::falling_level(const std::vector<double>& limits) const {
   Shell shell(*this, limits);
   const size_t n = shell.n;
+  std::vector<double> dx(n);
   // ½ V'/√level = zᵀLᵀx'; infinite beyond the middle between two rests of a periodic angle.
   const auto rise = [&](double level, const Direction& z) {
     if (!shell.place(level, z)) return HUGE_VAL;
-    shell.rates(shell.x);
+    shell.rates(shell.x, dx);
     double rate = 0;
     for (size_t i = 0; i < n; ++i)
-      for (size_t j = i; j < n; ++j) rate += z[i] * shell.L[j * n + i] * shell.dx[j];
+      for (size_t j = i; j < n; ++j) rate += z[i] * shell.L[j * n + i] * dx[j];
     return rate;
   };
   std::mt19937_64 generator(1);
@@ -116,19 +117,11 @@ int Lqr::lost(double level, double falling, const std::vector<double>& limits, i
   const size_t n = shell.n;
   const double h = fastest_ / 20;
   std::mt19937_64 generator(1);
-  std::vector<double> k(n), sum(n), y(n);
+  RungeKutta<double> kutta(n);
   const auto returns = [&](const Direction& z) {
     if (!shell.place(level, z)) return false;
-    for (double t = 0; t < 10 * slowest_; t += h) {  // Runge and Kutta, order 4
-      for (int stage = 0; stage < 4; ++stage) {
-        const double c = stage == 0 ? 0 : stage == 3 ? h : h / 2;
-        for (size_t i = 0; i < n; ++i) y[i] = shell.x[i] + c * k[i];
-        shell.rates(stage == 0 ? shell.x : y);
-        k = shell.dx;
-        const double weight = stage == 0 || stage == 3 ? h / 6 : h / 3;
-        for (size_t i = 0; i < n; ++i) sum[i] = (stage == 0 ? 0 : sum[i]) + weight * k[i];
-      }
-      for (size_t i = 0; i < n; ++i) shell.x[i] += sum[i];
+    for (double t = 0; t < 10 * slowest_; t += h) {
+      kutta.step(h, shell.x, [&](const auto& y, auto& dx) { shell.rates(y, dx); });
       const double V = cost_to_go(shell.x);
       if (!std::isfinite(V)) return false;
       if (V < falling) return true;

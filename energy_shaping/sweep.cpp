@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "energy_shaping/runge_kutta.h"
 #include "mechanics/crba.h"
 #include "phs/linear_algebra/dense.h"
 
@@ -23,10 +24,8 @@ class Runs {
         system_(loop.loop<Pack8>()),
         n_(o.start.size()),
         x_(n_),
-        y_(n_),
-        u_(size_t(loop.plant().description().nu)) {
-    for (auto& k : k_) k.resize(n_);
-  }
+        u_(size_t(loop.plant().description().nu)),
+        kutta_(n_) {}
 
   void run(const std::vector<std::vector<double>>& gains, size_t first,
            std::vector<SweepResult>& results) {
@@ -35,11 +34,12 @@ class Runs {
     for (size_t l = 0; l < 8; ++l)  // a lane without a run repeats the last
       for (size_t i = 0; i < k.size(); ++i)
         k[i].set(int(l), gains[first + std::min(l, lanes - 1)][i]);
+    Lanes at_rest(n_);
     for (size_t i = 0; i < n_; ++i) {
-      y_[i] = Pack8(loop_.rest()[i]);
+      at_rest[i] = Pack8(loop_.rest()[i]);
       x_[i] = Pack8(o_.start[i]);
     }
-    const Pack8 rest = system_->hamiltonian(y_);
+    const Pack8 rest = system_->hamiltonian(at_rest);
     const Pack8 first_energy = system_->hamiltonian(x_) - rest;
     Pack8 peak(0.0), settling(0.0), travel(0.0), energy = first_energy;
     const auto steps = std::int64_t(std::llround(o_.duration / o_.step));
@@ -71,22 +71,16 @@ class Runs {
     for (const int a : loop_.actuated()) peak = phs::max(peak, phs::abs(u_[size_t(a)]));
   }
   void step() {
-    const double h = o_.step;
-    system_->field(Pack8(0.0), x_, {}, k_[0]);
-    for (int j = 1; j < 4; ++j) {
-      const Pack8 c(j == 3 ? h : 0.5 * h);
-      for (size_t i = 0; i < n_; ++i) y_[i] = x_[i] + c * k_[j - 1][i];
-      system_->field(Pack8(0.0), y_, {}, k_[j]);
-    }
-    for (size_t i = 0; i < n_; ++i)
-      x_[i] += Pack8(h / 6) * (k_[0][i] + Pack8(2.0) * (k_[1][i] + k_[2][i]) + k_[3][i]);
+    kutta_.step(o_.step, x_,
+                [&](const Lanes& x, Lanes& dx) { system_->field(Pack8(0.0), x, {}, dx); });
   }
 
   const ClosedLoop& loop_;
   const SweepOptions& o_;
   std::unique_ptr<LoopSystem<Pack8>> system_;
   size_t n_;
-  Lanes x_, y_, u_, k_[4];
+  Lanes x_, u_;
+  RungeKutta<Pack8> kutta_;
 };
 
 }  // namespace

@@ -40,12 +40,16 @@ std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
            {"relative rate", "rad/s", length(X_WB.R * V_B.w - X_WL.R * V_L.w), l.rate}}};
 }
 
-void check(const Latch& l, const Instant& now, const std::string& event) {
+std::string beyond(const Latch& l, const Instant& now) {
   for (const Closing& c : closing(l, now))
     if (!(c.value <= c.limit))
-      throw InvalidArgument(event + ": the " + c.what + " is " + text(c.value) + " " + c.unit +
-                            ", expected at most " + text(c.limit) + " " + c.unit +
-                            ", the limit of the latch");
+      return std::string("the ") + c.what + " is " + text(c.value) + " " + c.unit +
+             ", expected at most " + text(c.limit) + " " + c.unit + ", the limit of the latch";
+  return "";
+}
+
+void check(const Latch& l, const Instant& now, const std::string& event) {
+  if (const auto why = beyond(l, now); !why.empty()) throw InvalidArgument(event + ": " + why);
 }
 
 }  // namespace
@@ -106,6 +110,10 @@ double margin(const MovingMechanism& moving, const phs::State& state, const Latc
   for (const Closing& c : closing(latch, Instant(*moving.model, state)))
     least = std::min(least, c.limit - c.value);
   return least;
+}
+
+std::string beyond_limits(const MovingMechanism& moving, const Latch& latch) {
+  return beyond(latch, Instant(*moving.model, moving.state));
 }
 
 void require_within_limits(const MovingMechanism& moving, const Latch& latch,

@@ -100,6 +100,8 @@ Impact capture(MovingMechanism& moving, const Latch& latch);
 /// is continuous in the state and negative beyond a limit.
 /// @throws InvalidArgument for unknown names
 double margin(const MovingMechanism& moving, const phs::State& state, const Latch& latch);
+/// The first limit that is exceeded, with the numbers; empty: none.
+std::string beyond_limits(const MovingMechanism& moving, const Latch& latch);
 /// @throws InvalidArgument beginning with `event` and naming the limit that is exceeded, with the
 /// numbers
 void require_within_limits(const MovingMechanism& moving, const Latch& latch,

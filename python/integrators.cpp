@@ -35,8 +35,7 @@ void require_fit(const Method& m, const State& s) {
   const auto& d = m.model->description();
   require_size("state", s.x.size(), size_t(d.nx));
   require_size("low words of a state", s.lo.size(), size_t(d.nx));
-  require_size("turns of a state", s.turns.size(),
-               State(d, std::vector<double>(size_t(d.nx))).turns.size());
+  require_size("turns of a state", s.turns.size(), size_t(d.angle_count()));
 }
 
 /// Takes steps, and returns the states at every `every`-th of them.

@@ -14,6 +14,7 @@ from pathlib import Path
 sys.path = [p for p in sys.path if Path(p or ".").resolve() != Path(__file__).resolve().parent]  # the sources have no _core
 
 from porthos import _core  # noqa: E402
+from porthos.arguments import split  # noqa: E402
 
 HEAD = '''"""{doc}"""
 # Written by python/make_stubs.py: do not edit.
@@ -41,27 +42,6 @@ def type_of(text):
     for old, new in {"List[": "list[", "Dict[": "dict[", "Tuple[": "tuple[", "buffer": "Any", "iterable": "Any"}.items():
         text = text.replace(old, new)
     return re.sub(r"\b(handle|array)\b", "Any", text)
-
-
-def split(arguments):
-    """At commas outside brackets and strings."""
-    depth, part, quote = 0, "", None
-    for c in arguments:
-        if quote:
-            quote = None if c == quote else quote
-        elif c in "'\"":
-            quote = c
-        elif c in "[(<{":
-            depth += 1
-        elif c in "])>}":
-            depth -= 1
-        elif c == "," and depth == 0:
-            yield part.strip()
-            part = ""
-            continue
-        part += c
-    if part.strip():
-        yield part.strip()
 
 
 ARRAY = "NDArray[numpy.float64]"
@@ -117,7 +97,7 @@ def function(doc, indent="", members=None, static=False, arrays=False):
     out = []
     all = signatures(doc)
     for name, arguments, result, text in all:
-        parts = list(split(arguments))
+        parts = split(arguments)
         arrays = arrays or (bool(parts) and parts[0].startswith("mechanism:"))
         pair = arrays and result == "tuple"
         if pair:

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"

@@ -7,7 +7,7 @@ import re
 from typing import Any, List, NamedTuple, Optional
 
 _words = {"str": "a text", "int": "a whole number", "float": "a number", "bool": "True or False", "None": "None", "function": "a function",
-          "buffer": "an array", "dict": "a dict", "list": "a list", "tuple": "a tuple", "os.PathLike": "a path", "Path": "a path"}
+          "buffer": "an array", "dict": "a dict", "Dict": "a dict", "list": "a list", "tuple": "a tuple", "Tuple": "a tuple", "Callable": "a function", "os.PathLike": "a path", "Path": "a path"}
 _many = {"str": "texts", "int": "whole numbers", "float": "numbers"}
 
 
@@ -77,7 +77,7 @@ def _told(value: Any) -> str:
     return f"{kind} {text if len(text) <= 40 else text[:37] + '...'}"
 
 
-def _split(text: str) -> List[str]:
+def split(text: str) -> List[str]:
     """At the commas outside of brackets and quotes."""
     parts, depth, quote, start = [], 0, "", 0
     for i, c in enumerate(text):
@@ -100,12 +100,12 @@ def _parameters(signature: str) -> List[_Parameter]:
     inner = re.sub(r"\) -> [^)]*$", ")", signature)
     inner = inner[inner.index("(") + 1:inner.rindex(")")]
     return [_Parameter((m := re.match(r"(\*{0,2}\w+)(?:: ([^=]*[^= ]))?( = .*)?$", p, re.S)).group(1), m.group(2) or "object", bool(m.group(3)))
-            for p in _split(inner) if p not in ("*", "/")]
+            for p in split(inner) if p not in ("*", "/")]
 
 
 def _generic(kind: str) -> "tuple[str, List[str]]":
     m = re.match(r"([\w.]+)\[(.*)\]$", kind)
-    return (m.group(1), _split(m.group(2))) if m else (kind, [])
+    return (m.group(1), split(m.group(2))) if m else (kind, [])
 
 
 def _expected(kind: str) -> str:
@@ -116,8 +116,7 @@ def _expected(kind: str) -> str:
         return f"a list of {_many.get(inner[0]) or _expected(inner[0])}"
     if outer == "numpy.ndarray":
         return f"a numpy array of {inner[0].rsplit('.')[-1]}" if inner else "a numpy array"
-    words = {"Dict": "a dict", "Tuple": "a tuple", "Callable": "a function"}
-    return words.get(outer) or _words.get(kind) or kind.rsplit(".")[-1]
+    return _words.get(outer) or kind.rsplit(".")[-1]
 
 
 def _fits(value: Any, kind: str) -> Optional[bool]:

@@ -216,8 +216,8 @@ void Outputs::evaluate(Item& item, const phs::State& s, std::span<double> to) {
 }
 
 double Outputs::of_spring(const Item& item, const phs::State& s) const {
-  const double q = s.x[size_t(item.link)], theta = s.x[size_t(item.theta)];
-  const double sigma = item.sigma < 0 ? 0 : s.x[size_t(item.sigma)];
+  const double q = s.x[size_t(item.at.link)], theta = s.x[size_t(item.at.theta)];
+  const double sigma = item.at.sigma < 0 ? 0 : s.x[size_t(item.at.sigma)];
   switch (item.output->quantity) {
     case OutputQuantity::deflection:
       return q - theta;

@@ -59,7 +59,7 @@ class Outputs {
     int row = -1;                            ///< of the storage or power
     size_t told = 0;                         ///< place in the memory of the sampled controllers
     const vsa::Elastic* spring = nullptr;    ///< of the actuator
-    int link = -1, theta = -1, sigma = -1;   ///< its angles and σ in the state; -1: no σ
+    ActuatorPlace at;
     bool gone = false;
     std::optional<Formula> formula;
   };

@@ -155,12 +155,8 @@ void Outputs::bind_spring(Item& item) {
     refuse_output(o, fmt::format("the energy of actuator '{}' ('{}') does not depend on sigma, "
                                  "expected another quantity",
                                  a->name, traits.family));
-  for (const auto& block : assembly_.model->description().blocks) {
-    if (block.name == a->name + ".link") item.link = block.at;
-    if (block.name == a->name + ".theta") item.theta = block.at;
-    if (block.name == a->name + ".sigma") item.sigma = block.at;
-  }
-  item.gone = item.link < 0;
+  item.at = place_of(*a, assembly_.model->description());
+  item.gone = item.at.link < 0;
 }
 
 /// What acts on links that the joint carries, or closes loops, would have to be taken off their

@@ -157,6 +157,16 @@ vsa::ElasticPtr read_elastic(const Table& t) {
 
 }  // namespace
 
+ActuatorPlace place_of(const JointActuator& actuator, const phs::Description& description) {
+  ActuatorPlace place;
+  for (const auto& block : description.blocks) {
+    if (block.name == actuator.name + ".link") place.link = block.at;
+    if (block.name == actuator.name + ".theta") place.theta = block.at;
+    if (block.name == actuator.name + ".sigma") place.sigma = block.at;
+  }
+  return place;
+}
+
 std::vector<JointActuator> read_actuators(const Table& scene) {
   std::vector<JointActuator> list;
   scene.each_of("actuator", "joint", [&](const std::string& joint, const Table& t) {

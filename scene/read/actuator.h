@@ -25,6 +25,12 @@ struct JointActuator {
   double sigma = 0;  ///< start
 };
 
+/// Where an actuator's angles and σ stand in a state; -1: nowhere.
+struct ActuatorPlace {
+  int link = -1, theta = -1, sigma = -1;
+};
+ActuatorPlace place_of(const JointActuator& actuator, const phs::Description& description);
+
 /// Reads the [[actuator]] tables. @throws InvalidArgument as read_scene()
 std::vector<JointActuator> read_actuators(const Table& scene);
 

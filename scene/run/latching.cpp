@@ -138,13 +138,7 @@ std::string Latching::hindrance(const Scene& scene, const mechanics::MovingMecha
     return fmt::format("the angle is {:.6g} rad, expected {} {:.6g} rad",
                        angle(*moving.model, moving.state, e), e.above ? "above" : "below",
                        e.above ? *e.above : *e.below);
-  try {
-    mechanics::require_within_limits(moving, limits_of(scene, e), text(e));
-  } catch (const InvalidArgument& why) {
-    const std::string told = why.what(), start = text(e) + ": ";
-    return told.starts_with(start) ? told.substr(start.size()) : told;
-  }
-  return "";
+  return mechanics::beyond_limits(moving, limits_of(scene, e));
 }
 
 }  // namespace porthos::scene

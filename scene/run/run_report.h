@@ -19,10 +19,8 @@ struct Check {
   /// false: the check holds with any step, by the method's structure or because it tests the model
   /// alone. So a pass says nothing about the motion.
   bool telling = true;
+  bool latest = false;  ///< of several phases the last one counts, not the worst
 };
-
-/// The check of controllers that hand over: how many have not. Of several phases the last counts.
-inline constexpr const char* missed_handovers = "missed_handovers";
 
 /// A check without meaning for this run, and the reason.
 struct NotApplicable {

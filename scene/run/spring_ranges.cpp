@@ -12,24 +12,19 @@ namespace porthos::scene {
 
 SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
     : layout_(layout) {
-  const auto& blocks = assembly.model->description().blocks;
   for (const JointActuator& a : scene.actuators) {
-    size_t link = 0, theta = 0, sigma = 0;
-    for (const auto& b : blocks) {
-      if (b.name == a.name + ".link") link = size_t(b.at);
-      if (b.name == a.name + ".theta") theta = size_t(b.at);
-      if (b.name == a.name + ".sigma") sigma = size_t(b.at);
-    }
+    const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();
-    const auto add = [&](const char* what, const std::string& unit, size_t of, size_t less,
-                         double lower, double upper, const char* reason) {
-      if (of == 0 || !(lower > -HUGE_VAL || upper < HUGE_VAL)) return;
+    const auto add = [&](const char* what, const std::string& unit, int of, int less, double lower,
+                         double upper, const char* reason) {
+      if (of < 0 || !(lower > -HUGE_VAL || upper < HUGE_VAL)) return;
       ranges_.push_back({fmt::format("{} of actuator '{}' [{}]", what, a.name, unit), of, less,
                          lower, upper, reason});
     };
-    add("deflection", "rad", link, theta, t.measured_from, t.measured_to, "that was measured");
+    add("deflection", "rad", at.link, at.theta, t.measured_from, t.measured_to,
+        "that was measured");
     if (t.limits.sigma_stop_stiffness == 0)
-      add("sigma", t.sigma_unit, sigma, sigma, t.limits.sigma_lower, t.limits.sigma_upper,
+      add("sigma", t.sigma_unit, at.sigma, -1, t.limits.sigma_lower, t.limits.sigma_upper,
           "of its limits, which sigma_stop_stiffness would enforce");
   }
 }
@@ -37,7 +32,7 @@ SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const R
 void SpringRanges::see(std::span<const double> record) {
   for (Range& r : ranges_) {
     const double* x = &record[layout_.x()];
-    const double value = x[r.of] - (r.less == r.of ? 0 : x[r.less]);
+    const double value = x[r.of] - (r.less < 0 ? 0 : x[r.less]);
     const double beyond = std::fmax(r.lower - value, value - r.upper);
     if (!(beyond > 0)) continue;
     const bool begins = r.first < 0;

@@ -27,7 +27,7 @@ class SpringRanges {
  private:
   struct Range {
     std::string what;  ///< "deflection of actuator 'motor' [rad]"
-    size_t of, less;   ///< numbers of the state: the value is x[of] - x[less]; less = of: x[of]
+    int of, less;      ///< numbers of the state: the value is x[of] - x[less]; less < 0: x[of]
     double lower, upper;
     const char* reason;
     double first = -1, farthest = 0;  ///< time of the first record beyond, and the worst value

@@ -70,7 +70,7 @@ void WatchedRun::add_notes(RunReport& r) const {
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal())) {
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));
     if (const auto waiting = network->waiting(r.held))
-      r.checks.push_back({missed_handovers, double(*waiting), 0, *waiting == 0, false});
+      r.checks.push_back({"missed_handovers", double(*waiting), 0, *waiting == 0, false, true});
   }
   add(notes_on_numbers(scene_, r.cost.sweeps));
   if (const auto remark = integrator_->remark(); !remark.empty() && !remarked(outcome_))

@@ -156,7 +156,7 @@ void WholeReport::worst(const Check& c) {
   std::erase_if(r_.not_applicable, [&](const auto& n) { return n.name == c.name; });
   for (Check& known : r_.checks)
     if (known.name == c.name) {
-      if (c.name == missed_handovers) {
+      if (c.latest) {
         known = c;
         return;
       }

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/ensemble/ensemble.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 
@@ -76,6 +77,20 @@ inline std::pair<scene::RunReport, scene::RunReport> expect_same_bits_when_resum
   EXPECT_EQ(whole.final_state, rest.final_state);
   EXPECT_EQ(read_bytes(folder / "whole" / "run.h5"), read_bytes(folder / "parts" / "run.h5"));
   return {std::move(whole), std::move(rest)};
+}
+
+/// The ensemble of a scene has the same bits by one thread and by two.
+inline void expect_same_bits_with_threads(const TemporaryFolder& folder, const scene::Scene& s) {
+  std::vector<std::string> cases;
+  for (const int threads : {1, 2}) {
+    const fs::path out = folder / ("by" + std::to_string(threads));
+    scene::EnsembleOptions o;
+    o.out = out.string();
+    o.threads = threads;
+    (void)scene::run_ensemble(scene::Ensemble(s), o);
+    cases.push_back(read_bytes(out / "ensemble.h5"));
+  }
+  EXPECT_EQ(cases[0], cases[1]);
 }
 
 /// What reading and assembling a scene that is made in a folder is refused with, from the scene's

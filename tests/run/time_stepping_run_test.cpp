@@ -2,7 +2,6 @@
 // refused.
 #include <fmt/format.h>
 
-#include "scene/ensemble/ensemble.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -48,15 +47,7 @@ TEST(TimeSteppingRun, AnEnsembleHasTheSameBitsWithThreads) {
   const auto s = pile(folder, 0.4, {},
                       "[ensemble]\ncases = 4\n[ensemble.vary]\n"
                       "\"initial.base.linear_velocity[0]\" = { uniform = [-0.2, 0.2] }\n");
-  std::vector<std::string> cases;
-  for (const int threads : {1, 2}) {
-    scene::EnsembleOptions o;
-    o.out = (folder / fmt::format("by{}", threads)).string();
-    o.threads = threads;
-    (void)scene::run_ensemble(scene::Ensemble(s), o);
-    cases.push_back(read_bytes(folder / fmt::format("by{}", threads) / "ensemble.h5"));
-  }
-  EXPECT_EQ(cases[0], cases[1]);
+  expect_same_bits_with_threads(folder, s);
 }
 
 TEST(TimeSteppingRun, RefusalsSayWhereAndWhat) {

@@ -6,7 +6,6 @@
 
 #include "mechanics/mechanical_model.h"
 #include "planning/whole_body_law.h"
-#include "scene/ensemble/ensemble.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -114,15 +113,7 @@ TEST(WholeBodyScene, AnEnsembleHasTheSameBitsWithThreads) {
   const auto s = biped(folder, 0.3, {},
                        "[ensemble]\ncases = 3\n[ensemble.vary]\n"
                        "\"initial.base.linear_velocity[0]\" = { uniform = [-0.05, 0.05] }\n");
-  std::vector<std::string> cases;
-  for (const int threads : {1, 2}) {
-    scene::EnsembleOptions o;
-    o.out = (folder / fmt::format("by{}", threads)).string();
-    o.threads = threads;
-    (void)scene::run_ensemble(scene::Ensemble(s), o);
-    cases.push_back(read_bytes(folder / fmt::format("by{}", threads) / "ensemble.h5"));
-  }
-  EXPECT_EQ(cases[0], cases[1]);
+  expect_same_bits_with_threads(folder, s);
 }
 
 TEST(WholeBodyScene, RefusalsSayWhereAndWhat) {

@@ -41,11 +41,11 @@ planning::Support support_of(const Scene& scene, const mechanics::Mechanism& m,
                              const std::string& name) {
   const auto c = std::ranges::find(scene.contacts, name, &SceneContact::name);
   const auto no = [&](const std::string& why) { refuse(where, "contact '" + name + "' " + why); };
-  if (c == scene.contacts.end()) {
-    std::string known;
-    for (const auto& k : scene.contacts) known += (known.empty() ? "" : ", ") + k.name;
-    no("does not exist, expected " + (known.empty() ? "a [[contact]]" : "one of: " + known));
-  }
+  if (c == scene.contacts.end())
+    no("does not exist, expected " +
+       (scene.contacts.empty()
+            ? "a [[contact]]"
+            : "one of: " + listed(scene.contacts, [](const auto& k) { return k.name; })));
   if (!c->law.rigid()) no("is soft, expected law = \"rigid\": a soft foot needs no still point");
   if (c->against != std::vector<std::string>{"world"}) no("is not with the world, expected ground");
   const Shape ground = c->against_shape.value_or(Shape{.kind = Kind::plane});
