@@ -20,8 +20,7 @@ struct Measurements {
 };
 
 /// Reads columns "deflection", "sigma", "torque" and, if present, "stiffness", "sigma_effort" of a
-/// CSV file with a header, with columns and rows in any order. SI units. Lines that begin with #
-/// are comments.
+/// CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
 /// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
 ///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
 ///   is smoothed through its own places and taken at evenly spaced deflections, at most 200

@@ -4,10 +4,10 @@
 #include <fstream>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include <fmt/ranges.h>
 
+#include "phs/csv_table.h"
 #include "phs/error.h"
 #include "phs/functions/smoothing.h"
 #include "phs/functions/spline.h"
@@ -95,54 +95,32 @@ Measurements read_measurements(const std::string& path, double smoothing) {
 
 Measurements parse_measurements(const std::string& text, const std::string& path,
                                 double smoothing) {
-  std::istringstream file(text);
-  file.exceptions(std::ios::badbit);  // memory that is missing ends no text early
-  std::vector<int> meaning;           // index in names, per column
-  Rows rows;
+  const CsvTable table(path, text);
+  for (const auto& name : table.names())
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw InvalidArgument(fmt::format("{}: unknown column '{}', expected {}", table.header(),
+                                        name, fmt::join(names, ", ")));
+  std::array<std::vector<double>, 5> columns;
   std::array<bool, 5> there{};
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const auto at = [&](const std::string& why) {
-      throw InvalidArgument(fmt::format("{}:{}: {}", path, number, why));
-    };
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    std::vector<std::string> cells;
-    std::stringstream stream(line);
-    stream.exceptions(std::ios::badbit);
-    for (std::string cell; std::getline(stream, cell, ',');) {
-      const auto first = cell.find_first_not_of(" \t"), last = cell.find_last_not_of(" \t");
-      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-    }
-    if (meaning.empty()) {
-      for (const auto& c : cells) {
-        const auto found = std::find(names.begin(), names.end(), c);
-        if (found == names.end())
-          at(fmt::format("unknown column '{}', expected {}", c, fmt::join(names, ", ")));
-        meaning.push_back(int(found - names.begin()));
-        there[size_t(meaning.back())] = true;
-      }
-      for (size_t k = 0; k < 3; ++k)
-        if (!there[k])
-          at(fmt::format("no column '{}', expected {}", names[k], fmt::join(names, ", ")));
-      continue;
-    }
-    if (cells.size() != meaning.size())
-      at(fmt::format("has {} numbers, expected {}", cells.size(), meaning.size()));
+  for (size_t k = 0; k < names.size(); ++k) {
+    there[k] = table.has(names[k]);
+    if (there[k])
+      columns[k] = table.column(names[k]);
+    else if (k < 3)
+      throw InvalidArgument(fmt::format("{}: no column '{}', expected {}", table.header(), names[k],
+                                        fmt::join(names, ", ")));
+  }
+  Rows rows;
+  for (size_t i = 0; i < table.rows(); ++i) {
     std::array<double, 5> row{};
-    for (size_t k = 0; k < cells.size(); ++k) {
-      char* end = nullptr;
-      row[size_t(meaning[k])] = std::strtod(cells[k].c_str(), &end);
-      if (cells[k].empty() || *end != 0 || !std::isfinite(row[size_t(meaning[k])]))
-        at(fmt::format("column '{}' is '{}', expected a number", names[size_t(meaning[k])],
-                       cells[k]));
-    }
+    for (size_t k = 0; k < names.size(); ++k)
+      if (there[k]) row[k] = columns[k][i];
     auto& same = rows[{row[1], row[0]}];
     if (!same.empty() && smoothing == 0)
-      at(
-          fmt::format("deflection {} and sigma {} are given twice (smoothing [N m] takes repeated "
-                      "measurements)",
-                      row[0], row[1]));
+      throw InvalidArgument(
+          fmt::format("{}: deflection {} and sigma {} are given twice (smoothing [N m] takes "
+                      "repeated measurements)",
+                      table.at(i), row[0], row[1]));
     same.push_back(row);
   }
   if (auto m = grid_of(rows, there)) return *m;

@@ -88,7 +88,7 @@ class Result(Judged):
         """run.h5, None for a run in memory."""
         if self._file is None and self.folder is not None:
             if len(self.phases) > 1:
-                raise InvalidArgument(f"{self.folder} has time series by phase: take them from .phases, which are {len(self.phases)}")
+                raise InvalidArgument(f"{self.folder} has time series by phase: take them from .phases, which are {len(self.phases)}, or by .joined(name)")
             self._file = RunFile(self.folder / "run.h5")
         return self._file
 
@@ -115,6 +115,19 @@ class Result(Judged):
     def time(self) -> np.ndarray:
         """(n,) [s]"""
         return self["time"]
+
+    def joined(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """A series over all phases that have it: times (n,) [s] and values (n,) or (n, columns), phase after phase.
+
+        The instant of an event stands in it twice, as the values before and after it.
+        Raises InvalidArgument for a series that no phase has, or that has other columns in another phase.
+        """
+        parts = [(p.time, np.asarray(p[name])) for p in self.phases if name in p.names]
+        if not parts:
+            raise InvalidArgument(f"no phase has a series '{name}', expected one of {', '.join(self.phases[0].names)}")
+        if len({v.shape[1:] for _, v in parts}) > 1:
+            raise InvalidArgument(f"'{name}' has other columns in another phase: take it from .phases")
+        return np.concatenate([t for t, _ in parts]), np.concatenate([v for _, v in parts])
 
     @property
     def x(self) -> np.ndarray:

@@ -19,7 +19,12 @@ using Json = nlohmann::ordered_json;  // writes non-finite numbers as null
 Json number_or_null(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
 Json number_or_null(double tolerance) { return tolerance > 0 ? Json(tolerance) : Json(nullptr); }
 
-Json trial(const MethodTrials& m, const Trial& t) {
+std::optional<double> order_at(const MethodTrials& m, size_t i) {
+  return i > 0 ? observed_order(m.trials[i - 1], m.trials[i]) : std::nullopt;
+}
+
+Json trial(const MethodTrials& m, size_t i) {
+  const Trial& t = m.trials[i];
   const RunReport& r = t.report;
   return {{"method", m.method.name},
           {"family", m.method.family},
@@ -45,13 +50,14 @@ Json trial(const MethodTrials& m, const Trial& t) {
           {"linear_momentum_error", r.linear_momentum_error},
           {"angular_momentum_error", r.angular_momentum_error},
           {"quaternion_norm_error", r.quaternion_norm_error},
-          {"trajectory_error", number_or_null(t.trajectory_error)}};
+          {"trajectory_error", number_or_null(t.trajectory_error)},
+          {"observed_order", number_or_null(order_at(m, i))}};
 }
 
 Json trials(const Comparison& c) {
   Json list = Json::array();
   for (const auto& m : c.methods)
-    for (const Trial& t : m.trials) list.push_back(trial(m, t));
+    for (size_t i = 0; i < m.trials.size(); ++i) list.push_back(trial(m, i));
   return list;
 }
 
@@ -102,8 +108,10 @@ std::string growth(const EnergyReport& e) {
   return fmt::format("{:.2f}{}", e.growth_exponent, e.drift_is_significant ? " drift" : "");
 }
 
-std::vector<std::string> row(const MethodTrials& m, const Trial& t) {
+std::vector<std::string> row(const MethodTrials& m, size_t i) {
+  const Trial& t = m.trials[i];
   const RunReport& r = t.report;
+  const auto order = order_at(m, i);
   const std::string setting = t.setting.rtol > 0 ? fmt::format("rtol {:.0e}", t.setting.rtol)
                                                  : fmt::format("{:.4g} s", t.setting.step);
   if (!t.complete())
@@ -123,20 +131,22 @@ std::vector<std::string> row(const MethodTrials& m, const Trial& t) {
           digits(r.linear_momentum_error),
           digits(r.angular_momentum_error),
           digits(r.quaternion_norm_error),
-          t.trajectory_error ? digits(*t.trajectory_error) : "-"};
+          t.trajectory_error ? digits(*t.trajectory_error) : "-",
+          order ? fmt::format("{:.1f}", *order) : "-"};
 }
 
 /// A failed trial's reason is long and must not widen a column: it is removed from the table and
 /// appended at the end of its line.
 std::string rows_text(const Comparison& c) {
   TextRows rows{{"method", "step", "CPU [s]", "steps", "evaluations", "energy", "growth",
-                 "lin. mom.", "ang. mom.", "|quat.|", "trajectory"}};
+                 "lin. mom.", "ang. mom.", "|quat.|", "trajectory", "order"}};
   std::vector<std::string> ends{""};
   for (const auto& m : c.methods)
-    for (const Trial& t : m.trials) {
-      auto cells = row(m, t);
-      ends.push_back(t.complete() ? "" : "  " + cells.back());
-      if (!t.complete()) cells.pop_back();
+    for (size_t i = 0; i < m.trials.size(); ++i) {
+      auto cells = row(m, i);
+      const bool complete = m.trials[i].complete();
+      ends.push_back(complete ? "" : "  " + cells.back());
+      if (!complete) cells.pop_back();
       rows.push_back(std::move(cells));
     }
   const std::string text = aligned(rows);

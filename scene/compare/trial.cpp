@@ -158,6 +158,15 @@ std::vector<double> switches_and(const Scene& scene, std::initializer_list<doubl
   return all;
 }
 
+std::optional<double> observed_order(const Trial& coarse, const Trial& fine) {
+  const double h = coarse.setting.step / fine.setting.step;
+  const double fell = coarse.trajectory_error.value_or(0) / fine.trajectory_error.value_or(0);
+  if (!coarse.complete() || !fine.complete() || fine.setting.rtol > 0 || !(h > 1) || !(fell > 0) ||
+      std::isinf(fell))
+    return {};
+  return std::log(fell) / std::log(h);
+}
+
 double time_again(const Assembly& a, Trial& t) {
   const auto integrator = make(a, t.setting);
   phs::State state = a.initial;

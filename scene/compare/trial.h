@@ -56,6 +56,11 @@ struct Trial {
   bool complete() const { return failure.empty(); }
 };
 
+/// The power of the step by which the trajectory's error falls between two trials of a method: the
+/// experimental order of convergence. None where one of them has no such error, and for trials over
+/// tolerances.
+std::optional<double> observed_order(const Trial& coarse, const Trial& fine);
+
 /// Times a complete trial once more, stepping only, and keeps the smallest time. @return CPU
 /// seconds spent
 double time_again(const Assembly& assembly, Trial& trial);

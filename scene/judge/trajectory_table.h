@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "phs/csv_table.h"
 #include "scene/files/hdf5_reader.h"
-#include "scene/read/csv_table.h"
 
 namespace porthos::scene {
 

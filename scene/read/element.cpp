@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "mechanics/mechanical_model.h"
+#include "phs/csv_table.h"
 #include "phs/functions/pieces.h"
-#include "scene/read/csv_table.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/toml_table-inl.h"
 

@@ -117,6 +117,11 @@ def test_a_scene_with_events_has_phases(source, tmp_path):
     assert r.summary["verdict"] == r.verdict
     assert len(r.phases) > 1 and all(p.time[0] >= 0 for p in r.phases)
     refused(lambda: r.names, "phases")
+    name = next(n for n in r.phases[0].names if n.startswith("energy_error"))
+    t, e = r.joined(name)
+    assert len(t) == len(e) == sum(len(p.time) for p in r.phases) and (np.diff(t) >= 0).all()
+    assert e[len(r.phases[0].time)] == r.phases[1][name][0]
+    refused(lambda: r.joined("energy_eror"), "no phase has a series 'energy_eror'", most=2000)
 
 
 # --- Ctrl-C and progress --------------------------------------------------------------------------------------------------

@@ -207,15 +207,19 @@ TEST(Table, FromAFile) {
   EXPECT_NEAR(e->stiffness(0.3, 0, 0), 2, 1e-14);
   EXPECT_NEAR(e->energy(0.5, 0.0, 1.0), 0.5, 1e-15);
   EXPECT_NEAR(e->slopes(0.5, 0.0, 0.5).sigma, 0.25, 1e-15);
+  // as a spreadsheet writes it: a byte-order mark, semicolons, decimal commas
+  write("\xEF\xBB\xBFsigma;deflection;torque\r\n0;-1;-2,5\r\n0;0;0\r\n0;1;+2,5\r\n");
+  EXPECT_NEAR(vsa::tabulated(vsa::read_measurements(path))->stiffness(0.3, 0, 0), 2.5, 1e-14);
   const std::pair<const char*, const char*> bad[] = {
+      {"sigma;deflection;torque\n0;0;1.000,5\n", ":2: 'torque' is '1.000,5'"},
       {"sigma,angle,torque\n", ":1: unknown column 'angle', expected deflection, sigma, torque"},
       {"sigma,deflection\n", ":1: no column 'torque'"},
-      {"sigma,deflection,torque\n0,0\n", ":2: has 2 numbers, expected 3"},
-      {"sigma,deflection,torque\n0,0,x\n", ":2: column 'torque' is 'x', expected a number"},
+      {"sigma,deflection,torque\n0,0\n", ":2: the row has 2 numbers, expected 3"},
+      {"sigma,deflection,torque\n0,0,x\n", ":2: 'torque' is 'x', expected a finite number"},
       {"sigma,deflection,torque\n0,0,1\n0,0,2\n", ":3: deflection 0 and sigma 0 are given twice"},
       {"sigma,deflection,torque\n0,0,0\n0,1,1\n1,0,0\n",
        "3 places are no grid, expected the same deflections"},
-      {"", "0 places are no grid"}};
+      {"", ":1: no column 'deflection'"}};
   for (const auto& [text, says] : bad) {
     write(text);
     const std::string why = refusal([&] { vsa::read_measurements(path); });

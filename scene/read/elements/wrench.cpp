@@ -1,4 +1,4 @@
-#include "scene/read/csv_table.h"
+#include "phs/csv_table.h"
 #include "scene/read/elements/element_type.h"
 #include "scene/read/schema_keys-inl.h"
 #include "scene/read/toml_table-inl.h"

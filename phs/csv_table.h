@@ -4,11 +4,12 @@
 #include <string>
 #include <vector>
 
-namespace porthos::scene {
+namespace porthos {
 
 /// Columns of numbers by name, from a text with the names in its first line. Commas, semicolons or
-/// tabs separate cells, whichever is most frequent among the names; lines that begin with # and
-/// empty ones are passed over.
+/// tabs separate cells, whichever is most frequent among the names. Where it is not the comma, a
+/// number may have a decimal comma, as a spreadsheet writes it. Lines that begin with # and empty
+/// ones are passed over, as is a byte-order mark.
 class CsvTable {
  public:
   /// @param path  of the text, in messages
@@ -25,6 +26,8 @@ class CsvTable {
   std::vector<double> column(const std::string& name) const;
   /// Place of a row: "run.csv:17".
   std::string at(std::size_t row) const;
+  /// Place of the line of names.
+  std::string header() const;
 
  private:
   struct Column {
@@ -33,7 +36,8 @@ class CsvTable {
   };
   std::string path_;
   std::map<std::string, Column> columns_;
+  std::size_t names_line_ = 1;
   std::vector<std::size_t> lines_;  ///< of each row
 };
 
-}  // namespace porthos::scene
+}  // namespace porthos

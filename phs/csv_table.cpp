@@ -1,16 +1,17 @@
-#include "scene/read/csv_table.h"
+#include "phs/csv_table.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "phs/error.h"
-#include "scene/read/toml_table-inl.h"
+#include "phs/nearest.h"
 
-namespace porthos::scene {
+namespace porthos {
 namespace {
 
 std::string_view without_edges(std::string_view cell) {
@@ -30,6 +31,21 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   }
 }
 
+/// @param decimal  a comma that stands for the point, or 0
+std::optional<double> number_in(std::string_view cell, char decimal) {
+  if (cell.starts_with('+')) cell.remove_prefix(1);
+  if (const auto comma = cell.find(decimal); decimal != 0 && comma != std::string_view::npos) {
+    std::string with_point(cell);
+    with_point[comma] = '.';
+    return as_number(with_point);
+  }
+  return as_number(cell);
+}
+
+[[noreturn]] void fail(const std::string& where, const std::string& why) {
+  throw InvalidArgument(fmt::format("{}: {}", where, why));
+}
+
 /// The separator that is most frequent in the line of names.
 char separator_of(std::string_view names) {
   char best = ',';
@@ -45,7 +61,9 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
   std::vector<Column*> order;
   char separator = ',';
   std::size_t line = 0;
-  for (std::size_t from = 0; from < text.size();) {
+  const std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  for (std::size_t from = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+       from < text.size();) {
     const auto to = std::min(text.find('\n', from), text.size());
     const std::string_view all = std::string_view(text).substr(from, to - from);
     from = to + 1;
@@ -54,20 +72,21 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
     const std::string where = fmt::format("{}:{}", path_, line);
     if (order.empty()) {
       separator = separator_of(all);
+      names_line_ = line;
       for (const auto name : cells_of(all, separator)) {
-        if (name.empty()) refuse(where, "a column has no name, expected names in the first line");
+        if (name.empty()) fail(where, "a column has no name, expected names in the first line");
         const auto [at, is_new] = columns_.try_emplace(std::string(name));
-        if (!is_new) refuse(where, fmt::format("two columns are called '{}'", name));
+        if (!is_new) fail(where, fmt::format("two columns are called '{}'", name));
         order.push_back(&at->second);
       }
       continue;
     }
     const auto cells = cells_of(all, separator);
     if (cells.size() != order.size())
-      refuse(where, fmt::format("the row has {} numbers, expected {}, as many as there are names",
-                                cells.size(), order.size()));
+      fail(where, fmt::format("the row has {} numbers, expected {}, as many as there are names",
+                              cells.size(), order.size()));
     for (std::size_t k = 0; k < cells.size(); ++k) {
-      const double x = as_number(cells[k]).value_or(NAN);
+      const double x = number_in(cells[k], separator == ',' ? '\0' : ',').value_or(NAN);
       if (!std::isfinite(x)) order[k]->no_number[rows()] = std::string(cells[k]);
       order[k]->values.push_back(x);
     }
@@ -86,16 +105,17 @@ std::vector<double> CsvTable::column(const std::string& name) const {
   if (found == columns_.end()) {
     Names known;
     for (const auto& [key, column] : columns_) known.push_back(key);
-    refuse(path_ + ":1", fmt::format("there is no column '{}', the nearest one is '{}'", name,
-                                     known.empty() ? "" : nearest(name, known)));
+    fail(header(), fmt::format("there is no column '{}', the nearest one is '{}'", name,
+                               known.empty() ? "" : nearest(name, known)));
   }
   const Column& c = found->second;
   if (!c.no_number.empty())
-    refuse(at(c.no_number.begin()->first), fmt::format("'{}' is '{}', expected a finite number",
-                                                       name, c.no_number.begin()->second));
+    fail(at(c.no_number.begin()->first),
+         fmt::format("'{}' is '{}', expected a finite number", name, c.no_number.begin()->second));
   return c.values;
 }
 
+std::string CsvTable::header() const { return fmt::format("{}:{}", path_, names_line_); }
 std::string CsvTable::at(std::size_t row) const { return fmt::format("{}:{}", path_, lines_[row]); }
 
-}  // namespace porthos::scene
+}  // namespace porthos
