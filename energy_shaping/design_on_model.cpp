@@ -176,7 +176,13 @@ void DesignOnModel::check_motion() {
 }
 
 PortLaw DesignOnModel::port_law() const {
-  return port_laws(DesignLaw{data_}, data_->model->description(), {int(data_->driven)})[0];
+  PortLaw law = port_laws(DesignLaw{data_}, data_->model->description(), {int(data_->driven)})[0];
+  law.limit = data_->limit;
+  law.hindrance = [d = data_](std::span<const double> x) {
+    return std::isfinite(DesignView<double>(d).force(0, x)) ? nullptr
+                                                            : "is not defined (M_d > 0 fails)";
+  };
+  return law;
 }
 
 }  // namespace porthos::energy_shaping

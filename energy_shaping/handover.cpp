@@ -43,8 +43,8 @@ class HandoverGate final : public phs::Gate {
     m[last] = t;
   }
   bool open(std::span<const double> m) const override { return (m[acts] == the_second) == second_; }
-  /// Both sides are told once, by the first law.
-  bool waits(std::span<const double> m) const override { return !second_ && m[changes] == 0; }
+  /// Until the second law acts, also where it has given back. Told once, by the first law.
+  bool waits(std::span<const double> m) const override { return !second_ && m[acts] == the_first; }
   std::string story(std::span<const double> m, double since) const override {
     const auto& [from, to, basin, leave] = *two_;
     if (second_) return "";

@@ -182,8 +182,9 @@ std::vector<PortLaw> Lqr::port_laws(const std::vector<double>& limits) const {
     const long nx = long(rest_.size());
     const std::vector<double> row(K_.a.begin() + long(j) * nx, K_.a.begin() + long(j + 1) * nx);
     const double limit = limits.empty() ? HUGE_VAL : limits[j];
-    laws.push_back({actuators_[j], phs::law([row, limit, rest = rest_, hold = u_[j],
-                                             turns = periodic_](auto, auto x, auto, auto u) {
+    laws.push_back({actuators_[j],
+                    phs::law([row, limit, rest = rest_, hold = u_[j], turns = periodic_](
+                                 auto, auto x, auto, auto u) {
                       using T = typename decltype(u)::value_type;
                       T sum(hold);
                       for (size_t k = 0; k < row.size(); ++k) {
@@ -192,7 +193,8 @@ std::vector<PortLaw> Lqr::port_laws(const std::vector<double>& limits) const {
                       }
                       if (limit < HUGE_VAL) sum = phs::max(phs::min(sum, T(limit)), T(-limit));
                       u[0] = sum;
-                    })});
+                    }),
+                    limit});
   }
   return laws;
 }

@@ -32,7 +32,14 @@ std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop, std::vect
                                         loop->description().name, l));
   const auto& plant = loop->plant().description();
   const auto at = loop->actuated();
-  return port_laws(LoopLaw{std::move(loop), std::move(limits)}, plant, at);
+  auto laws = port_laws(LoopLaw{std::move(loop), limits}, plant, at);
+  for (size_t j = 0; j < limits.size(); ++j)
+    for (const auto& port : plant.ports)
+      if (port.size == 1 && port.at == at[j])
+        find_named(
+            laws, port.name, "no law", [](auto& l) -> auto& { return l.port; })
+            .limit = limits[j];
+  return laws;
 }
 
 phs::Network& control(phs::Network& network, const std::string& name, const std::string& member,

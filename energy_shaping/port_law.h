@@ -1,6 +1,8 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -20,8 +22,12 @@ namespace porthos::energy_shaping {
 
 /// The law of one port.
 struct PortLaw {
-  std::string port;  ///< as in the plant's description, "elbow.torque"
-  phs::LawPtr law;   ///< as many numbers as the port has
+  std::string port;         ///< as in the plant's description, "elbow.torque"
+  phs::LawPtr law;          ///< as many numbers as the port has
+  double limit = HUGE_VAL;  ///< of |u| at a port of one number, which the law keeps
+  /// Why the law cannot give what its design asks for at a state, as the end of a sentence; null: it
+  /// can. Empty: it always can, but for its limit.
+  std::function<const char*(std::span<const double> x)> hindrance = {};
 };
 
 /// One law over all inputs of a plant, shared by the controllers of its ports. An evaluator needs

@@ -28,6 +28,12 @@ auto WheelBase::Parts::evaluator() const {
       for (size_t k = 0; k < 3; ++k) tau = tau + T(parts.allocate[3 * w + k]) * u[parts.base + k];
       if (!parts.limits.empty())
         tau = phs::max(phs::min(tau, T(parts.limits[w])), T(-parts.limits[w]));
+      if (!parts.capacities.empty()) {  // p_w' = τ_w: at most what is left, over the period
+        const T p = x[parts.momenta[w]], full(parts.capacities[w]), rate(1 / parts.period);
+        const T most = phs::max((full - p) * rate, T(0.0)),
+                least = phs::min((-full - p) * rate, T(0.0));
+        tau = phs::max(phs::min(tau, most), least);
+      }
       u[parts.inputs[w]] = tau;
     }
     for (size_t k = 0; k < 3; ++k) u[parts.base + k] = T(0.0);
@@ -68,6 +74,13 @@ WheelBase::WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptio
   }
   if (!options.limits.empty()) require_size("limits", options.limits.size(), options.wheels.size());
   parts_.limits = options.limits;
+  if (!options.capacities.empty()) {
+    require_size("capacities", options.capacities.size(), options.wheels.size());
+    if (!(options.period > 0))
+      refuse_wheels(name, "capacities are for torques that are held, expected a period above 0");
+  }
+  parts_.capacities = options.capacities;
+  parts_.period = options.period;
 
   // M's column of a wheel: I_w on the diagonal, I_w a in the base's rows.
   const size_t n = size_t(m.nv()), count = parts_.inputs.size();
@@ -111,6 +124,7 @@ void WheelBase::check(const WheelBaseOptions& options) {
   const auto loop = shaped_->loop<double>();
   auto parts = parts_;
   parts.limits.clear();
+  parts.capacities.clear();
   auto u_of = parts.evaluator<double>();
   const size_t nx = size_t(plant.description().nx);
   std::mt19937_64 generator(1);
@@ -169,7 +183,21 @@ double WheelBase::dissipation(std::span<const double> x) const {
   return P;
 }
 std::vector<PortLaw> WheelBase::port_laws() const {
-  return energy_shaping::port_laws(parts_, shaped_->plant().description(), actuated_);
+  const auto& ports = shaped_->plant().description().ports;
+  auto laws = energy_shaping::port_laws(parts_, shaped_->plant().description(), actuated_);
+  for (size_t w = 0; w < parts_.inputs.size(); ++w)
+    for (const auto& port : ports) {
+      if (port.size != 1 || size_t(port.at) != parts_.inputs[w]) continue;
+      PortLaw& law = find_named(
+          laws, port.name, "no law", [](auto& l) -> auto& { return l.port; });
+      if (!parts_.limits.empty()) law.limit = parts_.limits[w];
+      if (!parts_.capacities.empty())
+        law.hindrance = [at = parts_.momenta[w],
+                         full = parts_.capacities[w]](std::span<const double> x) {
+          return std::fabs(x[at]) >= full * (1 - 1e-12) ? "has a full wheel" : nullptr;
+        };
+    }
+  return laws;
 }
 
 }  // namespace porthos::energy_shaping

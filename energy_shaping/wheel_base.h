@@ -15,7 +15,11 @@ struct WheelBaseOptions {
   /// their ports, "wheel_x.torque": axisymmetric wheels on the base, three axes or more
   std::vector<std::string> wheels;
   std::vector<double> limits = {};  ///< largest |torque| of each wheel [N m]; empty: none
-  int samples = 500;                ///< random states of the checks
+  /// Largest |p_w| of each wheel [N m s], empty: none. A torque held for `period` [s] stops short
+  /// of it: the wheel is full and takes up no more, in any order of unloading and turning back.
+  std::vector<double> capacities = {};
+  double period = 0;
+  int samples = 500;  ///< random states of the checks
   double tolerance = 1e-10;
 };
 
@@ -36,7 +40,7 @@ class WheelBase {
  public:
   /// shaped: made for the plant with the base port among its actuators and no spring or damping at
   /// the wheels.
-  /// @throws InvalidArgument for ports that are none of a wheel's, axes that do not span all
+  /// @throws InvalidArgument for ports that are none of a wheel's, capacities without a period, axes that do not span all
   ///   directions, a wheel that is not axisymmetric, or a balance of H_d that does not hold, with
   ///   the number
   WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptions options);
@@ -61,6 +65,8 @@ class WheelBase {
     std::vector<double> inertia;          ///< I_w [kg m²]
     std::vector<double> allocate;         ///< wheels × 3: τ = allocate · n
     std::vector<double> limits;
+    std::vector<double> capacities;  ///< [N m s]
+    double period = 0;               ///< [s]
     template <class T>
     auto evaluator() const;
   };

@@ -17,13 +17,15 @@ struct Measurements {
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
+  double scatter = 0;  ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
 };
 
 /// Reads columns "deflection", "sigma", "torque" and, if present, "stiffness", "sigma_effort" of a
 /// CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
 /// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
 ///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
-///   is smoothed through its own places and taken at evenly spaced deflections, at most 200
+///   is smoothed through its own places and taken at evenly spaced deflections, at most 200. Places
+///   nearer than half of that spacing are one, with the means of their numbers
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
 ///   for a duplicate grid point or a hole in the grid
 Measurements read_measurements(const std::string& csv_file, double smoothing = 0);

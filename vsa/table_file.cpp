@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include <fmt/ranges.h>
@@ -44,18 +45,33 @@ std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>&
   return m;
 }
 
+/// Of a gridded table, at each σ.
+constexpr size_t most_places = 200;
+
 /// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
-/// places. Repeated measurements count by their mean.
+/// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters, count
+/// by their mean.
 Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
   struct Curve {
     std::vector<double> x, y;
   };
-  std::map<double, Curve> curves;
-  for (const auto& [place, repeated] : rows) {
-    double sum = 0;
-    for (const auto& row : repeated) sum += row[2];
-    curves[place.first].x.push_back(place.second);
-    curves[place.first].y.push_back(sum / double(repeated.size()));
+  std::map<double, Curve> measured, curves;
+  for (const auto& [place, repeated] : rows)
+    for (const auto& row : repeated) {
+      measured[place.first].x.push_back(place.second);
+      measured[place.first].y.push_back(row[2]);
+    }
+  for (const auto& [sigma, c] : measured) {
+    const double one = 0.5 * (c.x.back() - c.x.front()) / double(most_places);
+    for (size_t first = 0, i = 1; i <= c.x.size(); ++i) {
+      if (i < c.x.size() && c.x[i] - c.x[first] <= one) continue;
+      const auto mean = [&, n = double(i - first)](const std::vector<double>& all) {
+        return std::accumulate(&all[first], &all[first] + (i - first), 0.0) / n;
+      };
+      curves[sigma].x.push_back(mean(c.x));
+      curves[sigma].y.push_back(mean(c.y));
+      first = i;
+    }
   }
   Measurements m;
   m.without_errors = true;
@@ -73,10 +89,11 @@ Measurements gridded(const Rows& rows, double smoothing, const std::string& path
   if (!(from < to))
     throw InvalidArgument(
         fmt::format("{}: no range of deflections is measured at every sigma, expected one", path));
-  const size_t n = std::min<size_t>(most, 200);
+  const size_t n = std::min(most, most_places);
   for (size_t i = 0; i < n; ++i)
     m.deflection.push_back(i + 1 == n ? to : from + (to - from) * double(i) / double(n - 1));
   for (const auto& [sigma, c] : curves) {
+    m.scatter = std::max(m.scatter, phs::scatter(c.x, c.y));
     const phs::Spline f(c.x, phs::smoothed(c.x, c.y, smoothing), phs::Spline::Outside::linear,
                         "tabulated");
     for (const double x : m.deflection) m.torque.push_back(f.value(x));
@@ -123,7 +140,14 @@ Measurements parse_measurements(const std::string& text, const std::string& path
                       table.at(i), row[0], row[1]));
     same.push_back(row);
   }
-  if (auto m = grid_of(rows, there)) return *m;
+  if (auto m = grid_of(rows, there)) {
+    for (size_t j = 0; j < m->sigma.size(); ++j) {
+      const auto from = m->torque.begin() + long(j * m->deflection.size());
+      m->scatter = std::max(m->scatter,
+                            phs::scatter(m->deflection, {from, from + long(m->deflection.size())}));
+    }
+    return *m;
+  }
   if (smoothing == 0 || rows.empty())
     throw InvalidArgument(
         fmt::format("{}: {} places are no grid, expected the same deflections at every sigma, or "

@@ -85,4 +85,15 @@ std::vector<double> smoothed(const std::vector<double>& x, const std::vector<dou
   return smoother.values(1 / (1 + std::exp(-low)));
 }
 
+double scatter(const std::vector<double>& x, const std::vector<double>& y) {
+  if (x.size() < 3) return 0;
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+    const double a = (x[i + 1] - x[i]) / (x[i + 1] - x[i - 1]), b = 1 - a;
+    const double off = a * y[i - 1] + b * y[i + 1] - y[i];
+    sum += off * off / (1 + a * a + b * b);
+  }
+  return std::sqrt(sum / double(x.size() - 2));
+}
+
 }  // namespace porthos::phs

@@ -10,4 +10,9 @@ namespace porthos::phs {
 /// @param x  rises;  y: as many, three or more;  s: standard deviation of the errors of y, > 0
 std::vector<double> smoothed(const std::vector<double>& x, const std::vector<double>& y, double s);
 
+/// How far values scatter about the straight line through their two neighbours, as the standard
+/// deviation of their errors (Gasser, Sroka, Jennen-Steinmetz 1986, Biometrika 73). A curve that
+/// bends between neighbours adds to it. x as above; 0 for fewer than three values.
+double scatter(const std::vector<double>& x, const std::vector<double>& y);
+
 }  // namespace porthos::phs

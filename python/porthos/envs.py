@@ -66,7 +66,7 @@ class VectorEnv(_VectorBase):
     """Many environments of one model, as gymnasium.vector.VectorEnv.
 
     Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
-    where. Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
+    where. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine. Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
@@ -84,8 +84,12 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         if "observed" in options or "outputs" in options:
             raise InvalidArgument("observed and outputs are of Environment, expected none of them: observations are coordinates and rates")
-        if not limit > 0:
-            raise InvalidArgument(f"limit is {limit}, expected more than 0: the largest input of a port")
+        if not isinstance(limit, (int, float, np.number)) or not limit > 0:
+            raise InvalidArgument(f"limit is {limit!r}, expected a number above 0: the largest input of a port")
+        if not callable(reward):
+            raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
+        if not np.issubdtype(np.dtype(dtype), np.floating):
+            raise InvalidArgument(f"dtype is {np.dtype(dtype)}, expected one of floating point, as float32")
         self._batch = Environment(model, start, count=num_envs, **options)
         self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
         self._reward, self._dtype = reward, np.dtype(dtype)
@@ -168,6 +172,8 @@ class VectorEnv(_VectorBase):
         rewards = np.asarray(self._reward(last, u), dtype=np.float64)
         if rewards.shape != (self.num_envs,):
             raise InvalidArgument(f"reward gave shape {rewards.shape}, expected ({self.num_envs},)")
+        if (wrong := ~np.isfinite(rewards) & ~self._batch.failed).any():
+            raise InvalidArgument(f"reward gave {rewards[wrong][0]} for environment {int(np.flatnonzero(wrong)[0])}, expected a finite number")
         return observations, rewards, terminated.copy(), truncated.copy(), info
 
     def render(self) -> tuple[np.ndarray, ...]:
@@ -188,7 +194,7 @@ class VectorEnv(_VectorBase):
 class Env(_EnvBase):
     """One environment, as gymnasium.Env: see VectorEnv for the arguments. reward(observation, action) -> float.
 
-    After an episode has ended the next begins with reset().
+    After an episode has ended the next begins with reset(); step() is refused until then.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
@@ -197,7 +203,10 @@ class Env(_EnvBase):
     def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float, **options: Any):
         if "num_envs" in options:
             raise InvalidArgument("num_envs is of VectorEnv, an Env is one")
-        self._vector = VectorEnv(model, start, reward=lambda o, u: [reward(o[0], u[0])], limit=limit, **options)
+        if not callable(reward):
+            raise InvalidArgument(f"reward is {reward!r}, expected a function of an observation and an action")
+        self._reward, self._ended = reward, False
+        self._vector = VectorEnv(model, start, reward=self._rewards, limit=limit, **options)
         self.observation_space = self._vector.single_observation_space
         self.action_space = self._vector.single_action_space
         self.names, self.action_names, self.render_mode = self._vector.names, self._vector.action_names, self._vector.render_mode
@@ -209,11 +218,23 @@ class Env(_EnvBase):
         if gymnasium:
             super().reset(seed=seed)
         observations, info = self._vector.reset(seed=seed, options=options)
+        self._ended = False
         return observations[0], info
+
+    def _rewards(self, observations: np.ndarray, actions: np.ndarray) -> list[float]:
+        given = np.asarray(self._reward(observations[0], actions[0]), dtype=np.float64)
+        if given.ndim > 0 or not (np.isfinite(given) or self.batch.failed[0]):
+            raise InvalidArgument(f"reward gave {given}, expected a finite number")
+        return [float(given)]
 
     def step(self, action):
         """(observation, reward, terminated, truncated, info)."""
+        if self._ended:
+            raise InvalidArgument("the episode has ended, expected reset() before the next step")
+        if np.shape(action) != self.action_space.shape:
+            raise InvalidArgument(f"the action has shape {np.shape(action)}, expected {self.action_space.shape}")
         observations, rewards, terminated, truncated, info = self._vector.step(np.asarray(action)[None])
+        self._ended = bool(terminated[0] or truncated[0])
         return info.get("final_obs", observations)[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), {"failed": True} if "failed" in info else {}
 
     @property

@@ -43,6 +43,11 @@ class Scene:
                                 _core.scene_of_case(self.path, case, method=method, step=step, duration=duration))
         self._assembly: _core.Assembly | None = None
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in ("path", "data", "_suffix", "_assembly"):
+            raise InvalidArgument(f"a Scene has no '{name}' to be set, expected Scene(path, method=, step=, duration=), or data.{name} where there is one")
+        super().__setattr__(name, value)
+
     @property
     def assembly(self) -> _core.Assembly:
         """The model, its mechanism and the state at the start."""

@@ -115,7 +115,7 @@ void scale_masses(mechanics::MechanismBuilder& parts,
 
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
-    std::vector<energy_shaping::Certificate>* certificates) {
+    AddedControllers* added) {
   if (scene.elements.empty() && scene.actuators.empty() && scene.contacts.empty() &&
       scene.controllers.empty())
     return mechanical;
@@ -134,7 +134,7 @@ std::shared_ptr<const phs::Model> with_joint_parts(
   auto made = add_controllers(n, mechanical, scene, [&](const std::vector<std::string>& names) {
     return law_inputs(scene, mechanical, names);
   });
-  if (certificates) *certificates = std::move(made);
+  if (added) *added = std::move(made);
   return n.build();
 }
 
@@ -204,7 +204,10 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
     }
   }
   choose_coordinates(scene, a);
-  a.model = with_joint_parts(a.mechanical, scene, &a.certificates);
+  AddedControllers added;
+  a.model = with_joint_parts(a.mechanical, scene, &added);
+  a.certificates = std::move(added.certificates);
+  a.hindered = std::move(added.hindered);
   check_contacts(scene, *a.mechanism);
   if (scene.orbit) {
     try {

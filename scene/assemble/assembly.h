@@ -11,6 +11,7 @@
 #include "mechanics/urdf.h"
 #include "phs/system/state.h"
 #include "scene/assemble/centre_of_mass.h"
+#include "scene/read/controller.h"
 #include "scene/read/scene.h"
 #include "space/spacecraft.h"
 
@@ -41,6 +42,7 @@ struct Assembly {
   std::optional<CentreOfMass> centre;
   std::vector<mechanics::UrdfNote> notes;
   std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
+  std::vector<HinderedLaw> hindered;                      ///< of the controllers
   bool is_phase = false;  ///< between events: parts of the scene may be inactive
 
   /// The model that methods step: in orbit the internal motion alone.
@@ -60,12 +62,12 @@ Assembly assemble(const Scene& scene);
 
 /// The mechanism with the scene's elements, actuators and controllers at its joints; itself if
 /// there are none.
-/// @param certificates  of the controllers, if not null
+/// @param added  of the controllers, if not null
 /// @throws InvalidArgument naming file and line, as add_elements(), add_actuators() and
 ///   add_controllers()
 std::shared_ptr<const phs::Model> with_joint_parts(
     std::shared_ptr<const mechanics::MechanicalModel> mechanical, const Scene& scene,
-    std::vector<energy_shaping::Certificate>* certificates = nullptr);
+    AddedControllers* added = nullptr);
 
 /// A system of the user's own instead of a model file, from the state x at time 0. run() and the
 /// verdict take it with a Scene whose method, step, duration and record_every are set. @throws

@@ -83,6 +83,10 @@ Scene recorded_scene(const JudgeOptions& o, const TrajectoryTable& table, const 
   scene.method = "recorded";
   scene.outputs.clear();
   scene.stops.clear();
+  if (scene.verify.energy)  // what is stated for the energy is the accuracy of the data
+    for (auto* limit : {&scene.verify.linear_momentum, &scene.verify.angular_momentum,
+                        &scene.verify.quaternion_norm})
+      if (!*limit) *limit = scene.verify.energy;
   return scene;
 }
 
@@ -130,7 +134,9 @@ void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
   if (!worst.pass)
     r.notes.push_back(fmt::format(
         "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
-        "another unit of time, or rates along other axes (linear_velocity_axes of the map)",
+        "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
+        "the "
+        "map), or a quaternion in another order",
         name, worst.value, worst.limit));
 }
 

@@ -255,9 +255,42 @@ double Trajectory::distance(const Columns& k, size_t i, double h) const {
   return step + phs::two_pi_hi * std::round((expected - step) / phs::two_pi_hi);
 }
 
+Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const Numbers& t) const {
+  const auto attitude = [&](size_t i) {
+    mechanics::Quaternion<double> a{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
+    const double size = std::sqrt(a.w * a.w + dot(a.v, a.v));
+    return mechanics::Quaternion<double>{a.w / size, (1 / size) * a.v};
+  };
+  const auto rate = [&](size_t i) { return Vec3d{k.v[0][i], k.v[1][i], k.v[2][i]}; };
+  const bool along_world = map_.angular_in_world && by_rates_;
+  Agreement one{k.c.name};
+  for (size_t i = 2; i + 1 < t.size(); ++i) {
+    const double h = t[i] - t[i - 1];
+    const auto before = attitude(i - 1), after = attitude(i);
+    const auto turn = along_world ? after * before.conj() : before.conj() * after;
+    const double sine = norm(turn.v), angle = 2 * std::atan2(sine, turn.w);
+    const Vec3d expected = (0.5 * h) * (rate(i - 1) + rate(i));
+    Vec3d step = sine > 0 ? (angle / sine) * turn.v : Vec3d{0, 0, 0};
+    if (sine > 0) {  // the turns that a quaternion does not show
+      const double along = dot(expected, turn.v) / sine - angle;
+      step = step + (phs::two_pi_hi * std::round(along / phs::two_pi_hi) / sine) * turn.v;
+    }
+    one.way += norm(step);
+    one.off += norm(step - expected);
+    // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
+    one.uncertain += h / 24 * norm(rate(i + 1) - rate(i) - rate(i - 1) + rate(i - 2)) +
+                     h * h / 12 * norm(cross(rate(i - 1), rate(i)));
+  }
+  return one;
+}
+
 std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) const {
   std::vector<Agreement> all;
   for (const Columns& k : columns_) {
+    if (k.c.kind == BlockKind::rotation) {
+      all.push_back(agreement_of_attitude(k, t));
+      continue;
+    }
     const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
     if (k.v.size() != k.q.size() || (place ? map_.linear_in_body || by_momenta_ : k.q.size() != 1))
       continue;

@@ -114,7 +114,21 @@ vsa::Formula read_formula(const Table& t) {
   return f;
 }
 
-vsa::ElasticPtr read_elastic(const Table& t) {
+/// What is odd about a table that can be used; empty: nothing.
+std::string remark_on(const vsa::Measurements& m, const std::string& path, double smoothing) {
+  const double widest = std::max(-m.deflection.front(), m.deflection.back());
+  if (widest > 2 * M_PI)
+    return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
+                       path, widest);
+  if (smoothing > 3 * m.scatter && smoothing > 0)
+    return fmt::format(
+        "{}: smoothing states errors of {:.2g} N m, but neighbours scatter by {:.2g} N m only: the "
+        "curve may be flattened",
+        path, smoothing, m.scatter);
+  return "";
+}
+
+vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
   const int given = t.has("device") + t.has("family") + t.has("table");
   if (given != 1)
     refuse(t.where(),
@@ -138,6 +152,7 @@ vsa::ElasticPtr read_elastic(const Table& t) {
     const auto table = t.content("table");
     const double smoothing = t.not_negative("smoothing");
     const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
+    remark = remark_on(m, table.path, smoothing);
     values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
     if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
     if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
@@ -176,7 +191,7 @@ std::vector<JointActuator> read_actuators(const Table& scene) {
     j.name = t.has("name") ? t.text("name", "text") : joint + ".actuator";
     at_line(j.where, [&] {
       vsa::Actuator& a = j.actuator;
-      a.elastic = read_elastic(t);
+      a.elastic = read_elastic(t, j.remark);
       const auto& traits = a.elastic->traits();
       t.require("theta", "a table with the key drive");
       const Table theta = t.table("theta");

@@ -21,8 +21,9 @@ struct JointActuator {
   std::string where;  ///< "file:line:column"
   vsa::Actuator actuator;
   std::optional<double>
-      theta;         ///< start [rad]; none: the joint's angle, where the spring is at rest
-  double sigma = 0;  ///< start
+      theta;                ///< start [rad]; none: the joint's angle, where the spring is at rest
+  double sigma = 0;         ///< start
+  std::string remark = {};  ///< on its table, for the notes of a run; empty: none
 };
 
 /// Where an actuator's angles and σ stand in a state; -1: nowhere.

@@ -171,7 +171,7 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
   return list;
 }
 
-std::vector<energy_shaping::Certificate> add_controllers(
+AddedControllers add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
     const Scene& scene,
     const std::function<energy_shaping::LawInputs(const std::vector<std::string>&)>& inputs) {
@@ -186,11 +186,14 @@ std::vector<energy_shaping::Certificate> add_controllers(
     });
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);
-  std::vector<energy_shaping::Certificate> certificates;
+  AddedControllers added;
   for (size_t i = 0; i < designs.size(); ++i) {
     const Controller& c = scene.controllers[i];
-    certificates.push_back(std::move(designs[i].certificate));
+    added.certificates.push_back(std::move(designs[i].certificate));
     const auto gate = gates.find(c.name);
+    for (const auto& l : designs[i].laws)
+      if (gate == gates.end() && (l.limit < HUGE_VAL || l.hindrance))
+        added.hindered.push_back({c.name, l});
     at_line(c.where, [&] {
       const auto& elsewhere = designs[i].elsewhere;
       if (c.tank) n.tank(c.tank_name(), c.tank->bounds);
@@ -216,7 +219,7 @@ std::vector<energy_shaping::Certificate> add_controllers(
       if (elsewhere.empty()) energy_shaping::control(n, c.name, "mechanism", designs[i].laws, how);
     });
   }
-  return certificates;
+  return added;
 }
 
 ControlledJoint controlled_joint(const mechanics::MechanicalModel& model, const Controller& c,

@@ -94,11 +94,23 @@ struct Controller {
 /// @throws InvalidArgument as read_scene()
 std::vector<Controller> read_controllers(const Table& scene, const std::string& folder);
 
+/// A law of a port that may be hindered: by its limit, or where it is not defined.
+struct HinderedLaw {
+  std::string controller;
+  energy_shaping::PortLaw law;  ///< of the mechanism's state
+};
+
+/// What is known of the controllers of a scene.
+struct AddedControllers {
+  std::vector<energy_shaping::Certificate> certificates;  ///< of each, in order
+  /// But for those that hand over or take over, which are made to be at their limits.
+  std::vector<HinderedLaw> hindered;
+};
+
 /// Puts the controllers at the ports of the member "mechanism" of a network.
 /// @param inputs  ControllerPlant::inputs
-/// @return the certificate of each, in order
 /// @throws InvalidArgument naming file and line, for a condition that fails
-std::vector<energy_shaping::Certificate> add_controllers(
+AddedControllers add_controllers(
     phs::Network& n, const std::shared_ptr<const mechanics::MechanicalModel>& model,
     const Scene& scene,
     const std::function<energy_shaping::LawInputs(const std::vector<std::string>& names)>& inputs);

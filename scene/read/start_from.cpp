@@ -64,6 +64,21 @@ void read_group(const Hdf5Reader& file, const std::string& group, const std::str
   }
 }
 
+/// at: null, the last record.
+void read_record(const fs::path& path, const double* at, StartFrom& from) {
+  const Hdf5Reader file(path);
+  const std::int64_t k = record_at(file, at, from.time);
+  from.low_words =
+      file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
+  read_group(file, "state/", "low_words/", k, from.state);
+  read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
+  if (!file.datasets().count("turns")) return;
+  const auto names = lines_of(file.texts("turns")["columns"]);
+  const auto turns = row_of(file, "turns", k);
+  for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
+    from.turns[names[i]] = std::llround(turns[i]);
+}
+
 }  // namespace
 
 StartFrom read_start_from(const Table& t, const std::string& beside) {
@@ -73,17 +88,14 @@ StartFrom read_start_from(const Table& t, const std::string& beside) {
   double at = 0;
   if (t.has("at")) at = t.seconds("at");
   try {
-    const Hdf5Reader file(series_in(fs::path(beside) / from.folder));
-    const std::int64_t k = record_at(file, t.has("at") ? &at : nullptr, from.time);
-    from.low_words =
-        file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
-    read_group(file, "state/", "low_words/", k, from.state);
-    read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
-    if (!file.datasets().count("turns")) return from;
-    const auto names = lines_of(file.texts("turns")["columns"]);
-    const auto turns = row_of(file, "turns", k);
-    for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
-      from.turns[names[i]] = std::llround(turns[i]);
+    if (t.of_results())  // the other run may be gone, its record is the first of this one
+      for (const char* own : {"run.h5", "phase_1/run.h5"})
+        if (fs::exists(fs::path(beside) / own)) {
+          const double start = 0;
+          read_record(fs::path(beside) / own, &start, from);
+          return from;
+        }
+    read_record(series_in(fs::path(beside) / from.folder), t.has("at") ? &at : nullptr, from);
   } catch (const InvalidArgument& e) {
     refuse(from.where, e.what());
   }

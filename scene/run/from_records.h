@@ -1,4 +1,5 @@
 #pragma once
+#include "scene/run/law_limits.h"
 #include "scene/run/output_summary.h"
 #include "scene/run/spring_ranges.h"
 #include "scene/run/wheel_momentum.h"
@@ -12,24 +13,28 @@ class FromRecords {
   FromRecords(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
       : momenta_(scene, assembly, layout),
         springs_(scene, assembly, layout),
+        limits_(assembly, layout),
         outputs_(scene, layout) {}
   /// Whether it needs records.
-  bool any() const { return momenta_.any() || springs_.any() || outputs_.any(); }
+  bool any() const { return momenta_.any() || springs_.any() || limits_.any() || outputs_.any(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record) {
     if (momenta_.any()) momenta_.see(record);
     springs_.see(record);
+    limits_.see(record);
     outputs_.see(record);
   }
   void fill(RunReport& report) const {
     momenta_.fill(report);
     springs_.fill(report);
+    limits_.fill(report);
     outputs_.fill(report);
   }
 
  private:
   MomentumLedger momenta_;
   SpringRanges springs_;
+  LawLimits limits_;
   OutputSummary outputs_;
 };
 

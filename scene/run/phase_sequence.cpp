@@ -109,7 +109,9 @@ Assembly assembly_of_phase(const Scene& phase, const Assembly& whole,
   a.mechanical = moving.model;
   a.mechanism =
       std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
-  a.model = with_joint_parts(moving.model, phase);
+  AddedControllers added;
+  a.model = with_joint_parts(moving.model, phase, &added);
+  a.hindered = std::move(added.hindered);
   a.initial = moving.state;
   a.parts = moving.parts;
   motors.put_back(*a.model, a.initial);

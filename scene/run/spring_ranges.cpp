@@ -13,6 +13,7 @@ namespace porthos::scene {
 SpringRanges::SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
     : layout_(layout) {
   for (const JointActuator& a : scene.actuators) {
+    if (!a.remark.empty()) remarks_.push_back(a.remark);
     const ActuatorPlace at = place_of(a, assembly.model->description());
     const vsa::ElasticTraits& t = a.actuator.elastic->traits();
     const auto add = [&](const char* what, const std::string& unit, int of, int less, double lower,
@@ -43,6 +44,7 @@ void SpringRanges::see(std::span<const double> record) {
 }
 
 void SpringRanges::fill(RunReport& report) const {
+  report.notes.insert(report.notes.end(), remarks_.begin(), remarks_.end());
   for (const Range& r : ranges_)
     if (r.first >= 0)
       report.notes.push_back(fmt::format(

@@ -18,10 +18,10 @@ class SpringRanges {
  public:
   /// The scene must outlive it.
   SpringRanges(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
-  bool any() const { return !ranges_.empty(); }
+  bool any() const { return !ranges_.empty() || !remarks_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds a note for each range that was left.
+  /// Adds a note for each range that was left, and the remarks on tables.
   void fill(RunReport& report) const;
 
  private:
@@ -34,6 +34,7 @@ class SpringRanges {
   };
   RecordLayout layout_;
   std::vector<Range> ranges_;
+  std::vector<std::string> remarks_;
 };
 
 }  // namespace porthos::scene

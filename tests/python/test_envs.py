@@ -121,6 +121,24 @@ def test_wrong_arguments_are_refused(pendulum):
     e = many(pendulum, reward=lambda o, u: 0.0)
     e.reset(seed=0)
     refused(lambda: e.step(np.zeros((3, 1))), "reward gave shape ()", "(3,)")
+    refused(lambda: many(pendulum, limit="5"), "limit is '5', expected a number above 0")
+    refused(lambda: many(pendulum, reward=None), "reward is None, expected a function")
+    refused(lambda: many(pendulum, dtype=int), "dtype is int64, expected one of floating point")
+    e = many(pendulum, reward=lambda o, u: [1.0, np.nan, 1.0])
+    e.reset(seed=0)
+    refused(lambda: e.step(np.zeros((3, 1))), "reward gave nan for environment 1, expected a finite number")
+    for reward, says in ((None, "reward is None"), (lambda o, u: None, "reward gave nan"), (lambda o, u: u, "reward gave [0.5]")):
+        refused(lambda: (s := one(pendulum, reward=reward)).reset(seed=0) and s.step(np.float32([0.5])), says)
+
+
+def test_an_episode_that_has_ended_wants_a_reset(pendulum):
+    e = one(pendulum, longest=2)
+    e.reset(seed=0)
+    assert [e.step(np.zeros(1))[3] for _ in range(2)] == [False, True]
+    refused(lambda: e.step(np.zeros(1)), "the episode has ended, expected reset()")
+    e.reset()
+    assert not e.step(np.zeros(1))[3]
+    refused(lambda: e.step(0.1), "the action has shape (), expected (1,)")
 
 
 def test_with_gymnasium(monkeypatch, pendulum):

@@ -111,6 +111,11 @@ def test_damaged_files_say_so(short_run, tmp_path):
     refused(lambda: short_run.file.read("state/elbow"), "no dataset 'state/elbow'", most=2000)
 
 
+def test_a_scene_takes_no_attribute_of_ones_own(source):
+    scene = ph.Scene(source / "examples/double_pendulum/scene.toml")
+    refused(lambda: setattr(scene, "step", 0.05), "a Scene has no 'step' to be set, expected Scene(path, method=, step=, duration=)", most=300)
+
+
 def test_a_scene_with_events_has_phases(source, tmp_path):
     scene = source / "examples/capture/scene.toml"
     r = ph.Scene(scene).run(tmp_path / "capture", progress=False)

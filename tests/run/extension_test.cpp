@@ -6,6 +6,7 @@
 
 #include "scene/files/hdf5_reader.h"
 #include "scene/session/extension.h"
+#include "scene/session/replot.h"
 #include "scene/session/memory_run.h"
 #include "tests/run/shipped.h"
 
@@ -177,6 +178,9 @@ TEST(StartFrom, AFreeFlyerGoesOnToRounding) {
   }
   EXPECT_LE(off, 1e-13);  // roundings of 20 m; measured 4e-15
   EXPECT_GT(moved, 1);
+  // Its pictures need the other run no more: where it begins is its own first record.
+  fs::remove_all(folder / "half");
+  EXPECT_EQ(scene::moved_in(folder / "rest").mechanisms.size(), 1u);
 }
 
 TEST(StartFrom, AMissingRunRecordOrStateIsRefusedWithItsPlace) {

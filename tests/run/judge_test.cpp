@@ -198,6 +198,46 @@ TEST(Judge, PositionsMoveAsTheirRatesSay) {
   EXPECT_NE(why.find("does not move as its rates say"), why.npos) << why;
 }
 
+/// A brick that spins about a principal axis keeps its energy whatever its attitudes are.
+TEST(Judge, AttitudesTurnAsTheirRatesSay) {
+  TemporaryFolder folder;
+  write_bytes(folder / "brick.urdf",
+              "<robot name='brick'><link name='brick'><inertial><mass value='2'/><inertia ixx='1' "
+              "iyy='2' izz='3' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>");
+  const auto judged = [&](double turning, double stated, const std::string& limits) {
+    std::string text = "time";
+    for (const char* name : {"base.position", "v.base.position", "v.base.attitude"})
+      for (int k = 0; k < 3; ++k) text += fmt::format(",{}[{}]", name, k);
+    for (int k = 0; k < 4; ++k) text += fmt::format(",base.attitude[{}]", k);
+    for (int i = 0; i <= 200; ++i) {
+      const double t = 0.05 * i, half = 0.5 * turning * t;
+      text += fmt::format("\n{},0,0,0,0,0,0,0,0,{},{},0,0,{}", t, stated, std::cos(half),
+                          std::sin(half));
+    }
+    write_bytes(folder / "brick.csv", text + "\n");
+    write_bytes(folder / "map.toml", "[model]\nbase = \"free\"\n" + limits);
+    fs::remove_all(folder / "out");
+    return scene::judge_file({.file = (folder / "brick.csv").string(),
+                              .model = (folder / "brick.urdf").string(),
+                              .map = (folder / "map.toml").string(),
+                              .out = (folder / "out").string()});
+  };
+  const std::string energy = "[verify]\nenergy = 1e-6\n";
+  EXPECT_TRUE(judged(0.7, 0.7, "").passed());
+  EXPECT_TRUE(judged(30, 30, "").passed()) << "1.5 rad from row to row";
+  for (const double wrong : {0.0, 0.35, -0.7, 0.7 * M_PI / 180}) {
+    const auto r = judged(wrong, 0.7, energy);
+    EXPECT_FALSE(r.passed()) << wrong;
+    EXPECT_NE(r.notes.back().find("'base.attitude' does not move as its rates say"),
+              std::string::npos);
+  }
+  // The limit of the energy holds for the momenta too: this brick's speed changes.
+  const auto r = judged(0.7, 0.7, energy);
+  EXPECT_TRUE(std::any_of(r.checks.begin(), r.checks.end(), [](const auto& c) {
+    return c.name == "angular_momentum" && c.limit == 1e-6;
+  }));
+}
+
 TEST(Judge, WhatIsWrongIsSaidInASentence) {
   TemporaryFolder folder;
   const auto arm = pendulum(folder);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scene/files/hdf5_reader.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::test::pointing_test {
@@ -110,6 +111,27 @@ TEST(Pointing, SeesTheBaseThroughNoise) {
   EXPECT_GT(off, 1e-6) << "control: without noise it comes to rest";
 }
 
+/// A wheel that is full keeps its momentum, to rounding, and the base goes on turning about its axis.
+TEST(Pointing, AFullWheelTakesUpNoMore) {
+  TemporaryFolder folder;
+  const auto largest = [&](const std::string& out, const std::string& keys) {
+    end_of(folder, out, scene_of(start, "rate = 2\n" + keys, 60));
+    const scene::Hdf5Reader file(folder / out / "run.h5");
+    std::vector<double> p(size_t(file.dataset("momentum/wheel_z").size()));
+    file.read("momentum/wheel_z", p.data());
+    double most = 0;
+    for (const double each : p) most = std::max(most, std::fabs(each));
+    return most;
+  };
+  const double limited = largest("limited", "momentum_limit = 0.25\n"), free = largest("free", "");
+  std::printf("  limit 0.25 N m s: exceeded by %.1e   bound 1e-15;  without limit %.2f N m s\n",
+              limited - 0.25, free);
+  EXPECT_NEAR(limited, 0.25, 1e-15);
+  EXPECT_GT(free, 0.3) << "control";
+  EXPECT_TRUE(says(read_bytes(folder / "limited/summary.json"),
+                   "controller 'attitude' at wheel_z.torque has a full wheel at "));
+}
+
 TEST(Pointing, WrongCommandsAreTold) {
   TemporaryFolder folder;
   write_bytes(folder / "model.urdf", bus());
@@ -130,6 +152,8 @@ TEST(Pointing, WrongCommandsAreTold) {
   EXPECT_TRUE(
       says(said(rate + "commands = [[20, 0, 0, 0, 0]]\n"), "has a quaternion of length 0 at 20 s"));
   EXPECT_TRUE(says(said(rate + "commands = [[20, 1, 0, 0]]\n"), "commands[0] is"));
+  EXPECT_TRUE(says(said("momentum_limit = 1\n"),
+                   "momentum_limit ends a torque and the law is continuous, expected the rate"));
 }
 
 }  // namespace

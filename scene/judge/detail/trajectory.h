@@ -37,7 +37,8 @@ class Trajectory {
   /// Norm error of the attitudes in the file, before normalisation.
   double norm_error() const { return norm_error_; }
 
-  /// Positions against rates, of a joint of one freedom or the place of a free base, over all rows.
+  /// Positions against rates, of a joint of one freedom, an attitude or the place of a free base,
+  /// over all rows. Of an attitude: lengths of rotation vectors from row to row.
   struct Agreement {
     std::string name;
     double way = 0;        ///< Σ |q_i - q_(i-1)|
@@ -64,6 +65,7 @@ class Trajectory {
   /// Unwraps angles that a file gives modulo 2π, by means of their rates.
   void follow(size_t i, double h);
   /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
+  Agreement agreement_of_attitude(const Columns& k, const Numbers& t) const;
   double distance(const Columns& k, size_t i, double h) const;
 
   const TrajectoryTable& table_;

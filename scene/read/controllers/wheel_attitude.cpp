@@ -23,7 +23,7 @@ struct WheelAttitude {
   mechanics::Vec3d stiffness, damping;
   std::vector<double> times;        ///< from each on [s], the attitude of that place
   std::vector<Attitude> attitudes;  ///< the first at the start, whatever its time
-  double limit;
+  double limit, momentum_limit;
 };
 
 /// The law of the last attitude whose time has come.
@@ -40,7 +40,9 @@ energy_shaping::PortLaw commanded(const std::vector<energy_shaping::PortLaw>& la
     while (k + 1 < times.size() && times[k + 1] <= now * (1 + 1e-12)) ++k;
     (*laws[k].law)(t, x, y, u);
   };
-  return {laws[0].port, phs::law(std::move(law))};
+  energy_shaping::PortLaw all = laws[0];
+  all.law = phs::law(std::move(law));
+  return all;
 }
 
 /// The base's attitude by a shaping that asks for a moment at the base, which the wheels make.
@@ -66,6 +68,10 @@ ControllerDesign design_one(const Controller& c, const ControllerPlant& plant,
   for (const auto& wheel : w.wheels)
     o.wheels.push_back(controlled_joint(*plant.model, c, wheel).port);
   if (w.limit < HUGE_VAL) o.limits.assign(w.wheels.size(), w.limit);
+  if (w.momentum_limit < HUGE_VAL) {
+    o.capacities.assign(w.wheels.size(), w.momentum_limit);
+    o.period = 1 / c.rate;
+  }
   const energy_shaping::WheelBase held(
       std::make_shared<const energy_shaping::PotentialLoop>(plant.model, s), o);
   auto laws = held.port_laws();
@@ -119,6 +125,10 @@ void read_wheel_attitude(const Table& t, Controller& c) {
   w.attitudes = {read_attitude(t, "attitude_wxyz")};
   if (t.has("commands")) read_commands(t, c, w);
   w.limit = t.has("limit") ? t.positive("limit") : HUGE_VAL;
+  w.momentum_limit = t.has("momentum_limit") ? t.positive("momentum_limit") : HUGE_VAL;
+  if (w.momentum_limit < HUGE_VAL && c.rate == 0)
+    t.fail("momentum_limit",
+           "ends a torque and the law is continuous, expected the rate of a sampled one");
   c.design = [w](const Controller& own, const ControllerPlant& plant) {
     return design_attitude(own, plant, w);
   };
@@ -137,7 +147,9 @@ ControllerType wheel_attitude_controller() {
            numbers("attitude_wxyz", 4, "1", "[1, 0, 0, 0]", "wanted, to the world; normalised"),
            rows("commands", 5, "s, 1", "none",
                 "[time, w, x, y, z]: other attitudes, each from its time on; of a sampled law"),
-           number("limit", "N m", "none", "largest torque of each wheel")},
+           number("limit", "N m", "none", "largest torque of each wheel"),
+           number("momentum_limit", "N m s", "none",
+                  "largest momentum of each wheel, its inertia times its speed; of a sampled law")},
           {},
           read_wheel_attitude};
 }
