@@ -49,8 +49,8 @@ std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>&
 constexpr size_t most_places = 200;
 
 /// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
-/// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters, count
-/// by their mean.
+/// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters,
+/// count by their mean.
 Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
   struct Curve {
     std::vector<double> x, y;

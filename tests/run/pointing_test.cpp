@@ -111,7 +111,7 @@ TEST(Pointing, SeesTheBaseThroughNoise) {
   EXPECT_GT(off, 1e-6) << "control: without noise it comes to rest";
 }
 
-/// A wheel that is full keeps its momentum, to rounding, and the base goes on turning about its axis.
+/// A wheel that is full keeps its momentum, to rounding; the base goes on turning about its axis.
 TEST(Pointing, AFullWheelTakesUpNoMore) {
   TemporaryFolder folder;
   const auto largest = [&](const std::string& out, const std::string& keys) {
