@@ -52,7 +52,9 @@ def _style(ax: "Axes", title: str, unit: str) -> None:
 
 def _legend(ax: "Axes") -> None:
     handles, _ = ax.get_legend_handles_labels()
-    if handles:
+    if len(handles) > 8:  # they would lie on the lines
+        ax.legend(fontsize=6, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1, 0.5), handlelength=1.4)
+    elif handles:
         ax.legend(fontsize=7, frameon=False, labelcolor=INK, ncol=1 + (len(handles) > 5), loc="best", handlelength=1.4)
 
 
@@ -135,8 +137,8 @@ def draw(result: Result) -> "Figure":
     return figure
 
 
-def _of_motion(result: Result) -> dict[str, Any]:
-    """Panels of the motion by their titles without units: "joints", "rates of joints", ..."""
+def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Panels of the motion by their titles without units: "joints", "rates of joints", ...; and each of their lines by its name."""
     motion = result.motion()
     t = motion.pop("time [s]")["t"]
 
@@ -149,7 +151,13 @@ def _of_motion(result: Result) -> dict[str, Any]:
             _legend(ax)
         return draw_into
 
-    return {what[:-1].split(" [")[0]: panel(what, lines) for what, lines in motion.items()}
+    panels, alone = {}, {}
+    for what, lines in motion.items():
+        title, unit = what[:-1].split(" [")
+        panels[title] = panel(what, lines)
+        for name, y in lines.items():
+            alone.setdefault(name, panel(f"{name} [{unit}]", {name: y}))
+    return panels, alone
 
 
 def _residual(ax: "Axes", r: Result) -> None:
@@ -163,27 +171,33 @@ PANELS = {"energies": _energies, "works": _works, "residual": _residual}
 def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> Any:
     """One panel of a result with axes of its own, or in yours: "energies", "works", "residual", or of the motion "joints", "rates of joints" ...
 
-    what = "motion": all panels of the motion in one figure. Returns the Figure. Raises InvalidArgument, naming what there is.
+    what = "motion": all panels of the motion in one figure. The name of a line, as of an output: that line alone. Returns the
+    Figure. Raises InvalidArgument, naming what there is.
     """
     if not isinstance(result, Result):
         result = open_result(result)
-    known = dict(PANELS)
+    if not isinstance(what, str):
+        raise InvalidArgument(f"what is {what!r}, expected the name of a panel")
+    what = what.split(" [")[0]  # as motion() names them
+    known, lines = dict(PANELS), {}
     if what not in known:
-        known.update(_of_motion(result))
+        motion, lines = _of_motion(result)
+        known.update(motion)
     names = [n for n in known if n not in PANELS] if what == "motion" else [what]
-    if what != "motion" and what not in known:
-        raise InvalidArgument(f"what is '{what}', expected one of motion, {', '.join(known)}")
+    if what != "motion" and what not in known and what not in lines:
+        raise InvalidArgument(f"what is '{what}', expected motion, {', '.join(known)} or a line")
+    draw = {**lines, **known}
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")
-        known[names[0]](axes, result)
+        draw[names[0]](axes, result)
         axes.set_xlabel("time [s]", fontsize=8, color=SOFT)
         return axes.figure
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.5, 2.3 * len(names) + 0.6), layout="constrained")
     for name, ax in zip(names, figure.subplots(len(names), 1, squeeze=False)[:, 0]):
-        known[name](ax, result)
+        draw[name](ax, result)
         ax.set_xlabel("time [s]", fontsize=8, color=SOFT)
     figure.suptitle(result.summary["title"] or "run", x=0.01, ha="left", fontsize=11, color=INK)
     return figure

@@ -100,6 +100,8 @@ class Result(Judged):
         return super().names
 
     def unit(self, name: str) -> str:
+        if name not in self.names:
+            raise KeyError(f"the run has no series '{name}', it has {', '.join(self.names)}")
         if self._columns is not None:
             return self._columns[name][1]
         return self.file.attributes(name)["unit"]
@@ -170,7 +172,11 @@ class Result(Judged):
     def group(self, name: str) -> dict[str, np.ndarray]:
         """The series of a group without its name: group("stored") -> {"kinetic": ..., "gravity": ...}."""
         start = name + "/"
-        return {n[len(start):]: self[n] for n in self.names if n.startswith(start)}
+        group = {n[len(start):]: self[n] for n in self.names if n.startswith(start)}
+        known = sorted({n.split("/")[0] for n in self.names if "/" in n})
+        if not group and name not in ("stored", "supplied", "dissipated", "output", *known):
+            raise InvalidArgument(f"the run has no group '{name}', expected one of {', '.join(known)}")
+        return group
 
 
 def _moved_in(folder: Path | None) -> tuple[Any, list[tuple[str, Any]]]:

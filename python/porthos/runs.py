@@ -248,6 +248,12 @@ def _compare(data, assembly, methods, budget, duration, out, progress) -> Compar
 
 
 def _scene_of(model: Model, x, step, duration, method, record_every, limits, title, options) -> tuple[SceneData, _core.Assembly]:
+    if not isinstance(model, Model):
+        raise InvalidArgument(f"model is a {type(model).__name__}, expected a Model, as MechanicalModel(mechanism); a scene file is run by Scene(path).run()")
+    if x is None:
+        raise InvalidArgument("x is None, expected the state at the start")
+    if limits is not None and not isinstance(limits, Mapping):
+        raise InvalidArgument(f"limits are {limits!r}, expected a dictionary, as {{'energy': 1e-12}}")
     data = SceneData()
     data.title = title if title is not None else model.description.name
     data.method, data.step, data.duration = method, step, duration

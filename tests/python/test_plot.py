@@ -45,7 +45,12 @@ def test_the_motion(run, source, tmp_path):
     q, v = m["path of base [m]"]["x"], m["velocity of base [m/s]"]["x"]
     off = np.abs((q[2:] - q[:-2]) / (t[2:] - t[:-2]) - v[1:-1]).max()
     assert off < 0.05 * np.abs(v).max(), off  # measured 0.010
-    refused(lambda: ph.plot(run, what="motions"), "what is 'motions', expected one of motion", "rotation of base")
+    refused(lambda: ph.plot(run, what="motions"), "what is 'motions', expected motion, energies", "rotation of base")
+    refused(lambda: ph.plot(run, what=["joints"]), "what is ['joints'], expected the name of a panel")
+    for key in list(run.motion())[:-1]:  # the keys of motion(), and each line by itself
+        assert len(ph.plot(run, what=key).axes) == 1
+    line = next(iter(run.motion()["joints [rad]"]))
+    assert [k.get_label() for k in ph.plot(run, what=line).axes[0].get_lines()] == [line]
     refused(lambda: ph.plot(run, what="motion", axes=mine), "axes are of one panel")
     refused(lambda: ph.plot(run, axes=mine), "expected what as well")
 
