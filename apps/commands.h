@@ -22,7 +22,7 @@ struct Arguments {
       of_case, uncertainty, from, to, speed, size, camera, follow;
   std::vector<std::string> methods, models, of, parameters, sigma;
   bool resume = false, json = false, markdown = false, join = false, no_report = false,
-       orbit = false, arrows = false, dark = false;
+       orbit = false, arrows = false, dark = false, trail = false, no_text = false;
   int threads = 0;
   std::optional<size_t> top;
 };

@@ -56,6 +56,8 @@ int film_command(const Arguments& a) {
   o.orbit = a.orbit;
   o.arrows = a.arrows;
   o.dark = a.dark;
+  o.trail = a.trail;
+  o.text = !a.no_text;
   o.stop = &stop_on_signals();
   const fs::path report = report_of(a);
   const fs::path out = a.out ? fs::path(*a.out) : report.parent_path() / "film.mp4";

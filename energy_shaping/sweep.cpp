@@ -1,5 +1,7 @@
 #include "energy_shaping/sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -7,6 +9,7 @@
 
 #include "energy_shaping/runge_kutta.h"
 #include "mechanics/crba.h"
+#include "phs/error.h"
 #include "phs/linear_algebra/dense.h"
 
 namespace porthos::energy_shaping {
@@ -125,6 +128,9 @@ std::vector<std::vector<double>> grid_of(const std::vector<std::vector<double>>&
 }
 
 std::vector<double> logarithmic(double low, double high, int count) {
+  if (!(low > 0 && high > 0))
+    throw InvalidArgument(
+        fmt::format("logarithmic values from {:g} to {:g}, expected both above 0", low, high));
   std::vector<double> v;
   for (int i = 0; i < count; ++i)
     v.push_back(low * std::pow(high / low, count > 1 ? double(i) / (count - 1) : 0.0));

@@ -39,6 +39,7 @@ std::vector<SweepResult> sweep(const ClosedLoop& loop,
 /// All combinations of the values of each gain, the last one fastest.
 std::vector<std::vector<double>> grid_of(const std::vector<std::vector<double>>& values);
 /// `count` values from low to high, equally spaced in their logarithms.
+/// @throws InvalidArgument for bounds that are not both above 0
 std::vector<double> logarithmic(double low, double high, int count);
 
 /// The run that settles first among those with peak <= limit, or -1.

@@ -73,7 +73,11 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
     if (order.empty()) {
       separator = separator_of(all);
       names_line_ = line;
-      for (const auto name : cells_of(all, separator)) {
+      const auto cells = cells_of(all, separator);
+      if (std::all_of(cells.begin(), cells.end(),
+                      [](const auto cell) { return as_number(cell).has_value(); }))
+        fail(where, "the line has numbers, expected the names of the columns in the first line");
+      for (const auto name : cells) {
         if (name.empty()) fail(where, "a column has no name, expected names in the first line");
         const auto [at, is_new] = columns_.try_emplace(std::string(name));
         if (!is_new) fail(where, fmt::format("two columns are called '{}'", name));

@@ -31,7 +31,8 @@ void bind_report(py::module_& m) {
       "write_film",
       [](const std::string& page, const std::string& out, std::pair<int, int> size,
          std::optional<double> from, std::optional<double> to, std::optional<double> rate,
-         const std::string& camera, const std::string& follow, bool orbit, bool arrows, bool dark) {
+         const std::string& camera, const std::string& follow, bool orbit, bool arrows, bool dark,
+         bool trail, bool text) {
         interruptibly([&](const std::atomic<bool>& stop) {
           report::write_film(page, out,
                              {.width = size.first,
@@ -44,11 +45,13 @@ void bind_report(py::module_& m) {
                               .orbit = orbit,
                               .arrows = arrows,
                               .dark = dark,
+                              .trail = trail,
+                              .text = text,
                               .stop = &stop});
         });
       },
       arg("page"), arg("out"), arg("size"), arg("start"), arg("end"), arg("speed"), arg("camera"),
-      arg("follow"), arg("orbit"), arg("arrows"), arg("dark"),
+      arg("follow"), arg("orbit"), arg("arrows"), arg("dark"), arg("trail"), arg("text"),
       "Writes a film or a picture of the playback of a report.html.");
   py::class_<report::LivePicture>(
       m, "LivePicture",

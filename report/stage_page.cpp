@@ -71,10 +71,12 @@ std::unique_ptr<BrowserPage> open_stage(const std::filesystem::path& report, con
   page->value(fmt::format(
       "document.documentElement.dataset.theme = {}; porthos.stage.theme(); porthos.stage.rate = "
       "(porthos.stage.last - porthos.stage.first) / 20; porthos.stage.set('view', {}); "
-      "porthos.stage.set('ride', {}); porthos.stage.set('arrows', {}); porthos.stage.look({}); 0",
+      "porthos.stage.set('ride', {}); porthos.stage.set('arrows', {}); porthos.stage.options.whole "
+      "= {}; "
+      "porthos.stage.silent = {}; porthos.stage.look({}); 0",
       nlohmann::json(o.dark ? "dark" : "light").dump(),
       nlohmann::json(o.orbit ? "orbit" : "mechanism").dump(), nlohmann::json(o.ride).dump(),
-      o.arrows, nlohmann::json(o.camera).dump()));
+      o.arrows, o.trail, !o.text, nlohmann::json(o.camera).dump()));
   return page;
 }
 

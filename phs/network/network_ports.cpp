@@ -66,7 +66,7 @@ void require_new_name(const Network::Plan& p, const std::string& name) {
   if (taken(p.members) || taken(p.laws) || taken(p.rayleighs) || taken(p.sources) ||
       taken(p.springs) || taken(p.block_springs) || taken(p.controls) || taken(p.sampled) ||
       taken(p.filling))
-    refuse(p, "two elements are named '" + name + "', expected names that differ");
+    refuse(p, "two elements are named '" + name + "', expected another name for one of them");
 }
 
 std::vector<int> rows_of(const std::vector<FoundPort>& ports) {

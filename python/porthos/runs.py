@@ -210,11 +210,12 @@ def report(folder: PathLike, out: PathLike | None = None, *, models: Sequence[Pa
 
 def film(results: PathLike, out: PathLike | None = None, *, start: float | None = None, end: float | None = None, speed: float | None = None,
          size: tuple[int, int] = (1280, 720), camera: str = "iso", follow: str = "place", orbit: bool = False, arrows: bool = False,
-         dark: bool = False) -> Path:
+         dark: bool = False, trail: bool = False, text: bool = True) -> Path:
     """Writes a film (.mp4) of the playback, or the picture at `start` (.png), by a Chromium without a window: docs/report.md.
 
     results: a folder of results, or a report.html. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
-    whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
+    whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world. trail: the whole paths of the arms' ends, not their last part.
+    text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
     page = Path(results)
     if page.is_dir():
@@ -224,7 +225,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
     elif not page.is_file():
         raise InvalidArgument(f"{page} is no folder of results and no report.html")
     out = Path(out) if out is not None else page.parent / "film.mp4"
-    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow, orbit, arrows, dark)
+    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow, orbit, arrows, dark, trail, text)
     return out
 
 

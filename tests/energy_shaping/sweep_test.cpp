@@ -44,6 +44,7 @@ TEST(Sweep, Refuses) {
 TEST(Sweep, TenThousandAcrobotsLONG) {
   if (!std::getenv("PORTHOS_LONG")) GTEST_SKIP() << "10 000 runs: set PORTHOS_LONG=1";
   const auto loop = acrobot({});
+  EXPECT_THROW((void)logarithmic(-1, 10, 3), InvalidArgument);
   const auto gains = grid_of({logarithmic(80, 800, 100), logarithmic(0.3, 30, 100)});
   const auto before = std::chrono::steady_clock::now();
   const auto results =

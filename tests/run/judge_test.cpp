@@ -256,6 +256,8 @@ TEST(Judge, WhatIsWrongIsSaidInASentence) {
       says(refusal(folder, "Time,shoulder\n0,1\n1,1\n"), "bad.csv:1: there is no column 't'"));
   EXPECT_TRUE(says(refusal(folder, names + "0,1,2,3,4\n"), "1 row of numbers, expected 2 or more"));
   EXPECT_TRUE(says(refusal(folder, "time,time\n0,1\n"), "two columns are called 'time'"));
+  EXPECT_TRUE(says(refusal(folder, "0,1,2,3,4\n0.1,1,2,3,4\n"),
+                   "bad.csv:1: the line has numbers, expected the names of the columns"));
   const std::string good = names + "0,1,2,3,4\n0.1,1,2,3,4\n";
   EXPECT_TRUE(says(refusal(folder, good, "[columns]\n[columns.q]\nelbow = \"elbw\"\n"),
                    "there is no column 'elbw', the nearest one is 'elbow'"));

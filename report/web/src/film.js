@@ -12,7 +12,7 @@ export function save(blob, name) {
 /** A canvas with what the stage shows at this time; both sizes even, as video wants them. */
 function shot(stage, canvas = document.createElement("canvas")) {
   stage.draw();  // a canvas forgets its picture once it was shown
-  const from = stage.renderer.domElement, lines = (stage.host.querySelector(".said")?.innerText || "").split("\n");
+  const from = stage.renderer.domElement, lines = stage.silent ? [] : (stage.host.querySelector(".said")?.innerText || "").split("\n");
   const width = from.width & ~1, height = from.height & ~1, size = Math.max(12, Math.round(height / 32));
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
   const pen = canvas.getContext("2d");

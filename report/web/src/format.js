@@ -37,6 +37,17 @@ export function timeUnit(last) {
   return { name, seconds };
 }
 
+/** An instant of a span from 0 to `last` seconds, with digits for a thousandth of it: "8 h 20 min 05 s", "12.50 s". */
+export function instant(t, last, span) {
+  const { name, seconds } = timeUnit(last), two = (x) => String(x).padStart(2, "0");
+  if (name === "h") {
+    const all = Math.round(t);
+    return `${Math.floor(all / 3600)} h ${two(Math.floor(all / 60) % 60)} min ${two(all % 60)} s`;
+  }
+  const digits = seconds === 1 ? Math.max(1, 2 - Math.floor(Math.log10(span))) : Math.max(2, 3 - Math.floor(Math.log10(span / seconds)));
+  return `${(t / seconds).toFixed(digits)} ${name}`;
+}
+
 /** A time in words: "2 h 46 min", "12.5 s". */
 export function duration(s) {
   if (s < 120) return `${number(s)} s`;

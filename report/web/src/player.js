@@ -1,7 +1,7 @@
 import { drawCharts, markTime, seekWith } from "./charts.js";
 import { h } from "./dom.js";
 import { base64, film, filmed, picture, pixels, save } from "./film.js";
-import { duration, number, timeUnit } from "./format.js";
+import { duration, instant, number } from "./format.js";
 import { Stage } from "./stage.js";
 
 /** Speeds that play the whole in about 10, 20, 40 and 80 s, and real time; rounded to 1, 2, 5. */
@@ -69,7 +69,6 @@ export function player(d) {
       return null;
     }
     Object.assign(window.porthos, { film, picture, pixels, base64 });  // for programs
-    const unit = () => timeUnit(stage.last);
     if (several && clips[0].turn > 1.6) stage.choose(1), (clip.dataset.first = 1);
     function fill() {
       const span = stage.last - stage.first, s = speeds(span);
@@ -88,10 +87,10 @@ export function player(d) {
       const clock = performance.now();
       if (stage.playing && clock - told < 80) return;  // words need not be as quick as pictures
       told = clock;
-      const u = unit(), span = stage.last - stage.first || 1;
+      const span = stage.last - stage.first || 1;
       slider.value = (1000 * (t - stage.first)) / span;
       slider.setAttribute("aria-valuetext", duration(t));
-      said.replaceChildren(h("b", {}, `t = ${(t / u.seconds).toFixed(u.seconds === 1 ? Math.max(1, 2 - Math.floor(Math.log10(span))) : Math.max(2, 3 - Math.floor(Math.log10(span / u.seconds))))} ${u.name}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
+      said.replaceChildren(h("b", {}, `t = ${instant(t, stage.last, span)}`), stage.altitude && stage.clips[0].orbit ? `  ·  altitude ${number(stage.altitude / 1000, 4)} km` : "",
         stage.options.view === "mechanism" && stage.down ? "  ·  arrows: down (green), ahead (red)" : "",
         ...(stage.options.arrows && stage.options.view === "mechanism" ? stage.arrowWords().map((words) => h("div", {}, words)) : []));
       const gone = events.filter((e) => e.t <= t).length;

@@ -150,7 +150,7 @@ export class Stage {
     this.time = 0;
     this.rate = 1;
     this.playing = false;
-    this.options = { frames: false, arrows: false, trails: true, ride: "place", view: "mechanism" };
+    this.options = { frames: false, arrows: false, trails: true, whole: false, ride: "place", view: "mechanism" };
     const software = drawnBySoftware();
     this.renderer = new WebGLRenderer({ antialias: !software, alpha: false, powerPreference: "low-power", preserveDrawingBuffer: location.hash === "#still" });
     this.fine = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
@@ -480,7 +480,7 @@ export class Stage {
     }
     this.arrangeArrows(clip, f, next, s);
     for (const frames of cast.frames) frames.visible = this.options.frames;
-    const tail = Math.max(2, Math.min(120, clip.t.length));
+    const tail = this.options.whole ? clip.t.length : Math.max(2, Math.min(120, clip.t.length));
     for (const l of this.trails) {
       l.visible = this.options.trails && l.userData.act === act && clip.turn < 1.6;  // else it would be a tangle of chords
       const end = f + 1, begin = Math.max(0, end - tail);
