@@ -14,4 +14,8 @@ std::vector<std::string> notes_on_limits(const mechanics::MechanicalModel& model
                                          const phs::State& state, const std::string& when,
                                          const std::vector<std::string>& held);
 
+/// The same for rates above the velocity of the model file, which nothing enforces.
+std::vector<std::string> notes_on_speeds(const mechanics::MechanicalModel& model,
+                                         const phs::State& state, const std::string& when);
+
 }  // namespace porthos::scene

@@ -66,6 +66,7 @@ void WatchedRun::add_notes(RunReport& r) const {
       if (e.type == "limits" || e.stop) held.push_back(e.joint);
     add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
+    add(notes_on_speeds(*assembly_.mechanical, state_, "at the end"));
   }
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal())) {
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));

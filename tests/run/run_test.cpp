@@ -395,6 +395,23 @@ TEST(Run, NotesWhatStartsBeyondALimitOfTheModelFile) {
   EXPECT_EQ(notes, 1);
 }
 
+TEST(Run, NotesWhatIsFasterThanTheModelFileAllows) {
+  TemporaryFolder folder;
+  scene::Scene s = pendulum(folder).scene;
+  s.duration = 0.1;
+  const auto note = [&](const std::string& velocity) -> std::string {
+    const Case c =
+        make_case(folder, s,
+                  arm_urdf("<limit lower='-9' upper='9' effort='0' velocity='" + velocity + "'/>"));
+    for (const auto& n : scene::run(c.scene, c.assembly, into(folder / "out")).notes)
+      if (says(n, "velocities of the model file's limits do not act")) return n;
+    return "";
+  };
+  EXPECT_TRUE(says(note("0.01"), "joint 'shoulder' moves at -")) << note("0.01");
+  EXPECT_TRUE(says(note("0.01"), "rad/s at the end, faster than its 0.01 rad/s"));
+  EXPECT_EQ(note("100"), "") << "control";
+}
+
 TEST(Run, OneNoteNamesEveryJointBeyondItsLimit) {
   TemporaryFolder folder;
   scene::Scene s = pendulum(folder).scene;
