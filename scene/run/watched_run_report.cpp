@@ -67,6 +67,13 @@ void WatchedRun::add_notes(RunReport& r) const {
     add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
     add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
     add(notes_on_speeds(*assembly_.mechanical, state_, "at the end"));
+    for (const auto& c : assembly_.mechanism->coordinates())
+      if (const auto s = scene_.joints.find(c.name); s != scene_.joints.end() &&
+                                                     c.kind == phs::BlockKind::angle &&
+                                                     std::fabs(s->second.position) > 4 * M_PI)
+        r.notes.push_back(
+            fmt::format("joint '{}' starts at {:.6g} rad, {:.1f} turns: are they degrees?", c.name,
+                        s->second.position, s->second.position / (2 * M_PI)));
   }
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal())) {
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));

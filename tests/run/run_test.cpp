@@ -395,6 +395,21 @@ TEST(Run, NotesWhatStartsBeyondALimitOfTheModelFile) {
   EXPECT_EQ(notes, 1);
 }
 
+TEST(Run, AStartOfManyTurnsIsAskedAbout) {
+  TemporaryFolder folder;
+  scene::Scene s = pendulum(folder).scene;
+  s.duration = 0.1;
+  const auto asked = [&](double position) {
+    s.joints["elbow"].position = position;
+    const auto notes = scene::run(s, scene::assemble(s), into(folder / "out")).notes;
+    return std::ranges::any_of(notes, [](const auto& n) {
+      return says(n, "joint 'elbow' starts at 40 rad, 6.4 turns: are they degrees?");
+    });
+  };
+  EXPECT_TRUE(asked(40));
+  EXPECT_FALSE(asked(4)) << "control";
+}
+
 TEST(Run, NotesWhatIsFasterThanTheModelFileAllows) {
   TemporaryFolder folder;
   scene::Scene s = pendulum(folder).scene;
