@@ -1,5 +1,5 @@
 // What a step of spark16 costs per loop: chains of windows, where each loop shares a crank with the
-// next, and independent four-bars.
+// next, and independent four-bars; and a step of gauss16 on their trees alone.
 #include <benchmark/benchmark.h>
 
 #include "integrators/core/integrator.h"
@@ -9,13 +9,14 @@
 namespace porthos::bench {
 namespace {
 
-void spark16_step(benchmark::State& state, test::Linkage (*make)(int)) {
+void step(benchmark::State& state, test::Linkage (*make)(int), bool tree) {
   const int N = int(state.range(0));
   test::Linkage l = make(N);
   const auto x = l.start();
+  if (tree) l.spec = {};
   const auto model = l.model();
   phs::State s(model.description(), x);
-  const auto method = integrators::make_integrator("spark16", model, 1. / 256);
+  const auto method = integrators::make_integrator(tree ? "gauss16" : "spark16", model, 1. / 256);
   for (auto _ : state)
     if (method->step(s) != integrators::Outcome::ok) state.SkipWithError("the step failed");
   using benchmark::Counter;
@@ -90,8 +91,10 @@ BENCHMARK_CAPTURE(coordinates, scissors_reduced, test::scissors, false)->Arg(10)
 BENCHMARK_CAPTURE(coordinates, scissors_maximal, test::scissors, true)->Arg(10);
 BENCHMARK_CAPTURE(coordinates, lattice_reduced, test::lattice, false)->DenseRange(2, 10, 2);
 BENCHMARK_CAPTURE(coordinates, lattice_maximal, test::lattice, true)->DenseRange(2, 10, 2);
-BENCHMARK_CAPTURE(spark16_step, windows, chain_of_windows)->RangeMultiplier(10)->Range(1, 1000);
-BENCHMARK_CAPTURE(spark16_step, four_bars, test::four_bars)->RangeMultiplier(10)->Range(1, 1000);
+BENCHMARK_CAPTURE(step, windows, chain_of_windows, false)->RangeMultiplier(10)->Range(1, 1000);
+BENCHMARK_CAPTURE(step, windows_tree, chain_of_windows, true)->RangeMultiplier(10)->Range(1, 1000);
+BENCHMARK_CAPTURE(step, four_bars, test::four_bars, false)->RangeMultiplier(10)->Range(1, 1000);
+BENCHMARK_CAPTURE(step, four_bars_tree, test::four_bars, true)->RangeMultiplier(10)->Range(1, 1000);
 BENCHMARK_CAPTURE(factor, windows, chain_of_windows)->RangeMultiplier(10)->Range(1, 1000);
 BENCHMARK_CAPTURE(factor, four_bars, test::four_bars)->RangeMultiplier(10)->Range(1, 1000);
 

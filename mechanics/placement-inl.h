@@ -142,12 +142,13 @@ template <class J>
     return true;
 }
 
-/// From the child's axes to the parent's, of an axial body: a wrench, a first moment, a rigid
-/// inertia.
+/// From the child's axes to the parent's, of an axial body: a direction, a wrench, a first moment,
+/// a rigid inertia.
 template <class J, class T, class A>
 [[gnu::always_inline]] inline void climb(const Node& n, const Screw<T>& z, A& a) {
   screw::turn<2>(z, a);
-  if (slides<J>(n)) screw::shift<2>(z.d, a);
+  if constexpr (!std::is_same_v<A, Vec3<T>>)
+    if (slides<J>(n)) screw::shift<2>(z.d, a);
   climb<0, T>(n.tilt, a);
   climb<2, T>(n.before, a);
 }
@@ -204,6 +205,22 @@ template <class J, class T>
     }
   }
   return w.X[i].to_parent(of_child);
+}
+/// A frame on body i in the frame of its parent.
+template <class J, class T>
+[[gnu::always_inline]] inline Transform<T> to_parent(const Node& n, const Workspace<T>& w, size_t i,
+                                                     const Transform<T>& frame) {
+  if constexpr (about_z<J>) {
+    if (n.axial) {
+      Transform<T> X = frame;
+      for (Vec3<T>* axis : {&X.R.x, &X.R.y, &X.R.z}) climb<J>(n, w.screw[i], *axis);
+      screw::Moment<T> origin{X.r, T(1.0)};  // a point is the first moment of a unit mass there
+      climb<J>(n, w.screw[i], origin);
+      X.r = origin.mc;
+      return X;
+    }
+  }
+  return w.X[i] * frame;
 }
 
 }  // namespace porthos::mechanics::passes

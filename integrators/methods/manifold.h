@@ -58,9 +58,9 @@ class Manifold {
     }
     return false;
   }
-  /// Adds to momenta what makes Bᵀe + ∂g/∂t = 0 at time t, once more for its rounding, and until it
-  /// settles where e is not linear in the momenta. Factors the rows there. @param impulse  written:
-  /// the multipliers of that
+  /// Adds to momenta what makes Bᵀe + ∂g/∂t = 0 at time t, until what remains is a rounding of the
+  /// rates, or until it settles. Once is enough where e is linear in the momenta and the rows are
+  /// well conditioned. Factors the rows there. @param impulse  written: the multipliers of that
   void bring_momenta_back(const T& t, State& state, std::span<T> impulse) {
     rows_->set_time(t);
     rows_.move_to(state.x);
@@ -69,7 +69,8 @@ class Manifold {
     for (int i = 0;; ++i) {
       slips_at(state);
       const double now = largest(slip_);
-      if (i >= 2 && (i >= 8 || !(now < 0.01 * last))) break;
+      const bool settled = i >= 2 && (i >= 8 || !(now < 0.01 * last));
+      if (settled || (i >= 1 && now <= 8 * unit_roundoff<T> * largest_rate())) break;
       last = now;
       std::copy(slip_.begin(), slip_.end(), row_.begin());
       rows_->solve(row_);
@@ -87,6 +88,12 @@ class Manifold {
   static double largest(const std::vector<T>& x) {
     double most = 0;
     for (const T& a : x) most = std::max(most, magnitude(a));
+    return most;
+  }
+  /// Of the positions, in e_.
+  double largest_rate() const {
+    double most = 0;
+    for (const auto& [q, p] : pairs_) most = std::max(most, double(magnitude(e_[p])));
     return most;
   }
   double size_of_positions() const {

@@ -50,7 +50,7 @@ class MechanismConstraints final : public phs::Constraints<T> {
 
   void place(In x, Out g) override {
     std::copy_n(x.begin(), nq_, q_.begin());
-    passes::place_bodies(m_, w_, q_.data());
+    passes::place_joints(m_, w_, q_.data());
     for (size_t i = 0; i < loops_.size(); ++i) {
       const auto& loop = set_.loops()[i];
       const Transform<T> a = pose_of(loop.path_a, loop.pose_a);
@@ -174,25 +174,31 @@ class MechanismConstraints final : public phs::Constraints<T> {
   /// The frame in the axes of the common ancestor.
   Transform<T> pose_of(const std::vector<int>& path, const Pose& own) const {
     Transform<T> X = converted<T>(own);
-    for (const int i : path) X = w_.X[size_t(i)] * X;
+    for (const int i : path) {
+      const Node& n = m_.nodes()[size_t(i)];
+      visit_joint(n.type, [&](auto J) { X = passes::to_parent<decltype(J)>(n, w_, size_t(i), X); });
+    }
     return X;
   }
   /// Its twist relative to the common ancestor, with the joint rates in tau_.
   Motion<T> twist_of(const std::vector<int>& path, const Pose& own) const {
     Motion<T> V = passes::zero_motion<T>();
     for (size_t k = path.size(); k-- > 0;) {
-      const Node& n = m_.nodes()[size_t(path[k])];
-      V = w_.X[size_t(path[k])].to_child(V);
-      visit_joint(n.type, [&](auto J) { passes::add_joint_twist<decltype(J)>(n, tau_.data(), V); });
+      const size_t i = size_t(path[k]);
+      const Node& n = m_.nodes()[i];
+      visit_joint(n.type, [&](auto J) {
+        if (k + 1 < path.size()) V = passes::to_child<decltype(J)>(n, w_, i, V);
+        passes::add_joint_twist<decltype(J)>(n, tau_.data(), V);
+      });
     }
     return converted<T>(own).to_child(V);
   }
   /// A wrench on b about its origin in a's axes, and its reaction, on both frames.
-  static Ends on_ends(const Transform<T>& X, const Force<T>& w) {
+  [[gnu::always_inline]] static Ends on_ends(const Transform<T>& X, const Force<T>& w) {
     const Force<T> back{w.n + cross(X.r, w.f), w.f};
     return {passes::zero_force<T>() - back, {X.R.tmul(w.n), X.R.tmul(w.f)}};
   }
-  void add_joint_forces(const std::vector<int>& path, Force<T> f) {
+  [[gnu::always_inline]] void add_joint_forces(const std::vector<int>& path, Force<T> f) {
     for (const int i : path) {
       const Node& n = m_.nodes()[size_t(i)];
       visit_joint(n.type, [&](auto J) {
@@ -200,8 +206,8 @@ class MechanismConstraints final : public phs::Constraints<T> {
           T& tau = tau_[size_t(n.v + k)];
           tau = tau + decltype(J)::template project<k>(n, f);
         });
+        if (i != path.back()) f = passes::to_parent<decltype(J)>(n, w_, size_t(i), f);
       });
-      f = w_.X[size_t(i)].to_parent(f);
     }
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <stdexcept>
 #include <type_traits>
@@ -19,6 +20,12 @@ double size_of(const T& x) {
     return 0;
   else
     return std::fabs(phs::to_double(x));
+}
+
+/// The length of a vector of scalars; 0 in lanes.
+template <class T>
+double length_of(const Vec3<T>& x) {
+  return std::sqrt(size_of(dot(x, x)));
 }
 
 /// Upper bounds of a wrench's moment and force: what they could be if nothing lay in line.
@@ -44,8 +51,7 @@ struct OnNode {
   OnNode(int on, const Transform<T>& frame, const Force<T>& w)
       : node(on),
         wrench(frame.to_parent(w)),
-        reach(Reach{std::sqrt(size_of(dot(w.n, w.n))), std::sqrt(size_of(dot(w.f, w.f)))}.moved(
-            std::sqrt(size_of(dot(frame.r, frame.r))))) {}
+        reach(Reach{length_of(w.n), length_of(w.f)}.moved(length_of(frame.r))) {}
 };
 
 /// What one unit of a row's multiplier does: wrenches on two nodes, and joint forces.
@@ -98,7 +104,17 @@ class Delassus {
         sides_(std::is_same_v<T, double> ? bound_.size() : 0),
         beta_(m.nodes().size()),
         reach_(beta_.size()),
+        lever_(beta_.size()),
+        axes_(size_t(m.nv())),
         of_terms_(size_t(m.nv()), T(0.0)) {
+    for (const Node& n : m.nodes())
+      visit_joint(n.type, [&](auto J) {
+        unroll<decltype(J)::nv>([&](auto k) {
+          Motion<double> S = passes::zero_motion<double>();
+          decltype(J)::template add<k>(n, 1.0, S);
+          axes_[size_t(n.v + k)] = {length_of(S.w), length_of(S.v)};
+        });
+      });
     for (int b = 0; b < int(set.blocks().size()); ++b) add_block(set, b);
     u_.assign(elements_of_u_, T(0.0));
     scaled_ = u_;
@@ -113,6 +129,7 @@ class Delassus {
   /// factored at the same q.
   template <class EachRow>
   void sweep_rows(const EachRow& each_row, const Workspace<T>& w) {
+    for (size_t i = 0; i < lever_.size(); ++i) lever_[i] = length_of(w.X[i].r);
     each_row([&](const UnitWrench<T>& unit) { sweep(unit, w); });
     const auto elements = factors_.elements();
     std::fill(elements.begin(), elements.end(), T(0.0));  // factors have more than D
@@ -218,14 +235,15 @@ class Delassus {
   }
   /// Up to eight columns of n at once; lanes beyond them are zero.
   void solve_in_lanes(T* r, int n, int columns) const {
+    const size_t bytes = size_t(columns) * sizeof(T);
     for (size_t i = 0; i < place_.size(); ++i) {
       phs::Pack8 x(0.0);
-      for (int c = 0; c < columns; ++c) x.set(c, r[i * size_t(n) + size_t(c)]);
+      std::memcpy(&x, r + i * size_t(n), bytes);
       sides_[size_t(place_[i])] = x;
     }
     factors_.solve(std::span<phs::Pack8>(sides_));
     for (size_t i = 0; i < place_.size(); ++i)
-      for (int c = 0; c < columns; ++c) r[i * size_t(n) + size_t(c)] = sides_[size_t(place_[i])][c];
+      std::memcpy(r + i * size_t(n), &sides_[size_t(place_[i])], bytes);
   }
 
   void sweep(const UnitWrench<T>& unit, const Workspace<T>& w) {
@@ -251,7 +269,7 @@ class Delassus {
           const size_t v = size_t(n.v + k);
           const T uk = of_terms_[v] + decltype(J)::template project<k>(n, beta);
           of_terms_[v] = T(0.0);
-          bound += most_of<decltype(J), k>(n, reach_[size_t(i)], uk) * size_of(w.D_inverse[v]);
+          bound += most_of(axes_[v], reach_[size_t(i)], uk) * size_of(w.D_inverse[v]);
           beta += (-uk) * w.K[v];
           u_[--at] = uk;
           scaled_[at] = uk * w.D_inverse[v];
@@ -260,17 +278,13 @@ class Delassus {
       if (n.parent < 0) continue;
       const Transform<T>& X = w.X[size_t(i)];
       beta_[size_t(n.parent)] += X.to_parent(beta);
-      reach_[size_t(n.parent)] += reach_[size_t(i)].moved(std::sqrt(size_of(dot(X.r, X.r))));
+      reach_[size_t(n.parent)] += reach_[size_t(i)].moved(lever_[size_t(i)]);
     }
     bound_[size_t(place_[size_t(unit.row)])] = bound;
   }
   /// The square of the largest joint force that the wrench could give, at least u².
-  template <class J, int k>
-  static double most_of(const Node& n, const Reach& reach, const T& u) {
-    Motion<T> S = passes::zero_motion<T>();
-    J::template add<k>(n, T(1.0), S);
-    const double most = std::sqrt(size_of(dot(S.w, S.w))) * reach.moment +
-                        std::sqrt(size_of(dot(S.v, S.v))) * reach.force;
+  static double most_of(const Reach& axis, const Reach& reach, const T& u) {
+    const double most = axis.moment * reach.moment + axis.force * reach.force;
     return std::max(most * most, size_of(u) * size_of(u));
   }
 
@@ -301,7 +315,9 @@ class Delassus {
   std::vector<T> u_, scaled_;   ///< u_k^r and u_k^r / D_k
   std::vector<Force<T>> beta_;  ///< by node, of the row being swept
   std::vector<Reach> reach_;
-  std::vector<T> of_terms_;  ///< by freedom: joint forces of the row being swept
+  std::vector<double> lever_;  ///< by node: how far its origin is from its parent's
+  std::vector<Reach> axes_;    ///< by freedom: the lengths of S's rotation and translation
+  std::vector<T> of_terms_;    ///< by freedom: joint forces of the row being swept
 };
 
 }  // namespace porthos::mechanics::constraint_detail
