@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
@@ -244,29 +245,40 @@ class Reader {
                          s_.rolls() ? "rolling body" : "motion", name));
   }
 
-  /// Refuses maximal coordinates with what needs those of joints, or a model that changes; a free
-  /// choice is reduced ones then.
+  /// Refuses maximal coordinates with what needs those of joints; a free choice is reduced ones
+  /// then.
   void check_coordinates() {
     const std::string other = needs_joint_coordinates();
     if (other.empty() || s_.coordinates == Coordinates::reduced) return;
     if (s_.coordinates == Coordinates::maximal)
       refuse(coordinates_at_, "coordinates = \"maximal\" cannot be combined with " + other +
-                                  ", expected coordinates = \"reduced\"");
+                                  ", which needs joints with coordinates of their own, expected "
+                                  "coordinates = \"reduced\"");
     s_.coordinates = Coordinates::reduced;
     s_.why_coordinates = other + " needs them";
   }
   std::string needs_joint_coordinates() const {
-    std::string joint_output;
-    for (const Output& o : s_.outputs)
-      if (o.of_joint()) joint_output = o.name;
-    return s_.orbit                  ? "[orbit]"
-           : !s_.events.empty()      ? "[[event]]"
+    const auto first = [](const auto& all, const auto& is) -> std::string {
+      const auto found = std::find_if(all.begin(), all.end(), is);
+      return found == all.end() ? "" : " '" + found->name + "'";
+    };
+    const auto locks = [](const Event& e) {
+      return e.type == Event::Type::lock || e.type == Event::Type::unlock;
+    };
+    const auto at_joint = [](const Element& e) { return !e.latch && !e.thruster && !e.wrench; };
+    const auto of_joint = [](const Output& o) { return o.of_joint(); };
+    const auto is_rigid = [](const SceneContact& c) { return c.law.rigid(); };
+    const std::string event = first(s_.events, locks);
+    const std::string element = first(s_.elements, at_joint);
+    const std::string output = first(s_.outputs, of_joint);
+    const std::string rigid = first(s_.contacts, is_rigid);
+    return !event.empty()            ? "the [[event]] of" + event
            : !s_.actuators.empty()   ? "[[actuator]]"
-           : !s_.elements.empty()    ? "[[element]] '" + s_.elements.front().name + "'"
+           : !element.empty()        ? "[[element]]" + element
            : !s_.panels.empty()      ? "[[panel]]"
-           : !s_.contacts.empty()    ? "[[contact]]"
+           : !rigid.empty()          ? "the rigid [[contact]]" + rigid
            : !s_.controllers.empty() ? "[[controller]] '" + s_.controllers.front().name + "'"
-           : !joint_output.empty()   ? "[[output]] '" + joint_output + "'"
+           : !output.empty()         ? "[[output]]" + output
            : s_.urdf.couple_mimics   ? "mimic = \"couple\""
                                      : "";
   }
