@@ -25,8 +25,8 @@ struct PortLaw {
   std::string port;         ///< as in the plant's description, "elbow.torque"
   phs::LawPtr law;          ///< as many numbers as the port has
   double limit = HUGE_VAL;  ///< of |u| at a port of one number, which the law keeps
-  /// Why the law cannot give what its design asks for at a state, as the end of a sentence; null: it
-  /// can. Empty: it always can, but for its limit.
+  /// Why the law cannot give what its design asks for at a state, as the end of a sentence; null:
+  /// it can. Empty: it always can, but for its limit.
   std::function<const char*(std::span<const double> x)> hindrance = {};
 };
 

@@ -40,9 +40,9 @@ class WheelBase {
  public:
   /// shaped: made for the plant with the base port among its actuators and no spring or damping at
   /// the wheels.
-  /// @throws InvalidArgument for ports that are none of a wheel's, capacities without a period, axes
-  ///   that do not span all directions, a wheel that is not axisymmetric, or a balance of H_d that
-  ///   does not hold, with the number
+  /// @throws InvalidArgument for ports that are none of a wheel's, capacities without a period,
+  ///   axes that do not span all directions, a wheel that is not axisymmetric, or a balance of H_d
+  ///   that does not hold, with the number
   WheelBase(std::shared_ptr<const PotentialLoop> shaped, WheelBaseOptions options);
 
   const PotentialLoop& shaped() const { return *shaped_; }
