@@ -6,8 +6,8 @@
 
 #include "scene/files/hdf5_reader.h"
 #include "scene/session/extension.h"
-#include "scene/session/replot.h"
 #include "scene/session/memory_run.h"
+#include "scene/session/replot.h"
 #include "tests/run/shipped.h"
 
 namespace porthos::test::extension_test {
