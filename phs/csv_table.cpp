@@ -1,7 +1,5 @@
 #include "phs/csv_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -43,7 +41,7 @@ std::optional<double> number_in(std::string_view cell, char decimal) {
 }
 
 [[noreturn]] void fail(const std::string& where, const std::string& why) {
-  throw InvalidArgument(fmt::format("{}: {}", where, why));
+  throw InvalidArgument(where + ": " + why);
 }
 
 /// The separator that is most frequent in the line of names.
@@ -69,7 +67,7 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
     from = to + 1;
     ++line;
     if (without_edges(all).empty() || without_edges(all).front() == '#') continue;
-    const std::string where = fmt::format("{}:{}", path_, line);
+    const std::string where = place(line);
     if (order.empty()) {
       separator = separator_of(all);
       names_line_ = line;
@@ -80,15 +78,15 @@ CsvTable::CsvTable(std::string path, const std::string& text) : path_(std::move(
       for (const auto name : cells) {
         if (name.empty()) fail(where, "a column has no name, expected names in the first line");
         const auto [at, is_new] = columns_.try_emplace(std::string(name));
-        if (!is_new) fail(where, fmt::format("two columns are called '{}'", name));
+        if (!is_new) fail(where, "two columns are called '" + std::string(name) + "'");
         order.push_back(&at->second);
       }
       continue;
     }
     const auto cells = cells_of(all, separator);
     if (cells.size() != order.size())
-      fail(where, fmt::format("the row has {} numbers, expected {}, as many as there are names",
-                              cells.size(), order.size()));
+      fail(where, "the row has " + std::to_string(cells.size()) + " numbers, expected " +
+                      std::to_string(order.size()) + ", as many as there are names");
     for (std::size_t k = 0; k < cells.size(); ++k) {
       const double x = number_in(cells[k], separator == ',' ? '\0' : ',').value_or(NAN);
       if (!std::isfinite(x)) order[k]->no_number[rows()] = std::string(cells[k]);
@@ -109,17 +107,18 @@ std::vector<double> CsvTable::column(const std::string& name) const {
   if (found == columns_.end()) {
     Names known;
     for (const auto& [key, column] : columns_) known.push_back(key);
-    fail(header(), fmt::format("there is no column '{}', the nearest one is '{}'", name,
-                               known.empty() ? "" : nearest(name, known)));
+    fail(header(), "there is no column '" + name + "', the nearest one is '" +
+                       std::string(known.empty() ? "" : nearest(name, known)) + "'");
   }
   const Column& c = found->second;
   if (!c.no_number.empty())
     fail(at(c.no_number.begin()->first),
-         fmt::format("'{}' is '{}', expected a finite number", name, c.no_number.begin()->second));
+         "'" + name + "' is '" + c.no_number.begin()->second + "', expected a finite number");
   return c.values;
 }
 
-std::string CsvTable::header() const { return fmt::format("{}:{}", path_, names_line_); }
-std::string CsvTable::at(std::size_t row) const { return fmt::format("{}:{}", path_, lines_[row]); }
+std::string CsvTable::place(std::size_t line) const { return path_ + ":" + std::to_string(line); }
+std::string CsvTable::header() const { return place(names_line_); }
+std::string CsvTable::at(std::size_t row) const { return place(lines_[row]); }
 
 }  // namespace porthos

@@ -30,6 +30,7 @@ class CsvTable {
   std::string header() const;
 
  private:
+  std::string place(std::size_t line) const;
   struct Column {
     std::vector<double> values;
     std::map<std::size_t, std::string> no_number;  ///< the text there, by row

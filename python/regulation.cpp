@@ -84,17 +84,20 @@ void bind_wheels(py::module_& m) {
 the thrusters and its moment by the wheels, least |tau|. Whatever spin the wheels have, H_d falls. Not a ClosedLoop: the wheels
 turn on at rest.)");
   wheel_base
-      .def(
-          py::init([](std::shared_ptr<es::PotentialLoop> shaped, std::vector<std::string> wheels,
-                      const std::string& base_port, Numbers limits, int samples, double tolerance) {
-            return std::make_shared<es::WheelBase>(
-                std::move(shaped), es::WheelBaseOptions{base_port, std::move(wheels),
-                                                        std::move(limits), samples, tolerance});
-          }),
-          arg("shaped"), arg("wheels"), py::kw_only(), arg("base_port") = "base.wrench",
-          arg("limits") = Numbers{}, arg("samples") = 500, arg("tolerance") = 1e-10,
-          "wheels: their ports, 'wheel_x.torque', of axisymmetric wheels on the base, three axes "
-          "or more. limits: largest |torque| of each [N m]; none: without.")
+      .def(py::init([](std::shared_ptr<es::PotentialLoop> shaped, std::vector<std::string> wheels,
+                       const std::string& base_port, Numbers limits, Numbers capacities,
+                       double period, int samples, double tolerance) {
+             return std::make_shared<es::WheelBase>(
+                 std::move(shaped),
+                 es::WheelBaseOptions{base_port, std::move(wheels), std::move(limits),
+                                      std::move(capacities), period, samples, tolerance});
+           }),
+           arg("shaped"), arg("wheels"), py::kw_only(), arg("base_port") = "base.wrench",
+           arg("limits") = Numbers{}, arg("capacities") = Numbers{}, arg("period") = 0.0,
+           arg("samples") = 500, arg("tolerance") = 1e-10,
+           "wheels: their ports, 'wheel_x.torque', of axisymmetric wheels on the base, three axes "
+           "or more. limits: largest |torque| of each [N m]; none: without. "
+           "capacities: largest momentum of each [N m s], of torques held for `period` [s].")
       .def_property_readonly("certificate", &es::WheelBase::certificate,
                              py::return_value_policy::copy)
       .def(

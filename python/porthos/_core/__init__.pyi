@@ -1697,8 +1697,8 @@ def add_method(name: str, step: Callable[..., Any], *, order: int, title: str = 
     step(field, t, x, h) returns x(t + h) - x(t), an array (nx,): the difference keeps the digits that x + difference would lose. t
     [s] and h [s] are numbers, h also negative; x is an array (nx,) of state numbers; field(t, x) returns their rates (nx,). A
     step may depend on its arguments alone. In derivatives and 113-bit references the arrays hold Dual or Quad numbers: write
-    the step with operators and numpy's functions. order and the claims (symmetric, symplectic, quadratic_invariants,
-    energy_exact) are what verify() and compare() hold against it. A second call with the same name replaces the method. One
+    the step with operators and numpy's functions. symmetric and energy_exact are checked by
+    verify(); order, symplectic and quadratic_invariants are believed. A second call with the same name replaces the method. One
     step costs some microseconds for Python beside its evaluations. Raises InvalidArgument for the name of a method of Porthos.
     """
     ...
@@ -1753,7 +1753,7 @@ def write_report(folder: str, out: str, page: str, models: list[os.PathLike] = [
     """Fills the template `page` with the results in a folder and writes `out`. models: where the meshes of the model are."""
     ...
 
-def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool) -> None:
+def write_film(page: str, out: str, size: tuple[int, int], start: Optional[float], end: Optional[float], speed: Optional[float], camera: str, follow: str, orbit: bool, arrows: bool, dark: bool, trail: bool, text: bool) -> None:
     """Writes a film or a picture of the playback of a report.html."""
     ...
 

@@ -432,8 +432,8 @@ class WheelBase:
     the thrusters and its moment by the wheels, least |tau|. Whatever spin the wheels have, H_d falls. Not a ClosedLoop: the wheels
     turn on at rest.
     """
-    def __init__(self, shaped: PotentialLoop, wheels: list[str], *, base_port: str = 'base.wrench', limits: list[float] = [], samples: int = 500, tolerance: float = 1e-10) -> None:
-        """wheels: their ports, 'wheel_x.torque', of axisymmetric wheels on the base, three axes or more. limits: largest |torque| of each [N m]; none: without."""
+    def __init__(self, shaped: PotentialLoop, wheels: list[str], *, base_port: str = 'base.wrench', limits: list[float] = [], capacities: list[float] = [], period: float = 0.0, samples: int = 500, tolerance: float = 1e-10) -> None:
+        """wheels: their ports, 'wheel_x.torque', of axisymmetric wheels on the base, three axes or more. limits: largest |torque| of each [N m]; none: without. capacities: largest momentum of each [N m s], of torques held for `period` [s]."""
         ...
     @property
     def certificate(self) -> Certificate: ...
