@@ -66,7 +66,8 @@ class VectorEnv(_VectorBase):
     """Many environments of one model, as gymnasium.vector.VectorEnv.
 
     Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
-    where. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine. Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
+    where. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
+    Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.

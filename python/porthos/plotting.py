@@ -183,10 +183,10 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
     if what not in known:
         motion, lines = _of_motion(result)
         known.update(motion)
-    names = [n for n in known if n not in PANELS] if what == "motion" else [what]
-    if what != "motion" and what not in known and what not in lines:
-        raise InvalidArgument(f"what is '{what}', expected motion, {', '.join(known)} or a line")
     draw = {**lines, **known}
+    names = [n for n in known if n not in PANELS] if what == "motion" else [what]
+    if what != "motion" and what not in draw:
+        raise InvalidArgument(f"what is '{what}', expected motion, {', '.join(known)} or a line")
     if axes is not None:
         if len(names) > 1:
             raise InvalidArgument(f"axes are of one panel, expected what to be one of {', '.join(known)}")

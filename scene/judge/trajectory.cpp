@@ -256,10 +256,8 @@ double Trajectory::distance(const Columns& k, size_t i, double h) const {
 }
 
 Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const Numbers& t) const {
-  const auto attitude = [&](size_t i) {
-    mechanics::Quaternion<double> a{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
-    const double size = std::sqrt(a.w * a.w + dot(a.v, a.v));
-    return mechanics::Quaternion<double>{a.w / size, (1 / size) * a.v};
+  const auto attitude = [&](size_t i) {  // its length takes no part in the angle and the axis
+    return mechanics::Quaternion<double>{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
   };
   const auto rate = [&](size_t i) { return Vec3d{k.v[0][i], k.v[1][i], k.v[2][i]}; };
   const bool along_world = map_.angular_in_world && by_rates_;
@@ -270,10 +268,10 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
     const auto turn = along_world ? after * before.conj() : before.conj() * after;
     const double sine = norm(turn.v), angle = 2 * std::atan2(sine, turn.w);
     const Vec3d expected = (0.5 * h) * (rate(i - 1) + rate(i));
-    Vec3d step = sine > 0 ? (angle / sine) * turn.v : Vec3d{0, 0, 0};
-    if (sine > 0) {  // the turns that a quaternion does not show
-      const double along = dot(expected, turn.v) / sine - angle;
-      step = step + (phs::two_pi_hi * std::round(along / phs::two_pi_hi) / sine) * turn.v;
+    Vec3d step{0, 0, 0};
+    if (sine > 0) {
+      const double hidden = dot(expected, turn.v) / sine - angle;  // turns that no quaternion shows
+      step = ((angle + phs::two_pi_hi * std::round(hidden / phs::two_pi_hi)) / sine) * turn.v;
     }
     one.way += norm(step);
     one.off += norm(step - expected);

@@ -120,7 +120,7 @@ std::string remark_on(const vsa::Measurements& m, const std::string& path, doubl
   if (widest > 2 * M_PI)
     return fmt::format("{} has deflections up to {:.4g} rad, more than a turn: are they degrees?",
                        path, widest);
-  if (smoothing > 3 * m.scatter && smoothing > 0)
+  if (smoothing > 3 * m.scatter)
     return fmt::format(
         "{}: smoothing states errors of {:.2g} N m, but neighbours scatter by {:.2g} N m only: the "
         "curve may be flattened",

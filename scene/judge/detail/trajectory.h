@@ -64,8 +64,8 @@ class Trajectory {
   phs::State state(const phs::Description& d, Numbers x, size_t i) const;
   /// Unwraps angles that a file gives modulo 2π, by means of their rates.
   void follow(size_t i, double h);
-  /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   Agreement agreement_of_attitude(const Columns& k, const Numbers& t) const;
+  /// Displacement of a joint of one degree of freedom from row i - 1 to row i, turns included.
   double distance(const Columns& k, size_t i, double h) const;
 
   const TrajectoryTable& table_;
