@@ -121,6 +121,35 @@ void require_within_limits(const MovingMechanism& moving, const Latch& latch,
   check(latch, Instant(*moving.model, moving.state), event);
 }
 
+void move_with(MovingMechanism& moving, const std::string& link, const std::string& body,
+               const Pose& pose) {
+  const BodySpec root = way_to(moving.parts, body).front();
+  if (!is_free(root))
+    throw InvalidArgument("capture: the body '" + body +
+                          "' is not free in the world, expected one that is, or a link of a robot "
+                          "that floats");
+  const Instant now(*moving.model, moving.state);
+  const auto X_LB = Instant::lifted(pose);
+  const auto X_RB = inverse(now.pose(root.name)) * now.pose(body);
+  const auto X_WR = now.pose(link) * X_LB * inverse(X_RB);
+  // What the joints between the root and the body add to the body's twist stays.
+  const auto V_RB = now.twist(body) - X_RB.to_child(now.twist(root.name));
+  const auto V_R = inverse(X_RB).to_child(X_LB.to_child(now.twist(link)) - V_RB);
+  std::vector<double> q(now.q.begin(), now.q.end()), v(now.v.begin(), now.v.end());
+  const auto put = [](const auto& a, std::vector<double>& to, int at) {
+    for (int k = 0; k < 3; ++k) to[size_t(at + k)] = double(a[k]);
+  };
+  const auto& attitude = moving.model->mechanism().coordinate(joint_of(root) + ".attitude");
+  const auto& position = moving.model->mechanism().coordinate(joint_of(root) + ".position");
+  const auto turn = quaternion(X_WR.R);
+  q[size_t(attitude.q)] = double(turn.w);
+  put(turn.v, q, attitude.q + 1);
+  put(X_WR.r, q, position.q);
+  put(V_R.w, v, attitude.v);
+  put(V_R.v, v, position.v);
+  moving.set(q, v);
+}
+
 Pose relative_pose(const MovingMechanism& moving, const std::string& link,
                    const std::string& body) {
   const Instant now(*moving.model, moving.state);

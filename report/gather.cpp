@@ -178,19 +178,27 @@ class Gathered {
         if (k == 0) {
           understand(texts_in(*r));
           stage_from_assembly();
-          if (assembly_) moving.emplace(assembly_->parts);
+          if (assembly_) {
+            moving.emplace(assembly_->parts);
+            pass(*moving, assembly_->initial, 0);
+          }
         }
         add_phase(*r, from);
         r->read("time", [&](std::int64_t, std::int64_t rows, int, const double* t) {
           if (rows > 0) from = t[rows - 1];
         });
         if (!moving || k + 1 == count) return;
-        // the summary has the times of waiting events
-        scene::pass_events(*moving, *scene_, folder, from, scene::event_times(summary_));
-        stage_.mechanism =
-            std::shared_ptr<const mechanics::Mechanism>(moving->model, &moving->model->mechanism());
-        stage_.bodies = moving->parts.bodies();
+        pass(*moving, folder, from);
       });
+  }
+  /// The events after a state, or after that in a folder. The summary has the times of waiting
+  /// events.
+  template <class At>
+  void pass(mechanics::MovingMechanism& moving, const At& last, double time) {
+    scene::pass_events(moving, *scene_, last, time, scene::event_times(summary_));
+    stage_.mechanism =
+        std::shared_ptr<const mechanics::Mechanism>(moving.model, &moving.model->mechanism());
+    stage_.bodies = moving.parts.bodies();
   }
 
   /// results/compare_<name> of the same scene and model.

@@ -43,6 +43,7 @@ struct Assembly {
   std::vector<mechanics::UrdfNote> notes;
   std::vector<energy_shaping::Certificate> certificates;  ///< of the scene's controllers, in order
   std::vector<HinderedLaw> hindered;                      ///< of the controllers
+  Joined joined;                                          ///< by the events before a phase
   bool is_phase = false;  ///< between events: parts of the scene may be inactive
 
   /// The model that methods step: in orbit the internal motion alone.

@@ -164,6 +164,13 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
 /// Coordinates and rates of a record.
 FromRecord put_record(const StartFrom& from, const Assembly& a, Start& s) {
   const auto& m = *a.mechanism;
+  if (!from.joined.holds.empty()) {
+    auto record = numbers_of(from, a.model->description(), 0);
+    std::fill_n(record.known.begin(), 2 * m.nq(), false);
+    auto apart = taken_apart(from, a.parts);
+    s = {std::move(apart.q), std::move(apart.v)};
+    return record;
+  }
   auto record = numbers_of(from, a.model->description(), 2 * m.nq());
   const auto x = std::span<const double>(record.state.x).first(size_t(2 * m.nq()));
   s.q.assign(x.begin(), x.begin() + m.nq());
@@ -172,8 +179,13 @@ FromRecord put_record(const StartFrom& from, const Assembly& a, Start& s) {
 }
 
 std::string note_of(const StartFrom& from) {
-  return fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
-                     from.low_words ? "" : ", whose low words were not recorded");
+  std::string note =
+      fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
+                  from.low_words ? "" : ", whose low words were not recorded");
+  for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
+  for (const std::string& other : from.joined.others)
+    note += fmt::format("; the {} of that run is not continued: this scene states its own", other);
+  return note;
 }
 
 /// From the joints' coordinates to those of the free bodies.

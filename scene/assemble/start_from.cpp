@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mechanics/reconfiguration.h"
 #include "scene/assemble/detail/start.h"
 #include "scene/files/hdf5_file.h"
 
@@ -40,6 +41,57 @@ FromRecord numbers_of(const StartFrom& from, const phs::Description& d, int mech
         fmt::format("{}: the run in {} does not have the states of this model: {} are missing",
                     from.where, from.folder, fmt::join(missing, ", ")));
   return r;
+}
+
+namespace {
+
+void require_bodies(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
+  for (const auto& h : from.joined.holds)
+    for (const std::string& name : {h.body, h.link})
+      if (!name.empty() && std::ranges::none_of(parts.bodies(), [&](const mechanics::BodySpec& b) {
+            return b.name == name;
+          }))
+        throw InvalidArgument(fmt::format(
+            "{}: at {:g} s of the run in {} '{}' holds '{}', and this scene has no '{}', expected "
+            "the same bodies and robots",
+            from.where, from.time, from.folder, h.link, h.body, name));
+}
+
+/// One captive may hang on another: after as many passes as there are captives all are in place.
+void place_captives(mechanics::MovingMechanism& m, const Joined& joined) {
+  for (size_t pass = 0; pass < joined.holds.size(); ++pass)
+    for (const auto& h : joined.holds)
+      if (h.joint.empty()) mechanics::move_with(m, h.link, h.body, h.pose);
+}
+
+}  // namespace
+
+Motion taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
+  require_bodies(from, parts);
+  mechanics::MovingMechanism apart(parts);
+  const auto& m = apart.model->mechanism();
+  const auto known = numbers_of(from, apart.model->description(), 0);
+  Motion s{m.neutral(), std::vector<double>(size_t(m.nv()), 0.0)};
+  for (size_t i = 0; i < s.q.size(); ++i)
+    if (known.known[i]) s.q[i] = known.state.x[i];
+  apart.set(s.q, s.v);
+  place_captives(apart, from.joined);
+  // The record's momenta are those of the mechanism as joined, which has its rates.
+  mechanics::MovingMechanism joined = apart;
+  for (const Event& e : carried_events(from)) apply(joined, e);
+  const auto& one = joined.model->mechanism();
+  const auto record = numbers_of(from, joined.model->description(), 2 * one.nq());
+  const auto rates = joined.model->rates(record.state.x, record.state.turns);
+  std::copy_n(apart.state.x.begin(), s.q.size(), s.q.begin());
+  for (const auto& c : m.coordinates())
+    for (const auto& of : one.coordinates())
+      if (of.name == c.name && of.nv == c.nv)
+        std::copy_n(rates.begin() + of.v, c.nv, s.v.begin() + c.v);
+  apart.set(s.q, s.v);
+  place_captives(apart, from.joined);
+  std::copy_n(apart.state.x.begin(), s.q.size(), s.q.begin());
+  s.v = apart.model->rates(apart.state.x, apart.state.turns);
+  return s;
 }
 
 void put_exactly(const FromRecord& from, phs::State& s) {

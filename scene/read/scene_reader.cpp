@@ -63,6 +63,10 @@ class Reader {
     s_.elements = read_elements(top);
     if (s_.urdf.use_friction) add_urdf_friction(s_);
     s_.events = read_events(top);
+    if (s_.start_from) {
+      const auto carried = carried_events(*s_.start_from);
+      s_.events.insert(s_.events.begin(), carried.begin(), carried.end());
+    }
     s_.actuators = read_actuators(top);
     for (const auto& e : s_.elements)  // a rotor behind a rigid gear belongs to its joint
       if (e.motor && e.motor->rotor_inertia > 0)

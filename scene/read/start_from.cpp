@@ -15,12 +15,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The series of a run; of its last phase if it has several.
-fs::path series_in(const fs::path& folder) {
+std::vector<double> times_of(const Hdf5Reader& file) {
+  std::vector<double> t(size_t(file.dataset("time").size()));
+  file.read("time", t.data());
+  return t;
+}
+
+/// The series of a run. If it has several phases: of the last one that had begun at the time, or
+/// without a time, of the last one.
+fs::path series_in(const fs::path& folder, const double* at) {
   if (fs::exists(folder / "run.h5")) return folder / "run.h5";
   fs::path last;
-  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k)
-    last = folder / fmt::format("phase_{}/run.h5", k);
+  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k) {
+    const fs::path next = folder / fmt::format("phase_{}/run.h5", k);
+    if (at && !last.empty()) {
+      const auto t = times_of(Hdf5Reader(next));
+      if (t.empty() || t.front() > *at) break;
+    }
+    last = next;
+  }
   if (last.empty())
     throw InvalidArgument(
         fmt::format("{} has no run.h5, expected the results of a run", folder.string()));
@@ -29,9 +42,8 @@ fs::path series_in(const fs::path& folder) {
 
 /// The record at a time; the last one if there is none.
 std::int64_t record_at(const Hdf5Reader& file, const double* at, double& time) {
-  std::vector<double> t(size_t(file.dataset("time").size()));
+  const auto t = times_of(file);
   if (t.empty()) throw InvalidArgument("the run has no records");
-  file.read("time", t.data());
   size_t k = t.size() - 1;
   if (at)
     k = size_t(std::min_element(
@@ -72,11 +84,20 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
       file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
   read_group(file, "state/", "low_words/", k, from.state);
   read_group(file, "momentum/", "low_words_momentum/", k, from.momentum);
-  if (!file.datasets().count("turns")) return;
-  const auto names = lines_of(file.texts("turns")["columns"]);
-  const auto turns = row_of(file, "turns", k);
-  for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
-    from.turns[names[i]] = std::llround(turns[i]);
+  if (file.datasets().count("turns")) {
+    const auto names = lines_of(file.texts("turns")["columns"]);
+    const auto turns = row_of(file, "turns", k);
+    for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
+      from.turns[names[i]] = std::llround(turns[i]);
+  }
+  if (!file.datasets().count("joined")) return;
+  from.joined = joined_of(file.text("joined"));
+  for (const auto& [block, v] : from.joined.locked) {
+    from.state[block] = {v.x, v.low};
+    const std::vector<double> at_rest(v.x.size(), 0.0);
+    from.momentum[block] = {at_rest, at_rest};
+    if (v.turns != 0) from.turns[block] = v.turns;
+  }
 }
 
 }  // namespace
@@ -95,11 +116,27 @@ StartFrom read_start_from(const Table& t, const std::string& beside) {
           read_record(fs::path(beside) / own, &start, from);
           return from;
         }
-    read_record(series_in(fs::path(beside) / from.folder), t.has("at") ? &at : nullptr, from);
+    const double* moment = t.has("at") ? &at : nullptr;
+    read_record(series_in(fs::path(beside) / from.folder, moment), moment, from);
   } catch (const InvalidArgument& e) {
     refuse(from.where, e.what());
   }
   return from;
+}
+
+std::vector<Event> carried_events(const StartFrom& from) {
+  std::vector<Event> list;
+  for (const Joined::Hold& h : from.joined.holds) {
+    Event e;
+    e.type = h.joint.empty() ? Event::Type::capture : Event::Type::lock;
+    e.name = h.joint.empty() ? h.body : h.joint;
+    e.latch.body = h.body;
+    e.latch.link = h.link;
+    e.carried = true;
+    e.where = from.where;
+    list.push_back(std::move(e));
+  }
+  return list;
 }
 
 std::string text(const StartFrom& from) {
@@ -111,6 +148,7 @@ std::string text(const StartFrom& from) {
       all += '\n';
     }
   for (const auto& [name, n] : from.turns) all += fmt::format("{} {}\n", name, n);
+  if (!from.joined.empty()) all += to_text(from.joined);
   return all;
 }
 

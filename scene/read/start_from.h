@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "scene/read/event.h"
+#include "scene/read/joined.h"
+
 namespace porthos::scene {
 
 class Table;
@@ -20,12 +23,18 @@ struct StartFrom {
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;
   std::map<std::string, std::int64_t> turns;  ///< by the names of the angles
+  /// What its events had joined and locked by then. Locked coordinates are in state and turns too,
+  /// with no momentum.
+  Joined joined;
 };
 
 /// Reads the keys from and at of [initial]. beside: the folder of the scene file, to which a
 /// relative path refers. @throws InvalidArgument with file and line: there is no such run, or no
 /// record at the time
 StartFrom read_start_from(const Table& initial, const std::string& beside);
+
+/// The captures and locks that hold at the start, as events.
+std::vector<Event> carried_events(const StartFrom& from);
 
 /// All of it as text, for digests.
 std::string text(const StartFrom& from);

@@ -17,7 +17,7 @@ void check(const Scene& s) {
   const bool fixed = s.step_control == integrators::StepControl::fixed;
   for (const Event& e : s.events) {
     if (e.type == Event::Type::close) check_closing(s, e);
-    if (e.waits()) continue;
+    if (e.waits() || e.carried) continue;
     const double steps = e.at / s.step;
     if (!(e.at > 0 && e.at < s.duration))
       throw InvalidArgument(
@@ -185,8 +185,10 @@ PhaseSequence::PhaseSequence(const Scene& scene, const Assembly& assembly)
       latching_(scene),
       whole_(scene) {
   phase_.assembly = assembly;
-  for (const Event& e : scene.events)
+  for (const Event& e : scene.events) {
     if (e.waits()) waiting_.push_back(&e);
+    if (e.carried) happen(e);
+  }
   happen_at_once();
 }
 
@@ -223,6 +225,7 @@ void PhaseSequence::happen_at_once() {
 void PhaseSequence::assemble(double end) {
   phase_.scene = phase_of(scene_, moving_, latching_, end);
   phase_.assembly = assembly_of_phase(phase_.scene, whole_assembly_, moving_, motors_, orbit_);
+  phase_.assembly.joined = joined_by(happened_, moving_, *whole_assembly_.mechanical);
   held_.put_in(*phase_.assembly.model);
   assembled_ = true;
 }

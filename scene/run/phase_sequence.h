@@ -69,6 +69,11 @@ struct Happened {
   mechanics::Impact impact;
 };
 
+/// What the events have joined and locked by now.
+/// @param whole  the mechanism before all of them
+Joined joined_by(const std::vector<Happened>& happened, const mechanics::MovingMechanism& moving,
+                 const mechanics::MechanicalModel& whole);
+
 /// A run of one mechanism: from an event to the next, or to the end.
 struct Phase {
   Scene scene;  ///< without events; its duration is the phase's end

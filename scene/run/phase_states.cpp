@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <set>
 
 #include "phs/network/network.h"
 #include "scene/assemble/parts.h"
+#include "scene/files/hdf5_file.h"
 #include "scene/run/phase_sequence.h"
 
 /// What a state keeps from phase to phase besides the mechanism's.
@@ -85,6 +87,44 @@ void HeldOutputs::put_in(const phs::Model& model) const {
   for (const auto& hold : model.holds())
     if (const auto known = values_.find(hold->name); known != values_.end())
       hold->fresh = known->second;
+}
+
+Joined joined_by(const std::vector<Happened>& happened, const mechanics::MovingMechanism& moving,
+                 const mechanics::MechanicalModel& whole) {
+  Joined all;
+  const auto held = [&](const Event& e) {
+    return std::ranges::any_of(moving.captured,
+                               [&](const auto& c) { return c.link() == e.latch.body; });
+  };
+  std::set<std::string> seen;
+  for (auto h = happened.rbegin(); h != happened.rend(); ++h) {  // the last of each counts
+    const Event& e = *h->event;
+    if (e.on_latch() || e.on_loop()) all.others.push_back(text(e));
+    if (e.type == Event::Type::capture && held(e) && seen.insert("capture " + e.name).second)
+      all.holds.push_back(
+          {e.latch.body, e.latch.link, relative_pose(moving, e.latch.link, e.latch.body), {}});
+    if (e.type == Event::Type::lock && moving.locked.contains(e.name) &&
+        seen.insert("lock " + e.name).second)
+      all.holds.push_back({"", "", {}, e.name});
+  }
+  std::ranges::reverse(all.holds);
+  std::ranges::reverse(all.others);
+  const auto& blocks = whole.description().blocks;
+  const auto& coordinates = whole.mechanism().coordinates();
+  for (const auto& [joint, lock] : moving.locked) {
+    auto x = lock.q.begin(), low = lock.lo.begin();
+    auto turns = lock.turns.begin();
+    for (size_t i = 0; i < coordinates.size(); ++i) {
+      if (coordinates[i].joint != joint) continue;
+      const auto& b = blocks[i];
+      auto& v = all.locked[link_name(b.name)];
+      v = {{x, x + b.size}, {low, low + b.size}, 0};
+      x += b.size;
+      low += b.size;
+      if (b.kind == phs::BlockKind::angle) v.turns = *turns++;
+    }
+  }
+  return all;
 }
 
 }  // namespace porthos::scene

@@ -55,7 +55,7 @@ class RunFile {
     }
   }
 
-  void describe(const Scene& scene) {
+  void describe(const Scene& scene, const Joined& joined) {
     file_.attribute("/", "title", scene.title);
     file_.attribute("/", "method", scene.method);
     file_.attribute("/", "step_s", scene.step);
@@ -64,6 +64,7 @@ class RunFile {
     file_.group("provenance");
     for (const auto& [name, value] : provenance(scene)) file_.attribute("provenance", name, value);
     if (scene.random) file_.attribute("provenance", "seed", std::to_string(scene.random->seed));
+    if (!joined.empty()) file_.text("joined", to_text(joined));
     file_.text("provenance/scene", scene.text);
     file_.text("provenance/model", scene.urdf_text);
     if (!scene.files.empty()) file_.text("provenance/files", to_text(scene.files));
@@ -114,7 +115,7 @@ void write_run_file(const std::filesystem::path& path, const Scene& scene, const
   errno = 0;
   RunFile file(aside(path), RecordLayout(scene, assembly), report.records);
   file.declare(assembly, report);
-  file.describe(scene);
+  file.describe(scene, assembly.joined);
   file.fill(log);
   file.close();
 }

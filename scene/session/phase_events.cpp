@@ -21,7 +21,12 @@ bool took_place(const Event& e, double at, const std::optional<EventTimes>& happ
 void pass_events(mechanics::MovingMechanism& moving, const Scene& scene,
                  const std::filesystem::path& phase, double end,
                  const std::optional<EventTimes>& happened) {
-  moving.state = read_checkpoint(phase / "end").state;
+  pass_events(moving, scene, read_checkpoint(phase / "end").state, end, happened);
+}
+
+void pass_events(mechanics::MovingMechanism& moving, const Scene& scene, const phs::State& last,
+                 double end, const std::optional<EventTimes>& happened) {
+  moving.state = last;
   const auto own = size_t(moving.model->description().nx);  // in orbit the orbit follows
   moving.state.x.resize(own);
   moving.state.lo.resize(own);

@@ -14,10 +14,13 @@ namespace porthos::scene {
 using EventTimes = std::vector<std::pair<std::string, double>>;
 
 /// Takes the mechanism of a phase over the events at its end, so that it is that of the next phase.
-/// @param phase  results folder of the phase, whose last state is read
-/// @param end  time of its last record [s]
+/// @param last  the state at the end, of the mechanism and what follows it
+/// @param end  time of that state [s]
 /// @param happened  by the summary; none: there is no summary, the times of the scene count
-/// @throws InvalidArgument if the last state cannot be read
+void pass_events(mechanics::MovingMechanism& moving, const Scene& scene, const phs::State& last,
+                 double end, const std::optional<EventTimes>& happened);
+/// The same. @param phase  results folder of the phase, whose last state is read
+/// @throws InvalidArgument if it cannot be read
 void pass_events(mechanics::MovingMechanism& moving, const Scene& scene,
                  const std::filesystem::path& phase, double end,
                  const std::optional<EventTimes>& happened);

@@ -184,6 +184,8 @@ Moved moved_in(const fs::path& folder) {
   if (one) return all;
   const auto happened = event_times(summary);
   mechanics::MovingMechanism moving(assembly.parts);
+  pass_events(moving, scene, assembly.initial, 0, happened);
+  all.mechanisms = {{moving.model, &moving.model->mechanism()}};
   for (int k = 1; fs::is_directory(folder / fmt::format("phase_{}", k + 1)); ++k) {
     const fs::path phase = folder / fmt::format("phase_{}", k);
     const auto t = column(Hdf5Reader(phase / "run.h5"), "time");

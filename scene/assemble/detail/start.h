@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "mechanics/builder.h"
 #include "phs/system/state.h"
 #include "scene/read/scene.h"
 
@@ -24,5 +25,14 @@ struct FromRecord {
 FromRecord numbers_of(const StartFrom& from, const phs::Description& system, int mechanical);
 /// Sets what the record knows, with its low words and turns.
 void put_exactly(const FromRecord& from, phs::State& s);
+
+/// Coordinates (turns are in the record) and rates.
+struct Motion {
+  std::vector<double> q, v;
+};
+/// The motion of a mechanism whose parts the events of the other run had joined: all of them apart,
+/// moving as one.
+/// @throws InvalidArgument with file and line: the mechanism has no such parts, or lacks states
+Motion taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
 
 }  // namespace porthos::scene
