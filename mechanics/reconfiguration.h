@@ -113,9 +113,9 @@ void require_within_limits(const MovingMechanism& moving, const Latch& latch,
 Impact close_loop(MovingMechanism& moving, ConstraintSpec closing);
 /// Opens one. @throws InvalidArgument for a name that is not closed
 Impact open_loop(MovingMechanism& moving, const std::string& name);
-/// Places a floating mechanism so that `body` has the pose in the frame of `link` and moves with it,
-/// as if it had captured it so long ago: sets the coordinates and rates of its free joint. All other
-/// ones stay. Cost: O(n) in 113 bits.
+/// Places a floating mechanism so that `body` has the pose in the frame of `link` and moves with
+/// it, as if it had been captured so: sets the coordinates and rates of its free joint. All others
+/// stay. Cost: O(n) in 113 bits.
 /// @throws InvalidArgument for unknown names, and for a body whose mechanism does not float
 void move_with(MovingMechanism& moving, const std::string& link, const std::string& body,
                const Pose& pose);
