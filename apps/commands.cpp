@@ -93,7 +93,7 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
   const bool report =
-      !r.interrupted && !a.no_report && make_report(options.out, report::model_folders(s));
+      !r.interrupted && make_report(a, options.out, report::model_folders(s));
   if (!r.interrupted)
     print(a.json ? scene::read_file(options.out + "/summary.json")
                  : verdict_text(r, options.out, report));
@@ -135,7 +135,7 @@ int compare_command(const Arguments& a) {
   const scene::Comparison c = scene::compare(s, assembly, options);
   progress.finish();
   scene::write_comparison(out, s, c);
-  const bool report = !a.no_report && make_report(out);
+  const bool report = make_report(a, out);
   log(fmt::format("{}/: compare.json, compare.txt, work_precision.svg{}", out,
                   report ? ", report.html" : ""));
   print(a.json ? scene::comparison_json(s, c) : scene::comparison_table(s, c));
@@ -185,7 +185,7 @@ int ensemble_command(const Arguments& a) {
                     r.cases));
     return exit_interrupted;
   }
-  const bool page = r.complete && !a.no_report && make_report(options.out);
+  const bool page = r.complete && make_report(a, options.out);
   if (a.json && r.complete)
     print(scene::read_file(options.out + "/ensemble.json"));
   else

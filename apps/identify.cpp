@@ -4,6 +4,7 @@
 
 #include "apps/command_tools.h"
 #include "apps/output.h"
+#include "apps/report.h"
 #include "scene/files/files.h"
 #include "scene/identification/identification.h"
 
@@ -44,8 +45,10 @@ int identify_command(const Arguments& a) {
   }
   const std::string out = a.out.value_or(default_out(a) + "-identified");
   scene::write_identification(out, s, r);
+  const bool page = make_report(a, out);
   print(a.json ? scene::read_file(out + "/identify.json") : scene::identification_text(r));
-  log(fmt::format("{}/: found.toml, identify.json, identify.txt, identify.svg", out));
+  log(fmt::format("{}/: found.toml, identify.json, identify.txt, identify.svg{}", out,
+                  page ? ", report.html" : ""));
   return r.converged ? exit_ok : exit_numerical;
 }
 

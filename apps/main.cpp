@@ -160,7 +160,7 @@ void add_film(CLI::App& app, Arguments& a) {
   film->add_option("--size", a.size, "pixels [1280x720]")->type_name("WxH");
   film->add_option("--camera", a.camera, "from the side and above, or along an axis [iso]")
       ->check(CLI::IsMember({"iso", "x", "y", "z"}));
-  film->add_option("--follow", a.follow, "the base's place, the base, or the world [place]")
+  film->add_option("--follow", a.follow, "the base's place, the base, or the world [place; with --trail the world]")
       ->check(CLI::IsMember({"place", "base", "world"}));
   film->add_flag("--orbit", a.orbit, "planet and orbit in place of the mechanism");
   film->add_flag("--arrows", a.arrows, "of momenta, and of forces that outputs record");
@@ -176,7 +176,7 @@ void add_identify(CLI::App& app, Arguments& a) {
       app, a, "identify",
       "parameters of a scene from a log of its motion, and how well it tells them",
       "porthos identify examples/identification/scene.toml examples/identification/log.csv "
-      "--parameters spring.stiffness,friction.coulomb --sigma 1e-3");
+      "--parameters spring.stiffness,bearing.coulomb --sigma 1e-3");
   identify->add_option("LOG", a.log, "CSV with names in its first line, or HDF5")->required();
   identify
       ->add_option("--parameters", a.parameters,
@@ -199,6 +199,7 @@ void add_identify(CLI::App& app, Arguments& a) {
       ->type_name("M");
   identify->add_option("--step", a.step, "instead of the scene's [s]")->type_name("H");
   identify->add_flag("--json", a.json, "print identify.json instead of the table");
+  identify->add_flag("--no-report", a.no_report, "do not write report.html");
 }
 
 /// Commands that show what a run left, what a scene holds or what the program can do.

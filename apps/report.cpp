@@ -11,7 +11,10 @@ namespace porthos::apps {
 
 namespace fs = std::filesystem;
 
-bool make_report(const std::string& out, const std::vector<fs::path>& models) {
+bool make_report(const Arguments& a, const std::string& out, const std::vector<fs::path>& models) {
+  std::error_code ignored;
+  fs::remove(fs::path(out) / "report.html", ignored);
+  if (a.no_report) return false;
   const auto page = report::find_template();
   if (page.empty()) return false;
   try {

@@ -24,6 +24,13 @@ struct LoopLaw {
 
 }  // namespace
 
+PortLaw* law_of(std::vector<PortLaw>& laws, const phs::Description& plant, int input) {
+  for (const auto& port : plant.ports)
+    for (PortLaw& law : laws)
+      if (port.size == 1 && port.at == input && law.port == port.name) return &law;
+  return nullptr;
+}
+
 std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop, std::vector<double> limits) {
   if (!limits.empty()) require_size("limits", limits.size(), loop->actuated().size());
   for (const double l : limits)
@@ -34,11 +41,7 @@ std::vector<PortLaw> port_laws(std::shared_ptr<const ClosedLoop> loop, std::vect
   const auto at = loop->actuated();
   auto laws = port_laws(LoopLaw{std::move(loop), limits}, plant, at);
   for (size_t j = 0; j < limits.size(); ++j)
-    for (const auto& port : plant.ports)
-      if (port.size == 1 && port.at == at[j])
-        find_named(
-            laws, port.name, "no law", [](auto& l) -> auto& { return l.port; })
-            .limit = limits[j];
+    if (PortLaw* law = law_of(laws, plant, at[j])) law->limit = limits[j];
   return laws;
 }
 

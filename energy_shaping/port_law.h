@@ -118,6 +118,9 @@ std::vector<PortLaw> port_laws(Source source, const phs::Description& plant,
   return laws;
 }
 
+/// The law of the port of one number that holds an input, an offset in the plant's u; null: none.
+PortLaw* law_of(std::vector<PortLaw>& laws, const phs::Description& plant, int input);
+
 /// The laws of a closed loop, which they keep alive. limits: largest |u| of each actuated input, in
 /// the order of loop->actuated(); empty: none.
 /// @throws InvalidArgument for limits of the wrong number or sign

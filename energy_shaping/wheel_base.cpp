@@ -183,20 +183,18 @@ double WheelBase::dissipation(std::span<const double> x) const {
   return P;
 }
 std::vector<PortLaw> WheelBase::port_laws() const {
-  const auto& ports = shaped_->plant().description().ports;
-  auto laws = energy_shaping::port_laws(parts_, shaped_->plant().description(), actuated_);
-  for (size_t w = 0; w < parts_.inputs.size(); ++w)
-    for (const auto& port : ports) {
-      if (port.size != 1 || size_t(port.at) != parts_.inputs[w]) continue;
-      PortLaw& law = find_named(
-          laws, port.name, "no law", [](auto& l) -> auto& { return l.port; });
-      if (!parts_.limits.empty()) law.limit = parts_.limits[w];
-      if (!parts_.capacities.empty())
-        law.hindrance = [at = parts_.momenta[w],
-                         full = parts_.capacities[w]](std::span<const double> x) {
-          return std::fabs(x[at]) >= full * (1 - 1e-12) ? "has a full wheel" : nullptr;
-        };
-    }
+  const auto& plant = shaped_->plant().description();
+  auto laws = energy_shaping::port_laws(parts_, plant, actuated_);
+  for (size_t w = 0; w < parts_.inputs.size(); ++w) {
+    PortLaw* law = law_of(laws, plant, int(parts_.inputs[w]));
+    if (!law) continue;
+    if (!parts_.limits.empty()) law->limit = parts_.limits[w];
+    if (!parts_.capacities.empty())
+      law->hindrance = [at = parts_.momenta[w],
+                        full = parts_.capacities[w]](std::span<const double> x) {
+        return std::fabs(x[at]) >= full * (1 - 1e-12) ? "has a full wheel" : nullptr;
+      };
+  }
   return laws;
 }
 

@@ -52,7 +52,6 @@ Environment::Environment(std::shared_ptr<const phs::Model> model, std::vector<do
     : model_(std::move(model)),
       start_(std::move(start)),
       o_(std::move(options)),
-      seed_(o_.seed),
       keeper_(model_.description()) {
   const phs::Description& d = this->model().description();
   require_size("start state of an environment", start_.size(), size_t(d.nx));
@@ -107,7 +106,7 @@ void Environment::begin(int environment) {
   ++episodes_[i];
   lengths_[i] = 0;
   if (o_.begin) {
-    Stream random(seed_, i, std::uint64_t(episodes_[i]));
+    Stream random(seeds_[i], i, std::uint64_t(episodes_[i]));
     o_.begin(random, x);
     require_size("state an episode begins from", x.size(), start_.size());
     for (const double value : x)
@@ -132,7 +131,7 @@ void Environment::observe(int environment, std::span<double> to) {
 
 void Environment::reset(std::optional<std::uint64_t> seed) {
   if (seed) {
-    seed_ = *seed;
+    seeds_.assign(size_t(o_.count), *seed);
     std::fill(episodes_.begin(), episodes_.end(), -1);
   }
   const auto width = size_t(observation_size());
@@ -144,6 +143,13 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
   final_energies_ = energies_;
   for (auto* flags : {&terminated_, &truncated_, &failed_})
     std::fill(flags->begin(), flags->end(), 0);
+}
+
+void Environment::reset(std::span<const std::uint64_t> seeds) {
+  require_size("seeds of an environment", seeds.size(), size_t(o_.count));
+  seeds_.assign(seeds.begin(), seeds.end());
+  std::fill(episodes_.begin(), episodes_.end(), -1);
+  reset();
 }
 
 void Environment::step(std::span<const double> actions) {

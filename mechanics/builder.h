@@ -59,6 +59,11 @@ struct MasslessPart : InvalidArgument {
   std::vector<std::string> links;  ///< the links without mass
 };
 
+/// An inertia is positive but breaks the triangle inequality. accept_unphysical_inertia takes it.
+struct UnphysicalInertia : InvalidArgument {
+  using InvalidArgument::InvalidArgument;
+};
+
 /// The outermost joint with a degree of freedom that moves no inertia at the configuration q.
 /// Returns nothing if every joint moves some inertia there.
 std::optional<std::string> joint_without_inertia(const Mechanism& m, std::span<const double> q);
@@ -79,7 +84,7 @@ class MechanismBuilder {
   /// @throws InvalidArgument naming the offender (and file:line if known): duplicate or unknown
   ///   names, a cycle, a negative or non-finite mass, an inertia that is not positive or breaks the
   ///   triangle inequality, a zero axis, an unknown joint type, negative damping or stiffness;
-  ///   MasslessPart for a joint that moves no inertia at any configuration tried.
+  ///   MasslessPart for a joint that moves no inertia at any configuration tried; UnphysicalInertia.
   Mechanism build() const;
 
  private:

@@ -129,8 +129,10 @@ class TreeAssembly {
       const auto& whole = r_.nodes[size_t(node)].inertia;
       const auto total = whole.m > 0 ? about_centre(whole) : whole.I;
       const bool positive = whole.m > 0 && smallest_principal_moment(total) > 0;
-      if (!(accept_unphysical ? positive : inertia_fault(whole.m, total).empty()))
-        refuse(*b, inertia_fault(b->mass.mass, b->mass.inertia));
+      if (accept_unphysical ? positive : inertia_fault(whole.m, total).empty()) continue;
+      const std::string fault = inertia_fault(b->mass.mass, b->mass.inertia);
+      if (accept_unphysical || !positive) refuse(*b, fault);
+      throw UnphysicalInertia(in_file(b->where) + "body '" + b->name + "': " + fault);
     }
   }
   static Sym3<double> about_centre(const RigidInertia<double>& r) {

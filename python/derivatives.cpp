@@ -33,7 +33,7 @@ Objective::Part part_of(const char* name, const py::object& f) {
     const auto both = given.cast<py::tuple>();
     const auto g = numbers("gradient", both[1], x.size());
     std::copy(g.begin(), g.end(), gradient.begin());
-    return both[0].cast<double>();
+    return number("value", both[0]);
   };
 }
 

@@ -36,7 +36,7 @@ void bind_certificate(py::module_& m) {
       .def_property_readonly("title", &es::Certificate::title)
       .def_property_readonly("items", &es::Certificate::items)
       .def("item", &es::Certificate::item, arg("name"))
-      .def("holds", &es::Certificate::holds, "No item fails.")
+      .def_property_readonly("holds", &es::Certificate::holds, "No item fails.")
       .def("text", &es::Certificate::text, "A table for people.")
       .def("json", &es::Certificate::json, "The same for programs.")
       .def("html", &es::Certificate::html, "The table for pages.")

@@ -41,7 +41,9 @@ std::function<bool(std::span<const double>)> ended_of(const py::object& f) {
   if (f.is_none()) return {};
   return [kept = keep(f)](std::span<const double> x) {
     const py::gil_scoped_acquire gil;
-    return py::bool_(py::handle(kept.get())(to_array(x))).cast<bool>();
+    const py::object is = py::handle(kept.get())(to_array(x));
+    if (is.is_none()) throw InvalidArgument("ended(x) returned None, expected True or False");
+    return py::bool_(is).cast<bool>();
   };
 }
 
@@ -135,6 +137,17 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
           arg("seed") = py::none(),
           "Begins the first episode of a seed in every environment; without one, the next episode. "
           "Returns observations.")
+      .def(
+          "reset_each",
+          [](py::object self, const std::vector<std::uint64_t>& seeds) {
+            auto& e = of(self);
+            {
+              const py::gil_scoped_release released;
+              e.reset(seeds);
+            }
+            return observations(self);
+          },
+          arg("seeds"), "The same with a seed for each environment.")
       .def(
           "step",
           [](py::object self, py::object actions) {

@@ -20,6 +20,14 @@ std::vector<double> numbers(const char* name, py::handle sequence, size_t n) {
   return v;
 }
 
+double number(const std::string& name, py::handle value) {
+  try {
+    return value.cast<double>();
+  } catch (const py::cast_error&) {
+    throw py::type_error(fmt::format("{} is {}, expected a number", name, kind_of(value)));
+  }
+}
+
 mechanics::Vec3d vector3(const char* name, py::handle sequence) {
   const auto v = numbers(name, sequence, 3);
   return {v[0], v[1], v[2]};

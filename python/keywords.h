@@ -29,6 +29,8 @@ auto from_keywords(const C& prototype = {}) {
   });
 }
 
+/// @throws pybind11::type_error with name, got and expected
+double number(const std::string& name, py::handle value);
 /// n numbers from a sequence. @throws InvalidArgument with name, got and expected
 std::vector<double> numbers(const char* name, py::handle sequence, size_t n);
 mechanics::Vec3d vector3(const char* name, py::handle sequence);

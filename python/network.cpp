@@ -45,7 +45,7 @@ std::vector<Network::End> ends_of(py::handle list) {
     if (!py::isinstance<py::tuple>(e) || py::len(e) != 2)
       throw InvalidArgument("an end is " + kind_of(e) + ", expected a port's name or (name, sign)");
     const auto t = py::reinterpret_borrow<py::tuple>(e);
-    ends.push_back({t[0].cast<std::string>(), t[1].cast<int>()});
+    ends.push_back({t[0].cast<std::string>(), int(number("sign", t[1]))});
   }
   return ends;
 }

@@ -75,7 +75,13 @@ void arithmetic(Class& c) {
   c.def(
       "__pow__", [](const P& a, double n) { return wrap<P>(power(value(a), n)); },
       py::is_operator());
-  c.def("__float__", [](const P& a) { return phs::to_double(value(a)); });
+  c.def("__float__", [](const P& a) {
+    if constexpr (std::is_same_v<P, Dual>)
+      throw py::type_error(
+          "this number carries a derivative, which a float would lose: expected operators and "
+          "numpy's functions (np.sqrt in place of math.sqrt, no float(), no arrays of floats)");
+    return phs::to_double(value(a));
+  });
   c.def("__repr__", [](const P& a) { return text(a); });
   c.def("__abs__", [](const P& a) { return wrap<P>(phs::abs(value(a))); });
   c.def("fabs", [](const P& a) { return wrap<P>(phs::abs(value(a))); });

@@ -107,6 +107,8 @@ void from_python(py::handle h, std::span<T> to, const std::string& who) {
     py::ssize_t i = 0;
     for (const auto& x : flat) to[size_t(i++)] = from_python<T>(x, who);
   } else {
+    if (py::isinstance<py::array>(h) && py::reinterpret_borrow<py::array>(h).dtype().kind() == 'c')
+      throw InvalidArgument(who + " returned complex numbers, expected real ones");
     const auto a = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(h);
     if (!a) {
       PyErr_Clear();

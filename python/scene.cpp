@@ -256,6 +256,9 @@ void bind_scene(py::module_& m) {
                      "[s]; where it is no whole number of steps the last one is shorter.")
       .def_readwrite("record_every", &Scene::record_every,
                      "[s]; rounded to whole steps, at least one.")
+      .def_readwrite("centre_stays", &Scene::centre_stays,
+                     "Whether the centre of mass of what floats stays in the state. Else, where it "
+                     "moves as without the rest, it is integrated apart.")
       .def_readwrite("rtol", &Scene::rtol, "Of rivals that work to a tolerance.")
       .def_readwrite("iteration_tolerance", &Scene::iteration_tolerance,
                      "Of implicit methods; 0: to rounding.")

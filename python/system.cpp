@@ -283,14 +283,14 @@ void bind_check(py::module_& m) {
       .def_readonly("why_not", &AxiomResult::why_not,
                     "Why it could not be tried; empty: it was tried.")
       .def("applies", &AxiomResult::applies)
-      .def("holds", &AxiomResult::holds)
+      .def_property_readonly("holds", &AxiomResult::holds)
       .def("__repr__", [](const AxiomResult& a) {
         if (!a.applies()) return fmt::format("<{}: not applicable, {}>", a.axiom, a.why_not);
         return fmt::format("<{}: {:.2g}, limit {:.2g}>", a.axiom, a.worst, a.limit);
       });
   py::class_<CheckReport>(m, "CheckReport")
       .def_readonly("axioms", &CheckReport::axioms)
-      .def("holds", &CheckReport::holds)
+      .def_property_readonly("holds", &CheckReport::holds)
       .def("text", &CheckReport::text,
            "One line per axiom; a violated one names the worst value, the limit and the state.")
       .def("__str__", &CheckReport::text)

@@ -9,6 +9,7 @@
 #include "vsa/actuator.h"
 #include "vsa/catalogue.h"
 #include "vsa/formula.h"
+#include "vsa/table.h"
 
 namespace porthos::python {
 namespace {
@@ -86,15 +87,33 @@ void bind_families(py::module_& m) {
       "make_elastic",
       [](const std::string& family, const vsa::Limits& limits, const py::kwargs& parameters) {
         Values v;
-        for (const auto& [key, value] : parameters)
-          v[key.cast<std::string>()] =
-              py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)
-                  ? value.cast<std::vector<double>>()
-                  : std::vector<double>{value.cast<double>()};
+        for (const auto& [key, value] : parameters) {
+          const auto name = key.cast<std::string>();
+          const bool several =
+              (py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)) &&
+              !py::isinstance<py::str>(value);
+          v[name] = several ? numbers(name.c_str(), value, py::len(value))
+                            : std::vector<double>{number(name, value)};
+        }
         return std::const_pointer_cast<Elastic>(make_elastic(family, v, limits));
       },
       arg("family"), arg("limits") = vsa::Limits{},
       "A member of a family; parameters by name, see families().");
+  m.def(
+      "table",
+      [](const std::string& csv_file, double smoothing, vsa::Limits limits) {
+        const auto table = vsa::read_measurements(csv_file, smoothing);
+        limits.sigma_lower = table.sigma.front();
+        limits.sigma_upper = table.sigma.back();
+        return std::const_pointer_cast<Elastic>(
+            vsa::tabulated(table, limits, 0.02, table.without_errors ? 0 : smoothing));
+      },
+      arg("csv_file"), arg("smoothing") = 0.0, arg("limits") = vsa::Limits{},
+      R"(A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.
+
+csv_file: columns deflection [rad], sigma, torque [N m] and, where measured, stiffness [N m/rad] and sigma_effort.
+smoothing: standard deviation of the errors of the torques [N m]; more than 0: places need be no grid and may be repeated.
+limits: those of the deflection; sigma has the range of the file. InvalidArgument with file and line: it fits no energy.)");
   m.def(
       "formula",
       [](const py::object& energy, const vsa::Limits& limits, const py::kwargs& parameters) {
@@ -102,8 +121,13 @@ void bind_families(py::module_& m) {
             py::isinstance<py::str>(energy)
                 ? energy
                 : py::module_::import("porthos.formulas").attr("energy_of")(energy);
-        return std::const_pointer_cast<Elastic>(formula(
-            {text.cast<std::string>(), parameters.cast<std::map<std::string, double>>()}, limits));
+        std::map<std::string, double> values;
+        for (const auto& [key, value] : parameters) {
+          const auto name = key.cast<std::string>();
+          values[name] = number(name, value);
+        }
+        return std::const_pointer_cast<Elastic>(
+            formula({text.cast<std::string>(), std::move(values)}, limits));
       },
       arg("energy"), arg("limits") = vsa::Limits{},
       R"(An elastic energy [J] of your own, of the deflection phi = q - theta [rad] and the stiffness setting sigma.

@@ -7,6 +7,7 @@
 #include "phs/error.h"
 #include "report/detail/credibility.h"
 #include "report/detail/ensemble_data.h"
+#include "report/detail/identification_page.h"
 #include "report/detail/playback.h"
 #include "report/detail/series.h"
 #include "report/report.h"
@@ -267,7 +268,8 @@ class Gathered {
       j["planet"] = {{"mu", p.mu},
                      {"radius", p.radius},
                      {"axis", {p.axis.x, p.axis.y, p.axis.z}},
-                     {"rate", p.rotation_rate.value_or(0)}};
+                     {"rate", p.rotation_rate.value_or(0)},
+                     {"greenwich", s.orbit->environment.greenwich}};
       for (const auto& body : s.orbit->environment.third_bodies)
         if (body.name == "sun") j["planet"]["sun"] = ellipse_of(body);
     }
@@ -301,8 +303,10 @@ class Gathered {
 std::string report_json(const fs::path& folder, const std::vector<fs::path>& models) {
   std::error_code e;
   const bool run = fs::exists(folder / "summary.json", e) || fs::exists(folder / "run.h5", e);
-  const Json j =
-      !run && holds_ensemble(folder) ? ensemble_page(folder) : Gathered(folder, models).json();
+  const Json j = run                            ? Gathered(folder, models).json()
+                 : holds_ensemble(folder)       ? ensemble_page(folder)
+                 : holds_identification(folder) ? identification_page(folder)
+                                                : Gathered(folder, models).json();
   return j.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

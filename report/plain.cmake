@@ -1,7 +1,7 @@
 # cmake -DWEB= -DPAGE= -P: the page of the report without node: the modules that need no package, and plain/ in place of those that do,
 # one after another in one script. Each becomes a function that returns what it exports.
 set(script "const modules = {};\n")
-foreach(name dom format axes data scatter charts player sections ensemble main)
+foreach(name dom format axes data scatter charts player sections ensemble identification main)
   set(file ${WEB}/src/${name}.js)
   if(EXISTS ${WEB}/plain/${name}.js)
     set(file ${WEB}/plain/${name}.js)

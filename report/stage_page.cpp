@@ -50,11 +50,13 @@ void wait_for_stage(BrowserPage& page, const std::filesystem::path& report) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   const std::string kind = page.value("window.porthos?.data?.kind || ''");
-  throw InvalidArgument(fmt::format("{} has no playback, expected the report of a run{}",
-                                    report.string(),
-                                    kind == R"("ensemble")"     ? ": porthos run SCENE --case N"
-                                    : kind == R"("comparison")" ? ""
-                                                                : ", bundled with node"));
+  const bool ensemble = kind == R"("ensemble")",
+             other = kind == R"("comparison")" || kind == R"("identification")";
+  throw InvalidArgument(fmt::format(
+      "{} has no playback, expected the report of a run{}", report.string(),
+      ensemble ? ": porthos run SCENE --case N"
+      : other  ? ""
+               : ": porthos report makes it anew, of this version, if it was built with node"));
 }
 
 }  // namespace

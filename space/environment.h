@@ -95,6 +95,7 @@ struct SolarPressure {
 struct Environment {
   Planet planet;
   std::vector<ThirdBody> third_bodies;
+  double greenwich = 0;  ///< its angle from the x axis at time 0 [rad], by the epoch; for pictures
   std::optional<Atmosphere> atmosphere;
   std::optional<SolarPressure> solar_pressure;
   std::vector<Plate> plates;

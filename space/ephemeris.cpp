@@ -46,6 +46,10 @@ JulianDate date_of(const std::string& utc) {
   return tt;
 }
 
+double greenwich_angle(const JulianDate& tt) {
+  return eraGmst06(tt.day, tt.fraction - 69 / day, tt.day, tt.fraction);
+}
+
 Vec3d luminary_position(Luminary which, const JulianDate& epoch, double t) {
   double pv[2][3], about_barycentre[2][3];
   const double fraction = epoch.fraction + t / day;
@@ -69,6 +73,7 @@ namespace {
 
 bool has_ephemerides() { return false; }
 JulianDate date_of(const std::string&) { refuse_build(); }
+double greenwich_angle(const JulianDate&) { refuse_build(); }
 Vec3d luminary_position(Luminary, const JulianDate&, double) { refuse_build(); }
 
 #endif

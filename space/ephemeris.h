@@ -20,6 +20,10 @@ struct JulianDate {
 /// in a build without ERFA
 JulianDate date_of(const std::string& utc);
 
+/// Greenwich's angle from the x axis [rad] (mean sidereal time, eraGmst06), to 0.1 degrees: UT1 is
+/// taken 69 s behind TT.
+double greenwich_angle(const JulianDate& tt);
+
 /// The bodies with an ephemeris.
 enum class Luminary { sun, moon };
 

@@ -47,7 +47,8 @@ class ElasticOf final : public Elastic {
     };
     if (!(l.deflection > 0)) refuse("the deflection limit", l.deflection, "more than 0 rad");
     if (stops_ && !(l.stop_stiffness > 0 && l.stop_stiffness < HUGE_VAL))
-      refuse("the stiffness of the deflection stop", l.stop_stiffness, "more than 0 N m/rad^2");
+      refuse("stop_stiffness, of the stop at the deflection limit,", l.stop_stiffness,
+             "more than 0 N m/rad^2");
     if (!(l.sigma_lower <= l.sigma_upper))
       refuse("the lower end of sigma", l.sigma_lower, "no more than the upper end");
     if (!(l.sigma_stop_stiffness >= 0 && l.sigma_stop_stiffness < HUGE_VAL))

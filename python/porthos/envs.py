@@ -124,6 +124,7 @@ class VectorEnv(_VectorBase):
         scene = Scene(path)
         if scene.data.events:
             raise InvalidArgument(f"{path} has {len(scene.data.events)} [[event]]s, which an environment does not see, expected a scene without them")
+        scene.data.centre_stays = True  # actions may push it
         start = scene.assembly.initial.x
         if cases:
             if "begin" in options:
@@ -140,7 +141,7 @@ class VectorEnv(_VectorBase):
     @property
     def energies(self) -> np.ndarray:
         """H of each environment [J] at what reward sees: in the step that ends an episode, at its end."""
-        return self._batch.final_energies
+        return self._batch.final_energies.copy()
 
     def _seen(self, x: np.ndarray) -> np.ndarray:
         m = self._mechanism
@@ -149,11 +150,12 @@ class VectorEnv(_VectorBase):
         q, p = np.ascontiguousarray(x[:, : m.nq]), np.ascontiguousarray(x[:, m.nq : 2 * m.nq])
         return np.hstack([q, rates_from_momenta(m, q, p)]).astype(self._dtype)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
-        """(observations, info): the first episode of the seed, or the next."""
+    def reset(self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None):
+        """(observations, info): the first episode of the seed, of one for each environment, or the next."""
+        several = isinstance(seed, (list, tuple, np.ndarray))
         if gymnasium:
-            super().reset(seed=seed)
-        return self._seen(self._batch.reset(seed)), {}
+            super().reset(seed=None if several else seed)
+        return self._seen(self._batch.reset_each(list(seed)) if several else self._batch.reset(seed)), {}
 
     def step(self, actions):
         """(observations, rewards, terminated, truncated, info)."""

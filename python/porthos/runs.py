@@ -150,7 +150,7 @@ class Scene:
         "base.angular_velocity.x", numbers of the scene's outputs ("tip.x"). parameters: "link_6" (its ten inertial numbers),
         "link_6.mass", "spring.stiffness" of an element by its name, "joint_1.velocity" at the start, or a key of the scene.
         sigma: the standard deviation of the noise, of all columns or by name; without it the residual tells it. out: a folder
-        for found.toml, the scene with the values found, and identify.json. docs/identification.md.
+        for found.toml, the scene with the values found, identify.json and report.html. docs/identification.md.
 
         Raises InvalidArgument for unknown names, a log that does not fit, and all that gradient() refuses, and RuntimeError
         where the run from the scene's values fails.
@@ -159,7 +159,10 @@ class Scene:
         columns = {k: list(map(float, v)) for k, v in log.items()} if isinstance(log, Mapping) else str(log)
         by_name = dict(sigma) if isinstance(sigma, Mapping) else {}
         of_all = None if sigma is None or isinstance(sigma, Mapping) else float(sigma)
-        return Identification(**_core.identify_scene(self.data, columns, names, of_all, by_name, None if out is None else str(out)))
+        found = _core.identify_scene(self.data, columns, names, of_all, by_name, None if out is None else str(out))
+        if out is not None:
+            _report_beside(out)
+        return Identification(**found)
 
     def __repr__(self) -> str:
         return f"<porthos.Scene '{self.data.title}': {self.data.method}, step {self.data.step:g} s, {self.data.duration:g} s>"
@@ -209,12 +212,13 @@ def report(folder: PathLike, out: PathLike | None = None, *, models: Sequence[Pa
 
 
 def film(results: PathLike, out: PathLike | None = None, *, start: float | None = None, end: float | None = None, speed: float | None = None,
-         size: tuple[int, int] = (1280, 720), camera: str = "iso", follow: str = "place", orbit: bool = False, arrows: bool = False,
+         size: tuple[int, int] = (1280, 720), camera: str = "iso", follow: str | None = None, orbit: bool = False, arrows: bool = False,
          dark: bool = False, trail: bool = False, text: bool = True) -> Path:
     """Writes a film (.mp4) of the playback, or the picture at `start` (.png), by a Chromium without a window: docs/report.md.
 
     results: a folder of results, or a report.html. out: film.mp4 in that folder unless given. start, end [s]; speed in simulated seconds per second, the
-    whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world. trail: the whole paths of the arms' ends, not their last part.
+    whole in 20 s unless given. camera: iso, x, y or z. follow: place, base or world; unless given the world
+    with trail, else the place. trail: the whole paths of the arms' ends, not their last part.
     text: the time in a corner. Raises InvalidArgument for a report without a playback, a bad option, or if no browser is found.
     """
     page = Path(results)
@@ -225,7 +229,7 @@ def film(results: PathLike, out: PathLike | None = None, *, start: float | None 
     elif not page.is_file():
         raise InvalidArgument(f"{page} is no folder of results and no report.html")
     out = Path(out) if out is not None else page.parent / "film.mp4"
-    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow, orbit, arrows, dark, trail, text)
+    _core.write_film(str(page), str(out), size, start, end, speed, camera, follow or ("world" if trail else "place"), orbit, arrows, dark, trail, text)
     return out
 
 

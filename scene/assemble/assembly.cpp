@@ -244,6 +244,9 @@ Assembly assemble(const Scene& scene) {
     return assemble_model(scene, options);
   } catch (const mechanics::MasslessPart& e) {
     throw with_ways_out(e, scene);
+  } catch (const mechanics::UnphysicalInertia& e) {
+    throw InvalidArgument(e.what() +
+                          std::string(", or [model] unphysical_inertia = \"accept\" to take it"));
   }
 }
 

@@ -37,7 +37,7 @@ mechanics::Momentum<double> CentreOfMass::in_world(double t,
 }
 
 std::string why_centre_stays(const Scene& s) {
-  if (s.centre_stays) return "its slopes are asked for";
+  if (s.centre_stays) return "its motion is asked for";
   if (s.orbit) return "it is in orbit, where the split of orbit and internal motion takes it out";
   if (s.urdf.base != mechanics::UrdfOptions::Base::free) return "the base is fixed";
   for (const Robot& r : s.robots)

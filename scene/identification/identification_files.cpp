@@ -69,6 +69,28 @@ std::string parameters_text(const Identification& r) {
   return aligned(rows);
 }
 
+/// The size of what is left over at the times, of at most 1000 stretches the largest.
+Json sizes_json(const std::vector<double>& residual, size_t stretch) {
+  Json all = Json::array();
+  for (size_t i = 0; i < residual.size(); i += stretch) {
+    double most = 0;
+    for (size_t k = i; k < std::min(i + stretch, residual.size()); ++k)
+      most = std::max(most, std::fabs(residual[k]));
+    all.push_back(most);
+  }
+  return all;
+}
+Json residuals_json(const Identification& r) {
+  const size_t stretch = (r.times.size() + 999) / 1000;
+  Json j{{"t", Json::array()}, {"before", Json::array()}, {"after", Json::array()}};
+  for (size_t i = 0; i < r.times.size(); i += stretch) j["t"].push_back(r.times[i]);
+  for (size_t c = 0; c < r.columns.size(); ++c) {
+    j["before"].push_back(sizes_json(r.before[c], stretch));
+    j["after"].push_back(sizes_json(r.after[c], stretch));
+  }
+  return j;
+}
+
 /// The size of what is left over, in sigma, before and after, of up to six columns.
 std::string residual_plot(const Identification& r) {
   constexpr size_t most = 6;
@@ -154,9 +176,12 @@ std::string identification_json(const Scene& scene, const Identification& r) {
                             {"sigma", a.sigma > 0 ? Json(a.sigma) : Json()},
                             {"rms_before", a.before},
                             {"rms_after", a.after}});
+  j["residuals"] = residuals_json(r);
   j["chi_square"] = r.chi_square;
   j["degrees_of_freedom"] = r.freedoms;
   j["noise"] = r.noise;
+  j["noise_known"] = r.noise_known();
+  j["surprise"] = r.surprise();
   j["step_error"] = r.step_error;
   j["cost"] = {{"iterations", r.iterations},
                {"runs", r.runs},

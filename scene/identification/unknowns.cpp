@@ -261,7 +261,6 @@ Scene Unknowns::with_keys(std::span<const Replacement> replaced) const {
   s.method = scene_.method;
   s.step = scene_.step;
   s.duration = scene_.duration;
-  s.centre_stays = scene_.centre_stays;
   return s;
 }
 

@@ -1,6 +1,7 @@
 #include "scene/judge/judge_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -203,6 +204,9 @@ RunReport judge_file(const JudgeOptions& o) {
   r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
   add_notes(r, o.file, t.size(), powers);
+  if (const auto unused = table.unused(); !unused.empty())
+    r.notes.push_back(
+        fmt::format("columns of {} that were not used: {}", o.file, fmt::join(unused, ", ")));
   const auto& g = scene.urdf.gravity;
   if (dot(g, g) == 0 && !has_base(table, map))
     r.notes.push_back("judged without gravity: [environment] of the map states it");

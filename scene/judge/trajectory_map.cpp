@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "scene/assemble/detail/start.h"
 #include "scene/files/files.h"
 #include "scene/read/scene_texts.h"
 #include "scene/read/toml_table-inl.h"
@@ -56,6 +57,18 @@ std::string without_columns(const std::string& text) {
   return rest;
 }
 
+/// A trajectory has its own start; [initial] gives the positions of locked joints alone.
+void refuse_starts(const Scene& s) {
+  std::string where = s.base.where;
+  if (s.start_from) where = s.start_from->where;
+  for (const auto& [name, start] : s.joints)
+    if (!is_locked(s, name)) where = start.where;
+  if (!where.empty() || s.random)
+    refuse(where.empty() ? s.path : where,
+           "[initial] states a start, but the trajectory has its own, expected positions of locked "
+           "joints alone");
+}
+
 }  // namespace
 
 TrajectoryMap read_trajectory_map(const std::string& path) {
@@ -64,6 +77,12 @@ TrajectoryMap read_trajectory_map(const std::string& path) {
   m.text = read_file(path);
   const File file{path};
   const toml::table root = parse_toml(m.text, file);
+  for (const char* clock : {"integrator", "run"})
+    if (const toml::node* given = root.get(clock))
+      refuse(file.at(given->source()),
+             fmt::format("[{}] is given, but steps and times are those of the trajectory, expected "
+                         "none (a scene is no map: [model], [columns], [environment], [verify])",
+                         clock));
   const toml::node* columns = root.get("columns");
   if (!columns) return m;
   if (!columns->is_table())
@@ -99,6 +118,7 @@ Scene scene_of(const TrajectoryMap& map, const std::string& urdf, bool free_base
   Scene s =
       read_scene_again(map.path.empty() ? "trajectory.toml" : map.path, {text, read_file(urdf)});
   s.urdf_path = urdf;
+  refuse_starts(s);
   return s;
 }
 

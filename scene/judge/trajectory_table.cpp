@@ -51,7 +51,15 @@ std::vector<std::string> TrajectoryTable::names() const {
   return all;
 }
 
+std::vector<std::string> TrajectoryTable::unused() const {
+  if (!csv_) return {};
+  auto all = names();
+  std::erase_if(all, [&](const std::string& name) { return used_.contains(name); });
+  return all;
+}
+
 std::vector<double> TrajectoryTable::column(const std::string& name) const {
+  used_.insert(name);
   if (csv_) return csv_->column(name);
   const auto found = columns_.find(name);
   if (found == columns_.end()) {

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ class TrajectoryTable {
   /// @throws InvalidArgument for a missing column (names the nearest one), and with file and line
   /// for a value in it that is not a finite number
   std::vector<double> column(const std::string& name) const;
+  /// Columns of a CSV file for which nobody has asked.
+  std::vector<std::string> unused() const;
   /// Place of a row: "run.csv:17", or "run.h5: row 16".
   std::string at(std::size_t row) const;
 
@@ -39,6 +42,7 @@ class TrajectoryTable {
 
   std::filesystem::path path_;
   std::size_t rows_ = 0;
+  mutable std::set<std::string> used_;
   std::optional<CsvTable> csv_;
   std::map<std::string, Column> columns_;  ///< of HDF5
   std::unique_ptr<Hdf5Reader> hdf5_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 
 #include "mechanics/mechanical_model.h"
 #include "scene/files/files.h"
@@ -145,6 +146,28 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
 
 }  // namespace
 
+namespace {
+/// A target that is some quarter turns but for digits that were left out, as of the upright of a
+/// pendulum, where a design asks for rest; or that may be in degrees.
+std::string cut_target(const Table& t) {
+  std::string found;
+  if (t.is_array("joints")) return found;  // names alone
+  t.each("joints", [&](const std::string& joint, const std::string&, const Table& at) {
+    if (!at.is_number("target")) return;
+    const double target = at.number("target"), quarter = std::numbers::pi / 2;
+    const double whole = std::round(target / quarter) * quarter, off = std::fabs(target - whole);
+    if (std::fabs(target) > 4 * std::numbers::pi)
+      found = fmt::format("; the target of '{}' is {:g} rad (m): are they degrees?", joint, target);
+    else if (off > 1e-12 && off < 5e-3 && whole != 0)
+      found = fmt::format(
+          "; the target of '{}' is {:g}, expected all digits of {:.16g} if that "
+          "is meant",
+          joint, target, whole);
+  });
+  return found;
+}
+}  // namespace
+
 std::vector<Controller> read_controllers(const Table& scene, const std::string& folder) {
   std::vector<Controller> list;
   scene.each_of("controller", "type", [&](const std::string& word, const Table& t) {
@@ -165,6 +188,7 @@ std::vector<Controller> read_controllers(const Table& scene, const std::string& 
     c.sensing = read_sensing(t);
     c.tank = read_tank(t);
     type->read(t, c);
+    c.cut_target = cut_target(t);
     list.push_back(std::move(c));
   });
   for (const auto& c : list) check_takeover(c, list);
@@ -180,9 +204,12 @@ AddedControllers add_controllers(
     at_line(c.where, [&] {
       if (c.file.name.empty())  // the conditions of the library's laws are those of trees
         phs::refuse_constraints(model->description(), "controller '" + c.name + "'");
-      designs.push_back(c.design(c, {model, scene, inputs, [&](const std::string& member) {
-                                       return size_t(n.offset(member));
-                                     }}));
+      const auto offset = [&](const std::string& member) { return size_t(n.offset(member)); };
+      try {
+        designs.push_back(c.design(c, {model, scene, inputs, offset}));
+      } catch (const InvalidArgument& e) {
+        throw InvalidArgument(e.what() + c.cut_target);
+      }
     });
   const auto gates = gates_of(scene.controllers, designs);
   const auto nx = size_t(model->description().nx);

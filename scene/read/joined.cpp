@@ -49,6 +49,7 @@ Joined joined_of(const std::string& text) {
         joined.holds.push_back({h.at("body"), h.at("link"), pose_of(h.at("pose")), ""});
     }
     for (const auto& [block, v] : j.at("locked").items()) {
+      if (!v.at("turns").is_number_integer()) throw InvalidArgument("turns are no whole number");
       Joined::Value own{v.at("x"), v.at("low"), v.at("turns")};
       require_size("low words of a locked joint", own.low.size(), own.x.size());
       joined.locked.emplace(block, std::move(own));

@@ -90,13 +90,14 @@ void third_bodies(const Table& t, space::Environment& env) {
     for (const char* key : {"sun_longitude", "moon_longitude"})
       if (t.has(key)) t.fail(key, "is given with an epoch, expected one of both");
     const std::string date = t.text("epoch", "a date and time of UTC as \"2026-01-01T00:00:00\"");
+    try {
+      env.greenwich = space::greenwich_angle(space::date_of(date));
+    } catch (const InvalidArgument& e) {
+      refuse(t.at("epoch"), e.what());
+    }
     for (const auto& [key, which] :
          {std::pair{"sun", space::Luminary::sun}, {"moon", space::Luminary::moon}})
-      try {
-        if (t.boolean(key)) env.third_bodies.push_back(space::dated_body(which, date));
-      } catch (const InvalidArgument& e) {
-        refuse(t.at("epoch"), e.what());
-      }
+      if (t.boolean(key)) env.third_bodies.push_back(space::dated_body(which, date));
     return;
   }
   for (const char* key : {"sun", "moon"})

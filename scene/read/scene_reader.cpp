@@ -330,7 +330,9 @@ Scene read_scene(const std::string& path) { return Reader(path).read(); }
 Scene read_variation(const Scene& scene, std::span<const Replacement> replacements) {
   const SceneTexts kept{scene.text, scene.urdf_text, scene.files};
   const StartFrom* from = scene.start_from ? &*scene.start_from : nullptr;
-  return Reader(scene.path, &kept, from).read(replacements);
+  Scene varied = Reader(scene.path, &kept, from).read(replacements);
+  varied.centre_stays = scene.centre_stays;
+  return varied;
 }
 
 Scene read_scene_again(const std::string& path, const SceneTexts& kept) {

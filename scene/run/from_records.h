@@ -1,4 +1,5 @@
 #pragma once
+#include "scene/run/joint_limits.h"
 #include "scene/run/law_limits.h"
 #include "scene/run/output_summary.h"
 #include "scene/run/spring_ranges.h"
@@ -14,19 +15,24 @@ class FromRecords {
       : momenta_(scene, assembly, layout),
         springs_(scene, assembly, layout),
         limits_(assembly, layout),
+        joints_(scene, assembly, layout),
         outputs_(scene, layout) {}
   /// Whether it needs records.
-  bool any() const { return momenta_.any() || springs_.any() || limits_.any() || outputs_.any(); }
+  bool any() const {
+    return momenta_.any() || springs_.any() || limits_.any() || joints_.any() || outputs_.any();
+  }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record) {
     if (momenta_.any()) momenta_.see(record);
     springs_.see(record);
     limits_.see(record);
+    joints_.see(record);
     outputs_.see(record);
   }
   void fill(RunReport& report) const {
     momenta_.fill(report);
     springs_.fill(report);
+    joints_.fill(report);
     limits_.fill(report);
     outputs_.fill(report);
   }
@@ -35,6 +41,7 @@ class FromRecords {
   MomentumLedger momenta_;
   SpringRanges springs_;
   LawLimits limits_;
+  JointLimits joints_;
   OutputSummary outputs_;
 };
 

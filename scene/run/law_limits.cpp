@@ -47,8 +47,11 @@ void LawLimits::note(RunReport& report, const std::string& law, const Count& cou
                      const std::string& what) const {
   if (count.records == 0) return;
   report.notes.push_back(fmt::format(
-      "{} {} at {:.2g} % of the records, first at {:.6g} s: its certificate does not hold there",
-      law, what, 100.0 * double(count.records) / double(records_), count.first));
+      "{} {} at {} records, first at {:.6g} s: its certificate does not hold there", law, what,
+      count.records == records_
+          ? "all"
+          : fmt::format("{:.2g} % of the", 100.0 * double(count.records) / double(records_)),
+      count.first));
 }
 
 void LawLimits::fill(RunReport& report) const {

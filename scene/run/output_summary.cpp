@@ -1,5 +1,6 @@
 #include "scene/run/output_summary.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/run/run_report.h"
@@ -10,6 +11,12 @@ OutputSummary::OutputSummary(const Scene& scene, const RecordLayout& layout) : l
   for (size_t k = 0; k < layout.outputs.size(); ++k)
     for (auto& name : component_names(scene.outputs[k]))
       rows_.push_back({std::move(name), layout.outputs[k].unit});
+  for (size_t k = 0; k < rows_.size(); ++k) {
+    const size_t column = layout.output() + k, n = layout.watched.size();
+    const auto at = size_t(std::ranges::find(layout.watched, column) - layout.watched.begin());
+    least_.push_back(at < n ? layout.plain() + at : column);
+    largest_.push_back(at < n ? layout.plain() + n + at : column);
+  }
 }
 
 void OutputSummary::see(std::span<const double> record) {
@@ -17,8 +24,8 @@ void OutputSummary::see(std::span<const double> record) {
     OutputRow& r = rows_[k];
     r.end = record[layout_.output() + k];
     if (first_) r.start = r.least = r.largest = r.end;
-    r.least = std::fmin(r.least, r.end);  // of numbers: a locked joint has none
-    r.largest = std::fmax(r.largest, r.end);
+    r.least = std::fmin(r.least, record[least_[k]]);  // of numbers: a locked joint has none
+    r.largest = std::fmax(r.largest, record[largest_[k]]);
   }
   first_ = false;
 }

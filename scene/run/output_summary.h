@@ -9,7 +9,7 @@ namespace porthos::scene {
 
 struct RunReport;
 
-/// A number of an [[output]] over a run, at its records.
+/// A number of an [[output]] over a run: at its records, or with [run] extrema = "all" at all steps.
 struct OutputRow {
   std::string name, unit;
   double start = 0, end = 0, least = 0, largest = 0;
@@ -28,6 +28,8 @@ class OutputSummary {
  private:
   RecordLayout layout_;
   std::vector<OutputRow> rows_;
+  /// Columns of the extrema since the record before; of the number itself where none are recorded.
+  std::vector<size_t> least_, largest_;
   bool first_ = true;
 };
 

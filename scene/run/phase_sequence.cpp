@@ -286,6 +286,14 @@ void PhaseSequence::done(const RunReport& r) {
   happen_at_once();
 }
 
+void PhaseSequence::give_up(const std::string& why) {
+  RunReport& r = whole_.report();
+  r.notes.push_back("the run ended before an event that was impossible: " + why);
+  r.checks.push_back({"missed_events", 1, 0, false, false});
+  more_ = false;
+  broken_off_ = true;
+}
+
 RunReport PhaseSequence::finish() {
   RunReport& r = whole_.report();
   r.phases = count_;

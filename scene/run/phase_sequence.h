@@ -103,6 +103,8 @@ class PhaseSequence {
   /// failed is the last. @throws InvalidArgument for an event that is impossible (out of reach
   /// ...): then nothing of it has been applied, and last() is the phase before
   void done(const RunReport& phase);
+  /// Ends the run before an event that done() found impossible: a failed check, and a note of why.
+  void give_up(const std::string& why);
   /// The report of the whole; adds the checks of the events themselves.
   RunReport finish();
 

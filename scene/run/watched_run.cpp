@@ -184,9 +184,25 @@ void WatchedRun::fill_ledgers() {
   std::copy(now.begin(), now.end(), ledgers_.begin());
 }
 
+std::vector<double> WatchedRun::held() const {
+  const auto& holds = assembly_.model->holds();
+  if (state_.step != 0 || holds.empty()) return integrator_->sampler().memory();
+  const auto system = assembly_.model->instantiate<double>();
+  integrators::TurnKeeper<double> turns(assembly_.model->description());
+  turns.synchronise(state_, *system);
+  std::vector<double> x(state_.x), all;
+  for (size_t k = 0; k < x.size(); ++k) x[k] += state_.lo[k];
+  for (size_t i = 0; i < holds.size(); ++i) {
+    std::vector<double> memory = holds[i]->fresh;
+    system->sample(i, time(), x, memory);
+    all.insert(all.end(), memory.begin(), memory.end());
+  }
+  return all;
+}
+
 std::span<const double> WatchedRun::put_out() {
   if (outputs_.size() == 0) return {};
-  return outputs_.at(time(), state_, integrator_->sampler().memory());
+  return outputs_.at(time(), state_, held());
 }
 
 /// What the loops and couplings exert at the state.

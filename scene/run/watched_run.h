@@ -82,6 +82,8 @@ class WatchedRun {
   std::span<const double> react();
   void look();
   void record();
+  /// What the sampled controllers hold; at time 0 what they sample then, as the first step does.
+  std::vector<double> held() const;
   std::span<const double> put_out();
   void not_finite();
   void note_impacts();

@@ -61,11 +61,6 @@ void WatchedRun::add_notes(RunReport& r) const {
   };
   if (!scene_.choice.empty()) r.notes.push_back(scene_.choice);
   if (assembly_.mechanical) {
-    std::vector<std::string> held;
-    for (const Element& e : scene_.elements)
-      if (e.type == "limits" || e.stop) held.push_back(e.joint);
-    add(notes_on_limits(*assembly_.mechanical, assembly_.initial, "at the start", held));
-    add(notes_on_limits(*assembly_.mechanical, state_, "at the end", held));
     add(notes_on_speeds(*assembly_.mechanical, state_, "at the end"));
     for (const auto& c : assembly_.mechanism->coordinates())
       if (const auto s = scene_.joints.find(c.name); s != scene_.joints.end() &&
@@ -77,6 +72,15 @@ void WatchedRun::add_notes(RunReport& r) const {
   }
   if (const auto* network = dynamic_cast<const phs::NetworkModel*>(&assembly_.internal())) {
     add(network->stories(r.held, assembly_.initial.time(scene_.step)));
+    if (scene_.extrema != Extrema::all && !scene_.outputs.empty())
+      for (const auto& hold : network->holds())
+        if (hold->period < 0.999 * scene_.record_every) {
+          r.notes.push_back(
+              fmt::format("outputs are those of the records, every {:.6g} s, while '{}' samples "
+                          "every {:.6g} s: [run] extrema = \"all\" sees every step",
+                          scene_.record_every, hold->name, hold->period));
+          break;
+        }
     if (const auto waiting = network->waiting(r.held))
       r.checks.push_back({"missed_handovers", double(*waiting), 0, *waiting == 0, false, true});
   }

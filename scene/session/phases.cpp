@@ -41,7 +41,7 @@ void make_room(const RunOptions& o) {
     if (!finished && (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
                       has_checkpoint(end_folder(phase_folder(o, k)))))
       throw InvalidArgument(fmt::format(
-          "{} holds an unfinished run: use --resume to continue it, or remove the folder", o.out));
+          "{} holds an unfinished run: use --resume (in Python resume=True) to continue it, or remove the folder", o.out));
   std::error_code ignored;
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
     fs::remove_all(phase_folder(o, k), ignored);
@@ -61,7 +61,11 @@ class PhaseFolders {
       const fs::path folder = phase_folder(options_, size_t(phases_.count()));
       const bool known = options_.resume && has_checkpoint(end_folder(folder));
       const RunReport r = known ? read(*p, folder) : run(*p, folder);
-      phases_.done(r);
+      try {
+        phases_.done(r);
+      } catch (const InvalidArgument& why) {
+        phases_.give_up(why.what());
+      }
       if (r.interrupted) return phases_.finish();
       if (r.outcome != integrators::Outcome::ok) break;
       folders_.push_back(

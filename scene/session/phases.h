@@ -7,10 +7,9 @@ namespace porthos::scene {
 /// own mechanism with results in `out`/phase_1, phase_2 … `out`/summary.json covers the whole: the
 /// largest errors of all phases, the plastic losses among the losses, the momenta across each event
 /// among the checks, and "events" and "phases" in full. If killed at any moment, it continues bit
-/// for bit with `resume`.
-/// @throws InvalidArgument as run(); for an event that is not at a whole step inside the run; or,
-/// when the run reaches it, for an event that is impossible (capture out of reach ...): the phases
-/// before it are kept
+/// for bit with `resume`. An event that is impossible when the run reaches it (a capture out of
+/// reach ...) ends the run, which then fails.
+/// @throws InvalidArgument as run(), and for an event that is not at a whole step inside the run
 RunReport run_phases(const Scene& scene, const Assembly& assembly, const RunOptions& options);
 
 }  // namespace porthos::scene

@@ -278,6 +278,8 @@ TEST_F(SmallCommands, RunWritesItsReportUnlessToldNotTo) {
   EXPECT_TRUE(fs::exists(folder_ / "a/report.html"));
   EXPECT_EQ(shell(run + "--no-report --out b").code, 0);
   EXPECT_FALSE(fs::exists(folder_ / "b/report.html"));
+  EXPECT_EQ(shell(run + "--no-report --out a").code, 0);
+  EXPECT_FALSE(fs::exists(folder_ / "a/report.html")) << "one of other results goes";
   // A page that cannot be made costs no run its verdict.
   const Answer bad = shell("PORTHOS_REPORT_TEMPLATE=no.html '" PORTHOS_CLI "' run " +
                            example("ets_vii/scene.toml") + " --duration 5 --out c");

@@ -8,6 +8,7 @@
 #include "scene/ensemble/ensemble_scene.h"
 #include "scene/files/digest.h"
 #include "scene/judge/judge_file.h"
+#include "scene/read/joined.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/watched_run.h"
 #include "scene/session/replot.h"
@@ -187,6 +188,15 @@ Seeds case_seeds() {
   return {read_bytes(base() / "cases.bin")};
 }
 
+void read_joined(const std::string& bytes) { (void)scene::joined_of(bytes); }
+Seeds joined_seeds() {
+  scene::Joined joined;
+  joined.holds = {{"target", "hand", {}, ""}, {"", "", {}, "elbow"}};
+  joined.locked["elbow"] = {{0.5}, {1e-17}, 2};
+  joined.others = {"closing of grip"};
+  return {scene::to_text(joined)};
+}
+
 void read_run_file(const std::string& bytes) {
   base().restore_finished();
   write_bytes(base().finished() / "run.h5", bytes);
@@ -226,6 +236,7 @@ const std::vector<Reader>& readers() {
       {"checkpoint", read_checkpoint, checkpoint_seeds},
       {"records", read_records, records_seeds},
       {"cases", read_cases, case_seeds},
+      {"joined", read_joined, joined_seeds},
       {"run_file", read_run_file, run_file_seeds},
       {"summary", read_summary, summary_seeds},
   };

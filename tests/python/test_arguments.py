@@ -16,6 +16,8 @@ SENTENCES = [
     (lambda: vsa.make_elastic("cubic", limits=3), "make_elastic(): 'limits' is int 3, expected Limits"),
     (lambda: vsa.Limits(3), "Limits(): it got 1 argument, expected keywords only"),
     (lambda: vsa.Limits(deflection="much"), "deflection is str 'much', expected a number"),
+    (lambda: vsa.formula("k*phi^2", k="2"), "k is a str, expected a number"),
+    (lambda: vsa.make_elastic("cubic", k="2"), "k is a str, expected a number"),
     (lambda: energy_shaping.inertia_wheel_pendulum(3), "inertia_wheel_pendulum(): 'design' is int 3, expected InertiaWheelPendulum"),
     (lambda: ph.MechanicalModel(), "MechanicalModel(): 'mechanism' is missing, expected Mechanism"),
     (lambda: ph.MechanicalModel("arm", portz=[]), "MechanicalModel(): it has no argument 'portz', expected 'ports'"),
@@ -118,3 +120,13 @@ def test_the_error_of_a_function_of_the_user_stays():
 
     with pytest.raises(TypeError, match="incompatible function arguments of mine"):
         vsa.formula(lambda phi: potential(phi))
+
+
+def test_a_measured_spring_from_a_file(tmp_path):
+    file = tmp_path / "spring.csv"
+    file.write_text("deflection,sigma,torque\n" + "".join(f"{x},0,{5 * x}\n" for x in (-1, -0.5, 0, 0.5, 1)))
+    spring = vsa.table(str(file))
+    assert abs(spring.slopes(0.3, 0.0, 0.0)[0] - 1.5) < 1e-12
+    file.write_text("deflection,sigma,torque\n-1,0,1\n0,0,0\n1,0,-1\n")
+    with pytest.raises(ph.InvalidArgument, match="torque"):
+        vsa.table(str(file))

@@ -5,6 +5,7 @@ import sys
 import types
 
 import numpy as np
+import pytest
 
 import porthos as ph
 from test_dynamics import refused
@@ -60,6 +61,33 @@ def test_episodes(pendulum):
         obs, reward, terminated, truncated, info = s.step(np.float32([0.5]))
         assert s.observation_space.contains(obs) and reward == -0.25 and isinstance(truncated, bool)
     assert truncated and not terminated and not np.array_equal(obs, s.reset()[0])
+
+
+def test_what_floats_falls(tmp_path):
+    (tmp_path / "arm.urdf").write_text("<robot name='brick'><link name='brick'><inertial><mass value='2'/>"
+                                       "<inertia ixx='1' iyy='2' izz='3' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>")
+    (tmp_path / "scene.toml").write_text("[model]\nurdf = 'arm.urdf'\nbase = 'free'\n[environment]\ngravity = 'uniform'\nvector = [0, 0, -9.81]\n"
+                                         "[initial]\nbase = { position = [0, 0, 5], linear_velocity = [0.5, 0, 0] }\n"
+                                         "[integrator]\nmethod = 'gauss4'\nstep = 0.01\n[run]\nduration = 1.0\n")
+    e = ph.VectorEnv.from_scene(tmp_path / "scene.toml", reward=lambda o, u: np.zeros(1), limit=1.0, dtype=np.float64)
+    place = [e.names.index(f"base.position[{k}]") for k in range(3)]
+    obs, _ = e.reset(seed=0)
+    assert np.allclose(obs[0, place], [0, 0, 5], atol=1e-12)
+    before = e.energies
+    for _ in range(100):
+        obs, *_ = e.step(np.zeros(e.action_space.shape))
+    assert np.allclose(obs[0, place], [0.5, 0, 5 - 9.81 / 2], atol=1e-9)
+    e.step(np.ones(e.action_space.shape))
+    assert abs(e.energies - before)[0] > 1e-6, "energies are copies: a difference is one"
+
+
+def test_a_seed_for_each_environment(pendulum):
+    e = many(pendulum, begin=lambda uniform, x: x + uniform(len(x)))
+    first, second = e.reset(seed=[1, 2, 3])[0].copy(), e.reset(seed=[1, 2, 4])[0].copy()
+    assert np.array_equal(first[:2], second[:2]) and not np.array_equal(first[2], second[2])
+    assert np.array_equal(e.reset(seed=(1, 2, 3))[0], first)
+    with pytest.raises(ph.InvalidArgument, match="seeds of an environment"):
+        e.reset(seed=[1, 2])
 
 
 def test_from_a_scene(source):

@@ -68,6 +68,8 @@ def test_faults_of_a_method(source, tmp_path):
         run(lambda field, t, x, h: x[:2])
     with pytest.raises(ph.InvalidArgument, match="field.t, x.: x returned 3 numbers, expected 14"):
         run(lambda field, t, x, h: field(t, x[:3]))
+    with pytest.raises(ph.InvalidArgument, match="returned complex numbers, expected real ones"):
+        run(lambda field, t, x, h: 1j * field(t, x))
     with pytest.raises(ph.InvalidArgument, match="returned None, expected 14 numbers"):
         run(lambda field, t, x, h: None)
     with pytest.raises(ZeroDivisionError):

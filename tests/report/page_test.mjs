@@ -49,6 +49,7 @@ cpSync(join(source, "examples/double_pendulum/double_pendulum.urdf"), join(out("
 writeFileSync(join(out("many_scene"), "scene.toml"), readFileSync(example("double_pendulum"), "utf8").replace(/^title = .*/m, 'title = "Many <b>arms</b>"').replace(/^energy = .*/m, "energy = 1e-8").replace(/^step = .*/m, "step = 0.05") +
   '\n[[output]]\nquantity = "position"\nname = "tip"\nlink = "lower"\n[[event]]\ntype = "lock"\njoint = "elbow"\nabove = 8\n[ensemble]\ncases = 60\n[ensemble.vary]\n"initial.joints.*.position" = { uniform = [-2.5, 2.5] }\n');
 porthos("ensemble", join(out("many_scene"), "scene.toml"), "--duration", "10", "--out", out("many"));
+porthos("identify", example("identification"), join(source, "examples/identification/log.csv"), "--parameters", "spring.stiffness,bearing.coulomb,bearing.viscous", "--sigma", "1e-3", "--out", out("identified"));
 cpSync(out("ets"), out("damaged"), { recursive: true });
 truncateSync(join(out("damaged"), "run.h5"), statSync(join(out("damaged"), "run.h5")).size >> 1);
 porthos("report", out("damaged"));
@@ -145,6 +146,7 @@ await look("capture", { title: "Capture of a tumbling target", verdict: "Pass", 
 await look("orbit", { verdict: "Pass", charts: 4 });
 await look("motor", { verdict: "Pass", charts: 4 });
 await look("compare", { verdict: undefined, charts: 0 });
+await look("identified", { title: "Elastic joint, let go", verdict: "Found", charts: 1, both: true });
 await look("many", { title: "Many <b>arms</b>", verdict: "Fail", charts: 0, both: true });
 await look("damaged", { title: "ETS-VII, free floating", verdict: "Pass", charts: 0, banner: /Damaged results.*run\.h5/ });
 await look("broken", { verdict: "No verdict", charts: 4, banner: /Damaged results.*summary\.json/ });
@@ -357,6 +359,13 @@ console.log("playback");
   const orbit = await open("orbit");
   const view = await orbit.tab.evaluate(async () => { const s = porthos.stage; s.set("view", "orbit"); s.seek(1000); const a = s.craft.position.toArray(); s.seek(2500); return { a, b: s.craft.position.toArray(), line: s.orbitLine.geometry.attributes.position.count, altitude: s.altitude }; });
   expect(far(view.a, view.b) > 0.1 && view.line > 100 && Math.abs(view.altitude - 550e3) < 20e3, `orbit view: moved ${far(view.a, view.b).toFixed(2)} radii, altitude ${(view.altitude / 1000).toFixed(1)} km`);
+  const land = await orbit.tab.evaluate(() => {
+    const c = porthos.stage.globe.children[0].material.map.image.getContext("2d");
+    const at = ([latitude, longitude]) => [...c.getImageData(Math.floor(((longitude + 180) / 360) * c.canvas.width), Math.floor(((90 - latitude) / 180) * c.canvas.height), 1, 1).data].slice(0, 3).join();
+    return { land: [[20, 10], [72, -40], [62, 100], [66, -175]].map(at), sea: [[30, -40], [-17, -120], [70, -160], [0, 70]].map(at), ice: [[-80, 0], [-80, 175], [-82, -175]].map(at) };
+  });
+  const kinds = Object.values(land).map((all) => new Set(all));
+  expect(kinds.every((k) => k.size === 1) && new Set(kinds.map((k) => [...k][0])).size === 3, `map of the Earth: Sahara and Greenland land, the Pacific sea at the date line's rings, Antarctica ice: ${JSON.stringify(land)}`);
   await shot(orbit.tab, "orbit-view");
   await orbit.tab.close();
 }

@@ -198,6 +198,41 @@ TEST(Judge, PositionsMoveAsTheirRatesSay) {
   EXPECT_NE(why.find("does not move as its rates say"), why.npos) << why;
 }
 
+/// Six digits are enough, where the way from row to row has few of them; wrong rates still show.
+TEST(Judge, TheDigitsOfAFileAreAllowedFor) {
+  TemporaryFolder folder;
+  Case c = floating_arm(folder, 5, "gauss8");
+  c.scene.record_every = c.scene.step;
+  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
+  const std::string text = csv_of(c, folder / "out");
+  const auto rates_of = [&](double scale) {
+    std::string rounded;
+    std::istringstream lines(text);
+    std::vector<bool> is_rate;
+    for (std::string line; std::getline(lines, line); rounded += "\n") {
+      std::istringstream cells(line);
+      size_t k = 0;
+      for (std::string cell; std::getline(cells, cell, ','); ++k) {
+        if (k > 0) rounded += ",";
+        if (line.starts_with("time")) is_rate.push_back(cell.starts_with("v."));
+        rounded += line.starts_with("time") ? cell
+                                            : fmt::format("{:.5g}", (is_rate[k] ? scale : 1) *
+                                                                        std::stod(cell));
+      }
+    }
+    write_bytes(folder / "run.csv", rounded);
+    fs::remove_all(folder / "judged");
+    for (const auto& check : judge(folder, "run.csv").checks)
+      if (check.name == "rates") return check;
+    return scene::Check{};
+  };
+  const auto check = rates_of(1), wrong = rates_of(1.3);
+  std::printf("  five digits: %.1e, limit %.1e; rates 1.3 times: %.1e, limit %.1e\n", check.value,
+              check.limit, wrong.value, wrong.limit);
+  EXPECT_TRUE(check.pass);
+  EXPECT_FALSE(wrong.pass) << "control";
+}
+
 /// A brick that spins about a principal axis keeps its energy whatever its attitudes are.
 TEST(Judge, AttitudesTurnAsTheirRatesSay) {
   TemporaryFolder folder;

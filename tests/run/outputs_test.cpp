@@ -251,6 +251,36 @@ TEST(Outputs, ATorqueOfASampledControllerIsHeldBetweenItsInstants) {
   EXPECT_GT(instants, 15u);
   EXPECT_LE(off, 1e-12);  // 1e-14
   EXPECT_GT(moved, 0.1);  // a continuous law would follow
+  EXPECT_NEAR(r.at(0, "output/tau"), -30, 1e-12) << "the first record has the first sample";
+}
+
+TEST(Outputs, WithExtremaTheirLargestIsThatOfAllSteps) {
+  TemporaryFolder folder;
+  auto s = scene_of(folder, rod,
+                    falling + "[initial]\njoints.hinge = { position = 1 }\n" +
+                        "[[element]]\ntype = \"controller\"\njoint = \"hinge\"\nstiffness = "
+                        "30\ndamping = 3\nrate = 10\n" +
+                        output("joint_torque", "tau", "joint = \"hinge\""));
+  const auto of = [&](double record_every, scene::Extrema extrema) {
+    s.record_every = record_every;
+    s.extrema = extrema;
+    return scene::run_in_memory(s, scene::assemble(s), {});
+  };
+  const auto all = of(s.step, scene::Extrema::none), rare = of(0.7, scene::Extrema::none),
+             watched = of(0.7, scene::Extrema::all);
+  EXPECT_EQ(watched.outputs[0].least, all.outputs[0].least);
+  EXPECT_EQ(watched.outputs[0].largest, all.outputs[0].largest);
+  EXPECT_LT(rare.outputs[0].largest, all.outputs[0].largest) << "control";
+  const auto noted = [](const scene::RunReport& r) {
+    return std::ranges::any_of(r.notes, [](const auto& n) {
+      return says(n, "outputs are those of the records, every 0.7 s, while 'controller.hinge' "
+                     "samples every 0.1 s");
+    });
+  };
+  for (const auto& n : rare.notes) std::printf("  %s\n", n.c_str());
+  EXPECT_TRUE(noted(rare));
+  EXPECT_FALSE(noted(watched));
+  EXPECT_FALSE(noted(all));
 }
 
 TEST(Outputs, AreTheSameInFilesInMemoryAndResumed) {

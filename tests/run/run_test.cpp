@@ -393,6 +393,15 @@ TEST(Run, NotesWhatStartsBeyondALimitOfTheModelFile) {
                  "joint 'shoulder' is at 1.2 rad at the start, beyond its upper limit of 0.5 "
                  "rad") != std::string::npos;
   EXPECT_EQ(notes, 1);
+  // Between the ends: the pendulum swings from 1.2 rad to -1.2 rad and, in a second, back.
+  urdf.replace(urdf.find("upper='0.5'"), 11, "upper='1.5'");
+  s.duration = 3;
+  s.record_every = 0.01;
+  const Case swinging = make_case(folder, s, urdf);
+  const auto through = scene::run(swinging.scene, swinging.assembly, into(folder / "swings"));
+  EXPECT_TRUE(std::ranges::any_of(through.notes, [](const auto& n) {
+    return says(n, "joint 'shoulder' reaches -1.") && says(n, "beyond its lower limit of -1 rad");
+  }));
 }
 
 TEST(Run, AStartOfManyTurnsIsAskedAbout) {

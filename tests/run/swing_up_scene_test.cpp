@@ -157,6 +157,10 @@ TEST(SwingUpScene, RefusalsSayWhereAndWhat) {
   furuta({"rate = 500.0", "rate = 250.0"}, "expected one rate");
   furuta({"drives = \"turn\"", "drives = \"wheel\""}, "no joint 'wheel'");
   furuta({"damping = 0.5", "damping = 0.0"}, "damping");
+  furuta({"target = 3.141592653589793, position", "target = 3.14159, position"},
+         "force without actuator fails: 2.65");
+  furuta({"target = 3.141592653589793, position", "target = 3.14159, position"},
+         "; the target of 'swing' is 3.14159, expected all digits of 3.141592653589793 if");
   says(refusal("furuta_swing_up", {{"then = \"balance\"", "then = \"other\""}},
                "[[controller]]\ntype = \"swing_up\"\nname = \"other\"\nrate = 500.0\n"
                "drives = \"turn\"\nenergy = 1.0\njoints.swing = { target = 3.14 }\n"),

@@ -1,5 +1,7 @@
 #include "space/ephemeris.h"
 
+#include <numbers>
+
 #include "space/gravity.h"
 #include "tests/space/support.h"
 
@@ -44,6 +46,17 @@ TEST(Ephemeris, ShadowsOfTheCanonOfEclipses) {
     const double late = axis(best + 3600) / 6378137.0;
     breaks("an hour later", std::fabs(late - e.gamma), 0.02);
   }
+}
+
+/// Mean sidereal time at the epoch J2000: 18 h 41 min 50.548 s at 0 h of 2000-01-01 is 6 h 39 min
+/// 52.271 s (Explanatory Supplement 2013, 6.9); noon is 12 h and 118.28 s of sidereal time later.
+TEST(Ephemeris, GreenwichStandsAtItsSiderealTime) {
+  if (!has_ephemerides()) GTEST_SKIP() << "built without ERFA";
+  const auto hours = [](const char* utc) {
+    return greenwich_angle(date_of(utc)) * 12 / std::numbers::pi;
+  };
+  EXPECT_NEAR(hours("2000-01-01T00:00:00"), 6 + 39.0 / 60 + 52.271 / 3600, 0.1 / 15);
+  EXPECT_NEAR(hours("2000-01-01T12:00:00"), 18 + 41.0 / 60 + 50.548 / 3600, 0.1 / 15);
 }
 
 TEST(Ephemeris, PolynomialsAreTheSeries) {

@@ -326,7 +326,7 @@ TEST(Refused, Parameters) {
        },
        "expected 0 or more over sigma's range 0 to 1"},
       {[] { vsa::lever_arm({.ks = 1}, {.deflection = 0.3}); },
-       "the stiffness of the deflection stop is 0, expected more than 0"},
+       "stop_stiffness, of the stop at the deflection limit, is 0, expected more than 0"},
       {[] { vsa::device("fsj"); }, "unknown device 'fsj', expected one of qbmove_advanced"},
       {[] { vsa::elastic_of(vsa::device("vsaut_ii")); }, "device 'vsaut_ii' has no model"}};
   for (const auto& [call, says] : bad) {

@@ -3,6 +3,7 @@ import { read } from "./data.js";
 import { h } from "./dom.js";
 import * as ensemble from "./ensemble.js";
 import { duration } from "./format.js";
+import * as identification from "./identification.js";
 import { player } from "./player.js";
 import * as sections from "./sections.js";
 
@@ -53,16 +54,18 @@ function main() {
   }
   let stage = null;
   const button = theme(() => { drawCharts(); stage?.theme(); });
-  const s = d.summary, title = s?.title || d.ensemble?.title || d.scene?.title || d.comparison?.title || d.folder;
+  const s = d.summary, title = s?.title || d.ensemble?.title || d.identification?.title || d.scene?.title || d.comparison?.title || d.folder;
   document.documentElement.classList.toggle("alone", alone);
   document.title = `${title} – Porthos report`;
-  const meta = d.kind === "ensemble" ? ensemble.meta(d) : s ? `${s.method}, ${s.step_control ? `${s.step_control} from ` : ""}${s.step_s} s, ${duration(s.simulated_s)} simulated` : d.comparison && !s ? `comparison of methods, ${duration(d.comparison.duration_s)} simulated` : d.scene ? `${d.scene.method}, ${d.scene.step_s} s` : "";
+  const meta = d.kind === "ensemble" ? ensemble.meta(d) : d.kind === "identification" ? identification.meta(d) : s ? `${s.method}, ${s.step_control ? `${s.step_control} from ` : ""}${s.step_s} s, ${duration(s.simulated_s)} simulated` : d.comparison && !s ? `comparison of methods, ${duration(d.comparison.duration_s)} simulated` : d.scene ? `${d.scene.method}, ${d.scene.step_s} s` : "";
   const bad = d.status.state !== "complete" || d.missing.length;
   const play = d.acts.length ? player(d) : null;
   const series = d.series && d.series.t.length > 1;
   const parts = (d.kind === "ensemble" ? [
     ["Verdict", ensemble.verdict(d)], ["Distributions", ensemble.distributions(d)], ["What depends on what", ensemble.relations(d)], ["Cases", ensemble.cases(d)], ["Events", ensemble.events(d)],
     ["Provenance", sections.provenance(d)],
+  ] : d.kind === "identification" ? [
+    ["Parameters", identification.found(d)], ["Fit", identification.fit(d)], ["What the log tells", identification.told(d)], ["Provenance", sections.provenance(d)], ["Notes", identification.notes(d)],
   ] : [
     ["Verdict", d.kind === "comparison" ? null : sections.verdict(d)], ["Playback", play?.box], ["Motion", sections.motion(d)], ["Energy", series && sections.energy(d)], ["Errors", series && sections.errors(d)],
     ["Steps", series && sections.steps(d)], ["Impacts and slips", sections.jumps(d)], ["Ledgers", sections.ledgers(d)], ["Speed against error", sections.comparison(d)], ["Controllers", sections.controllers(d)], ["Credibility", sections.credibility(d)],

@@ -5,6 +5,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colour } from "./dom.js";
+import { earthRate, earthTexture, isEarth } from "./earth.js";
 import { ellipse, kepler } from "./kepler.js";
 import { meshGeometry } from "./meshes.js";
 
@@ -241,7 +242,8 @@ export class Stage {
   }
   planet() {
     const { radius } = this.data.planet;
-    const ball = new Mesh(new SphereGeometry(1, 48, 32), this.shared("planet", () => new MeshLambertMaterial()));
+    const skin = isEarth(this.data.planet) ? new MeshLambertMaterial({ map: earthTexture() }) : this.shared("planet", () => new MeshLambertMaterial());
+    const ball = new Mesh(new SphereGeometry(1, 96, 64).rotateX(Math.PI / 2), skin);  // three.js has its poles on y
     const net = [];
     for (let k = 0; k < 12; ++k) for (let i = 0; i < 48; ++i) for (const j of [i, i + 1]) {
       const a = (Math.PI * k) / 6, b = (-Math.PI / 2) + (Math.PI * j) / 48;
@@ -258,7 +260,9 @@ export class Stage {
     globe.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...this.data.planet.axis).normalize());
     this.orbitLine = new Line(new BufferGeometry(), this.shared("orbit-line", () => new LineBasicMaterial()));
     this.orbitLine.frustumCulled = false;
-    this.craft = new Mesh(new SphereGeometry(1, 12, 8), this.shared("craft", () => new MeshLambertMaterial()));
+    const dot = new SphereGeometry(1, 12, 8);
+    this.craft = new Mesh(dot, this.shared("craft", () => new MeshLambertMaterial()));
+    this.craft.add(new Mesh(dot, this.shared("craft-behind", () => new MeshBasicMaterial({ transparent: true, opacity: 0.35, depthTest: false }))));
     this.poles = globe.quaternion.clone();
     if (this.data.planet.sun) this.space.children.find((o) => o.isAmbientLight).intensity = 0.25;  // night
     this.space.add(globe, this.orbitLine, this.craft);
@@ -275,7 +279,7 @@ export class Stage {
   }
   theme() {
     this.renderer.setClearColor(colour("stage"));
-    for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught" }[name] || name.replace("-clear", "")) || "#888888");
+    for (const [name, m] of this.materials) m.color.set(colour({ "edge-line": "edge", planet: "link", "net-line": "edge", "orbit-line": "c1", craft: "caught", "craft-behind": "caught" }[name] || name.replace("-clear", "")) || "#888888");
     if (this.floor) this.floor.material.color.set(colour("guide")), (this.floor.material.opacity = 0.25);
     if (this.down) this.down.setColor(colour("c2")), this.ahead.setColor(colour("c1"));
     for (const l of this.trails) l.material.color.set(colour("c1"));
@@ -504,9 +508,9 @@ export class Stage {
       this.orbitLine.geometry = new BufferGeometry().setFromPoints(points.map((x) => new Vector3(x[0] / R, x[1] / R, x[2] / R)));
       this.shownOrbit = f;
     }
-    const { sun, rate } = this.data.planet;
+    const { sun, rate, greenwich } = this.data.planet, turning = rate || (isEarth(this.data.planet) ? earthRate : 0);
     if (sun) this.daylight.position.set(...kepler(sun.mu, sun.state, this.time)).setLength(10);
-    this.globe.quaternion.copy(this.poles).multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), ((rate || 0) * this.time) % (2 * Math.PI)));
+    this.globe.quaternion.copy(this.poles).multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), (greenwich + turning * this.time) % (2 * Math.PI)));
     const turn = this.carrier.quaternion;
     this.altitude = Math.hypot(...r) - R;
     this.down.setDirection(new Vector3(-r[0], -r[1], -r[2]).normalize().applyQuaternion(turn));

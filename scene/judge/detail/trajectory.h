@@ -43,7 +43,7 @@ class Trajectory {
     std::string name;
     double way = 0;        ///< Σ |q_i - q_(i-1)|
     double off = 0;        ///< Σ of what the trapezoidal rule over the rates leaves of it
-    double uncertain = 0;  ///< Σ of that rule's own errors, from third differences
+    double uncertain = 0;  ///< Σ of that rule's own errors and of the rounding of the numbers
   };
   /// The place of a base where the file has its rates, along the world's axes.
   std::vector<Agreement> agreements(const Numbers& t) const;

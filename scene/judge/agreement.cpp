@@ -1,0 +1,105 @@
+// Whether the positions of a trajectory move as its rates say.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "mechanics/rotation.h"
+#include "scene/judge/detail/trajectory.h"
+
+namespace porthos::scene {
+
+using mechanics::Vec3d;
+using phs::BlockKind;
+
+namespace {
+
+/// How finely a column is written: as many digits as its longest number has.
+class Resolution {
+ public:
+  explicit Resolution(const Numbers& column) {
+    for (const double x : column) {
+      if (x == 0 || !std::isfinite(x)) continue;
+      char text[32];
+      const auto end =
+          std::to_chars(text, text + sizeof text, x, std::chars_format::scientific).ptr;
+      const auto e = std::find(text, end, 'e');
+      const int digits = int(std::count_if(text, e, [](char c) { return c >= '0' && c <= '9'; }));
+      digits_ = std::max(digits_, digits);
+      decimals_ = std::max(decimals_, digits - 1 - magnitude(x));
+    }
+  }
+  /// A unit of the last place of a number.
+  double of(double x) const {
+    const double by_decimals = std::pow(10.0, -decimals_);
+    return x == 0 ? by_decimals : std::max(by_decimals, std::pow(10.0, magnitude(x) + 1 - digits_));
+  }
+  /// The mean size of the difference of two rounded numbers, near x: 0.33 units.
+  double of_a_difference(double x) const { return of(x) / 3; }
+
+ private:
+  static int magnitude(double x) { return int(std::floor(std::log10(std::fabs(x)))); }
+  int digits_ = 1, decimals_ = -300;
+};
+
+}  // namespace
+
+Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const Numbers& t) const {
+  const auto attitude = [&](size_t i) {  // its length takes no part in the angle and the axis
+    return mechanics::Quaternion<double>{k.q[0][i], {k.q[1][i], k.q[2][i], k.q[3][i]}};
+  };
+  const auto rate = [&](size_t i) { return Vec3d{k.v[0][i], k.v[1][i], k.v[2][i]}; };
+  const bool along_world = map_.angular_in_world && by_rates_;
+  Agreement one{k.c.name};
+  std::vector<Resolution> written;
+  for (const Numbers& column : k.q) written.emplace_back(column);
+  for (size_t i = 2; i + 1 < t.size(); ++i) {
+    const double h = t[i] - t[i - 1];
+    const auto before = attitude(i - 1), after = attitude(i);
+    const auto turn = along_world ? after * before.conj() : before.conj() * after;
+    const double sine = norm(turn.v), angle = 2 * std::atan2(sine, turn.w);
+    const Vec3d expected = (0.5 * h) * (rate(i - 1) + rate(i));
+    Vec3d step{0, 0, 0};
+    if (sine > 0) {
+      const double hidden = dot(expected, turn.v) / sine - angle;  // turns that no quaternion shows
+      step = ((angle + phs::two_pi_hi * std::round(hidden / phs::two_pi_hi)) / sine) * turn.v;
+    }
+    one.way += norm(step);
+    one.off += norm(step - expected);
+    // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
+    one.uncertain += h / 24 * norm(rate(i + 1) - rate(i) - rate(i - 1) + rate(i - 2)) +
+                     h * h / 12 * norm(cross(rate(i - 1), rate(i)));
+    for (size_t a = 0; a < written.size(); ++a)  // a rotation is twice the change of a quaternion
+      one.uncertain += 2 * written[a].of_a_difference(k.q[a][i]);
+  }
+  return one;
+}
+
+std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) const {
+  std::vector<Agreement> all;
+  for (const Columns& k : columns_) {
+    if (k.c.kind == BlockKind::rotation) {
+      all.push_back(agreement_of_attitude(k, t));
+      continue;
+    }
+    const bool place = k.c.kind == BlockKind::linear && k.q.size() == 3;
+    if (k.v.size() != k.q.size() || (place ? map_.linear_in_body || by_momenta_ : k.q.size() != 1))
+      continue;
+    for (size_t a = 0; a < k.q.size(); ++a) {
+      const Numbers& v = k.v[a];
+      const Resolution of_places(k.q[a]), of_rates(v);
+      Agreement one{k.c.name};
+      for (size_t i = 2; i + 1 < t.size(); ++i) {
+        const double h = t[i] - t[i - 1];
+        const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
+        one.way += std::fabs(step);
+        one.off += std::fabs(step - 0.5 * h * (v[i - 1] + v[i]));
+        one.uncertain += h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) +
+                         of_places.of_a_difference(k.q[a][i]) + h * of_rates.of_a_difference(v[i]);
+      }
+      all.push_back(one);
+    }
+  }
+  return all;
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,64 @@
+#include "scene/run/joint_limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "scene/assemble/assembly.h"
+#include "scene/run/run_report.h"
+
+namespace porthos::scene {
+
+JointLimits::JointLimits(const Scene& scene, const Assembly& assembly, const RecordLayout& layout)
+    : layout_(layout), turns_(layout.turns) {
+  if (!assembly.mechanical) return;
+  const auto acts = [&](const std::string& joint) {
+    return std::ranges::any_of(scene.elements, [&](const Element& e) {
+      return (e.type == "limits" || e.stop) && e.joint == joint;
+    });
+  };
+  for (const auto& j : assembly.mechanical->mechanism().joint_properties()) {
+    if (!(j.lower || j.upper) || acts(j.joint)) continue;
+    Joint joint{j.joint, size_t(j.q), {}, j.lower, j.upper};
+    if (j.turn >= 0) joint.turn = size_t(j.turn);
+    joints_.push_back(std::move(joint));
+  }
+}
+
+void JointLimits::see(std::span<const double> record) {
+  if (!any()) return;
+  const double time = record[layout_.time()];
+  if (!start_) start_ = time;
+  turns_of(layout_, record, turns_);
+  for (Joint& j : joints_) {
+    double z = record[layout_.x() + j.q];
+    if (j.turn) z += phs::two_pi_hi * double(turns_[*j.turn]);
+    double beyond = 0;
+    if (j.lower) beyond = std::max(beyond, *j.lower - z);
+    if (j.upper) beyond = std::max(beyond, z - *j.upper);
+    if (!(beyond > j.beyond)) continue;
+    j.beyond = beyond;
+    j.position = z;
+    j.time = time;
+  }
+}
+
+void JointLimits::fill(RunReport& report) const {
+  std::string list;
+  for (const Joint& j : joints_) {
+    if (!(j.beyond > 0)) continue;
+    const char* unit = j.turn ? "rad" : "m";
+    const bool below = j.lower && j.position < *j.lower;
+    const std::string where =
+        j.time == *start_ ? fmt::format("is at {:.6g} {} at the start", j.position, unit)
+                          : fmt::format("reaches {:.6g} {} at {:.6g} s", j.position, unit, j.time);
+    list += fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
+                        j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);
+  }
+  if (list.empty()) return;
+  report.notes.push_back(list +
+                         ": limits of the model file do not act without an element of type "
+                         "\"limits\" or \"joint_stop\"");
+}
+
+}  // namespace porthos::scene

@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/run/record_log.h"
+
+namespace porthos::scene {
+
+struct Scene;
+struct Assembly;
+struct RunReport;
+
+/// Whether joints stay within the positions of the model file, which nothing enforces without an
+/// element, from the records of a run.
+class JointLimits {
+ public:
+  /// Joints whose limits act as elements are left out.
+  JointLimits(const Scene& scene, const Assembly& assembly, const RecordLayout& layout);
+  bool any() const { return !joints_.empty(); }
+  /// Adds a record, a row of the layout.
+  void see(std::span<const double> record);
+  /// Adds one note of all joints that were beyond a limit: how far at most, and when.
+  void fill(RunReport& report) const;
+
+ private:
+  struct Joint {
+    std::string name;
+    size_t q;
+    std::optional<size_t> turn;  ///< none: a slide
+    std::optional<double> lower, upper;
+    double beyond = 0, position = 0, time = 0;  ///< the worst
+  };
+  RecordLayout layout_;
+  std::vector<Joint> joints_;
+  std::vector<std::int64_t> turns_;
+  std::optional<double> start_;  ///< [s]
+};
+
+}  // namespace porthos::scene
