@@ -21,7 +21,8 @@ struct Surface {
 };
 
 /// A contact: every surface of one side against every surface of the other, by one law, with one
-/// storage and one loss in the ledger.
+/// storage and one loss in the ledger. Surfaces on both sides are among themselves: each two once,
+/// but those not at all whose bodies a joint connects (a free joint connects nothing).
 struct Contact {
   std::string name;
   std::vector<Surface> a, b;
@@ -95,7 +96,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
     size_t first, points;  ///< of all points that may touch
   };
   /// The seats of a contact's two sides. Every one of `a` may touch every one of `b` that is on
-  /// another node; two that are on both sides are one pair.
+  /// another node; two that are on both sides are one pair, or none if a joint connects them.
   struct Sides {
     size_t contact;
     std::vector<size_t> a, b;
@@ -126,6 +127,8 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   /// n bodies among themselves are n²/2 pairs: those that are near are found by NearPairs.
   const Placed& rigid_seats() const { return placed_rigid_; }
   const std::vector<Sides>& rigid_sides() const { return rigid_sides_; }
+  /// Whether a joint, of the tree or of a loop, connects the bodies of two nodes; -1: the world.
+  bool connected(int node, int other) const;
   /// The same with all pairs. Cost: O(pairs).
   Placed all_rigid() const;
   const std::vector<DryFriction>& dry() const { return dry_; }
@@ -141,6 +144,7 @@ class ContactModel : public phs::ModelFor<ContactModel> {
   std::vector<DryFriction> dry_;
   Placed placed_, placed_rigid_;  ///< the latter without its pairs
   std::vector<Sides> rigid_sides_;
+  std::vector<std::pair<int, int>> connected_;  ///< nodes that a joint connects, sorted
   std::vector<PlacedJoint> placed_dry_;
   phs::Description description_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/detail/connected.h"
 #include "contact/detail/gaps.h"
 #include "contact/detail/near_pairs.h"
 
@@ -65,42 +66,54 @@ class Seats {
   std::vector<std::vector<size_t>> of_node_;  ///< of the world, then of each node
 };
 
-Sides sides_of(Seats& seats, const ContactModel::Placed& placed, const Contact& c, size_t index) {
-  if (c.a.empty() || c.b.empty()) throw InvalidArgument("one side has no shape, expected both");
-  check(c.law);
-  Sides sides{index, seats.of(c.a), seats.of(c.b)};
-  const auto kind = [&](size_t k) { return placed.seats[k].shape.kind; };
-  for (size_t i = 0; i < c.a.size(); ++i)
-    for (size_t j = 0; j < c.b.size(); ++j)
-      if (points(kind(sides.a[i]), kind(sides.b[j])) == 0)
-        throw InvalidArgument(
-            fmt::format("there is no distance in closed form between a {} on '{}' and a {} on "
-                        "'{}', expected one of the pairs {}",
-                        to_string(kind(sides.a[i])), c.a[i].link, to_string(kind(sides.b[j])),
-                        c.b[j].link, known_pairs()));
-  for (auto* side : {&sides.a, &sides.b}) {
-    std::vector<size_t> once;
-    for (const size_t k : *side)
-      if (std::find(once.begin(), once.end(), k) == once.end()) once.push_back(k);
-    *side = once;
-  }
-  return sides;
-}
-
-/// All pairs of two sides.
-void add_pairs(const Sides& sides, ContactModel::Placed& placed) {
+/// Calls f(a, b) for every two seats of a contact that may touch.
+template <class F>
+void each_pair(const ContactModel& model, const ContactModel::Placed& placed, const Sides& sides,
+               const F& f) {
   std::vector<char> on(placed.seats.size(), 0);  // 1: on a, 2: on b
   for (const size_t k : sides.a) on[k] |= 1;
   for (const size_t k : sides.b) on[k] |= 2;
   for (const size_t a : sides.a)
     for (const size_t b : sides.b) {
-      const Seat &of_a = placed.seats[a], &of_b = placed.seats[b];
-      if (of_a.node == of_b.node) continue;  // one rigid body, for example since a joint was locked
-      if (on[a] == 3 && on[b] == 3 && b < a) continue;
-      const auto n = size_t(points(of_a.shape.kind, of_b.shape.kind));
-      placed.pairs.push_back({sides.contact, a, b, placed.points, n});
-      placed.points += n;
+      const int of_a = placed.seats[a].node, of_b = placed.seats[b].node;
+      if (of_a == of_b) continue;  // one rigid body, for example since a joint was locked
+      if (on[a] == 3 && on[b] == 3 && (b < a || model.connected(of_a, of_b))) continue;
+      f(a, b);
     }
+}
+
+Sides sides_of(const ContactModel& model, Seats& seats, const ContactModel::Placed& placed,
+               const Contact& c, size_t index) {
+  if (c.a.empty() || c.b.empty()) throw InvalidArgument("one side has no shape, expected both");
+  check(c.law);
+  const std::vector<size_t> all_a = seats.of(c.a), all_b = seats.of(c.b);
+  Sides sides{index, {}, {}};
+  for (const auto& [all, once] : {std::pair{&all_a, &sides.a}, {&all_b, &sides.b}})
+    for (const size_t k : *all)
+      if (std::find(once->begin(), once->end(), k) == once->end()) once->push_back(k);
+  const auto link = [](const std::vector<Surface>& surfaces, const std::vector<size_t>& all,
+                       size_t seat) {
+    return surfaces[size_t(std::find(all.begin(), all.end(), seat) - all.begin())].link;
+  };
+  each_pair(model, placed, sides, [&](size_t a, size_t b) {
+    const Kind of_a = placed.seats[a].shape.kind, of_b = placed.seats[b].shape.kind;
+    if (points(of_a, of_b) == 0)
+      throw InvalidArgument(
+          fmt::format("there is no distance in closed form between a {} on '{}' and a {} on "
+                      "'{}', expected one of the pairs {}",
+                      to_string(of_a), link(c.a, all_a, a), to_string(of_b), link(c.b, all_b, b),
+                      known_pairs()));
+  });
+  return sides;
+}
+
+/// All pairs of two sides.
+void add_pairs(const ContactModel& model, const Sides& sides, ContactModel::Placed& placed) {
+  each_pair(model, placed, sides, [&](size_t a, size_t b) {
+    const auto n = size_t(points(placed.seats[a].shape.kind, placed.seats[b].shape.kind));
+    placed.pairs.push_back({sides.contact, a, b, placed.points, n});
+    placed.points += n;
+  });
 }
 
 ContactModel::PlacedJoint place(const Mechanism& m, const std::string& joint) {
@@ -200,7 +213,10 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
                            std::shared_ptr<const mechanics::MechanicalModel> mechanical,
                            std::vector<Contact> contacts, std::vector<Stop> stops,
                            std::vector<DryFriction> dry)
-    : inner_(std::move(inner)), mechanical_(std::move(mechanical)), dry_(std::move(dry)) {
+    : inner_(std::move(inner)),
+      mechanical_(std::move(mechanical)),
+      dry_(std::move(dry)),
+      connected_(connected_nodes(*mechanical_)) {
   const Mechanism& m = mechanism();
   Seats soft_seats(m, placed_.seats), rigid_seats(m, placed_rigid_.seats);
   const auto is_rigid = [&](const std::string& name, const Law& law) {
@@ -210,10 +226,10 @@ ContactModel::ContactModel(std::shared_ptr<const phs::Model> inner,
   for (Contact& c : contacts)
     in("contact", c.name, [&] {
       if (is_rigid(c.name, c.law)) {
-        rigid_sides_.push_back(sides_of(rigid_seats, placed_rigid_, c, rigid_.size() - 1));
+        rigid_sides_.push_back(sides_of(*this, rigid_seats, placed_rigid_, c, rigid_.size() - 1));
         return;
       }
-      add_pairs(sides_of(soft_seats, placed_, c, contacts_.size()), placed_);
+      add_pairs(*this, sides_of(*this, soft_seats, placed_, c, contacts_.size()), placed_);
       contacts_.push_back(std::move(c));
     });
   for (Stop& s : stops)
@@ -247,9 +263,14 @@ std::unique_ptr<integrators::Switches> ContactModel::depths() const {
   return std::make_unique<Depths>(*this, placed_);
 }
 
+bool ContactModel::connected(int node, int other) const {
+  return std::binary_search(connected_.begin(), connected_.end(),
+                            std::pair(std::min(node, other), std::max(node, other)));
+}
+
 ContactModel::Placed ContactModel::all_rigid() const {
   Placed all = placed_rigid_;
-  for (const Sides& sides : rigid_sides_) add_pairs(sides, all);
+  for (const Sides& sides : rigid_sides_) add_pairs(*this, sides, all);
   return all;
 }
 

@@ -130,6 +130,11 @@ class Gathered {
     stage_.mechanism = assembly_->mechanism;
     stage_.bodies = assembly_->parts.bodies();
     stage_.urdf = scene_->urdf_text;
+    for (const scene::SceneContact& c : scene_->contacts)
+      for (const auto& [links, shape] :
+           {std::pair{&c.links, &c.shape}, {&c.against, &c.against_shape}})
+        for (const std::string& link : *links)
+          if (*shape) stage_.touching.emplace(link, **shape);
     stage_.springs = scene::springs_of(*scene_);
     stage_.gravity = scene_->urdf.gravity;
     for (const auto& o : scene_->outputs)

@@ -143,7 +143,9 @@ class Clip {
 }  // namespace
 
 mechanics::Vec3d origin_of(const mechanics::Mechanism& m, std::span<const Transform<double>> pose) {
-  if (pose.empty() || m.nodes()[0].parent >= 0) return {0, 0, 0};
+  const auto stands = [](const mechanics::BodyFrame& b) { return b.node < 0; };
+  if (pose.empty() || m.nodes()[0].parent >= 0 || std::ranges::any_of(m.bodies(), stands))
+    return {0, 0, 0};
   for (const auto& c : m.coordinates())
     if (c.node == 0 && c.kind == phs::BlockKind::linear && c.nq == 3) return pose[0].r;
   return {0, 0, 0};
@@ -181,7 +183,7 @@ Json motion(const Stage& stage, std::int64_t most) {
 
 Json playback(const Stage& stage, std::int64_t most) {
   const auto& m = *stage.mechanism;
-  Json bodies = shapes_of(stage.bodies, stage.urdf, *stage.meshes);
+  Json bodies = shapes_of(stage.bodies, stage.urdf, stage.touching, *stage.meshes);
   std::map<std::string, const mechanics::BodyFrame*> frames;
   for (const auto& b : m.bodies()) frames[b.name] = &b;
   for (auto& b : bodies) {

@@ -102,6 +102,20 @@ Json visual_of(const XMLElement& v, const std::map<std::string, Json>& materials
   return j;
 }
 
+/// The shape of a contact, likewise; null for a plane.
+Json drawn(const contact::Shape& s) {
+  if (s.kind == contact::Kind::plane) return nullptr;
+  Json size = {s.radius};
+  if (s.kind == contact::Kind::box)
+    size = place(2.0 * s.half);
+  else if (s.kind != contact::Kind::sphere)
+    size.push_back(2 * s.half_length);
+  return {{"kind", contact::to_string(s.kind)},
+          {"size", size},
+          {"p", place(s.pose.r)},
+          {"q", quaternion_of(s.pose.R)}};
+}
+
 /// By link.
 std::map<std::string, Json> visuals_of(const std::string& urdf, MeshShelf& meshes) {
   std::map<std::string, Json> all, materials;
@@ -129,7 +143,7 @@ std::map<std::string, Json> visuals_of(const std::string& urdf, MeshShelf& meshe
 }  // namespace
 
 Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string& urdf,
-               MeshShelf& meshes) {
+               const std::map<std::string, contact::Shape>& touching, MeshShelf& meshes) {
   const auto visuals = visuals_of(urdf, meshes);
   Json list = Json::array();
   std::map<std::string, size_t> at;
@@ -138,7 +152,10 @@ Json shapes_of(const std::vector<mechanics::BodySpec>& bodies, const std::string
     Json j = {{"name", b.name},           {"parent", b.parent},       {"joint", b.joint.type},
               {"mass", b.mass.mass},      {"com", place(b.mass.com)}, {"box", box_of(b.mass)},
               {"visuals", Json::array()}, {"joints", Json::array()}};
-    if (const auto v = visuals.find(b.name); v != visuals.end()) j["visuals"] = v->second;
+    if (const auto v = visuals.find(b.name); v != visuals.end())
+      j["visuals"] = v->second;
+    else if (const auto s = touching.find(b.name); s != touching.end())
+      if (auto shape = drawn(s->second); !shape.is_null()) j["visuals"].push_back(shape);
     list.push_back(j);
   }
   for (const auto& b : bodies)

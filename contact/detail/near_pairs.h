@@ -13,7 +13,7 @@ namespace porthos::contact {
 /// another, in the order of ContactModel::all_rigid().
 class NearPairs {
  public:
-  explicit NearPairs(const ContactModel& model) : sides_(model.rigid_sides()) {
+  explicit NearPairs(const ContactModel& model) : model_(model), sides_(model.rigid_sides()) {
     placed_.seats = model.rigid_seats().seats;
     placed_.stops = model.rigid_seats().stops;
     bounds_.resize(placed_.seats.size());
@@ -83,9 +83,11 @@ class NearPairs {
   void add(size_t a, size_t b, size_t before) {
     const auto &of_a = of_[a].a, &of_b = of_[b].b;
     const bool by_a = of_a.size() <= of_b.size();
+    const bool connected = model_.connected(placed_.seats[a].node, placed_.seats[b].node);
     for (const Place& one : by_a ? of_a : of_b) {
       const Place* const other = find_in(by_a ? of_b : of_a, one.sides);
       if (!other) continue;
+      if (connected && find_in(of_[a].b, one.sides) && find_in(of_[b].a, one.sides)) continue;
       const auto known = [&](const Found& f) { return f.sides == one.sides; };
       if (std::any_of(found_.begin() + long(before), found_.end(), known)) continue;
       const size_t i = by_a ? one.at : other->at, j = by_a ? other->at : one.at;
@@ -99,6 +101,7 @@ class NearPairs {
     return dot(start[a].R.z, start[b].r - start[a].r) > bounds_[b].radius + margin;
   }
 
+  const ContactModel& model_;
   const std::vector<ContactModel::Sides>& sides_;
   ContactModel::Placed placed_;
   Neighbours neighbours_;

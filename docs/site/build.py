@@ -29,7 +29,7 @@ GALLERY = [
     ("Events", ["capture", "deployment"]),
     ("Controllers", ["cart_pole_idapbc", "reaction_wheel", "acrobot", "space_arm_regulation", "attitude", "esp_arm"]),
     ("Actuators", ["vsa_cycle", "qbmove_arm", "throwing_arm", "dc_motor_arm"]),
-    ("On the ground", ["double_pendulum"]),
+    ("On the ground", ["double_pendulum", "box_of_balls"]),
 ]
 SHORTENED = {"ets_vii_orbit": 500000, "envisat_tumble": 200000, "double_pendulum": 1000, "dzhanibekov": 20000}
 CHROMIUM = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome"])), None)

@@ -1,8 +1,10 @@
 #pragma once
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "contact/geometry/shape.h"
 #include "mechanics/mechanical_model.h"
 #include "report/detail/mesh_shelf.h"
 #include "scene/plot/motion.h"
@@ -14,6 +16,7 @@ struct Stage {
   std::shared_ptr<const mechanics::Mechanism> mechanism;
   std::vector<mechanics::BodySpec> bodies;  ///< its bodies as built
   std::string urdf;
+  std::map<std::string, contact::Shape> touching;  ///< shapes that contacts state, by link
   std::vector<std::pair<std::string, std::string>> wrenches;  ///< outputs joint_wrench: name, joint
   std::vector<scene::Spring> springs;                         ///< of actuators
   mechanics::Vec3d gravity{0, 0, 0};  ///< of the scene, whether or not the mechanism feels it
@@ -22,7 +25,7 @@ struct Stage {
 };
 
 /// What places are relative to, so that floats are accurate enough however far a body has drifted:
-/// the place of the first body if it is free in the world, else 0.
+/// the place of the first body if it is free in the world and no link stands there, else 0.
 /// @param pose  of every moving body
 mechanics::Vec3d origin_of(const mechanics::Mechanism& m,
                            std::span<const mechanics::Transform<double>> pose);

@@ -14,7 +14,10 @@
 namespace porthos::scene {
 namespace {
 
-/// The surfaces of one side of a contact.
+/// In [[contact]] against: the links among themselves.
+constexpr const char* each_other = "each other";
+
+/// The surfaces of links, or of the world.
 std::vector<contact::Surface> surfaces(const Scene& scene, const std::vector<std::string>& links,
                                        const std::optional<contact::Shape>& shape) {
   std::vector<contact::Surface> all;
@@ -56,8 +59,11 @@ double hertz_stiffness(const contact::Contact& c, double modulus) {
 }
 
 contact::Contact contact_of(const SceneContact& from, const Scene& scene) {
-  contact::Contact c{from.name, surfaces(scene, from.links, from.shape),
-                     surfaces(scene, from.against, from.against_shape), from.law};
+  contact::Contact c{from.name, surfaces(scene, from.links, from.shape), {}, from.law};
+  for (const auto& link : from.against) {
+    const auto more = link == each_other ? c.a : surfaces(scene, {link}, from.against_shape);
+    c.b.insert(c.b.end(), more.begin(), more.end());
+  }
   if (from.modulus > 0) c.law.stiffness = hertz_stiffness(c, from.modulus);
   return c;
 }
@@ -174,18 +180,35 @@ std::shared_ptr<const phs::Model> with_contacts(
   }
 }
 
-void check_contacts(const Scene& scene, const mechanics::Mechanism& m) {
+void check_contacts(const Scene& scene, const phs::Model& model) {
+  const auto* const contacts = contacts_in(model);
+  if (!contacts) return;
   const auto node = [&](const std::string& link) {
-    return link == "world" ? -1 : m.body(link).node;
+    return link == "world" ? -1 : contacts->mechanism().body(link).node;
   };
-  for (const SceneContact& c : scene.contacts)
+  const auto apart = [&](const std::string& a, const std::string& b) {
+    return node(a) != node(b) && !contacts->connected(node(a), node(b));
+  };
+  for (const SceneContact& c : scene.contacts) {
+    const auto refuse = [&](const std::string& why) {
+      throw InvalidArgument(fmt::format("{}: contact '{}': {}", c.where, c.name, why));
+    };
     for (const auto& a : c.links)
       for (const auto& b : c.against)
-        if (node(a) == node(b))
-          throw InvalidArgument(
-              fmt::format("{}: contact '{}': '{}' and '{}' are one rigid body, expected two that "
-                          "move",
-                          c.where, c.name, a, b));
+        if (a == b)
+          refuse(
+              fmt::format("'{}' is on both sides, expected against = [\"{}\"] for links among "
+                          "themselves",
+                          a, each_other));
+        else if (b != each_other && node(a) == node(b))
+          refuse(fmt::format("'{}' and '{}' are one rigid body, expected two that move", a, b));
+    if (std::count(c.against.begin(), c.against.end(), each_other) > 0 &&
+        std::none_of(c.links.begin(), c.links.end(), [&](const std::string& a) {
+          return std::any_of(c.links.begin(), c.links.end(),
+                             [&](const std::string& b) { return apart(a, b); });
+        }))
+      refuse("no two of its links can touch each other, expected two that no joint connects");
+  }
 }
 
 bool switches(const Scene& s) {

@@ -20,8 +20,8 @@ std::shared_ptr<const phs::Model> with_contacts(
     const std::shared_ptr<const mechanics::MechanicalModel>& mechanical, const Scene& scene);
 
 /// @throws InvalidArgument naming file and line: two links of a contact that are one rigid body at
-///   the start
-void check_contacts(const Scene& scene, const mechanics::Mechanism& mechanism);
+///   the start; links that shall touch each other of which no two can
+void check_contacts(const Scene& scene, const phs::Model& model);
 
 /// Whether the force of some contact, stop or dry joint of a scene, or a derivative of it, jumps
 /// where it begins to touch, or stops.

@@ -95,11 +95,13 @@ std::vector<SceneContact> read_contacts(const Table& scene) {
     t.require("links", "an array of names of links");
     c.links = t.texts("links", "names of links");
     c.against = {"world"};
-    if (t.has("against")) c.against = t.texts("against", "names of links, or \"world\"");
+    if (t.has("against"))
+      c.against = t.texts("against", "names of links, \"world\", or \"each other\"");
     for (const auto& [key, names] : {std::pair{"links", &c.links}, {"against", &c.against}})
       if (names->empty()) t.fail(key, "is empty, expected at least one name");
     for (const auto& link : c.links)
-      if (link == "world") t.fail("links", "has \"world\", expected it in against");
+      if (link == "world" || link == "each other")
+        t.fail("links", fmt::format("has \"{}\", expected it in against", link));
     if (t.has("shape")) c.shape = read_shape(t.table("shape"));
     if (t.has("against_shape")) c.against_shape = read_shape(t.table("against_shape"));
     if (t.has("modulus")) {

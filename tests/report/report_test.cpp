@@ -74,6 +74,31 @@ TEST_F(Report, OfAFinishedRun) {
             std::string::npos);
 }
 
+/// Bodies without a <visual> have the shape of their contact, and places count from the world where
+/// a link stands in it. Control: in a scene without one they count from the base.
+TEST_F(Report, DrawsWhatTouchesWhereItIs) {
+  const auto playback_of = [&](const std::string& example) {
+    auto s = scene::read_scene(fs::path(PORTHOS_SOURCE_DIR) / "examples" / example / "scene.toml");
+    scene::apply(s, {.duration = 0.02});
+    scene::RunOptions options;
+    options.out = (folder_ / example).string();
+    scene::run(s, scene::assemble(s), options);
+    return Json::parse(report_json(options.out))["phases"][0]["playback"];
+  };
+  const auto counts_from_world = [](const Json& play) {
+    const auto origin = play["clips"][0]["origin"].get<std::string>();
+    return origin.find_first_not_of("A=") == origin.npos;  // zeros in base64
+  };
+  const Json box = playback_of("box_of_balls"), pile = playback_of("pile");
+  std::map<std::string, Json> drawn;
+  for (const Json& b : box["bodies"]) drawn[b["name"]] = b["visuals"];
+  EXPECT_EQ(drawn["box"].size(), 5u);
+  EXPECT_EQ(drawn["b07"][0]["kind"], "sphere");
+  EXPECT_EQ(drawn["b07"][0]["size"], Json({0.1}));
+  EXPECT_TRUE(counts_from_world(box));
+  EXPECT_FALSE(counts_from_world(pile));
+}
+
 // The HDF5 library of Debian has no locks of its own. Without ours some of these end by a signal.
 TEST_F(Report, RunsAndReportsInSeveralThreads) {
   const auto scene = scene::read_scene((folder_ / "scene.toml").string());

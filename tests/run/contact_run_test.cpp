@@ -163,8 +163,10 @@ TEST(ContactRun, StopsInOrbitAndUnderAStepControl) {
 TEST(ContactRun, RefusalsSayWhereAndWhat) {
   const auto c = [](const std::string& keys) { return refusal(contact_with(keys)); };
   EXPECT_TRUE(says(c("links = [\"rod\"]\n" + stiff), ""));
-  EXPECT_TRUE(says(c("links = [\"rod\"]\nagainst = [\"rod\"]\n" + stiff),
-                   "contact 'c': 'rod' and 'rod' are one rigid body, expected two that move"));
+  EXPECT_TRUE(
+      says(c("links = [\"rod\"]\nagainst = [\"rod\"]\n" + stiff),
+           "contact 'c': 'rod' is on both sides, expected against = [\"each other\"] for links "
+           "among themselves"));
   EXPECT_TRUE(says(c("links = [\"mesh\"]\n" + stiff),
                    "model.urdf:6: the shape is a <mesh>, expected a sphere, box, cylinder or "
                    "capsule for contact"));
