@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "report/detail/shapes.h"
 #include "scene/files/files.h"
 #include "scene/session/run.h"
+#include "tests/places.h"
 
 /// What a results folder becomes as data of the page.
 namespace porthos::report::report_test {
