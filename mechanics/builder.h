@@ -84,7 +84,8 @@ class MechanismBuilder {
   /// @throws InvalidArgument naming the offender (and file:line if known): duplicate or unknown
   ///   names, a cycle, a negative or non-finite mass, an inertia that is not positive or breaks the
   ///   triangle inequality, a zero axis, an unknown joint type, negative damping or stiffness;
-  ///   MasslessPart for a joint that moves no inertia at any configuration tried; UnphysicalInertia.
+  ///   MasslessPart for a joint that moves no inertia at any configuration tried;
+  ///   UnphysicalInertia.
   Mechanism build() const;
 
  private:

@@ -70,6 +70,16 @@ template <class Member>
 auto each(Member member) {
   return [member](py::object self) { return table(self, (of(self).*member)(), of(self).count()); };
 }
+/// Those after a change that needs no GIL.
+template <class Change>
+py::object observations_after(const py::object& self, Change change) {
+  {
+    auto& e = of(self);
+    const py::gil_scoped_release released;
+    change(e);
+  }
+  return observations(self);
+}
 /// Flags of one byte as bool.
 py::object flags(py::handle self, std::span<const std::uint8_t> f) {
   return table(self, f, of(self).count()).attr("view")(py::dtype::of<bool>());
@@ -127,12 +137,7 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
       .def(
           "reset",
           [](py::object self, std::optional<std::uint64_t> seed) {
-            auto& e = of(self);
-            {
-              const py::gil_scoped_release released;
-              e.reset(seed);
-            }
-            return observations(self);
+            return observations_after(self, [&](Environment& e) { e.reset(seed); });
           },
           arg("seed") = py::none(),
           "Begins the first episode of a seed in every environment; without one, the next episode. "
@@ -140,12 +145,7 @@ ended(x) -> bool: whether an episode has ended at x. Both take the GIL.)")
       .def(
           "reset_each",
           [](py::object self, const std::vector<std::uint64_t>& seeds) {
-            auto& e = of(self);
-            {
-              const py::gil_scoped_release released;
-              e.reset(seeds);
-            }
-            return observations(self);
+            return observations_after(self, [&](Environment& e) { e.reset(seeds); });
           },
           arg("seeds"), "The same with a seed for each environment.")
       .def(

@@ -9,7 +9,7 @@ namespace porthos::scene {
 
 struct RunReport;
 
-/// A number of an [[output]] over a run: at its records, or with [run] extrema = "all" at all steps.
+/// A number of an [[output]] over a run: at its records, with [run] extrema = "all" at all steps.
 struct OutputRow {
   std::string name, unit;
   double start = 0, end = 0, least = 0, largest = 0;
