@@ -9,8 +9,8 @@
 /// What commands share.
 namespace porthos::apps {
 
-/// From now on SIGINT and SIGTERM raise this flag, at which runs save and stop. A second signal has
-/// no effect: wrappers such as timeout send two at once.
+/// From now on SIGINT, SIGTERM and, unless nohup had it ignored, SIGHUP raise this flag, at which
+/// runs save and stop. A second signal has no effect: wrappers such as timeout send two at once.
 const std::atomic<bool>& stop_on_signals();
 
 /// The number of an option. @throws InvalidArgument for a text that is no number, saying what was

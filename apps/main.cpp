@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -299,6 +300,7 @@ std::string version() {
 
 int main(int argc, char** argv) {
   std::set_terminate(terminated);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its limit (ulimit -f) is a write that fails
 #ifdef PORTHOS_GSL_RIVALS
   porthos::adapters::add_gsl_methods();
 #endif

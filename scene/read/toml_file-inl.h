@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -33,6 +34,15 @@ struct TomlAssertion : std::logic_error {
 #undef TOML_UNREACHABLE
 #pragma pop_macro("TOML_UNREACHABLE")
 #endif
+// And to break lines it takes the logarithm of a number for a count of digits, whatever its sign:
+// it finds this function before the one of the C library.
+namespace toml {
+inline namespace v3 {
+namespace impl {
+inline double log10(double x) { return x > 1 ? std::log10(std::min(x, 1e308)) : 0.0; }
+}  // namespace impl
+}  // namespace v3
+}  // namespace toml
 #include <toml++/toml.h>
 #pragma pop_macro("NDEBUG")
 

@@ -416,14 +416,21 @@ TEST_F(Cli, AutoSaysWhatItChose) {
   EXPECT_TRUE(contains(info.out, "chosen by  ")) << info.out;
 }
 
+TEST_F(Cli, NohupIsHeeded) {
+  const Answer a = porthos("run swing/scene.toml --out on --duration 1000",
+                           "trap '' HUP; heedless() { \"$@\" & while kill -HUP $!; do sleep 0.05; "
+                           "done 2>/dev/null; wait $!; }; heedless");
+  EXPECT_EQ(a.code, 0) << a.err;
+  EXPECT_TRUE(fs::exists(folder_ / "on/run.h5"));
+}
 TEST_F(Cli, CtrlCSavesAndSaysHowToResume) {
   const std::string run = "run swing/scene.toml --out long --duration 1e6";
-  for (const std::string signal : {"INT", "TERM"}) {
+  for (const std::string signal : {"INT", "TERM", "HUP"}) {
     // Twice, as timeout and some terminals do: the second must not kill what the first asked to
     // save.
     const std::string interrupted = "twice() { \"$@\" & sleep 1; kill -" + signal +
                                     " $!; sleep 0.001; kill -" + signal + " $!; wait $!; }; twice";
-    const Answer a = porthos(run + (signal == "TERM" ? " --resume" : ""), interrupted);
+    const Answer a = porthos(run + (signal == "INT" ? "" : " --resume"), interrupted);
     EXPECT_EQ(a.code, 130) << a.err;
     EXPECT_TRUE(contains(a.err,
                          "checkpoint saved; continue with: porthos run swing/scene.toml --out long "

@@ -321,6 +321,31 @@ TEST_F(Faults, AReadOnlyFolderIsOneSentence) {
   EXPECT_FALSE(fs::exists(folder_ / "out" / "run.h5"));
 }
 
+// A file at the limit of ulimit -f, in steps of 512 bytes: a write that fails, not a signal.
+TEST_F(Faults, FilesMayNotGrow) {
+  ASSERT_EQ(run(one_run, "whole", "", "").code, 0);
+  const std::string whole = bytes_of(folder_ / "whole" / one_run.results);
+  int ended = 0, resumed = 0;
+  for (int blocks = 1;; ++blocks) {
+    const fs::path out = folder_ / "out";
+    fs::remove_all(out);
+    const Answer first = run(one_run, "out", "", "ulimit -f " + std::to_string(blocks) + " &&");
+    if (first.code == 0) break;
+    ++ended;
+    ASSERT_EQ(first.code, 5) << blocks << ": " << first.err;
+    EXPECT_EQ(std::count(first.err.begin(), first.err.end(), '\n'), 1) << first.err;
+    EXPECT_NE(first.err.find("File too large"), std::string::npos) << first.err;
+    const bool begun = fs::exists(out / one_run.begun);
+    resumed += begun;
+    EXPECT_EQ(run(one_run, "out", begun ? " --resume" : "", "").code, 0) << blocks;
+    expect_complete(one_run, out, whole, blocks);
+  }
+  std::printf("  %d limits ended the run with a sentence, after %d of them it was resumed\n", ended,
+              resumed);
+  EXPECT_GT(ended, 10);
+  EXPECT_GT(resumed, 5);
+}
+
 }  // namespace
 }  // namespace porthos::test::faults_test
 #endif

@@ -1,5 +1,9 @@
 // Cases that lanes cannot take: events, monitors, step control, a shorter last step. Each is the
 // run of its scene, and the files are the same bytes however they were run.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -144,6 +148,20 @@ TEST_F(CaseEvents, ACaseIsTheRunOfItsScene) {
   EXPECT_GT(locked, 0);
   EXPECT_LT(locked, 6) << "control: the event is one of some cases";
   EXPECT_NE(rows[0][l.x()], rows[1][l.x()]) << "control: another case";
+}
+
+TEST_F(CaseEvents, APartIsWrittenByOneProcess) {
+  const std::string text = arms(vary);
+  const auto first = [&](bool resume) {
+    return run(text, "out", {.part = {1, 2}, .resume = resume, .threads = 1});
+  };
+  first(false);
+  const fs::path log = folder_ / "out/parts/1_of_2.bin";
+  const int other = open(log.c_str(), O_RDWR);
+  ASSERT_EQ(flock(other, LOCK_EX | LOCK_NB), 0);
+  EXPECT_EQ(refusal([&] { first(true); }), "another process is writing into " + log.string());
+  close(other);
+  EXPECT_EQ(first(true).run_here, 0);
 }
 
 TEST_F(CaseEvents, SameBytesForAnyThreadsPartsAndInterruptions) {

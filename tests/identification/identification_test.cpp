@@ -315,6 +315,17 @@ TEST_F(IdentificationOfScenes, AFactorOnTheMassIsTakenIn) {
   EXPECT_NEAR(again.back(), log.at("hinge.position").back(), 1e-6);
 }
 
+/// Where a line breaks is undefined behaviour in toml++ 3.3 for a number below 0.1.
+TEST_F(IdentificationOfScenes, ASmallNumberBreaksNoLine) {
+  std::string text = swing(6, 0.4, 0.05);
+  text.replace(text.find("vector = [0,"), 12, "vector = [1e-20,");
+  const Scene start = read(text);
+  const auto r = identify(start, run_of(start, {"hinge.position"}, 10), {.parameters = {"rod"}});
+  write_identification((folder_ / "found").string(), start, r);
+  const std::string found = read_scene((folder_ / "found" / "found.toml").string()).text;
+  EXPECT_NE(found.find("vector = [ 9.9999999999999995e-21, 0, -9.8"), std::string::npos) << found;
+}
+
 // --- what is refused -----------------------------------------------------------------------------
 
 TEST_F(IdentificationOfScenes, Refusals) {

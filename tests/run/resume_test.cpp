@@ -1,3 +1,7 @@
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -138,6 +142,15 @@ TEST(Checkpoint, AnUnfinishedRunIsNotOverwritten) {
   EXPECT_EQ(text,
             s.out.string() +
                 " holds an unfinished run: use --resume to continue it, or remove the folder");
+  EXPECT_EQ(s.resume(), "");
+}
+
+TEST(Checkpoint, AFolderIsWrittenByOneRun) {
+  Stopped s;
+  const int other = open((s.out / "checkpoint/records.bin").c_str(), O_RDWR);
+  ASSERT_EQ(flock(other, LOCK_EX | LOCK_NB), 0);
+  EXPECT_EQ(s.resume(), "another run is writing into " + s.out.string());
+  close(other);
   EXPECT_EQ(s.resume(), "");
 }
 
