@@ -105,7 +105,8 @@ class ContactSystem final : public phs::Forwarding<T> {
       const size_t i = nq_ + model_.placed_dry()[k].q;
       const T v = own_[i], secant = friction_at(model_.dry()[k], v) / v;
       using phs::abs, phs::select;
-      Re[i] = Re[i] + select(abs(v) > T(0.0), secant, T(0.0)) * e[i];
+      // A joint at rest may keep a rate of 1e-323, at which the secant overflows.
+      Re[i] = Re[i] + select(abs(v) > T(1e-30), secant, T(0.0)) * e[i];
     }
     if (!lossy_) return;
     if (lose(x, own_, e, T(-1.0))) add_to(x, Re);

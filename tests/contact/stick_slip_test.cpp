@@ -384,6 +384,18 @@ TEST(DryFriction, TheSmoothLawCreeps) {
   EXPECT_LT(s.x[0], -1e-3);
 }
 
+/// R(x) has the friction as its secant, F/v: finite however slow the joint is, and none at rest.
+TEST(DryFriction, TheSecantIsFinite) {
+  const Block block(friction_of(2), 0, nullptr);
+  const auto system = block.whole->instantiate<double>();
+  const Numbers e{0, 3};
+  for (const auto& [rate, R] : {std::pair{-1e-3, 2e3}, {1e-29, 2e29}, {5e-324, 0.0}, {0.0, 0.0}}) {
+    Numbers Re(2);
+    system->apply_dissipation(Numbers{0, rate}, e, Re);
+    EXPECT_DOUBLE_EQ(Re[1], R * e[1]) << rate;
+  }
+}
+
 /// A method alone has no sign for the friction; wrong numbers are told.
 TEST(DryFriction, IsRefusedInASentence) {
   const auto refusal = [](const auto& f) -> std::string {
