@@ -95,16 +95,18 @@ class Faults : public testing::Test {
     }
   };
   /// A command in the test's folder. before: variables of the environment.
-  Answer run(const Command& c, const std::string& out, const std::string& more,
-             const std::string& before) const {
+  Answer porthos(const std::string& words, const std::string& before) const {
     const auto err = folder_ / "err", said = folder_ / "said";
     const std::string line = "cd '" + folder_.string() + "' && " + before + " '" + PORTHOS_CLI +
-                             "' " + c.words + " --out " + out + more + " >'" + said.string() +
-                             "' 2>'" + err.string() + "'";
+                             "' " + words + " >'" + said.string() + "' 2>'" + err.string() + "'";
     const int status = std::system(line.c_str());
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     return {code > 128 ? 128 - code : code, bytes_of(err),
             bytes_of(said)};  // of a shell: 128 + signal
+  }
+  Answer run(const Command& c, const std::string& out, const std::string& more,
+             const std::string& before) const {
+    return porthos(c.words + " --out " + out + more, before);
   }
   std::string fault(long n, bool once, int error) const {
     return std::string("LD_PRELOAD='") + PORTHOS_FAULTS + "' PORTHOS_FAULT_OF=" + of_ +
@@ -170,6 +172,32 @@ TEST_F(Faults, RightsAreLostFromACallOn) {
 TEST_F(Faults, HandlesRunOutFromACallOn) {
   of_ = "handles";
   every_fault(one_run, false, EMFILE, apart(1));
+}
+
+/// Each ends with a sentence, or does all of its work.
+TEST_F(Faults, OneCallOfAnotherCommandFails) {
+  ASSERT_EQ(run(one_run, "finished", "", "").code, 0);
+  const auto afresh = [&](const std::string& words, const std::string& before) {
+    fs::remove_all(folder_ / "of");
+    fs::copy(folder_ / "finished", folder_ / "of", fs::copy_options::recursive);
+    return porthos(words, before);
+  };
+  for (const char* words : {"report of", "plot of", "new pendulum.urdf --out of/new/scene.toml",
+                            "judge of/run.h5 --model pendulum.urdf --out of/judged --no-report"}) {
+    const int whole = afresh(words, fault(0, false, 0) + " PORTHOS_FAULT_COUNT=count").code;
+    const long most = std::atol(bytes_of(folder_ / "count").c_str());
+    int ended = 0;
+    for (long n = 1; n <= most; ++n) {
+      const Answer a = afresh(words, fault(n, true, ENOSPC));
+      if (a.code == whole) continue;
+      ++ended;
+      EXPECT_EQ(a.code, 5) << words << ", call " << n << ": " << a.err;
+      EXPECT_EQ(std::count(a.err.begin(), a.err.end(), '\n'), 1) << words << n << ": " << a.err;
+    }
+    std::printf("  %-70s %ld calls, %d ended it with a sentence\n", words, most, ended);
+    EXPECT_GT(ended, 4) << words;
+    EXPECT_GE(ended, most - 1) << words;
+  }
 }
 
 /// Killed in every call that changes a file, a write when half of its bytes are there.
