@@ -92,8 +92,7 @@ int run_and_judge(const Arguments& a, scene::RunOptions options) {
     log(fmt::format("note on the model: {}: {}", note.where, note.text));
   options.say = log;
   const scene::RunReport r = run_with_progress(s, assembly, options);
-  const bool report =
-      !r.interrupted && make_report(a, options.out, report::model_folders(s));
+  const bool report = !r.interrupted && make_report(a, options.out, report::model_folders(s));
   if (!r.interrupted)
     print(a.json ? scene::read_file(options.out + "/summary.json")
                  : verdict_text(r, options.out, report));

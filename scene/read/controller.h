@@ -83,7 +83,7 @@ struct Controller {
   LawFile file = {};
   std::optional<Takeover> then = {};
   std::vector<std::string> wheels = {};  ///< joints of reaction wheels that it turns
-  std::string cut_target = {};  ///< added to a refusal of its design: an odd target
+  std::string cut_target = {};           ///< added to a refusal of its design: an odd target
   /// Makes the law. @throws InvalidArgument for a condition that fails
   std::function<ControllerDesign(const Controller&, const ControllerPlant&)> design;
 

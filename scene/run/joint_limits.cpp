@@ -52,8 +52,9 @@ void JointLimits::fill(RunReport& report) const {
     const std::string where =
         j.time == *start_ ? fmt::format("is at {:.6g} {} at the start", j.position, unit)
                           : fmt::format("reaches {:.6g} {} at {:.6g} s", j.position, unit, j.time);
-    list += fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
-                        j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);
+    list +=
+        fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
+                    j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);
   }
   if (list.empty()) return;
   report.notes.push_back(list +

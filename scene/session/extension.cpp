@@ -70,7 +70,8 @@ LogMark log_again(const fs::path& file, const fs::path& log, const Scene& scene,
 void extend_to(Scene& scene, const std::string& folder, double end) {
   if (!scene.events.empty())
     throw InvalidArgument(
-        "a run with events cannot be extended, expected another scene that starts from its results, "
+        "a run with events cannot be extended, expected another scene that starts from its "
+        "results, "
         "with [initial] from, or a longer duration from the beginning");
   const fs::path out(folder);
   const bool begun = has_checkpoint(out / "checkpoint");

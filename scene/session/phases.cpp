@@ -40,8 +40,10 @@ void make_room(const RunOptions& o) {
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
     if (!finished && (has_checkpoint(phase_folder(o, k) / "checkpoint") ||
                       has_checkpoint(end_folder(phase_folder(o, k)))))
-      throw InvalidArgument(fmt::format(
-          "{} holds an unfinished run: use --resume (in Python resume=True) to continue it, or remove the folder", o.out));
+      throw InvalidArgument(
+          fmt::format("{} holds an unfinished run: use --resume (in Python resume=True) to "
+                      "continue it, or remove the folder",
+                      o.out));
   std::error_code ignored;
   for (size_t k = 0; fs::exists(phase_folder(o, k)); ++k)
     fs::remove_all(phase_folder(o, k), ignored);

@@ -3,6 +3,7 @@
 
 #include "report/report.h"
 #include "scene/identification/identification.h"
+#include "tests/places.h"
 #include "tests/run/scenes.h"
 
 namespace porthos::report::identification_page_test {

@@ -215,9 +215,9 @@ TEST(Judge, TheDigitsOfAFileAreAllowedFor) {
       for (std::string cell; std::getline(cells, cell, ','); ++k) {
         if (k > 0) rounded += ",";
         if (line.starts_with("time")) is_rate.push_back(cell.starts_with("v."));
-        rounded += line.starts_with("time") ? cell
-                                            : fmt::format("{:.5g}", (is_rate[k] ? scale : 1) *
-                                                                        std::stod(cell));
+        rounded += line.starts_with("time")
+                       ? cell
+                       : fmt::format("{:.5g}", (is_rate[k] ? scale : 1) * std::stod(cell));
       }
     }
     write_bytes(folder / "run.csv", rounded);

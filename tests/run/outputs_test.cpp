@@ -273,8 +273,9 @@ TEST(Outputs, WithExtremaTheirLargestIsThatOfAllSteps) {
   EXPECT_LT(rare.outputs[0].largest, all.outputs[0].largest) << "control";
   const auto noted = [](const scene::RunReport& r) {
     return std::ranges::any_of(r.notes, [](const auto& n) {
-      return says(n, "outputs are those of the records, every 0.7 s, while 'controller.hinge' "
-                     "samples every 0.1 s");
+      return says(n,
+                  "outputs are those of the records, every 0.7 s, while 'controller.hinge' "
+                  "samples every 0.1 s");
     });
   };
   for (const auto& n : rare.notes) std::printf("  %s\n", n.c_str());
