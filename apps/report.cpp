@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 
 bool make_report(const Arguments& a, const std::string& out, const std::vector<fs::path>& models) {
   std::error_code ignored;
-  fs::remove(fs::path(out) / "report.html", ignored);
+  if (const fs::path old = fs::path(out) / "report.html"; fs::exists(old, ignored))
+    fs::remove(old, ignored);
   if (a.no_report) return false;
   const auto page = report::find_template();
   if (page.empty()) return false;

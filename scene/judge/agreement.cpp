@@ -13,33 +13,23 @@ using phs::BlockKind;
 
 namespace {
 
-/// How finely a column is written: as many digits as its longest number has.
-class Resolution {
- public:
-  explicit Resolution(const Numbers& column) {
-    for (const double x : column) {
-      if (x == 0 || !std::isfinite(x)) continue;
-      char text[32];
-      const auto end =
-          std::to_chars(text, text + sizeof text, x, std::chars_format::scientific).ptr;
-      const auto e = std::find(text, end, 'e');
-      const int digits = int(std::count_if(text, e, [](char c) { return c >= '0' && c <= '9'; }));
-      digits_ = std::max(digits_, digits);
-      decimals_ = std::max(decimals_, digits - 1 - magnitude(x));
-    }
+/// A unit of the last place of a column: of its largest number, with the most digits that one of
+/// its numbers has. Files with fewer than five digits are not meant to be so coarse.
+double unit_of(const Numbers& column) {
+  double largest = 0;
+  int digits = 5;
+  for (const double x : column) {
+    if (x == 0 || !std::isfinite(x)) continue;
+    largest = std::max(largest, std::fabs(x));
+    char text[32];
+    const auto end = std::to_chars(text, text + sizeof text, x, std::chars_format::scientific).ptr;
+    digits = std::max(digits, int(std::count_if(text, std::find(text, end, 'e'),
+                                                [](char c) { return c >= '0' && c <= '9'; })));
   }
-  /// A unit of the last place of a number.
-  double of(double x) const {
-    const double by_decimals = std::pow(10.0, -decimals_);
-    return x == 0 ? by_decimals : std::max(by_decimals, std::pow(10.0, magnitude(x) + 1 - digits_));
-  }
-  /// The mean size of the difference of two rounded numbers, near x: 0.33 units.
-  double of_a_difference(double x) const { return of(x) / 3; }
-
- private:
-  static int magnitude(double x) { return int(std::floor(std::log10(std::fabs(x)))); }
-  int digits_ = 1, decimals_ = -300;
-};
+  return largest == 0 ? 0 : std::pow(10.0, std::floor(std::log10(largest)) + 1 - digits);
+}
+/// The mean size of the difference of two numbers that are rounded to such units.
+double rounding(const Numbers& column) { return unit_of(column) / 3; }
 
 }  // namespace
 
@@ -50,8 +40,8 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
   const auto rate = [&](size_t i) { return Vec3d{k.v[0][i], k.v[1][i], k.v[2][i]}; };
   const bool along_world = map_.angular_in_world && by_rates_;
   Agreement one{k.c.name};
-  std::vector<Resolution> written;
-  for (const Numbers& column : k.q) written.emplace_back(column);
+  double rounded = 0;  // a rotation is twice the change of a quaternion
+  for (const Numbers& column : k.q) rounded += 2 * rounding(column);
   for (size_t i = 2; i + 1 < t.size(); ++i) {
     const double h = t[i] - t[i - 1];
     const auto before = attitude(i - 1), after = attitude(i);
@@ -68,8 +58,7 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
     // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
     one.uncertain += h / 24 * norm(rate(i + 1) - rate(i) - rate(i - 1) + rate(i - 2)) +
                      h * h / 12 * norm(cross(rate(i - 1), rate(i)));
-    for (size_t a = 0; a < written.size(); ++a)  // a rotation is twice the change of a quaternion
-      one.uncertain += 2 * written[a].of_a_difference(k.q[a][i]);
+    one.uncertain += rounded;
   }
   return one;
 }
@@ -86,15 +75,15 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
       continue;
     for (size_t a = 0; a < k.q.size(); ++a) {
       const Numbers& v = k.v[a];
-      const Resolution of_places(k.q[a]), of_rates(v);
+      const double of_places = rounding(k.q[a]), of_rates = rounding(v);
       Agreement one{k.c.name};
       for (size_t i = 2; i + 1 < t.size(); ++i) {
         const double h = t[i] - t[i - 1];
         const double step = place ? k.q[a][i] - k.q[a][i - 1] : distance(k, i, h);
         one.way += std::fabs(step);
         one.off += std::fabs(step - 0.5 * h * (v[i - 1] + v[i]));
-        one.uncertain += h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) +
-                         of_places.of_a_difference(k.q[a][i]) + h * of_rates.of_a_difference(v[i]);
+        one.uncertain +=
+            h / 24 * std::fabs(v[i + 1] - v[i] - v[i - 1] + v[i - 2]) + of_places + h * of_rates;
       }
       all.push_back(one);
     }

@@ -27,10 +27,9 @@ JointLimits::JointLimits(const Scene& scene, const Assembly& assembly, const Rec
 
 void JointLimits::see(std::span<const double> record) {
   if (!any()) return;
-  const double time = record[layout_.time()];
-  if (!start_) start_ = time;
   turns_of(layout_, record, turns_);
   for (Joint& j : joints_) {
+    if (j.at_start) continue;
     double z = record[layout_.x() + j.q];
     if (j.turn) z += phs::two_pi_hi * double(turns_[*j.turn]);
     double beyond = 0;
@@ -39,8 +38,10 @@ void JointLimits::see(std::span<const double> record) {
     if (!(beyond > j.beyond)) continue;
     j.beyond = beyond;
     j.position = z;
-    j.time = time;
+    j.time = record[layout_.time()];
+    j.at_start = !begun_;
   }
+  begun_ = true;
 }
 
 void JointLimits::fill(RunReport& report) const {
@@ -50,8 +51,8 @@ void JointLimits::fill(RunReport& report) const {
     const char* unit = j.turn ? "rad" : "m";
     const bool below = j.lower && j.position < *j.lower;
     const std::string where =
-        j.time == *start_ ? fmt::format("is at {:.6g} {} at the start", j.position, unit)
-                          : fmt::format("reaches {:.6g} {} at {:.6g} s", j.position, unit, j.time);
+        j.at_start ? fmt::format("is at {:.6g} {} at the start", j.position, unit)
+                   : fmt::format("reaches {:.6g} {} at {:.6g} s", j.position, unit, j.time);
     list +=
         fmt::format("{}'{}' {}, beyond its {} limit of {:.6g} {}", list.empty() ? "joint " : "; ",
                     j.name, where, below ? "lower" : "upper", below ? *j.lower : *j.upper, unit);

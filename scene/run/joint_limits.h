@@ -22,7 +22,7 @@ class JointLimits {
   bool any() const { return !joints_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds one note of all joints that were beyond a limit: how far at most, and when.
+  /// Adds one note of all joints that were beyond a limit: where they start, else how far at most and when.
   void fill(RunReport& report) const;
 
  private:
@@ -31,12 +31,13 @@ class JointLimits {
     size_t q;
     std::optional<size_t> turn;  ///< none: a slide
     std::optional<double> lower, upper;
-    double beyond = 0, position = 0, time = 0;  ///< the worst
+    bool at_start = false;                      ///< whether it begins beyond
+    double beyond = 0, position = 0, time = 0;  ///< there, else the worst
   };
   RecordLayout layout_;
   std::vector<Joint> joints_;
   std::vector<std::int64_t> turns_;
-  std::optional<double> start_;  ///< [s]
+  bool begun_ = false;
 };
 
 }  // namespace porthos::scene

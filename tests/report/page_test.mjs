@@ -362,7 +362,7 @@ console.log("playback");
   const land = await orbit.tab.evaluate(() => {
     const c = porthos.stage.globe.children[0].material.map.image.getContext("2d");
     const at = ([latitude, longitude]) => [...c.getImageData(Math.floor(((longitude + 180) / 360) * c.canvas.width), Math.floor(((90 - latitude) / 180) * c.canvas.height), 1, 1).data].slice(0, 3).join();
-    return { land: [[20, 10], [72, -40], [62, 100], [66, -175]].map(at), sea: [[30, -40], [-17, -120], [70, -160], [0, 70]].map(at), ice: [[-80, 0], [-80, 175], [-82, -175]].map(at) };
+    return { land: [[20, 10], [72, -40], [62, 100], [66, -175]].map(at), sea: [[30, -40], [-17, -120], [73, -160], [0, 70]].map(at), ice: [[-80, 0], [-75, 120], [-88, 100], [-88, -100]].map(at) };
   });
   const kinds = Object.values(land).map((all) => new Set(all));
   expect(kinds.every((k) => k.size === 1) && new Set(kinds.map((k) => [...k][0])).size === 3, `map of the Earth: Sahara and Greenland land, the Pacific sea at the date line's rings, Antarctica ice: ${JSON.stringify(land)}`);

@@ -274,11 +274,10 @@ TEST(Outputs, WithExtremaTheirLargestIsThatOfAllSteps) {
   const auto noted = [](const scene::RunReport& r) {
     return std::ranges::any_of(r.notes, [](const auto& n) {
       return says(n,
-                  "outputs are those of the records, every 0.7 s, while 'controller.hinge' "
+                  "outputs are those of the records, every 0.7 s, while 'hinge.controller' "
                   "samples every 0.1 s");
     });
   };
-  for (const auto& n : rare.notes) std::printf("  %s\n", n.c_str());
   EXPECT_TRUE(noted(rare));
   EXPECT_FALSE(noted(watched));
   EXPECT_FALSE(noted(all));

@@ -139,9 +139,10 @@ TEST(Digest, IsSha256) {  // FIPS 180-4, example "abc"
 TEST(Checkpoint, AnUnfinishedRunIsNotOverwritten) {
   Stopped s;
   const auto text = refusal([&] { scene::run(s.c.scene, s.c.assembly, into(s.out)); });
-  EXPECT_EQ(text,
-            s.out.string() +
-                " holds an unfinished run: use --resume to continue it, or remove the folder");
+  EXPECT_EQ(text, s.out.string() +
+                      " holds an unfinished run: use --resume (in Python resume=True) to continue "
+                      "it, or remove "
+                      "the folder");
   EXPECT_EQ(s.resume(), "");
 }
 

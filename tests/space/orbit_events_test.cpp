@@ -143,7 +143,9 @@ TEST(OrbitEvents, WhatCannotBeIsRefusedWithItsLine) {
     test::TemporaryFolder folder;
     const auto refused = test::refusal([&] {
       const auto s = orbit_scene(folder, {{c.from, c.to}});
-      run(s, assemble(s), test::into(folder / "out"));
+      const auto r = run(s, assemble(s), test::into(folder / "out"));
+      EXPECT_FALSE(r.passed());  // a capture that misses: its note says why
+      if (!r.notes.empty()) throw InvalidArgument(r.notes.back());
     });
     EXPECT_TRUE(says(refused, c.says)) << c.from << " -> " << c.to;
   }

@@ -73,5 +73,5 @@ export function notes(d) {
 
 export const meta = (d) => {
   const r = d.identification;
-  return r ? `from ${r.log}, ${r.method}, ${r.step_s} s a step, ${duration(r.residuals?.t.at(-1) ?? 0)} of log` : "";
+  return r ? `from ${r.log.split("/").pop()}, ${r.method}, ${r.step_s} s a step, ${duration(r.residuals?.t.at(-1) ?? 0)} of log` : "";
 };
