@@ -22,7 +22,7 @@ class JointLimits {
   bool any() const { return !joints_.empty(); }
   /// Adds a record, a row of the layout.
   void see(std::span<const double> record);
-  /// Adds one note of all joints that were beyond a limit: where they start, else how far at most and when.
+  /// Adds one note of all joints that were beyond a limit: at the start, or how far at most.
   void fill(RunReport& report) const;
 
  private:
