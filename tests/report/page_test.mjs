@@ -359,6 +359,22 @@ console.log("playback");
   const orbit = await open("orbit");
   const view = await orbit.tab.evaluate(async () => { const s = porthos.stage; s.set("view", "orbit"); s.seek(1000); const a = s.craft.position.toArray(); s.seek(2500); return { a, b: s.craft.position.toArray(), line: s.orbitLine.geometry.attributes.position.count, altitude: s.altitude }; });
   expect(far(view.a, view.b) > 0.1 && view.line > 100 && Math.abs(view.altitude - 550e3) < 20e3, `orbit view: moved ${far(view.a, view.b).toFixed(2)} radii, altitude ${(view.altitude / 1000).toFixed(1)} km`);
+  const framed = await orbit.tab.evaluate(() => {  // a craft that drifts ten times its size
+    const s = porthos.stage, clip = s.clips[0], n = clip.t.length, farthest = () => {
+      s.look("iso");
+      s.camera.updateMatrixWorld();
+      const x = s.camera.position.clone(), all = s.trails.flatMap((l) => Array.from({ length: n }, (_, f) => x.fromArray(l.geometry.getAttribute("position").array, 3 * f).project(s.camera) && Math.max(Math.abs(x.x), Math.abs(x.y))));
+      return Math.max(...all);
+    };
+    for (let f = 0; f < n; ++f) clip.origin[3 * f] += (10 * s.size * f) / n;
+    s.set("view", "mechanism"), s.set("ride", "world");
+    const short = farthest();
+    s.options.whole = true;
+    const whole = farthest();
+    s.options.whole = false, s.set("ride", "place"), s.set("view", "orbit");
+    return { short, whole };
+  });
+  expect(framed.whole < 1 && framed.short > 1, `whole paths are framed: ${framed.whole.toFixed(2)} of the half picture; without, as a control, ${framed.short.toFixed(2)}`);
   const land = await orbit.tab.evaluate(() => {
     const c = porthos.stage.globe.children[0].material.map.image.getContext("2d");
     const at = ([latitude, longitude]) => [...c.getImageData(Math.floor(((longitude + 180) / 360) * c.canvas.width), Math.floor(((90 - latitude) / 180) * c.canvas.height), 1, 1).data].slice(0, 3).join();

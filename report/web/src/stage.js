@@ -1,5 +1,5 @@
 import {
-  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
+  AmbientLight, AxesHelper, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight,
   EdgesGeometry, GridHelper, Group, Line, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
   PlaneGeometry, Quaternion, Scene, ShadowMaterial, SphereGeometry, ArrowHelper, Vector3, WebGLRenderer,
 } from "three";
@@ -384,15 +384,24 @@ export class Stage {
     }
     this.seek(this.time);
   }
-  /** Camera presets; the target stays the middle. */
+  /** The middle of all paths, and the reach from there to their ends and what moves along them. */
+  spread() {
+    const box = new Box3().setFromPoints([new Vector3()]);
+    for (const l of this.trails) box.union(new Box3().setFromBufferAttribute(l.geometry.getAttribute("position")));
+    return [box.getCenter(new Vector3()), box.getSize(new Vector3()).length() / 2 + this.size];
+  }
+  /** Camera presets; the target stays the middle, of the whole paths where they are shown in the world. */
   look(name) {
-    const d = this.size * 2.8;  // 3.07 shows the whole of a ball of this size
+    const along = this.options.ride === "world" && this.options.whole && this.options.view === "mechanism";
+    const [middle, reach] = along ? this.spread() : [new Vector3(), this.size];
+    const d = reach * 2.8;  // 3.07 shows the whole of a ball of this size
     const to = { iso: [0.62, -0.72, 0.45], x: [1, 0, 0.0001], y: [0, -1, 0.0001], z: [0, -0.0001, 1] }[name];
     const orbit = this.options.view === "orbit" && this.far;
     const [camera, controls] = orbit ? [this.far, this.farControls] : [this.camera, this.controls];
     const distance = orbit ? this.far.position.length() : d / Math.min(1, Math.max(0.4, camera.aspect || 1));
-    camera.position.set(...to).multiplyScalar(distance);
-    controls.target.set(0, 0, 0);
+    camera.position.set(...to).multiplyScalar(distance).add(middle);
+    if (!orbit) camera.far = Math.max(camera.far, 8 * distance), camera.updateProjectionMatrix();
+    controls.target.copy(middle);
     controls.update();
     this.wake();
   }
