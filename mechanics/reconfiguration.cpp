@@ -18,6 +18,14 @@ std::string text(double x) {
 
 bool is_free(const BodySpec& b) { return b.parent == "world" && b.joint.type == "free"; }
 
+/// root: of the tree of the body.
+void require_free(const BodySpec& root, const std::string& body) {
+  if (!is_free(root))
+    throw InvalidArgument("capture: the body '" + body +
+                          "' is not free in the world, expected one that is, or a link of a robot "
+                          "that floats");
+}
+
 /// Whether two bodies belong to one tree.
 bool of_one_tree(const MechanismBuilder& parts, const std::string& root, const std::string& body) {
   const auto way = way_to(parts, body);
@@ -80,10 +88,7 @@ Impact capture(MovingMechanism& moving, const Latch& latch) {
   body_of(next, latch.link, "capture");
   const auto way = way_to(next, latch.body);
   const BodySpec& root = way.front();
-  if (!is_free(root))
-    throw InvalidArgument("capture: the body '" + latch.body +
-                          "' is not free in the world, expected one that is, or a link of a robot "
-                          "that floats");
+  require_free(root, latch.body);
   if (of_one_tree(next, root.name, latch.link))
     throw InvalidArgument("capture: the link '" + latch.link + "' and '" + latch.body +
                           "' belong to one mechanism, expected another mechanism's link");
@@ -124,10 +129,7 @@ void require_within_limits(const MovingMechanism& moving, const Latch& latch,
 void move_with(MovingMechanism& moving, const std::string& link, const std::string& body,
                const Pose& pose) {
   const BodySpec root = way_to(moving.parts, body).front();
-  if (!is_free(root))
-    throw InvalidArgument("capture: the body '" + body +
-                          "' is not free in the world, expected one that is, or a link of a robot "
-                          "that floats");
+  require_free(root, body);
   const Instant now(*moving.model, moving.state);
   const auto X_LB = Instant::lifted(pose);
   const auto X_RB = inverse(now.pose(root.name)) * now.pose(body);

@@ -1,7 +1,6 @@
-#include <fmt/format.h>
-
 #include "phs/error.h"
 #include "report/detail/ensemble_data.h"
+#include "report/detail/page_parts.h"
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/read/scene_texts.h"
@@ -34,38 +33,21 @@ void describe(Json& j, const scene::Hdf5Reader& file, const fs::path& folder) {
 }  // namespace
 
 Json ensemble_page(const fs::path& folder) {
-  Json j, missing = Json::array();
-  const auto attempt = [&](const char* what, const auto& f) {
-    try {
-      f();
-    } catch (const std::exception& e) {
-      missing.push_back(fmt::format("{}: {}", what, e.what()));
-    }
-  };
-  j["format"] = 1;
-  j["kind"] = "ensemble";
-  j["folder"] = folder.filename().string();
+  PageParts page("ensemble", folder);
+  Json& j = page.data;
   j["rerun"] = folder.string();
-  j["summary"] = j["comparison"] = nullptr;
-  j["phases"] = j["model_notes"] = Json::array();
-  j["texts"] = {{"scene", ""}, {"model", ""}};
-  attempt("ensemble.json is damaged", [&] {
+  page.attempt("ensemble.json is damaged", [&] {
     j["ensemble"] = Json::parse(scene::read_file(folder / "ensemble.json"));
     for (const char* key : {"cases", "passed", "not_judged", "verdict", "failures", "method"})
       (void)j["ensemble"].at(key);
   });
-  attempt("ensemble.h5 is damaged", [&] {
+  page.attempt("ensemble.h5 is damaged", [&] {
     const scene::Hdf5Reader file(folder / "ensemble.h5");
     j["provenance"] = file.texts("provenance");
     j["cases"] = ensemble_data(folder / "ensemble.h5");
-    attempt("the scene cannot be read again", [&] { describe(j, file, folder); });
+    page.attempt("the scene cannot be read again", [&] { describe(j, file, folder); });
   });
-  if (missing.empty())
-    j["status"] = {{"state", "complete"}, {"text", ""}};
-  else
-    j["status"] = {{"state", "damaged"}, {"text", "Part of the results could not be read."}};
-  j["missing"] = missing;
-  return j;
+  return page.finished();
 }
 
 bool holds_ensemble(const fs::path& folder) {

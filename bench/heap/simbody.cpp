@@ -1,14 +1,5 @@
 // Simbody (Sherman, Seth, Delp 2011): compliant contacts, semi-explicit Euler.
-#include <concepts>
-#define SimTK_SIMMATH_MULTIBODY_GRAPH_MAKER_H_
-namespace SimTK {
-template <class Index>
-requires std::same_as<decltype(Index::Invalid()), const Index&>
-bool operator==(const Index& a, const Index& b) { return int(a) == int(b); }
-}  // namespace SimTK
-// As in bench/peers/simbody.cpp.
-#include <Simbody.h>
-
+#include "bench/simbody.h"
 #include "bench/heap/heap.h"
 
 int main(int, char** argv) {

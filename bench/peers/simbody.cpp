@@ -1,21 +1,9 @@
 // Simbody (Sherman, Seth, Delp 2011). Its caches hang on the state: setting q and u makes them old,
 // and realising the stages again is part of each call, as in a step.
 #include <algorithm>
-#include <concepts>
-
-// Its headers are C++11. In C++20 two of its indices compare in several equally good ways (this one
-// is better), and one header, not needed here, has vectors of what is not yet a type: its guard
-// keeps it out.
-#define SimTK_SIMMATH_MULTIBODY_GRAPH_MAKER_H_
-namespace SimTK {
-template <class Index>
-requires std::same_as<decltype(Index::Invalid()), const Index&>
-bool operator==(const Index& a, const Index& b) { return int(a) == int(b); }
-}  // namespace SimTK
-
-#include <Simbody.h>
 
 #include "bench/peers/subject.h"
+#include "bench/simbody.h"
 
 namespace porthos::bench {
 namespace {

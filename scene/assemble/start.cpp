@@ -18,11 +18,6 @@ using mechanics::JointCoordinates;
 using mechanics::Mechanism;
 using mechanics::Vec3d;
 
-/// q and v while they are filled in.
-struct Start {
-  std::vector<double> q, v;
-};
-
 /// Coordinates that one number and one rate describe.
 bool is_single(const JointCoordinates& c) { return c.nq == 1 && c.nv == 1; }
 
@@ -167,8 +162,7 @@ FromRecord put_record(const StartFrom& from, const Assembly& a, Start& s) {
   if (!from.joined.holds.empty()) {
     auto record = numbers_of(from, a.model->description(), 0);
     std::fill_n(record.known.begin(), 2 * m.nq(), false);
-    auto apart = taken_apart(from, a.parts);
-    s = {std::move(apart.q), std::move(apart.v)};
+    s = taken_apart(from, a.parts);
     return record;
   }
   auto record = numbers_of(from, a.model->description(), 2 * m.nq());

@@ -66,12 +66,12 @@ void place_captives(mechanics::MovingMechanism& m, const Joined& joined) {
 
 }  // namespace
 
-Motion taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
+Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts) {
   require_bodies(from, parts);
   mechanics::MovingMechanism apart(parts);
   const auto& m = apart.model->mechanism();
   const auto known = numbers_of(from, apart.model->description(), 0);
-  Motion s{m.neutral(), std::vector<double>(size_t(m.nv()), 0.0)};
+  Start s{m.neutral(), std::vector<double>(size_t(m.nv()), 0.0)};
   for (size_t i = 0; i < s.q.size(); ++i)
     if (known.known[i]) s.q[i] = known.state.x[i];
   apart.set(s.q, s.v);

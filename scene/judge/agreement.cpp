@@ -57,8 +57,7 @@ Trajectory::Agreement Trajectory::agreement_of_attitude(const Columns& k, const 
     one.off += norm(step - expected);
     // Of the rule, as below, and of the axis that turns meanwhile (Magnus 1954, second term).
     one.uncertain += h / 24 * norm(rate(i + 1) - rate(i) - rate(i - 1) + rate(i - 2)) +
-                     h * h / 12 * norm(cross(rate(i - 1), rate(i)));
-    one.uncertain += rounded;
+                     h * h / 12 * norm(cross(rate(i - 1), rate(i))) + rounded;
   }
   return one;
 }

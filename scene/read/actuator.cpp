@@ -128,8 +128,7 @@ std::string remark_on(const vsa::Measurements& m, const std::string& path, doubl
   if (smoothing > 0 && smoothing < m.scatter / 2)
     return fmt::format(
         "{}: smoothing states errors of {:.2g} N m, but neighbours scatter by {:.2g} N m: the "
-        "curve "
-        "may follow the errors, and its stiffness more so",
+        "curve may follow the errors, and its stiffness more so",
         path, smoothing, m.scatter);
   return "";
 }

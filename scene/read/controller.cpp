@@ -144,9 +144,6 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
   return gates;
 }
 
-}  // namespace
-
-namespace {
 /// A target that is some quarter turns but for digits that were left out, as of the upright of a
 /// pendulum, where a design asks for rest; or that may be in degrees.
 std::string cut_target(const Table& t) {
@@ -160,12 +157,13 @@ std::string cut_target(const Table& t) {
       found = fmt::format("; the target of '{}' is {:g} rad (m): are they degrees?", joint, target);
     else if (off > 1e-12 && off < 5e-3 && whole != 0)
       found = fmt::format(
-          "; the target of '{}' is {:g}, expected all digits of {:.16g} if that "
-          "is meant",
+          "; the target of '{}' is {:g}, expected all digits of {:.16g} if that is "
+          "meant",
           joint, target, whole);
   });
   return found;
 }
+
 }  // namespace
 
 std::vector<Controller> read_controllers(const Table& scene, const std::string& folder) {

@@ -40,9 +40,8 @@ struct Event {
   /// passes an angle, a capture or engagement until its limits hold.
   std::optional<double> above, below;
   bool within_reach = false;
-  double after = 0;  ///< [s]: the event does not happen before this time
-  bool carried =
-      false;  ///< it holds from the start: an event of the run that this one goes on from
+  double after = 0;      ///< [s]: the event does not happen before this time
+  bool carried = false;  ///< from the run that this one goes on from: it holds at the start
   bool waits() const { return above || below || within_reach; }
   /// Whether it acts on a soft latch; then the mechanism stays as it is.
   bool on_latch() const { return type == Type::engage || type == Type::disengage; }

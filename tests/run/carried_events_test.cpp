@@ -69,14 +69,6 @@ double apart(const scene::RunReport& a, const scene::RunReport& b) {
     most = std::max(most, std::fabs(a.outputs[i].end - b.outputs[i].end));
   return most;
 }
-std::string refusal_of(const scene::Scene& s) {
-  try {
-    (void)scene::assemble(s);
-  } catch (const InvalidArgument& e) {
-    return e.what();
-  }
-  return "";
-}
 
 }  // namespace
 
@@ -146,7 +138,8 @@ TEST(CarriedEvents, WhatCannotGoOnIsSaid) {
   auto text = without.erase(body, end - body);
   write_bytes(folder / "arm.urdf", arm_urdf());
   write_bytes(folder / "lonely.toml", text.insert(text.find("[run]\n") + 6, "duration = 1\n"));
-  const std::string why = refusal_of(scene::read_scene((folder / "lonely.toml").string()));
+  const std::string why =
+      refusal([&] { (void)scene::assemble(scene::read_scene((folder / "lonely.toml").string())); });
   EXPECT_TRUE(says(why, "lonely.toml:5:")) << why;
   EXPECT_TRUE(says(why, "'tug' holds 'target.panel', and this scene has no 'tug'")) << why;
   // A damaged text is a sentence too.

@@ -163,21 +163,31 @@ std::string refusal(const TemporaryFolder& folder, const std::string& csv,
   return "it was not refused";
 }
 
-/// The check `rates`: the control of each case is the same file as it was written.
-TEST(Judge, PositionsMoveAsTheirRatesSay) {
-  TemporaryFolder folder;
+namespace {
+/// A run of an arm that floats, recorded at every step, as another program might write it.
+std::string every_step(const TemporaryFolder& folder) {
   Case c = floating_arm(folder, 5, "gauss8");
   c.scene.record_every = c.scene.step;
   (void)scene::run(c.scene, c.assembly, into(folder / "out"));
-  const std::string text = csv_of(c, folder / "out");
+  return csv_of(c, folder / "out");
+}
+scene::Check rates_in(const scene::RunReport& r) {
+  for (const auto& check : r.checks)
+    if (check.name == "rates") return check;
+  ADD_FAILURE() << "no check of rates";
+  return {};
+}
+}  // namespace
+
+/// The check `rates`: the control of each case is the same file as it was written.
+TEST(Judge, PositionsMoveAsTheirRatesSay) {
+  TemporaryFolder folder;
+  const std::string text = every_step(folder);
   const auto rates_of = [&](const std::string& csv, const std::string& map = "") {
     write_bytes(folder / "run.csv", csv);
     fs::remove_all(folder / "judged");
     const auto r = judge(folder, "run.csv", map);
-    for (const auto& check : r.checks)
-      if (check.name == "rates") return std::pair{check, r.notes.back()};
-    ADD_FAILURE() << "no check of rates";
-    return std::pair{scene::Check{}, std::string()};
+    return std::pair{rates_in(r), r.notes.back()};
   };
   const auto [right, unused] = rates_of(text);
   std::printf("  rates against positions: %.1e, limit %.1e\n", right.value, right.limit);
@@ -201,10 +211,7 @@ TEST(Judge, PositionsMoveAsTheirRatesSay) {
 /// Six digits are enough, where the way from row to row has few of them; wrong rates still show.
 TEST(Judge, TheDigitsOfAFileAreAllowedFor) {
   TemporaryFolder folder;
-  Case c = floating_arm(folder, 5, "gauss8");
-  c.scene.record_every = c.scene.step;
-  (void)scene::run(c.scene, c.assembly, into(folder / "out"));
-  const std::string text = csv_of(c, folder / "out");
+  const std::string text = every_step(folder);
   const auto rates_of = [&](double scale) {
     std::string rounded;
     std::istringstream lines(text);
@@ -222,9 +229,7 @@ TEST(Judge, TheDigitsOfAFileAreAllowedFor) {
     }
     write_bytes(folder / "run.csv", rounded);
     fs::remove_all(folder / "judged");
-    for (const auto& check : judge(folder, "run.csv").checks)
-      if (check.name == "rates") return check;
-    return scene::Check{};
+    return rates_in(judge(folder, "run.csv"));
   };
   const auto check = rates_of(1), wrong = rates_of(1.3);
   std::printf("  five digits: %.1e, limit %.1e; rates 1.3 times: %.1e, limit %.1e\n", check.value,

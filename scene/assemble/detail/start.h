@@ -26,13 +26,13 @@ FromRecord numbers_of(const StartFrom& from, const phs::Description& system, int
 /// Sets what the record knows, with its low words and turns.
 void put_exactly(const FromRecord& from, phs::State& s);
 
-/// Coordinates (turns are in the record) and rates.
-struct Motion {
+/// Coordinates and rates at the start.
+struct Start {
   std::vector<double> q, v;
 };
-/// The motion of a mechanism whose parts the events of the other run had joined: all of them apart,
-/// moving as one.
+/// The start of a mechanism whose parts the events of the other run had joined: all of them apart,
+/// moving as one. Turns stay in the record.
 /// @throws InvalidArgument with file and line: the mechanism has no such parts, or lacks states
-Motion taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
+Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
 
 }  // namespace porthos::scene
