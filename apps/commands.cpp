@@ -23,6 +23,7 @@
 #include "scene/run/verdict.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
+#include "scene/session/export.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
 
@@ -205,6 +206,13 @@ int plan_command(const Arguments& a) {
 
 int plot_command(const Arguments& a) {
   for (const auto& file : scene::replot(a.scene)) print(file + "\n");
+  return exit_ok;
+}
+
+int export_command(const Arguments& a) {
+  const std::string to = a.out.value_or(a.scene + "/run.csv");
+  scene::export_csv(a.scene, to, a.of);
+  print(to + "\n");
   return exit_ok;
 }
 

@@ -35,6 +35,7 @@ int compare_command(const Arguments& arguments);
 int ensemble_command(const Arguments& arguments);
 int plan_command(const Arguments& arguments);
 int plot_command(const Arguments& arguments);
+int export_command(const Arguments& arguments);
 int info_command(const Arguments& arguments);
 int methods_command(const Arguments& arguments);
 int actuators_command(const Arguments& arguments);

@@ -8,6 +8,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
@@ -219,6 +220,15 @@ void add_pages(CLI::App& app, Arguments& a) {
       ->add_option("DIR", a.scene, "results folder of a finished run")
       ->required();
 
+  auto* table = add_command(app, "export", "the time series of a finished run as a CSV table",
+                            "porthos export results/ets_vii --columns state,energy_error");
+  table->add_option("DIR", a.scene, "results folder of a finished run")->required();
+  table->add_option("--out", a.out, "the table [DIR/run.csv]")->type_name("FILE");
+  table->add_option("--columns", a.of, "series of run.h5 or groups of them [all]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("A,B,...");
+
   add_scene_command(app, a, "info",
                     "what was assembled from a scene: states, ports, invariants, plan, cost",
                     "porthos info examples/ets_vii/scene.toml");
@@ -257,6 +267,7 @@ int dispatch(const CLI::App& app, const Arguments& a) {
   if (app.got_subcommand("report")) return report_command(a);
   if (app.got_subcommand("film")) return film_command(a);
   if (app.got_subcommand("plot")) return plot_command(a);
+  if (app.got_subcommand("export")) return export_command(a);
   if (app.got_subcommand("new")) return new_command(a);
   if (app.got_subcommand("schema")) return schema_command(a);
   if (app.got_subcommand("completion")) return completion_command(app, a);
@@ -322,14 +333,20 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}", app.help());
     return exit_bad_input;
   }
+  std::vector<char*> words(argv, argv + argc);
+  if (words[1] == std::string_view("help")) {  // porthos help run: porthos run --help
+    static char flag[] = "--help";
+    words.erase(words.begin() + 1);
+    words.push_back(flag);
+  }
   try {
-    app.parse(argc, argv);
+    app.parse(int(words.size()), words.data());
     return dispatch(app, arguments);
   } catch (const CLI::Success& e) {  // --help and --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
     fmt::print(stderr, "porthos: {} (see porthos --help)\n",
-               usage_error(app, e, argc > 1 ? argv[1] : nullptr));
+               usage_error(app, e, words[1]));
   } catch (const porthos::InvalidArgument& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
   } catch (const porthos::IoError& e) {

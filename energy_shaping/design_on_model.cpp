@@ -170,9 +170,16 @@ void DesignOnModel::check_motion() {
       }
     }
   }
-  certificate_.at_most("moves as the design's plant", worst / scale, 1e-9,
-                       "accelerations of the model under the law, over the largest, at 300 states",
-                       where);
+  std::string unknown;  // what a design has no place for
+  for (const auto& j : d.model->mechanism().joint_properties())
+    for (const auto& [what, value] :
+         {std::pair{"damping", j.damping}, {"stiffness", j.stiffness}})
+      if (value != 0)
+        unknown += fmt::format("; joint '{}' has a {} of {:g}, expected 0: the design knows none",
+                               j.joint, what, value);
+  certificate_.at_most(
+      "moves as the design's plant", worst / scale, 1e-9,
+      "accelerations of the model under the law, over the largest, at 300 states" + unknown, where);
 }
 
 PortLaw DesignOnModel::port_law() const {

@@ -51,8 +51,8 @@ class HandoverGate final : public phs::Gate {
     if (m[changes] == 0)
       return fmt::format(
           "controller '{}' has not handed over to '{}': its V came down to {:.4g}, "
-          "expected less than {:.4g}: another bandwidth or damping of '{}', or a higher level",
-          from, to, m[least], basin.level, from);
+          "expected less than {:.4g}: another bandwidth or damping of '{}', {}",
+          from, to, m[least], basin.level, from, higher_level(m[least]));
     if (m[last] < since * (1 - 1e-12)) return "";
     if (m[changes] == 1)
       return fmt::format("controller '{}' handed over to '{}' at {:.10g} s", from, to, m[first]);
@@ -63,6 +63,19 @@ class HandoverGate final : public phs::Gate {
   }
 
  private:
+  /// Whether a level that this motion would have reached would do.
+  std::string higher_level(double reached) const {
+    const LevelSet& basin = two_->basin;
+    if (!basin.lost || !std::isfinite(reached)) return "or a higher level";
+    const double level = std::stod(fmt::format("{:.2g}", 1.1 * reached));  // two digits
+    const int lost = basin.lost(level);
+    return lost <= LevelSet::most_lost
+               ? fmt::format("or level = {:g}, from which '{}' loses {} of 100 runs", level,
+                             two_->to, lost)
+               : fmt::format("as from a level of {:g} '{}' loses {} of 100 runs", level, two_->to,
+                             lost);
+  }
+
   std::shared_ptr<const Two> two_;
   bool second_;
 };

@@ -15,6 +15,7 @@ struct LevelSet {
   double level = 0;
   /// Of 100 runs from where V has a higher level, how many do not come back into the level set.
   std::function<int(double higher)> lost = nullptr;
+  static constexpr int most_lost = 20;  ///< of these 100, where a higher level may be used
 };
 
 /// One sampled law hands over to another when the state comes into the basin of the second, V <

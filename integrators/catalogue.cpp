@@ -1,6 +1,7 @@
 #include "integrators/catalogue.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -97,6 +98,13 @@ const char* to_string(Outcome o) {
 void add_entry(Entry entry) {
   Catalogue& c = all();
   const std::string& name = entry.declaration.name;
+  const bool plain = std::ranges::all_of(name, [](char l) {
+    return std::isalnum(static_cast<unsigned char>(l)) || l == '_' || l == '-' || l == '.';
+  });
+  if (name.empty() || !plain)
+    throw InvalidArgument("a method's name is '" + name + "', expected letters, digits, _ - .");
+  if (name == "auto")
+    throw InvalidArgument("'auto' lets Porthos choose a method, expected another name");
   for (size_t i = 0; i < c.entries.size(); ++i) {
     if (c.entries[i].declaration.name != name) continue;
     if (i < c.own)

@@ -32,10 +32,12 @@ bool of_one_tree(const MechanismBuilder& parts, const std::string& root, const s
   return !way.empty() && way.front().name == root;
 }
 
-/// A quantity that a latch limits, with its current value.
+/// A quantity that a latch limits, as it is now: of the body less of the link, in the world.
 struct Closing {
   const char *what, *unit;
-  double value, limit;
+  Vec3<phs::Quad> of;
+  double limit;
+  double value = length(of);
 };
 std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
   const auto X_WB = now.pose(l.body), X_WL = now.pose(l.link);  // body, link
@@ -43,16 +45,19 @@ std::array<Closing, 3> closing(const Latch& l, const Instant& now) {
   const auto p_B = Instant::lifted(l.on_body), p_L = Instant::lifted(l.on_link);
   const auto p_LB_W = (X_WB.r + X_WB.R * p_B) - (X_WL.r + X_WL.R * p_L);
   const auto v_LB_W = X_WB.R * (V_B.v + cross(V_B.w, p_B)) - X_WL.R * (V_L.v + cross(V_L.w, p_L));
-  return {{{"distance", "m", length(p_LB_W), l.reach},
-           {"relative speed", "m/s", length(v_LB_W), l.speed},
-           {"relative rate", "rad/s", length(X_WB.R * V_B.w - X_WL.R * V_L.w), l.rate}}};
+  const auto w_LB_W = X_WB.R * V_B.w - X_WL.R * V_L.w;
+  return {{{"distance", "m", p_LB_W, l.reach},
+           {"relative speed", "m/s", v_LB_W, l.speed},
+           {"relative rate", "rad/s", w_LB_W, l.rate}}};
 }
 
 std::string beyond(const Latch& l, const Instant& now) {
   for (const Closing& c : closing(l, now))
     if (!(c.value <= c.limit))
       return std::string("the ") + c.what + " is " + text(c.value) + " " + c.unit +
-             ", expected at most " + text(c.limit) + " " + c.unit + ", the limit of the latch";
+             ", expected at most " + text(c.limit) + " " + c.unit +
+             ", the limit of the latch; from link to body it is (" + text(double(c.of[0])) + ", " +
+             text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " + c.unit + " along the world's axes";
   return "";
 }
 

@@ -23,6 +23,7 @@
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
+#include "scene/session/export.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
 
@@ -317,6 +318,12 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
+  m.def(
+      "export_csv",
+      [](const std::string& folder, const std::string& file,
+         const std::vector<std::string>& names) { export_csv(folder, file, names); },
+      py::arg("folder"), py::arg("file"), py::arg("names") = std::vector<std::string>{},
+      "The time series of a finished run as one CSV table: Result.to_csv().");
   m.def(
       "moved_in",
       [](const std::filesystem::path& folder) {

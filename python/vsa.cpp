@@ -101,19 +101,16 @@ void bind_families(py::module_& m) {
       "A member of a family; parameters by name, see families().");
   m.def(
       "table",
-      [](const std::string& csv_file, double smoothing, vsa::Limits limits) {
-        const auto table = vsa::read_measurements(csv_file, smoothing);
-        limits.sigma_lower = table.sigma.front();
-        limits.sigma_upper = table.sigma.back();
-        return std::const_pointer_cast<Elastic>(
-            vsa::tabulated(table, limits, 0.02, table.without_errors ? 0 : smoothing));
+      [](const std::string& csv_file, double smoothing, const vsa::Limits& limits) {
+        return std::const_pointer_cast<Elastic>(vsa::tabulated(
+            vsa::read_measurements(csv_file, smoothing), limits, 0.02, smoothing));
       },
       arg("csv_file"), arg("smoothing") = 0.0, arg("limits") = vsa::Limits{},
       R"(A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.
 
-csv_file: columns deflection [rad], sigma, torque [N m] and, where measured, stiffness [N m/rad] and sigma_effort.
+csv_file: columns deflection [rad], torque [N m] and, where measured, sigma, stiffness [N m/rad] and sigma_effort.
 smoothing: standard deviation of the errors of the torques [N m]; more than 0: places need be no grid and may be repeated.
-limits: those of the deflection; sigma has the range of the file. InvalidArgument with file and line: it fits no energy.)");
+limits: where none are given for sigma, it has the range of the file. InvalidArgument with file and line: it fits no energy.)");
   m.def(
       "formula",
       [](const py::object& energy, const vsa::Limits& limits, const py::kwargs& parameters) {

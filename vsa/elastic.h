@@ -45,6 +45,7 @@ struct ElasticTraits {
   Limits limits;
   /// The deflections that were measured; outside of them the energy is extrapolated [rad].
   double measured_from = -HUGE_VAL, measured_to = HUGE_VAL;
+  std::string remark = {};  ///< what costs its users accuracy, a sentence; empty: nothing known
 };
 
 /// One energy with its derivatives in every scalar. Immutable, shared between threads. No

@@ -75,6 +75,59 @@ void check_places(const Elastic& e, bool with_sigma) {
     refuse_formula("the stiffness is 0 everywhere, expected an energy that bends with phi");
 }
 
+/// Where a function of φ jumps most between neighbours of a grid: it changes there by more than
+/// `least` however near the two places are.
+struct Jump {
+  double at = 0, from = 0, to = 0;
+};
+template <class F>
+Jump largest_jump(const F& f, double most, double least) {
+  constexpr int intervals = 200, halvings = 45;
+  Jump largest;
+  for (int i = 0; i < intervals; ++i) {
+    double a = most * (2.0 * i / intervals - 1), b = most * (2.0 * (i + 1) / intervals - 1);
+    double at_a = f(a), at_b = f(b);
+    for (int k = 0; k < halvings && std::fabs(at_b - at_a) > least; ++k) {
+      const double middle = 0.5 * (a + b), there = f(middle);
+      if (std::fabs(there - at_a) > std::fabs(at_b - there)) {
+        b = middle;
+        at_b = there;
+      } else {
+        a = middle;
+        at_a = there;
+      }
+    }
+    if (std::fabs(at_b - at_a) > std::max(least, std::fabs(largest.to - largest.from)))
+      largest = {b, at_a, at_b};
+  }
+  return largest;
+}
+
+/// A remark on a stiffness that jumps; refuses torques that do, which no method can follow.
+std::string checked_kinks(const Elastic& e, bool with_sigma) {
+  const Limits& l = e.traits().limits;
+  const double most = std::min(l.deflection, M_PI);
+  for (const double part : {0.5, 0.0, 1.0}) {
+    const double sigma = with_sigma ? l.sigma_lower + part * (l.sigma_upper - l.sigma_lower) : 0;
+    const auto torque = [&](double phi) { return e.slopes(phi, 0.0, sigma).q; };
+    const auto stiffness = [&](double phi) { return e.stiffness(phi, 0.0, sigma); };
+    const auto size = [&](const auto& f) { return std::fabs(f(most)) + std::fabs(f(-most)); };
+    if (const Jump j = largest_jump(torque, most, 1e-6 * size(torque)); j.to != j.from)
+      refuse_formula(fmt::format(
+          "the torque jumps from {:.4g} to {:.4g} N m at phi = {:.4g} rad, expected one without "
+          "jumps: sqrt(x^2 + d^2) with a small d stands for abs(x)",
+          j.from, j.to, j.at));
+    if (const Jump j = largest_jump(stiffness, most, 1e-6 * size(stiffness)); j.to != j.from)
+      return fmt::format(
+          "the stiffness jumps from {:.4g} to {:.4g} N m/rad at phi = {:.4g} rad: steps over this "
+          "place lose their order, so errors fall as the step, and the implicit equations may fail "
+          "there; a rounded corner has neither",
+          j.from, j.to, j.at);
+    if (!with_sigma) break;
+  }
+  return "";
+}
+
 }  // namespace
 
 ElasticPtr formula(const Formula& p, const Limits& l) {
@@ -85,15 +138,19 @@ ElasticPtr formula(const Formula& p, const Limits& l) {
         fmt::format("the energy \"{}\" does not depend on phi, expected one that does", p.energy));
   if (with_sigma && !(std::isfinite(l.sigma_lower) && std::isfinite(l.sigma_upper)))
     refuse_formula(
-        "the energy depends on sigma, expected limits with sigma = [lower, upper]: over this range "
-        "it is checked");
-  auto e = make_elastic(std::move(energy), {.family = "formula",
-                                            .title = p.energy,
-                                            .sigma = with_sigma ? "as in the formula" : "",
-                                            .sigma_unit = with_sigma ? "1" : "",
-                                            .limits = l});
+        "the energy depends on sigma, expected its range in the limits (a scene: limits.sigma = "
+        "[lower, upper]; Python: limits=Limits(sigma_lower=..., sigma_upper=...)): over it the "
+        "energy is checked");
+  ElasticTraits traits{.family = "formula",
+                       .title = p.energy,
+                       .sigma = with_sigma ? "as in the formula" : "",
+                       .sigma_unit = with_sigma ? "1" : "",
+                       .limits = l};
+  const auto e = make_elastic(energy, traits);
   check_places(*e, with_sigma);
-  return e;
+  if (!energy.formula.has_kinks()) return e;
+  traits.remark = checked_kinks(*e, with_sigma);
+  return make_elastic(std::move(energy), std::move(traits));
 }
 
 }  // namespace porthos::vsa

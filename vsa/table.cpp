@@ -104,6 +104,20 @@ void check_grid(const Measurements& m) {
   }
 }
 
+/// Torques that fall from the first deflection to the last are those of the other sign.
+void check_signs(const Measurements& m) {
+  const size_t n = m.deflection.size();
+  for (size_t j = 0; j < m.sigma.size(); ++j) {
+    const double first = m.torque[j * n], last = m.torque[j * n + n - 1];
+    if (last < first)
+      refuse_table(fmt::format(
+          "at sigma = {} torque falls from {} to {} N m between deflections {} and {} rad, expected "
+          "the torque that holds the deflection, which rises: is it the other sign, that of the "
+          "spring on the link, or is the deflection theta - q in place of q - theta?",
+          m.sigma[j], first, last, m.deflection.front(), m.deflection.back()));
+  }
+}
+
 /// The torques of each σ without their errors.
 Measurements smooth(const Measurements& measured, double deviation) {
   Measurements m = measured;
@@ -223,9 +237,13 @@ TableEnergy surface(const Measurements& m) {
 
 }  // namespace
 
-ElasticPtr tabulated(const Measurements& measured, const Limits& l, double tolerance,
+ElasticPtr tabulated(const Measurements& measured, const Limits& limits, double tolerance,
                      double smoothing) {
   check_grid(measured);
+  check_signs(measured);
+  Limits l = limits;
+  if (l.sigma_lower == -HUGE_VAL) l.sigma_lower = measured.sigma.front();
+  if (l.sigma_upper == HUGE_VAL) l.sigma_upper = measured.sigma.back();
   require(smoothing >= 0, family, "the smoothing", smoothing, "0 N m or more");
   const Measurements m =
       smoothing > 0 && !measured.without_errors ? smooth(measured, smoothing) : measured;

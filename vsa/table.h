@@ -18,14 +18,17 @@ struct Measurements {
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
   double scatter = 0;  ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
+  double one_setting = 0;  ///< settings of σ that differ by less were taken as one, by their mean
 };
 
-/// Reads columns "deflection", "sigma", "torque" and, if present, "stiffness", "sigma_effort" of a
-/// CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
+/// Reads columns "deflection", "torque" and, if present, "sigma" (else 0), "stiffness",
+/// "sigma_effort" of a CSV file (phs/csv_table.h), with columns and rows in any order. SI units.
 /// @param smoothing  standard deviation of the errors of the torques [N m]. If it is more than 0,
 ///   the places need be no grid, and may be repeated (loading and unloading): the curve of each σ
 ///   is smoothed through its own places and taken at evenly spaced deflections, at most 200. Places
-///   nearer than half of that spacing are one, with the means of their numbers
+///   nearer than half of that spacing are one, with the means of their numbers. Where a setting of
+///   σ has fewer than four places, as one that is measured and jitters, settings that follow each
+///   other by less than 1/50 of their range are one
 /// @throws InvalidArgument "file:line: ..." for a missing column or number, and without smoothing
 ///   for a duplicate grid point or a hole in the grid
 Measurements read_measurements(const std::string& csv_file, double smoothing = 0);
@@ -34,7 +37,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
                                 double smoothing = 0);
 
 /// E(φ, σ) = E0(σ) + ∫ τ dφ, with the torques interpolated by natural cubic splines in both
-/// directions (E is C³ in φ, C² in σ, linear torque outside). Cost of an evaluation: about 100 ns.
+/// directions (E is C³ in φ, C² in σ, linear torque outside). A range of σ that l leaves open is
+/// that of the table. Cost of an evaluation: about 100 ns.
 /// @param tolerance  relative deviation of the columns from a single energy, to allow for noise
 /// @param smoothing  standard deviation of the errors of the torques [N m]. More than 0: the
 ///   torques of each σ are replaced by those of the curve that bends least among those as far from

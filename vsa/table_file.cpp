@@ -48,20 +48,47 @@ std::optional<Measurements> grid_of(const Rows& rows, const std::array<bool, 5>&
 /// Of a gridded table, at each σ.
 constexpr size_t most_places = 200;
 
+struct Curve {
+  std::vector<double> x, y;
+};
+const char* const taken_as_one =
+    " (settings of sigma nearer than 1/50 of their range count as one)";
+
+/// The places of each setting of σ in order of their deflections. Settings that jitter are put
+/// together: `one` is then the distance below which they are.
+std::map<double, Curve> by_setting(const Rows& rows, double& one) {
+  std::map<double, std::vector<std::pair<double, double>>> settings;
+  for (const auto& [place, repeated] : rows)
+    for (const auto& row : repeated) settings[place.first].emplace_back(place.second, row[2]);
+  const auto few = [](const auto& s) { return s.second.size() < 4; };
+  if (std::ranges::any_of(settings, few))
+    one = (settings.rbegin()->first - settings.begin()->first) / 50;
+  std::map<double, Curve> curves;
+  for (auto at = settings.begin(); at != settings.end();) {
+    double last = at->first, sum = 0;
+    std::vector<std::pair<double, double>> places;
+    for (; at != settings.end() && at->first - last <= one; ++at) {
+      last = at->first;
+      sum += last * double(at->second.size());
+      places.insert(places.end(), at->second.begin(), at->second.end());
+    }
+    std::ranges::stable_sort(places, {}, &std::pair<double, double>::first);
+    Curve& c = curves[sum / double(places.size())];
+    for (const auto& [x, y] : places) {
+      c.x.push_back(x);
+      c.y.push_back(y);
+    }
+  }
+  return curves;
+}
+
 /// A grid over the deflections that every σ has, from the smoothed curve of each σ through its own
 /// places. Those nearer than half the finest spacing of a grid, as of an encoder that jitters,
 /// count by their mean.
 Measurements gridded(const Rows& rows, double smoothing, const std::string& path) {
-  struct Curve {
-    std::vector<double> x, y;
-  };
-  std::map<double, Curve> measured, curves;
-  for (const auto& [place, repeated] : rows)
-    for (const auto& row : repeated) {
-      measured[place.first].x.push_back(place.second);
-      measured[place.first].y.push_back(row[2]);
-    }
-  for (const auto& [sigma, c] : measured) {
+  Measurements m;
+  std::map<double, Curve> curves;
+  for (const auto& [sigma, c] : by_setting(rows, m.one_setting)) {
     const double one = 0.5 * (c.x.back() - c.x.front()) / double(most_places);
     for (size_t first = 0, i = 1; i <= c.x.size(); ++i) {
       if (i < c.x.size() && c.x[i] - c.x[first] <= one) continue;
@@ -73,15 +100,14 @@ Measurements gridded(const Rows& rows, double smoothing, const std::string& path
       first = i;
     }
   }
-  Measurements m;
   m.without_errors = true;
   double from = -HUGE_VAL, to = HUGE_VAL;
   size_t most = 0;
   for (const auto& [sigma, c] : curves) {
     m.sigma.push_back(sigma);
     if (c.x.size() < 4)
-      throw InvalidArgument(fmt::format("{}: sigma {} has {} deflections, expected 4 or more", path,
-                                        sigma, c.x.size()));
+      throw InvalidArgument(fmt::format("{}: sigma {} has {} deflections, expected 4 or more{}", path,
+                                        sigma, c.x.size(), m.one_setting > 0 ? taken_as_one : ""));
     from = std::max(from, c.x.front());
     to = std::min(to, c.x.back());
     most = std::max(most, c.x.size());
@@ -123,6 +149,8 @@ Measurements parse_measurements(const std::string& text, const std::string& path
     there[k] = table.has(names[k]);
     if (there[k])
       columns[k] = table.column(names[k]);
+    else if (names[k] == "sigma")
+      columns[k].assign(table.rows(), 0.0);
     else if (k < 3)
       throw InvalidArgument(fmt::format("{}: no column '{}', expected {}", table.header(), names[k],
                                         fmt::join(names, ", ")));
@@ -131,7 +159,7 @@ Measurements parse_measurements(const std::string& text, const std::string& path
   for (size_t i = 0; i < table.rows(); ++i) {
     std::array<double, 5> row{};
     for (size_t k = 0; k < names.size(); ++k)
-      if (there[k]) row[k] = columns[k][i];
+      if (!columns[k].empty()) row[k] = columns[k][i];
     auto& same = rows[{row[1], row[0]}];
     if (!same.empty() && smoothing == 0)
       throw InvalidArgument(

@@ -241,4 +241,10 @@ bool Formula::depends_on(int variable) const {
                      [&](const Node& n) { return n.op == Op::variable && n.a == variable; });
 }
 
+bool Formula::has_kinks() const {
+  return std::ranges::any_of(nodes_, [](const Node& n) {
+    return n.op == Op::abs || n.op == Op::min || n.op == Op::max;
+  });
+}
+
 }  // namespace porthos::phs

@@ -32,6 +32,8 @@ class Formula {
   }
   /// Whether its value depends on the variable of this number.
   bool depends_on(int variable) const;
+  /// Whether its derivatives may jump: it has abs, min or max of a variable.
+  bool has_kinks() const;
 
  private:
   friend class FormulaParser;

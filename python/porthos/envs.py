@@ -9,7 +9,7 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._core import Environment, InvalidArgument, LivePicture, Model, rates_from_momenta, starts_of_cases
+from ._core import Environment, InvalidArgument, LivePicture, Model, momenta_from_rates, rates_from_momenta, starts_of_cases
 from .results import PathLike
 
 try:
@@ -58,6 +58,10 @@ def _picture_of(scene: PathLike, mechanism: Any, look: dict[str, Any]) -> LivePi
         return LivePicture(mechanism, folder + "/run/report.html", **look)
 
 
+def _made_by(cls: type, path: PathLike, options: dict[str, Any]) -> Any:
+    return cls.from_scene(path, **options)
+
+
 _VectorBase = gymnasium.vector.VectorEnv if gymnasium else object
 _EnvBase = gymnasium.Env if gymnasium else object
 
@@ -67,20 +71,24 @@ class VectorEnv(_VectorBase):
 
     Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
     where. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
-    Actions are inputs of `ports`, in [-limit, limit]; what is beyond is cut off. reward(observations, actions) -> (n,).
+    Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
+    off. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
     mechanism: the one in the model, whose state comes first, where the model does not name it (from_scene does).
     scene: a scene file of the same mechanism, by which render() draws (from_scene gives it). render_mode: "rgb_array" or None.
     picture: size in pixels (640, 480), camera, follow and dark, as in film().
     options: those of Environment (step, substeps, longest, method, begin, ended, threads, ...); begin and ended take states.
+    rates: begin(uniform, x) and ended(x) take what is observed, coordinates and rates in float64, and begin gives that.
+    One from a scene may be pickled and copied, as far as its functions may: the other one begins anew with reset().
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "autoreset_mode": gymnasium.vector.AutoresetMode.SAME_STEP
                                 if gymnasium and hasattr(gymnasium.vector, "AutoresetMode") else "SameStep"}
     render_mode = None
+    _recipe: tuple[PathLike, dict[str, Any]] | None = None  # of from_scene
 
     def __init__(self, model: Model, start, *, reward: Reward, limit: float, num_envs: int = 1, dtype: Any = np.float32, mechanism: Any = None,
-                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, **options: Any):
+                 scene: PathLike | None = None, render_mode: str | None = None, picture: dict[str, Any] | None = None, rates: bool = False, **options: Any):
         if render_mode not in (None, "rgb_array"):
             raise InvalidArgument(f"render_mode is {render_mode!r}, expected 'rgb_array' or None")
         if "observed" in options or "outputs" in options:
@@ -91,11 +99,14 @@ class VectorEnv(_VectorBase):
             raise InvalidArgument(f"reward is {reward!r}, expected a function of observations and actions")
         if not np.issubdtype(np.dtype(dtype), np.floating):
             raise InvalidArgument(f"dtype is {np.dtype(dtype)}, expected one of floating point, as float32")
-        self._batch = Environment(model, start, count=num_envs, **options)
         self._mechanism = mechanism if mechanism is not None else getattr(model, "mechanism", None)
         self._reward, self._dtype = reward, np.dtype(dtype)
         description = model.description
-        ports = options.get("ports") or [p.name for p in description.ports]
+        every = [p.name for p in description.ports]
+        ports = options["ports"] = list(options.get("ports") or [p for p in every if p != "base.wrench"] or every)
+        if rates:
+            self._in_rates(options)
+        self._batch = Environment(model, start, count=num_envs, **options)
         sizes = {p.name: p.size for p in description.ports}
         number = lambda name, n: [name] if n == 1 else [f"{name}[{k}]" for k in range(n)]
         self.action_names: list[str] = [n for p in ports for n in number(p, sizes[p])]
@@ -112,6 +123,25 @@ class VectorEnv(_VectorBase):
         self._limit = float(limit)
         self._scene, self.render_mode, self._look, self._picture = scene, render_mode, picture or {}, None
 
+    def _in_rates(self, options: dict[str, Any]) -> None:
+        """begin and ended of observations, as functions of states."""
+        m = self._mechanism
+        if m is None:
+            raise InvalidArgument("rates is True, but the model has no mechanism that is known, expected mechanism=")
+        bodies, rest = m.nq + m.nv, 2 * m.nq  # what is no mechanism's, as of actuators, follows
+        seen = lambda x: np.concatenate([x[: m.nq], rates_from_momenta(m, x[: m.nq], x[m.nq : rest]), x[rest:]])
+
+        def state(o: Any, x: np.ndarray) -> np.ndarray:
+            o = np.asarray(o, dtype=np.float64)
+            if o.shape not in ((bodies,), (bodies + len(x) - rest,)):
+                raise InvalidArgument(f"begin gave shape {o.shape}, expected ({bodies},): coordinates and rates")
+            return np.concatenate([o[: m.nq], momenta_from_rates(m, o[: m.nq], o[m.nq : bodies]), o[bodies:] if len(o) > bodies else x[rest:]])
+
+        if begin := options.get("begin"):
+            options["begin"] = lambda uniform, x: state(begin(uniform, seen(x)), x)
+        if ended := options.get("ended"):
+            options["ended"] = lambda x: ended(seen(x))
+
     @classmethod
     def from_scene(cls, path: PathLike, *, cases: int = 0, **options: Any):
         """The model, the start, the method and the step of a scene; options replace them.
@@ -124,6 +154,7 @@ class VectorEnv(_VectorBase):
         scene = Scene(path)
         if scene.data.events:
             raise InvalidArgument(f"{path} has {len(scene.data.events)} [[event]]s, which an environment does not see, expected a scene without them")
+        recipe = (path, {"cases": cases, **options})
         scene.data.centre_stays = True  # actions may push it
         start = scene.assembly.initial.x
         if cases:
@@ -131,7 +162,14 @@ class VectorEnv(_VectorBase):
                 raise InvalidArgument("begin is given besides cases, expected one of both")
             starts = starts_of_cases(scene.data, cases)
             options["begin"] = lambda uniform, x: starts[int(cases * uniform(1)[0])]
-        return cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, "scene": path, **options})
+        env = cls(scene.model, start, **{"method": scene.data.method, "step": scene.data.step, "mechanism": scene.assembly.mechanism, "scene": path, **options})
+        env._recipe = recipe
+        return env
+
+    def __reduce__(self):
+        if self._recipe is None:
+            raise TypeError("an environment of a model is not pickled or copied, expected one by from_scene, or one that is made where it is used")
+        return _made_by, (type(self), *self._recipe)
 
     @property
     def batch(self) -> Environment:
@@ -202,6 +240,7 @@ class Env(_EnvBase):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
     render_mode = None
+    _recipe: tuple[PathLike, dict[str, Any]] | None = None
 
     def __init__(self, model: Model, start, *, reward: Callable[[np.ndarray, np.ndarray], float], limit: float, **options: Any):
         if "num_envs" in options:
@@ -215,6 +254,7 @@ class Env(_EnvBase):
         self.names, self.action_names, self.render_mode = self._vector.names, self._vector.action_names, self._vector.render_mode
 
     from_scene = classmethod(VectorEnv.from_scene.__func__)
+    __reduce__ = VectorEnv.__reduce__
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """(observation, info)."""

@@ -8,11 +8,11 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 
-from ._core import InvalidArgument, RunFile, motion_panels, moved_in
+from ._core import InvalidArgument, RunFile, export_csv, motion_panels, moved_in
 from .ensembles import EnsembleResult, open_ensemble
 from .judged import Judged, html_table, short, text_table
 
@@ -130,6 +130,16 @@ class Result(Judged):
         if len({v.shape[1:] for _, v in parts}) > 1:
             raise InvalidArgument(f"'{name}' has other columns in another phase: take it from .phases")
         return np.concatenate([t for t, _ in parts]), np.concatenate([v for _, v in parts])
+
+    def to_csv(self, file: PathLike, names: Sequence[str] = ()) -> None:
+        """Writes the time series of the folder as a table, a row for each record: those of the names, or groups of them; all.
+
+        Angles are true angles, turns included; phases follow each other. Raises InvalidArgument for a run in memory, or a name
+        that no phase has.
+        """
+        if self.folder is None:
+            raise InvalidArgument("the run is in memory, expected one with a folder: simulate(..., out=) or Scene.run(out)")
+        export_csv(str(self.folder), str(file), list(names))
 
     @property
     def x(self) -> np.ndarray:

@@ -16,10 +16,6 @@ double between(double x, double x1, double x2, double y1, double y2) {
   return y1 * std::pow(y2 / y1, f);
 }
 
-bool drifts(const Comparison& c, const Trial& t) {
-  return c.by_energy && t.report.energy.drift_is_significant &&
-         t.report.energy.growth_exponent > 0.75;
-}
 
 /// Where the trials, from coarse to fine, first get below the target and are still below it in the
 /// next trial.
@@ -39,7 +35,7 @@ std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double ta
             .control_length = fine.setting.control_length,
             .cpu_s = fine.report.cpu_s,
             .at_most = i == 0,
-            .drifts = drifts(c, fine)};
+            .drifts = c.by_energy && drifts(fine.report.energy)};
     if (i > 0) {
       const Trial& coarse = *known[i - 1];
       const double above = c.error_of(coarse);
@@ -152,6 +148,8 @@ std::string sentence(const Comparison& c, const Advice& a) {
 }
 
 }  // namespace
+
+bool drifts(const EnergyReport& e) { return e.drift_is_significant && e.growth_exponent > 0.75; }
 
 Advice advise(const Comparison& c, double target) {
   Advice a;

@@ -25,6 +25,9 @@ struct Advice {
   std::string sentence;
 };
 
+/// Whether the energy error grows steadily, by its size and its growth law: over a few periods a
+/// bounded error may change by more than chance, but does not grow in proportion to time.
+bool drifts(const EnergyReport& energy);
 /// The methods that reach the relative error `target`, cheapest first, and a sentence for people.
 Advice advise(const Comparison& comparison, double target);
 

@@ -103,9 +103,12 @@ Json cut_short(const Comparison& c) {
 
 std::string digits(double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : "-"; }
 
+/// Of a quantity that may be none of this scene, and then is 0.
+std::string invariant(double error) { return error == 0 ? "-" : digits(error); }
+
 std::string growth(const EnergyReport& e) {
   if (!std::isfinite(e.growth_exponent)) return "-";
-  return fmt::format("{:.2f}{}", e.growth_exponent, e.drift_is_significant ? " drift" : "");
+  return fmt::format("{:.2f}{}", e.growth_exponent, drifts(e) ? " drift" : "");
 }
 
 std::vector<std::string> row(const MethodTrials& m, size_t i) {
@@ -128,9 +131,9 @@ std::vector<std::string> row(const MethodTrials& m, size_t i) {
           std::to_string(r.cost.evaluations),
           digits(r.energy.max_rel_error),
           growth(r.energy),
-          digits(r.linear_momentum_error),
-          digits(r.angular_momentum_error),
-          digits(r.quaternion_norm_error),
+          invariant(r.linear_momentum_error),
+          invariant(r.angular_momentum_error),
+          invariant(r.quaternion_norm_error),
           t.trajectory_error ? digits(*t.trajectory_error) : "-",
           order ? fmt::format("{:.1f}", *order) : "-"};
 }

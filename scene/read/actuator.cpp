@@ -130,7 +130,22 @@ std::string remark_on(const vsa::Measurements& m, const std::string& path, doubl
         "{}: smoothing states errors of {:.2g} N m, but neighbours scatter by {:.2g} N m: the "
         "curve may follow the errors, and its stiffness more so",
         path, smoothing, m.scatter);
+  if (m.one_setting > 0)
+    return fmt::format("{}: settings of sigma nearer than {:.2g} count as one: {} are left", path,
+                       m.one_setting, m.sigma.size());
   return "";
+}
+
+vsa::ElasticPtr read_table(const Table& t, std::string& remark) {
+  if (t.has("energy"))
+    t.fail("energy", "is given without family = \"formula\", expected both or neither");
+  const auto table = t.content("table");
+  const double smoothing = t.not_negative("smoothing");
+  const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
+  remark = remark_on(m, table.path, smoothing);
+  vsa::Limits limits;
+  if (t.has("limits")) read_limits(t.table("limits"), limits);
+  return vsa::tabulated(m, limits, 0.02, smoothing);
 }
 
 vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
@@ -143,6 +158,7 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
     t.fail("parameters", "are given without a family, expected both or neither");
   if (t.has("smoothing") && !t.has("table"))
     t.fail("smoothing", "is given without a table, expected both or neither");
+  if (t.has("table")) return read_table(t, remark);
   vsa::Limits limits;
   vsa::Values values;
   std::string family;
@@ -152,18 +168,6 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
     family = d.family;
     limits = d.limits;
     for (const auto& p : d.parameters) values[p.name] = p.value;
-  } else if (t.has("table")) {
-    family = "tabulated";
-    const auto table = t.content("table");
-    const double smoothing = t.not_negative("smoothing");
-    const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
-    remark = remark_on(m, table.path, smoothing);
-    values = {{"deflection", m.deflection}, {"sigma", m.sigma}, {"torque", m.torque}};
-    if (!m.stiffness.empty()) values["stiffness"] = m.stiffness;
-    if (!m.sigma_effort.empty()) values["sigma_effort"] = m.sigma_effort;
-    values["smoothing"] = {m.without_errors ? 0 : smoothing};
-    limits.sigma_lower = m.sigma.front();
-    limits.sigma_upper = m.sigma.back();
   } else {
     family = t.choice("family");
     if (family != "formula" && t.has("parameters")) values = read_parameters(t, family);
@@ -171,8 +175,11 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
   if (t.has("limits")) read_limits(t.table("limits"), limits);
   if (t.has("energy") && family != "formula")
     t.fail("energy", "is given without family = \"formula\", expected both or neither");
-  return family == "formula" ? vsa::formula(read_formula(t), limits)
-                             : vsa::make_elastic(family, values, limits);
+  if (family != "formula") return vsa::make_elastic(family, values, limits);
+  auto energy = vsa::formula(read_formula(t), limits);
+  if (!energy->traits().remark.empty())
+    remark = fmt::format("the energy of {}: {}", t.where(), energy->traits().remark);
+  return energy;
 }
 
 }  // namespace

@@ -102,9 +102,6 @@ void check_takeover(const Controller& c, const std::vector<Controller>& all) {
            fmt::format("controller '{}' takes over from several, expected one", other->name));
 }
 
-/// Runs of 100 that a law may lose from the level at which it takes over.
-constexpr int most_lost = 20;
-
 /// The gate of each controller that hands over or takes over, by name.
 std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
                                              std::vector<ControllerDesign>& designs) {
@@ -123,7 +120,7 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
                          c.name, by, other->type));
     if (level && *level > holds->level) {
       const int lost = holds->lost(*level);
-      if (lost > most_lost)
+      if (lost > energy_shaping::LevelSet::most_lost)
         refuse(c.where,
                fmt::format("level of controller '{}' is {:g}, expected less: up to {:.6g} '{}' is "
                            "known to hold, and of 100 runs from {:g} it loses {}",

@@ -118,8 +118,8 @@ TEST_F(Cli, BadInputIsOneSentenceAndExitCode2) {
        "porthos: --duration: duration is 0.001 s, expected at least one step of 0.01 s\n"},
       {"walk",
        "porthos: there is no command 'walk', expected one of run, verify, judge, compare, "
-       "ensemble, plan, sensitivity, identify, report, film, plot, info, new, schema, completion, "
-       "methods, actuators (see "
+       "ensemble, plan, sensitivity, identify, report, film, plot, export, info, new, schema, "
+       "completion, methods, actuators (see "
        "porthos "
        "--help)\n"},
       {"run swing/scene.toml --fast",
@@ -191,6 +191,12 @@ TEST_F(Cli, HelpHasAnExampleForEveryCommand) {
                             (command.empty() ? "run " : command.substr(0, command.size() - 1))))
         << a.out;
   }
+}
+
+TEST_F(Cli, HelpIsACommandToo) {
+  EXPECT_EQ(porthos("help").out, porthos("--help").out);
+  EXPECT_EQ(porthos("help export").out, porthos("export --help").out);
+  EXPECT_EQ(porthos("help walk").code, 2);
 }
 
 TEST_F(Cli, VersionNamesTheBuild) {

@@ -212,7 +212,7 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
       [&] {
         cart_pole_on(cart_and_pole(1, 0.1), {"cart_joint.force", {0, pi}}, gains);
       },
-      "moves as the design's plant");
+      "has a damping of 0.1, expected 0: the design knows none");
   // Hanging instead of upright: a < 0.
   says([&] { cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, 0}}, gains); }, "a, b > 0");
   says([&] { cart_pole_on(test::arm(3), {"joint_0.torque", {0, 0, 0}}, gains); }, "two joints");

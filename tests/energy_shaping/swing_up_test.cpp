@@ -183,6 +183,13 @@ TEST(Handover, HasAHysteresisAndTellsWhatItDid) {
   EXPECT_EQ(run(*h.from(), {3, 2}).second,
             "controller 'swing' has not handed over to 'balance': its V came down to 2, expected "
             "less than 1: another bandwidth or damping of 'swing', or a higher level");
+  const auto told = [&](int lost) {
+    const energy_shaping::LevelSet known{[](std::span<const double> x) { return x[0]; }, 1,
+                                         [lost](double) { return lost; }};
+    return run(*Handover("swing", "balance", known, 4).from(), {3, 2}).second;
+  };
+  EXPECT_TRUE(told(20).ends_with(", or level = 2.2, from which 'balance' loses 20 of 100 runs"));
+  EXPECT_TRUE(told(21).ends_with(", as from a level of 2.2 'balance' loses 21 of 100 runs"));
   EXPECT_EQ(run(*h.to(), V).second, "");
   EXPECT_EQ(run(*h.to(), {NAN, 0.5, NAN}).first, "-oo");  // a lost state changes nothing
   const auto always = [](std::span<const double>) { return 1.0; };

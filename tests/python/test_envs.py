@@ -1,5 +1,6 @@
 """Env and VectorEnv: the interface of Gymnasium, with and without the package."""
 import importlib.util
+import pickle
 import shutil
 import sys
 import types
@@ -232,3 +233,45 @@ def test_what_an_environment_does_not_take(pendulum, source):
     refused(lambda: many(pendulum, longest=-1), "longest is -1, expected 0 or more")
     refused(lambda: ph.Env.from_scene(source / "examples/two_arms/scene.toml", reward=lambda o, u: 0.0, limit=1.0), "[[event]]s, which an environment does not see")
     refused(lambda: many(pendulum, begin=lambda uniform, x: x * np.nan), "is not finite")
+
+
+def test_begin_and_ended_in_rates(pendulum):
+    def begin(uniform, o):
+        assert np.abs(o - [0.1, 0.2, 0.3, -0.4]).max() < 1e-15
+        return [0.5, -0.5, 1.0, -2.0 * uniform(1)[0]]
+
+    e = many(pendulum, rates=True, begin=begin, ended=lambda o: o[2] < 0.9, dtype=np.float64)
+    seen, _ = e.reset(seed=4)
+    assert np.abs(seen[:, :3] - [0.5, -0.5, 1.0]).max() < 1e-15 and len(set(seen[:, 3])) == 3
+    in_momenta = many(pendulum, begin=lambda uniform, x: [0.5, -0.5, 1.0, -2.0], dtype=np.float64).reset(seed=4)[0]
+    assert np.abs(in_momenta[:, 2] - 1.0).min() > 0.01  # control: momenta are no rates
+    for _ in range(40):
+        _, _, terminated, _, info = e.step(np.full((3, 1), -2.0))
+        if terminated.any():
+            assert (info["final_obs"][terminated, 2] < 0.9).all()
+            break
+    else:
+        raise AssertionError("no episode ended")
+    refused(lambda: many(pendulum, rates=True, begin=lambda uniform, o: o[:3]).reset(), "begin gave shape (3,), expected (4,)")
+
+
+def test_a_base_is_not_pushed_unless_it_is_asked_for(source):
+    kw = dict(reward=lambda o, u: 0.0, limit=1.0)
+    scene = source / "examples/ets_vii/scene.toml"
+    e = ph.Env.from_scene(scene, **kw)
+    assert e.action_names and not any("base" in name for name in e.action_names)
+    assert len(ph.Env.from_scene(scene, ports=["base.wrench"], **kw).action_names) == 6
+
+
+def reward_of_nothing(o, u):
+    return 0.0
+
+
+def test_one_of_a_scene_is_pickled(source, pendulum):
+    e = ph.Env.from_scene(source / "examples/ets_vii/scene.toml", reward=reward_of_nothing, limit=1.0, longest=5)
+    again = pickle.loads(pickle.dumps(e))
+    u = np.full(e.action_space.shape, 0.5)
+    assert all(np.array_equal(a, b) for a, b in zip(e.reset(seed=3), again.reset(seed=3)) if not isinstance(a, dict))
+    assert np.array_equal(e.step(u)[0], again.step(u)[0]) and again.action_names == e.action_names
+    with pytest.raises(TypeError, match="expected one by from_scene"):
+        pickle.dumps(many(pendulum))

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
+#include "scene/session/export.h"
 #include "tests/places.h"
 #include "tests/run/scenes.h"
 
@@ -125,11 +127,38 @@ TEST(Events, AllPhasesAreAssembledBeforeTheFirstRuns) {
   }
 }
 
+TEST(Events, ATableHasThePhasesBelowEachOther) {
+  TemporaryFolder folder;
+  const auto s = capture_scene(folder);
+  scene::run(s, scene::assemble(s), into(folder / "out"));
+  scene::export_csv(folder / "out", folder / "all.csv");
+  std::istringstream table(read_bytes(folder / "all.csv"));
+  std::string line, last;
+  std::getline(table, line);
+  EXPECT_TRUE(line.starts_with("phase,time [s],")) << line;
+  const auto commas = std::ranges::count(line, ',');
+  size_t rows = 0, empty = 0;
+  double before = 0;
+  for (; std::getline(table, line); ++rows, last = line) {
+    EXPECT_EQ(std::ranges::count(line, ','), commas);
+    EXPECT_GE(line[0], rows == 0 ? '1' : last[0]);
+    const double t = std::stod(line.substr(2));
+    EXPECT_GE(t, before);
+    before = t;
+    empty += line.find(",,") != std::string::npos;
+  }
+  EXPECT_EQ(last[0], '3');
+  EXPECT_EQ(before, s.duration);
+  EXPECT_GT(empty, 0u);  // a captured body has no coordinates of its own
+  EXPECT_LT(empty, rows);
+}
+
 TEST(Events, ACaptureThatMissesFailsTheVerdictAndSaysWhy) {
   TemporaryFolder folder;
   for (const auto& [from, to, why] :
        {std::tuple{"reach = 0.05", "reach = 0.001",
                    "scene.toml:22:1: at 20 s: capture of 'target' by 'hand': the distance is"},
+        {"reach = 0.05", "reach = 0.001", "the limit of the latch; from link to body it is ("},
         {"rate = 0.1", "rate = 0.01", "the relative rate is 0.05"}}) {
     const auto s = capture_scene(folder, from, to);
     const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));

@@ -164,8 +164,10 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
       {"exp(300*phi)", {}, "is inf at phi = 2.356 rad, expected"},
       {"phi^2*sigma",
        {},
-       "the energy depends on sigma, expected limits with sigma = [lower, "
-       "upper]: over this range it is checked"},
+       "the energy depends on sigma, expected its range in the limits (a scene: limits.sigma = "
+       "[lower, upper]; Python: limits=Limits(sigma_lower=..., sigma_upper=...)): over it"},
+      {"0.5*phi^2 + 0.01*abs(phi - 0.3)", {},
+       "the torque jumps from 0.29 to 0.31 N m at phi = 0.3 rad, expected one without jumps"},
       {"sigma^2", sigma, "the energy \"sigma^2\" does not depend on phi, expected one that does"},
       {"phi", {}, "the stiffness is 0 everywhere, expected an energy that bends with phi"},
       {"phi^2*k", {}, "formula: the energy \"phi^2*k\": unknown name 'k' at character 7"}};
@@ -183,6 +185,17 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
             }),
             "")
       << "the same within the range where it is a spring";
+}
+
+TEST(FormulaEnergy, AKinkOfTheStiffnessIsRemarked) {
+  const auto remark = [](const char* energy) {
+    return vsa::formula({energy, {}}, {})->traits().remark;
+  };
+  // A linear spring that a second one joins at 0.2 rad.
+  EXPECT_TRUE(says(remark("2*phi^2 + 3*max(phi - 0.2, 0)^2"),
+                   "the stiffness jumps from 4 to 10 N m/rad at phi = 0.2 rad"));
+  EXPECT_EQ(remark("2*phi^2 + 3*max(phi - 0.2, 0)^3"), "") << "a stiffness that bends only";
+  EXPECT_EQ(remark("2*phi^2 + exp(3*phi)"), "");
 }
 
 // --- scenes --------------------------------------------------------------------------------------
@@ -295,7 +308,7 @@ TEST_F(FormulaScene, MistakesAreRefusedWithTheirLine) {
   EXPECT_TRUE(says(why("family = \"formula\"", "family = \"formulas\""),
                    "family is \"formulas\", expected \"series_elastic\""));
   EXPECT_TRUE(says(why("limits = { sigma = [-0.8, 0.8] }", ""),
-                   "the energy depends on sigma, expected limits with sigma = [lower, upper]"));
+                   "the energy depends on sigma, expected its range in the limits"));
   EXPECT_TRUE(says(why("energy = \"k/a", "#"), "[[actuator]] has no key 'energy', expected"));
 }
 

@@ -6,6 +6,8 @@
 #include <functional>
 #include <random>
 
+#include <fmt/format.h>
+
 #include "tests/support/bounds.h"
 #include "vsa/catalogue.h"
 #include "vsa/families.h"
@@ -284,6 +286,49 @@ TEST(Table, AnyPlacesWithSmoothing) {
   EXPECT_NE(refusal([&] { vsa::read_measurements(path, 0.1); }).find("no range of deflections"),
             std::string::npos);
   std::remove(path.c_str());
+}
+
+/// A spring whose settings are measured too, and jitter by 0.003 of a range of 1.
+TEST(Table, SettingsThatJitterAreOne) {
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> noise(0, 0.02);
+  std::uniform_real_distribution<double> off(-0.003, 0.003);
+  const auto torque = [](double phi, double sigma) { return (2 + 5 * sigma) * phi; };
+  std::string text = "deflection,sigma,torque\n";
+  for (const double setting : {0.0, 0.5, 1.0})
+    for (int i = 0; i <= 60; ++i) {
+      const double phi = -0.6 + 0.02 * i, sigma = setting + off(generator);
+      text += fmt::format("{},{},{}\n", phi, sigma, torque(phi, sigma) + noise(generator));
+    }
+  const auto m = vsa::parse_measurements(text, "jitter.csv", 0.02);
+  ASSERT_EQ(m.sigma.size(), 3u);
+  EXPECT_NEAR(m.one_setting, 1.0 / 50, 2e-4);
+  EXPECT_NEAR(m.sigma[1], 0.5, 0.003);
+  const auto e = vsa::tabulated(m, {}, 0.02, 0.02);
+  double worst = 0;
+  for (const double sigma : {0.1, 0.5, 0.9})
+    for (double phi = -0.55; phi < 0.56; phi += 0.05)
+      worst = std::fmax(worst, std::fabs(e->slopes(phi, 0, sigma).q - torque(phi, sigma)));
+  EXPECT_LT(worst, 0.03);
+  EXPECT_EQ(e->traits().limits.sigma_lower, m.sigma[0]);
+  // Control: settings that are farther apart than that are none of the same.
+  std::string apart = "deflection,sigma,torque\n";
+  for (int i = 0; i <= 20; ++i) apart += fmt::format("{},{},{}\n", 0.1 * i - 1, 0.05 * i, 0.1 * i);
+  EXPECT_NE(refusal([&] { vsa::parse_measurements(apart, "apart.csv", 0.1); })
+                .find("has 1 deflections, expected 4 or more (settings of sigma nearer than 1/50"),
+            std::string::npos);
+}
+
+TEST(Table, NeedsNoSettingAndTheSignThatHolds) {
+  const auto m = vsa::parse_measurements("torque,deflection\n-5,-1\n0,0\n5,1\n", "one.csv");
+  EXPECT_EQ(m.sigma, std::vector<double>{0});
+  EXPECT_NEAR(vsa::tabulated(m)->slopes(0.5, 0, 0.0).q, 2.5, 1e-15);
+  const auto other =
+      vsa::parse_measurements("torque,deflection\n5,-1\n0,0\n-5,1\n", "other.csv");
+  EXPECT_NE(refusal([&] { vsa::tabulated(other); })
+                .find("at sigma = 0 torque falls from 5 to -5 N m between deflections -1 and 1 rad, "
+                      "expected the torque that holds the deflection"),
+            std::string::npos);
 }
 
 TEST(Refused, Starts) {

@@ -1,0 +1,192 @@
+#include "scene/session/export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#include "phs/error.h"
+#include "phs/system/state.h"
+#include "scene/files/files.h"
+#include "scene/files/hdf5_reader.h"
+#include "scene/files/text_table.h"
+
+namespace porthos::scene {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::int64_t rows_at_once = 1024;
+
+/// A number of each record: a column of a series of run.h5.
+struct Number {
+  std::string series, head;
+  std::int64_t at = 0;
+  bool operator==(const Number&) const = default;
+};
+
+/// The columns of a series in a file.
+struct Source {
+  std::int64_t columns = 0, turns = -1;  ///< turns: the column with those of this angle
+  std::vector<double> now;               ///< of the rows that were read last
+};
+
+class Phase {
+ public:
+  explicit Phase(const fs::path& run) : file_(run) {
+    if (file_.datasets().count("turns")) turns_ = lines_of(file_.texts("turns")["columns"]);
+  }
+  std::int64_t records() const { return file_.dataset("time").size(); }
+
+  /// Adds the numbers of the series that `wanted` has, if they are not there yet.
+  void add_to(std::vector<Number>& all, const std::vector<std::string>& wanted) const {
+    const auto is = [](const std::string& series, const std::string& name) {
+      return series == name || series.starts_with(name + "/");
+    };
+    std::vector<std::string> order{"time"};
+    for (const auto& name : wanted)
+      for (const auto& [series, d] : file_.datasets())
+        if (is(series, name)) order.push_back(series);
+    if (wanted.empty())
+      for (const auto& [series, d] : file_.datasets()) order.push_back(series);
+    for (const auto& series : order)
+      if (is_shown(series))
+        for (const Number& n : numbers_of(series))
+          if (std::ranges::find(all, n) == all.end()) all.push_back(n);
+  }
+
+  void read(std::int64_t first, std::int64_t rows, const std::vector<Number>& numbers) {
+    for (const Number& n : numbers) read(n.series, first, rows);
+    if (!turns_.empty()) read("turns", first, rows);
+  }
+  /// In row `row` of those read last; nan: this phase has no such series.
+  double value(const Number& n, std::int64_t row) const {
+    const auto found = sources_.find(n.series);
+    if (found == sources_.end() || n.at >= found->second.columns) return NAN;
+    const Source& s = found->second;
+    const double x = s.now[size_t(row * s.columns + n.at)];
+    if (s.turns < 0) return x;
+    return x + phs::two_pi_hi * sources_.at("turns").now[size_t(row) * turns_.size() + size_t(s.turns)];
+  }
+
+ private:
+  /// One row a record, and no text. Turns are in the angles.
+  bool is_shown(const std::string& series) const {
+    const auto& d = file_.dataset(series);
+    return d.kind != Hdf5Reader::Kind::text && !d.shape.empty() && d.shape[0] == records() &&
+           series != "turns" && !series.starts_with("provenance/");
+  }
+  std::vector<Number> numbers_of(const std::string& series) const {
+    const auto& d = file_.dataset(series);
+    auto texts = file_.texts(series);
+    const std::string unit = texts["unit"].empty() ? "" : fmt::format(" [{}]", texts["unit"]);
+    if (d.shape.size() < 2) return {{series, series + unit, 0}};
+    const auto names = lines_of(texts["columns"]);
+    std::vector<Number> all;
+    for (std::int64_t k = 0; k < d.shape[1]; ++k)
+      all.push_back({series,
+                     size_t(d.shape[1]) == names.size()
+                         ? fmt::format("{}.{}{}", series, names[size_t(k)], unit)
+                         : fmt::format("{}.{}{}", series, k, unit),
+                     k});
+    return all;
+  }
+  void read(const std::string& series, std::int64_t first, std::int64_t rows) {
+    if (!file_.datasets().count(series)) return;
+    const auto& d = file_.dataset(series);
+    Source& s = sources_[series];
+    s.columns = d.shape.size() > 1 ? d.shape[1] : 1;
+    if (series.starts_with("state/")) {
+      const auto at = std::ranges::find(turns_, series.substr(6));
+      s.turns = at == turns_.end() ? -1 : at - turns_.begin();
+    }
+    s.now.resize(size_t(rows * s.columns));
+    file_.read_rows(series, first, rows, s.now.data());
+  }
+
+  Hdf5Reader file_;
+  std::vector<std::string> turns_;
+  std::map<std::string, Source> sources_;
+};
+
+std::vector<fs::path> phases_of(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw InvalidArgument(
+        fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
+  if (!fs::exists(folder / "summary.json"))
+    throw InvalidArgument(
+        fmt::format("{} has no summary.json, expected the results of a finished run",
+                    folder.string()));
+  if (fs::exists(folder / "run.h5")) return {folder / "run.h5"};
+  std::vector<fs::path> all;
+  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k)
+    all.push_back(folder / fmt::format("phase_{}/run.h5", k));
+  if (all.empty())
+    throw InvalidArgument(
+        fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
+  return all;
+}
+
+void require_names(const std::vector<Number>& there, const std::vector<std::string>& wanted) {
+  for (const auto& name : wanted) {
+    const auto has = [&](const Number& n) {
+      return n.series == name || n.series.starts_with(name + "/");
+    };
+    if (std::ranges::any_of(there, has)) continue;
+    std::string known;
+    for (const Number& n : there)
+      if (n.at == 0) add_to_list(known, n.series);
+    throw InvalidArgument(
+        fmt::format("the run has no series '{}', expected one of {}", name, known));
+  }
+}
+
+}  // namespace
+
+void export_csv(const fs::path& folder, const fs::path& to, const std::vector<std::string>& names) {
+  std::vector<std::unique_ptr<Phase>> phases;
+  for (const fs::path& run : phases_of(folder)) phases.push_back(std::make_unique<Phase>(run));
+  std::vector<Number> numbers, all;
+  for (const auto& p : phases) {
+    p->add_to(numbers, names);
+    p->add_to(all, {});
+  }
+  require_names(all, names);
+  if (to.has_parent_path()) make_folder(to.parent_path());
+  const std::unique_ptr<std::FILE, FileCloser> file(std::fopen(aside(to).c_str(), "wb"));
+  if (!file) cannot_write(aside(to));
+  const auto write = [&](const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) cannot_write(aside(to));
+  };
+  const bool several = phases.size() > 1;
+  std::string line = several ? "phase" : "";
+  for (const Number& n : numbers)
+    line += (line.empty() ? "" : ",") +
+            (n.head.find_first_of(",\"") == std::string::npos ? n.head : '"' + n.head + '"');
+  write(line + "\n");
+  for (size_t k = 0; k < phases.size(); ++k) {
+    const std::int64_t records = phases[k]->records();
+    for (std::int64_t first = 0; first < records; first += rows_at_once) {
+      const std::int64_t rows = std::min(rows_at_once, records - first);
+      phases[k]->read(first, rows, numbers);
+      std::string text;
+      const auto out = std::back_inserter(text);
+      for (std::int64_t row = 0; row < rows; ++row) {
+        if (several) fmt::format_to(out, "{}", k + 1);
+        for (size_t i = 0; i < numbers.size(); ++i) {
+          if (i > 0 || several) text += ',';
+          if (const double x = phases[k]->value(numbers[i], row); !std::isnan(x))
+            fmt::format_to(out, "{}", x);
+        }
+        text += '\n';
+      }
+      write(text);
+    }
+  }
+  if (std::fflush(file.get()) != 0) cannot_write(aside(to));
+  sync_to_disk(aside(to));
+  put_in_place(to);
+}
+
+}  // namespace porthos::scene
