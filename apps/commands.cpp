@@ -21,9 +21,9 @@
 #include "scene/compare/compare.h"
 #include "scene/files/files.h"
 #include "scene/run/verdict.h"
+#include "scene/session/export.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
-#include "scene/session/export.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
 

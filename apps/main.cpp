@@ -345,8 +345,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& e) {  // --help and --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "porthos: {} (see porthos --help)\n",
-               usage_error(app, e, words[1]));
+    fmt::print(stderr, "porthos: {} (see porthos --help)\n", usage_error(app, e, words[1]));
   } catch (const porthos::InvalidArgument& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
   } catch (const porthos::IoError& e) {

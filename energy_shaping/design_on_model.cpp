@@ -172,8 +172,7 @@ void DesignOnModel::check_motion() {
   }
   std::string unknown;  // what a design has no place for
   for (const auto& j : d.model->mechanism().joint_properties())
-    for (const auto& [what, value] :
-         {std::pair{"damping", j.damping}, {"stiffness", j.stiffness}})
+    for (const auto& [what, value] : {std::pair{"damping", j.damping}, {"stiffness", j.stiffness}})
       if (value != 0)
         unknown += fmt::format("; joint '{}' has a {} of {:g}, expected 0: the design knows none",
                                j.joint, what, value);

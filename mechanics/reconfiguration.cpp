@@ -57,7 +57,8 @@ std::string beyond(const Latch& l, const Instant& now) {
       return std::string("the ") + c.what + " is " + text(c.value) + " " + c.unit +
              ", expected at most " + text(c.limit) + " " + c.unit +
              ", the limit of the latch; from link to body it is (" + text(double(c.of[0])) + ", " +
-             text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " + c.unit + " along the world's axes";
+             text(double(c.of[1])) + ", " + text(double(c.of[2])) + ") " + c.unit +
+             " along the world's axes";
   return "";
 }
 

@@ -20,10 +20,10 @@
 #include "scene/plot/motion.h"
 #include "scene/run/columns.h"
 #include "scene/run/statistics.h"
+#include "scene/session/export.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
-#include "scene/session/export.h"
 #include "scene/session/replot.h"
 #include "scene/session/run.h"
 
@@ -285,6 +285,9 @@ void bind_scene(py::module_& m) {
           arg("t"), arg("state"),
           "A state of the model at time t [s] as the world sees it: places and momenta with "
           "those of the centre of mass, where that moves in closed form; else the state itself.")
+      .def_property_readonly(
+          "certificates", [](const Assembly& a) { return a.certificates; },
+          "Of the scene's controllers, in their order.")
       .def_readonly("notes", &Assembly::notes);
 
   m.def(

@@ -102,8 +102,8 @@ void bind_families(py::module_& m) {
   m.def(
       "table",
       [](const std::string& csv_file, double smoothing, const vsa::Limits& limits) {
-        return std::const_pointer_cast<Elastic>(vsa::tabulated(
-            vsa::read_measurements(csv_file, smoothing), limits, 0.02, smoothing));
+        return std::const_pointer_cast<Elastic>(
+            vsa::tabulated(vsa::read_measurements(csv_file, smoothing), limits, 0.02, smoothing));
       },
       arg("csv_file"), arg("smoothing") = 0.0, arg("limits") = vsa::Limits{},
       R"(A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.

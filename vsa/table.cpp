@@ -111,7 +111,8 @@ void check_signs(const Measurements& m) {
     const double first = m.torque[j * n], last = m.torque[j * n + n - 1];
     if (last < first)
       refuse_table(fmt::format(
-          "at sigma = {} torque falls from {} to {} N m between deflections {} and {} rad, expected "
+          "at sigma = {} torque falls from {} to {} N m between deflections {} and {} rad, "
+          "expected "
           "the torque that holds the deflection, which rises: is it the other sign, that of the "
           "spring on the link, or is the deflection theta - q in place of q - theta?",
           m.sigma[j], first, last, m.deflection.front(), m.deflection.back()));

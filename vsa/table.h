@@ -17,7 +17,7 @@ struct Measurements {
   std::vector<double> stiffness;   ///< ∂²E/∂φ² [N m/rad], or empty
   std::vector<double> sigma_effort;  ///< ∂E/∂σ, or empty: E(0, σ) is then 0
   bool without_errors = false;       ///< the torques are smoothed already
-  double scatter = 0;  ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
+  double scatter = 0;      ///< of the torques as measured, at the worst σ (phs::scatter) [N m]
   double one_setting = 0;  ///< settings of σ that differ by less were taken as one, by their mean
 };
 

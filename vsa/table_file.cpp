@@ -106,8 +106,9 @@ Measurements gridded(const Rows& rows, double smoothing, const std::string& path
   for (const auto& [sigma, c] : curves) {
     m.sigma.push_back(sigma);
     if (c.x.size() < 4)
-      throw InvalidArgument(fmt::format("{}: sigma {} has {} deflections, expected 4 or more{}", path,
-                                        sigma, c.x.size(), m.one_setting > 0 ? taken_as_one : ""));
+      throw InvalidArgument(fmt::format("{}: sigma {} has {} deflections, expected 4 or more{}",
+                                        path, sigma, c.x.size(),
+                                        m.one_setting > 0 ? taken_as_one : ""));
     from = std::max(from, c.x.front());
     to = std::min(to, c.x.back());
     most = std::max(most, c.x.size());

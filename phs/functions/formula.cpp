@@ -242,9 +242,8 @@ bool Formula::depends_on(int variable) const {
 }
 
 bool Formula::has_kinks() const {
-  return std::ranges::any_of(nodes_, [](const Node& n) {
-    return n.op == Op::abs || n.op == Op::min || n.op == Op::max;
-  });
+  return std::ranges::any_of(
+      nodes_, [](const Node& n) { return n.op == Op::abs || n.op == Op::min || n.op == Op::max; });
 }
 
 }  // namespace porthos::phs

@@ -59,6 +59,11 @@ class Scene:
     def model(self) -> Model:
         return self.assembly.model
 
+    @property
+    def certificates(self) -> list[_core.energy_shaping.Certificate]:
+        """The conditions that were checked of each controller, in the order of the scene."""
+        return self.assembly.certificates
+
     def info(self) -> str:
         """States, ports, invariants, plan and the measured cost of one evaluation."""
         return _core.info_text(self.data, self.assembly)

@@ -16,7 +16,6 @@ double between(double x, double x1, double x2, double y1, double y2) {
   return y1 * std::pow(y2 / y1, f);
 }
 
-
 /// Where the trials, from coarse to fine, first get below the target and are still below it in the
 /// next trial.
 std::optional<Reach> reach(const Comparison& c, const MethodTrials& m, double target) {

@@ -67,7 +67,8 @@ class Phase {
     const Source& s = found->second;
     const double x = s.now[size_t(row * s.columns + n.at)];
     if (s.turns < 0) return x;
-    return x + phs::two_pi_hi * sources_.at("turns").now[size_t(row) * turns_.size() + size_t(s.turns)];
+    return x +
+           phs::two_pi_hi * sources_.at("turns").now[size_t(row) * turns_.size() + size_t(s.turns)];
   }
 
  private:
@@ -115,9 +116,8 @@ std::vector<fs::path> phases_of(const fs::path& folder) {
     throw InvalidArgument(
         fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
   if (!fs::exists(folder / "summary.json"))
-    throw InvalidArgument(
-        fmt::format("{} has no summary.json, expected the results of a finished run",
-                    folder.string()));
+    throw InvalidArgument(fmt::format(
+        "{} has no summary.json, expected the results of a finished run", folder.string()));
   if (fs::exists(folder / "run.h5")) return {folder / "run.h5"};
   std::vector<fs::path> all;
   for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k)
@@ -157,7 +157,8 @@ void export_csv(const fs::path& folder, const fs::path& to, const std::vector<st
   const std::unique_ptr<std::FILE, FileCloser> file(std::fopen(aside(to).c_str(), "wb"));
   if (!file) cannot_write(aside(to));
   const auto write = [&](const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size()) cannot_write(aside(to));
+    if (std::fwrite(text.data(), 1, text.size(), file.get()) != text.size())
+      cannot_write(aside(to));
   };
   const bool several = phases.size() > 1;
   std::string line = several ? "phase" : "";

@@ -260,3 +260,22 @@ def test_film_refuses_in_a_sentence(source, tmp_path):
         ph.film(tmp_path / "out", camera="w")
     with pytest.raises(ph.InvalidArgument, match="reel.gif: expected a name that ends with .mp4"):
         ph.film(tmp_path / "out", "reel.gif")
+
+
+def test_certificates_of_a_scenes_controllers(source):
+    scene = ph.Scene(source / "examples/furuta_swing_up/scene.toml")
+    assert len(scene.certificates) == 2 and all(c.holds for c in scene.certificates)
+
+
+def test_a_table_of_a_run(source, tmp_path):
+    result = ph.Scene(source / "examples/double_pendulum/scene.toml", duration=1.0).run(tmp_path / "out")
+    result.to_csv(tmp_path / "run.csv", ["time", "stored"])
+    head, *rows = (tmp_path / "run.csv").read_text().splitlines()
+    names = ["time", *sorted(n for n in result.names if n.startswith("stored/"))]
+    assert head == ",".join(f"{n} [{result.unit(n)}]" for n in names)
+    assert np.array_equal(np.array([row.split(",") for row in rows], float), np.column_stack([result[n] for n in names]))
+    with pytest.raises(ph.InvalidArgument, match="has no series 'elbows', expected one of time"):
+        result.to_csv(tmp_path / "x.csv", ["elbows"])
+    scene = ph.Scene(source / "examples/double_pendulum/scene.toml")
+    with pytest.raises(ph.InvalidArgument, match="the run is in memory"):
+        ph.simulate(scene.model, scene.assembly.initial.x, step=0.01, duration=0.1).to_csv(tmp_path / "x.csv")

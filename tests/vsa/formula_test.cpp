@@ -166,7 +166,8 @@ TEST(FormulaEnergy, WhatIsNoSpringIsRefusedWithItsPlace) {
        {},
        "the energy depends on sigma, expected its range in the limits (a scene: limits.sigma = "
        "[lower, upper]; Python: limits=Limits(sigma_lower=..., sigma_upper=...)): over it"},
-      {"0.5*phi^2 + 0.01*abs(phi - 0.3)", {},
+      {"0.5*phi^2 + 0.01*abs(phi - 0.3)",
+       {},
        "the torque jumps from 0.29 to 0.31 N m at phi = 0.3 rad, expected one without jumps"},
       {"sigma^2", sigma, "the energy \"sigma^2\" does not depend on phi, expected one that does"},
       {"phi", {}, "the stiffness is 0 everywhere, expected an energy that bends with phi"},

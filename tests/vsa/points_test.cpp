@@ -314,8 +314,9 @@ TEST(Table, SettingsThatJitterAreOne) {
   // Control: settings that are farther apart than that are none of the same.
   std::string apart = "deflection,sigma,torque\n";
   for (int i = 0; i <= 20; ++i) apart += fmt::format("{},{},{}\n", 0.1 * i - 1, 0.05 * i, 0.1 * i);
-  EXPECT_NE(refusal([&] { vsa::parse_measurements(apart, "apart.csv", 0.1); })
-                .find("has 1 deflections, expected 4 or more (settings of sigma nearer than 1/50"),
+  EXPECT_NE(refusal([&] {
+              vsa::parse_measurements(apart, "apart.csv", 0.1);
+            }).find("has 1 deflections, expected 4 or more (settings of sigma nearer than 1/50"),
             std::string::npos);
 }
 
@@ -323,12 +324,12 @@ TEST(Table, NeedsNoSettingAndTheSignThatHolds) {
   const auto m = vsa::parse_measurements("torque,deflection\n-5,-1\n0,0\n5,1\n", "one.csv");
   EXPECT_EQ(m.sigma, std::vector<double>{0});
   EXPECT_NEAR(vsa::tabulated(m)->slopes(0.5, 0, 0.0).q, 2.5, 1e-15);
-  const auto other =
-      vsa::parse_measurements("torque,deflection\n5,-1\n0,0\n-5,1\n", "other.csv");
-  EXPECT_NE(refusal([&] { vsa::tabulated(other); })
-                .find("at sigma = 0 torque falls from 5 to -5 N m between deflections -1 and 1 rad, "
-                      "expected the torque that holds the deflection"),
-            std::string::npos);
+  const auto other = vsa::parse_measurements("torque,deflection\n5,-1\n0,0\n-5,1\n", "other.csv");
+  EXPECT_NE(
+      refusal([&] { vsa::tabulated(other); })
+          .find("at sigma = 0 torque falls from 5 to -5 N m between deflections -1 and 1 rad, "
+                "expected the torque that holds the deflection"),
+      std::string::npos);
 }
 
 TEST(Refused, Starts) {
