@@ -254,8 +254,8 @@ def _ensemble(e: EnsembleResult, what: str | None, axes: "Axes | None") -> "Figu
 
 def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = None, what: str | None = None, axes: "Axes | None" = None) -> Any:
     """Draws a result, or the one in a folder. path: a .png, .svg or .pdf file; None: plot.png in the folder of the run, or for a
-    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each. Of an ensemble:
-    histograms over its cases, what: one number by its name.
+    run in memory the Figure alone, which is returned in any case. Phases of a scene with events have a picture each, but for their
+    motion, which is in one. Of an ensemble: histograms over its cases, what: one number by its name.
 
     what: "motion" or one panel, see panel(); then a file is written only if path names one. axes: matplotlib axes to draw it in.
     """
@@ -269,13 +269,14 @@ def plot(result: Result | EnsembleResult | PathLike, path: PathLike | None = Non
             path = result.folder / "plot.png"
         return _saved(figure, path)
     phases = result.phases
-    if len(phases) > 1:
+    of_motion = isinstance(what, str) and what.split(" [")[0] not in PANELS  # all phases are in one picture
+    if len(phases) > 1 and not of_motion:
         if axes is not None:
             raise InvalidArgument(f"axes are of one phase, expected one of the {len(phases)} in result.phases")
         return [plot(p, None if path is None else Path(path).with_stem(f"{Path(path).stem}_{k}"), what) for k, p in enumerate(phases, 1)]
     if path is None and result.folder is not None and what is None:
         path = result.folder / "plot.png"
-    figure = draw(phases[0]) if what is None else panel(phases[0], what, axes)
+    figure = draw(phases[0]) if what is None else panel(result if of_motion else phases[0], what, axes)
     return _saved(figure, path)
 
 

@@ -152,9 +152,11 @@ class Result(Judged):
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
-        deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them.
-        Raises InvalidArgument for a system without a mechanism.
+        deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them. Phases follow each other: nan
+        where a phase has no such line. Raises InvalidArgument for a system without a mechanism.
         """
+        if len(phases := self.phases) > 1:
+            return _one_after_another([p.motion(max(most // len(phases), 2)) for p in phases])
         if self.mechanism is None:
             self.mechanism, self.springs = _moved_in(self.folder)
         if self.mechanism is None:
@@ -187,6 +189,16 @@ class Result(Judged):
         if not group and name not in ("stored", "supplied", "dissipated", "output", *known):
             raise InvalidArgument(f"the run has no group '{name}', expected one of {', '.join(known)}")
         return group
+
+
+def _one_after_another(parts: list[dict[str, dict[str, np.ndarray]]]) -> dict[str, dict[str, np.ndarray]]:
+    """The panels of all phases."""
+    names = {(what, name): None for p in parts for what, lines in p.items() for name in lines}
+    whole: dict[str, dict[str, np.ndarray]] = {}
+    for what, name in names:
+        pieces = [p.get(what, {}).get(name, np.full(len(p["time [s]"]["t"]), np.nan)) for p in parts]
+        whole.setdefault(what, {})[name] = np.concatenate(pieces)
+    return whole
 
 
 def _moved_in(folder: Path | None) -> tuple[Any, list[tuple[str, Any]]]:

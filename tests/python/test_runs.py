@@ -127,6 +127,15 @@ def test_a_scene_with_events_has_phases(source, tmp_path):
     assert len(t) == len(e) == sum(len(p.time) for p in r.phases) and (np.diff(t) >= 0).all()
     assert e[len(r.phases[0].time)] == r.phases[1][name][0]
     refused(lambda: r.joined("energy_eror"), "no phase has a series 'energy_eror'", most=2000)
+    # the motion of all phases in one picture: the target, captured, has no place of its own any more
+    motion, first = r.motion(), r.phases[0].motion()
+    t = motion["time [s]"]["t"]
+    assert t[0] == 0 and t[-1] == r.summary["simulated_s"] and (np.diff(t) >= 0).all()
+    what = next(w for w in first if w.startswith("path of target"))
+    gone = np.isnan(next(iter(motion[what].values())))
+    assert not gone[0] and gone[-1]
+    ph.plot(r, tmp_path / "joints.png", what="joints")
+    assert (tmp_path / "joints.png").stat().st_size > 1000 and not (tmp_path / "joints_1.png").exists()
 
 
 # --- Ctrl-C and progress --------------------------------------------------------------------------------------------------
