@@ -1,20 +1,20 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <new>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #ifdef PORTHOS_GSL_RIVALS
 #include "adapters/gsl/gsl.h"
 #endif
 #include "apps/commands.h"
 #include "apps/completion.h"
+#include "apps/ending.h"
 #include "apps/film.h"
 #include "apps/identify.h"
 #include "apps/judge.h"
@@ -286,28 +286,6 @@ std::string version() {
   return text;
 }
 
-/// Ends the program by one sentence, without asking for memory. It is also the end of an exception
-/// that a destructor lets out, which happens where memory is missing (nlohmann::json).
-[[noreturn]] void no_memory() {
-  std::fputs(
-      "porthos: there is not enough memory; what was recorded is kept, continue with --resume\n",
-      stderr);
-  std::_Exit(exit_machine);
-}
-
-/// As std::terminate, but for missing memory.
-[[noreturn]] void terminated() {
-  try {
-    if (const auto current = std::current_exception()) std::rethrow_exception(current);
-  } catch (const std::bad_alloc&) {
-    no_memory();
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "porthos: ended by an error that nothing took up: %s\n", e.what());
-  } catch (...) {
-  }
-  std::abort();
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -333,19 +311,18 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}", app.help());
     return exit_bad_input;
   }
-  std::vector<char*> words(argv, argv + argc);
-  if (words[1] == std::string_view("help")) {  // porthos help run: porthos run --help
-    static char flag[] = "--help";
-    words.erase(words.begin() + 1);
-    words.push_back(flag);
+  static char help[] = "--help";
+  if (argv[1] == std::string_view("help")) {  // porthos help run: porthos run --help
+    std::rotate(argv + 1, argv + 2, argv + argc);
+    argv[argc - 1] = help;
   }
   try {
-    app.parse(int(words.size()), words.data());
+    app.parse(argc, argv);
     return dispatch(app, arguments);
   } catch (const CLI::Success& e) {  // --help and --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "porthos: {} (see porthos --help)\n", usage_error(app, e, words[1]));
+    fmt::print(stderr, "porthos: {} (see porthos --help)\n", usage_error(app, e, argv[1]));
   } catch (const porthos::InvalidArgument& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
   } catch (const porthos::IoError& e) {

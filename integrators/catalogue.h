@@ -11,8 +11,8 @@ namespace porthos::integrators {
 const std::deque<Entry>& entries();
 /// Adds the methods of an adapter or of a program, while no other thread uses the catalogue. A
 /// method that was added under the same name before is replaced.
-/// @throws InvalidArgument for the name of a method of Porthos itself, for "auto", and for a name of
-///   other signs than letters, digits, _ - .
+/// @throws InvalidArgument for the name of a method of Porthos itself, for "auto", and for a name
+///   with other signs than letters, digits, _ - .
 void add_entries(Entries (*family)());
 void add_entry(Entry entry);
 /// @throws InvalidArgument for an unknown name, which lists the known ones

@@ -7,6 +7,7 @@
 #include "python/bind.h"
 #include "python/interruptible.h"
 #include "report/live_picture.h"
+#include "scene/session/export.h"
 
 namespace porthos::python {
 
@@ -14,6 +15,12 @@ namespace py = pybind11;
 
 void bind_report(py::module_& m) {
   using py::arg;
+  m.def(
+      "export_csv",
+      [](const std::string& folder, const std::string& file,
+         const std::vector<std::string>& names) { scene::export_csv(folder, file, names); },
+      arg("folder"), arg("file"), arg("names") = std::vector<std::string>{},
+      "The time series of a finished run as one CSV table: Result.to_csv().");
   m.def(
       "find_template", [] { return report::find_template().string(); },
       "The page of report.html without its data; empty if there is none.");

@@ -20,7 +20,6 @@
 #include "scene/plot/motion.h"
 #include "scene/run/columns.h"
 #include "scene/run/statistics.h"
-#include "scene/session/export.h"
 #include "scene/session/extension.h"
 #include "scene/session/info.h"
 #include "scene/session/memory_run.h"
@@ -321,12 +320,6 @@ void bind_scene(py::module_& m) {
         arg("budget"), arg("duration"), arg("out"), arg("report") = py::none(),
         "Speed against error: (compare.json, compare.txt), and the files in `out` unless it is "
         "empty.");
-  m.def(
-      "export_csv",
-      [](const std::string& folder, const std::string& file,
-         const std::vector<std::string>& names) { export_csv(folder, file, names); },
-      py::arg("folder"), py::arg("file"), py::arg("names") = std::vector<std::string>{},
-      "The time series of a finished run as one CSV table: Result.to_csv().");
   m.def(
       "moved_in",
       [](const std::filesystem::path& folder) {
