@@ -32,9 +32,9 @@ struct Source {
   std::vector<double> now;               ///< of the rows that were read last
 };
 
-class Phase {
+class PhaseFile {
  public:
-  explicit Phase(const fs::path& run) : file_(run) {
+  explicit PhaseFile(const fs::path& run) : file_(run) {
     if (file_.datasets().count("turns")) turns_ = lines_of(file_.texts("turns")["columns"]);
   }
   std::int64_t records() const { return file_.dataset("time").size(); }
@@ -145,8 +145,8 @@ void require_names(const std::vector<Number>& there, const std::vector<std::stri
 }  // namespace
 
 void export_csv(const fs::path& folder, const fs::path& to, const std::vector<std::string>& names) {
-  std::vector<std::unique_ptr<Phase>> phases;
-  for (const fs::path& run : phases_of(folder)) phases.push_back(std::make_unique<Phase>(run));
+  std::vector<std::unique_ptr<PhaseFile>> phases;
+  for (const fs::path& run : phases_of(folder)) phases.push_back(std::make_unique<PhaseFile>(run));
   std::vector<Number> numbers, all;
   for (const auto& p : phases) {
     p->add_to(numbers, names);
