@@ -17,7 +17,7 @@ namespace porthos::scene {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::int64_t rows_at_once = 1024;
+constexpr std::int64_t rows_per_read = 1024;
 
 /// A number of each record: a column of a series of run.h5.
 struct Number {
@@ -168,8 +168,8 @@ void export_csv(const fs::path& folder, const fs::path& to, const std::vector<st
   write(line + "\n");
   for (size_t k = 0; k < phases.size(); ++k) {
     const std::int64_t records = phases[k]->records();
-    for (std::int64_t first = 0; first < records; first += rows_at_once) {
-      const std::int64_t rows = std::min(rows_at_once, records - first);
+    for (std::int64_t first = 0; first < records; first += rows_per_read) {
+      const std::int64_t rows = std::min(rows_per_read, records - first);
       phases[k]->read(first, rows, numbers);
       std::string text;
       const auto out = std::back_inserter(text);
