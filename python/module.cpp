@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, m) {
   bind_network(m);
   bind_integrators(m);
   bind_user_method(m);
+  bind_energy_shaping(m);
   bind_scene(m);
   bind_report(m);
   bind_ensembles(m);
@@ -31,7 +32,6 @@ PYBIND11_MODULE(_core, m) {
   bind_identification(m);
   bind_environment(m);
   bind_baseline(m);
-  bind_energy_shaping(m);
   bind_regulation(m);
   bind_vsa(m);
   explain_type_errors(m);
