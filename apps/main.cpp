@@ -316,13 +316,17 @@ int main(int argc, char** argv) {
     std::rotate(argv + 1, argv + 2, argv + argc);
     argv[argc - 1] = help;
   }
+  if (const std::string why = unknown_command(app, argv[1]); !why.empty()) {
+    fmt::print(stderr, "porthos: {} (see porthos --help)\n", why);
+    return exit_bad_input;
+  }
   try {
     app.parse(argc, argv);
     return dispatch(app, arguments);
   } catch (const CLI::Success& e) {  // --help and --version
     return app.exit(e);
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "porthos: {} (see porthos --help)\n", usage_error(app, e, argv[1]));
+    fmt::print(stderr, "porthos: {} (see porthos --help)\n", usage_error(app, e));
   } catch (const porthos::InvalidArgument& e) {
     fmt::print(stderr, "porthos: {}\n", e.what());
   } catch (const porthos::IoError& e) {

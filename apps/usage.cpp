@@ -18,14 +18,16 @@ std::string unknown_option(const CLI::App& command, const std::string& option) {
 
 }  // namespace
 
-std::string usage_error(const CLI::App& app, const CLI::ParseError& e, const char* first) {
+std::string unknown_command(const CLI::App& app, const char* first) {
   const auto named = [&](const CLI::App* c) { return c->get_name() == first; };
-  if (first && *first != '-' && app.get_subcommands(named).empty()) {
-    std::string known;
-    for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
-      add_to_list(known, c->get_name());
-    return fmt::format("there is no command '{}', expected one of {}", first, known);
-  }
+  if (*first == '-' || !app.get_subcommands(named).empty()) return "";
+  std::string known;
+  for (const CLI::App* c : app.get_subcommands([](const CLI::App*) { return true; }))
+    add_to_list(known, c->get_name());
+  return fmt::format("there is no command '{}', expected one of {}", first, known);
+}
+
+std::string usage_error(const CLI::App& app, const CLI::ParseError& e) {
   if (dynamic_cast<const CLI::ExtrasError*>(&e))
     for (const CLI::App* c : app.get_subcommands())
       for (const std::string& word : c->remaining())
