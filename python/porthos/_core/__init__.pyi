@@ -1317,6 +1317,10 @@ class Assembly:
         """A state of the model at time t [s] as the world sees it: places and momenta with those of the centre of mass, where that moves in closed form; else the state itself."""
         ...
     @property
+    def certificates(self) -> list[Certificate]:
+        """Of the scene's controllers, in their order."""
+        ...
+    @property
     def notes(self) -> list[Remark]: ...
 
 class RunFile:
@@ -1754,6 +1758,10 @@ def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: 
 
 def error_statistics(errors: list[float]) -> dict:
     """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (beyond three standard errors of a random walk with the same increments)."""
+    ...
+
+def export_csv(folder: str, file: str, names: list[str] = []) -> None:
+    """The time series of a finished run as one CSV table: Result.to_csv()."""
     ...
 
 def find_template() -> str:

@@ -212,9 +212,9 @@ def make_elastic(family: str, limits: Limits = ..., **kwargs) -> Elastic:
 def table(csv_file: str, smoothing: float = 0.0, limits: Limits = ...) -> Elastic:
     """A measured spring, from a CSV file as the key table of an [[actuator]]: docs/tutorials/actuator.md.
 
-    csv_file: columns deflection [rad], sigma, torque [N m] and, where measured, stiffness [N m/rad] and sigma_effort.
+    csv_file: columns deflection [rad], torque [N m] and, where measured, sigma, stiffness [N m/rad] and sigma_effort.
     smoothing: standard deviation of the errors of the torques [N m]; more than 0: places need be no grid and may be repeated.
-    limits: those of the deflection; sigma has the range of the file. InvalidArgument with file and line: it fits no energy.
+    limits: where none are given for sigma, it has the range of the file. InvalidArgument with file and line: it fits no energy.
     """
     ...
 
