@@ -172,14 +172,13 @@ FromRecord put_record(const StartFrom& from, const Assembly& a, Start& s) {
   return record;
 }
 
-std::string note_of(const StartFrom& from) {
-  std::string note =
-      fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
-                  from.low_words ? "" : ", whose low words were not recorded");
-  for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
-  for (const std::string& other : from.joined.others)
-    note += fmt::format("; the {} of that run is not continued: this scene states its own", other);
-  return note;
+double kinetic_energy_of(const mechanics::MechanicalModel& model, const Start& s) {
+  const auto& m = model.mechanism();
+  mechanics::Workspace<double> w(m);
+  const auto x = model.state(s.q, s.v);
+  const size_t nq = size_t(m.nq());
+  return mechanics::kinetic_energy<double>(m, w, std::span(x).first(nq),
+                                           std::span(x).subspan(nq, nq));
 }
 
 /// From the joints' coordinates to those of the free bodies.
@@ -235,10 +234,14 @@ Beginning start_of(const Scene& scene, const Assembly& a) {
         "{}: joint '{}' moves no inertia where it starts, a singular position: expected another "
         "start of the joints in [initial]",
         scene.path, *joint));
-  const std::string note = record ? note_of(*scene.start_from) : put_on_loops(scene, a, start);
+  std::string note = record ? "" : put_on_loops(scene, a, start);
   if (a.reduced && !record) move_to_bodies(a, start);
+  const double with_centre = record ? kinetic_energy_of(*a.mechanical, start) : 0;
   CentreOfMass centre;
   if (apart) centre = take_centre_out(*a.mechanism, start.q, start.v);
+  if (record)
+    note = note_of(*scene.start_from, {with_centre, kinetic_energy_of(*a.mechanical, start)},
+                   a.spacecraft != nullptr);
   auto x = a.mechanical->state(start.q, start.v);
   x.resize(size_t(internal.description().nx), 0.0);  // elements start without stored energy
   for (const auto& [name, own] : start_actuators(*a.mechanical, scene.actuators, start.q))

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mechanics/reconfiguration.h"
 #include "scene/assemble/detail/start.h"
@@ -101,6 +102,25 @@ void put_exactly(const FromRecord& from, phs::State& s) {
     s.lo[i] = from.state.lo[i];
   }
   s.turns = from.state.turns;
+}
+
+std::string note_of(const StartFrom& from, const std::array<double, 2>& own, bool in_orbit) {
+  std::string note =
+      fmt::format("the start is the record at {:.17g} s of {}{}", from.time, from.folder,
+                  from.low_words ? "" : ", whose low words were not recorded");
+  for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
+  for (const std::string& other : from.joined.others)
+    note += fmt::format("; the {} of that run is not continued: this scene states its own", other);
+  if (in_orbit) note += "; the orbit goes on from there too, whatever start [orbit] states";
+  const auto other = [&](double energy) {
+    return std::fabs(energy - *from.kinetic) > 1e-6 * std::fmax(energy, *from.kinetic);
+  };
+  if (from.kinetic && std::ranges::all_of(own, other))
+    note += fmt::format(
+        ". ITS RATES JUMP: its kinetic energy was {:.6g} J and is {:.6g} J by the masses of this "
+        "scene, as momenta are continued; expected the model, mass_factor and inertia of that run",
+        *from.kinetic, own[0]);
+  return note;
 }
 
 }  // namespace porthos::scene

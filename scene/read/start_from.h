@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct StartFrom {
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;
   std::map<std::string, std::int64_t> turns;  ///< by the names of the angles
+  std::optional<double> kinetic;              ///< its kinetic energy [J]
   /// What its events had joined and locked by then. Locked coordinates are in state and turns too,
   /// with no momentum.
   Joined joined;
