@@ -241,6 +241,7 @@ void bind_scene(py::module_& m) {
                     "A scene: what describes a run completely. Every key of a file: docs/scene.md.")
       .def(py::init<>())
       .def_readonly("path", &Scene::path)
+      .def_property_readonly("stops", [](const Scene& s) { return s.stops.size(); })
       .def_property_readonly(
           "events",
           [](const Scene& s) {
@@ -254,8 +255,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("step", &Scene::step, "[s]")
       .def_readwrite("duration", &Scene::duration,
                      "[s]; where it is no whole number of steps the last one is shorter.")
-      .def_readwrite("record_every", &Scene::record_every,
-                     "[s]; rounded to whole steps, at least one.")
+      .def_readwrite("record_every", &Scene::record_every, "[s]; of whole steps, one or more.")
       .def_readwrite("centre_stays", &Scene::centre_stays,
                      "Whether the centre of mass of what floats stays in the state. Else, where it "
                      "moves as without the rest, it is integrated apart.")

@@ -70,7 +70,8 @@ class VectorEnv(_VectorBase):
     """Many environments of one model, as gymnasium.vector.VectorEnv.
 
     Observations are the coordinates and the joint rates of a mechanism (of other models the state); `names` says what stands
-    where. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
+    where: "rate of base.attitude[0]" is an angular rate, "rate of base.position[0]" a velocity of a free body, both along its own
+    axes. Angles are in [-pi, pi]: one that passes pi goes on from -pi, so a reward takes its sine and cosine.
     Actions are inputs of `ports` (all but the wrench on the base, where none are named), in [-limit, limit]; what is beyond is cut
     off. reward(observations, actions) -> (n,).
     An episode that ends begins anew in the same step: its last observation is then in info["final_obs"], by info["_final_obs"].
@@ -114,7 +115,9 @@ class VectorEnv(_VectorBase):
         if m is None:
             self.names: list[str] = [f"x[{k}]" for k in range(description.nx)]
         else:
-            self.names = [n for c in m.coordinates for n in number(c.name, c.q.stop - c.q.start)] + [n for c in m.coordinates for n in number(f"rate of {c.name}", c.v.stop - c.v.start)]
+            by_rate = sorted(m.coordinates, key=lambda c: c.v.start)  # of a free body the angular rates come first
+            self.names = [n for c in m.coordinates for n in number(c.name, c.q.stop - c.q.start)]
+            self.names += [n for c in by_rate for n in number(f"rate of {c.name}", c.v.stop - c.v.start)]
         self.num_envs = num_envs
         self.single_observation_space = _box(-np.inf, np.inf, (len(self.names),), self._dtype)
         self.single_action_space = _box(-limit, limit, (self._batch.action_size,), self._dtype)
@@ -154,6 +157,8 @@ class VectorEnv(_VectorBase):
         scene = Scene(path)
         if scene.data.events:
             raise InvalidArgument(f"{path} has {len(scene.data.events)} [[event]]s, which an environment does not see, expected a scene without them")
+        if scene.data.stops and "ended" not in options:
+            raise InvalidArgument(f"{path} has {scene.data.stops} [[stop]]s, which an environment does not see, expected ended=, a function of the state that says them")
         recipe = (path, {"cases": cases, **options})
         scene.data.centre_stays = True  # actions may push it
         start = scene.assembly.initial.x

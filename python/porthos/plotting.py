@@ -154,7 +154,7 @@ def _of_motion(result: Result) -> tuple[dict[str, Any], dict[str, Any]]:
     panels, alone = {}, {}
     for what, lines in motion.items():
         title, unit = what[:-1].split(" [")
-        panels[title] = panel(what, lines)
+        panels[title if title not in panels else what] = panel(what, lines)  # outputs have a panel for each unit
         for name, y in lines.items():
             alone.setdefault(name, panel(f"{name} [{unit}]", {name: y}))
     return panels, alone
@@ -178,12 +178,13 @@ def panel(result: Result | PathLike, what: str, axes: "Axes | None" = None) -> A
         result = open_result(result)
     if not isinstance(what, str):
         raise InvalidArgument(f"what is {what!r}, expected the name of a panel")
-    what = what.split(" [")[0]  # as motion() names them
+    title = what.split(" [")[0]  # without the unit that motion() adds
     known, lines = dict(PANELS), {}
-    if what not in known:
+    if title not in known:
         motion, lines = _of_motion(result)
         known.update(motion)
     draw = {**lines, **known}
+    what = what if what in draw else title
     names = [n for n in known if n not in PANELS] if what == "motion" else [what]
     if what != "motion" and what not in draw:
         raise InvalidArgument(f"what is '{what}', expected motion, {', '.join(known)} or a line")

@@ -263,6 +263,30 @@ def test_a_base_is_not_pushed_unless_it_is_asked_for(source):
     assert len(ph.Env.from_scene(scene, ports=["base.wrench"], **kw).action_names) == 6
 
 
+def test_rates_of_a_free_base_have_their_names(source):
+    e = ph.Env.from_scene(source / "examples/ets_vii/scene.toml", step=0.01, method="gauss4", limit=20.0, dtype=np.float64, ports=["joint_1.torque"],
+                          reward=lambda o, u: 0.0)
+    e.reset(seed=0)
+    before, *_ = [e.step(np.array([20.0]))[0] for _ in range(20)][-1:]
+    after = e.step(np.array([20.0]))[0]
+    at = lambda name: slice(e.names.index(name + "[0]"), e.names.index(name + "[0]") + 3)
+    moved = (after - before)[at("base.position")] / 0.01
+    velocity, rate = (0.5 * (before + after)[at("rate of base." + k)] for k in ("position", "attitude"))
+    assert np.abs(moved - velocity).max() < 0.02 * np.abs(moved).max()  # its axes have hardly turned; measured 0.006
+    assert np.abs(moved - rate).max() > 0.3 * np.abs(moved).max()  # control
+    turned = 2 * (after - before)[at("base.attitude")][1:] / 0.01  # of the quaternion w x y z near (1, 0, 0, 0)
+    assert np.abs(turned - rate[:2]).max() < 0.02 * np.abs(rate).max()
+
+
+def test_stops_of_a_scene_are_not_ignored(source, tmp_path):
+    text = (source / "examples/double_pendulum/scene.toml").read_text()
+    (tmp_path / "double_pendulum.urdf").write_text((source / "examples/double_pendulum/double_pendulum.urdf").read_text())
+    (tmp_path / "scene.toml").write_text(text + "\n[[output]]\nquantity = 'joint_position'\nname = 'e'\njoint = 'elbow'\n[[stop]]\noutput = 'e'\nabove = 3.0\n")
+    kw = dict(reward=lambda o, u: 0.0, limit=1.0)
+    refused(lambda: ph.Env.from_scene(tmp_path / "scene.toml", **kw), "has 1 [[stop]]s, which an environment does not see, expected ended=")
+    ph.Env.from_scene(tmp_path / "scene.toml", ended=lambda x: x[1] > 3.0, **kw)
+
+
 def reward_of_nothing(o, u):
     return 0.0
 

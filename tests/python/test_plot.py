@@ -101,3 +101,12 @@ def test_every_peak_of_a_million_records_stays():
     spent = time.perf_counter() - start
     assert len(at) <= 1200 and (high == 1e-12).sum() == len(peaks) and low.min() == 1e-16 and spent < 1
     assert len(thinned(t)) <= 3000 and thinned(t)[-1] == n - 1
+
+
+def test_outputs_have_a_panel_for_each_unit(run, monkeypatch):
+    t = np.linspace(0, 1, 5)
+    monkeypatch.setattr(type(run), "motion", lambda self: {"outputs [rad]": {"a": t}, "com [m]": {"x": t}, "outputs [m]": {"b": t}, "time [s]": {"t": t}})
+    axes = ph.plot(run, what="motion").axes
+    assert [(a.get_title(loc="left"), a.get_ylabel()) for a in axes] == [("outputs", "rad"), ("com", "m"), ("outputs", "m")]
+    for what, line in (("outputs [rad]", "a"), ("outputs", "a"), ("outputs [m]", "b")):
+        assert [k.get_label() for k in ph.plot(run, what=what).axes[0].get_lines()] == [line]
