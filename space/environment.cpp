@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace porthos::space {
 namespace {
@@ -66,6 +67,32 @@ ThirdBody mean_moon(double longitude, double perigee, double node) {
           tilted(from_elements(total, 3.844e8, e, 0.0898, node, perigee - node,
                                true_anomaly(longitude - perigee, e))),
           total};
+}
+
+namespace {
+class LaterEphemeris final : public Ephemeris {
+ public:
+  LaterEphemeris(std::shared_ptr<const Ephemeris> of, double by) : of_(std::move(of)), by_(by) {}
+  Vec3d position(double t) const override { return of_->position(by_ + t); }
+
+ private:
+  std::shared_ptr<const Ephemeris> of_;
+  double by_;
+};
+}  // namespace
+
+Environment counted_from(Environment e, double elapsed) {
+  for (ThirdBody& body : e.third_bodies) {
+    body.start = kepler_flow(body.total_mu, body.start, elapsed);
+    if (body.ephemeris)
+      body.ephemeris = std::make_shared<LaterEphemeris>(std::move(body.ephemeris), elapsed);
+  }
+  constexpr double earth_rate = 7.2921159e-5;  // [rad/s], as the playback turns a planet without
+  const double turned =
+      std::remainder(e.planet.rotation_rate.value_or(earth_rate) * elapsed, 2 * std::numbers::pi);
+  e.greenwich += turned;
+  if (e.planet.magnetic && e.planet.rotation_rate) e.planet.magnetic->longitude += turned;
+  return e;
 }
 
 void Environment::validate() const {

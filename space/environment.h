@@ -105,6 +105,10 @@ struct Environment {
   void validate() const;
 };
 
+/// The same with its time counted from `elapsed` [s]: bodies, the dipole's pole and the planet's
+/// angle are then where they were.
+Environment counted_from(Environment environment, double elapsed);
+
 /// The osculating orbit of a state.
 struct Elements {
   double semi_major_axis, eccentricity, inclination, node, argument, true_anomaly;  ///< [m, -, rad]

@@ -111,7 +111,11 @@ std::string note_of(const StartFrom& from, const std::array<double, 2>& own, boo
   for (const Event& e : carried_events(from)) note += fmt::format("; the {} holds", text(e));
   for (const std::string& other : from.joined.others)
     note += fmt::format("; the {} of that run is not continued: this scene states its own", other);
-  if (in_orbit) note += "; the orbit goes on from there too, whatever start [orbit] states";
+  if (in_orbit)
+    note += fmt::format(
+        "; orbit, Sun, Moon and planet go on from there, {:.9g} s after the epoch, whatever start "
+        "[orbit] states",
+        from.elapsed);
   const auto other = [&](double energy) {
     return std::fabs(energy - *from.kinetic) > 1e-6 * std::fmax(energy, *from.kinetic);
   };

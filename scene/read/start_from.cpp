@@ -80,6 +80,10 @@ void read_group(const Hdf5Reader& file, const std::string& group, const std::str
 void read_record(const fs::path& path, const double* at, StartFrom& from) {
   const Hdf5Reader file(path);
   const std::int64_t k = record_at(file, at, from.time);
+  const auto numbers = file.numbers("/");
+  if (const auto before = numbers.find("elapsed_s"); before != numbers.end())
+    from.elapsed = before->second;
+  from.elapsed += from.time;
   from.low_words =
       file.datasets().lower_bound("low_words/") != file.datasets().lower_bound("low_words0");
   read_group(file, "state/", "low_words/", k, from.state);

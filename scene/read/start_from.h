@@ -20,6 +20,7 @@ struct StartFrom {
   std::string folder;  ///< as the scene states it
   std::string where;   ///< "file:line:column"
   double time = 0;     ///< of the record [s]
+  double elapsed = 0;  ///< up to then since the epoch of [orbit], over all runs before [s]
   bool low_words = false;
   /// Of the blocks of the state, by their names in run.h5.
   std::map<std::string, Numbers> state, momentum;

@@ -59,6 +59,8 @@ class RunFile {
     file_.attribute("/", "title", scene.title);
     file_.attribute("/", "method", scene.method);
     file_.attribute("/", "step_s", scene.step);
+    if (scene.orbit && scene.start_from)
+      file_.attribute("/", "elapsed_s", scene.start_from->elapsed);
     if (scene.step_control != integrators::StepControl::fixed)
       file_.attribute("/", "step_control", std::string(to_string(scene.step_control)));
     file_.group("provenance");
