@@ -11,6 +11,7 @@
 
 #include "scene/assemble/steps.h"
 #include "scene/compare/lyapunov.h"
+#include "scene/compare/phase_pilot.h"
 #include "scene/compare/sound_method.h"
 #include "scene/compare/trial.h"
 #include "scene/files/files.h"
@@ -63,8 +64,7 @@ class MethodChoice {
     auto tried = pilots();
     if (tried.empty() && best_.expected < HUGE_VAL) tried.push_back(best_);  // may do better
     for (const Candidate& c : tried)
-      if (auto confirmed = confirm(c))
-        return put_in(*confirmed, tried, with_step_control(*confirmed));
+      if (auto confirmed = confirm(c)) return through_events(*confirmed, tried);
     refuse();
   }
 
@@ -176,6 +176,35 @@ class MethodChoice {
       c.step = fitting_step(scene_, shorter * c.step);
     }
     return {};
+  }
+
+  /// The pilots so far are of the mechanism as it starts, and events change it: the phases
+  /// themselves, as far as the time for pilots goes, with a shorter step if need be.
+  Scene through_events(Candidate c, const std::vector<Candidate>& tried) {
+    const auto controlled = with_step_control(c);
+    Scene s = put_in(c, tried, controlled);
+    if (scene_.events.empty()) return s;
+    double before = HUGE_VAL;
+    for (int i = 0; i < most_tries; ++i) {
+      const PhasePilot seen = pilot_phases(s, assembly_, 2 * confirmation_s);
+      const bool whole = seen.until >= scene_.duration;
+      if (!(seen.until > 0) || seen.error <= (whole ? 1 : 0.5) * target_ ||
+          (seen.error < may_be_rounding && seen.error > 0.5 * before)) {
+        s.choice += seen.until > 0 ? fmt::format("; with its events {:.1e} up to {:g} s",
+                                                 seen.error, seen.until)
+                                   : "; its events were not tried";
+        return s;
+      }
+      before = seen.error;
+      c.step = fitting_step(
+          scene_,
+          c.step * (std::isfinite(seen.error)
+                        ? std::clamp(0.9 * std::pow(target_ / seen.error, 1.0 / c.method.order),
+                                     0.1, 0.9)
+                        : 0.5));
+      s = put_in(c, tried, controlled);
+    }
+    return s;
   }
 
   Candidate attempt(const Declaration& d, double h, double duration, double safety,

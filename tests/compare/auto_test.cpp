@@ -173,6 +173,33 @@ TEST(Auto, ItsStepGoesIntoEveryInstant) {
   EXPECT_NEAR(scene::fitting_step(s, 0.07), 0.1 / 6, 1e-12);
 }
 
+/// A stiff spring at rest, which a lock and an unlock awake: the start tells nothing of the step.
+TEST(Auto, EventsArePilotedToo) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf(""));
+  write_bytes(folder / "scene.toml",
+              "[model]\nurdf = 'arm.urdf'\nbase = 'fixed'\n[environment]\ngravity = 'uniform'\n"
+              "vector = [0, 0, -9.81]\n[initial]\njoints.shoulder = { position = 0.4 }\n"
+              "[[element]]\ntype = 'spring'\njoint = 'elbow'\nstiffness = 500\n"
+              "[[event]]\ntype = 'lock'\njoint = 'elbow'\nat = 2\n"
+              "[[event]]\ntype = 'unlock'\njoint = 'elbow'\nat = 20\n"
+              "[integrator]\nmethod = 'auto'\ntarget_energy_error = 1e-9\n[run]\nduration = 40\n");
+  const auto s = scene::read_scene((folder / "scene.toml").string());
+  const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
+  std::printf("  with events: %s, step %g s, %.1e (1e-9)\n", r.method.c_str(), r.step_s,
+              r.energy.max_rel_error);
+  EXPECT_LE(r.energy.max_rel_error, 1e-9);
+  const auto told = [&](const char* words) {
+    return std::ranges::any_of(r.notes, [&](const auto& n) { return bool(says(n, words)); });
+  };
+  EXPECT_TRUE(told("; with its events "));
+  // Control: the choice of the same scene without its events misses the target with them.
+  auto blind = s;
+  blind.events.clear();
+  const double step = scene::with_method_chosen(blind, scene::assemble(blind)).step;
+  EXPECT_GT(step, r.step_s);
+}
+
 TEST(Auto, WithoutATargetItIsTheLimitOfTheVerdict) {
   scene::Scene s = {};
   EXPECT_EQ(s.target(), 1e-9);
