@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "energy_shaping/foreign_law.h"
+#include "scene/assemble/stops.h"
 #include "scene/run/ledger.h"
 #include "scene/run/verdict.h"
 #include "scene/session/memory_run.h"
@@ -221,6 +222,8 @@ void run_case(const Ensemble& e, std::int64_t index, const std::atomic<bool>* st
   try {
     s = scene_of(e, index, values);
     a = e.one_model() ? from_its_start(e, s) : assemble(s);
+    if (stop_that_holds(stop_events(s, a), a, 0, a.initial) >= 0)  // it would end where it begins
+      return done(row.sealed(case_refused));
   } catch (const InvalidArgument&) {
     return done(row.sealed(case_refused));
   }

@@ -30,10 +30,9 @@ std::vector<integrators::Event> with_stops(std::vector<integrators::Event> until
   const phs::State& s = assembly.initial;
   if (const int k = stop_that_holds(stops, assembly, s.time(scene.step), s); k >= 0) {
     const Stop& stop = scene.stops[size_t(k)];
-    throw InvalidArgument(
-        fmt::format("{}: '{}' ({}) holds where the run starts, expected a run that "
-                    "begins before it",
-                    stop.where, stop.name, text(stop)));
+    throw InvalidArgument(fmt::format(
+        "{}: '{}'{} holds where the run starts, expected a run that begins before it", stop.where,
+        stop.name, stop.name == text(stop) ? "" : fmt::format(" ({})", text(stop))));
   }
   std::move(stops.begin(), stops.end(), std::back_inserter(until));
   return until;

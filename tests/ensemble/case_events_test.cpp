@@ -197,6 +197,26 @@ TEST_F(CaseEvents, SameBytesForAnyThreadsPartsAndInterruptions) {
   EXPECT_FALSE(result("event_other") == result("event_one")) << "control: another seed";
 }
 
+TEST_F(CaseEvents, AStartBeyondAStopIsRefusedAlone) {
+  const std::string text = arms(
+      "[[output]]\nquantity = \"joint_position\"\nname = \"a\"\njoint = \"ja\"\n"
+      "[[stop]]\noutput = \"a\"\nabove = 1.5\n" +
+          vary,
+      "0.2");
+  const auto r = run(text, "out");
+  const Ensemble e(scene::read_scene(put(text)));
+  const auto& l = e.layout();
+  std::int64_t refused = 0;
+  for (const auto& row : rows_of(e)) {
+    const bool beyond = row[l.inputs] > 1.5;
+    refused += beyond;
+    EXPECT_EQ(scene::integer(row[l.status]), beyond ? scene::case_refused : 0);
+  }
+  EXPECT_GT(refused, 1);
+  EXPECT_LT(refused, 12);
+  EXPECT_EQ(r.failures.at("refused"), refused);
+}
+
 TEST_F(CaseEvents, AnEventThatCannotBeIsCounted) {
   const std::string text = capture(
       "[ensemble]\ncases = 24\n[ensemble.vary]\n"
