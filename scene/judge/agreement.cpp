@@ -90,4 +90,12 @@ std::vector<Trajectory::Agreement> Trajectory::agreements(const Numbers& t) cons
   return all;
 }
 
+double Trajectory::largest_angle() const {
+  double largest = 0;
+  for (const Columns& k : columns_)
+    if (k.c.kind == BlockKind::angle)
+      for (const double q : k.q[0]) largest = std::max(largest, std::fabs(q));
+  return largest;
+}
+
 }  // namespace porthos::scene

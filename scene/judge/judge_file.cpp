@@ -117,19 +117,28 @@ class CentreCourse {
 
 /// Positions must move as their rates say: otherwise energies are those of another motion, as with
 /// times in milliseconds or rates along other axes. The worst coordinate counts, relative to its
-/// way; five times the error of the rule that adds the rates up is no disagreement.
+/// way; five times the error of the rule that adds the rates up is no disagreement. Where this
+/// is most of the way, the rows are too far apart to tell.
 void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
   constexpr double least = 0.01;  // rows of few digits, steps of a library's own interpolation
+  constexpr double most = 0.3;
   Check worst{"rates", 0, least, true, false};
-  std::string name;
+  std::string name, coarse;
   for (const auto& a : all) {
     const double size = std::max(a.way, a.off);
     if (size == 0) continue;
     const double value = a.off / size, limit = least + 5 * a.uncertain / size;
+    if (limit > most) {
+      coarse = a.name;
+      continue;
+    }
     if (value / limit < worst.value / worst.limit) continue;
     worst = {"rates", value, limit, value <= limit, false};
     name = a.name;
   }
+  if (name.empty() && !coarse.empty())
+    r.not_applicable.push_back({"rates", "the rows are too far apart to tell, as the rates of '" +
+                                             coarse + "' change too much between them"});
   if (name.empty()) return;
   r.checks.push_back(worst);
   if (!worst.pass)
@@ -214,6 +223,11 @@ RunReport judge_file(const JudgeOptions& o) {
   method.name = scene.method;
   judge(r, scene, method, meter);
   check_rates(r, trajectory.agreements(t));
+  if (const double angle = trajectory.largest_angle(); !r.passed() && angle > 4 * M_PI)
+    r.notes.push_back(
+        fmt::format("joints turn to {:.4g} rad, more than two turns: are angles and rates in "
+                    "degrees? expected radians",
+                    angle));
   if (centre_out) {
     course.check(r, scene);
     a.centre.reset();  // the records are in the world frame

@@ -208,6 +208,33 @@ TEST(Judge, PositionsMoveAsTheirRatesSay) {
   EXPECT_NE(why.find("does not move as its rates say"), why.npos) << why;
 }
 
+TEST(Judge, RowsTooFarApartTellNothingOfRates) {
+  TemporaryFolder folder;
+  std::string few, degrees;
+  std::istringstream lines(every_step(folder));
+  int n = 0;
+  for (std::string line; std::getline(lines, line); ++n) {
+    if (n == 0 || n % 100 == 1) few += line + "\n";
+    std::istringstream cells(line);
+    int k = 0;
+    for (std::string cell; std::getline(cells, cell, ','); ++k)
+      degrees += (k > 0 ? "," : "") +
+                 (n == 0 || k == 0 ? cell : fmt::format("{}", std::stod(cell) * 180 / M_PI));
+    degrees += "\n";
+  }
+  write_bytes(folder / "run.csv", few);
+  const auto r = judge(folder, "run.csv");
+  EXPECT_TRUE(std::ranges::none_of(r.checks, [](const auto& c) { return c.name == "rates"; }));
+  EXPECT_TRUE(std::ranges::any_of(r.not_applicable, [](const auto& c) {
+    return c.name == "rates" && says(c.why, "the rows are too far apart to tell");
+  }));
+  fs::remove_all(folder / "judged");
+  write_bytes(folder / "run.csv", degrees);
+  const auto wrong = judge(folder, "run.csv");
+  EXPECT_FALSE(wrong.passed());
+  EXPECT_TRUE(says(wrong.notes.back(), "are angles and rates in degrees?")) << wrong.notes.back();
+}
+
 /// Six digits are enough, where the way from row to row has few of them; wrong rates still show.
 TEST(Judge, TheDigitsOfAFileAreAllowedFor) {
   TemporaryFolder folder;

@@ -48,6 +48,9 @@ class Trajectory {
   /// The place of a base where the file has its rates, along the world's axes.
   std::vector<Agreement> agreements(const Numbers& t) const;
 
+  /// Of the joints [rad].
+  double largest_angle() const;
+
   /// Works of the torques from row i - 1 to row i [J].
   void works(size_t i, double h, std::span<double> to) const;
 
