@@ -65,7 +65,7 @@ ControllerDesign design_potential(const Controller& c, const ControllerPlant& pl
   for (const JointShaping& j : w.joints) {
     const ControlledJoint at = controlled_joint(*plant.model, c, j.joint);
     const JointGains g = all_gains.emplace_back(j.gains.for_mass(felt[at.q]));
-    if (g.stiffness > 0) s.joints.push_back({at.port, g.stiffness, *j.target, j.periodic});
+    if (g.stiffness > 0) s.joints.push_back({at.port, g.stiffness, s.rest[at.q], j.periodic});
     if (g.damping > 0) s.damping.push_back({at.port, {g.damping}});
     s.actuators.push_back(at.port);
     limits.emplace_back(energy_shaping::port_offsets(plant.model->description(), {at.port})[0],
@@ -95,8 +95,6 @@ void read_potential(const Table& t, Controller& c) {
     j.periodic = own.boolean("periodic");
     if (own.has("target")) j.target = own.number("target");
     if (own.has("limit")) j.limit = own.positive("limit");
-    if (j.gains.stiffness > 0 || j.gains.bandwidth > 0)
-      own.require("target", "a number, because there is a stiffness");
     w.joints.push_back(j);
   });
   if (w.joints.empty())
