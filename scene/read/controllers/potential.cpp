@@ -154,7 +154,7 @@ ControllerType potential_controller() {
       {{"controller.potential.joint", "[controller.joints]",
         "The spring and the damper that an actuated joint makes.",
         joined(
-            {number("target", "rad (m)", "the start", "required with a stiffness"),
+            {number("target", "rad (m)", "the start", ""),
              number("stiffness", "N m/rad (N/m)", "0", ""),
              number("damping", "N m s/rad (N s/m)", "0", ""),
              yes_or_no("periodic", "false", "stiffness · (1 - cos(q - target)): does not unwind"),
