@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "ensemble/batch.h"
 #include "ensemble/lane_team.h"
@@ -106,7 +107,7 @@ void Environment::begin(int environment) {
   ++episodes_[i];
   lengths_[i] = 0;
   if (o_.begin) {
-    Stream random(seeds_[i], i, std::uint64_t(episodes_[i]));
+    Stream random(seeds_[i], streams_[i], std::uint64_t(episodes_[i]));
     o_.begin(random, x);
     require_size("state an episode begins from", x.size(), start_.size());
     for (const double value : x)
@@ -132,6 +133,8 @@ void Environment::observe(int environment, std::span<double> to) {
 void Environment::reset(std::optional<std::uint64_t> seed) {
   if (seed) {
     seeds_.assign(size_t(o_.count), *seed);
+    streams_.resize(size_t(o_.count));
+    std::iota(streams_.begin(), streams_.end(), 0);
     std::fill(episodes_.begin(), episodes_.end(), -1);
   }
   const auto width = size_t(observation_size());
@@ -148,6 +151,7 @@ void Environment::reset(std::optional<std::uint64_t> seed) {
 void Environment::reset(std::span<const std::uint64_t> seeds) {
   require_size("seeds of an environment", seeds.size(), size_t(o_.count));
   seeds_.assign(seeds.begin(), seeds.end());
+  streams_.assign(seeds.size(), 0);  // as one environment alone
   std::fill(episodes_.begin(), episodes_.end(), -1);
   reset();
 }

@@ -67,7 +67,7 @@ class Environment {
 
   /// Starts the first episode of a seed in every environment; without a seed, the next episode.
   void reset(std::optional<std::uint64_t> seed = {});
-  /// The same with a seed for each. @throws InvalidArgument for another number than count()
+  /// The same with a seed for each, which then begins as it would alone. @throws InvalidArgument for another number than count()
   void reset(std::span<const std::uint64_t> seeds);
   /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number
   ///   that is not finite
@@ -103,7 +103,7 @@ class Environment {
   std::vector<double> start_;
   EnvironmentOptions o_;
   std::vector<int> driven_, observed_;
-  std::vector<std::uint64_t> seeds_;            ///< of each
+  std::vector<std::uint64_t> seeds_, streams_;  ///< of each
   std::unique_ptr<phs::System<double>> plant_;  ///< for observations
   integrators::TurnKeeper<double> keeper_;      ///< of its turns
   std::vector<double> e_, y_;

@@ -30,6 +30,8 @@ class PythonMethod final : public BasicIntegrator<T> {
   ~PythonMethod() override { field_->of = nullptr; }
 
   Outcome advance(T t, T h, typename Base::State& s) override {
+    if constexpr (std::is_same_v<T, double>)
+      if (!tried_) refuse_state(t, h, s);
     {
       const py::gil_scoped_acquire gil;
       from_python<T>(py::handle(step_.get())(py::handle(called_.get()), to_python(t),
@@ -43,6 +45,25 @@ class PythonMethod final : public BasicIntegrator<T> {
   }
 
  private:
+  /// A change goes to 0 with h; what goes to x is the new state in its place.
+  void refuse_state(double t, double h, typename Base::State& s) {
+    tried_ = true;
+    const py::gil_scoped_acquire gil;
+    from_python<double>(
+        py::handle(step_.get())(py::handle(called_.get()), to_python(t),
+                                to_python(std::span<const double>(s.x)), to_python(1e-9 * h)),
+        move_, who_);
+    double size = 0, off = 0;
+    for (size_t i = 0; i < this->n_; ++i) {
+      size = std::fmax(size, std::fabs(s.x[i]));
+      off = std::fmax(off, std::fabs(move_[i] - s.x[i]));
+    }
+    if (size > 0 && off <= 1e-6 * size)
+      throw InvalidArgument(who_ +
+                            " gives the new state x(t + h), expected the change x(t + h) - "
+                            "x(t)");
+  }
+
   /// Python code may keep it longer than its method lives.
   struct Field {
     PythonMethod* of;
@@ -63,6 +84,7 @@ class PythonMethod final : public BasicIntegrator<T> {
   std::string who_;
   std::shared_ptr<Field> field_;
   std::vector<T> move_;
+  bool tried_ = false;  ///< whether it was looked at what it gives
 };
 
 Claim claim(bool holds) { return holds ? Claim::holds : Claim::unknown; }

@@ -33,7 +33,7 @@ JulianDate date_of(const std::string& utc) {
   double second;
   if (std::sscanf(utc.c_str(), "%d-%d-%dT%d:%d:%lf%n", &year, &month, &d, &hour, &minute, &second,
                   &used) != 6 ||
-      size_t(used) != utc.size())
+      (size_t(used) != utc.size() && utc.substr(size_t(used)) != "Z"))
     refuse_date(utc, "which is no date");
   double u1, u2, a1, a2;
   JulianDate tt;

@@ -87,6 +87,11 @@ def test_a_seed_for_each_environment(pendulum):
     first, second = e.reset(seed=[1, 2, 3])[0].copy(), e.reset(seed=[1, 2, 4])[0].copy()
     assert np.array_equal(first[:2], second[:2]) and not np.array_equal(first[2], second[2])
     assert np.array_equal(e.reset(seed=(1, 2, 3))[0], first)
+    alone = one(pendulum, begin=lambda uniform, x: x + uniform(len(x)))  # each begins as it would alone, now and in the next episode
+    for k, seed in enumerate((1, 2, 3)):
+        assert np.array_equal(alone.reset(seed=seed)[0], first[k])
+    second = e.reset()[0]
+    assert np.array_equal(alone.reset()[0], second[2]) and not np.array_equal(second[2], first[2])
     with pytest.raises(ph.InvalidArgument, match="seeds of an environment"):
         e.reset(seed=[1, 2])
 

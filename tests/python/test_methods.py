@@ -75,6 +75,11 @@ def test_faults_of_a_method(source, tmp_path):
     with pytest.raises(ZeroDivisionError):
         run(lambda field, t, x, h: 1 / 0)
     assert "expected a smaller step" in str(run(lambda field, t, x, h: np.nan * x))
+    with pytest.raises(ph.InvalidArgument, match=r"gives the new state x\(t \+ h\), expected the change"):
+        run(lambda field, t, x, h: x + h * field(t, x))
+    for name in ("auto", "", "my method"):
+        with pytest.raises(ph.InvalidArgument, match="expected"):
+            ph.add_method(name, rk4, order=4)
     with pytest.raises(ph.InvalidArgument, match="'rk4' is a method of Porthos"):
         ph.add_method("rk4", rk4, order=4)
     with pytest.raises(ph.InvalidArgument, match="the order of 'zero' is 0"):
