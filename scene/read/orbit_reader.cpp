@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "scene/read/orbit.h"
@@ -13,16 +14,22 @@ namespace {
 /// harmonics = "earth", "none" or [J2, J3, J4, J5, J6].
 void harmonics(const Table& t, space::Planet& p) {
   if (!t.has("harmonics")) return;
-  try {
+  if (t.is_array("harmonics")) {
     p.J = t.numbers<5>("harmonics", " J2 to J6, or \"earth\" or \"none\"");
-  } catch (const InvalidArgument&) {
-    const std::string word = t.text("harmonics", "\"earth\", \"none\" or five numbers J2 to J6");
-    if (word == "earth")
-      p.J = space::earth_zonals();
-    else if (word != "none")
+    const double earth = space::Planet().mu;
+    if (p.J[0] < 0 && std::fabs(p.mu - earth) < 0.01 * earth)
       t.fail("harmonics",
-             fmt::format("is \"{}\", expected \"earth\", \"none\" or five numbers J2 to J6", word));
+             fmt::format("begins with J2 = {:g}, an Earth longer than wide, expected 1.0826e-3: of "
+                         "normalised coefficients J2 is -sqrt(5) C20, here {:.6g}",
+                         p.J[0], -std::sqrt(5.0) * p.J[0]));
+    return;
   }
+  const std::string word = t.text("harmonics", "\"earth\", \"none\" or five numbers J2 to J6");
+  if (word == "earth")
+    p.J = space::earth_zonals();
+  else if (word != "none")
+    t.fail("harmonics",
+           fmt::format("is \"{}\", expected \"earth\", \"none\" or five numbers J2 to J6", word));
 }
 
 void planet(const Table& t, space::Planet& p) {

@@ -54,6 +54,9 @@ TEST(OrbitScene, RefusesInOneSentenceEach) {
   EXPECT_TRUE(says(f.refusal(low + std::string("sunlight = { area_coefficient = 9.0 }\n")),
                    "without a sun"));
   EXPECT_TRUE(says(f.refusal("[planet]\nharmonics = 'earth'\n"), "without an [orbit]"));
+  EXPECT_TRUE(
+      says(f.refusal("[planet]\nharmonics = [-4.84165e-4, 0, 0, 0, 0]\n" + std::string(low)),
+           "of normalised coefficients J2 is -sqrt(5) C20, here 0.00108263"));
   EXPECT_TRUE(says(f.refusal("[planet]\nharmonics = 'moon'\n" + std::string(low)),
                    "\"earth\", \"none\" or five numbers"));
   EXPECT_TRUE(says(f.refusal("[orbit]\ninclination = 0.3\n"),
