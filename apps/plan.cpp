@@ -1,6 +1,6 @@
 #include "apps/plan.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace porthos::apps {
 
@@ -20,8 +20,11 @@ std::string plan_text(const scene::PlanReport& r, const std::string& title,
   if (p.status != planning::Plan::Status::optimal)
     return text + fmt::format(
                       "results     {}/: plan.json, motion.csv, costates.csv\n"
-                      "no plan     {}\n",
-                      out, to_string(p.status));
+                      "no plan     {}{}{}\n"
+                      "            another duration, wider limits, a guess of the torques "
+                      "(docs/planning.md) may help\n",
+                      out, to_string(p.status), r.obstacles.empty() ? "" : ": ",
+                      fmt::join(r.obstacles, "; "));
   return text + fmt::format(
                     "replay      ends within {:.1e} of the plan: porthos verify {}\n"
                     "results     {}/: plan.json, motion.csv, costates.csv, replay.toml\n",

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/files/files.h"
+#include "scene/plan/obstacles.h"
 #include "scene/plan/replay_scene.h"
 
 namespace porthos::scene {
@@ -92,6 +93,7 @@ Json plan_json(const PlanReport& r, const PlanProblem& made) {
           {"inputs", r.inputs},
           {"input_values", made.problem.inputs == planning::Inputs::held ? "held" : "polynomial"},
           {"goals", goals},
+          {"obstacles", r.obstacles},
           {"replay_distance", std::isfinite(r.replay) ? Json(r.replay) : Json()},
           {"history", history}};
 }
@@ -146,6 +148,7 @@ PlanReport plan(const Scene& scene, const Assembly& assembly, const std::string&
   } else {  // no replay of an earlier plan stays
     std::error_code ignored;
     std::filesystem::remove(folder / "replay.toml", ignored);
+    r.obstacles = obstacles(made, r.plan.motion);
   }
   write_file(folder / "plan.json", plan_json(r, made).dump(2) + "\n");
   return r;

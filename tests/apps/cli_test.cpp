@@ -240,7 +240,8 @@ TEST_F(Cli, PlansAndReplays) {
                                "[plan.joints]\nhinge = { position = 2.0 }\n");
   a = porthos("plan swing/plan.toml --step 0.05 --out planned");
   EXPECT_EQ(a.code, 3) << a.err;
-  EXPECT_TRUE(contains(a.out, "no plan     too many iterations")) << a.out;
+  EXPECT_TRUE(contains(a.out, "no plan     too many iterations: goal 'hinge")) << a.out;
+  EXPECT_TRUE(contains(a.out, "is missed by ")) << a.out;
   EXPECT_FALSE(fs::exists(folder_ / "planned/replay.toml"));
 }
 
