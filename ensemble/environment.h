@@ -67,7 +67,8 @@ class Environment {
 
   /// Starts the first episode of a seed in every environment; without a seed, the next episode.
   void reset(std::optional<std::uint64_t> seed = {});
-  /// The same with a seed for each, which then begins as it would alone. @throws InvalidArgument for another number than count()
+  /// The same with a seed for each, which then begins as it would alone. @throws InvalidArgument
+  /// for another number than count()
   void reset(std::span<const std::uint64_t> seeds);
   /// @param actions  count × action_size(). @throws InvalidArgument for another size or a number
   ///   that is not finite

@@ -149,6 +149,25 @@ void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
         name, worst.value, worst.limit));
 }
 
+void ask_about_degrees(RunReport& r, double largest_angle) {
+  if (largest_angle > 4 * M_PI)
+    r.notes.push_back(
+        fmt::format("joints turn to {:.4g} rad, more than two turns: are angles and rates in "
+                    "degrees? expected radians",
+                    largest_angle));
+}
+
+/// What stands in the file but is not used, and what was not stated.
+void note_what_is_left(RunReport& r, const JudgeOptions& o, const TrajectoryTable& table,
+                       const TrajectoryMap& map, const Scene& scene) {
+  if (const auto unused = table.unused(); !unused.empty())
+    r.notes.push_back(
+        fmt::format("columns of {} that were not used: {}", o.file, fmt::join(unused, ", ")));
+  const auto& g = scene.urdf.gravity;
+  if (dot(g, g) == 0 && !has_base(table, map))
+    r.notes.push_back("judged without gravity: [environment] of the map states it");
+}
+
 }  // namespace
 
 RunReport judge_file(const JudgeOptions& o) {
@@ -213,21 +232,12 @@ RunReport judge_file(const JudgeOptions& o) {
   r.steps = r.cost.steps = std::int64_t(t.size()) - 1;
   ledger.fill(r, meter);
   add_notes(r, o.file, t.size(), powers);
-  if (const auto unused = table.unused(); !unused.empty())
-    r.notes.push_back(
-        fmt::format("columns of {} that were not used: {}", o.file, fmt::join(unused, ", ")));
-  const auto& g = scene.urdf.gravity;
-  if (dot(g, g) == 0 && !has_base(table, map))
-    r.notes.push_back("judged without gravity: [environment] of the map states it");
+  note_what_is_left(r, o, table, map, scene);
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);
   check_rates(r, trajectory.agreements(t));
-  if (const double angle = trajectory.largest_angle(); !r.passed() && angle > 4 * M_PI)
-    r.notes.push_back(
-        fmt::format("joints turn to {:.4g} rad, more than two turns: are angles and rates in "
-                    "degrees? expected radians",
-                    angle));
+  if (!r.passed()) ask_about_degrees(r, trajectory.largest_angle());
   if (centre_out) {
     course.check(r, scene);
     a.centre.reset();  // the records are in the world frame

@@ -36,8 +36,8 @@ struct Start {
 /// @throws InvalidArgument with file and line: the mechanism has no such parts, or lacks states
 Start taken_apart(const StartFrom& from, const mechanics::MechanismBuilder& parts);
 
-/// What is told of a start that is a record. own: its kinetic energy by this model, with and without
-/// the motion of the centre of mass [J]; in_orbit: the scene states an orbit.
+/// What is told of a start that is a record. own: its kinetic energy by this model, with and
+/// without the motion of the centre of mass [J]; in_orbit: the scene states an orbit.
 std::string note_of(const StartFrom& from, const std::array<double, 2>& own, bool in_orbit);
 
 }  // namespace porthos::scene
