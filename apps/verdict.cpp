@@ -27,7 +27,7 @@ std::string checks_text(const RunReport& r) {
 }
 
 std::string growth_text(const scene::EnergyReport& e) {
-  if (!std::isfinite(e.growth_exponent)) return "too few records to tell how the error grows";
+  if (!std::isfinite(e.growth_exponent)) return "too short to tell how the error grows";
   const double floor = std::numeric_limits<double>::epsilon();
   const char* drift = !e.drift_is_significant       ? "not significant"
                       : e.max_rel_error > 2 * floor ? "significant"

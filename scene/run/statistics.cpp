@@ -38,7 +38,7 @@ double ErrorStatistics::rms() const { return count_ > 0 ? std::sqrt(sum_of_squar
 
 double ErrorStatistics::growth_exponent() const {
   // Slope of y = ½ log S_j over x = j log 2.
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, net = 0, gross = 0;
   for (size_t j = 0; j < levels_.size(); ++j) {
     const Level& level = levels_[j];
     if (level.count < enough || !(level.sum_of_squares > 0)) continue;
@@ -49,9 +49,13 @@ double ErrorStatistics::growth_exponent() const {
     sy += y;
     sxx += x * x;
     sxy += x * y;
+    net = std::fabs(level.last - start_);
+    gross = std::sqrt(level.count * level.sum_of_squares);
   }
-  if (n < double(fewest_levels)) return std::numeric_limits<double>::quiet_NaN();
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  // A few swings of a bounded error look like a drift while they rise, but come back.
+  const bool swings = slope > 0.75 && net < 0.5 * gross;
+  return n < double(fewest_levels) || swings ? std::numeric_limits<double>::quiet_NaN() : slope;
 }
 
 bool ErrorStatistics::drift_is_significant() const {

@@ -23,7 +23,8 @@ class ErrorStatistics {
   double change() const { return end_ - start_; }  ///< last - first
 
   /// Least-squares slope of log sqrt(S_j) against log 2^j over the levels of at least 8 increments;
-  /// NaN for fewer than 3 such levels.
+  /// NaN for fewer than 3 such levels, and for a slope above 0.75 of an error that comes back: less
+  /// than half of its increments of the last level, had they one sign, are left at the end.
   double growth_exponent() const;
 
   /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, with s_j their

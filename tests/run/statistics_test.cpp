@@ -68,6 +68,15 @@ TEST(Statistics, AnOscillationIsNoDrift) {
   EXPECT_FALSE(many.drift_is_significant());
   EXPECT_FALSE(part.drift_is_significant());
   EXPECT_LT(many.growth_exponent(), 0.4);
+  // Two periods in a thousand records rise like a drift on every level that counts.
+  ErrorStatistics two, drifting;
+  for (int i = 0; i <= 1000; ++i) {
+    const double swing = std::sin(4 * M_PI * i / 1000);
+    two.add(1e-9 * swing);
+    drifting.add(1e-9 * (swing + 0.02 * i));
+  }
+  EXPECT_TRUE(std::isnan(two.growth_exponent()));
+  EXPECT_GT(drifting.growth_exponent(), 0.9);  // control: the same with a drift
 }
 
 TEST(Statistics, FewRecordsHaveNoExponentAndNoDrift) {

@@ -42,7 +42,7 @@ export function growthWords(e, steps, series) {
   const g = e.growth_exponent, unit = 2 ** -52, rounding = e.max_rel_error <= 4 * unit * Math.sqrt(Math.max(1, steps));
   if (!(e.max_rel_error < Infinity)) return "is not a finite number";
   if (e.max_rel_error < unit) return "is below one rounding of a double";
-  if (g === null) return "has too few records to tell how it grows";
+  if (g === null) return "was seen too briefly to tell how it grows";
   const jump = rounding ? null : jumpTime(series), exponent = ` (exponent ${g.toFixed(2)})`;
   if (jump !== null) return `jumps at about ${duration(jump)}: the motion is not resolved there`;
   if (g >= 0.75) return `drifts, like t${exponent}${e.drift_is_significant ? "" : ", by an amount that is not significant"}`;
