@@ -40,6 +40,9 @@ void bind_elastic(py::module_& m) {
           "What sigma is; empty: the energy does not depend on it.")
       .def_property_readonly("sigma_unit", [](const Elastic& e) { return e.traits().sigma_unit; })
       .def_property_readonly("limits", [](const Elastic& e) { return e.traits().limits; })
+      .def_property_readonly(
+          "remark", [](const Elastic& e) { return e.traits().remark; },
+          "What costs its users accuracy, as a stiffness that jumps; empty: nothing known.")
       .def(
           "energy",
           [](const Elastic& e, double q, double theta, double sigma) {

@@ -112,9 +112,8 @@ void check_signs(const Measurements& m) {
     if (last < first)
       refuse_table(fmt::format(
           "at sigma = {} torque falls from {} to {} N m between deflections {} and {} rad, "
-          "expected "
-          "the torque that holds the deflection, which rises: is it the other sign, that of the "
-          "spring on the link, or is the deflection theta - q in place of q - theta?",
+          "expected the torque that holds the deflection, which rises: is it the other sign, that "
+          "of the spring on the link, or is the deflection theta - q in place of q - theta?",
           m.sigma[j], first, last, m.deflection.front(), m.deflection.back()));
   }
 }
