@@ -35,7 +35,10 @@ struct Source {
 class PhaseFile {
  public:
   explicit PhaseFile(const fs::path& run) : file_(run) {
-    if (file_.datasets().count("turns")) turns_ = lines_of(file_.texts("turns")["columns"]);
+    if (!file_.datasets().count("turns")) return;
+    turns_ = lines_of(file_.texts("turns")["columns"]);
+    const std::vector<std::int64_t> shape{records(), std::int64_t(turns_.size())};
+    if (file_.dataset("turns").shape != shape) turns_.clear();  // a damaged file: as recorded
   }
   std::int64_t records() const { return file_.dataset("time").size(); }
 
@@ -57,7 +60,9 @@ class PhaseFile {
   }
 
   void read(std::int64_t first, std::int64_t rows, const std::vector<Number>& numbers) {
-    for (const Number& n : numbers) read(n.series, first, rows);
+    for (size_t i = 0; i < numbers.size(); ++i)
+      if (i == 0 || numbers[i].series != numbers[i - 1].series)
+        read(numbers[i].series, first, rows);
     if (!turns_.empty()) read("turns", first, rows);
   }
   /// In row `row` of those read last; nan: this phase has no such series.
@@ -94,7 +99,7 @@ class PhaseFile {
     return all;
   }
   void read(const std::string& series, std::int64_t first, std::int64_t rows) {
-    if (!file_.datasets().count(series)) return;
+    if (!file_.datasets().count(series) || !(series == "turns" || is_shown(series))) return;
     const auto& d = file_.dataset(series);
     Source& s = sources_[series];
     s.columns = d.shape.size() > 1 ? d.shape[1] : 1;
