@@ -11,6 +11,7 @@
 #include "scene/read/joined.h"
 #include "scene/run/checkpoint.h"
 #include "scene/run/watched_run.h"
+#include "scene/session/export.h"
 #include "scene/session/replot.h"
 #include "scene/session/report_reader.h"
 #include "tests/fuzz/base.h"
@@ -201,6 +202,7 @@ void read_run_file(const std::string& bytes) {
   base().restore_finished();
   write_bytes(base().finished() / "run.h5", bytes);
   (void)report::report_json(base().finished());
+  scene::export_csv(base().finished(), base() / "run.csv");
   scene::replot(base().finished());
 }
 Seeds run_file_seeds() { return {base().kept("finished/run.h5")}; }
