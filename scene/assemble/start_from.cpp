@@ -121,7 +121,7 @@ std::string note_of(const StartFrom& from, const std::array<double, 2>& own, boo
   };
   if (from.kinetic && std::ranges::all_of(own, other))
     note += fmt::format(
-        ". ITS RATES JUMP: its kinetic energy was {:.6g} J and is {:.6g} J by the masses of this "
+        ". Its rates jump: its kinetic energy was {:.6g} J and is {:.6g} J by the masses of this "
         "scene, as momenta are continued; expected the model, mass_factor and inertia of that run",
         *from.kinetic, own[0]);
   return note;

@@ -1,4 +1,4 @@
-// Missions in legs in orbit: the sky goes on from one run to the next.
+// Missions in legs: in orbit the sky goes on from one run to the next, and masses have to.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "scene/session/run.h"
 #include "tests/run/scenes.h"
 
-namespace porthos::test::orbit_legs_test {
+namespace porthos::test::legs_test {
 namespace {
 
 /// A floating arm under Sun, Moon and a tilted dipole that turns with the planet.
@@ -58,5 +58,26 @@ TEST(OrbitLegs, TheSkyGoesOn) {
   }
 }
 
+/// Momenta are continued: with other masses rates jump, which must not go unsaid.
+TEST(Legs, OtherMassesThanTheRecordsAreTold) {
+  TemporaryFolder folder;
+  write_bytes(folder / "arm.urdf", arm_urdf(""));
+  const auto leg = [&](const std::string& model, const std::string& initial) {
+    write_bytes(folder / "scene.toml",
+                "[model]\nurdf = 'arm.urdf'\nbase = 'free'\n" + model + "[initial]\n" + initial +
+                    "[integrator]\nmethod = 'gauss8'\nstep = 0.01\n[run]\nduration = 1\n");
+    return scene::read_scene((folder / "scene.toml").string());
+  };
+  const std::string heavy = "mass_factor.lower = 5\n",
+                    moving = "base.linear_velocity = [0.1, 0, 0]\njoints.elbow.velocity = 2\n";
+  const auto first = leg(heavy, moving);
+  scene::run(first, scene::assemble(first), into(folder / "first"));
+  const auto note = [&](const std::string& model) {
+    return scene::assemble(leg(model, "from = 'first'\n")).notes.back().text;
+  };
+  EXPECT_TRUE(says(note(""), "Its rates jump: its kinetic energy was "));
+  EXPECT_FALSE(says(note(heavy), "rates jump")) << "control: the model of that run";
+}
+
 }  // namespace
-}  // namespace porthos::test::orbit_legs_test
+}  // namespace porthos::test::legs_test
