@@ -148,15 +148,16 @@ class Result(Judged):
             raise InvalidArgument("the flat states are kept by runs in memory only, expected the series of state/ and momentum/")
         return self._states
 
-    def motion(self, most: int = 3000) -> dict[str, dict[str, np.ndarray]]:
+    def motion(self, most: int = 3000, since: "Result | None" = None) -> dict[str, dict[str, np.ndarray]]:
         """How the mechanism moved, at no more than `most` records: {"joints [rad]": {"elbow": ...}, ..., "time [s]": {"t": ...}}.
 
         The scene's outputs; positions and rates of joints; rotation from the start, rates, path and velocity of free bodies;
         deflection, stiffness setting, stiffness and torque of actuators, as motion.svg has them. Phases follow each other: nan
-        where a phase has no such line. Raises InvalidArgument for a system without a mechanism.
+        where a phase has no such line. since: the phase from whose start rotations and paths count, in place of this one's own.
+        Raises InvalidArgument for a system without a mechanism.
         """
         if len(phases := self.phases) > 1:
-            return _one_after_another([p.motion(max(most // len(phases), 2)) for p in phases])
+            return _one_after_another([p.motion(max(most // len(phases), 2), phases[0]) for p in phases])
         if self.mechanism is None:
             self.mechanism, self.springs = _moved_in(self.folder)
         if self.mechanism is None:
@@ -166,11 +167,20 @@ class Result(Judged):
         turns = [c.name for c in self.mechanism.coordinates if c.q.stop - c.q.start == 1 and c.unit == "rad"]
         if self.file is not None and "turns" in self.file.names:
             turns = self.file.attributes("turns")["columns"].split("\n")
-        rows = lambda name: np.asarray(self[name])[at].astype(float).ravel().tolist() if name in self.names else []
+
+        def rows(name: str) -> list[float]:
+            """A row of the start, then those that are shown."""
+            if name not in self.names:
+                return []
+            own, start = np.asarray(self[name]), self
+            if since is not None and name in since.names and np.shape(since[name])[1:] == own.shape[1:]:
+                start = since
+            return np.concatenate([np.asarray(start[name])[:1], own[at]]).astype(float).ravel().tolist()
+
         panels: dict[str, dict[str, np.ndarray]] = {}
         outputs = [(n.removeprefix("output/"), self.unit(n)) for n in self.names if n.startswith("output/")]
-        for what, lines in motion_panels(self.mechanism, t[at].tolist(), turns, rows, outputs, self.springs):
-            panels.setdefault(what, {}).update(lines)
+        for what, lines in motion_panels(self.mechanism, [t[0], *t[at]], turns, rows, outputs, self.springs):
+            panels.setdefault(what, {}).update({name: line[1:] for name, line in lines.items()})
         return {**panels, "time [s]": {"t": t[at]}}
 
     def _repr_html_(self) -> str:

@@ -132,6 +132,8 @@ def test_a_scene_with_events_has_phases(source, tmp_path):
     t = motion["time [s]"]["t"]
     assert t[0] == 0 and t[-1] == r.summary["simulated_s"] and (np.diff(t) >= 0).all()
     what = next(w for w in first if w.startswith("path of target"))
+    path, at = motion["path of base [m]"]["x"], np.searchsorted(t, r.phases[0].time[-1])
+    assert np.abs(np.diff(path)[at - 1 : at + 3]).max() < 0.05 * np.abs(path).max()  # paths and rotations count from the first start
     gone = np.isnan(next(iter(motion[what].values())))
     assert not gone[0] and gone[-1]
     ph.plot(r, tmp_path / "joints.png", what="joints")
