@@ -48,17 +48,19 @@ class PythonMethod final : public BasicIntegrator<T> {
   /// A change goes to 0 with h; what goes to x is the new state in its place.
   void refuse_state(double t, double h, typename Base::State& s) {
     tried_ = true;
+    const Cost before = this->cost_;
     const py::gil_scoped_acquire gil;
     from_python<double>(
         py::handle(step_.get())(py::handle(called_.get()), to_python(t),
                                 to_python(std::span<const double>(s.x)), to_python(1e-9 * h)),
         move_, who_);
-    double size = 0, off = 0;
-    for (size_t i = 0; i < this->n_; ++i) {
-      size = std::fmax(size, std::fabs(s.x[i]));
-      off = std::fmax(off, std::fabs(move_[i] - s.x[i]));
-    }
-    if (size > 0 && off <= 1e-6 * size)
+    this->cost_ = before;
+    double size = 0;
+    for (const double x : s.x) size = std::fmax(size, std::fabs(x));
+    bool is_state = size > 0;
+    for (size_t i = 0; i < this->n_; ++i)
+      is_state = is_state && std::fabs(move_[i] - s.x[i]) <= 1e-6 * size;  // false of NaN
+    if (is_state)
       throw InvalidArgument(who_ +
                             " gives the new state x(t + h), expected the change x(t + h) - "
                             "x(t)");
