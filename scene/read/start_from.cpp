@@ -94,7 +94,9 @@ void read_record(const fs::path& path, const double* at, StartFrom& from) {
     for (size_t i = 0; i < std::min(names.size(), turns.size()); ++i)
       from.turns[names[i]] = std::llround(turns[i]);
   }
-  if (file.datasets().count("stored/kinetic")) from.kinetic = row_of(file, "stored/kinetic", k)[0];
+  for (const char* part : {"stored/kinetic", "stored/base.kinetic", "stored/links.kinetic"})
+    if (file.datasets().count(part))
+      from.kinetic = from.kinetic.value_or(0) + row_of(file, part, k)[0];
   if (!file.datasets().count("joined")) return;
   from.joined = joined_of(file.text("joined"));
   for (const auto& [block, v] : from.joined.locked) {
