@@ -157,7 +157,31 @@ void Lqr::design(const std::vector<int>& at, const LqrWeights& weights) {
     fastest_ = std::fmin(fastest_, 1 / std::abs(z));
     slowest_ = std::fmax(slowest_, -1 / z.real());
   }
+  report_gains();
   certify_modes(certificate_, modes, 1e-9, "real part, of the linearised loop [1/s]");
+}
+
+/// The law by joints: p = M(q*) q' near the rest point.
+void Lqr::report_gains() {
+  const auto& m = plant_->mechanism();
+  const size_t n = rest_.size() / 2;
+  mechanics::Workspace<double> w(m);
+  std::vector<double> M(n * n);
+  mechanics::crba<double>(m, w, std::span<const double>(rest_).first(n), M);
+  for (size_t row = 0; row < actuators_.size(); ++row) {
+    std::vector<double> gains(2 * n, 0.0);
+    std::string angles, rates;
+    for (const auto& c : m.coordinates()) {
+      const auto k = size_t(c.v);
+      gains[k] = K_(int(row), int(k));
+      for (size_t j = 0; j < n; ++j) gains[n + k] += K_(int(row), int(n + j)) * M[k * n + j];
+      angles += fmt::format("{} {:.6g}, ", c.joint, gains[k]);
+      rates += fmt::format("{}' {:.6g}, ", c.joint, gains[n + k]);
+    }
+    rates.resize(rates.size() - 2);
+    certificate_.report("gains of " + actuators_[row], std::fabs(u_[row]),
+                        "|u*|; K of u = u* - K (q - q*, q'): " + angles + rates, gains);
+  }
 }
 
 double Lqr::error(std::span<const double> x, size_t k) const {

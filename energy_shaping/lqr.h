@@ -56,6 +56,7 @@ class Lqr {
   struct Shell;
   void balance(const std::vector<int>& at);
   void design(const std::vector<int>& at, const LqrWeights& weights);
+  void report_gains();
   /// Number k of x - x*. x: (q, p)
   double error(std::span<const double> x, size_t k) const;
 
