@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -38,6 +40,26 @@ class TwoJoints {
     mechanics::crba<double>(m_, w_, at(other, driven), mass);
     return mass[2 * j + i];
   }
+  /// The torque amplitude of gravity at joint o, negative where q* hangs.
+  /// @throws InvalidArgument naming the likely cause, for a rest that is not the upright
+  double upright(const char* design) {
+    const double amplitude = 0.5 * (V(0, 0) - V(pi, 0));
+    double scale = 1e-300;
+    for (const double driven : {0.0, pi / 2, pi})
+      scale = std::fmax(scale, std::fabs(V(pi / 2, driven) - V(0, 0)));
+    const std::string other = m_.coordinates()[o].joint, own = m_.coordinates()[d].joint;
+    if (std::fabs(amplitude) <= 1e-9 * scale || amplitude == 0)
+      throw InvalidArgument(fmt::format(
+          "design '{}' does not apply: gravity does not act at '{}', the joint without actuator, "
+          "expected the pendulum there; likely cause: drives = \"{}\", which may be \"{}\"",
+          design, other, own, other));
+    if (amplitude < 0)
+      throw InvalidArgument(fmt::format(
+          "design '{}' does not apply: '{}' hangs at its target, expected the upright; likely "
+          "cause: the target of '{}' is {:.6g} rad, which may be {:.16g}",
+          design, other, other, rest_[o], rest_[o] < pi / 2 ? rest_[o] + pi : rest_[o] - pi));
+    return amplitude;
+  }
   double gravity() const { return mechanics::norm(m_.gravity()); }
 
   size_t d, o;
@@ -67,7 +89,7 @@ DesignMap ordered(const TwoJoints& j, double sign_o = 1, double sign_d = 1) {
 DesignOnModel cart_pole_on(ModelPtr model, const DesignJoints& joints, CartPole c) {
   TwoJoints j(model, joints);
   const double inertia = j.M(j.o, j.o), coupling = j.M(j.o, j.d);
-  c.a = 0.5 * (j.V(0, 0) - j.V(pi, 0)) / inertia;  // q'' = a sin q - b cos q u
+  c.a = j.upright("cart-pole") / inertia;  // q'' = a sin q - b cos q u
   c.b = std::fabs(coupling) / inertia;
   c.q2_rest = 0;
   auto map = ordered(j, coupling < 0 ? -1 : 1);
@@ -99,7 +121,7 @@ DesignOnModel wheel_on(const ModelPtr& model, const DesignJoints& joints, Gains 
   InertiaWheelPendulum w;
   w.I2 = j.M(j.d, j.d);
   w.I1 = j.M(j.o, j.o) - w.I2;
-  w.m3 = 0.5 * (j.V(0, 0) - j.V(pi, 0));
+  w.m3 = j.upright("inertia-wheel pendulum");
   auto map = ordered(j, 1, j.M(j.o, j.d) < 0 ? -1 : 1);
   map.A[1][j.o] = 1;  // the wheel's angle in the world
   map.scale = map.A[1][j.d];

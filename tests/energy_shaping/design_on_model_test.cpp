@@ -214,7 +214,24 @@ TEST(DesignOnModel, RefusesAModelThatIsNotTheDesigns) {
       },
       "has a damping of 0.1, expected 0: the design knows none");
   // Hanging instead of upright: a < 0.
-  says([&] { cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, 0}}, gains); }, "a, b > 0");
+  says(
+      [&] {
+        cart_pole_on(cart_and_pole(1), {"cart_joint.force", {0, 0}}, gains);
+      },
+      "'pole_joint' hangs at its target, expected the upright; likely cause: the target of "
+      "'pole_joint' is 0 rad, which may be 3.14159265358979");
+  says(
+      [&] {
+        inertia_wheel_on(wheel_pendulum(1), {"wheel_joint.torque", {pi, 0}}, {});
+      },
+      "'pendulum_joint' hangs at its target");
+  // The pole driven instead of the cart: a = 0.
+  says(
+      [&] {
+        cart_pole_on(cart_and_pole(1), {"pole_joint.torque", {0, pi}}, gains);
+      },
+      "gravity does not act at 'cart_joint', the joint without actuator, expected the pendulum "
+      "there; likely cause: drives = \"pole_joint\", which may be \"cart_joint\"");
   says([&] { cart_pole_on(test::arm(3), {"joint_0.torque", {0, 0, 0}}, gains); }, "two joints");
   says(
       [] {
