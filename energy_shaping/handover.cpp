@@ -13,12 +13,14 @@ struct Two {
   std::string from, to;
   LevelSet basin;
   double leave;
+  Progress of;
 };
 
 /// One side of a handover. Memory: which law acts, how often they have changed, when first, when
-/// last; the least V so far.
+/// last; the least V so far. The energy of the first law is summed over windows of samples, each as
+/// long as all before it.
 class HandoverGate final : public phs::Gate {
-  enum { acts, changes, first, last, least, count };
+  enum { acts, changes, first, last, least, all, limited, samples, sum, before, sum_before, count };
   static constexpr double the_first = 0, the_second = 1;  // values of m[acts]
 
  public:
@@ -35,6 +37,7 @@ class HandoverGate final : public phs::Gate {
     const double V = two_->basin.V(x), level = two_->basin.level;
     m[least] = std::fmin(m[least], V);
     const bool was_second = m[acts] == the_second;
+    if (!second_ && !was_second && two_->of.at) watch(x, m);
     const bool is_second = was_second ? !(V > two_->leave * level) : V < level;
     if (is_second == was_second) return;
     m[acts] = is_second ? the_second : the_first;
@@ -46,13 +49,13 @@ class HandoverGate final : public phs::Gate {
   /// Until the second law acts, also where it has given back. Told once, by the first law.
   bool waits(std::span<const double> m) const override { return !second_ && m[acts] == the_first; }
   std::string story(std::span<const double> m, double since) const override {
-    const auto& [from, to, basin, leave] = *two_;
+    const auto& [from, to, basin, leave, of] = *two_;
     if (second_) return "";
     if (m[changes] == 0)
       return fmt::format(
           "controller '{}' has not handed over to '{}': its V came down to {:.4g}, "
-          "expected less than {:.4g}: another bandwidth or damping of '{}', {}",
-          from, to, m[least], basin.level, from, higher_level(m[least]));
+          "expected less than {:.4g}{}, {}",
+          from, to, m[least], basin.level, remedy(m), higher_level(m[least]));
     if (m[last] < since * (1 - 1e-12)) return "";
     if (m[changes] == 1)
       return fmt::format("controller '{}' handed over to '{}' at {:.10g} s", from, to, m[first]);
@@ -63,6 +66,22 @@ class HandoverGate final : public phs::Gate {
   }
 
  private:
+  void watch(std::span<const double> x, std::span<double> m) const {
+    const Progress::At now = two_->of.at(x);
+    m[all] += 1;
+    m[limited] += now.limited;
+    m[samples] += 1;
+    m[sum] += now.energy;
+    if (2 * m[samples] < m[all]) return;
+    m[before] = m[samples];
+    m[sum_before] = m[sum];
+    m[samples] = m[sum] = 0;
+  }
+  std::string remedy(std::span<const double> m) const {
+    if (m[all] == 0) return fmt::format(": another bandwidth or damping of '{}'", two_->from);
+    return "; " + two_->of.remedy((m[sum] + m[sum_before]) / (m[samples] + m[before]),
+                                  m[limited] / m[all]);
+  }
   /// Whether a level that this motion would have reached would do.
   std::string higher_level(double reached) const {
     const LevelSet& basin = two_->basin;
@@ -82,7 +101,7 @@ class HandoverGate final : public phs::Gate {
 
 }  // namespace
 
-Handover::Handover(std::string from, std::string to, LevelSet basin, double leave) {
+Handover::Handover(std::string from, std::string to, LevelSet basin, double leave, Progress of) {
   if (!(basin.level > 0) || !std::isfinite(basin.level))
     throw InvalidArgument(
         fmt::format("'{}' hands over to '{}' where its V is below {:g}, expected a level above 0",
@@ -91,8 +110,8 @@ Handover::Handover(std::string from, std::string to, LevelSet basin, double leav
     throw InvalidArgument(
         fmt::format("'{}' takes back from '{}' at {:g} times the level, expected more than 1", from,
                     to, leave));
-  const auto two =
-      std::make_shared<const Two>(Two{std::move(from), std::move(to), std::move(basin), leave});
+  const auto two = std::make_shared<const Two>(
+      Two{std::move(from), std::move(to), std::move(basin), leave, std::move(of)});
   from_ = std::make_shared<const HandoverGate>(two, false);
   to_ = std::make_shared<const HandoverGate>(two, true);
 }

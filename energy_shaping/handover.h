@@ -18,6 +18,18 @@ struct LevelSet {
   static constexpr int most_lost = 20;  ///< of these 100, where a higher level may be used
 };
 
+/// What is told of the first law where it has not handed over.
+struct Progress {
+  struct At {
+    double energy = 0;     ///< [J]
+    bool limited = false;  ///< the law is at its limit
+  };
+  std::function<At(std::span<const double> x)> at;  ///< thread-safe
+  /// The cause and the remedy, as the end of a sentence. settled: mean of the energy over the last
+  /// half of the samples or more; limited: share of all samples
+  std::function<std::string(double settled, double limited)> remedy;
+};
+
 /// One sampled law hands over to another when the state comes into the basin of the second, V <
 /// level, and takes back when it has left it by a factor, V > leave · level: a hysteresis, so that
 /// the two do not alternate at the border. Between two sampling instants nothing changes. Both
@@ -25,8 +37,9 @@ struct LevelSet {
 class Handover {
  public:
   /// @param leave  more than 1
+  /// @param of     the first law; empty: nothing is told of it
   /// @throws InvalidArgument for a level or a factor out of range
-  Handover(std::string from, std::string to, LevelSet basin, double leave);
+  Handover(std::string from, std::string to, LevelSet basin, double leave, Progress of = {});
 
   const phs::GatePtr& from() const { return from_; }  ///< open while the first law acts
   const phs::GatePtr& to() const { return to_; }      ///< open while the second one does

@@ -4,95 +4,24 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 #include <random>
 
 #include "energy_shaping/closed_loop.h"
-#include "mechanics/aba.h"
+#include "energy_shaping/detail/swing_law.h"
 #include "phs/system/random_state.h"
 
 namespace porthos::energy_shaping {
 namespace {
-
-using SwingData = std::shared_ptr<const JointSwingUp::Data>;
-
-/// What the law needs of the plant at a state.
-template <class T>
-class SwingPlant {
- public:
-  explicit SwingPlant(const SwingData& data)
-      : data_(data),
-        m_(data->plant->mechanism()),
-        w_(m_),
-        system_(data->plant->template instantiate<T>()),
-        tau_(size_t(m_.nv())),
-        free_(tau_.size()),
-        pushed_(tau_.size()) {}
-
-  void look(std::span<const T> x) {
-    const size_t n = tau_.size(), joint = data_->joint;
-    const auto q = x.first(n);
-    mechanics::rates_from_momenta<T>(m_, w_, q, x.subspan(n, n));
-    const std::vector<T>& v = v_ = w_.rate;  // aba() overwrites the workspace
-    rate = v[joint];
-    energy = system_->hamiltonian(x);
-    std::fill(tau_.begin(), tau_.end(), T(0.0));
-    friction = T(0.0);
-    for (const auto& j : m_.joint_properties()) {
-      const auto k = size_t(j.v);
-      tau_[k] = tau_[k] - T(j.stiffness) * (x[size_t(j.q)] - T(j.rest));
-      if (k == joint)
-        friction = friction + T(j.damping) * rate;  // the law cancels it
-      else
-        tau_[k] = tau_[k] - T(j.damping) * v[k];
-    }
-    mechanics::aba<T>(m_, w_, q, v, {tau_, {}}, free_);
-    tau_[joint] = tau_[joint] + T(1.0);
-    mechanics::aba<T>(m_, w_, q, v, {tau_, {}}, pushed_);
-    acceleration = free_[joint];
-    mobility = pushed_[joint] - free_[joint];
-  }
-
-  T rate{}, energy{}, friction{};
-  T acceleration{};  ///< a of the driven joint, without its friction
-  T mobility{};      ///< m = (M⁻¹)_aa
-
- private:
-  SwingData data_;
-  const mechanics::Mechanism& m_;
-  mechanics::Workspace<T> w_;
-  std::unique_ptr<phs::System<T>> system_;
-  std::vector<T> tau_, v_, free_, pushed_;
-};
-
-struct SwingLaw {
-  SwingData data;
-
-  template <class T>
-  auto evaluator() const {
-    return
-        [d = data, plant = SwingPlant<T>(data)](T, std::span<const T> x, std::span<T> u) mutable {
-          const SwingUpGains& k = d->gains;
-          plant.look(x);
-          const T off = plant.energy - T(d->wanted);
-          T value = -T(k.energy) * off * plant.rate;
-          if (k.inertia > 0)
-            value = -(T(k.damping) * plant.rate + T(k.stiffness) * (x[d->joint] - T(d->target)) +
-                      T(k.inertia) * plant.acceleration) /
-                    (T(k.energy) * off + T(k.inertia) * plant.mobility);
-          value = value + plant.friction;
-          if (k.limit < HUGE_VAL) value = phs::max(phs::min(value, T(k.limit)), T(-k.limit));
-          for (T& all : u) all = T(0.0);
-          u[d->joint] = value;
-        };
-  }
-};
 
 void check_gains(const SwingUpGains& g) {
   const auto refuse = [](const char* name, double value, const char* expected) {
     throw InvalidArgument(
         fmt::format("the {} of a swing-up is {:g}, expected {}", name, value, expected));
   };
+  if (!(g.pump >= 0)) refuse("pump", g.pump, "0 or more");
+  if (!(g.margin.value_or(0) >= 0)) refuse("energy margin", *g.margin, "0 J or more");
+  if (g.pump > 0 && (g.energy != 0 || g.inertia != 1))
+    refuse("pump", g.pump, "0 with an energy and an inertia gain, or gains by a bandwidth");
   const bool chosen = g.energy == 0 && g.inertia > 0;
   if (!(g.energy > 0) && !chosen) refuse("energy gain", g.energy, "more than 0");
   if (!(g.limit > 0)) refuse("limit", g.limit, "more than 0");
@@ -102,14 +31,6 @@ void check_gains(const SwingUpGains& g) {
   if (g.inertia == 0 && g.stiffness > 0) refuse("stiffness", g.stiffness, "0 without an inertia");
   if (g.inertia == 0 && g.damping > 0) refuse("damping", g.damping, "0 without an inertia");
   if (g.inertia > 0 && g.damping == 0) refuse("damping", 0, "more than 0 with an inertia");
-}
-
-/// The coordinates that are angles.
-std::vector<bool> angles_of(const phs::Description& d, size_t n) {
-  std::vector<bool> angle(n, false);
-  for (const auto& b : d.blocks)
-    if (b.kind == phs::BlockKind::angle) angle[size_t(b.at)] = true;
-  return angle;
 }
 
 }  // namespace
@@ -127,34 +48,41 @@ JointSwingUp::JointSwingUp(std::shared_ptr<const mechanics::MechanicalModel> pla
                             "' has several");
   require_size("upright", upright.size(), size_t(m.nq()));
   check_gains(gains);
-  *data_ = {plant, size_t(port_offsets(d, {actuator})[0]), 0, gains};
+  data_->plant = plant;
+  data_->joint = size_t(port_offsets(d, {actuator})[0]);
   data_->target = upright[data_->joint];
+  data_->gains = gains;
+  for (const auto& j : m.joint_properties())
+    if (size_t(j.v) != data_->joint) data_->friction += j.damping;
   certificate_ = Certificate("swing-up of '" + d.name + "' by " + actuator);
   upright.resize(2 * upright.size(), 0.0);
   data_->wanted = plant->instantiate<double>()->hamiltonian(upright);
   certificate_.report("wanted energy", data_->wanted, "E* of the upright [J]");
-  if (gains.inertia > 0) check_denominator(upright);
-  check_descent(upright);
-  double friction = 0;
-  for (const auto& j : m.joint_properties())
-    if (size_t(j.v) != data_->joint) friction += j.damping;
-  if (friction > 0)
-    certificate_.report("friction without actuator", friction,
-                        "sum of damping: V can rise by its power where E < E*");
+  look_for_the_lowest(upright);
+  choose_margin(upright);
+  if (gains.pump > 0) {
+    check_pump(upright);
+  } else {
+    if (gains.inertia > 0) check_denominator(upright);
+    check_descent(upright);
+  }
+  if (data_->friction > 0)
+    certificate_.report("friction without actuator", data_->friction,
+                        gains.pump > 0 ? "sum of damping: the pump pays for it"
+                                       : "sum of damping: V can rise by its power where E < E*; "
+                                         "a pump pays for it");
   refuse_failure(certificate_);
 }
 
 /// k_D against the supremum of k_E (E* - V(q))/m(q): random points, the best refined.
 void JointSwingUp::check_denominator(const std::vector<double>& upright) {
   const size_t n = upright.size() / 2;
-  const auto angle = angles_of(data_->plant->description(), n);
   SwingPlant<double> plant(data_);
   const auto needed = [&](const std::vector<double>& x) {
     plant.look(x);
     return (data_->wanted - plant.energy) / plant.mobility;
   };
-  std::mt19937_64 generator(1);
-  std::uniform_real_distribution<double> uniform(-1, 1);
+  SwingPositions positions(*data_, upright);
   auto worst = upright, x = upright;
   double most = needed(worst);
   const auto take = [&] {
@@ -165,8 +93,7 @@ void JointSwingUp::check_denominator(const std::vector<double>& upright) {
     return true;
   };
   for (int i = 0; i < 4000; ++i) {
-    for (size_t k = 0; k < n; ++k)
-      x[k] = upright[k] + uniform(generator) * (angle[k] ? std::numbers::pi : 1);
+    positions.draw(x);
     take();
   }
   for (double size = 0.1; size > 1e-9;) {

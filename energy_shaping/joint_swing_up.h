@@ -1,10 +1,12 @@
 #pragma once
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "energy_shaping/certificate.h"
+#include "energy_shaping/handover.h"
 #include "energy_shaping/port_law.h"
 #include "mechanics/mechanical_model.h"
 
@@ -26,6 +28,10 @@ struct SwingUpGains {
   double stiffness = 0;     ///< k_P
   double damping = 0;       ///< k_V
   double limit = HUGE_VAL;  ///< |u| at most [N m | N]
+  /// Largest acceleration of a pump [rad/s² | m/s²], beside the gains of of_bandwidth(); 0: none
+  double pump = 0;
+  /// μ of the energy E* + μ that is aimed at [J], 0 or more; none: 0, of a pump by the friction
+  std::optional<double> margin = {};
 };
 
 /// Swings a mechanism up by the energy that one driven joint a supplies: a cart-pole, a rotary
@@ -46,7 +52,17 @@ struct SwingUpGains {
 ///
 /// which keeps V' <= 0 under a limit too, but does not bring the joint itself to a place.
 /// Friction of the driven joint is cancelled. That of other joints is not: E < E* then makes V
-/// rise by k_E |ΔE| times its power.
+/// rise by k_E |ΔE| times its power, and the mechanism settles where the law pays for it, which can
+/// be far below E*. A margin μ puts E* + μ in place of E*.
+///
+/// A pump pays for friction at full strength until E is near. It asks for the acceleration
+///
+///   w = -ω² (q_a - q_a*) - 2 ζ ω q'_a + A sat((E_o - E* - μ) h / s),   u = (w - a) / m,
+///
+/// with h = Σ M_ak q'_k and the energy E_o = H - q'_a p_a + ½ M_aa q'_a² of the other joints k, for
+/// which E_o' = -h w - friction where q'_a = 0 (Åström, Furuta 2000, for any mechanism); s: a tenth
+/// of the depth of the lowest rest below the upright times the h of a fall from there. The motion
+/// of the driven joint adds to E_o': no Lyapunov function is known.
 class JointSwingUp {
  public:
   /// @param actuator  port of the driven joint, one number
@@ -57,24 +73,33 @@ class JointSwingUp {
                std::vector<double> upright, const SwingUpGains& gains);
 
   const Certificate& certificate() const { return certificate_; }
-  /// E* [J]
+  /// E* + margin [J]
   double wanted_energy() const { return data_->wanted; }
   /// The law as the controller of the actuator.
   PortLaw port_law() const;
   /// @param x  (q, p)
   /// @throws InvalidArgument for a start at which plant and law both rest: it would stay for ever
   void check_start(const std::vector<double>& x) const;
+  /// What a run that has not handed over tells of the law.
+  Progress progress() const;
 
   struct Data {
     std::shared_ptr<const mechanics::MechanicalModel> plant;
     size_t joint;  ///< the driven one
     double target;
     SwingUpGains gains;
-    double wanted = 0;
+    double wanted = 0;    ///< E* + margin [J]
+    double depth = 0;     ///< of the lowest rest below the upright [J]
+    double soft = 0;      ///< s of a pump
+    double friction = 0;  ///< sum of damping without actuator
+    double margin = 0;
   };
 
  private:
+  void look_for_the_lowest(const std::vector<double>& upright);
   void check_denominator(const std::vector<double>& upright);
+  void choose_margin(const std::vector<double>& upright);
+  void check_pump(const std::vector<double>& upright);
   void check_descent(const std::vector<double>& upright);
 
   std::string actuator_;

@@ -133,7 +133,8 @@ std::map<std::string, phs::GatePtr> gates_of(const std::vector<Controller>& all,
     }
     if (level) holds->level = *level;
     at_line(c.where, [&, &name = by, &factor = leave] {
-      const energy_shaping::Handover handover(c.name, name, *holds, factor);
+      const energy_shaping::Handover handover(c.name, name, *holds, factor,
+                                              designs[size_t(&c - all.data())].progress);
       gates[c.name] = handover.from();
       gates[name] = handover.to();
     });

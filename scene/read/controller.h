@@ -38,6 +38,7 @@ struct ControllerDesign {
   energy_shaping::Certificate certificate;
   /// Where the law holds, if it can take over from another.
   std::optional<energy_shaping::LevelSet> holds = {};
+  energy_shaping::Progress progress = {};  ///< of one that hands over
   struct MemberLaw {
     std::string member;  ///< of the network, an actuator; the law sees its state
     energy_shaping::PortLaw law;

@@ -2,6 +2,8 @@
 // from one to the other.
 #include "energy_shaping/swing_up.h"
 
+#include <fmt/format.h>
+
 #include <numbers>
 #include <random>
 
@@ -124,6 +126,65 @@ TEST(JointSwingUp, RefusesWhatItCannotKeep) {
   EXPECT_EQ(other.certificate().item("friction without actuator").value, 0.3);
 }
 
+TEST(JointSwingUp, APumpMovesAsItSays) {
+  auto gains = SwingUpGains::of_bandwidth(1, 0.3);
+  gains.pump = 20;
+  const JointSwingUp swing(urdf_model("furuta_swing_up/furuta.urdf", 9.81), "turn.torque", {0, pi},
+                           gains);
+  const double worst = swing.certificate().item("E' = -h w - friction").value;
+  std::printf("  E' = -h w - friction: %.2g, relative\n", worst);
+  EXPECT_LT(worst, 1e-9);                                            // measured 2e-12
+  EXPECT_NEAR(swing.wanted_energy(), 0.024 * 9.81 * 0.0645, 1e-15);  // no friction, no margin
+  EXPECT_FALSE(swing.certificate().has("energy margin"));
+  gains.margin = 0.001;
+  const JointSwingUp above(urdf_model("furuta_swing_up/furuta.urdf", 9.81), "turn.torque", {0, pi},
+                           gains);
+  EXPECT_NEAR(above.wanted_energy() - swing.wanted_energy(), 0.001, 1e-17);
+  EXPECT_EQ(above.certificate().item("energy margin").value, 0.001);
+  EXPECT_FALSE(above.certificate().has("acceleration by the limit"));
+  gains.limit = 0.1;  // N m, on (M⁻¹)_aa = 1 / (M_aa - M_ao² / M_oo)
+  const double arm = 5.72e-5 + 0.095 * 0.0425 * 0.0425 + 2.7e-7 + 0.024 * 0.085 * 0.085,
+               rod = 3.33e-5 + 0.024 * 0.0645 * 0.0645, both = 0.024 * 0.085 * 0.0645;
+  EXPECT_NEAR(
+      JointSwingUp(urdf_model("furuta_swing_up/furuta.urdf", 9.81), "turn.torque", {0, pi}, gains)
+          .certificate()
+          .item("acceleration by the limit")
+          .value,
+      0.1 / (arm - both * both / rod), 1e-9);
+  const auto says = [&](auto change, const std::string& part) {
+    auto g = gains;
+    change(g);
+    const auto text = words_of([&] { JointSwingUp(acrobot_model(), "hips.torque", {pi, 0}, g); });
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  says([](auto& g) { g.margin = -1; }, "energy margin");
+  says([](auto& g) { g.pump = -1; }, "pump");
+  says([](auto& g) { g.energy = 1; }, "gains by a bandwidth");
+  EXPECT_NE(words_of([&] {
+              JointSwingUp(acrobot_model(), "hips.torque", {0, 0}, gains);
+            }).find("the lowest place"),
+            std::string::npos);
+  EXPECT_NE(words_of([&] {
+              JointSwingUp(pendulum(), "pivot.torque", {pi}, gains);
+            }).find("does not couple"),
+            std::string::npos);
+}
+
+/// K on angles and rates, as it is printed for other computers.
+TEST(Lqr, TellsItsGains) {
+  const auto model = pendulum();
+  const Lqr lqr(model, {"pivot.torque"}, {pi}, {{10}, {1}, {1}});
+  const auto& k = lqr.certificate().item("gains of pivot.torque");
+  ASSERT_EQ(k.numbers.size(), 2u);
+  const double e = 1e-3, rate = 2e-3, I = 1.1;
+  const double u = value(lqr.port_laws()[0], {pi + e, I * rate});
+  EXPECT_NEAR(u, lqr.effort()[0] - k.numbers[0] * e - k.numbers[1] * rate, 1e-13);
+  // Control: the gains on momenta are others.
+  EXPECT_GT(std::fabs(k.numbers[1] - lqr.gains()(0, 1)), 0.05 * std::fabs(k.numbers[1]));
+  EXPECT_NE(k.text.find("pivot "), std::string::npos) << k.text;
+  EXPECT_NE(k.text.find("pivot' "), std::string::npos) << k.text;
+}
+
 TEST(Lqr, LosesItsCostToGoUpToTheLevelAndNotBeyond) {
   const auto model = pendulum();
   // 4 N m against 9.81 at the horizontal: beyond asin(4/9.81) = 0.42 rad at rest it cannot hold.
@@ -190,6 +251,18 @@ TEST(Handover, HasAHysteresisAndTellsWhatItDid) {
   };
   EXPECT_TRUE(told(20).ends_with(", or level = 2.2, from which 'balance' loses 20 of 100 runs"));
   EXPECT_TRUE(told(21).ends_with(", as from a level of 2.2 'balance' loses 21 of 100 runs"));
+  // What is told of the first law: the mean of the energy over the last half, the share at a limit.
+  const Progress of{[](std::span<const double> x) {
+                      return Progress::At{x[0], x[0] > 8};
+                    },
+                    [](double settled, double limited) {
+                      return fmt::format("{:g} J, {:g} %: a pump", settled, 100 * limited);
+                    }};
+  const Handover seen("swing", "balance", {[](std::span<const double> x) { return x[0]; }, 1}, 4,
+                      of);
+  EXPECT_EQ(run(*seen.from(), {9, 9, 3, 2}).second,
+            "controller 'swing' has not handed over to 'balance': its V came down to 2, expected "
+            "less than 1; 2.5 J, 50 %: a pump, or a higher level");
   EXPECT_EQ(run(*h.to(), V).second, "");
   EXPECT_EQ(run(*h.to(), {NAN, 0.5, NAN}).first, "-oo");  // a lost state changes nothing
   const auto always = [](std::span<const double>) { return 1.0; };

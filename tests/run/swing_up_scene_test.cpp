@@ -1,5 +1,6 @@
 // Swing-ups from scenes: the shipped missions arrive, with every joule in the ledger; the handover
 // at a sampling instant is the same in resumed, extended and differently stepped runs; refusals.
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -43,7 +44,111 @@ std::string refusal(const std::string& name, const std::vector<Change>& changes,
   return "";
 }
 
+/// A rotary pendulum of 0.26 kg and 0.128 kg with friction in both pivots, at 250 Hz. gains: those
+/// of its swing-up.
+scene::Scene with_friction(const TemporaryFolder& folder, const std::string& gains) {
+  write_bytes(folder / "rotary.urdf", R"(<robot name="rotary"><link name="table"/>
+<link name="arm"><inertial><origin xyz="0.11 0 0"/><mass value="0.26"/>
+<inertia ixx="1e-5" iyy="0.0011" izz="0.0011" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rod"><inertial><origin xyz="0 0 -0.157"/><mass value="0.128"/>
+<inertia ixx="0.0012" iyy="0.0012" izz="5e-6" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="yaw" type="continuous"><parent link="table"/><child link="arm"/>
+<axis xyz="0 0 1"/><dynamics damping="0.0024"/></joint>
+<joint name="pitch" type="continuous"><parent link="arm"/><child link="rod"/>
+<origin xyz="0.216 0 0"/><axis xyz="1 0 0"/><dynamics damping="0.0008"/></joint></robot>)");
+  write_bytes(folder / "scene.toml", R"([model]
+urdf = "rotary.urdf"
+base = "fixed"
+[environment]
+gravity = "uniform"
+vector = [0, 0, -9.81]
+[initial]
+joints.pitch = { position = 0.05 }
+[[controller]]
+type = "lqr"
+name = "hold"
+rate = 250
+joints.yaw = { target = 0, position = 1, speed = 0.05, effort = 50, limit = 0.4 }
+joints.pitch = { target = 3.141592653589793, position = 2, speed = 0.05, actuated = false, periodic = true }
+[integrator]
+method = "gauss8"
+step = 0.002
+[run]
+duration = 30
+record_every = 0.02
+[[controller]]
+type = "swing_up"
+name = "pump"
+rate = 250
+drives = "yaw"
+joints.yaw = { target = 0 }
+joints.pitch = { target = 3.141592653589793 }
+limit = 0.4
+then = "hold"
+)" + gains);
+  return scene::read_scene((folder / "scene.toml").string());
+}
+/// Whether a note has a part.
+::testing::AssertionResult has(const std::string& note, const std::string& part) {
+  if (note.find(part) != note.npos) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << note << " has no " << part;
+}
+
 }  // namespace
+
+/// Friction without actuator holds the four gains below the upright; a pump pays for it. The user
+/// comes there by the notes alone.
+TEST(SwingUpScene, WithFrictionTheNotesLeadToTheUpright) {
+  TemporaryFolder folder;
+  const auto gains = run_of(with_friction(folder, "bandwidth = 2.0\n"));
+  EXPECT_TRUE(has(handover_of(gains), "its energy settled at "));
+  EXPECT_TRUE(has(handover_of(gains),
+                  "0.1971 J of the upright wanted; friction without actuator is "
+                  "0.0008 N m s/rad"));
+  EXPECT_TRUE(has(handover_of(gains), ": pump and bandwidth in place of its gains"));
+  const std::string pump = "pump = 30.0\nbandwidth = 1.0\n";
+  const auto s = with_friction(folder, pump);
+  const std::string low = handover_of(run_of(s)), key = "level = ";
+  ASSERT_TRUE(has(low, key));
+  const double level = std::stod(low.substr(low.find(key) + key.size()));
+  std::printf("  the note names level = %g\n", level);  // 0.41
+  const std::string named = pump + key + std::to_string(level) + "\n";
+  const auto r = run_of(with_friction(folder, named));
+  EXPECT_TRUE(r.passed());
+  EXPECT_TRUE(has(handover_of(r), "controller 'pump' handed over to 'hold' at "));
+  std::printf("  %.3g from the upright\n", from_upright(r, 1));
+  EXPECT_LT(from_upright(r, 1), 1e-10);  // measured 4e-15
+  // Control: without the margin it does not stand.
+  EXPECT_FALSE(run_of(with_friction(folder, named + "energy_margin = 0.0\n")).passed());
+  // The gains of the regulator, for other computers: those of an independent computation.
+  const auto certificates = scene::assemble(s).certificates;
+  const auto& K = certificates[0].item("gains of yaw.torque").numbers;
+  const std::array known{-0.1414, 1.9107, -0.1025, 0.2493};
+  for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(K.at(i), known[i], 5.1e-5) << i;
+  EXPECT_TRUE(has(certificates[1].text(), "pump over friction"));
+  EXPECT_TRUE(has(certificates[1].text(), "that E arrives is not proved"));
+}
+
+TEST(SwingUpScene, TheRotaryPendulumGoesUpAgainstFriction) {
+  const Change friction{"<axis xyz=\"1 0 0\"/>",
+                        "<axis xyz=\"1 0 0\"/><dynamics damping=\"5e-6\"/>"};
+  TemporaryFolder folder;
+  const auto r = run_of(shipped(folder, "furuta_swing_up",
+                                {friction,
+                                 {"energy = 60000.0", "pump = 20.0\nbandwidth = 1.0"},
+                                 {"inertia = 1.0\n", ""},
+                                 {"stiffness = 60.0\n", ""},
+                                 {"damping = 0.5\n", ""}}));
+  EXPECT_TRUE(r.passed());
+  EXPECT_TRUE(has(handover_of(r), "handed over to 'balance' at "));
+  std::printf("  %s; %.3g from the upright\n", handover_of(r).c_str(), from_upright(r, 1));
+  EXPECT_LT(from_upright(r, 1), 1e-10);  // measured 4e-15
+  // Control: the four gains do not, in four times the time, and the note says why.
+  const auto gains = run_of(shipped(folder, "furuta_swing_up", 40, {friction}));
+  EXPECT_TRUE(
+      has(handover_of(gains), "has not handed over to 'balance': its V came down to 0.1009"));
+  EXPECT_TRUE(has(handover_of(gains), "0.01519 J of the upright wanted"));
+}
 
 TEST(SwingUpScene, TheRotaryPendulumGoesUpAndStays) {
   TemporaryFolder folder;
@@ -151,6 +256,8 @@ TEST(SwingUpScene, RefusalsSayWhereAndWhat) {
   furuta({"then = \"balance\"", "level = 1.0"}, "without then");
   furuta({"then = \"balance\"", "then = \"balance\"\nlevel = 10.0"}, "is known to hold");
   furuta({"energy = 60000.0", "bandwidth = 5.0"}, "is given besides bandwidth");
+  furuta({"energy = 60000.0", "energy = 60000.0\npump = 20.0"}, "pump is given without bandwidth");
+  furuta({"energy = 60000.0", "energy = 60000.0\nenergy_margin = -1.0"}, "energy_margin");
   furuta({"energy = 60000.0", ""}, "the gain of the error of the energy, or bandwidth");
   furuta({"energy = 60000.0", "energy = 60000.0\ndamping_ratio = 0.3"}, "without bandwidth");
   furuta({"then = \"balance\"", "then = \"balance\"\nleave = 0.9"}, "leave is not above 1");

@@ -30,16 +30,21 @@ ControllerDesign design_swing_up(const Controller& c, const ControllerPlant& pla
     if (const auto s = plant.scene.joints.find(k.name); s != plant.scene.joints.end())
       rates[size_t(k.v)] = s->second.velocity;
   if (!plant.scene.random) swing.check_start(plant.model->state(start, rates));
-  return {{swing.port_law()}, swing.certificate()};
+  ControllerDesign made{{swing.port_law()}, swing.certificate()};
+  made.progress = swing.progress();
+  return made;
 }
 
 energy_shaping::SwingUpGains read_swing_up_gains(const Table& t) {
   if (t.has("bandwidth")) {
     for (const char* key : {"energy", "inertia", "stiffness", "damping"})
       if (t.has(key)) t.fail(key, "is given besides bandwidth, expected one of both");
-    return energy_shaping::SwingUpGains::of_bandwidth(
+    auto g = energy_shaping::SwingUpGains::of_bandwidth(
         t.positive("bandwidth"), t.has("damping_ratio") ? t.positive("damping_ratio") : 0.3);
+    if (t.has("pump")) g.pump = t.positive("pump");
+    return g;
   }
+  if (t.has("pump")) t.fail("pump", "is given without bandwidth, expected both");
   if (t.has("damping_ratio")) t.fail("damping_ratio", "is given without bandwidth, expected both");
   t.require("energy", "the gain of the error of the energy, or bandwidth");
   energy_shaping::SwingUpGains g;
@@ -58,6 +63,7 @@ void read_swing_up(const Table& t, Controller& c) {
   });
   w.gains = read_swing_up_gains(t);
   if (t.has("limit")) w.gains.limit = t.positive("limit");
+  if (t.has("energy_margin")) w.gains.margin = t.not_negative("energy_margin");
   if (t.has("then")) {
     c.then = {t.text("then", "the name of another controller")};
     if (t.has("level")) c.then->level = t.positive("level");
@@ -84,6 +90,11 @@ ControllerType swing_up_controller() {
            number("bandwidth", "rad/s", "none",
                   "of the driven joint, ω: instead of the four gains, which follow from it"),
            number("damping_ratio", "1", "0.3", "ζ, beside bandwidth"),
+           number("pump", "rad/s² (m/s²)", "none",
+                  "largest acceleration of the driven joint that pumps, beside bandwidth: pays for "
+                  "friction of the other joints"),
+           number("energy_margin", "J", "0, of a pump by the friction",
+                  "aims at so much above the energy of the upright"),
            number("energy", "see docs/controllers.md", "required without bandwidth",
                   "gain of the error of the energy"),
            number("inertia", "see docs/controllers.md", "0",

@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "energy_shaping/detail/swing_law.h"
+#include "phs/system/random_state.h"
+
+/// The margin and the pump of a swing-up, and what a run is told of it.
+namespace porthos::energy_shaping {
+namespace {
+
+/// The mechanism's energy as the law counts it, and whether the law is at its limit.
+struct SwingWatch {
+  SwingData data;
+
+  template <class T>
+  auto evaluator() const {
+    return [d = data, plant = SwingPlant<T>(data), law = SwingLaw{data}.evaluator<T>(),
+            u = std::vector<T>(size_t(data->plant->description().nu))](T t, std::span<const T> x,
+                                                                       std::span<T> seen) mutable {
+      plant.look(x);
+      law(t, x, std::span<T>(u));
+      seen[0] = d->gains.pump > 0 ? plant.others : plant.energy;
+      seen[1] = phs::abs(u[d->joint]);
+    };
+  }
+};
+
+/// Sums over states with the driven joint at rest and the energy E*, each weighted by the time that
+/// a motion spends there, 1/√T.
+struct FallSums {
+  double h = 0, square = 0, friction = 0;  ///< of |h|, h² and the power of friction
+};
+
+FallSums sums_of_falls(const SwingData& data, const std::vector<double>& upright, double wanted) {
+  const auto& model = *data->plant;
+  const size_t n = upright.size() / 2;
+  SwingPlant<double> plant(data);
+  SwingPositions positions(*data, upright);
+  auto x = upright;
+  std::vector<double> v(n);
+  FallSums sums;
+  for (int i = 0; i < 4000; ++i) {
+    std::fill(x.begin() + long(n), x.end(), 0.0);
+    positions.draw(x);
+    plant.look(x);
+    const double kinetic = wanted - plant.energy;
+    for (size_t k = 0; k < n; ++k) v[k] = k == data->joint ? 0 : positions.uniform();
+    if (!(kinetic > 0)) continue;
+    const auto scaled = [&](double factor) {
+      for (double& rate : v) rate *= factor;
+      return model.state(std::span(x).first(n), v);
+    };
+    plant.look(scaled(1));
+    const double of_unit = plant.energy - (wanted - kinetic);
+    plant.look(scaled(std::sqrt(kinetic / of_unit)));
+    const double weight = 1 / std::sqrt(kinetic);
+    sums.h += weight * std::fabs(plant.coupling);
+    sums.square += weight * plant.coupling * plant.coupling;
+    for (const auto& j : model.mechanism().joint_properties())
+      if (size_t(j.v) != data->joint)
+        sums.friction += weight * j.damping * v[size_t(j.v)] * v[size_t(j.v)];
+  }
+  return sums;
+}
+
+}  // namespace
+
+void JointSwingUp::look_for_the_lowest(const std::vector<double>& upright) {
+  SwingPlant<double> plant(data_);
+  SwingPositions positions(*data_, upright);
+  auto x = upright;
+  for (int i = 0; i < 4000; ++i) {
+    positions.draw(x);
+    plant.look(x);
+    const double depth = data_->wanted - plant.energy;
+    if (depth <= data_->depth) continue;
+    data_->depth = depth;
+    const double h_over_v = plant.inertia - 1 / plant.mobility;  // M_ao M_oo⁻¹ M_oa
+    data_->soft = 0.1 * depth * std::sqrt(2 * depth * std::fmax(h_over_v, 0));
+  }
+  if (data_->gains.pump == 0) return;
+  if (!(data_->depth > 0))
+    throw InvalidArgument("the upright of a swing-up is the lowest place, expected a higher one");
+  if (!(data_->soft > 0))
+    throw InvalidArgument("the driven joint of a swing-up does not couple to the others");
+}
+
+void JointSwingUp::choose_margin(const std::vector<double>& upright) {
+  const SwingUpGains& g = data_->gains;
+  if (g.limit < HUGE_VAL) {
+    SwingPlant<double> plant(data_);
+    plant.look(upright);
+    certificate_.report("acceleration by the limit", g.limit * plant.mobility,
+                        "limit (M⁻¹)_aa at the upright [rad/s² | m/s²]: several times a pump");
+  }
+  const char* text = "aimed at above E*; without friction E settles there, not at E* [J]";
+  data_->margin = g.margin.value_or(0);
+  if (g.pump > 0) {
+    const FallSums sums = sums_of_falls(data_, upright, data_->wanted);
+    if (data_->friction > 0)
+      certificate_.at_least("pump over friction", g.pump * sums.h / sums.friction, 1,
+                            "largest power of the pump over that of friction, means of 4000 states "
+                            "with E*");
+    if (!g.margin) {
+      // five: the driven joint's way back and its motion take a part of what the pump gives
+      data_->margin = 5 * data_->soft * sums.friction / (g.pump * sums.square);
+      text =
+          "aimed at above E*: five times that at which the pump pays for the model's friction "
+          "in the mean [J]";
+    }
+  }
+  if (data_->margin > 0) certificate_.report("energy margin", data_->margin, text);
+  data_->wanted += data_->margin;
+}
+
+/// The plant under the pump, without its limit, moves as it says.
+void JointSwingUp::check_pump(const std::vector<double>& upright) {
+  const auto& model = *data_->plant;
+  const auto& d = model.description();
+  const size_t n = upright.size() / 2, joint = data_->joint;
+  auto unlimited = std::make_shared<Data>(*data_);
+  unlimited->gains.limit = HUGE_VAL;
+  auto law = SwingLaw{unlimited}.evaluator<double>();
+  SwingPlant<double> plant(unlimited);
+  SwingPlant<phs::Dual> moving(unlimited);
+  const auto f = model.instantiate<double>();
+  std::vector<double> u(size_t(d.nu)), dx(2 * n), v(n), where;
+  std::vector<phs::Dual> s(2 * n);
+  std::mt19937_64 generator(2);
+  double worst = 0;
+  const auto differs = [&](std::initializer_list<double> parts, const std::vector<double>& x) {
+    double sum = 0, scale = 1e-300;
+    for (const double p : parts) {
+      sum += p;
+      scale = std::fmax(scale, std::fabs(p));
+    }
+    if (std::fabs(sum) / scale <= worst) return;
+    worst = std::fabs(sum) / scale;
+    where = x;
+  };
+  for (int i = 0; i < 500; ++i) {
+    auto x = phs::random_state(d, 1.0, generator);
+    std::copy_n(x.begin() + long(n), n, v.begin());  // as rates
+    v[joint] = 0;
+    x = model.state(std::span<const double>(x).first(n), v);
+    law(0.0, std::span<const double>(x), std::span<double>(u));
+    f->field(0.0, x, u, dx);
+    for (size_t j = 0; j < 2 * n; ++j) s[j] = phs::Dual(x[j], dx[j]);
+    moving.look(s);
+    plant.look(x);
+    double friction = 0;
+    for (const auto& j : model.mechanism().joint_properties())
+      if (size_t(j.v) != joint) friction += j.damping * v[size_t(j.v)] * v[size_t(j.v)];
+    const double w = pumped<double>(*unlimited, plant, x);
+    differs({moving.rate.d, -w}, x);
+    differs({moving.others.d, plant.coupling * w, friction}, x);
+  }
+  certificate_.at_most("E' = -h w - friction", worst, 1e-9,
+                       "of the other joints under the pump without a limit, at 500 states with the "
+                       "driven joint at rest, relative; that E arrives is not proved",
+                       where);
+}
+
+Progress JointSwingUp::progress() const {
+  const auto watch = std::make_shared<const SharedLaw<SwingWatch>>(SwingWatch{data_}, 2);
+  const auto at = [watch, d = data_](std::span<const double> x) {
+    std::array<double, 2> seen{};
+    (*watch)(0.0, x.first(size_t(d->plant->description().nx)), 0, std::span<double>(seen));
+    return Progress::At{seen[0], seen[1] >= d->gains.limit};
+  };
+  const auto remedy = [d = data_](double settled, double limited) {
+    const double upright = d->wanted - d->margin, missing = upright - settled;
+    std::string text =
+        fmt::format("its energy settled at {:.4g} J, {:.4g} J of the upright", settled, upright);
+    if (d->margin > 0) text += fmt::format(" and an energy_margin of {:.3g} J", d->margin);
+    text += " wanted";
+    if (d->friction > 0)
+      text += fmt::format("; friction without actuator is {:g} N m s/rad", d->friction);
+    if (limited > 0)
+      text += fmt::format("; its limit acted at {:.2g} % of the samples", 100 * limited);
+    if (limited > 0.5) return text + ": a larger limit";
+    if (missing > 0.02 * d->depth && d->friction > 0)
+      return text + (d->gains.pump > 0
+                         ? fmt::format(": energy_margin = {:.2g}", d->margin + missing)
+                         : ": pump and bandwidth in place of its gains, which pay for friction");
+    if (missing < -0.1 * d->depth && d->margin > 0) return text + ": a smaller energy_margin";
+    return text +
+           (d->gains.pump > 0 ? ": another pump or bandwidth" : ": another bandwidth or damping");
+  };
+  return {at, remedy};
+}
+
+}  // namespace porthos::energy_shaping
