@@ -225,8 +225,9 @@ TEST(ControllerScene, IdaPbcBringsACartPoleUprightAndTheCartToItsPlace) {
   refused("kv = 3.0", "kv = 3.0, ku = 1.0", "is no gain of design = \"cart_pole\"");
   refused("m22 = 0.1, ", "", "m22");
   refused("P = 1.0", "P = -1.0", "k, m22, P > 0");
-  refused("3.141592653589793", "0.0", "a, b > 0");
-  refused("\"slide\"", "\"hinge\"", "design");
+  refused("3.141592653589793", "0.0",
+          "'hinge' hangs at its target, expected the upright; likely cause: the target of 'hinge'");
+  refused("\"slide\"", "\"hinge\"", "likely cause: drives = \"hinge\", which may be \"slide\"");
 }
 
 TEST(ControllerScene, TheCertificateIsInTheSummaryAndAResumedRunHasTheSameBits) {
