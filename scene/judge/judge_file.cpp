@@ -145,7 +145,7 @@ void check_rates(RunReport& r, const std::vector<Trajectory::Agreement>& all) {
     r.notes.push_back(fmt::format(
         "'{}' does not move as its rates say: {:.2g} of its way is left, expected at most {:.2g}: "
         "another unit, rates along other axes (linear_velocity_axes and angular_velocity_axes of "
-        "the map), or a quaternion in another order",
+        "the map), a quaternion in another order, or a swing that fits between two rows",
         name, worst.value, worst.limit));
 }
 
