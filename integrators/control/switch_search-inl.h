@@ -97,19 +97,25 @@ class SwitchSearch {
     return switches->jumps(k) && fall < 0 && std::fabs(samples[0][k]) <= -1e-6 * fall;
   }
   /// The earliest interval between samples in which a switch passes 0, of the one that does so
-  /// first by the secants; false if none does.
+  /// first by the secants; false if none does. Those that rest where the part begins come last:
+  /// across the kink of another the dense output swings about 0. To leave 0 is no passing.
   bool earliest(const State& start, const State& after, double t, double rest, Found& found) {
     sample(start, after, t, rest);
     const int last = this->last();
     double first = HUGE_VAL;
+    bool from_rest = false;
     for (size_t k = 0; k < now.size(); ++k) {
       Point a{0, samples[0][k]};
+      const bool rested = rests(k, a.g);
+      if (rested) sign[k] = 0;
       if (sign_of(a.g) != sign[k]) a.g = 0;  // it has just passed 0 here
       for (int i = 1; i <= last; ++i) {
         Point b{double(i) / last, samples[size_t(i)][k]};
         for (const Peak& peak : peaks_)
           if (peak.index == k && peak.before == i) b = peak.point;
         if (std::isnan(b.g)) continue;
+        if (rests(k, b.g)) b.g = 0;
+        if (sign[k] == 0) sign[k] = sign_of(b.g);
         if (sign_of(b.g) == sign[k] || b.g == 0) {
           a = b;
           continue;
@@ -120,8 +126,9 @@ class SwitchSearch {
           b.g /= b.at;
         }
         const double at = a.g == 0 ? a.at : secant(a, b);
-        if (at < first) {
+        if (first == HUGE_VAL || (rested == from_rest ? at < first : from_rest)) {
           first = at;
+          from_rest = rested;
           found = {k, a, b, returns};
         }
         break;
@@ -129,16 +136,18 @@ class SwitchSearch {
     }
     return first < HUGE_VAL;
   }
-  /// Of the switches that jump, one that has come to 0 earlier than the end of a part, before
-  /// `found`; false if none has.
+  /// A switch other than `found` that has passed 0 within a part that ends at `at`; false if none
+  /// has. The dense output of a step across a kink swings: it hides some zeros and has others that
+  /// are none.
   bool overtaken(const State& s, double t, double at, Found& found) {
     values(t, s.x, s.lo, s.turns, now);
     bool some = false;
     double most = 1e-12;
     for (size_t k = 0; k < now.size(); ++k) {
-      if (k == found.index || !switches->jumps(k) || !(now[k] > most) || samples[0][k] >= 0)
+      const double beyond = -sign[k] * now[k], begin = samples[0][k];
+      if (k == found.index || !(beyond > most) || sign_of(begin) != sign[k] || rests(k, begin))
         continue;
-      most = now[k];
+      most = beyond;
       found = {k, {0, samples[0][k]}, {at, now[k]}, false};
       some = true;
     }
@@ -166,6 +175,10 @@ class SwitchSearch {
   std::vector<std::vector<double>> samples;  ///< by sample and switch
 
  private:
+  /// Whether a value that does not jump is 0 but for rounding [m | rad]. What stays there, such as
+  /// a joint at its stop, has random signs.
+  bool rests(size_t k, double g) const { return std::fabs(g) < 1e-14 && !switches->jumps(k); }
+
   /// Of a value, before a sample.
   struct Peak {
     size_t index;

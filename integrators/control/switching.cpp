@@ -196,8 +196,7 @@ class Switched final : public Integrator {
         go_back(s);
         o = inner_->advance_with_port_work(t + done, at * rest, s);
         if (o != Outcome::ok) return o;
-        if (!search_.jumps || others > search_.now.size() ||
-            !search_.overtaken(s, t + done + at * rest, at, next))
+        if (others > search_.now.size() || !search_.overtaken(s, t + done + at * rest, at, next))
           break;
         at = end_of_part(next, s, t + done, rest);
         if (trial_outcome_ != Outcome::ok) return trial_outcome_;
