@@ -80,7 +80,6 @@ class FileReader {
   void note(const XMLElement& e, const std::string& text) {
     log_.note(e.GetLineNum(), owner(e) + text);
   }
-
   const XMLElement& parse(tinyxml2::XMLDocument& document, const std::string& text) const {
     if (const auto zero = text.find('\0'); zero != text.npos)  // the parser would stop there
       log_.fail(1 + int(std::count(text.begin(), text.begin() + std::ptrdiff_t(zero), '\n')),
@@ -131,8 +130,9 @@ class FileReader {
     } else if (among({"visual", "collision", "material", "transmission", "gazebo", "calibration",
                       "safety_controller"},
                      name)) {
-      const bool drawn = name == "visual" || name == "material";
-      log_.count(child.GetLineNum(), tag(child), drawn ? "only drawn" : "not read");
+      const bool drawn = name == "visual" || name == "material", shape = name == "collision";
+      const char* use = drawn ? "only drawn" : shape ? "only for a [[contact]]" : "not read";
+      log_.count(child.GetLineNum(), tag(child), use);
     } else if (name.starts_with("xacro:")) {
       fail(child, tag(child) + " is a macro, expected plain URDF: expand it with xacro first");
     } else {

@@ -65,7 +65,7 @@ TEST(UrdfNotes, WhatIsKnownButNotReadIsCounted) {
                       joint("j", "a", "b", "revolute",
                             "<calibration rising='0'/><safety_controller k_velocity='1'/>"),
                       "<transmission/>", "<gazebo/>", "<gazebo reference='a'/>"}),
-               {"r.urdf:5: 1 x <calibration>: not read", "r.urdf:3: 2 x <collision>: not read",
+               {"r.urdf:5: 1 x <calibration>: not read", "r.urdf:3: 2 x <collision>: only for a [[contact]]",
                 "r.urdf:7: 2 x <gazebo>: not read", "r.urdf:2: 1 x <material>: only drawn",
                 "r.urdf:5: 1 x <safety_controller>: not read",
                 "r.urdf:6: 1 x <transmission>: not read", "r.urdf:3: 4 x <visual>: only drawn"});
