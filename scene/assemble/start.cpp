@@ -134,6 +134,22 @@ void put_driven(const Scene& scene, const Mechanism& m, Start& s) {
   }
 }
 
+/// Of the joints whose start the scene states, those that have moved from their numbers.
+std::string moved_from_stated(const Scene& scene, const Mechanism& m,
+                              const std::vector<double>& q) {
+  std::string list;
+  for (const auto& c : m.coordinates()) {
+    const auto stated = scene.joints.find(c.name);
+    if (stated == scene.joints.end() || !is_single(c)) continue;
+    const double from = stated->second.position, to = q[size_t(c.q)];
+    if (std::fabs(to - from) > 1e-9 * (1 + std::fabs(from)))
+      add_to_list(list, fmt::format("'{}' from {:.6g} to {:.6g}", c.name, from, to));
+  }
+  return list.empty() ? ""
+                      : "; of the joints whose start is stated, also " + list +
+                            ": expected a stated start of fewer joints";
+}
+
 /// Moves the start onto the loops. @return a note of the move, empty if it is rounding
 std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
   const auto& model = a.reduced ? *a.reduced : *a.mechanical;
@@ -149,8 +165,8 @@ std::string put_on_loops(const Scene& scene, const Assembly& a, Start& s) {
                                               moved.gap, moved.largest);
     return fmt::format(
         "the start was moved onto the constraints: {}coordinates changed by up to {:.3g}, rates by "
-        "up to {:.3g}",
-        gap, moved.moved, moved.sped_up);
+        "up to {:.3g}{}",
+        gap, moved.moved, moved.sped_up, moved_from_stated(scene, model.mechanism(), s.q));
   } catch (const InvalidArgument& e) {
     throw scene.constraints.placed(e);
   }

@@ -276,6 +276,20 @@ TEST(Loops, TheStartIsMovedWithANote) {
   EXPECT_TRUE(says(
       a.notes.back().text,
       "the start was moved onto the constraints: the largest gap was 2.31 m or rad, of 'pin'"));
+  EXPECT_FALSE(says(a.notes.back().text, "is stated"));
+}
+
+/// A crank and a guess of the rocker that no pin closes: both move, and the note says so.
+TEST(Loops, AStatedStartThatMovesIsNamed) {
+  TemporaryFolder folder;
+  const std::string crank = "joints.crank = { position = 1.0, velocity = 3.0 }";
+  const auto a = scene::assemble(
+      shipped(folder, "four_bar", 1, {{crank, crank + "\njoints.rocker = { position = -2.2 }"}}));
+  ASSERT_FALSE(a.notes.empty());
+  std::printf("  %s\n", a.notes.back().text.c_str());
+  EXPECT_TRUE(
+      says(a.notes.back().text, "; of the joints whose start is stated, also 'crank' from 1 to "));
+  EXPECT_TRUE(says(a.notes.back().text, "'rocker' from -2.2 to "));
 }
 
 }  // namespace
