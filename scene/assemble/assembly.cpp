@@ -223,6 +223,8 @@ Assembly assemble_model(const Scene& scene, const mechanics::UrdfOptions& option
   if (!start.note.empty()) a.notes.push_back({scene.path, start.note});
   a.initial = std::move(start.state);
   check_overlaps(scene, *a.model, a.initial);
+  const auto depths = notes_on_depths(scene, *a.model, a.initial);
+  a.notes.insert(a.notes.end(), depths.begin(), depths.end());
   a.centre = start.centre;
   if (!scene.outputs.empty()) (void)stop_events(scene, a);  // refuses what they cannot be
   (void)Outputs(scene, a);

@@ -262,6 +262,27 @@ void check_overlaps(const Scene& scene, const phs::Model& model, const phs::Stat
     if (e.name == name) refuse(e.where);
 }
 
+std::vector<mechanics::UrdfNote> notes_on_depths(const Scene& scene, const phs::Model& model,
+                                                 const phs::State& start) {
+  const auto* const contacts = contacts_in(model);
+  if (!contacts || contacts->contacts().empty()) return {};
+  const auto depths = contacts->soft_depths(start);
+  std::vector<mechanics::UrdfNote> notes;
+  for (size_t k = 0; k < depths.size(); ++k) {
+    const auto& at = depths[k];
+    if (!(at.depth > 0.1 * at.half_size)) continue;
+    const std::string& name = contacts->contacts()[k].name;
+    for (const SceneContact& c : scene.contacts)
+      if (c.name == name)
+        notes.push_back({c.where, fmt::format("contact '{}' starts {:.3g} m deep, in a shape of "
+                                              "half-size {:.3g} m, and stores {:.4g} J, which "
+                                              "will throw its bodies apart: expected a start with "
+                                              "a gap, if this is not meant",
+                                              name, at.depth, at.half_size, at.energy)});
+  }
+  return notes;
+}
+
 space::SplitOptions split_options(const space::Spacecraft& craft, const std::string& splitting,
                                   const std::string& method, const integrators::Options& options) {
   return {splitting, method, options,

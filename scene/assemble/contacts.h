@@ -4,6 +4,7 @@
 
 #include "integrators/core/integrator.h"
 #include "mechanics/mechanical_model.h"
+#include "mechanics/urdf.h"
 #include "scene/read/scene.h"
 #include "space/split_integrator.h"
 
@@ -47,6 +48,11 @@ std::unique_ptr<integrators::Integrator> with_touches(const phs::Model& model,
 /// the
 ///   start, by more than 1e-9 m (or rad)
 void check_overlaps(const Scene& scene, const phs::Model& model, const phs::State& start);
+
+/// Of each soft contact that is deeper at the start than 1/10 of half the least extent of its
+/// smaller shape (the radius of a ball): how deep, and what it stores.
+std::vector<mechanics::UrdfNote> notes_on_depths(const Scene& scene, const phs::Model& model,
+                                                 const phs::State& start);
 
 /// A splitting in orbit whose internal motion does the same. The craft must outlive its run.
 space::SplitOptions split_options(const space::Spacecraft& craft, const std::string& splitting,
