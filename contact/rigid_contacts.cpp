@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "contact/detail/endings.h"
 #include "contact/detail/exact_rows.h"
 #include "contact/detail/held_system.h"
 #include "contact/detail/resting_forces.h"
@@ -102,6 +103,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     std::fill(last_.begin(), last_.end(), -HUGE_VAL);
     jumped_.clear();
     trouble_.clear();
+    impacts_ = slips_ = 0;
     if (rubbing_.empty()) return;
     for (Touching& each : closed()) each.singular = false;
     if (!std::isnan(began_)) step_ = t - began_;
@@ -115,13 +117,14 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
 
   Outcome jump(size_t k, double t, State& s, std::span<double> works) override {
     k -= soft_->count();
-    if (k >= at_.count()) return k -= at_.count(), slip_or_stick(k, t, s), Outcome::ok;
+    if (k >= at_.count()) return slip_or_stick(k - at_.count(), t, s);
+    if (++impacts_ > 9999) return ends(k, endings::crowded);
     if (closed()[k]) {
       closed()[k].state = Touching::State::open;
       return Outcome::ok;
     }
     exact_.place(s);
-    if (double(exact_.gaps.gap(k)) < -most_overlap) return Outcome::failed;
+    if (double(exact_.gaps.gap(k)) < -most_overlap) return ends(k, endings::missed);
     auto& rows = exact_.rows;
     rows.clear();
     for (size_t j = 0; j < at_.count(); ++j)
@@ -148,7 +151,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     for (const Rubbing& r : exact_.rubs) of_slip = std::max(of_slip, v[r.across]);
     const auto used = std::span<const double>(used_).first(normals);
     const bool rough = !exact_.rubs.empty();
-    if (rough && !rough_.solve(exact_.W, v, used, exact_.rubs)) return jammed(k);
+    if (rough && !rough_.solve(exact_.W, v, used, exact_.rubs)) return ends(k, endings::presses);
     if (!rough) impact_.solve(exact_.W, v, used, contacts_.rigid()[at_.rigid(k)].simultaneous);
     const auto impulses = rough ? rough_.impulses() : impact_.impulses();
     exact_.push(s, impulses);
@@ -170,8 +173,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
              rough ? rough_.friction_loss(i) : 0, works);
     }
     settle(s);
-    if (rough) settle_slips(t, s);
-    return Outcome::ok;
+    return rough ? settle_slips(t, s) : Outcome::ok;
   }
 
   /// Takes the gaps of closed contacts and their rates back to 0, along M⁻¹Gᵀ; so the slips of
@@ -212,7 +214,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   }
   std::string trouble() const override {
     for (size_t k = 0; k < at_.count() && trouble_.empty(); ++k)
-      if (model_->held()[k].singular) jammed(k);
+      if (model_->held()[k].singular) ends(k, endings::presses);
     return trouble_;
   }
 
@@ -232,9 +234,8 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     if (rubbing_.empty()) return exact_.rubs.clear();
     exact_.add_across(mu_, wanted, [this](size_t k) { return closed()[k].along; });
   }
-  Outcome jammed(size_t k) const {
-    trouble_ = fmt::format("the friction of '{}' has no unique force",
-                           contacts_.rigid()[at_.rigid(k)].name);
+  Outcome ends(size_t k, const char* why) const {
+    trouble_ = fmt::format(fmt::runtime(why), contacts_.rigid()[at_.rigid(k)].name);
     return Outcome::jammed;
   }
   /// The forces at a state.
@@ -254,32 +255,41 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
     if (speed > 0) own.along = (1 / speed) * slip;
   }
   /// A slip has come to 0, or sticking needs more friction than there is.
-  void slip_or_stick(size_t j, double t, State& s) {
+  Outcome slip_or_stick(size_t j, double t, State& s) {
+    if (++slips_ > 100 * rubbing_.size()) return ends(rubbing_[j], endings::chatters);
     evaluate(t, s);
     Touching& own = closed()[rubbing_[j]];
     if (own.sticks()) {
+      if (forces_.shared(j)) return ends(rubbing_[j], endings::undecided);
       slide(j, t, s);
     } else if (norm(at_.slip(rubbing_[j])) > no_slip * forces_.braked(j)) {
-      return aim(j);  // it has only turned
+      return aim(j), Outcome::ok;  // it has only turned
     } else {
       own.state = Touching::State::sticks;
       settle(s);
     }
-    settle_slips(t, s);
+    return settle_slips(t, s);
   }
   /// After jumps: contacts that slide do so along their slips, and those at rest that friction does
   /// not hold begin to.
-  void settle_slips(double t, State& s) {
+  Outcome settle_slips(double t, State& s) {
     evaluate(t, s);
     for (size_t j = 0; j < rubbing_.size(); ++j) {
-      const Touching& own = closed()[rubbing_[j]];
-      if (own.slides() && slipped_[j] != t) aim(j);
+      Touching& own = closed()[rubbing_[j]];
+      if (!own.slides() || slipped_[j] == t) continue;
+      aim(j);
+      if (norm(at_.slip(rubbing_[j])) > no_slip * forces_.braked(j)) continue;
+      own.state = Touching::State::sticks;  // another has stopped it
+      settle(s);
+      evaluate(t, s);
     }
     for (size_t j = 0; j < rubbing_.size(); ++j) {
       if (!closed()[rubbing_[j]].sticks() || !(forces_.strained(j) > 0)) continue;
+      if (forces_.shared(j)) return ends(rubbing_[j], endings::undecided);
       slide(j, t, s);
       j = size_t(-1);  // the others may bear more
     }
+    return Outcome::ok;
   }
   /// What has stuck begins to slide, where the forces are those of the state: along a unit vector
   /// u that its change of slip is along, too.
@@ -314,14 +324,15 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
   RoughImpact rough_;
   std::vector<size_t> rubbing_;  ///< the gaps with friction
   std::vector<Quad> lambda_;
-  std::vector<double> e_, mu_;   ///< of each gap
-  std::vector<double> used_;     ///< restitutions of an impact
-  std::vector<double> last_;     ///< of each gap, the time of its last impact in this step
-  std::vector<double> slipped_;  ///< of rubbing_[j], when it last began to slip from rest
-  std::vector<char> low_;        ///< of each row of an impact, whether its contact closes
-  std::vector<size_t> loss_at_;  ///< of each rigid contact, its power; the next one counts, and
-                                 ///< the one after it is that of friction
-  double t_ = 0, began_ = NAN;   ///< times of the last at(), and of the start of this step
+  std::vector<double> e_, mu_;      ///< of each gap
+  std::vector<double> used_;        ///< restitutions of an impact
+  std::vector<double> last_;        ///< of each gap, the time of its last impact in this step
+  std::vector<double> slipped_;     ///< of rubbing_[j], when it last began to slip from rest
+  std::vector<char> low_;           ///< of each row of an impact, whether its contact closes
+  std::vector<size_t> loss_at_;     ///< of each rigid contact, its power; the next one counts, and
+                                    ///< the one after it is that of friction
+  double t_ = 0, began_ = NAN;      ///< times of the last at(), and of the start of this step
+  size_t impacts_ = 0, slips_ = 0;  ///< of this step: at gaps, and between slip and stick
   mutable std::string trouble_;
 };
 

@@ -89,8 +89,7 @@ const char* to_string(Outcome o) {
       return "the loops lose rank at a singular position, where the motion may branch: expected a "
              "coupling that tells the branch, or another motion";
     case Outcome::jammed:
-      return "friction presses a contact harder than it can yield, so its force is not unique "
-             "(Painlevé): expected less friction, or a soft contact";
+      return "the rigid contacts cannot go on";
   }
   return "unknown";
 }

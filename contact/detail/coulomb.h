@@ -56,6 +56,10 @@ struct PrincipalAxes {
 ///
 /// Friction may press a contact harder than it yields: then a pivot of that matrix is not positive,
 /// and there is no force, or two (Painlevé 1895; Génot, Brogliato 1999, eq. 12).
+///
+/// Where points that stick hold each other, as three feet on parallel legs, their friction is not
+/// unique while the motion is. It is shared: the least Σ |λ_t|²/(μ λ_n), so all bear the same part
+/// of what they can when one force pushes them.
 class Coulomb {
  public:
   explicit Coulomb(size_t most)
@@ -69,8 +73,11 @@ class Coulomb {
         factor_(most * most),
         lambda_(most),
         scale_(most),
-        excluded_(most) {
+        weight_(most),
+        excluded_(most),
+        shared_(most) {
     free_.reserve(most);
+    dependent_.reserve(most);
     held_.reserve(most);
     axes_.reserve(most);
   }
@@ -92,14 +99,16 @@ class Coulomb {
       for (const size_t row : {r.across, r.across + 1})
         if (w(row, row) > 0) held_.push_back(row);
     }
-    if (!eliminate(rubs) || !press(rubs)) return false;
+    eliminate(rubs);
+    if (!press(rubs)) return false;
     std::fill(lambda.begin(), lambda.end(), 0.0);
     std::copy_n(lambda_.begin(), n_, lambda.begin());
     for (size_t i = 0; i < held_.size(); ++i) {
       double& l = lambda[held_[i]];
-      l = -X_[i * (n_ + 1) + n_];
-      for (size_t k = 0; k < n_; ++k) l -= X_[i * (n_ + 1) + k] * lambda_[k];
+      l = -X_[i * columns_ + n_];
+      for (size_t k = 0; k < n_; ++k) l -= X_[i * columns_ + k] * lambda_[k];
     }
+    if (!dependent_.empty()) share(rubs, lambda);
     auto axes = axes_.begin();
     for (const Rubbing& r : rubs)
       if (r.sticks)
@@ -111,6 +120,8 @@ class Coulomb {
 
   /// If they are not: the normal of a contact whose friction is to blame.
   size_t jammed() const { return jammed_; }
+  /// Whether the friction of the contact with this normal is one of several that would do.
+  bool shared(size_t normal) const { return !dependent_.empty() && shared_[normal]; }
 
  private:
   /// By a row of it; else the first one.
@@ -122,35 +133,55 @@ class Coulomb {
   }
   double& w(size_t i, size_t j) { return W_[i * m_ + j]; }
 
-  /// X = W_TT⁻¹ (W_TN, a_T) of the rows T that stick, where the columns N of contacts that slide
-  /// have their friction; then the reduced A and b.
-  bool eliminate(std::span<const Rubbing> rubs) {
+  /// L Lᵀ of the rows that stick; those that depend on others go to dependent_.
+  void factor_held() {
+    const size_t stride = held_.size();
+    size_t kept = 0;
+    dependent_.clear();
+    for (size_t i = 0; i < stride; ++i) {
+      const size_t row = held_[i];
+      double* const L = factor_.data() + kept * stride;
+      for (size_t j = 0; j < kept; ++j) {
+        L[j] = w(row, held_[j]);
+        for (size_t k = 0; k < j; ++k) L[j] -= L[k] * factor_[j * stride + k];
+        L[j] /= factor_[j * stride + j];
+      }
+      double sum = w(row, row);
+      for (size_t k = 0; k < kept; ++k) sum -= L[k] * L[k];
+      if (!(sum > 1e-12 * w(row, row))) {
+        dependent_.push_back(row);
+        continue;
+      }
+      L[kept] = std::sqrt(sum);
+      held_[kept++] = row;
+    }
+    stride_ = stride;
+    held_.resize(kept);
+  }
+  /// X = W_TT⁻¹ (W_TN, a_T, W_TD) of the independent rows T that stick, where the columns N of
+  /// contacts that slide have their friction, and D are dependent; then the reduced A and b.
+  void eliminate(std::span<const Rubbing> rubs) {
     for (const Rubbing& r : rubs)
       if (!r.sticks)
         for (size_t i = 0; i < m_; ++i) w(i, r.normal) -= r.mu * w(i, r.across);
-    const size_t t = held_.size(), columns = n_ + 1;
+    factor_held();
+    const size_t t = held_.size(), columns = columns_ = n_ + 1 + dependent_.size();
     for (size_t i = 0; i < t; ++i) {
       for (size_t k = 0; k < n_; ++k) X_[i * columns + k] = w(held_[i], k);
       X_[i * columns + n_] = a_[held_[i]];
-    }
-    for (size_t i = 0; i < t; ++i) {  // L Lᵀ
-      for (size_t j = 0; j <= i; ++j) {
-        double sum = w(held_[i], held_[j]);
-        for (size_t k = 0; k < j; ++k) sum -= factor_[i * t + k] * factor_[j * t + k];
-        if (i == j && !(sum > 1e-12 * w(held_[i], held_[i]))) return jams(held_[i], rubs);
-        factor_[i * t + j] = i == j ? std::sqrt(sum) : sum / factor_[j * t + j];
-      }
+      for (size_t d = 0; d < dependent_.size(); ++d)
+        X_[i * columns + n_ + 1 + d] = w(held_[i], dependent_[d]);
     }
     for (size_t c = 0; c < columns; ++c) {
       for (size_t i = 0; i < t; ++i) {
         double& x = X_[i * columns + c];
-        for (size_t k = 0; k < i; ++k) x -= factor_[i * t + k] * X_[k * columns + c];
-        x /= factor_[i * t + i];
+        for (size_t k = 0; k < i; ++k) x -= factor_[i * stride_ + k] * X_[k * columns + c];
+        x /= factor_[i * stride_ + i];
       }
       for (size_t i = t; i-- > 0;) {
         double& x = X_[i * columns + c];
-        for (size_t k = i + 1; k < t; ++k) x -= factor_[k * t + i] * X_[k * columns + c];
-        x /= factor_[i * t + i];
+        for (size_t k = i + 1; k < t; ++k) x -= factor_[k * stride_ + i] * X_[k * columns + c];
+        x /= factor_[i * stride_ + i];
       }
     }
     for (size_t i = 0; i < n_; ++i) {
@@ -161,7 +192,55 @@ class Coulomb {
         b_[i] -= w(i, held_[j]) * X_[j * columns + n_];
       }
     }
-    return true;
+  }
+  /// Of a friction that moves nothing: its entry d of dependent_ is 1.
+  double idle(size_t i, size_t d) const { return -X_[i * columns_ + n_ + 1 + d]; }
+  /// Adds to λ what moves nothing, so that Σ |λ_t|²/(μ λ_n) is least.
+  void share(std::span<const Rubbing> rubs, std::span<double> lambda) {
+    const size_t d = dependent_.size();
+    double most = 0;
+    for (const Rubbing& r : rubs)
+      if (r.sticks) most = std::max(most, r.mu * lambda[r.normal]);
+    for (const Rubbing& r : rubs) {
+      const double can = most > 0 ? std::max(r.mu * lambda[r.normal] / most, 1e-12) : 1;
+      weight_[r.across] = weight_[r.across + 1] = 1 / can;
+    }
+    auto& y = candidate_;
+    for (size_t e = 0; e < d; ++e) {
+      for (size_t f = 0; f < d; ++f) {
+        double& sum = factor_[e * d + f] = e == f ? weight_[dependent_[e]] : 0;
+        for (size_t i = 0; i < held_.size(); ++i)
+          sum += idle(i, e) * weight_[held_[i]] * idle(i, f);
+      }
+      y[e] = 0;
+      for (size_t i = 0; i < held_.size(); ++i)
+        y[e] -= idle(i, e) * weight_[held_[i]] * lambda[held_[i]];
+    }
+    for (size_t e = 0; e < d; ++e)  // positive definite
+      for (size_t f = e + 1; f < d; ++f) {
+        const double by = factor_[f * d + e] / factor_[e * d + e];
+        for (size_t k = e; k < d; ++k) factor_[f * d + k] -= by * factor_[e * d + k];
+        y[f] -= by * y[e];
+      }
+    for (size_t e = d; e-- > 0;) {
+      for (size_t f = e + 1; f < d; ++f) y[e] -= factor_[e * d + f] * y[f];
+      y[e] /= factor_[e * d + e];
+      lambda[dependent_[e]] = y[e];
+      for (size_t i = 0; i < held_.size(); ++i) lambda[held_[i]] += idle(i, e) * y[e];
+    }
+    mark_shared(rubs);
+  }
+  void mark_shared(std::span<const Rubbing> rubs) {
+    std::fill(shared_.begin(), shared_.end(), 0);
+    const auto mark = [&](size_t row) {
+      for (const Rubbing& r : rubs)
+        if (r.sticks && (row == r.across || row == r.across + 1)) shared_[r.normal] = 1;
+    };
+    for (size_t d = 0; d < dependent_.size(); ++d) {
+      mark(dependent_[d]);
+      for (size_t i = 0; i < held_.size(); ++i)
+        if (std::fabs(idle(i, d)) > 1e-9) mark(held_[i]);
+    }
   }
   /// The normals' λ.
   bool press(std::span<const Rubbing> rubs) {
@@ -242,10 +321,11 @@ class Coulomb {
     return true;
   }
 
-  size_t m_ = 0, n_ = 0, jammed_ = 0;
-  std::vector<double> W_, a_, X_, A_, b_, w_, candidate_, factor_, lambda_, scale_;
-  std::vector<char> excluded_;
+  size_t m_ = 0, n_ = 0, jammed_ = 0, columns_ = 0, stride_ = 0;
+  std::vector<double> W_, a_, X_, A_, b_, w_, candidate_, factor_, lambda_, scale_, weight_;
+  std::vector<char> excluded_, shared_;
   std::vector<size_t> free_, held_;  ///< normals that press; directions that stick and can move
+  std::vector<size_t> dependent_;    ///< of the latter, those that others hold as well
   std::vector<PrincipalAxes<double>> axes_;
 };
 

@@ -82,6 +82,8 @@ class RestingForces {
                weight(r.normal) -
            1e-13 * scale_ - 1e-15;
   }
+  /// Whether its friction is one of several that would do.
+  bool shared(size_t j) const { return coulomb_.shared(of(j).normal); }
   /// The rate at which friction alone takes the slip down [m/s²].
   double braked(size_t j) const { return of(j).mu * lambda_[of(j).normal] * weight(of(j).across); }
   /// Change of the slip, by both directions, world axes [m/s²].

@@ -94,6 +94,34 @@ TEST(Coulomb, NothingMovesAcrossAPlane) {
   EXPECT_NEAR(lambda[2], 3 * s, 1e-14);
 }
 
+/// Three feet of 1 kg on parallel legs of a body that weighs nothing across them: one force of 6 N
+/// pushes all, and each bears what its load lets it. Control: with a foot that is by itself, which
+/// shares nothing.
+TEST(Coulomb, FeetThatHoldEachOtherShareTheirFriction) {
+  std::vector<double> W(144, 0), a(12, 0), lambda(12);
+  std::vector<Rubbing> rubs;
+  for (size_t i = 0; i < 4; ++i) {
+    W[13 * i] = 1;
+    a[i] = -10.0 * double(i + 1);
+    rubs.push_back({i, 4 + 2 * i, 0.5, true});
+    for (size_t k = 0; k < 4; ++k)
+      if ((i < 3) == (k < 3))
+        for (size_t x = 0; x < 2; ++x) W[(4 + 2 * i + x) * 12 + 4 + 2 * k + x] = 1;
+    a[4 + 2 * i] = -6;
+  }
+  Coulomb solver(12);
+  ASSERT_TRUE(solver.solve(W, a, 4, rubs, lambda));
+  double off = 0, across = 0;
+  for (size_t i = 0; i < 3; ++i) off = std::max(off, std::fabs(lambda[4 + 2 * i] - double(i + 1)));
+  for (size_t i = 0; i < 4; ++i) across = std::max(across, std::fabs(lambda[5 + 2 * i]));
+  std::printf("  shares off by %.1e N   bound 1e-14; across by %.1e N   bound 1e-14\n", off,
+              across);
+  EXPECT_LE(off, 1e-14);
+  EXPECT_LE(across, 1e-14);
+  EXPECT_NEAR(lambda[10], 6, 1e-14);
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(solver.shared(i), i < 3);
+}
+
 /// 4000 impacts of up to 4 points at one instant: no energy is made, no loss is negative, no
 /// friction is beyond μ times its normal impulse, and in the end nothing approaches. Points that
 /// push each other hard may need more than one call, as a run makes them at one instant.

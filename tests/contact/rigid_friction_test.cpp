@@ -441,7 +441,7 @@ TEST(RigidFriction, PainlevesRodIsNamed) {
   std::printf("  mu 1.5: %s (%s); mu 1: %s\n", to_string(outcome), remark.c_str(),
               to_string(control.first));
   EXPECT_EQ(outcome, Outcome::jammed);
-  EXPECT_EQ(remark, "the friction of 'floor' has no unique force");
+  EXPECT_TRUE(remark.starts_with("friction presses 'floor' harder than it can yield")) << remark;
   EXPECT_EQ(control.first, Outcome::ok);
 }
 
