@@ -94,7 +94,28 @@ TEST(ThreeFeet, StandThoughTheirFrictionIsNotUnique) {
   EXPECT_LE(entry_of(rough.losses, "ground.friction"), 1e-20);
 }
 
-/// A ball whose centre is 0.1 m below the floor. Control: one that lies on it as its weight does.
+/// With a drift of 5 cm/s the feet hop, slip and stick without end: the run ends soon, and says why
+/// and what goes on. Control: that method.
+TEST(ThreeFeet, ThatSlipAndStickWithoutEndAreTold) {
+  const std::string drift =
+      "base.position = [0, 0, 1.23]\nbase.linear_velocity = [0.05, 0, -0.3]\n";
+  TemporaryFolder folder;
+  auto s =
+      scene_of(folder, drift, "law = \"rigid\"\nrestitution = 0.3\nfriction = 0.6\n", 0.005, 1);
+  const auto events = run_of(s);
+  s.method = "moreau";
+  const auto control = run_of(s);
+  std::printf("  %s: %g evaluations   bound 1e6 (moreau: %g, energy %.1e)\n",
+              events.trouble.c_str(), double(events.cost.evaluations),
+              double(control.cost.evaluations), value_of(control, "energy"));
+  EXPECT_TRUE(says(events.trouble, "'ground' changes between slip and stick more often"));
+  EXPECT_TRUE(says(events.trouble, "expected method = \"moreau\", or a soft contact"));
+  EXPECT_LE(double(events.cost.evaluations), 1e6);
+  EXPECT_EQ(control.simulated_s, 1);
+  EXPECT_TRUE(control.passed());
+}
+
+/// Feet 0.22 m deep in the ground. Control: 1 mm deep.
 TEST(ThreeFeet, AContactThatStartsDeepIsNoted) {
   const auto notes = [](double height) {
     TemporaryFolder folder;
@@ -107,7 +128,7 @@ TEST(ThreeFeet, AContactThatStartsDeepIsNoted) {
   };
   const std::string deep = notes(1.0), light = notes(1.219);
   std::printf("  %s\n", deep.c_str());
-  EXPECT_NE(deep.find("scene.toml:9: contact 'ground' starts 0.22 m deep"), deep.npos);
+  EXPECT_NE(deep.find("scene.toml:10:1: contact 'ground' starts 0.22 m deep"), deep.npos);
   EXPECT_NE(deep.find("stores 1.452e+04 J"), deep.npos);
   EXPECT_EQ(light, "");
 }
