@@ -60,15 +60,16 @@ TEST(UrdfNotes, EveryKind) {
 
 TEST(UrdfNotes, WhatIsKnownButNotReadIsCounted) {
   const std::string shape = "<visual><origin rpy='oops'/></visual><collision/><visual/>";
-  expect_notes(robot({"<material name='red'/>", link("a", some_inertial + shape),
-                      link("b", some_inertial + shape),
-                      joint("j", "a", "b", "revolute",
-                            "<calibration rising='0'/><safety_controller k_velocity='1'/>"),
-                      "<transmission/>", "<gazebo/>", "<gazebo reference='a'/>"}),
-               {"r.urdf:5: 1 x <calibration>: not read", "r.urdf:3: 2 x <collision>: only for a [[contact]]",
-                "r.urdf:7: 2 x <gazebo>: not read", "r.urdf:2: 1 x <material>: only drawn",
-                "r.urdf:5: 1 x <safety_controller>: not read",
-                "r.urdf:6: 1 x <transmission>: not read", "r.urdf:3: 4 x <visual>: only drawn"});
+  expect_notes(
+      robot({"<material name='red'/>", link("a", some_inertial + shape),
+             link("b", some_inertial + shape),
+             joint("j", "a", "b", "revolute",
+                   "<calibration rising='0'/><safety_controller k_velocity='1'/>"),
+             "<transmission/>", "<gazebo/>", "<gazebo reference='a'/>"}),
+      {"r.urdf:5: 1 x <calibration>: not read", "r.urdf:3: 2 x <collision>: only for a [[contact]]",
+       "r.urdf:7: 2 x <gazebo>: not read", "r.urdf:2: 1 x <material>: only drawn",
+       "r.urdf:5: 1 x <safety_controller>: not read", "r.urdf:6: 1 x <transmission>: not read",
+       "r.urdf:3: 4 x <visual>: only drawn"});
 }
 
 TEST(UrdfNotes, ImplausibleInertia) {
