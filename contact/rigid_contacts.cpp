@@ -278,7 +278,7 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
       Touching& own = closed()[rubbing_[j]];
       if (!own.slides() || slipped_[j] == t) continue;
       aim(j);
-      if (norm(at_.slip(rubbing_[j])) > no_slip * forces_.braked(j)) continue;
+      if (!(norm(at_.slip(rubbing_[j])) <= no_slip * forces_.braked(j))) continue;
       own.state = Touching::State::sticks;  // another has stopped it
       settle(s);
       evaluate(t, s);
