@@ -17,6 +17,7 @@ inline constexpr const char* crowded =
     "'{}' and others jump ten thousand times in one step: expected method = \"moreau\", or a "
     "shorter step";
 inline constexpr const char* missed =
-    "the shapes of '{}' overlap, a touch was missed: expected a shorter step";
+    "the shapes of '{}' overlap, a touch was missed: expected a shorter step, or method = "
+    "\"moreau\"";
 
 }  // namespace porthos::contact::endings
