@@ -47,7 +47,7 @@ void JointLimits::see(std::span<const double> record) {
 void JointLimits::fill(RunReport& report) const {
   std::string list;
   for (const Joint& j : joints_) {
-    if (!(j.beyond > 0)) continue;
+    if (!(j.beyond > 1e-12)) continue;  // rounding, as of a joint that rests at its stop
     const char* unit = j.turn ? "rad" : "m";
     const bool below = j.lower && j.position < *j.lower;
     const std::string where =
