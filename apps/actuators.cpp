@@ -49,7 +49,10 @@ constexpr const char* own_energy =
     "derivatives must be finite, and the stiffness 0 or more. Porthos checks this at 201 "
     "deflections times 21 σ, and refuses an energy with a place that fails.\n"
     "* `abs`, `min` and `max` have kinks. Raise them to a power of 3 or more, as "
-    "`max(sigma - phi, 0)^3` of a slack tendon: the stiffness then has no jump.\n\n"
+    "`max(sigma - phi, 0)^3` of a slack tendon: the stiffness then has no jump. A torque "
+    "that jumps is refused, a stiffness that jumps is told in a note: steps over a kink lose their "
+    "order, so take small steps, `method = \"gonzalez\"`, which keeps the energy whatever its "
+    "shape, or `\"auto\"`; or round the corner, `sqrt(x^2 + d^2)` for `abs(x)`.\n\n"
     "Python takes a text or a function: `porthos.vsa.formula` "
     "([python.md](python.md#controllers-and-actuators)). Tutorial: "
     "[tutorials/actuator.md](tutorials/actuator.md#your-energy).\n";

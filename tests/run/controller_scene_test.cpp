@@ -129,7 +129,19 @@ TEST(ControllerScene, ABandwidthMakesTheGains) {
        "stiffness is given besides bandwidth, expected one of both");
   says("joints.elbow = { target = 0, damping_ratio = 5 }",
        "damping_ratio is given without bandwidth, expected both");
-  says("joints.elbow = { bandwidth = 5 }", "target");
+}
+
+TEST(ControllerScene, ATargetThatIsNotStatedIsTheStart) {
+  TemporaryFolder folder;
+  const auto end = [&](const std::string& shoulder, const std::string& elbow) {
+    const auto keys = fmt::format(
+        "gravity = \"keep\"\njoints.shoulder = {{ {}stiffness = 300, damping = 9 }}\n"
+        "joints.elbow = {{ {}stiffness = 300, damping = 9 }}\n",
+        shoulder, elbow);
+    return run_of(arm(folder, bent, controller("potential", keys))).final_state.x;
+  };
+  EXPECT_EQ(end("", ""), end("target = 0.5, ", "target = 0.6, "));
+  EXPECT_NE(end("", ""), end("target = 0.5, ", "target = 0.7, "));  // control
 }
 
 TEST(ControllerScene, AHandIsHeldWhereTheSceneWantsIt) {
@@ -257,7 +269,6 @@ TEST(ControllerScene, RefusalsSayWhereAndWhat) {
   says(refusal(bent, controller("potential", "joints.knee.damping = 1")),
        "no joint 'knee' of one freedom");
   says(refusal(bent, controller("potential", "gravity = \"keep\"")), "names no joints");
-  says(refusal(bent, controller("potential", "joints.elbow.stiffness = 1")), "target");
   says(refusal(bent, controller("potential", "joints.elbow = { target = 0, stiffness = 9 }")),
        "force without actuator");  // gravity at the shoulder, which has no actuator
   says(refusal(bent, controller("tracking", "over = 1\njoints.elbow = { kp = 1, kd = 1 }")),
