@@ -135,7 +135,7 @@ TEST(ControllerScene, ATargetThatIsNotStatedIsTheStart) {
   TemporaryFolder folder;
   const auto end = [&](const std::string& shoulder, const std::string& elbow) {
     const auto keys = fmt::format(
-        "gravity = \"keep\"\njoints.shoulder = {{ {}stiffness = 300, damping = 9 }}\n"
+        "joints.shoulder = {{ {}stiffness = 300, damping = 9 }}\n"
         "joints.elbow = {{ {}stiffness = 300, damping = 9 }}\n",
         shoulder, elbow);
     return run_of(arm(folder, bent, controller("potential", keys))).final_state.x;
