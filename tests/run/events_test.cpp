@@ -164,7 +164,8 @@ TEST(Events, ACaptureThatMissesFailsTheVerdictAndSaysWhy) {
     const auto r = scene::run(s, scene::assemble(s), into(folder / "out"));
     EXPECT_FALSE(r.passed());
     EXPECT_EQ(r.simulated_s, 20);
-    EXPECT_TRUE(std::ranges::any_of(r.notes, [&](const auto& n) { return says(n, why); }));
+    EXPECT_TRUE(
+        std::ranges::any_of(r.notes, [words = why](const auto& n) { return says(n, words); }));
     const auto j = nlohmann::json::parse(read_bytes(folder / "out/summary.json"));
     EXPECT_EQ(j["verdict"], "fail");
     EXPECT_EQ(j["phases"].size(), 1u);
