@@ -301,12 +301,7 @@ void ContactModel::check_friction_of_events() const {
 std::pair<std::string, double> ContactModel::deepest_rigid(const phs::State& state) const {
   NearPairs near(*this);
   Gaps<double> gaps(mechanism(), near.placed());
-  std::vector<double> q, turns;
-  for (size_t i = 0; i < size_t(mechanism().nq()); ++i) q.push_back(state.x[i] + state.lo[i]);
-  for (size_t i = 0; i < size_t(mechanism().angle_count()); ++i)
-    turns.push_back(double(state.turns[i]) * phs::two_pi_hi);
-  gaps.set_turn_angles(turns);
-  gaps.place_bodies(q);
+  gaps.place_bodies(state);
   near.find(gaps.seat, gaps.seat);
   gaps.place_pairs();
   std::pair<std::string, double> deepest{"", -std::numeric_limits<double>::infinity()};

@@ -263,7 +263,8 @@ class RigidSwitches final : public HeldSwitches<RestingModel> {
       if (forces_.shared(j)) return ends(rubbing_[j], endings::undecided);
       slide(j, t, s);
     } else if (norm(at_.slip(rubbing_[j])) > no_slip * forces_.braked(j)) {
-      return aim(j), Outcome::ok;  // it has only turned
+      aim(j);  // it has only turned
+      return Outcome::ok;
     } else {
       own.state = Touching::State::sticks;
       settle(s);

@@ -25,12 +25,8 @@ double half_size(const Shape& s) {
 
 std::vector<ContactModel::Depth> ContactModel::soft_depths(const phs::State& state) const {
   Gaps<double> gaps(mechanism(), placed_);
-  std::vector<double> q, turns;
-  for (size_t i = 0; i < size_t(mechanism().nq()); ++i) q.push_back(state.x[i] + state.lo[i]);
-  for (size_t i = 0; i < size_t(mechanism().angle_count()); ++i)
-    turns.push_back(double(state.turns[i]) * phs::two_pi_hi);
-  gaps.set_turn_angles(turns);
-  gaps.place(q);
+  gaps.place_bodies(state);
+  gaps.place_pairs();
   std::vector<Depth> depths(contacts_.size());
   for (const Pair& p : placed_.pairs)
     for (size_t i = p.first; i < p.first + p.points; ++i) {

@@ -216,15 +216,8 @@ class Coulomb {
       for (size_t i = 0; i < held_.size(); ++i)
         y[e] -= idle(i, e) * weight_[held_[i]] * lambda[held_[i]];
     }
-    for (size_t e = 0; e < d; ++e)  // positive definite
-      for (size_t f = e + 1; f < d; ++f) {
-        const double by = factor_[f * d + e] / factor_[e * d + e];
-        for (size_t k = e; k < d; ++k) factor_[f * d + k] -= by * factor_[e * d + k];
-        y[f] -= by * y[e];
-      }
+    solve(d, [](size_t, double) { return true; });  // positive definite
     for (size_t e = d; e-- > 0;) {
-      for (size_t f = e + 1; f < d; ++f) y[e] -= factor_[e * d + f] * y[f];
-      y[e] /= factor_[e * d + e];
       lambda[dependent_[e]] = y[e];
       for (size_t i = 0; i < held_.size(); ++i) lambda[held_[i]] += idle(i, e) * y[e];
     }
@@ -306,8 +299,14 @@ class Coulomb {
       for (size_t k = 0; k < n; ++k) factor_[i * n + k] = A_[free_[i] * n_ + free_[k]];
       candidate_[i] = -b_[free_[i]];
     }
+    return solve(n, [&](size_t i, double pivot) { return pivot > least(free_[i]); });
+  }
+  /// Elimination of factor_ y = candidate_, n numbers, which become y; false at a pivot that is not
+  /// accepted.
+  template <class Accepts>
+  bool solve(size_t n, const Accepts& accepts) {
     for (size_t i = 0; i < n; ++i) {
-      if (!(factor_[i * n + i] > least(free_[i]))) return false;
+      if (!accepts(i, factor_[i * n + i])) return false;
       for (size_t r = i + 1; r < n; ++r) {
         const double f = factor_[r * n + i] / factor_[i * n + i];
         for (size_t k = i; k < n; ++k) factor_[r * n + k] -= f * factor_[i * n + k];

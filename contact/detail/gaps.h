@@ -31,6 +31,14 @@ class Gaps {
   void set_turn_angles(std::span<const T> angles) {
     std::copy_n(angles.begin(), w.turn_angle.size(), w.turn_angle.begin());
   }
+  /// The bodies at a state, turns included, with their surfaces, and the stops.
+  void place_bodies(const phs::State& s) {
+    std::vector<T> q(size_t(mechanism_.nq())), turns(size_t(mechanism_.angle_count()));
+    for (size_t i = 0; i < q.size(); ++i) q[i] = T(s.x[i] + s.lo[i]);
+    for (size_t i = 0; i < turns.size(); ++i) turns[i] = T(double(s.turns[i]) * phs::two_pi_hi);
+    set_turn_angles(turns);
+    place_bodies(std::span<const T>(q));
+  }
   void place(std::span<const T> q) {
     place_bodies(q);
     for (size_t k = 0; k < placed_.pairs.size(); ++k) place_pair(k);

@@ -87,6 +87,23 @@ T pumped(const JointSwingUp::Data& d, const SwingPlant<T>& plant, std::span<cons
          T(d.gains.stiffness) * (x[d.joint] - T(d.target)) - T(d.gains.damping) * plant.rate;
 }
 
+/// The torque of the driven joint, of a plant that has looked at x.
+template <class T>
+T swing_torque(const JointSwingUp::Data& d, const SwingPlant<T>& plant, std::span<const T> x) {
+  const SwingUpGains& k = d.gains;
+  const T off = plant.energy - T(d.wanted);
+  T value = -T(k.energy) * off * plant.rate;
+  if (k.pump > 0)
+    value = (pumped(d, plant, x) - plant.acceleration) / plant.mobility;
+  else if (k.inertia > 0)
+    value = -(T(k.damping) * plant.rate + T(k.stiffness) * (x[d.joint] - T(d.target)) +
+              T(k.inertia) * plant.acceleration) /
+            (T(k.energy) * off + T(k.inertia) * plant.mobility);
+  value = value + plant.friction;
+  if (k.limit < HUGE_VAL) value = phs::max(phs::min(value, T(k.limit)), T(-k.limit));
+  return value;
+}
+
 struct SwingLaw {
   SwingData data;
 
@@ -94,21 +111,26 @@ struct SwingLaw {
   auto evaluator() const {
     return
         [d = data, plant = SwingPlant<T>(data)](T, std::span<const T> x, std::span<T> u) mutable {
-          const SwingUpGains& k = d->gains;
           plant.look(x);
-          const T off = plant.energy - T(d->wanted);
-          T value = -T(k.energy) * off * plant.rate;
-          if (k.pump > 0)
-            value = (pumped(*d, plant, x) - plant.acceleration) / plant.mobility;
-          else if (k.inertia > 0)
-            value = -(T(k.damping) * plant.rate + T(k.stiffness) * (x[d->joint] - T(d->target)) +
-                      T(k.inertia) * plant.acceleration) /
-                    (T(k.energy) * off + T(k.inertia) * plant.mobility);
-          value = value + plant.friction;
-          if (k.limit < HUGE_VAL) value = phs::max(phs::min(value, T(k.limit)), T(-k.limit));
           for (T& all : u) all = T(0.0);
-          u[d->joint] = value;
+          u[d->joint] = swing_torque(*d, plant, x);
         };
+  }
+};
+
+/// The worst of sums that should be 0, relative to their largest part, and where it is.
+struct WorstSum {
+  double worst = 0;
+  std::vector<double> where = {};
+  void add(std::initializer_list<double> parts, const std::vector<double>& x) {
+    double sum = 0, scale = 1e-300;
+    for (const double p : parts) {
+      sum += p;
+      scale = std::fmax(scale, std::fabs(p));
+    }
+    if (std::fabs(sum) / scale <= worst) return;
+    worst = std::fabs(sum) / scale;
+    where = x;
   }
 };
 

@@ -25,7 +25,6 @@ PhasePilot pilot_phases(const Scene& scene, const Assembly& assembly, double cpu
     }
   } catch (const InvalidArgument&) {  // the run itself tells of it
   }
-  pilot.spent_s = thread_cpu_now() - begun;
   return pilot;
 }
 

@@ -7,7 +7,6 @@ namespace porthos::scene {
 struct PhasePilot {
   double until = 0;         ///< time up to which it came [s]
   double error = HUGE_VAL;  ///< largest relative energy error, as a verdict measures it
-  double spent_s = 0;       ///< CPU seconds
 };
 
 /// Runs the phases of a scene that states its method, in memory, with the bits of the run itself.

@@ -7,6 +7,10 @@
 
 namespace porthos::scene {
 
+/// The time series in a results folder: run.h5, or that of each phase in order.
+/// @throws InvalidArgument where there are none
+std::vector<std::filesystem::path> series_files(const std::filesystem::path& folder);
+
 /// Reads an HDF5 file as written by Hdf5File. Ids are closed by their owners. Threads may have
 /// readers of their own.
 class Hdf5Reader {

@@ -137,8 +137,6 @@ std::string remark_on(const vsa::Measurements& m, const std::string& path, doubl
 }
 
 vsa::ElasticPtr read_table(const Table& t, std::string& remark) {
-  if (t.has("energy"))
-    t.fail("energy", "is given without family = \"formula\", expected both or neither");
   const auto table = t.content("table");
   const double smoothing = t.not_negative("smoothing");
   const auto m = vsa::parse_measurements(table.text, table.path, smoothing);
@@ -158,6 +156,9 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
     t.fail("parameters", "are given without a family, expected both or neither");
   if (t.has("smoothing") && !t.has("table"))
     t.fail("smoothing", "is given without a table, expected both or neither");
+  const bool by_formula = t.has("family") && t.choice("family") == "formula";
+  if (t.has("energy") && !by_formula)
+    t.fail("energy", "is given without family = \"formula\", expected both or neither");
   if (t.has("table")) return read_table(t, remark);
   vsa::Limits limits;
   vsa::Values values;
@@ -173,9 +174,7 @@ vsa::ElasticPtr read_elastic(const Table& t, std::string& remark) {
     if (family != "formula" && t.has("parameters")) values = read_parameters(t, family);
   }
   if (t.has("limits")) read_limits(t.table("limits"), limits);
-  if (t.has("energy") && family != "formula")
-    t.fail("energy", "is given without family = \"formula\", expected both or neither");
-  if (family != "formula") return vsa::make_elastic(family, values, limits);
+  if (!by_formula) return vsa::make_elastic(family, values, limits);
   auto energy = vsa::formula(read_formula(t), limits);
   if (!energy->traits().remark.empty())
     remark = fmt::format("the energy of {}: {}", t.where(), energy->traits().remark);

@@ -24,19 +24,14 @@ std::vector<double> times_of(const Hdf5Reader& file) {
 /// The series of a run. If it has several phases: of the last one that had begun at the time, or
 /// without a time, of the last one.
 fs::path series_in(const fs::path& folder, const double* at) {
-  if (fs::exists(folder / "run.h5")) return folder / "run.h5";
   fs::path last;
-  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k) {
-    const fs::path next = folder / fmt::format("phase_{}/run.h5", k);
+  for (const fs::path& next : series_files(folder)) {
     if (at && !last.empty()) {
       const auto t = times_of(Hdf5Reader(next));
       if (t.empty() || t.front() > *at) break;
     }
     last = next;
   }
-  if (last.empty())
-    throw InvalidArgument(
-        fmt::format("{} has no run.h5, expected the results of a run", folder.string()));
   return last;
 }
 

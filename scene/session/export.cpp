@@ -12,6 +12,7 @@
 #include "scene/files/files.h"
 #include "scene/files/hdf5_reader.h"
 #include "scene/files/text_table.h"
+#include "scene/session/results.h"
 
 namespace porthos::scene {
 namespace {
@@ -116,23 +117,6 @@ class PhaseFile {
   std::map<std::string, Source> sources_;
 };
 
-std::vector<fs::path> phases_of(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw InvalidArgument(
-        fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
-  if (!fs::exists(folder / "summary.json"))
-    throw InvalidArgument(fmt::format(
-        "{} has no summary.json, expected the results of a finished run", folder.string()));
-  if (fs::exists(folder / "run.h5")) return {folder / "run.h5"};
-  std::vector<fs::path> all;
-  for (int k = 1; fs::exists(folder / fmt::format("phase_{}/run.h5", k)); ++k)
-    all.push_back(folder / fmt::format("phase_{}/run.h5", k));
-  if (all.empty())
-    throw InvalidArgument(
-        fmt::format("{} has no run.h5, expected the time series of a run", folder.string()));
-  return all;
-}
-
 void require_names(const std::vector<Number>& there, const std::vector<std::string>& wanted) {
   for (const auto& name : wanted) {
     const auto has = [&](const Number& n) {
@@ -150,8 +134,10 @@ void require_names(const std::vector<Number>& there, const std::vector<std::stri
 }  // namespace
 
 void export_csv(const fs::path& folder, const fs::path& to, const std::vector<std::string>& names) {
+  require_finished(folder);
   std::vector<std::unique_ptr<PhaseFile>> phases;
-  for (const fs::path& run : phases_of(folder)) phases.push_back(std::make_unique<PhaseFile>(run));
+  for (const fs::path& run : series_files(folder))
+    phases.push_back(std::make_unique<PhaseFile>(run));
   std::vector<Number> numbers, all;
   for (const auto& p : phases) {
     p->add_to(numbers, names);

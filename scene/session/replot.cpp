@@ -24,16 +24,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 Json summary_of(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw InvalidArgument(
-        fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
+  require_finished(folder);
   const fs::path path = folder / "summary.json";
-  if (!fs::exists(path))
-    throw InvalidArgument(
-        fs::exists(folder / "checkpoint")
-            ? fmt::format("{} holds an unfinished run: continue it with --resume", folder.string())
-            : fmt::format("{} has no summary.json, expected the results of a run",
-                          folder.string()));
   try {
     return Json::parse(read_file(path));
   } catch (const Json::exception& e) {

@@ -121,4 +121,16 @@ void write_verdict(const std::filesystem::path& folder, const Scene& scene,
   write_with(folder, scene, assembly, report, log, {});
 }
 
+void require_finished(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(folder))
+    throw InvalidArgument(
+        fmt::format("{} is no folder, expected one with the results of a run", folder.string()));
+  if (fs::exists(folder / "summary.json")) return;
+  throw InvalidArgument(
+      fs::exists(folder / "checkpoint")
+          ? fmt::format("{} holds an unfinished run: continue it with --resume", folder.string())
+          : fmt::format("{} has no summary.json, expected the results of a run", folder.string()));
+}
+
 }  // namespace porthos::scene

@@ -18,4 +18,7 @@ void write_verdict(const std::filesystem::path& folder, const Scene& scene,
                    const Assembly& assembly, const RunReport& report,
                    const std::filesystem::path& log);
 
+/// @throws InvalidArgument for a folder without the summary of a finished run
+void require_finished(const std::filesystem::path& folder);
+
 }  // namespace porthos::scene
