@@ -43,15 +43,16 @@ py::dict named(const std::vector<std::string>& names, const std::vector<double>&
   return d;
 }
 
-RunGradient gradient_from(const phs::Model& model, const phs::State& start, double step,
-                          std::int64_t steps, const std::string& method, const py::object& end,
-                          const py::object& sampled, const py::object& running, size_t memory) {
+RunGradient gradient_from(const phs::Model& model, const phs::State& start,
+                          const scene::Steps& steps, const std::string& method,
+                          const py::object& end, const py::object& sampled,
+                          const py::object& running, size_t memory) {
   const Objective objective{part_of("end", end), part_of("sampled", sampled),
                             part_of("running", running)};
   RunGradient r;
   interruptibly([&](const std::atomic<bool>& stop) {
-    r = integrators::gradient_of_run(method, model, start, step, steps, objective,
-                                     {.memory = memory, .stop = &stop});
+    r = integrators::gradient_of_run(method, model, start, steps.size, steps.whole(), objective,
+                                     {.memory = memory, .last = steps.last, .stop = &stop});
   });
   if (r.outcome != integrators::Outcome::ok)
     throw std::runtime_error("the gradient by " + method + " stopped: " + r.remark);
@@ -69,16 +70,15 @@ phs::State state_of(const phs::Model& model, const py::object& x) {
 RunGradient gradient(std::shared_ptr<const phs::Model> model, const py::object& x, double step,
                      std::int64_t steps, const std::string& method, const py::object& end,
                      const py::object& sampled, const py::object& running, size_t memory) {
-  return gradient_from(*model, state_of(*model, x), step, steps, method, end, sampled, running,
-                       memory);
+  return gradient_from(*model, state_of(*model, x), {.size = step, .total = steps}, method, end,
+                       sampled, running, memory);
 }
 
 RunGradient gradient_of_scene(const scene::Scene& s, const scene::Assembly& a,
                               const py::object& end, const py::object& sampled,
                               const py::object& running, size_t memory) {
-  const scene::Steps steps = scene::differentiable_steps(s, a);
-  return gradient_from(*a.model, a.initial, steps.size, steps.total, s.method, end, sampled,
-                       running, memory);
+  return gradient_from(*a.model, a.initial, scene::differentiable_steps(s, a), s.method, end,
+                       sampled, running, memory);
 }
 
 void require_end(integrators::Outcome outcome, const std::string& remark) {
@@ -188,8 +188,8 @@ is asked first. Parameters: "<body>.mass", ".moment.x" (mass times centre), ".in
 "<joint>.rotor_inertia", ".stiffness", ".damping", ".rest", and "<element>.factor", a factor on the force of an element of a
 network; networks with controllers or wrenches have none. memory: bytes for stages and checkpoints.
 
-Raises InvalidArgument for a method that is not Gauss collocation, a model with constraints or sampled controllers, and
-RuntimeError where a step or its adjoint does not converge.)");
+Raises InvalidArgument for a method that is neither Gauss collocation nor a composition of it, a model with constraints or
+sampled controllers, and RuntimeError where a step or its adjoint does not converge.)");
   m.def("gradient_of_scene", &gradient_of_scene, py::arg("scene"), py::arg("assembly"),
         py::arg("end"), py::arg("sampled"), py::arg("running"), py::arg("memory"),
         "What Scene.gradient() calls.");

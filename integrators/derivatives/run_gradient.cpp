@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/tables/collocation_table.h"
-
 namespace porthos::integrators {
 namespace {
 
@@ -35,23 +33,24 @@ class Backwards {
  public:
   Backwards(const std::string& method, const phs::Model& model, double h,
             std::span<const Objective> objectives, const GradientOptions& options)
-      : table_(gauss_table<double>(gauss_stages(method))),
-        options_(options),
-        method_(make_integrator(method, model, h, {.port_work = false})),
+      : options_(options),
+        pieces_(method, model, h),
+        method_(pieces_.method()),
         n_(size_t(model.description().nx)),
-        weights_(size_t(table_.s)),
+        weights_(size_t(pieces_.table().s)),
         x_(n_),
         gradient_(n_) {
     for (const Objective& J : objectives)
       descents_.emplace_back(
-          J, make_step_variation(model, table_.s, h, StepVariation::Side::adjoint), n_);
-    table_.weights(h, weights_);
+          J, make_step_variation(model, pieces_.table().s, StepVariation::Side::adjoint), n_);
     for (const auto& b : model.description().blocks)
       if (b.kind == phs::BlockKind::angle) angle_at_.push_back(size_t(b.at));
   }
 
   std::vector<RunGradient> of(const phs::State& start, std::int64_t steps) {
-    Checkpoint here{start, method_->memory()};
+    Checkpoint here{start, method_.memory()};
+    whole_until_ = start.step + steps;
+    if (options_.last != 0) ++steps;
     plan(steps, here);
     work_ = double(forward_steps(steps, levels_) + steps * std::int64_t(descents_.size()));
     if (steps == 0) begin(start);
@@ -68,7 +67,7 @@ class Backwards {
       r.parameters = d.parameters.x;
       const double size = size_of(d.lambda.x);
       r.growth = !d.objective.end ? NAN : size == 0 ? 0 : std::log10(size / d.size_at_end);
-      r.steps_taken = method_->cost().steps;
+      r.steps_taken = method_.cost().steps;
       r.adjoint = d.adjoint->cost();
       all.push_back(std::move(r));
     }
@@ -79,9 +78,9 @@ class Backwards {
   /// Half of the memory holds the steps of a segment, half checkpoints. More levels where a run has
   /// more segments than checkpoints.
   void plan(std::int64_t steps, const Checkpoint& c) {
-    const size_t row = (table_.s + 1) * n_, words = 2 * n_ + c.state.turns.size() + c.memory.size(),
+    const size_t row = row_size(), words = 2 * n_ + c.state.turns.size() + c.memory.size(),
                  half = options_.memory / 2 / sizeof(double);
-    segment_ = std::max<std::int64_t>(1, std::int64_t(half / (row + 1)));
+    segment_ = std::max<std::int64_t>(1, std::int64_t(half / row));
     const double checkpoints = double(half) / double(words + 16);
     for (levels_ = 0;; ++levels_) {
       fan_ = std::max<std::int64_t>(2, std::int64_t(checkpoints / std::max(1, levels_)));
@@ -89,8 +88,9 @@ class Backwards {
     }
     if (levels_ == 0) segment_ = steps;
     kept_.reserve(size_t(segment_) * row);
-    times_.reserve(size_t(segment_));
   }
+  /// Numbers kept of a step: its pieces and its end.
+  size_t row_size() const { return pieces_.numbers().size() + n_; }
 
   /// Steps between two checkpoints of a level.
   std::int64_t part_of(int level) const {
@@ -110,11 +110,11 @@ class Backwards {
     if (steps <= segment_) return forwards(from, steps, true) && backwards();
     const std::int64_t part = part_of(level);
     std::vector<Checkpoint> checkpoints{from};
-    method_->restore(from.memory);
+    method_.restore(from.memory);
     state_ = from.state;
     for (std::int64_t done = part; done < steps; done += part) {
       if (!steps_forwards(part, false)) return false;
-      checkpoints.push_back({state_, method_->memory()});
+      checkpoints.push_back({state_, method_.memory()});
     }
     std::int64_t left = steps - part * std::int64_t(checkpoints.size() - 1);
     for (; !checkpoints.empty(); left = part) {
@@ -125,21 +125,20 @@ class Backwards {
   }
 
   bool forwards(const Checkpoint& from, std::int64_t steps, bool keep) {
-    method_->restore(from.memory);
+    method_.restore(from.memory);
     state_ = from.state;
     kept_.clear();
-    times_.clear();
     turns_.clear();
     return steps_forwards(steps, keep);
   }
   bool steps_forwards(std::int64_t steps, bool keep) {
     for (std::int64_t i = 0; i < steps; ++i) {
       if (!went_on()) return false;
-      const double t = method_->time(state_);
-      const Outcome o = method_->step(state_);
+      const double t = method_.time(state_);
+      const Outcome o = pieces_.step(state_, state_.step == whole_until_ ? options_.last : 0);
       if (o != Outcome::ok)
         return give_up(o, "the step at t = " + number(t) + " s: " + to_string(o));
-      if (keep) keep_step(t);
+      if (keep) keep_step();
     }
     return true;
   }
@@ -151,50 +150,51 @@ class Backwards {
       options_.progress(std::min(1.0, double(done_) / work_));
     return true;
   }
-  /// The stages are the values at the nodes of the step's polynomial.
-  void keep_step(double t) {
-    const size_t row = size_t(table_.s + 1) * n_, at = kept_.size();
-    kept_.resize(at + row);
-    const std::span<double> to(kept_.data() + at, row);
-    for (size_t i = 0; i < weights_.size(); ++i)
-      (void)method_->interpolate(state_, table_.c[i], to.subspan(i * n_, n_));
-    for (size_t k = 0; k < n_; ++k) to[weights_.size() * n_ + k] = state_.x[k];
+  void keep_step() {
     if (turns_.empty() || turns_.back().turns != state_.turns)
-      turns_.push_back({times_.size(), state_.turns});
-    times_.push_back(t);
+      turns_.push_back({kept_.size() / row_size(), state_.turns});
+    kept_.insert(kept_.end(), pieces_.numbers().begin(), pieces_.numbers().end());
+    kept_.insert(kept_.end(), state_.x.begin(), state_.x.end());
   }
 
   bool backwards() {
     if (!begun_) begin(state_);
-    const size_t row = (weights_.size() + 1) * n_;
-    for (size_t i = times_.size(); i-- > 0;) {
+    const size_t row = row_size();
+    for (size_t i = kept_.size() / row; i-- > 0;) {
       while (turns_.back().from > i) turns_.pop_back();
       const std::span<const double> step(kept_.data() + i * row, row);
       for (Descent& d : descents_)
-        if (!back(d, times_[i], step, turns_.back().turns)) return false;
+        if (!back(d, step, turns_.back().turns)) return false;
     }
     return true;
   }
-  /// Takes a cost back over the step that began at t, with its stages and its end.
-  bool back(Descent& d, double t, std::span<const double> step,
-            const std::vector<std::int64_t>& turns) {
+  /// Takes a cost back over a step.
+  bool back(Descent& d, std::span<const double> step, const std::vector<std::int64_t>& turns) {
     if (!went_on()) return false;
-    const size_t s = weights_.size();
-    const double h = method_->step_size();
+    size_t i = pieces_.count() - 1;
     if (d.objective.sampled) {
-      add_cost(d, d.objective.sampled, t + h, step.subspan(s * n_), turns, 1);
+      const GaussPiece last = pieces_.at(step, i);
+      add_cost(d, d.objective.sampled, last.t + last.h, step.last(n_), turns, 1);
       for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
     }
+    for (++i; i-- > 0;)
+      if (!back_over(d, pieces_.at(step, i), turns)) return false;
+    return true;
+  }
+  bool back_over(Descent& d, const GaussPiece& piece, const std::vector<std::int64_t>& turns) {
+    const auto& table = pieces_.table();
+    const size_t s = weights_.size();
     running_.resize(d.objective.running ? s * n_ : 0);
+    if (d.objective.running) table.weights(piece.h, weights_);
     for (size_t j = 0; j < s && d.objective.running; ++j) {
-      add_cost(d, d.objective.running, t + h * table_.c[j], step.subspan(j * n_, n_), turns,
-               weights_[j]);
+      add_cost(d, d.objective.running, piece.t + piece.h * table.c[j], piece.Y.subspan(j * n_, n_),
+               turns, weights_[j]);
       std::copy(gradient_.begin(), gradient_.end(), running_.begin() + std::ptrdiff_t(j * n_));
     }
-    d.adjoint->at(t, step.first(s * n_), turns);
+    d.adjoint->at(piece, turns);
     const Outcome o = d.adjoint->advance(d.lambda, running_);
     if (o != Outcome::ok)
-      return give_up(o, "the adjoint of the step at t = " + number(t) + " s: " +
+      return give_up(o, "the adjoint of the step at t = " + number(piece.t) + " s: " +
                             (o == Outcome::not_converged
                                  ? "its iteration does not contract, expected a shorter step"
                                  : "it outgrew every number, expected a shorter run"));
@@ -207,7 +207,7 @@ class Backwards {
     end_ = end;
     for (Descent& d : descents_) {
       if (!d.objective.end) continue;
-      add_cost(d, d.objective.end, method_->time(end), end.x, end.turns, 1);
+      add_cost(d, d.objective.end, method_.time(end), end.x, end.turns, 1);
       for (size_t k = 0; k < n_; ++k) d.lambda.add(k, gradient_[k]);
       d.size_at_end = size_of(d.lambda.x);
     }
@@ -240,19 +240,19 @@ class Backwards {
     std::vector<std::int64_t> turns;
   };
 
-  CollocationTable<double> table_;
   const GradientOptions& options_;
-  std::unique_ptr<Integrator> method_;
+  GaussPieces pieces_;
+  Integrator& method_;
   std::vector<Descent> descents_;
   size_t n_;
   std::vector<double> weights_;
   std::vector<size_t> angle_at_;
 
-  std::int64_t segment_ = 0, fan_ = 0, done_ = 0;
+  std::int64_t segment_ = 0, fan_ = 0, done_ = 0, whole_until_ = 0;
   double work_ = 1;
   int levels_ = 0;
   phs::State state_, end_;
-  std::vector<double> kept_, times_;  ///< of a segment: stages and end of each step; its begin
+  std::vector<double> kept_;  ///< rows of a segment
   std::vector<TurnsFrom> turns_;
 
   std::vector<double> x_, gradient_, running_;

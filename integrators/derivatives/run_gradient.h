@@ -22,6 +22,7 @@ struct GradientOptions {
   /// Bytes for the stages and checkpoints of a run. If all stages fit, the run is taken once; else
   /// it is taken again in segments, from checkpoints at two levels or more.
   size_t memory = size_t(64) << 20;
+  double last = 0;  ///< a last step of another size after the others [s]; 0: none
   const std::atomic<bool>* stop = nullptr;         ///< true: give up; the outcome is then `failed`
   std::function<void(double done)> progress = {};  ///< the share of the work done, 0 to 1
 };
@@ -46,8 +47,7 @@ struct RunGradient {
 /// model, by the discrete adjoint: exact to rounding for the numbers that the run computes. Its
 /// cost does not depend on the number of parameters. Low words, wrapping and turns have derivative
 /// one. The state is unchanged.
-/// @throws InvalidArgument for a method that is not Gauss collocation; a model with constraints or
-///   sampled controllers; as make_integrator()
+/// @throws InvalidArgument as GaussPieces; for a model with constraints or sampled controllers
 RunGradient gradient_of_run(const std::string& method, const phs::Model& model,
                             const phs::State& start, double h, std::int64_t steps,
                             const Objective& objective, const GradientOptions& options = {});

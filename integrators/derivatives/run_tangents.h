@@ -1,6 +1,5 @@
 #pragma once
 #include "integrators/derivatives/step_variation.h"
-#include "integrators/tables/collocation_table.h"
 
 namespace porthos::integrators {
 
@@ -18,13 +17,12 @@ struct Along {
 ///
 /// A tangent is that of the step, to rounding; ∂f/∂z is the central difference of the two models'
 /// fields at its stages, which takes every parameter there is. With distances near the cube root of
-/// rounding it is known to some 1e-10. Cost of a direction: about 7 fields at every stage, and two
-/// for its models.
+/// rounding it is known to some 1e-10. A composition has this in each of its steps. Cost of a
+/// direction: about 7 fields at every stage, and two for its models.
 class RunTangents {
  public:
   /// The models must outlive it, and have the states of `model`.
-  /// @throws InvalidArgument for a method that is not Gauss collocation; as phs::linearise() and
-  ///   make_integrator()
+  /// @throws InvalidArgument as GaussPieces and phs::linearise()
   RunTangents(const std::string& method, const phs::Model& model, phs::State start, double h,
               std::vector<Along> directions);
 
@@ -33,12 +31,13 @@ class RunTangents {
   const std::string& remark() const { return remark_; }
 
   const phs::State& state() const { return state_; }
-  double time() const { return method_->time(state_); }
+  double time() const { return pieces_.method().time(state_); }
   size_t size() const { return tangents_.size(); }
   /// Tangent k of the state.
   TwoWords& tangent(size_t k) { return tangents_[k].value; }
   const TwoWords& tangent(size_t k) const { return tangents_[k].value; }
-  /// The state at the fraction theta of the last step, size nx, and its tangent k.
+  /// The state at the fraction theta of the last step, size nx, and its tangent k. For methods of
+  /// one piece.
   void interpolate(double theta, std::span<double> x) const;
   void interpolate(size_t k, double theta, std::span<double> tangent) const {
     tangents_[k].variation->interpolate(tangents_[k].value, theta, tangent);
@@ -52,13 +51,12 @@ class RunTangents {
     TwoWords value;
   };
   Outcome fail(Outcome o, const char* what, double t);
-  std::span<const double> field_changes(Tangent& tangent, double t);
+  std::span<const double> field_changes(Tangent& tangent, const GaussPiece& piece);
 
-  CollocationTable<double> table_;
-  std::unique_ptr<Integrator> method_;
+  GaussPieces pieces_;
   phs::State state_;
   size_t n_;
-  std::vector<double> stages_, changes_, down_, angles_;
+  std::vector<double> changes_, down_, angles_;
   std::vector<Tangent> tangents_;
   std::string remark_;
 };

@@ -18,9 +18,8 @@ class GaussVariation final : public StepVariation {
   static constexpr int direct_for = 32;
 
  public:
-  GaussVariation(const phs::Model& model, int s, double h, Side side)
+  GaussVariation(const phs::Model& model, int s, Side side)
       : n_(size_t(model.description().nx)),
-        h_(h),
         reversed_(side == Side::adjoint),
         step_(gauss_table<double>(s), n_),
         solver_(Stagnation::of<double>(), Options{.solver = Solver::fixed_point}, n_),
@@ -33,17 +32,19 @@ class GaussVariation final : public StepVariation {
       for (int l = 0; l < V && c * V + l < s; ++l) used_[c].set(l, 1.0);
     }
     gradient_.resize(parameters().size());
-    step_.adapt_to(h, h);
   }
 
-  void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) override {
+  void at(const GaussPiece& step, const std::vector<std::int64_t>& turns) override {
+    step_.adapt_to(step.h, have_before_ ? h_ : step.h);
+    h_ = step.h;
     turns_.when_changed(turns, [&](std::span<const Lanes> angles) {
       for (auto& linear : linear_) linear->set_turn_angles(angles);
     });
     for (int c = 0; c < chunks; ++c) {
-      Lanes time(t);
-      for (int l = 0; l < V; ++l) time.set(l, t + h_ * step_.table.c[size_t(stage(c * V + l))]);
-      gather(Y, c, step_.Y[c]);
+      Lanes time(step.t);
+      for (int l = 0; l < V; ++l)
+        time.set(l, step.t + h_ * step_.table.c[size_t(stage(c * V + l))]);
+      gather(step.Y, c, step_.Y[c]);
       linear_[c]->at(time, step_.Y[c], field_);
     }
   }
@@ -166,7 +167,7 @@ class GaussVariation final : public StepVariation {
   }
 
   size_t n_;
-  double h_;
+  double h_ = 0;  ///< of the step, the last one's until the next at()
   bool reversed_;
   Step step_;
   StepSolver solver_;
@@ -182,20 +183,10 @@ class GaussVariation final : public StepVariation {
 
 }  // namespace
 
-std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages, double h,
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages,
                                                    StepVariation::Side side) {
-  if (stages <= 4) return std::make_unique<GaussVariation<4>>(model, stages, h, side);
-  return std::make_unique<GaussVariation<8>>(model, stages, h, side);
-}
-
-int gauss_stages(const std::string& method) {
-  const Declaration& d = declaration_of(method);
-  if (d.family != "Gauss collocation")
-    throw InvalidArgument(
-        "derivatives of a run are there for Gauss collocation (gauss2 to gauss16, "
-        "midpoint), not for '" +
-        method + "'");
-  return d.order / 2;
+  if (stages <= 4) return std::make_unique<GaussVariation<4>>(model, stages, side);
+  return std::make_unique<GaussVariation<8>>(model, stages, side);
 }
 
 }  // namespace porthos::integrators

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "integrators/core/integrator.h"
+#include "integrators/derivatives/gauss_pieces.h"
 
 namespace porthos::integrators {
 
@@ -37,9 +37,9 @@ class StepVariation {
   enum class Side { tangent, adjoint };
   virtual ~StepVariation() = default;
 
-  /// Moves to the step that began at t [s].
-  /// @param Y  its stages, one after another, size s · nx;  turns: those of their angles
-  virtual void at(double t, std::span<const double> Y, const std::vector<std::int64_t>& turns) = 0;
+  /// Moves to a step.
+  /// @param turns  of the angles of its stages
+  virtual void at(const GaussPiece& step, const std::vector<std::int64_t>& turns) = 0;
   /// δy → δy', or λ' → λ. @return not_converged for a stiff step with too many unknowns; then v is
   /// unchanged
   /// @param v  size nx;  running: of the adjoint, ∂r at the stages, of a tangent what a change of
@@ -55,12 +55,9 @@ class StepVariation {
   virtual const Cost& cost() const = 0;
 };
 
-/// @param stages  of the method, 1 to 8;  h: the step [s]. The model must outlive the result.
+/// @param stages  of the method, 1 to 8. The model must outlive the result.
 /// @throws InvalidArgument as phs::linearise()
-std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages, double h,
+std::unique_ptr<StepVariation> make_step_variation(const phs::Model& model, int stages,
                                                    StepVariation::Side side);
-
-/// The number of stages of a Gauss method. @throws InvalidArgument for another method
-int gauss_stages(const std::string& method);
 
 }  // namespace porthos::integrators

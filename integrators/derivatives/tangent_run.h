@@ -14,11 +14,10 @@ struct Monodromy {
   phs::State end;              ///< the last state
 };
 
-/// ∂x_N/∂x_0 of `steps` steps h [s] by a Gauss method: of a periodic orbit over one period the
+/// ∂x_N/∂x_0 of `steps` steps h [s]: of a periodic orbit over one period the
 /// monodromy matrix, whose eigenvalues are the multipliers. It is as symplectic as the steps are.
 /// Cost: nx tangents, each about 7 fields at every stage.
-/// @throws InvalidArgument for a method that is not Gauss collocation; as phs::linearise() and
-///   make_integrator()
+/// @throws InvalidArgument as GaussPieces and phs::linearise()
 Monodromy monodromy(const std::string& method, const phs::Model& model, const phs::State& start,
                     double h, std::int64_t steps, const std::atomic<bool>* stop = nullptr);
 

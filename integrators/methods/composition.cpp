@@ -8,9 +8,10 @@ namespace porthos::integrators {
 namespace {
 
 template <class T>
-class Composition final : public BasicIntegrator<T> {
+class Composition final : public BasicIntegrator<T>, public ComposedSteps<T> {
   using Base = BasicIntegrator<T>;
   using Base::cost_, Base::port_work_;
+  using ComposedSteps<T>::watch_;
   using typename Base::State;
   using Real = TableReal<T>;
 
@@ -47,11 +48,15 @@ class Composition final : public BasicIntegrator<T> {
         base_->restore(fresh_);  // its memory is of stages that are undone
         return o;
       }
+      if (watch_) watch_(i, t + taken, step, s);
       taken += step;
       if (integrates_power()) port_work_.add(base_->port_work());
     }
     return Outcome::ok;
   }
+
+  const Base& base() const override { return *base_; }
+  size_t count() const override { return gamma_.size(); }
 
   void tell_turns(const State& s) override { base_->tell_turns(s); }
   void carry(Archive& a) override { base_->carry(a); }
@@ -96,7 +101,7 @@ Entries composition_entries() {
               (base == "midpoint" ? "the midpoint rule"
                : base == "rattle" ? "RATTLE, for constraints"
                                   : "Stormer-Verlet");
-    d.family = "Compositions";
+    d.family = compositions;
     d.order = table.order;
     d.symmetric = d.symplectic = Claim::holds;
     d.source = table.source;

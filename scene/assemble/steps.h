@@ -16,6 +16,7 @@ struct Steps {
   double last = 0;         ///< [s] of a shorter last step; 0: all are whole
   std::int64_t every = 1;  ///< steps from record to record
 
+  std::int64_t whole() const { return total - (last > 0 ? 1 : 0); }  ///< steps of that size
   /// Whether the step after `taken` steps is the shorter one.
   bool ends_short(std::int64_t taken) const { return last > 0 && taken + 1 == total; }
   /// The time after `taken` steps [s].

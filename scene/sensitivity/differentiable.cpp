@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "integrators/derivatives/step_variation.h"
+#include "integrators/derivatives/gauss_pieces.h"
 #include "scene/assemble/contacts.h"
 
 namespace porthos::scene {
@@ -35,10 +35,8 @@ Steps differentiable_steps(const Scene& s, const Assembly& a, const std::string&
   if (s.step_control != integrators::StepControl::fixed)
     refuse(fmt::format("steps of one size, and the scene has step_control = \"{}\"",
                        integrators::to_string(s.step_control)));
-  const Steps steps = steps_of(s);
-  if (steps.last > 0) refuse("whole steps, and the duration is no whole number of them");
-  (void)integrators::gauss_stages(s.method);
-  return steps;
+  (void)integrators::GaussPieces(s.method, *a.model, s.step);  // refuses other methods
+  return steps_of(s);
 }
 
 }  // namespace porthos::scene

@@ -12,8 +12,8 @@ Scene scene_with_slopes(Scene scene, const std::string& command);
 /// The steps of a scene whose run is one smooth map of its start and its parameters: what
 /// integrators::gradient_of_run() differentiates is then what porthos run computes.
 /// @throws InvalidArgument naming the table or key whose effect it would miss: events, an orbit,
-///   stops, a repeating or projecting monitor, a step control, a shorter last step, contacts and
-///   joint stops that switch
+///   stops, a repeating or projecting monitor, a step control, contacts and joint stops that
+///   switch; as integrators::GaussPieces
 /// @param instead  the way out, at the end of the sentence
 Steps differentiable_steps(
     const Scene& scene, const Assembly& assembly,

@@ -113,14 +113,18 @@ EndSensitivity end_sensitivity(const Scene& given, const SensitivityRequest& req
   Ends ends(quantities, a.model->description(), names, parameters);
   std::vector<Objective> objectives;
   for (size_t i = 0; i < names.size(); ++i) objectives.push_back(ends.of(i));
-  const auto gradients = integrators::gradients_of_run(
-      scene.method, *a.model, a.initial, steps.size, steps.total, objectives,
-      {.memory = request.memory, .stop = request.stop, .progress = request.progress});
+  const auto gradients = integrators::gradients_of_run(scene.method, *a.model, a.initial,
+                                                       steps.size, steps.whole(), objectives,
+                                                       {.memory = request.memory,
+                                                        .last = steps.last,
+                                                        .stop = request.stop,
+                                                        .progress = request.progress});
 
   EndSensitivity r;
   r.title = scene.title;
   r.method = scene.method;
   r.step = steps.size;
+  r.last = steps.last;
   r.duration = steps.duration;
   r.inputs = inputs.list();
   r.uncertainty = request.uncertainty;

@@ -30,7 +30,7 @@ struct EndSlopes {
 /// How the end of a run depends on its parameters and its start.
 struct EndSensitivity {
   std::string title, method;
-  double step = 0, duration = 0;  ///< [s]
+  double step = 0, last = 0, duration = 0;  ///< [s]; last: of a shorter last step, or 0
   std::vector<Input> inputs;
   std::vector<EndSlopes> of;
   std::optional<double> uncertainty;

@@ -76,8 +76,10 @@ std::string number_cell(double x) { return std::isfinite(x) ? fmt::format("{}", 
 }  // namespace
 
 std::string sensitivity_text(const EndSensitivity& s, size_t most) {
-  std::string text = fmt::format("{}: {}, {:.0f} steps of {:g} s, {:g} s simulated\n\n", s.title,
-                                 s.method, s.duration / s.step, s.step, s.duration);
+  std::string text =
+      fmt::format("{}: {}, {:.0f} steps of {:g} s{}, {:g} s simulated\n\n", s.title, s.method,
+                  (s.duration - s.last) / s.step, s.step,
+                  s.last > 0 ? fmt::format(" and one of {:g} s", s.last) : "", s.duration);
   for (const EndSlopes& q : s.of) text += quantity_text(s, q, most);
   const auto worst = std::ranges::max_element(s.of, {}, &EndSlopes::error);
   if (worst != s.of.end() && worst->error > 1e-9)

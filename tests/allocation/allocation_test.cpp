@@ -81,14 +81,14 @@ TEST(Allocation, NoneInAStepOfAnyMethod) {
 TEST(Allocation, NoneInTheDerivativeOfAStep) {
   const auto robot = test::ets_vii(8);
   for (const auto side : {StepVariation::Side::tangent, StepVariation::Side::adjoint}) {
-    const auto variation = make_step_variation(*robot.model, 8, 0.05, side);
+    const auto variation = make_step_variation(*robot.model, 8, side);
     std::vector<double> Y;
     for (int i = 0; i < 8; ++i) Y.insert(Y.end(), robot.start.x.begin(), robot.start.x.end());
     TwoWords v(std::vector<double>(robot.start.x.size(), 1.0)), g(variation->parameters().size());
     const long before = allocations;
     bool ok = true;
     for (int i = 0; i < 100; ++i) {
-      variation->at(0, Y, robot.start.turns);
+      variation->at({0, 0.05, Y}, robot.start.turns);
       ok = ok && variation->advance(v) == Outcome::ok;
       if (side == StepVariation::Side::adjoint) variation->add_gradient(g);
     }

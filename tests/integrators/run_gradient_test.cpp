@@ -70,12 +70,12 @@ Products carry(const Problem& p, const std::string& method, const Path& run,
                const Path* stages_of_adjoint = nullptr) {
   const size_t n = p.start.x.size(), steps = run.stages.size();
   const int s = gauss_stages(method);
-  const auto tangent = make_step_variation(*p.model, s, p.h, Side::tangent);
-  const auto adjoint = make_step_variation(*p.model, s, p.h, Side::adjoint);
+  const auto tangent = make_step_variation(*p.model, s, Side::tangent);
+  const auto adjoint = make_step_variation(*p.model, s, Side::adjoint);
   TwoWords delta(random_vector(n, 1)), lambda(random_vector(n, 2));
   std::vector<Vec> deltas{delta.x};
   for (size_t i = 0; i < steps; ++i) {
-    tangent->at(double(i) * p.h, run.stages[i], run.turns[i]);
+    tangent->at({double(i) * p.h, p.h, run.stages[i]}, run.turns[i]);
     EXPECT_EQ(tangent->advance(delta), Outcome::ok);
     deltas.push_back(delta.x);
   }
@@ -83,7 +83,7 @@ Products carry(const Problem& p, const std::string& method, const Path& run,
   const double at_end = product(lambda.x, deltas[steps]).first;
   Products r;
   for (size_t i = steps; i-- > 0;) {
-    adjoint->at(double(i) * p.h, back.stages[i], run.turns[i]);
+    adjoint->at({double(i) * p.h, p.h, back.stages[i]}, run.turns[i]);
     EXPECT_EQ(adjoint->advance(lambda), Outcome::ok);
     const auto [now, moduli] = product(lambda.x, deltas[i]);
     r.of_start = std::fabs(now - at_end) / moduli;
@@ -158,9 +158,9 @@ TEST(RunGradient, BilinearInvariantIsKeptToRounding) {
   first.stages.resize(few);
   first.turns.resize(few);
   TwoWords delta(random_vector(n, 1));
-  const auto tangent = make_step_variation(*p.model, 4, p.h, Side::tangent);
+  const auto tangent = make_step_variation(*p.model, 4, Side::tangent);
   for (int i = 0; i < few; ++i) {
-    tangent->at(0, first.stages[size_t(i)], first.turns[size_t(i)]);
+    tangent->at({0, p.h, first.stages[size_t(i)]}, first.turns[size_t(i)]);
     EXPECT_EQ(tangent->advance(delta), Outcome::ok);
   }
   const double at_end = product(lambda, delta.x).first;

@@ -216,9 +216,10 @@ class SensitivityOfArms : public SensitivityOfScenes {
           at("base.linear_velocity.z"), at("base.angular_velocity.x"),
           at("base.angular_velocity.y"), at("base.angular_velocity.z"));
     text += fmt::format(
-        "[integrator]\nmethod = \"gauss16\"\nstep = 0.125\n[run]\nduration = 3\n"
+        "[integrator]\nmethod = \"gauss16\"\nstep = 0.125\n[run]\nduration = {}\n"
         "[[element]]\ntype = \"spring\"\njoint = \"elbow\"\nname = \"coil\"\nstiffness = {:.17g}\n"
         "cubic = {:.17g}\nrest = 0.2\n",
+        floats ? "2.94" : "3",  // with a shorter last step
         6 * at("coil.factor"), 2 * at("coil.factor"));
     text +=
         "[[output]]\nname = \"tip\"\nquantity = \"position\"\nlink = \"lower\"\nat = [0, 0, 0.7]\n"
@@ -234,8 +235,10 @@ class SensitivityOfArms : public SensitivityOfScenes {
     const Assembly a = assemble(s);
     const auto method = make_integrator(a, s.method, s.step);
     phs::State state = a.initial;
-    for (int k = 0; k < std::lround(s.duration / s.step); ++k)
-      EXPECT_EQ(method->step(state), integrators::Outcome::ok);
+    const Steps steps = steps_of(s);
+    for (int k = 0; k < steps.total; ++k)
+      EXPECT_EQ(steps.ends_short(k) ? method->step_by(state, steps.last) : method->step(state),
+                integrators::Outcome::ok);
     Outputs outputs(s, a);
     const auto values = outputs.at(s.duration, state, {});
     Numbers end;
@@ -430,13 +433,10 @@ TEST_F(SensitivityOfArms, WhatHasNoSlopesIsRefusedByOneSentence) {
   Scene other = s;
   other.method = "rk4";
   EXPECT_NE(refused(other).find("not for 'rk4'"), std::string::npos) << refused(other);
-  other = s;
-  other.duration = 3.01;
   const auto takes = [](const std::string& what) {
     return "scene.toml: a gradient takes " + what +
            "; an [ensemble] over a parameter gives differences instead";
   };
-  EXPECT_EQ(refused(other), takes("whole steps, and the duration is no whole number of them"));
   other = s;
   other.step_control = integrators::StepControl::reversible;
   EXPECT_EQ(refused(other),
