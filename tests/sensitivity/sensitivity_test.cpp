@@ -11,6 +11,7 @@
 #include "mechanics/rotation.h"
 #include "phs/scalars/scalar.h"
 #include "scene/assemble/outputs.h"
+#include "scene/assemble/steps.h"
 #include "scene/sensitivity/end_quantities.h"
 #include "scene/sensitivity/ridders.h"
 #include "tests/places.h"
