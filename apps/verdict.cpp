@@ -27,13 +27,18 @@ std::string checks_text(const RunReport& r) {
 }
 
 std::string growth_text(const scene::EnergyReport& e) {
-  if (!std::isfinite(e.growth_exponent)) return "too short to tell how the error grows";
   const double floor = std::numeric_limits<double>::epsilon();
-  const char* drift = !e.drift_is_significant       ? "not significant"
-                      : e.max_rel_error > 2 * floor ? "significant"
-                                                    : "significant, below one rounding of a double";
-  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift), drift {:.2g} per s, {}",
-                     e.growth_exponent, e.drift_per_s, drift);
+  const char* significance =
+      !e.drift_is_significant        ? "not significant"
+      : e.max_rel_error <= 2 * floor ? "significant, below one rounding of a double"
+      : e.growth_exponent < 0.75     ? "significant, below the scatter of the records"
+                                     : "significant";
+  const std::string drift = fmt::format("drift {:.2g} per s, {}", e.drift_per_s, significance);
+  if (!std::isfinite(e.growth_exponent))
+    return "too few records or swings to tell how the error grows" +
+           (e.drift_is_significant ? ", " + drift : "");
+  return fmt::format("growth exponent {:.2f} (0.5 random walk, 1 drift), {}", e.growth_exponent,
+                     drift);
 }
 
 std::string energy_text(const RunReport& r) {

@@ -342,8 +342,8 @@ void bind_scene(py::module_& m) {
   m.def("error_statistics", &statistics_of, arg("errors"),
         "Growth and drift of a series of errors at equal intervals of time, as runs are judged: "
         "max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 "
-        "or so) and drift_is_significant (beyond three standard errors of a random walk with the "
-        "same increments).");
+        "or so) and drift_is_significant (means over parts of the series, beyond five standard errors of "
+        "a random walk).");
   bind_reader(m);
 }
 

@@ -198,6 +198,7 @@ RunReport judge_file(const JudgeOptions& o) {
   const RecordLayout layout(d, Extrema::none);
   RunReport r;
   CentreCourse course;
+  size_t irregular = 0;
   {
     RecordLog log(log_path, layout);
     const Numbers unknown(layout.reactions, NAN);  // a trajectory of q and v does not tell them
@@ -215,6 +216,7 @@ RunReport judge_file(const JudgeOptions& o) {
         throw InvalidArgument(table.at(i) + ": the energy of this row is no finite number");
       m.quaternion_norm = trajectory.norm_error();
       const bool regular = i == 0 || std::fabs(h - step) < 1e-6 * step;
+      irregular += !regular;
       const double error = ledger.add(t[i] - t[0], m, regular);
       fill_record(layout, t[i] - t[0], world, m, ledger.port_work(), error, 0, unknown, {}, {},
                   row);
@@ -233,6 +235,10 @@ RunReport judge_file(const JudgeOptions& o) {
   ledger.fill(r, meter);
   add_notes(r, o.file, t.size(), powers);
   note_what_is_left(r, o, table, map, scene);
+  if (2 * irregular > t.size())
+    r.notes.push_back(
+        "the rows are at unequal intervals, and how the error grows is told of equal ones only: "
+        "expected rows that are written at equal intervals");
   integrators::Declaration method;
   method.name = scene.method;
   judge(r, scene, method, meter);

@@ -44,7 +44,7 @@ struct EnergyReport {
       0;  ///< slope of log rms(H(t+τ) - H(t)) against log τ: ½ a random walk, 1 a drift
   double drift_per_s = 0;  ///< mean relative change per second
   bool drift_is_significant =
-      false;  ///< |drift| beyond 3 standard errors of the record-to-record changes
+      false;  ///< beyond what a random walk or an oscillation does: ErrorStatistics
   /// The parts of the scale: the largest kinetic energy, then the range of each other storage.
   std::vector<std::pair<std::string, double>> scale_parts = {};
 };

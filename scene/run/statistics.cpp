@@ -10,9 +10,23 @@ namespace porthos::scene {
 namespace {
 
 constexpr double enough = 8;  // increments needed to use a level
+constexpr size_t fewest_parts = 9;
 constexpr size_t fewest_levels = 3;
 
 }  // namespace
+
+void ErrorStatistics::Parts::add(double error) {
+  sum += error;
+  open_squares += error * error;
+  if (++records < length) return;
+  means.push_back(sum / length);
+  squares += open_squares;
+  records = sum = open_squares = 0;
+  if (means.size() < 2 * fewest_parts) return;
+  for (size_t i = 0; i < fewest_parts; ++i) means[i] = (means[2 * i] + means[2 * i + 1]) / 2;
+  means.resize(fewest_parts);
+  length *= 2;
+}
 
 void ErrorStatistics::add(double error, bool regular) {
   if (count_ == 0) start_ = error;
@@ -22,6 +36,7 @@ void ErrorStatistics::add(double error, bool regular) {
   ++count_;
   if (!regular) return;
 
+  parts_.add(error);
   const auto n = static_cast<std::uint64_t>(regular_++);
   if (n == 0) return;
   if ((n & (n - 1)) == 0) levels_.push_back({start_});  // n = 2^j: level j begins
@@ -59,35 +74,51 @@ double ErrorStatistics::growth_exponent() const {
 }
 
 bool ErrorStatistics::drift_is_significant() const {
-  bool judged = false;
-  for (const Level& level : levels_) {
-    if (level.count < enough) continue;
-    const double mean = (level.last - start_) / level.count;  // increments telescope
-    const double variance = std::max(0.0, level.sum_of_squares / level.count - mean * mean);
-    if (!(std::fabs(change()) > 3 * std::sqrt(variance * level.count))) return false;
-    judged = true;
+  const auto& means = parts_.means;
+  if (means.size() < fewest_parts) return false;
+  const double n = double(means.size()) - 1, change = means.back() - means.front(),
+               mean = change / n;
+  double variance = 0, of_means = means[0] * means[0];
+  for (size_t i = 1; i < means.size(); ++i) {
+    const double increment = means[i] - means[i - 1] - mean;
+    variance += increment * increment / n;
+    of_means += means[i] * means[i];
   }
-  return judged;
+  const double scatter = parts_.squares / (parts_.length * (n + 1)) - of_means / (n + 1);
+  const double of_walk = parts_.length > 1 ? 1.5 : 1;
+  return std::fabs(change) > 5 * std::sqrt(of_walk * n * variance) &&
+         change * change > std::max(0.0, scatter);
 }
 
 std::vector<double> ErrorStatistics::memory() const {
   std::vector<double> m{count_, regular_, max_abs_, sum_of_squares_, start_, end_};
+  const Parts& p = parts_;
+  m.insert(m.end(),
+           {p.length, p.records, p.sum, p.open_squares, p.squares, double(p.means.size())});
+  m.insert(m.end(), p.means.begin(), p.means.end());
   for (const Level& level : levels_)
     m.insert(m.end(), {level.last, level.sum_of_squares, level.count});
   return m;
 }
 
 void ErrorStatistics::restore(std::span<const double> m) {
-  if (m.size() < 6 || m.size() % 3 != 0) require_size("memory of the statistics", m.size(), 6);
+  constexpr size_t fixed = 12;
+  if (m.size() < fixed) require_size("memory of the statistics", m.size(), fixed);
   for (const double count : {m[0], m[1]}) (void)whole<std::int64_t>(count, 0, 0x1p53);
+  const auto means = size_t(whole<std::int64_t>(m[11], 0, 2 * fewest_parts - 1));
+  if (m.size() < fixed + means || (m.size() - fixed - means) % 3 != 0)
+    require_size("memory of the statistics", m.size(), fixed + means);
   count_ = m[0];
   regular_ = m[1];
   max_abs_ = m[2];
   sum_of_squares_ = m[3];
   start_ = m[4];
   end_ = m[5];
+  const auto levels = m.subspan(fixed + means);
+  parts_ = {m[6], m[7], m[8], m[9], m[10], {m.begin() + fixed, levels.begin()}};
   levels_.clear();
-  for (size_t i = 6; i < m.size(); i += 3) levels_.push_back({m[i], m[i + 1], m[i + 2]});
+  for (size_t i = 0; i < levels.size(); i += 3)
+    levels_.push_back({levels[i], levels[i + 1], levels[i + 2]});
 }
 
 }  // namespace porthos::scene

@@ -27,10 +27,11 @@ class ErrorStatistics {
   /// than half of its increments of the last level, had they one sign, are left at the end.
   double growth_exponent() const;
 
-  /// |e_n - e_0| > 3 s_j sqrt(n_j) for every level j of at least 8 increments, with s_j their
-  /// standard deviation and n_j their number: three standard errors of a random walk with these
-  /// increments. Level 0 alone would take a slow oscillation seen for less than a period for a
-  /// drift.
+  /// Whether the means over 9 to 17 equal parts of the series differ from the first to the last by
+  /// more than five standard errors of a random walk with their n increments, s sqrt(3n/2), and by
+  /// more than the scatter of the records in a part. Means take away the noise of single records
+  /// and fast oscillations. The factor 3/2 is that of a walk's means, whose increments are
+  /// correlated. false for fewer than 9 records.
   bool drift_is_significant() const;
 
   std::vector<double> memory() const;  ///< everything, for checkpoints
@@ -41,7 +42,16 @@ class ErrorStatistics {
   struct Level {
     double last = 0, sum_of_squares = 0, count = 0;
   };
+  /// Means over parts of equal length.
+  struct Parts {
+    double length = 1;                              ///< records of a part
+    double records = 0, sum = 0, open_squares = 0;  ///< of the part that is not complete yet
+    double squares = 0;                             ///< sum over the complete ones
+    std::vector<double> means;
+    void add(double error);
+  };
   double count_ = 0, regular_ = 0, max_abs_ = 0, sum_of_squares_ = 0, start_ = 0, end_ = 0;
+  Parts parts_;
   std::vector<Level> levels_;
 };
 

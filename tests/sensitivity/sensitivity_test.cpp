@@ -408,8 +408,9 @@ TEST_F(SensitivityOfArms, IsWrittenAsTextJsonAndTable) {
   const auto r = end_sensitivity(s, {.of = {}, .uncertainty = 0.01});
   EXPECT_EQ(r.of.size(), 8U) << "the outputs by default";
   const std::string text = sensitivity_text(r, 2), csv = sensitivity_csv(r);
-  for (const char* part : {"Arm: gauss16, 24 steps of 0.125 s, 3 s simulated\n",
-                           "tip.x = ", "growth of the gradient ", "standard deviation ", " more\n"})
+  for (const char* part :
+       {"Arm: gauss16, 23 steps of 0.125 s and one of 0.065 s, 2.94 s simulated\n",
+        "tip.x = ", "growth of the gradient ", "standard deviation ", " more\n"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   EXPECT_EQ(std::ranges::count(csv, '\n'), std::ptrdiff_t(1 + r.of.size() * r.inputs.size()));
   EXPECT_NE(csv.find("tip.x,m,base.attitude.x,start,rad,,"), std::string::npos);

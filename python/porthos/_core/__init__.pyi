@@ -1759,7 +1759,7 @@ def motion_panels(mechanism: Mechanism, t: list[float], turns: list[str], rows: 
     ...
 
 def error_statistics(errors: list[float]) -> dict:
-    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (beyond three standard errors of a random walk with the same increments)."""
+    """Growth and drift of a series of errors at equal intervals of time, as runs are judged: max_abs, rms, change, growth_exponent (0.5 random walk, 1 drift; nan for less than 32 or so) and drift_is_significant (means over parts of the series, beyond five standard errors of a random walk)."""
     ...
 
 def export_csv(folder: str, file: str, names: list[str] = []) -> None:
